@@ -1,0 +1,1 @@
+"""Everything a reader sees, computed from trial logs alone."""

@@ -1,0 +1,1 @@
+"""The built-in controllers. Each folder holds parameters, controller, kernels or critics, presets."""

@@ -1,0 +1,213 @@
+"""All that a controller must know: what it sees, what it returns, how it fails, how it is found.
+
+A controller is a pure object. It is built once a trial from its typed parameters and a
+`ControllerSetup`; `initial_memory()` and `step(observation, memory)` do the rest. Everything that
+evolves is in its memory, which lives in the Drake Context. See docs/controllers.md for a walk-through.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from importlib.metadata import entry_points
+from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict
+
+from drake_navbench.errors import InputError, NavbenchError, nearest_name_hint
+from drake_navbench.kernels.grid import Costmap
+
+ENTRY_POINT_GROUP = "drake_navbench.controllers"
+
+Array = NDArray[np.float64]
+
+
+class NoiseKey(NamedTuple):
+    """Names one cycle's random numbers: equal keys give equal numbers, on any machine."""
+
+    seed: int
+    stream: int
+    step: int
+
+    def generator(self) -> np.random.Generator:
+        """Returns a fresh generator that depends on the key alone."""
+        sequence = np.random.SeedSequence(self.seed, spawn_key=(self.stream, self.step))
+        return np.random.Generator(np.random.PCG64(sequence))
+
+
+@dataclass(frozen=True, slots=True)
+class SpeedLimit:
+    """A limit as Nav2's speed filter sends it: m/s, or a percentage of the nominal speed."""
+
+    value: float
+    is_percentage: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ControllerSetup:
+    """What is fixed for a whole trial and known to a Nav2 controller when it is configured.
+
+    control_period_s: time between two calls of `step`, s.
+    footprint: (K, 2) padded outline in the base frame, m.
+    inscribed_radius_m, circumscribed_radius_m: radii of that outline about the base origin, m.
+    footprint_is_circle: the robot was given by a radius, so checks may use the centre alone.
+    max_linear_velocity_mps, max_angular_velocity_radps: what the base can do.
+    costmap_resolution_m, costmap_size_m: cell edge and side length of the local costmap, m.
+    inflation_radius_m, inflation_cost_scaling_factor: of the local costmap's inflation layer.
+    tracks_unknown_space: of the local costmap.
+    wants_diagnostics: whether `Decision.diagnostics` should carry arrays for replay and report.
+    """
+
+    control_period_s: float
+    footprint: Array
+    inscribed_radius_m: float
+    circumscribed_radius_m: float
+    footprint_is_circle: bool = False
+    max_linear_velocity_mps: float = 0.5
+    max_angular_velocity_radps: float = 2.0
+    costmap_resolution_m: float = 0.05
+    costmap_size_m: float = 6.0
+    inflation_radius_m: float = 0.9
+    inflation_cost_scaling_factor: float = 3.0
+    tracks_unknown_space: bool = False
+    wants_diagnostics: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Observation:
+    """What a Nav2 controller sees in one cycle; all poses in the odometry frame. Read-only.
+
+    time_s: start of the cycle, s.
+    pose: (3,) estimated x m, y m, yaw rad.
+    twist: (2,) measured v m/s, w rad/s, small values set to zero by the controller server.
+    plan: (M, 3) x m, y m, yaw rad: the global plan as Nav2's path handler cut it for this cycle
+        (passed poses dropped, ends after the prune distance or where it leaves the costmap).
+    plan_id: changes when the navigator hands out a new global plan.
+    costmap: the local costmap.
+    goal: (3,) last pose of the whole global plan.
+    goal_xy_tolerance_m, goal_yaw_tolerance_rad: of the goal checker.
+    goal_xy_reached: what the goal checker's isGoalXYReached says for this pose.
+    speed_limit: None where there is no limit.
+    noise_key: names this cycle's random numbers.
+    cancel_requested: the navigator wants the controller to come to rest.
+    """
+
+    time_s: float
+    pose: Array
+    twist: Array
+    plan: Array
+    plan_id: int
+    costmap: Costmap
+    goal: Array
+    goal_xy_tolerance_m: float = 0.25
+    goal_yaw_tolerance_rad: float = 0.25
+    goal_xy_reached: bool = False
+    speed_limit: SpeedLimit | None = None
+    noise_key: NoiseKey = NoiseKey(0, 0, 0)
+    cancel_requested: bool = False
+
+
+class Decision(NamedTuple):
+    """What a controller returns.
+
+    command: (2,) v m/s, w rad/s.
+    memory: handed to the next `step`; never changed in place.
+    diagnostics: numbers, strings and flags are logged every cycle. Arrays only where
+        `ControllerSetup.wants_diagnostics`; the replay draws the keys `predicted_trajectory`
+        (N, 3), `sampled_trajectories` (K, N, 3) with `sampled_costs` (K,), and `carrot` (2,).
+    """
+
+    command: Array
+    memory: Any = None
+    diagnostics: Mapping[str, Any] = {}
+
+
+class ControllerError(NavbenchError):
+    """Base of what a controller may raise; `code` is Nav2's FollowPath error code.
+
+    details: numbers that tell why, kept in the trial's log (such as rejections per critic).
+    """
+
+    code: ClassVar[int] = 100
+
+    def __init__(self, message: str, details: Mapping[str, Any] | None = None) -> None:
+        super().__init__(message)
+        self.details = dict(details or {})
+
+
+class ControllerTFError(ControllerError):
+    """A pose could not be transformed."""
+
+    code = 102
+
+
+class InvalidPath(ControllerError):
+    """The plan is empty, or nothing of it is left."""
+
+    code = 103
+
+
+class NoValidControl(ControllerError):
+    """There is no admissible command this cycle; the server may be patient."""
+
+    code = 106
+
+
+class CollisionAhead(NoValidControl):
+    """The command that the controller wants would collide."""
+
+
+class ControllerParameters(BaseModel):
+    """Base of every parameter model: unknown names refused, values checked, frozen."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+@runtime_checkable
+class Controller(Protocol):
+    """A controller plugin. The class is what an entry point names.
+
+    Parameters: its parameter model, with Nav2's names, types and defaults.
+    nav2_plugin: Nav2's plugin type, by which a Nav2 parameter file selects this controller.
+    """
+
+    Parameters: ClassVar[type[ControllerParameters]]
+    nav2_plugin: ClassVar[str | None]
+
+    def __init__(self, parameters: Any, setup: ControllerSetup) -> None: ...
+
+    def initial_memory(self) -> Any:
+        """Returns the memory that the first `step` of a goal gets."""
+        ...
+
+    def step(self, observation: Observation, memory: Any) -> Decision:
+        """Returns the command of one cycle; raises a ControllerError where there is none.
+
+        Pure: same observation and memory, same decision; neither is changed. A memory that an
+        error must leave behind travels as the exception's `memory` attribute.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class Registry:
+    """The installed controllers by name. Loading a class is put off until it is asked for."""
+
+    _entry_points: Mapping[str, Any] = field(
+        default_factory=lambda: {p.name: p for p in entry_points(group=ENTRY_POINT_GROUP)}
+    )
+
+    @property
+    def names(self) -> list[str]:
+        """The registered names, sorted."""
+        return sorted(self._entry_points)
+
+    def load(self, name: str) -> type[Controller]:
+        """Returns the controller class registered as `name`; raises InputError if there is none."""
+        if name not in self._entry_points:
+            raise InputError(
+                f"controller {name!r} is not registered{nearest_name_hint(name, self.names)}"
+            )
+        return self._entry_points[name].load()

@@ -1,0 +1,23 @@
+"""The exceptions that a user may see; each prints as one line."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class NavbenchError(Exception):
+    """Base of every error whose text is fit to be shown without a traceback."""
+
+
+class InputError(NavbenchError):
+    """Something the user gave is wrong: a file, a field, a value, a name. Exit status 2."""
+
+
+def nearest_name_hint(name: str, known_names: Iterable[str]) -> str:
+    """Returns '; did you mean X?' for the known name closest to `name`, else the list of names."""
+    known = sorted(known_names)
+    close = difflib.get_close_matches(str(name), known, n=1, cutoff=0.6)
+    if close:
+        return f"; did you mean {close[0]!r}?"
+    return f"; known: {', '.join(known)}" if known else ""

@@ -1,0 +1,20 @@
+"""Angles in radians."""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+TWO_PI = 2.0 * math.pi
+
+
+@njit(cache=True)
+def wrap(angle):
+    """Wraps a scalar angle into (-pi, pi]; an angle already inside is returned bit for bit."""
+    if -math.pi < angle <= math.pi:
+        return angle
+    wrapped = math.fmod(angle + math.pi, TWO_PI)
+    if wrapped <= 0.0:
+        return wrapped + math.pi
+    return wrapped - math.pi

@@ -1,0 +1,124 @@
+"""The costmap grid: cost values, cell arithmetic and the line that Nav2 walks over cells.
+
+Arrays are `[row = y, column = x]`; the origin is the lower left corner of cell (0, 0).
+Source: Nav2's nav2_costmap_2d (Costmap2D::worldToMap, raytraceLine, LineIterator).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+FREE = 0
+MAX_NON_OBSTACLE = 252
+INSCRIBED = 253
+LETHAL = 254
+NO_INFORMATION = 255
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Costmap:
+    """An immutable snapshot of a costmap.
+
+    costs: (rows, columns) uint8, C-contiguous, read-only.
+    origin_x, origin_y: world position of the lower left corner of cell (0, 0), m.
+    resolution: edge of a cell, m.
+    tracks_unknown: whether NO_INFORMATION means "not seen" (else it does not occur).
+    stamp_s: time of the update that made it, s.
+    """
+
+    costs: NDArray[np.uint8]
+    origin_x: float
+    origin_y: float
+    resolution: float
+    tracks_unknown: bool = False
+    stamp_s: float = 0.0
+    lethal_centres: NDArray[np.float64] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        costs = np.ascontiguousarray(self.costs, dtype=np.uint8)
+        if costs is self.costs and costs.flags.writeable:
+            costs = costs.copy()
+        costs.flags.writeable = False
+        object.__setattr__(self, "costs", costs)
+        rows, columns = np.nonzero(costs == LETHAL)
+        centres = np.empty((rows.size, 2))
+        centres[:, 0] = self.origin_x + (columns + 0.5) * self.resolution
+        centres[:, 1] = self.origin_y + (rows + 0.5) * self.resolution
+        centres.flags.writeable = False
+        object.__setattr__(self, "lethal_centres", centres)
+
+    def __deepcopy__(self, memo: dict) -> Costmap:
+        """Returns itself: nothing in a snapshot can change, so Drake's state copies cost nothing."""
+        return self
+
+    @property
+    def size_x_m(self) -> float:
+        """Extent along x, m."""
+        return self.costs.shape[1] * self.resolution
+
+    @property
+    def size_y_m(self) -> float:
+        """Extent along y, m."""
+        return self.costs.shape[0] * self.resolution
+
+
+@njit(cache=True)
+def world_to_cell(x, y, origin_x, origin_y, resolution, columns, rows):
+    """Returns (column, row) of the cell that holds the point (x, y) m, or (-1, -1) outside."""
+    if x < origin_x or y < origin_y:
+        return -1, -1
+    column = int((x - origin_x) / resolution)
+    row = int((y - origin_y) / resolution)
+    if column >= columns or row >= rows:
+        return -1, -1
+    return column, row
+
+
+@njit(cache=True)
+def distance_to_cells(distance, resolution):
+    """Returns a distance in m as whole cells, rounded up, never negative (Nav2's cellDistance)."""
+    return max(0, int(math.ceil(distance / resolution)))
+
+
+@njit(cache=True)
+def line_max_cost(costs, column_0, row_0, column_1, row_1, stop_at):
+    """Returns the largest cost on the cells of a line, both ends included.
+
+    The line is Bresenham's along the dominant axis (x on ties), error starting at half the
+    dominant extent; its direction decides which cells a tie visits. Returns `stop_at` at once
+    where a cell has that cost.
+    """
+    delta_column = abs(column_1 - column_0)
+    delta_row = abs(row_1 - row_0)
+    step_column = 1 if column_1 >= column_0 else -1
+    step_row = 1 if row_1 >= row_0 else -1
+    along_x = delta_column >= delta_row
+    major = delta_column if along_x else delta_row
+    minor = delta_row if along_x else delta_column
+    error = major // 2
+    column, row = column_0, row_0
+    largest = 0
+    for _ in range(major + 1):
+        cost = costs[row, column]
+        if cost == stop_at:
+            return int(cost)
+        if cost > largest:
+            largest = int(cost)
+        error += minor
+        step_minor = error >= major
+        if step_minor:
+            error -= major
+        if along_x:
+            column += step_column
+            if step_minor:
+                row += step_row
+        else:
+            row += step_row
+            if step_minor:
+                column += step_column
+    return largest

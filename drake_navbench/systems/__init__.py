@@ -1,0 +1,1 @@
+"""The LeafSystems of a trial, one a file."""
