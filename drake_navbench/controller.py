@@ -2,7 +2,7 @@
 
 A controller is a pure object. It is built once a trial from its typed parameters and a
 `ControllerSetup`; `initial_memory()` and `step(observation, memory)` do the rest. Everything that
-evolves is in its memory, which lives in the Drake Context. See docs/controllers.md for a walk-through.
+evolves is in its memory, which lives in the Drake Context. docs/controllers.md is a walk-through.
 """
 
 from __future__ import annotations
@@ -35,6 +35,9 @@ class NoiseKey(NamedTuple):
         """Returns a fresh generator that depends on the key alone."""
         sequence = np.random.SeedSequence(self.seed, spawn_key=(self.stream, self.step))
         return np.random.Generator(np.random.PCG64(sequence))
+
+
+NO_NOISE = NoiseKey(seed=0, stream=0, step=0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +108,7 @@ class Observation:
     goal_yaw_tolerance_rad: float = 0.25
     goal_xy_reached: bool = False
     speed_limit: SpeedLimit | None = None
-    noise_key: NoiseKey = NoiseKey(0, 0, 0)
+    noise_key: NoiseKey = NO_NOISE
     cancel_requested: bool = False
 
 
@@ -128,13 +131,17 @@ class ControllerError(NavbenchError):
     """Base of what a controller may raise; `code` is Nav2's FollowPath error code.
 
     details: numbers that tell why, kept in the trial's log (such as rejections per critic).
+    memory: what the next `step` gets, where the failed cycle changed it; None keeps the old one.
     """
 
     code: ClassVar[int] = 100
 
-    def __init__(self, message: str, details: Mapping[str, Any] | None = None) -> None:
+    def __init__(
+        self, message: str, *, details: Mapping[str, Any] | None = None, memory: Any = None
+    ) -> None:
         super().__init__(message)
         self.details = dict(details or {})
+        self.memory = memory
 
 
 class ControllerTFError(ControllerError):
@@ -185,8 +192,7 @@ class Controller(Protocol):
     def step(self, observation: Observation, memory: Any) -> Decision:
         """Returns the command of one cycle; raises a ControllerError where there is none.
 
-        Pure: same observation and memory, same decision; neither is changed. A memory that an
-        error must leave behind travels as the exception's `memory` attribute.
+        Pure: same observation and memory, same decision; neither is changed.
         """
         ...
 

@@ -1,4 +1,4 @@
-"""The robot's outline: padding, radii and its cost on a costmap (nav2_costmap_2d, footprint.cpp)."""
+"""The robot's outline: padding, radii and its cost on a costmap (nav2_costmap_2d, footprint)."""
 
 from __future__ import annotations
 

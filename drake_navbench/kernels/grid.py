@@ -53,7 +53,7 @@ class Costmap:
         object.__setattr__(self, "lethal_centres", centres)
 
     def __deepcopy__(self, memo: dict) -> Costmap:
-        """Returns itself: nothing in a snapshot can change, so Drake's state copies cost nothing."""
+        """Returns itself: a snapshot never changes, so Drake's state copies cost nothing."""
         return self
 
     @property
@@ -82,7 +82,7 @@ def world_to_cell(x, y, origin_x, origin_y, resolution, columns, rows):
 @njit(cache=True)
 def distance_to_cells(distance, resolution):
     """Returns a distance in m as whole cells, rounded up, never negative (Nav2's cellDistance)."""
-    return max(0, int(math.ceil(distance / resolution)))
+    return max(0, math.ceil(distance / resolution))
 
 
 @njit(cache=True)
