@@ -1,0 +1,305 @@
+"""Cost-aware A* over the eight neighbours of a costmap cell (Nav2's SmacPlanner2D).
+
+Costs are float32, as in Nav2. A step of length L (1 or sqrt 2 cells) into a cell of cost c takes
+L * (1 + cost_travel_multiplier * c / 252); the heuristic is the straight distance from the cell's
+integer index to the goal's continuous map coordinate, which never exceeds the cost to go by more
+than the goal's offset within its cell.
+
+Ties: the open set is a binary heap ordered by g + h alone. Among equal sums the right child rises
+before the left one, a new entry never passes an equal parent, and a cell keeps its first parent of
+equal cost; neighbours are visited in the order W, E, S, N, SW, SE, NW, NE. That is what the C++
+standard library's priority queue does inside Nav2, and it makes the path a function of the input.
+
+Nothing here reads a clock: a time limit enters as a number of expansions.
+Source: nav2_smac_planner (AStarAlgorithm, Node2D, GoalManager).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from drake_navbench.kernels.grid import INSCRIBED, MAX_NON_OBSTACLE, NO_INFORMATION
+
+FOUND = 0
+GOAL_OCCUPIED = 1
+OPEN_SET_EMPTY = 2
+ITERATION_LIMIT = 3
+EXPANSION_BUDGET_SPENT = 4
+
+COST_VALUES = 256
+NEIGHBOURS = 8
+FIRST_DIAGONAL = 4
+COLUMN_STEPS = np.array([-1, 1, 0, 0, -1, 1, -1, 1], dtype=np.int64)
+ROW_STEPS = np.array([0, 0, -1, 1, -1, -1, 1, 1], dtype=np.int64)
+
+# The g of a cell that was expanded: nothing improves on it.
+CLOSED = np.float32(-np.inf)
+
+# A heap entry is one int64: the bits of the float32 sum g + h above, the cell's index below. Sums
+# are never negative, so that their bits sort like their values.
+KEY_SHIFT = 32
+CELL_MASK = (1 << KEY_SHIFT) - 1
+
+INITIAL_HEAP_CAPACITY = 4096
+
+
+@njit(cache=True)
+def is_blocked(cost, allow_unknown):
+    """Tells whether a cell of this cost may not be entered (GridCollisionChecker, by index)."""
+    if cost == NO_INFORMATION and allow_unknown:
+        return False
+    return cost >= INSCRIBED
+
+
+@njit(cache=True)
+def step_costs(cost_travel_multiplier, allow_unknown):
+    """Returns (2, 256) float32: cost of a straight and of a diagonal step into a cell, by its cost.
+
+    A blocked cell costs infinity, so that relaxing it never improves anything.
+    """
+    table = np.empty((2, COST_VALUES), dtype=np.float32)
+    diagonal = np.float64(np.float32(math.sqrt(2.0)))
+    for cost in range(COST_VALUES):
+        if is_blocked(cost, allow_unknown):
+            table[:, cost] = np.inf
+            continue
+        normalized = np.float32(cost / MAX_NON_OBSTACLE)
+        penalty = np.float32(np.float32(cost_travel_multiplier) * normalized)
+        table[0, cost] = np.float32(1.0 + np.float64(penalty))
+        table[1, cost] = np.float32(diagonal * (1.0 + np.float64(penalty)))
+    return table
+
+
+@njit(cache=True)
+def _entry(key, cell):
+    """Returns the heap entry of a cell whose g + h is `key` (float32)."""
+    return (np.int64(np.float32(key).view(np.int32)) << KEY_SHIFT) | cell
+
+
+@njit(cache=True)
+def _rise(heap, hole, entry):
+    """Puts an entry into the heap at `hole` or above, below the first parent that is not larger."""
+    key = entry >> KEY_SHIFT
+    while hole > 0:
+        parent = (hole - 1) >> 1
+        if not (heap[parent] >> KEY_SHIFT) > key:
+            break
+        heap[hole] = heap[parent]
+        hole = parent
+    heap[hole] = entry
+
+
+@njit(cache=True)
+def _pop(heap, size):
+    """Removes the top of a heap of `size` entries and returns its cell.
+
+    The hole sinks to the bottom along the smaller children (the right one on ties); the last entry
+    rises from there.
+    """
+    top = heap[0] & CELL_MASK
+    last = size - 1
+    hole = 0
+    child = 2
+    while child < last:
+        if (heap[child] >> KEY_SHIFT) > (heap[child - 1] >> KEY_SHIFT):
+            child -= 1
+        heap[hole] = heap[child]
+        hole = child
+        child = 2 * hole + 2
+    if child == last:
+        heap[hole] = heap[child - 1]
+        hole = child - 1
+    if last > 0:
+        _rise(heap, hole, heap[last])
+    return top
+
+
+@njit(cache=True)
+def _grown(array):
+    """Returns a copy of `array` with twice the room."""
+    larger = np.empty(2 * array.size, dtype=array.dtype)
+    larger[: array.size] = array
+    return larger
+
+
+@njit(cache=True)
+def _heuristic(column, row, goal_x, goal_y):
+    """Returns the distance from a cell's index to the goal's map coordinate, float32 cells."""
+    delta_x = goal_x - np.float32(column)
+    delta_y = goal_y - np.float32(row)
+    return np.sqrt(delta_x * delta_x + delta_y * delta_y)
+
+
+@njit(cache=True)
+def is_goal_admissible(costs, goal_x, goal_y, tolerance, allow_unknown):
+    """Tells whether a search may start: the goal cell is free, or a cell within `tolerance` is.
+
+    costs: (rows, columns) uint8. goal_x, goal_y: map coordinates, cells. tolerance: cells; less
+    than one never relaxes. Distances count from the cells' integer indices.
+    """
+    if not is_blocked(costs[int(goal_y), int(goal_x)], allow_unknown):
+        return True
+    if tolerance < 1.0:
+        return False
+    rows, columns = costs.shape
+    for row in range(
+        max(0, math.floor(goal_y - tolerance)), min(rows - 1, math.ceil(goal_y + tolerance)) + 1
+    ):
+        for column in range(
+            max(0, math.floor(goal_x - tolerance)),
+            min(columns - 1, math.ceil(goal_x + tolerance)) + 1,
+        ):
+            delta_x = column - goal_x
+            delta_y = row - goal_y
+            if delta_x * delta_x + delta_y * delta_y <= tolerance * tolerance and not is_blocked(
+                costs[row, column], allow_unknown
+            ):
+                return True
+    return False
+
+
+@njit(cache=True)
+def _cells_to(directions, columns, start, end):
+    """Returns (N, 2) int64 [column, row] of the cells from `start` to `end`, both included."""
+    count = 1
+    cell = end
+    while cell != start:
+        direction = directions[cell]
+        cell -= COLUMN_STEPS[direction] + ROW_STEPS[direction] * columns
+        count += 1
+    path = np.empty((count, 2), dtype=np.int64)
+    cell = end
+    for k in range(count - 1, -1, -1):
+        path[k, 0] = cell % columns
+        path[k, 1] = cell // columns
+        direction = directions[cell]
+        cell -= COLUMN_STEPS[direction] + ROW_STEPS[direction] * columns
+    return path
+
+
+@njit(cache=True)
+def _relax_neighbours(
+    flat_costs,
+    shape,
+    cell,
+    cell_g,
+    goal_x,
+    goal_y,
+    table,
+    corner_cutting,
+    g,
+    directions,
+    heap,
+    size,
+    best,
+):
+    """Offers the cell's cost to its neighbours. Returns (heap size, best cell, best heuristic).
+
+    best: (cell, heuristic) nearest to the goal among all cells relaxed so far, the first on ties.
+    """
+    rows, columns = shape
+    best_cell, best_h = best
+    row = cell // columns
+    column = cell - row * columns
+    for direction in range(NEIGHBOURS):
+        next_column = column + COLUMN_STEPS[direction]
+        next_row = row + ROW_STEPS[direction]
+        if next_column < 0 or next_column >= columns or next_row < 0 or next_row >= rows:
+            continue
+        neighbour = next_row * columns + next_column
+        is_diagonal = direction >= FIRST_DIAGONAL
+        new_g = cell_g + table[1 if is_diagonal else 0, flat_costs[neighbour]]
+        if not new_g < g[neighbour]:
+            continue
+        if is_diagonal and not corner_cutting:
+            beside_x = flat_costs[row * columns + next_column]
+            beside_y = flat_costs[next_row * columns + column]
+            if table[0, beside_x] == np.inf or table[0, beside_y] == np.inf:
+                continue
+        g[neighbour] = new_g
+        directions[neighbour] = direction
+        h = _heuristic(next_column, next_row, goal_x, goal_y)
+        if h < best_h:
+            best_h = h
+            best_cell = neighbour
+        _rise(heap, size, _entry(new_g + h, neighbour))
+        size += 1
+    return size, best_cell, best_h
+
+
+@njit(cache=True)
+def search(
+    costs,
+    start_cell,
+    goal,
+    tolerance,
+    cost_travel_multiplier,
+    allow_unknown,
+    corner_cutting,
+    max_iterations,
+    max_on_approach_iterations,
+    terminal_checking_interval,
+    expansion_budget,
+):
+    """Searches a path of cells. Returns (status, cells, expansions).
+
+    costs: (rows, columns) uint8, C-contiguous.
+    start_cell: (column, row), never tested itself. goal: (x, y) map coordinates, cells.
+    tolerance: distance from the goal at which a path may end, cells.
+    corner_cutting: whether a diagonal step may pass a blocked cell beside it, as in Nav2.
+    max_iterations, max_on_approach_iterations: expansions in all, and within the tolerance; zero or
+        less is unlimited. At every `terminal_checking_interval`-th expansion the search ends if it
+        has used `expansion_budget`, which stands for Nav2's time limit.
+    status: FOUND (cells (N, 2) int64 [column, row], ending in the goal cell or within tolerance of
+        the goal); GOAL_OCCUPIED; OPEN_SET_EMPTY; ITERATION_LIMIT; EXPANSION_BUDGET_SPENT.
+    """
+    no_cells = np.empty((0, 2), dtype=np.int64)
+    goal_x, goal_y = np.float32(goal[0]), np.float32(goal[1])
+    tolerance = np.float32(tolerance)
+    if not is_goal_admissible(costs, goal_x, goal_y, tolerance, allow_unknown):
+        return GOAL_OCCUPIED, no_cells, 0
+    columns = costs.shape[1]
+    flat_costs = costs.reshape(-1)
+    start = start_cell[1] * columns + start_cell[0]
+    goal_cell = int(goal_y) * columns + int(goal_x)
+    table = step_costs(cost_travel_multiplier, allow_unknown)
+    g = np.full(costs.size, np.float32(np.inf), dtype=np.float32)
+    directions = np.zeros(costs.size, dtype=np.uint8)
+    heap = np.empty(INITIAL_HEAP_CAPACITY, dtype=np.int64)
+    g[start] = np.float32(0.0)
+    heap[0], size = start, 1
+    best_cell, best_h = start, np.float32(np.inf)
+    expansions, approach_expansions = 0, 0
+    status = OPEN_SET_EMPTY
+    while size > 0:
+        if max_iterations > 0 and expansions >= max_iterations:
+            status = ITERATION_LIMIT
+            break
+        if expansions % terminal_checking_interval == 0 and expansions >= expansion_budget:
+            status = EXPANSION_BUDGET_SPENT
+            break
+        cell = _pop(heap, size)
+        size -= 1
+        cell_g = g[cell]
+        if cell_g == CLOSED:
+            continue
+        expansions += 1
+        g[cell] = CLOSED
+        if cell == goal_cell:
+            return FOUND, _cells_to(directions, columns, start, cell), expansions
+        if best_h < tolerance:
+            approach_expansions += 1
+            if approach_expansions >= max_on_approach_iterations > 0:
+                break
+        if size + NEIGHBOURS > heap.size:
+            heap = _grown(heap)
+        size, best_cell, best_h = _relax_neighbours(
+            flat_costs, costs.shape, cell, cell_g, goal_x, goal_y, table, corner_cutting,
+            g, directions, heap, size, (best_cell, best_h),
+        )  # fmt: skip
+    if best_h < tolerance:
+        return FOUND, _cells_to(directions, columns, start, best_cell), expansions
+    return status, no_cells, expansions

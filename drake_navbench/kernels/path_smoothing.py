@@ -1,0 +1,213 @@
+"""The two simple path smoothers of Nav2 and the heading rule they share.
+
+Both relax a path by Gauss-Seidel sweeps, x and y apart, end points fixed:
+
+    y_i <- y_i + w_data (x_i - y_i) + w_smooth (y_(i+1) + y_(i-1) - 2 y_i)
+
+which converges to the minimum of w_data/2 sum |y - x|^2 + w_smooth/2 sum |y_(i+1) - y_i|^2. A sweep
+that runs into an obstacle ends the smoothing at the sweep before it.
+Source: nav2_smac_planner (Smoother), nav2_smoother (SimpleSmoother), nav2_util (smoother_utils).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from drake_navbench.kernels.angles import wrap
+from drake_navbench.kernels.footprint import footprint_cost
+from drake_navbench.kernels.grid import LETHAL, MAX_NON_OBSTACLE, NO_INFORMATION, world_to_cell
+
+# Points closer than this in x and in y have no direction between them; a turn by less is no turn.
+COINCIDENT_M = 1e-4
+IN_PLACE_TURN_RAD = 1e-4
+# Nav2 leaves shorter segments as they are: index span from the first pose to the last.
+MIN_SPAN_OF_GRID_PATH = 10
+MIN_SPAN_OF_SEGMENT = 3
+
+
+@njit(cache=True)
+def _is_in_collision(cost):
+    """Tells whether a cost stops the smoothing: inscribed or lethal, but not unknown."""
+    return cost > MAX_NON_OBSTACLE and cost != NO_INFORMATION
+
+
+@njit(cache=True)
+def cell_cost(costs, origin_x, origin_y, resolution, x, y):
+    """Returns the cost of the cell that holds the point (x, y) m; LETHAL off the map."""
+    rows, columns = costs.shape
+    column, row = world_to_cell(x, y, origin_x, origin_y, resolution, columns, rows)
+    if column < 0:
+        return LETHAL
+    return int(costs[row, column])
+
+
+@njit(cache=True)
+def _assign_headings(path, is_holonomic):
+    """Writes the headings of `with_headings` into `path`."""
+    last = path.shape[0] - 1
+    is_reverse = False
+    if not is_holonomic and last >= 2:
+        direction = math.atan2(path[2, 1] - path[1, 1], path[2, 0] - path[1, 0])
+        is_reverse = abs(wrap(direction - path[1, 2])) > math.pi / 2
+    for i in range(last):
+        delta_x = path[i + 1, 0] - path[i, 0]
+        delta_y = path[i + 1, 1] - path[i, 1]
+        if abs(delta_x) < COINCIDENT_M and abs(delta_y) < COINCIDENT_M:
+            continue
+        yaw = math.atan2(delta_y, delta_x)
+        path[i, 2] = wrap(yaw + math.pi) if is_reverse else yaw
+
+
+@njit(cache=True)
+def with_headings(path, is_holonomic):
+    """Returns the path with each pose headed for the next one; the last pose keeps its heading.
+
+    path: (N, 3) x m, y m, yaw rad. A pose that coincides with the next one keeps its heading. Unless
+    `is_holonomic`, a path of three poses or more whose heading at index 1 points more than 90
+    degrees away from the direction 1 -> 2 is driven backwards, and all headings point backwards.
+    """
+    headed = path.copy()
+    _assign_headings(headed, is_holonomic)
+    return headed
+
+
+@njit(cache=True)
+def _relax_point(original, path, i, w_data, w_smooth):
+    """Moves pose `i` of `path` by one Gauss-Seidel step; returns |change in x| + |change in y|."""
+    change = 0.0
+    for axis in range(2):
+        before = path[i, axis]
+        pull = w_data * (original[i, axis] - before)
+        pull += w_smooth * (path[i + 1, axis] + path[i - 1, axis] - 2.0 * before)
+        path[i, axis] = before + pull
+        change += abs(path[i, axis] - before)
+    return change
+
+
+@njit(cache=True)
+def _is_path_free(costs, origin_x, origin_y, resolution, path, footprint):
+    """Tells whether no inner pose is in collision, by its cell or (K > 0) by its footprint."""
+    for i in range(1, path.shape[0] - 1):
+        x, y, yaw = path[i]
+        if footprint.shape[0] == 0:
+            cost = cell_cost(costs, origin_x, origin_y, resolution, x, y)
+        else:
+            cost = footprint_cost(costs, origin_x, origin_y, resolution, footprint, x, y, yaw, True)
+        if _is_in_collision(cost):
+            return False
+    return True
+
+
+@njit(cache=True)
+def smooth_grid_path(
+    path,
+    costs,
+    origin_x,
+    origin_y,
+    resolution,
+    footprint,
+    tolerance,
+    max_iterations,
+    w_data,
+    w_smooth,
+    refinement_num,
+):
+    """Smooths the raw path of a grid planner, as Nav2's 2D planner does itself.
+
+    path: (N, 3) x m, y m, yaw rad; returned as it is where it has eleven poses or fewer.
+    costs: (rows, columns) uint8 with origin m and resolution m. footprint: (K, 2) m whose outline
+    is tested at every inner pose after each sweep; K = 0 tests the cell under the pose.
+    tolerance: a pass ends when a sweep changes the coordinates by less in sum, m.
+    max_iterations: a pass ends before this sweep. refinement_num: passes after the first one, each
+    starting from the result of the one before; a pass that was cut short is the last.
+    Every sweep assigns headings (holonomic), so a first sweep that collides leaves those of `path`.
+    """
+    if path.shape[0] - 1 <= MIN_SPAN_OF_GRID_PATH:
+        return path.copy()
+    result = path.copy()
+    for _ in range(refinement_num + 1):
+        original = result.copy()
+        trial = result.copy()
+        sweeps = 0
+        change = tolerance
+        while change >= tolerance:
+            sweeps += 1
+            if sweeps >= max_iterations:
+                _assign_headings(result, True)
+                return result
+            change = 0.0
+            for i in range(1, path.shape[0] - 1):
+                change += _relax_point(original, trial, i, w_data, w_smooth)
+            _assign_headings(trial, True)
+            if not _is_path_free(costs, origin_x, origin_y, resolution, trial, footprint):
+                return result
+            result[:] = trial
+    return result
+
+
+@njit(cache=True)
+def smooth_segment(
+    path,
+    costs,
+    origin_x,
+    origin_y,
+    resolution,
+    tolerance,
+    max_iterations,
+    w_data,
+    w_smooth,
+    refinement_num,
+):
+    """Smooths a path driven in one direction, as Nav2's standalone simple smoother does.
+
+    Like `smooth_grid_path`, but the cell under a point is tested as soon as the point has moved,
+    no footprint is, any path of three poses or more is taken, and headings are assigned at the end,
+    by the non-holonomic rule: those of `path` tell whether it is driven backwards.
+    """
+    result = path.copy()
+    if path.shape[0] <= 2:
+        return result
+    is_cut_short = False
+    for _ in range(refinement_num + 1):
+        original = result.copy()
+        trial = result.copy()
+        sweeps = 0
+        change = tolerance
+        while change >= tolerance and not is_cut_short:
+            sweeps += 1
+            if sweeps >= max_iterations:
+                is_cut_short = True
+                break
+            change = 0.0
+            for i in range(1, path.shape[0] - 1):
+                change += _relax_point(original, trial, i, w_data, w_smooth)
+                x, y = trial[i, 0], trial[i, 1]
+                if _is_in_collision(cell_cost(costs, origin_x, origin_y, resolution, x, y)):
+                    is_cut_short = True
+                    break
+            if not is_cut_short:
+                result[:] = trial
+        if is_cut_short:
+            break
+    _assign_headings(result, False)
+    return result
+
+
+def directional_segments(path):
+    """Returns the (start, end) index pairs of the parts of a path that are driven in one direction.
+
+    path: (N, 3). A part ends where the path turns back (the directions before and after a pose
+    have a negative scalar product) and before a turn in place (the next pose coincides, with
+    another heading). Neighbouring parts share the pose between them.
+    """
+    last = len(path) - 1
+    steps = np.diff(path[:, :2], axis=0)
+    turns_back = np.sum(steps[:-1] * steps[1:], axis=1) < 0.0
+    stands = np.all(np.abs(steps[1:]) < COINCIDENT_M, axis=1)
+    yaw_steps = np.array([wrap(angle) for angle in np.diff(path[1:, 2])])
+    turns_in_place = stands & (np.abs(yaw_steps) > IN_PLACE_TURN_RAD)
+    cuts = [int(i) + 1 for i in np.flatnonzero(turns_back | turns_in_place)]
+    return list(zip([0, *cuts], [*cuts, last], strict=True))
