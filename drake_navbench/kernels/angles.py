@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 from numba import njit
 
 TWO_PI = 2.0 * math.pi
@@ -14,7 +15,7 @@ def wrap(angle):
     """Wraps a scalar angle into (-pi, pi]; an angle already inside is returned bit for bit."""
     if -math.pi < angle <= math.pi:
         return angle
-    wrapped = math.fmod(angle + math.pi, TWO_PI)
+    wrapped = np.fmod(angle + math.pi, TWO_PI)
     if wrapped <= 0.0:
         return wrapped + math.pi
     return wrapped - math.pi
