@@ -1,7 +1,7 @@
 """Paths from straights, arcs and polylines; their length; sampling by arc length.
 
-A path is (N, 3) float64: x m, y m, yaw rad along the tangent. Lengths are in m, angles in rad unless
-a name says degrees.
+A path is (N, 3) float64: x m, y m, yaw rad along the tangent. Lengths are in m, angles in rad
+unless a name says degrees.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def _element_shape(element: Mapping[str, float], index: int) -> tuple[float, flo
 
 
 def _advance(pose: Array, curvature: float, distance: ArrayLike) -> Array:
-    """Returns the poses (..., 3) at `distance` m along a circle (or straight) that starts in `pose`.
+    """Returns the poses (..., 3) at `distance` m along a circle or straight that starts in `pose`.
 
     Headings are not wrapped.
     """

@@ -65,9 +65,9 @@ def _assign_headings(path, is_holonomic):
 def with_headings(path, is_holonomic):
     """Returns the path with each pose headed for the next one; the last pose keeps its heading.
 
-    path: (N, 3) x m, y m, yaw rad. A pose that coincides with the next one keeps its heading. Unless
-    `is_holonomic`, a path of three poses or more whose heading at index 1 points more than 90
-    degrees away from the direction 1 -> 2 is driven backwards, and all headings point backwards.
+    path: (N, 3) x m, y m, yaw rad. A pose that coincides with the next one keeps its heading.
+    Unless `is_holonomic`, a path of three poses or more whose heading at index 1 points more than
+    90 degrees away from the direction 1 -> 2 is driven backwards: all headings point backwards.
     """
     headed = path.copy()
     _assign_headings(headed, is_holonomic)
