@@ -121,7 +121,9 @@ class PlannerParameters(BaseModel):
         "the speed of the computer [1/s]",
     )
     use_cell_centres: bool = Field(
-        True, description="Ours: poses lie in the middle of cells; Nav2: in their lower corner [-]"
+        True,
+        description="Ours: poses, and distances to the goal, count from the middle of cells; Nav2: "
+        "from their lower left corners [-]",
     )
     use_exact_end_points: bool = Field(
         True,
@@ -264,10 +266,13 @@ def _search_cells(
 ) -> NDArray[np.int64]:
     """Returns (N, 2) the cells of the path, [column, row]; raises a PlanningError."""
     budget = math.ceil(parameters.max_planning_time * parameters.expansions_per_second)
+    # A cell's index is its lower left corner in map coordinates, its centre half a cell further.
+    offset = np.float32(0.5 if parameters.use_cell_centres else 0.0)
     status, cells, expansions = astar.search(
         grid.costs,
         (int(start_cell[0]), int(start_cell[1])),
-        (goal_in_grid[0], goal_in_grid[1]),
+        (int(goal_in_grid[0]), int(goal_in_grid[1])),
+        (goal_in_grid[0] - offset, goal_in_grid[1] - offset),
         np.float32(parameters.tolerance) / np.float32(grid.resolution),
         parameters.cost_travel_multiplier,
         parameters.allow_unknown,

@@ -2,8 +2,9 @@
 
 Costs are float32, as in Nav2. A step of length L (1 or sqrt 2 cells) into a cell of cost c takes
 L * (1 + cost_travel_multiplier * c / 252); the heuristic is the straight distance from the cell's
-integer index to the goal's continuous map coordinate, which never exceeds the cost to go by more
-than the goal's offset within its cell.
+index to a point given in the same units. Nav2 gives the goal's continuous map coordinates, so that
+its distances count from the cells' lower left corners; less half a cell, they count from the
+centres.
 
 Ties: the open set is a binary heap ordered by g + h alone. Among equal sums the right child rises
 before the left one, a new entry never passes an equal parent, and a cell keeps its first parent of
@@ -134,13 +135,13 @@ def _heuristic(column, row, goal_x, goal_y):
 
 
 @njit(cache=True)
-def is_goal_admissible(costs, goal_x, goal_y, tolerance, allow_unknown):
+def is_goal_admissible(costs, goal_cell, goal_x, goal_y, tolerance, allow_unknown):
     """Tells whether a search may start: the goal cell is free, or a cell within `tolerance` is.
 
-    costs: (rows, columns) uint8. goal_x, goal_y: map coordinates, cells. tolerance: cells; less
-    than one never relaxes. Distances count from the cells' integer indices.
+    costs: (rows, columns) uint8. goal_cell: (column, row). goal_x, goal_y: the point from which the
+    cells' indices are measured. tolerance: cells; less than one never relaxes.
     """
-    if not is_blocked(costs[int(goal_y), int(goal_x)], allow_unknown):
+    if not is_blocked(costs[goal_cell[1], goal_cell[0]], allow_unknown):
         return True
     if tolerance < 1.0:
         return False
@@ -234,7 +235,8 @@ def _relax_neighbours(
 def search(
     costs,
     start_cell,
-    goal,
+    goal_cell,
+    goal_point,
     tolerance,
     cost_travel_multiplier,
     allow_unknown,
@@ -247,8 +249,9 @@ def search(
     """Searches a path of cells. Returns (status, cells, expansions).
 
     costs: (rows, columns) uint8, C-contiguous.
-    start_cell: (column, row), never tested itself. goal: (x, y) map coordinates, cells.
-    tolerance: distance from the goal at which a path may end, cells.
+    start_cell, goal_cell: (column, row); the start is never tested itself.
+    goal_point: (x, y) in cells, from which the cells' indices are measured.
+    tolerance: distance from that point at which a path may end, cells.
     corner_cutting: whether a diagonal step may pass a blocked cell beside it, as in Nav2.
     max_iterations, max_on_approach_iterations: expansions in all, and within the tolerance; zero or
         less is unlimited. At every `terminal_checking_interval`-th expansion the search ends if it
@@ -257,14 +260,14 @@ def search(
         the goal); GOAL_OCCUPIED; OPEN_SET_EMPTY; ITERATION_LIMIT; EXPANSION_BUDGET_SPENT.
     """
     no_cells = np.empty((0, 2), dtype=np.int64)
-    goal_x, goal_y = np.float32(goal[0]), np.float32(goal[1])
+    goal_x, goal_y = np.float32(goal_point[0]), np.float32(goal_point[1])
     tolerance = np.float32(tolerance)
-    if not is_goal_admissible(costs, goal_x, goal_y, tolerance, allow_unknown):
+    if not is_goal_admissible(costs, goal_cell, goal_x, goal_y, tolerance, allow_unknown):
         return GOAL_OCCUPIED, no_cells, 0
     columns = costs.shape[1]
     flat_costs = costs.reshape(-1)
     start = start_cell[1] * columns + start_cell[0]
-    goal_cell = int(goal_y) * columns + int(goal_x)
+    goal = goal_cell[1] * columns + goal_cell[0]
     table = step_costs(cost_travel_multiplier, allow_unknown)
     g = np.full(costs.size, np.float32(np.inf), dtype=np.float32)
     directions = np.zeros(costs.size, dtype=np.uint8)
@@ -288,7 +291,7 @@ def search(
             continue
         expansions += 1
         g[cell] = CLOSED
-        if cell == goal_cell:
+        if cell == goal:
             return FOUND, _cells_to(directions, columns, start, cell), expansions
         if best_h < tolerance:
             approach_expansions += 1

@@ -1,0 +1,69 @@
+"""Nav2's standalone simple smoother: relaxes a whole plan, part by part between its turns back.
+
+Source: nav2_smoother (SimpleSmoother).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import BaseModel, ConfigDict, Field
+
+from drake_navbench.errors import InputError
+from drake_navbench.kernels.grid import Costmap
+from drake_navbench.kernels.path_smoothing import (
+    MIN_SPAN_OF_SEGMENT,
+    directional_segments,
+    smooth_segment,
+)
+
+
+class SimpleSmootherParameters(BaseModel):
+    """Parameters of SimpleSmoother, with Nav2's names and defaults."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    tolerance: float = Field(
+        1e-10, gt=0.0, description="A pass ends when a sweep moves less than this in sum [m]"
+    )
+    max_its: int = Field(1000, ge=0, description="A pass ends before this sweep [sweeps]")
+    w_data: float = Field(0.2, ge=0.0, description="Pull towards the path before smoothing [-]")
+    w_smooth: float = Field(0.3, ge=0.0, description="Pull towards the neighbours' mean [-]")
+    do_refinement: bool = Field(True, description="Smooth the smoothed path again [-]")
+    refinement_num: int = Field(2, ge=0, description="How many times again [passes]")
+    enforce_path_inversion: bool = Field(
+        True, description="Smooth forward and reverse parts apart, keep the poses between [-]"
+    )
+
+
+def smooth_path(
+    path: ArrayLike, costmap: Costmap, parameters: SimpleSmootherParameters
+) -> NDArray[np.float64]:
+    """Returns the smoothed path (N, 3) x m, y m, yaw rad; `path` has the same shape.
+
+    The incoming headings tell forward from reverse driving, so they must mean something. Parts of
+    four poses or fewer stay as they are. Where a point would enter an inscribed or lethal cell, its
+    part keeps the last sweep that was free. Nav2's time limit (SmootherTimedOut) has no
+    counterpart: `max_its` bounds the work. Raises InputError where `path` is no path.
+    """
+    smoothed = np.array(path, dtype=np.float64)
+    if smoothed.ndim != 2 or smoothed.shape[1] != 3 or len(smoothed) == 0:
+        raise InputError(f"path: found an array of shape {smoothed.shape}, expected (N, 3), N >= 1")
+    whole = [(0, len(smoothed) - 1)]
+    segments = directional_segments(smoothed) if parameters.enforce_path_inversion else whole
+    for start, end in segments:
+        if end - start <= MIN_SPAN_OF_SEGMENT:
+            continue
+        smoothed[start : end + 1] = smooth_segment(
+            smoothed[start : end + 1],
+            costmap.costs,
+            costmap.origin_x,
+            costmap.origin_y,
+            costmap.resolution,
+            parameters.tolerance,
+            parameters.max_its,
+            parameters.w_data,
+            parameters.w_smooth,
+            parameters.refinement_num if parameters.do_refinement else 0,
+        )
+    return smoothed

@@ -1,0 +1,67 @@
+"""Speed of the global planner and the smoothers."""
+
+import numpy as np
+import pytest
+from scipy.ndimage import distance_transform_edt
+
+from drake_navbench.kernels.astar import FOUND, search
+from drake_navbench.kernels.grid import Costmap
+from drake_navbench.planner import PlannerParameters, plan_path
+from drake_navbench.simple_smoother import SimpleSmootherParameters, smooth_path
+
+RESOLUTION_M = 0.05
+ROOMS = 10
+NO_LIMIT = 10**12
+
+
+def building(size):
+    """(size, size) costs of ten by ten rooms with doors, inflated by 0.9 m with scaling 3."""
+    rng = np.random.default_rng(0)
+    room = size // ROOMS
+    is_wall = np.zeros((size, size), dtype=bool)
+    is_wall[::room] = True
+    is_wall[:, ::room] = True
+    for row in range(0, size, room):
+        for column in range(0, size, room):
+            doors = rng.integers(room // 3, 2 * room // 3, size=2)
+            is_wall[row, column + doors[0] : column + doors[0] + 2 * room // 5] = False
+            is_wall[row + doors[1] : row + doors[1] + 2 * room // 5, column] = False
+    distance = distance_transform_edt(~is_wall) * RESOLUTION_M
+    costs = np.floor(252.0 * np.exp(-3.0 * (distance - 0.3)))
+    costs[distance > 0.9] = 0.0
+    costs[distance <= 0.3] = 253.0
+    costs[is_wall] = 254.0
+    return costs.astype(np.uint8)
+
+
+def across(size):
+    """Start and goal cell near opposite corners."""
+    margin = size // (2 * ROOMS)
+    return (margin, margin), (size - margin, size - margin)
+
+
+@pytest.mark.parametrize("size", [400, 1000])
+def test_bench_search_across_a_building(benchmark, size):
+    costs = building(size)
+    start, goal = across(size)
+    arguments = (costs, start, goal, goal, 2.5, 1.0, True, False, 0, 1000, 5000, NO_LIMIT)
+    status, cells, expansions = benchmark(search, *arguments)
+    assert status == FOUND
+    benchmark.extra_info["expansions"] = expansions
+    benchmark.extra_info["path_cells"] = len(cells)
+
+
+@pytest.mark.parametrize("size", [400, 1000])
+def test_bench_plan_across_a_building(benchmark, size):
+    costmap = Costmap(building(size), 0.0, 0.0, RESOLUTION_M)
+    start, goal = (((np.array([*cell, 0.0]) + 0.5) * RESOLUTION_M) for cell in across(size))
+    path = benchmark(plan_path, costmap, start, goal, PlannerParameters())
+    benchmark.extra_info["poses"] = len(path)
+
+
+def test_bench_simple_smoother_on_500_poses(benchmark):
+    costmap = Costmap(np.zeros((200, 1000), dtype=np.uint8), 0.0, 0.0, RESOLUTION_M)
+    path = np.zeros((500, 3))
+    path[:, 0] = 1.0 + RESOLUTION_M * np.arange(500)
+    path[:, 1] = 5.0 + 0.3 * np.sin(0.1 * np.arange(500))
+    benchmark(smooth_path, path, costmap, SimpleSmootherParameters())

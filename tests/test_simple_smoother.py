@@ -1,0 +1,84 @@
+"""The standalone simple smoother: what it keeps, what it cuts, what it refuses."""
+
+import math
+
+import numpy as np
+import pytest
+
+from drake_navbench.errors import InputError
+from drake_navbench.kernels.grid import Costmap
+from drake_navbench.simple_smoother import SimpleSmootherParameters, smooth_path
+
+EMPTY = Costmap(np.zeros((100, 100), dtype=np.uint8), 0.0, 0.0, 0.05)
+DEFAULT = SimpleSmootherParameters()
+
+
+def zig_zag(count=20, yaw=0.0):
+    """Poses every 10 cm along x, every second one 4 cm up."""
+    path = np.zeros((count, 3))
+    path[:, 0] = 1.0 + 0.1 * np.arange(count)
+    path[:, 1] = 2.0 + 0.04 * (np.arange(count) % 2)
+    path[:, 2] = yaw
+    return path
+
+
+def there_and_back():
+    """Forward along y = 2 to x = 2, then in reverse along y = 2.5 towards smaller x."""
+    forward = zig_zag(11)
+    back = forward[-2::-1] + [0.0, 0.1, 0.0]
+    return np.vstack([forward, back])
+
+
+def test_a_zig_zag_becomes_nearly_straight_and_headed_along_itself():
+    path = zig_zag()
+    smoothed = smooth_path(path, EMPTY, DEFAULT)
+    assert np.ptp(smoothed[2:-2, 1]) < 0.1 * np.ptp(path[:, 1])
+    np.testing.assert_allclose(smoothed[3:-3, 2], 0.0, atol=0.05)
+    np.testing.assert_array_equal(smoothed[[0, -1], :2], path[[0, -1], :2])
+
+
+def test_a_path_driven_in_reverse_keeps_pointing_backwards():
+    smoothed = smooth_path(zig_zag(yaw=math.pi), EMPTY, DEFAULT)
+    assert np.all(np.cos(smoothed[:, 2]) < -0.9)
+
+
+def test_the_pose_where_a_path_turns_back_stays_and_headings_do_not_flip():
+    path = there_and_back()
+    smoothed = smooth_path(path, EMPTY, DEFAULT)
+    np.testing.assert_array_equal(smoothed[10, :2], path[10, :2])
+    assert np.all(np.cos(smoothed[:, 2]) > 0.5)
+
+
+def test_without_path_inversion_the_turning_point_is_smoothed_away():
+    path = there_and_back()
+    parameters = SimpleSmootherParameters(enforce_path_inversion=False)
+    assert smooth_path(path, EMPTY, parameters)[10, 0] < path[10, 0] - 0.02
+
+
+def test_a_path_of_four_poses_stays_as_it_is_and_one_of_five_does_not():
+    np.testing.assert_array_equal(smooth_path(zig_zag(4), EMPTY, DEFAULT), zig_zag(4))
+    assert np.any(smooth_path(zig_zag(5), EMPTY, DEFAULT) != zig_zag(5))
+
+
+def test_more_refinements_smooth_more():
+    roughness = [
+        np.sum(np.diff(smooth_path(zig_zag(), EMPTY, parameters)[:, 1], n=2) ** 2)
+        for parameters in (
+            SimpleSmootherParameters(do_refinement=False),
+            SimpleSmootherParameters(refinement_num=1),
+            DEFAULT,
+        )
+    ]
+    assert roughness[0] > roughness[1] > roughness[2]
+
+
+def test_the_input_is_left_alone():
+    path = zig_zag()
+    smooth_path(path, EMPTY, DEFAULT)
+    np.testing.assert_array_equal(path, zig_zag())
+
+
+@pytest.mark.parametrize("path", [np.zeros((0, 3)), np.zeros((5, 2)), np.zeros(3)])
+def test_an_array_that_is_no_path_is_refused(path):
+    with pytest.raises(InputError, match="path: found an array of shape"):
+        smooth_path(path, EMPTY, DEFAULT)
