@@ -18,26 +18,11 @@ from pydantic import BaseModel, ConfigDict
 
 from drake_navbench.errors import InputError, NavbenchError, nearest_name_hint
 from drake_navbench.kernels.grid import Costmap
+from drake_navbench.noise import NO_NOISE, NoiseKey
 
 ENTRY_POINT_GROUP = "drake_navbench.controllers"
 
 Array = NDArray[np.float64]
-
-
-class NoiseKey(NamedTuple):
-    """Names one cycle's random numbers: equal keys give equal numbers, on any machine."""
-
-    seed: int
-    stream: int
-    step: int
-
-    def generator(self) -> np.random.Generator:
-        """Returns a fresh generator that depends on the key alone."""
-        sequence = np.random.SeedSequence(self.seed, spawn_key=(self.stream, self.step))
-        return np.random.Generator(np.random.PCG64(sequence))
-
-
-NO_NOISE = NoiseKey(seed=0, stream=0, step=0)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,31 @@
+"""A benchmark for mobile-robot controllers on Drake's systems framework.
+
+`run_trial` and `run_benchmark` do from Python what `python -m drake_navbench.run` does from a shell.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from drake_navbench.campaign import run_benchmark
+    from drake_navbench.log import TrialLog
+    from drake_navbench.trial import run_trial
+
+__version__ = "0.1.0"
+__all__ = ["TrialLog", "__version__", "run_benchmark", "run_trial"]
+
+_HOMES = {
+    "TrialLog": "drake_navbench.log",
+    "run_benchmark": "drake_navbench.campaign",
+    "run_trial": "drake_navbench.trial",
+}
+
+
+def __getattr__(name: str) -> Any:
+    # Drake and numba take seconds to import; `--help` must not wait for them.
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
+    return getattr(import_module(_HOMES[name]), name)

@@ -1,0 +1,161 @@
+"""The wiring of one trial, one paragraph a system.
+
+`python -m drake_navbench.diagram` writes the picture of it, as Drake draws it, to docs/.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.geometry import Meshcat, MeshcatVisualizer, SceneGraph
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder
+
+from drake_navbench.controller import Controller
+from drake_navbench.goal_checkers import SimpleGoalChecker
+from drake_navbench.path_handler import PathHandler
+from drake_navbench.progress_checkers import SimpleProgressChecker
+from drake_navbench.robot import Robot
+from drake_navbench.systems.clearance import Clearance
+from drake_navbench.systems.controller_server import ControllerServer
+from drake_navbench.systems.lidar import Lidar
+from drake_navbench.systems.local_costmap import LocalCostmap
+from drake_navbench.systems.localization import Localization
+from drake_navbench.systems.navigator import Navigator
+from drake_navbench.systems.recorder import Recorder
+from drake_navbench.systems.wheelchair import Wheelchair
+from drake_navbench.world import World
+from drake_navbench.world_geometry import register_obstacles
+
+# Updates due at one instant all read the state from before it. With these offsets each stage sees
+# what the one before it has just produced: first the scan, then the costmap, then the command.
+COSTMAP_OFFSET_S = 0.01
+CONTROLLER_OFFSET_S = 0.02
+CLEARANCE_PERIOD_S = 0.05
+RECORDER_PERIOD_S = 0.02
+
+
+@dataclass(frozen=True)
+class TrialDiagram:
+    """A built diagram, and the systems in it that a trial or a test talks to."""
+
+    diagram: Diagram
+    wheelchair: Wheelchair
+    lidar: Lidar
+    localization: Localization
+    local_costmap: LocalCostmap
+    navigator: Navigator
+    controller_server: ControllerServer
+    clearance: Clearance
+    recorder: Recorder
+
+    def create_context(self, start_pose: NDArray[np.float64], seed: int) -> Context:
+        """Returns a context with the robot at rest at (3,) x m, y m, yaw rad, and the seed set."""
+        context = self.diagram.CreateDefaultContext()
+        self.wheelchair.set_pose(self.wheelchair.GetMyMutableContextFromRoot(context), start_pose)
+        for system in (self.lidar, self.localization, self.controller_server):
+            own = system.GetMyMutableContextFromRoot(context)
+            own.get_mutable_abstract_parameter(system.seed_parameter).set_value(seed)
+        return context
+
+
+def build_trial_diagram(
+    robot: Robot,
+    world: World,
+    controller: Controller,
+    *,
+    make_plan: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    meshcat: Meshcat | None = None,
+) -> TrialDiagram:
+    """Wires one trial.
+
+    make_plan: from the start pose (3,) to the plan poses (N, 3); raises PlanningError.
+    meshcat: where to draw the trial while it runs.
+    """
+    builder = DiagramBuilder()
+    navigation = robot.navigation
+
+    scene_graph = builder.AddNamedSystem("scene_graph", SceneGraph())
+    register_obstacles(scene_graph, world)
+
+    wheelchair = builder.AddNamedSystem(
+        "wheelchair", Wheelchair(robot.drive, scene_graph, footprint=robot.outline)
+    )
+    state = wheelchair.GetOutputPort("state")
+    builder.Connect(
+        wheelchair.GetOutputPort("geometry_pose"),
+        scene_graph.get_source_pose_port(wheelchair.source_id),
+    )
+
+    lidar = builder.AddNamedSystem("lidar", Lidar(robot.lidar, world))
+    builder.Connect(state, lidar.GetInputPort("state"))
+    scan = lidar.GetOutputPort("scan")
+
+    local_costmap = builder.AddNamedSystem(
+        "local_costmap",
+        LocalCostmap(
+            navigation.local_costmap,
+            footprint=robot.padded_outline,
+            offset_s=COSTMAP_OFFSET_S,
+        ),
+    )
+    builder.Connect(state, local_costmap.GetInputPort("state"))
+    builder.Connect(scan, local_costmap.GetInputPort("scan"))
+    costmap = local_costmap.GetOutputPort("costmap")
+
+    localization = builder.AddNamedSystem("localization", Localization(robot.localization))
+    builder.Connect(state, localization.GetInputPort("state"))
+    estimate = localization.GetOutputPort("estimate")
+
+    navigator = builder.AddNamedSystem("navigator", Navigator(make_plan))
+    builder.Connect(estimate, navigator.GetInputPort("estimate"))
+
+    server = builder.AddNamedSystem(
+        "controller_server",
+        ControllerServer(
+            controller,
+            navigation.controller_server,
+            path_handler=PathHandler(navigation.path_handler),
+            goal_checker=SimpleGoalChecker(navigation.goal_checker),
+            progress_checker=SimpleProgressChecker(navigation.progress_checker),
+            offset_s=CONTROLLER_OFFSET_S,
+        ),
+    )
+    builder.Connect(estimate, server.GetInputPort("estimate"))
+    builder.Connect(costmap, server.GetInputPort("costmap"))
+    builder.Connect(navigator.GetOutputPort("plan"), server.GetInputPort("plan"))
+    builder.Connect(server.GetOutputPort("status"), navigator.GetInputPort("controller_status"))
+    command = server.GetOutputPort("command")
+    builder.Connect(command, wheelchair.GetInputPort("command"))
+
+    clearance = builder.AddNamedSystem("clearance", Clearance(period_s=CLEARANCE_PERIOD_S))
+    builder.Connect(scene_graph.get_query_output_port(), clearance.GetInputPort("geometry_query"))
+    builder.Connect(state, clearance.GetInputPort("state"))
+    builder.Connect(costmap, clearance.GetInputPort("costmap"))
+
+    recorder = builder.AddNamedSystem("recorder", Recorder(period_s=RECORDER_PERIOD_S))
+    builder.Connect(state, recorder.GetInputPort("state"))
+    builder.Connect(estimate, recorder.GetInputPort("estimate"))
+    builder.Connect(command, recorder.GetInputPort("command"))
+    builder.Connect(clearance.GetOutputPort("distances"), recorder.GetInputPort("distances"))
+    builder.Connect(server.GetOutputPort("server_state"), recorder.GetInputPort("server_state"))
+    builder.Connect(scan, recorder.GetInputPort("scan"))
+
+    if meshcat is not None:
+        MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat)
+
+    diagram = builder.Build()
+    diagram.set_name("trial")
+    return TrialDiagram(
+        diagram=diagram,
+        wheelchair=wheelchair,
+        lidar=lidar,
+        localization=localization,
+        local_costmap=local_costmap,
+        navigator=navigator,
+        controller_server=server,
+        clearance=clearance,
+        recorder=recorder,
+    )

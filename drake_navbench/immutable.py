@@ -1,0 +1,16 @@
+"""Payloads of abstract ports and state that cost nothing to copy."""
+
+from __future__ import annotations
+
+from typing import Self
+
+
+class Immutable:
+    """Base of frozen payloads.
+
+    Drake deep-copies a system's abstract state at every unrestricted update and whenever a Context
+    is cloned. A payload that cannot change may stand for its own copy.
+    """
+
+    def __deepcopy__(self, memo: dict) -> Self:
+        return self

@@ -1,0 +1,197 @@
+"""TrialLog: all that is kept of a trial, and the schema that analysis reads.
+
+One Parquet file a trial. The rows are samples on the recorder's clock; what changes more slowly
+(scans, the controller's diagnostics) stands in the row of the first sample that saw it and is
+null elsewhere. What does not change (scenario, robot, parameters, plan, outcome) is JSON in the
+file's metadata. docs/log_format.md is generated from `COLUMNS`.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+from numpy.typing import NDArray
+
+from drake_navbench.errors import InputError
+from drake_navbench.immutable import Immutable
+
+SCHEMA_VERSION = 1
+METADATA_KEY = b"drake_navbench"
+
+# Column -> meaning; the unit is in the name.
+COLUMNS: Mapping[str, str] = {
+    "time_s": "time since the start of the trial",
+    "x_m": "true position, world frame",
+    "y_m": "true position, world frame",
+    "yaw_rad": "true heading, not wrapped",
+    "v_mps": "true forward velocity",
+    "w_radps": "true yaw rate",
+    "estimated_x_m": "position as the controller is told",
+    "estimated_y_m": "position as the controller is told",
+    "estimated_yaw_rad": "heading as the controller is told",
+    "measured_v_mps": "forward velocity as the controller is told",
+    "measured_w_radps": "yaw rate as the controller is told",
+    "command_v_mps": "last commanded forward velocity",
+    "command_w_radps": "last commanded yaw rate",
+    "clearance_m": "signed distance from the footprint to the nearest obstacle (SceneGraph)",
+    "obstacle_cell_distance_m": "reference point to the nearest lethal cell of the local costmap",
+    "cycle_count": "control cycles so far",
+    "compute_time_ms": "wall-clock time of the last control cycle (varies from run to run)",
+}
+
+
+class Outcome(StrEnum):
+    """How a trial ended."""
+
+    SUCCEEDED = "succeeded"
+    ABORTED = "aborted"
+    COLLIDED = "collided"
+    TIMED_OUT = "timed_out"
+    ERROR = "error"
+
+
+@dataclass(frozen=True, eq=False)
+class Scan(Immutable):
+    """One lidar scan as it was recorded.
+
+    time_s: when it was taken. sensor_pose: (3,) x m, y m, yaw rad in the world frame.
+    angles_rad: (B,) beam angles in the sensor frame. ranges_m: (B,) inf where nothing was hit.
+    """
+
+    time_s: float
+    sensor_pose: NDArray[np.float64]
+    angles_rad: NDArray[np.float64]
+    ranges_m: NDArray[np.float32]
+
+    @property
+    def hits(self) -> NDArray[np.float64]:
+        """(H, 2) points hit, world frame, m."""
+        valid = np.isfinite(self.ranges_m)
+        bearing = self.sensor_pose[2] + self.angles_rad[valid]
+        direction = np.column_stack([np.cos(bearing), np.sin(bearing)])
+        return self.sensor_pose[:2] + self.ranges_m[valid, None] * direction
+
+
+@dataclass(frozen=True, eq=False)
+class TrialLog:
+    """What is known of one trial after it ended.
+
+    samples: one row a sample, columns as in `COLUMNS`.
+    plan: (N, 3) the global plan x m, y m, yaw rad.
+    scans: the lidar scans in order.
+    diagnostics: (time_s, mapping) of every control cycle that left any.
+    info: scenario, robot, controller, parameters, seed, outcome, reason ... as plain JSON values.
+    """
+
+    samples: pd.DataFrame
+    plan: NDArray[np.float64]
+    info: Mapping[str, Any]
+    scans: tuple[Scan, ...] = ()
+    diagnostics: tuple[tuple[float, Mapping[str, Any]], ...] = field(default=())
+
+    @property
+    def outcome(self) -> Outcome:
+        """How the trial ended."""
+        return Outcome(self.info["outcome"])
+
+    @property
+    def end_time_s(self) -> float:
+        """When the trial ended, s."""
+        return float(self.info["end_time_s"])
+
+    def write(self, path: Path) -> None:
+        """Writes the Parquet file; equal logs give equal bytes."""
+        pq.write_table(self._table(), path, compression="zstd")
+
+    def _table(self) -> pa.Table:
+        times = self.samples["time_s"].to_numpy()
+        columns = {name: pa.array(self.samples[name].to_numpy()) for name in COLUMNS}
+        scans: list[Any] = [None] * len(times)
+        for scan in self.scans:
+            row = _first_row_at(times, scan.time_s)
+            scans[row] = {
+                "time_s": scan.time_s,
+                "sensor_pose": scan.sensor_pose,
+                "ranges_m": scan.ranges_m,
+            }
+        columns["scan"] = pa.array(scans, type=_SCAN_TYPE)
+        notes: list[str | None] = [None] * len(times)
+        for time_s, diagnostics in self.diagnostics:
+            row = _first_row_at(times, time_s)
+            notes[row] = json.dumps(
+                {"time_s": time_s} | dict(diagnostics), sort_keys=True, default=_as_plain
+            )
+        columns["diagnostics"] = pa.array(notes, type=pa.string())
+        header = dict(self.info) | {
+            "schema_version": SCHEMA_VERSION,
+            "plan": self.plan.tolist(),
+            "scan_angles_rad": self.scans[0].angles_rad.tolist() if self.scans else [],
+        }
+        metadata = {METADATA_KEY: json.dumps(header, sort_keys=True).encode()}
+        return pa.table(columns).replace_schema_metadata(metadata)
+
+    @classmethod
+    def read(cls, path: Path) -> TrialLog:
+        """Reads a log; raises InputError where the file is no whole log of this schema version."""
+        try:
+            table = pq.read_table(path)
+        except (OSError, pa.ArrowInvalid) as error:
+            reason = str(error).splitlines()[0]
+            raise InputError(f"{path}: not a readable trial log: {reason}") from error
+        metadata = (table.schema.metadata or {}).get(METADATA_KEY)
+        if metadata is None:
+            raise InputError(f"{path}: a Parquet file, but not a trial log")
+        info = json.loads(metadata)
+        version = info.pop("schema_version", None)
+        if version != SCHEMA_VERSION:
+            raise InputError(
+                f"{path}: schema version {version}, expected {SCHEMA_VERSION}; run the trial again"
+            )
+        angles = np.array(info.pop("scan_angles_rad"))
+        plan = np.array(info.pop("plan"), dtype=float).reshape(-1, 3)
+        notes = [json.loads(n) for n in table["diagnostics"].drop_null().to_pylist()]
+        return cls(
+            samples=table.select(list(COLUMNS)).to_pandas(),
+            plan=plan,
+            info=info,
+            scans=tuple(_read_scan(s, angles) for s in table["scan"].drop_null().to_pylist()),
+            diagnostics=tuple((n.pop("time_s"), n) for n in notes),
+        )
+
+
+_SCAN_TYPE = pa.struct(
+    [
+        ("time_s", pa.float64()),
+        ("sensor_pose", pa.list_(pa.float64())),
+        ("ranges_m", pa.list_(pa.float32())),
+    ]
+)
+
+
+def _read_scan(row: Mapping[str, Any], angles_rad: NDArray[np.float64]) -> Scan:
+    return Scan(
+        time_s=row["time_s"],
+        sensor_pose=np.array(row["sensor_pose"]),
+        angles_rad=angles_rad,
+        ranges_m=np.array(row["ranges_m"], dtype=np.float32),
+    )
+
+
+def _as_plain(value: Any) -> Any:
+    """Turns numpy values, which json does not know, into plain ones."""
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    raise TypeError(f"diagnostics may hold numbers, text and arrays, got {type(value).__name__}")
+
+
+def _first_row_at(times: NDArray[np.float64], time_s: float) -> int:
+    return min(int(np.searchsorted(times, time_s)), len(times) - 1)

@@ -1,0 +1,44 @@
+"""Finds a YAML file by the name of a built-in one or by its path."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+
+from drake_navbench.errors import InputError, nearest_name_hint
+
+
+@dataclass(frozen=True)
+class NamedFiles:
+    """The YAML files of one kind that come with the package.
+
+    kind: what errors call it ('scenario', 'robot').
+    package: dotted name of the folder that holds the built-in ones.
+    """
+
+    kind: str
+    package: str
+
+    @property
+    def folder(self) -> Path:
+        """Where the built-in files are."""
+        return Path(str(files(self.package)))
+
+    @property
+    def names(self) -> list[str]:
+        """The built-in names, sorted."""
+        return sorted(path.stem for path in self.folder.glob("*.yaml"))
+
+    def find(self, name_or_path: str) -> Path:
+        """Returns the file for a built-in name or a path; raises InputError if there is none."""
+        if name_or_path in self.names:
+            return self.folder / f"{name_or_path}.yaml"
+        path = Path(name_or_path)
+        if path.suffix in {".yaml", ".yml"} or path.parent != Path():
+            if not path.is_file():
+                raise InputError(f"{self.kind} file {name_or_path}: no such file")
+            return path.resolve()
+        raise InputError(
+            f"{self.kind} {name_or_path!r} is not known{nearest_name_hint(name_or_path, self.names)}"
+        )

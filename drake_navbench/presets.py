@@ -1,0 +1,185 @@
+"""Presets: a controller with a parameter file, each a column of the tables."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import yaml
+from pydantic import Field
+
+from drake_navbench.controller import Controller, ControllerParameters, Registry
+from drake_navbench.errors import InputError, nearest_name_hint
+from drake_navbench.robot import merged
+from drake_navbench.typed_yaml import FrozenModel, parse_yaml, read_yaml, validate
+
+# The columns of the default benchmark; the others run when named.
+DEFAULT_PRESETS = ("dwb", "rpp", "teb", "mppi", "mppi_nav2")
+NAV2_SERVER = "controller_server"
+
+
+class PresetFile(FrozenModel):
+    """The contents of a preset file."""
+
+    controller: str = Field(description="Name of a registered controller.")
+    description: str = Field(min_length=1, description="One line for --list.")
+    parameters: dict[str, Any] = Field(
+        default_factory=dict, description="Parameters that differ from the controller's defaults."
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Preset:
+    """One column: what it is called, which controller, with which parameters.
+
+    source: where the parameters came from, for errors.
+    values: the parameters as given, before defaults.
+    """
+
+    name: str
+    controller: str
+    description: str
+    values: Mapping[str, Any]
+    source: str
+
+    @property
+    def controller_class(self) -> type[Controller]:
+        """The plugin class."""
+        return _registry().load(self.controller)
+
+    @property
+    def parameters(self) -> ControllerParameters:
+        """The typed parameters; raises InputError where a value is wrong."""
+        return validate(self.controller_class.Parameters, self.values, self.source)
+
+
+@cache
+def _registry() -> Registry:
+    return Registry()
+
+
+def preset_files() -> dict[str, Path]:
+    """Returns the preset files that come with the installed controllers, by name."""
+    registry = _registry()
+    found: dict[str, Path] = {}
+    for name in registry.names:
+        module = sys.modules[registry.load(name).__module__]
+        package = sys.modules[module.__package__] if module.__package__ else module
+        folder = Path(package.__file__).parent / "presets"
+        for path in sorted(folder.glob("*.yaml")):
+            if path.stem in found:
+                raise InputError(
+                    f"{path}: a preset {path.stem!r} exists already: {found[path.stem]}"
+                )
+            found[path.stem] = path
+    return found
+
+
+def load_preset(text: str) -> Preset:
+    """Returns the preset for `name` or for a variant `name:param=value[:param=value...]`.
+
+    Raises InputError where the name or a parameter is not known, or a value is wrong.
+    """
+    name, *assignments = text.split(":")
+    files = preset_files()
+    if name not in files:
+        raise InputError(f"controller {name!r} is not known{nearest_name_hint(name, files)}")
+    content = validate(PresetFile, read_yaml(files[name]), str(files[name]))
+    source = str(files[name])
+    values: Mapping[str, Any] = content.parameters
+    if assignments:
+        source = f"controller {text}"
+        for assignment in assignments:
+            values = merged(values, _parse_assignment(assignment, text))
+    preset = Preset(text, content.controller, content.description, values, source)
+    _ = preset.parameters
+    return preset
+
+
+def _parse_assignment(assignment: str, text: str) -> dict[str, Any]:
+    """Returns {'a': {'b': value}} for 'a.b=value'."""
+    key, equals, value = assignment.partition("=")
+    if not key or not equals or not value:
+        raise InputError(f"controller {text!r}: got {assignment!r}, expected param=value")
+    parsed = parse_yaml(f"value: {value}", f"controller {text!r}")["value"]
+    for part in reversed(key.split(".")):
+        parsed = {part: parsed}
+    return parsed
+
+
+def load_parameter_file(path: Path) -> list[Preset]:
+    """Returns the columns that a parameter file makes.
+
+    The file is either a preset file of ours or a Nav2 parameter file; of the latter, every
+    controller plugin of `controller_server` makes a column. Raises InputError.
+    """
+    data = read_yaml(path)
+    if NAV2_SERVER in data:
+        return _nav2_presets(data, path)
+    content = validate(PresetFile, data, str(path))
+    preset = Preset(
+        path.stem, content.controller, content.description, content.parameters, str(path)
+    )
+    _ = preset.parameters
+    return [preset]
+
+
+def _nav2_presets(data: Mapping[str, Any], path: Path) -> list[Preset]:
+    server = data[NAV2_SERVER]
+    parameters = server.get("ros__parameters") if isinstance(server, dict) else None
+    if not isinstance(parameters, dict):
+        raise InputError(f"{path}: {NAV2_SERVER}: expected a mapping with ros__parameters")
+    plugins = parameters.get("controller_plugins", ["FollowPath"])
+    presets = []
+    for plugin in plugins:
+        block = parameters.get(plugin)
+        if not isinstance(block, dict) or "plugin" not in block:
+            raise InputError(
+                f"{path}: {NAV2_SERVER}.ros__parameters.{plugin}: missing, but listed in "
+                "controller_plugins; expected a mapping with a plugin type"
+            )
+        values = {key: value for key, value in block.items() if key != "plugin"}
+        presets.append(_nav2_preset(block["plugin"], values, f"{path.stem}/{plugin}", path))
+    return presets
+
+
+def _nav2_preset(plugin_type: str, values: dict[str, Any], name: str, path: Path) -> Preset:
+    registry = _registry()
+    by_type = {registry.load(n).nav2_plugin: n for n in registry.names}
+    known = [t for t in by_type if t]
+    if plugin_type not in by_type:
+        raise InputError(
+            f"{path}: plugin {plugin_type!r} has no counterpart here"
+            f"{nearest_name_hint(plugin_type, known)}"
+        )
+    controller = by_type[plugin_type]
+    preset = Preset(name, controller, f"{plugin_type} from {path.name}", values, str(path))
+    _ = preset.parameters
+    return preset
+
+
+def default_presets() -> list[str]:
+    """Returns the names of the default columns among the installed presets."""
+    files = preset_files()
+    return [name for name in DEFAULT_PRESETS if name in files]
+
+
+def describe(names: Iterable[str]) -> dict[str, str]:
+    """Returns the description of each named preset."""
+    return {name: load_preset(name).description for name in names}
+
+
+def as_yaml(preset: Preset) -> str:
+    """Returns the preset with every parameter resolved, as the text of a preset file."""
+    return yaml.safe_dump(
+        {
+            "controller": preset.controller,
+            "description": preset.description,
+            "parameters": preset.parameters.model_dump(mode="json"),
+        },
+        sort_keys=False,
+    )

@@ -1,0 +1,225 @@
+"""The robot file: outline, drive, sensors and the settings of its navigation stack."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from drake_navbench.errors import InputError
+from drake_navbench.goal_checkers import SimpleGoalCheckerParameters
+from drake_navbench.kernels.footprint import circle_footprint, footprint_radii, pad_footprint
+from drake_navbench.named_files import NamedFiles
+from drake_navbench.path_handler import PathHandlerParameters
+from drake_navbench.planner import PlannerParameters
+from drake_navbench.progress_checkers import SimpleProgressCheckerParameters
+from drake_navbench.typed_yaml import FrozenModel, read_yaml, validate
+
+ROBOT_FILES = NamedFiles(kind="robot", package="drake_navbench.models")
+
+
+class Drive(FrozenModel):
+    """A differential base with a first-order velocity response."""
+
+    max_linear_velocity_mps: float = Field(0.5, gt=0.0, description="Forward limit [m/s].")
+    min_linear_velocity_mps: float = Field(-0.5, le=0.0, description="Backward limit [m/s].")
+    max_angular_velocity_radps: float = Field(2.0, gt=0.0, description="Turning limit [rad/s].")
+    response_time_constant_s: float = Field(
+        0.1, gt=0.0, description="Time constant of the velocity response [s]."
+    )
+    max_linear_acceleration_mps2: float | None = Field(
+        2.5, gt=0.0, description="Limit on dv/dt [m/s^2]; null means none."
+    )
+    max_angular_acceleration_radps2: float | None = Field(
+        3.0, gt=0.0, description="Limit on dw/dt [rad/s^2]; null means none."
+    )
+
+
+class LidarSettings(FrozenModel):
+    """A planar scanner, beams evenly spaced counter-clockwise."""
+
+    pose: tuple[float, float, float] = Field(
+        (0.0, 0.0, 0.0), description="Mounting in the base frame: x [m], y [m], yaw [rad]."
+    )
+    beam_count: int = Field(360, ge=1, le=100_000, description="Beams a scan.")
+    angle_min_rad: float = Field(-np.pi, ge=-np.pi, description="Angle of the first beam [rad].")
+    angle_span_rad: float = Field(
+        2.0 * np.pi,
+        gt=0.0,
+        le=2.0 * np.pi,
+        description="Angle covered; at 2 pi the last beam stops one step short of the first [rad].",
+    )
+    range_min_m: float = Field(0.05, ge=0.0, description="Shortest valid range [m].")
+    range_max_m: float = Field(12.0, gt=0.0, description="Longest valid range [m].")
+    period_s: float = Field(0.1, gt=0.0, description="Time between scans [s].")
+    range_std_m: float = Field(0.0, ge=0.0, description="Gaussian noise on each range [m].")
+    dropout_probability: float = Field(
+        0.0, ge=0.0, le=1.0, description="Share of beams that return nothing."
+    )
+
+    @model_validator(mode="after")
+    def _check(self) -> LidarSettings:
+        if self.range_min_m >= self.range_max_m:
+            raise ValueError(
+                f"range_min_m {self.range_min_m} must be below range_max_m {self.range_max_m}"
+            )
+        return self
+
+
+class LocalizationSettings(FrozenModel):
+    """What the controller is told of pose and velocity; white Gaussian noise once a period."""
+
+    period_s: float = Field(0.05, gt=0.0, description="Time for which a noise sample holds [s].")
+    xy_std_m: float = Field(0.0, ge=0.0, description="Noise on x and on y [m].")
+    yaw_std_rad: float = Field(0.0, ge=0.0, description="Noise on the heading [rad].")
+    linear_velocity_std_mps: float = Field(0.0, ge=0.0, description="Noise on v [m/s].")
+    angular_velocity_std_radps: float = Field(0.0, ge=0.0, description="Noise on w [rad/s].")
+
+
+class ControllerServerSettings(FrozenModel):
+    """Nav2's controller server."""
+
+    controller_frequency: float = Field(20.0, gt=0.0, description="Control rate [Hz].")
+    failure_tolerance: float = Field(
+        0.0, ge=-1.0, description="Patience with failing cycles [s]; 0 none, -1 for ever."
+    )
+    min_x_velocity_threshold: float = Field(
+        0.0001, ge=0.0, description="Measured |v| up to this is taken as 0 [m/s]."
+    )
+    min_theta_velocity_threshold: float = Field(
+        0.0001, ge=0.0, description="Measured |w| up to this is taken as 0 [rad/s]."
+    )
+
+
+class ObstacleLayerSettings(FrozenModel):
+    """Nav2's obstacle layer with one scan source that marks and clears."""
+
+    obstacle_min_range: float = Field(0.0, ge=0.0, description="Nearest hit that marks [m].")
+    obstacle_max_range: float = Field(2.5, gt=0.0, description="Farthest hit that marks [m].")
+    raytrace_min_range: float = Field(0.0, ge=0.0, description="Where clearing starts [m].")
+    raytrace_max_range: float = Field(3.0, gt=0.0, description="Where clearing ends [m].")
+    footprint_clearing_enabled: bool = Field(True, description="Free the cells under the robot.")
+    inf_is_valid: bool = Field(False, description="Beams without a hit clear up to the range.")
+
+
+class InflationLayerSettings(FrozenModel):
+    """Nav2's inflation layer."""
+
+    inflation_radius: float = Field(0.55, ge=0.0, description="Reach [m].")
+    cost_scaling_factor: float = Field(10.0, gt=0.0, description="Decay of the cost [1/m].")
+
+
+class LocalCostmapSettings(FrozenModel):
+    """Nav2's rolling local costmap."""
+
+    width: int = Field(5, gt=0, le=200, description="Extent along x [m].")
+    height: int = Field(5, gt=0, le=200, description="Extent along y [m].")
+    resolution: float = Field(0.1, gt=0.0, description="Cell edge [m].")
+    update_frequency: float = Field(5.0, gt=0.0, description="Updates [Hz].")
+    track_unknown_space: bool = Field(False, description="Unseen cells are unknown, not free.")
+    footprint_padding: float = Field(0.01, ge=0.0, description="Added to the outline [m].")
+    obstacle_layer: ObstacleLayerSettings = Field(default_factory=ObstacleLayerSettings)
+    inflation_layer: InflationLayerSettings = Field(default_factory=InflationLayerSettings)
+
+
+class GlobalCostmapSettings(FrozenModel):
+    """The grid on which the global planner searches."""
+
+    resolution: float = Field(0.05, gt=0.0, description="Cell edge [m].")
+    margin_m: float = Field(2.0, gt=0.0, description="Free border around everything known [m].")
+    inflation_layer: InflationLayerSettings = Field(default_factory=InflationLayerSettings)
+
+
+class NavigationSettings(FrozenModel):
+    """The settings of the navigation stack around the controller, under Nav2's names."""
+
+    controller_server: ControllerServerSettings = Field(default_factory=ControllerServerSettings)
+    path_handler: PathHandlerParameters = Field(default_factory=PathHandlerParameters)
+    goal_checker: SimpleGoalCheckerParameters = Field(default_factory=SimpleGoalCheckerParameters)
+    progress_checker: SimpleProgressCheckerParameters = Field(
+        default_factory=SimpleProgressCheckerParameters
+    )
+    local_costmap: LocalCostmapSettings = Field(default_factory=LocalCostmapSettings)
+    global_costmap: GlobalCostmapSettings = Field(default_factory=GlobalCostmapSettings)
+    planner: PlannerParameters = Field(default_factory=PlannerParameters)
+
+
+class Robot(FrozenModel):
+    """A robot: everything that a trial needs to know of it."""
+
+    description: str = Field(min_length=1, description="One line for --list.")
+    model: str | None = Field(None, description="SDF file for the replay, beside this file.")
+    footprint: list[tuple[float, float]] | None = Field(
+        None, min_length=3, description="Outline in the base frame, x forward, y left [m]."
+    )
+    robot_radius: float | None = Field(None, gt=0.0, description="Outline of a round robot [m].")
+    directory: str = Field("", exclude=True, description="Set from where the file was found.")
+    drive: Drive = Field(default_factory=Drive)
+    lidar: LidarSettings = Field(default_factory=LidarSettings)
+    localization: LocalizationSettings = Field(default_factory=LocalizationSettings)
+    navigation: NavigationSettings = Field(default_factory=NavigationSettings)
+
+    @model_validator(mode="after")
+    def _check(self) -> Robot:
+        if (self.footprint is None) == (self.robot_radius is None):
+            raise ValueError("expected either footprint or robot_radius, and not both")
+        if self.footprint is not None:
+            polygon = shapely.Polygon(self.footprint)
+            if not polygon.is_valid or not polygon.contains(shapely.Point(0.0, 0.0)):
+                raise ValueError(
+                    "footprint must be a simple polygon around the base origin (0, 0), got "
+                    f"{[list(p) for p in self.footprint]}"
+                )
+        return self
+
+    @property
+    def outline(self) -> NDArray[np.float64]:
+        """(K, 2) true outline in the base frame, m."""
+        if self.robot_radius is not None:
+            return circle_footprint(self.robot_radius)
+        return np.array(self.footprint)
+
+    @property
+    def padded_outline(self) -> NDArray[np.float64]:
+        """(K, 2) outline as the costmap and the controllers see it, m."""
+        return pad_footprint(self.outline, self.navigation.local_costmap.footprint_padding)
+
+    @property
+    def model_path(self) -> Path | None:
+        """The SDF file, or None where the robot has none."""
+        return Path(self.directory) / self.model if self.model else None
+
+    @property
+    def radii(self) -> tuple[float, float]:
+        """Inscribed and circumscribed radius of the padded outline, m."""
+        return footprint_radii(self.padded_outline)
+
+
+def load_robot(name_or_path: str, overrides: Mapping[str, Any] | None = None) -> Robot:
+    """Returns a built-in robot by name, or one from a file; `overrides` replace single fields.
+
+    Raises InputError where the name is unknown or the file is wrong.
+    """
+    path = ROBOT_FILES.find(name_or_path)
+    data = merged(read_yaml(path), overrides or {})
+    if "directory" in data:
+        raise InputError(f"{path}: directory: unknown field; it follows from where the file is")
+    robot = validate(Robot, data, str(path))
+    robot = robot.model_copy(update={"directory": str(path.parent)})
+    if robot.model_path is not None and not robot.model_path.is_file():
+        raise InputError(f"{path}: model: no such file: {robot.model_path}")
+    return robot
+
+
+def merged(base: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns `base` with `overrides` laid over it, mapping by mapping."""
+    result = dict(base)
+    for key, value in overrides.items():
+        nested = isinstance(value, Mapping) and isinstance(result.get(key), Mapping)
+        result[key] = merged(result[key], value) if nested else value
+    return result

@@ -1,0 +1,145 @@
+"""The command line: `python -m drake_navbench.run`.
+
+Only the standard library is imported before the arguments are read, so that --help is quick.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from drake_navbench.errors import InputError
+
+EXIT_DONE = 0
+EXIT_TRIAL_ERROR = 1
+EXIT_WRONG_INPUT = 2
+EXIT_INTERRUPTED = 130
+
+ALLOWED_WITH_RESUME = {"resume", "jobs", "quiet"}
+
+EPILOG = """\
+examples:
+  python -m drake_navbench.run                             the published benchmark
+  python -m drake_navbench.run empty --controllers rpp     one scenario, one controller
+  python -m drake_navbench.run my_scenario.yaml --controllers rpp,rpp:lookahead_dist=0.9
+  python -m drake_navbench.run --params nav2_params.yaml   the controllers of a Nav2 file
+
+exit status: 0 every trial ran (an abort is a result), 1 some trial ended in an error,
+2 wrong input, 130 interrupted
+"""
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Returns the parser of the command line."""
+    parser = argparse.ArgumentParser(
+        prog="python -m drake_navbench.run",
+        description="Drives mobile-robot controllers through scenarios in Drake and compares them.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    add = parser.add_argument
+    add(
+        "scenarios",
+        nargs="*",
+        default=[],
+        metavar="SCENARIO",
+        help="name of a built-in scenario or path of a YAML file (default: the published five)",
+    )
+    add(
+        "--controllers",
+        metavar="LIST",
+        help="presets, comma-separated; name:param=value[:param=value] makes a variant "
+        "(default: every built-in one)",
+    )
+    add(
+        "--trials",
+        type=_positive_int,
+        default=4,
+        metavar="N",
+        help="per scenario and controller (4)",
+    )
+    add("--seed", type=_seed, default=0, help="of the whole run (0)")
+    add("--jobs", type=_jobs, default=None, metavar="N|auto", help="parallel workers (auto)")
+    add(
+        "--params",
+        action="append",
+        default=[],
+        type=Path,
+        metavar="FILE",
+        help="a preset file, or a Nav2 parameter file; its controllers become columns",
+    )
+    add("--robot", default="wheelchair", metavar="NAME|FILE", help="robot (wheelchair)")
+    add("--out", type=Path, metavar="DIR", help="new results folder (results/<time>)")
+    add(
+        "--replay", choices=("race", "each", "none"), default="race", help="replays to write (race)"
+    )
+    add(
+        "--live", action="store_true", help="show each trial in a browser, in real time, one by one"
+    )
+    add("--resume", type=Path, metavar="DIR", help="go on with an interrupted run")
+    add("--list", action="store_true", help="list scenarios, controllers and robots")
+    add("--quiet", action="store_true", help="print errors only")
+    return parser
+
+
+def _positive_int(text: str) -> int:
+    number = int(text) if text.isdecimal() else 0
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"got {text!r}, expected a whole number of at least 1")
+    return number
+
+
+def _seed(text: str) -> int:
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"got {text!r}, expected a whole number of at least 0")
+    return int(text)
+
+
+def _jobs(text: str) -> int | None:
+    return None if text == "auto" else _positive_int(text)
+
+
+def _require_nothing_else(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> None:
+    """Raises InputError where --resume comes with options that only a new run can take."""
+    for name, value in vars(arguments).items():
+        if name not in ALLOWED_WITH_RESUME and value != parser.get_default(name):
+            option = "SCENARIO" if name == "scenarios" else f"--{name}"
+            raise InputError(
+                f"--resume {arguments.resume}: goes on with what was asked then; "
+                f"expected no {option}, got {value!r}"
+            )
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs the command; returns the exit status."""
+    parser = build_parser()
+    arguments = parser.parse_args(argv)
+    try:
+        if arguments.list:
+            from drake_navbench.listing import print_listing
+
+            print_listing()
+            return EXIT_DONE
+        if arguments.resume is not None:
+            _require_nothing_else(parser, arguments)
+        from drake_navbench.benchmark import run_from_command_line
+
+        any_error = run_from_command_line(arguments)
+        return EXIT_TRIAL_ERROR if any_error else EXIT_DONE
+    except InputError as error:
+        print(error, file=sys.stderr)
+        return EXIT_WRONG_INPUT
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        return EXIT_INTERRUPTED
+    except BrokenPipeError:
+        # The reader of our output (such as `head`) has gone; that is no fault of the run.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return EXIT_DONE
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,47 @@
+"""How close the robot is to the obstacles: the truth, and as the publication measures it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.geometry import QueryObject
+from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
+
+# Pairs farther apart are not looked at; the clearance then reads +inf.
+MAX_DISTANCE_M = 5.0
+
+
+class Clearance(LeafSystem):
+    """Measures the distance to the obstacles once a period.
+
+    Inputs `geometry_query` (SceneGraph), `state` [x m, y m, ...] and `costmap` (Costmap or None).
+    Output `distances` [m]: first the signed distance between the footprint's geometry and the
+    nearest obstacle (negative when they overlap), the truth about collisions; then the distance
+    from the reference point to the nearest lethal cell's centre, the published measure. +inf where
+    nothing is near.
+    """
+
+    def __init__(self, *, period_s: float) -> None:
+        super().__init__()
+        self._query_port = self.DeclareAbstractInputPort(
+            "geometry_query", AbstractValue.Make(QueryObject())
+        )
+        self._state_port = self.DeclareVectorInputPort("state", 5)
+        self._costmap_port = self.DeclareAbstractInputPort("costmap", AbstractValue.Make(object()))
+        self._distances = self.DeclareDiscreteState([math.inf, math.inf])
+        self.DeclareStateOutputPort("distances", self._distances)
+        self.DeclarePeriodicDiscreteUpdateEvent(period_s, 0.0, self._on_period)
+
+    def _on_period(self, context: Context, discrete_state: DiscreteValues) -> None:
+        query = self._query_port.Eval(context)
+        pairs = query.ComputeSignedDistancePairwiseClosestPoints(MAX_DISTANCE_M)
+        clearance = min((pair.distance for pair in pairs), default=math.inf)
+        costmap = self._costmap_port.Eval(context)
+        cell_distance = math.inf
+        if costmap is not None and len(costmap.lethal_centres):
+            position = self._state_port.Eval(context)[:2]
+            offsets = costmap.lethal_centres - position
+            cell_distance = math.sqrt(np.min(np.einsum("ij,ij->i", offsets, offsets)))
+        discrete_state.get_mutable_vector(self._distances).SetFromVector([clearance, cell_distance])

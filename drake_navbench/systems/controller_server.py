@@ -1,0 +1,276 @@
+"""Hosts one controller plugin: rate, goal and progress checks, patience, error codes."""
+
+from __future__ import annotations
+
+import time
+import traceback
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
+
+from drake_navbench.controller import (
+    Controller,
+    ControllerError,
+    Decision,
+    NoValidControl,
+    Observation,
+)
+from drake_navbench.goal_checkers import SimpleGoalChecker
+from drake_navbench.immutable import Immutable
+from drake_navbench.kernels.grid import Costmap
+from drake_navbench.noise import NoiseKey, NoiseStream
+from drake_navbench.path_handler import PathHandler
+from drake_navbench.progress_checkers import SimpleProgressChecker
+from drake_navbench.robot import ControllerServerSettings
+from drake_navbench.systems.navigator import GlobalPlan, TaskState, TaskStatus
+
+PATIENCE_EXCEEDED = 104
+FAILED_TO_MAKE_PROGRESS = 105
+PATIENT_FOR_EVER = -1.0
+
+
+@dataclass(frozen=True, eq=False)
+class ServerState(Immutable):
+    """Everything of the server that evolves.
+
+    command: (2,) last command published, v m/s, w rad/s. cycle_count: cycles computed so far.
+    compute_time_ms: wall-clock time of the last call of the controller.
+    diagnostics: what the controller left in that cycle.
+    """
+
+    status: TaskStatus = field(default_factory=TaskStatus)
+    plan_id: int = 0
+    path: Any = None
+    goal_check: Any = None
+    progress_check: Any = None
+    memory: Any = None
+    last_valid_time_s: float = 0.0
+    command: NDArray[np.float64] = field(default_factory=lambda: np.zeros(2))
+    cycle_count: int = 0
+    compute_time_ms: float = 0.0
+    diagnostics: Mapping[str, Any] = field(default_factory=dict)
+
+
+class ControllerServer(LeafSystem):
+    """Nav2's controller server around one controller, as one unrestricted update a control period.
+
+    Inputs `estimate` [x m, y m, yaw rad, v m/s, w rad/s], `costmap` (Costmap or None), `plan`
+    (GlobalPlan or None). Outputs `command` [v m/s, w rad/s] and `server_state` (ServerState) and
+    `status` (TaskStatus). Abstract parameter `seed_parameter` holds the trial's seed.
+
+    Order of a cycle as in nav2_controller's computeControl: new path, cut of the path, goal test,
+    progress test, command. The first cycle runs at `offset_s`.
+    """
+
+    def __init__(
+        self,
+        controller: Controller,
+        settings: ControllerServerSettings,
+        *,
+        path_handler: PathHandler,
+        goal_checker: SimpleGoalChecker,
+        progress_checker: SimpleProgressChecker,
+        offset_s: float,
+    ) -> None:
+        super().__init__()
+        self._controller = controller
+        self._settings = settings
+        self._path_handler = path_handler
+        self._goal_checker = goal_checker
+        self._progress_checker = progress_checker
+        self._period_s = 1.0 / settings.controller_frequency
+        self._offset_s = offset_s
+        self.seed_parameter = self.DeclareAbstractParameter(AbstractValue.Make(0))
+        self._estimate_port = self.DeclareVectorInputPort("estimate", 5)
+        self._costmap_port = self.DeclareAbstractInputPort("costmap", AbstractValue.Make(object()))
+        self._plan_port = self.DeclareAbstractInputPort("plan", AbstractValue.Make(object()))
+        self._state = self.DeclareAbstractState(AbstractValue.Make(ServerState()))
+        tickets = {self.abstract_state_ticket(self._state)}
+        self.DeclareVectorOutputPort(
+            "command", 2, self._calc_command, prerequisites_of_calc=tickets
+        )
+        self.DeclareStateOutputPort("server_state", self._state)
+        self.DeclareAbstractOutputPort(
+            "status",
+            lambda: AbstractValue.Make(object()),
+            self._calc_status,
+            prerequisites_of_calc=tickets,
+        )
+        self.DeclarePeriodicUnrestrictedUpdateEvent(self._period_s, offset_s, self._on_tick)
+
+    def _calc_command(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(context.get_abstract_state(self._state).get_value().command)
+
+    def _calc_status(self, context: Context, output: AbstractValue) -> None:
+        output.set_value(context.get_abstract_state(self._state).get_value().status)
+
+    def _on_tick(self, context: Context, state: State) -> None:
+        server = context.get_abstract_state(self._state).get_value()
+        plan = self._plan_port.Eval(context)
+        costmap = self._costmap_port.Eval(context)
+        if plan is None or costmap is None or server.status.state.is_final:
+            return
+        seed = context.get_abstract_parameter(self.seed_parameter).get_value()
+        now_s = context.get_time()
+        step = round((now_s - self._offset_s) / self._period_s)
+        new = self._cycle(
+            server,
+            plan,
+            costmap,
+            estimate=self._estimate_port.Eval(context),
+            now_s=now_s,
+            noise_key=NoiseKey(seed, NoiseStream.CONTROLLER, step),
+        )
+        state.get_mutable_abstract_state(self._state).set_value(new)
+
+    def _cycle(
+        self,
+        server: ServerState,
+        plan: GlobalPlan,
+        costmap: Costmap,
+        *,
+        estimate: NDArray[np.float64],
+        now_s: float,
+        noise_key: NoiseKey,
+    ) -> ServerState:
+        if plan.plan_id != server.plan_id:
+            server = self._take_plan(server, plan, now_s)
+        pose, twist = estimate[:3], self._without_creep(estimate[3:])
+        try:
+            local_plan, path = self._path_handler.cut(server.path, pose, costmap)
+        except ControllerError as error:
+            return self._end(server, TaskState.ABORTED, error.code, str(error))
+        goal = plan.poses[-1]
+        goal_result = self._goal_checker.check(
+            server.goal_check, pose=pose, goal=goal, twist=twist, local_plan=local_plan
+        )
+        server = replace(server, path=path, goal_check=goal_result.state)
+        if goal_result.reached:
+            return self._end(server, TaskState.SUCCEEDED, 0, "goal reached")
+        progress = self._progress_checker.check(server.progress_check, pose=pose, time_s=now_s)
+        server = replace(server, progress_check=progress.state)
+        if not progress.made_progress:
+            return self._end(
+                server, TaskState.ABORTED, FAILED_TO_MAKE_PROGRESS, "failed to make progress"
+            )
+        observation = Observation(
+            time_s=now_s,
+            pose=pose,
+            twist=twist,
+            plan=local_plan,
+            plan_id=plan.plan_id,
+            costmap=costmap,
+            goal=goal,
+            goal_xy_tolerance_m=self._goal_checker.parameters.xy_goal_tolerance,
+            goal_yaw_tolerance_rad=self._goal_checker.parameters.yaw_goal_tolerance,
+            goal_xy_reached=goal_result.xy_reached,
+            noise_key=noise_key,
+        )
+        return self._compute(server, observation)
+
+    def _take_plan(self, server: ServerState, plan: GlobalPlan, now_s: float) -> ServerState:
+        is_first = server.plan_id == 0
+        return replace(
+            server,
+            status=TaskStatus(TaskState.RUNNING),
+            plan_id=plan.plan_id,
+            path=self._path_handler.set_plan(plan.poses),
+            goal_check=self._goal_checker.initial_state(),
+            # Nav2 keeps the progress baseline over a preempting path.
+            progress_check=(
+                self._progress_checker.initial_state() if is_first else server.progress_check
+            ),
+            memory=self._controller.initial_memory() if is_first else server.memory,
+            last_valid_time_s=now_s if is_first else server.last_valid_time_s,
+        )
+
+    def _without_creep(self, twist: NDArray[np.float64]) -> NDArray[np.float64]:
+        settings = self._settings
+        v, w = twist
+        return np.array(
+            [
+                v if abs(v) > settings.min_x_velocity_threshold else 0.0,
+                w if abs(w) > settings.min_theta_velocity_threshold else 0.0,
+            ]
+        )
+
+    def _compute(self, server: ServerState, observation: Observation) -> ServerState:
+        started = time.perf_counter()
+        try:
+            decision = self._controller.step(observation, server.memory)
+            command = self._checked_command(decision)
+        except NoValidControl as error:
+            return self._wait(server, error, observation.time_s, started)
+        except ControllerError as error:
+            return self._end(server, TaskState.ABORTED, error.code, str(error), error.details)
+        except Exception as error:
+            # A plugin may break in any way; its own trial ends, never the campaign.
+            return replace(
+                self._end(server, TaskState.ERROR, ControllerError.code, _one_line(error)),
+                status=TaskStatus(
+                    TaskState.ERROR,
+                    ControllerError.code,
+                    _one_line(error),
+                    traceback=traceback.format_exc(),
+                ),
+            )
+        return replace(
+            server,
+            memory=decision.memory,
+            command=command,
+            last_valid_time_s=observation.time_s,
+            cycle_count=server.cycle_count + 1,
+            compute_time_ms=1e3 * (time.perf_counter() - started),
+            diagnostics=decision.diagnostics,
+        )
+
+    @staticmethod
+    def _checked_command(decision: Decision) -> NDArray[np.float64]:
+        command = np.array(decision.command, dtype=float)
+        if command.shape != (2,) or not np.isfinite(command).all():
+            raise ValueError(
+                f"the controller returned the command {decision.command!r}; "
+                "expected two finite numbers, v m/s and w rad/s"
+            )
+        return command
+
+    def _wait(
+        self, server: ServerState, error: NoValidControl, now_s: float, started: float
+    ) -> ServerState:
+        """Stops for a cycle without control, or gives up where the patience has run out."""
+        server = replace(
+            server,
+            memory=server.memory if error.memory is None else error.memory,
+            cycle_count=server.cycle_count + 1,
+            compute_time_ms=1e3 * (time.perf_counter() - started),
+            diagnostics={"failure": str(error)},
+        )
+        tolerance_s = self._settings.failure_tolerance
+        if tolerance_s == 0.0:
+            return self._end(server, TaskState.ABORTED, error.code, str(error), error.details)
+        waited_s = now_s - server.last_valid_time_s
+        if tolerance_s != PATIENT_FOR_EVER and waited_s > tolerance_s:
+            reason = f"no valid control for {waited_s:.2f} s: {error}"
+            return self._end(server, TaskState.ABORTED, PATIENCE_EXCEEDED, reason, error.details)
+        return replace(server, command=np.zeros(2))
+
+    @staticmethod
+    def _end(
+        server: ServerState,
+        state: TaskState,
+        code: int,
+        reason: str,
+        details: Mapping[str, Any] | None = None,
+    ) -> ServerState:
+        status = TaskStatus(state, code, reason, details=dict(details or {}))
+        return replace(server, status=status, command=np.zeros(2))
+
+
+def _one_line(error: Exception) -> str:
+    text = str(error).strip().splitlines()
+    return f"{type(error).__name__}: {text[0]}" if text else type(error).__name__

@@ -1,0 +1,82 @@
+"""The planar scanner."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import Context, LeafSystem, State
+
+from drake_navbench.kernels.ray_casting import cast_rays
+from drake_navbench.log import Scan
+from drake_navbench.noise import NoiseKey, NoiseStream
+from drake_navbench.robot import LidarSettings
+from drake_navbench.world import World
+
+# The nominal first scan has no pose yet; consumers see None until then.
+NO_SCAN = None
+
+
+class Lidar(LeafSystem):
+    """Scans the true world once a period, the first time at t = 0.
+
+    Input `state` [x m, y m, yaw rad, ...] of the base, world frame. Output `scan`: the last `Scan`,
+    or None before the first. Abstract parameter 0 holds the world as (segments, circles), so that a
+    test can take a thing away; parameter 1 the trial's seed. Special ranges follow REP 117: +inf
+    where nothing lies within range, -inf nearer than the least range, NaN where a beam dropped out.
+    """
+
+    def __init__(self, settings: LidarSettings, world: World) -> None:
+        super().__init__()
+        self._settings = settings
+        full_turn = math.isclose(settings.angle_span_rad, 2.0 * math.pi)
+        gaps = settings.beam_count if full_turn else max(settings.beam_count - 1, 1)
+        increment = settings.angle_span_rad / gaps
+        self._angles = settings.angle_min_rad + increment * np.arange(settings.beam_count)
+        self._angles.flags.writeable = False
+        self.world_parameter = self.DeclareAbstractParameter(
+            AbstractValue.Make((world.segments, world.circles))
+        )
+        self.seed_parameter = self.DeclareAbstractParameter(AbstractValue.Make(0))
+        self._scan = self.DeclareAbstractState(AbstractValue.Make(NO_SCAN))
+        self._state_port = self.DeclareVectorInputPort("state", 5)
+        self.DeclareStateOutputPort("scan", self._scan)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(settings.period_s, 0.0, self._on_scan)
+
+    def _on_scan(self, context: Context, state: State) -> None:
+        settings = self._settings
+        base = self._state_port.Eval(context)
+        cos_yaw, sin_yaw = math.cos(base[2]), math.sin(base[2])
+        mount_x, mount_y, mount_yaw = settings.pose
+        sensor_pose = np.array(
+            [
+                base[0] + cos_yaw * mount_x - sin_yaw * mount_y,
+                base[1] + sin_yaw * mount_x + cos_yaw * mount_y,
+                base[2] + mount_yaw,
+            ]
+        )
+        segments, circles = context.get_abstract_parameter(self.world_parameter).get_value()
+        ranges = cast_rays(
+            sensor_pose[:2],
+            sensor_pose[2] + self._angles,
+            segments,
+            circles,
+            settings.range_max_m,
+        )
+        self._add_noise(context, ranges)
+        ranges[ranges < settings.range_min_m] = -np.inf
+        ranges[ranges > settings.range_max_m] = np.inf
+        scan = Scan(context.get_time(), sensor_pose, self._angles, ranges.astype(np.float32))
+        state.get_mutable_abstract_state(self._scan).set_value(scan)
+
+    def _add_noise(self, context: Context, ranges: NDArray[np.float64]) -> None:
+        settings = self._settings
+        if settings.range_std_m == 0.0 and settings.dropout_probability == 0.0:
+            return
+        seed = context.get_abstract_parameter(self.seed_parameter).get_value()
+        step = round(context.get_time() / settings.period_s)
+        generator = NoiseKey(seed, NoiseStream.LIDAR, step).generator()
+        ranges += settings.range_std_m * generator.standard_normal(ranges.size)
+        ranges[generator.random(ranges.size) < settings.dropout_probability] = np.nan

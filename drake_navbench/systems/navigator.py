@@ -1,0 +1,116 @@
+"""Asks for a plan and tells how the whole task stands."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum, auto
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import Context, LeafSystem, State
+
+from drake_navbench.immutable import Immutable
+from drake_navbench.planner import PlanningError
+
+
+class TaskState(Enum):
+    """The stages of a task, of the navigator's and of the controller server's alike."""
+
+    IDLE = auto()
+    RUNNING = auto()
+    SUCCEEDED = auto()
+    ABORTED = auto()
+    ERROR = auto()
+
+    @property
+    def is_final(self) -> bool:
+        """Whether nothing more will happen."""
+        return self in (TaskState.SUCCEEDED, TaskState.ABORTED, TaskState.ERROR)
+
+
+@dataclass(frozen=True)
+class TaskStatus(Immutable):
+    """How a task stands.
+
+    error_code: Nav2's code, 0 where there is none. reason: one line for people.
+    details: numbers behind the reason. traceback: of a controller that broke.
+    """
+
+    state: TaskState = TaskState.IDLE
+    error_code: int = 0
+    reason: str = ""
+    details: dict | None = None
+    traceback: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class GlobalPlan(Immutable):
+    """A plan as handed to the controller server.
+
+    plan_id: grows with every new plan. poses: (N, 3) x m, y m, yaw rad.
+    """
+
+    plan_id: int
+    poses: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class _NavigatorState(Immutable):
+    plan: GlobalPlan | None = None
+    planning_failure: TaskStatus | None = None
+
+
+class Navigator(LeafSystem):
+    """Nav2's FollowPath use: plan once at the start, follow it, end when the controller ends.
+
+    Inputs `estimate` [x m, y m, yaw rad, ...] and `controller_status` (TaskStatus). Outputs `plan`
+    (GlobalPlan, or None before there is one) and `task_status` (TaskStatus of the whole task).
+    The planner is a function from a start pose (3,) to plan poses (N, 3) that raises PlanningError.
+    """
+
+    def __init__(self, make_plan: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> None:
+        super().__init__()
+        self._make_plan = make_plan
+        self._estimate_port = self.DeclareVectorInputPort("estimate", 5)
+        self._status_port = self.DeclareAbstractInputPort(
+            "controller_status", AbstractValue.Make(object())
+        )
+        self._state = self.DeclareAbstractState(AbstractValue.Make(_NavigatorState()))
+        state_ticket = self.abstract_state_ticket(self._state)
+        self.DeclareAbstractOutputPort(
+            "plan",
+            lambda: AbstractValue.Make(object()),
+            self._calc_plan,
+            prerequisites_of_calc={state_ticket},
+        )
+        self.DeclareAbstractOutputPort(
+            "task_status",
+            lambda: AbstractValue.Make(object()),
+            self._calc_task_status,
+            prerequisites_of_calc={
+                state_ticket,
+                self.input_port_ticket(self._status_port.get_index()),
+            },
+        )
+        self.DeclareInitializationUnrestrictedUpdateEvent(self._on_start)
+
+    def _on_start(self, context: Context, state: State) -> None:
+        start = self._estimate_port.Eval(context)[:3]
+        try:
+            poses = np.ascontiguousarray(self._make_plan(start))
+        except PlanningError as error:
+            failure = TaskStatus(TaskState.ABORTED, error.code, str(error))
+            new_state = _NavigatorState(planning_failure=failure)
+        else:
+            poses.flags.writeable = False
+            new_state = _NavigatorState(plan=GlobalPlan(plan_id=1, poses=poses))
+        state.get_mutable_abstract_state(self._state).set_value(new_state)
+
+    def _calc_plan(self, context: Context, output: AbstractValue) -> None:
+        output.set_value(context.get_abstract_state(self._state).get_value().plan)
+
+    def _calc_task_status(self, context: Context, output: AbstractValue) -> None:
+        failure = context.get_abstract_state(self._state).get_value().planning_failure
+        output.set_value(failure or self._status_port.Eval(context))

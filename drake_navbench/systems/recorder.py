@@ -1,0 +1,78 @@
+"""Keeps every signal of a trial on one clock."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import Context, LeafSystem, ValueProducer
+
+from drake_navbench.log import Scan
+
+
+@dataclass
+class Recording:
+    """What was recorded so far; it lives in the recorder's Context, like Drake's VectorLog.
+
+    rows: one tuple a sample, in the order of `drake_navbench.log.COLUMNS`.
+    """
+
+    rows: list[tuple[float, ...]] = field(default_factory=list)
+    scans: list[Scan] = field(default_factory=list)
+    diagnostics: list[tuple[float, dict[str, Any]]] = field(default_factory=list)
+
+
+class Recorder(LeafSystem):
+    """Samples all signals once a period, before the updates that are due at the same time.
+
+    Inputs `state` and `estimate` [x m, y m, yaw rad, v m/s, w rad/s], `command` [v m/s, w rad/s],
+    `distances` [m] (see Clearance), `server_state` (ServerState), `scan` (Scan or None).
+    """
+
+    def __init__(self, *, period_s: float) -> None:
+        super().__init__()
+        self._recording = self.DeclareCacheEntry(
+            "recording",
+            ValueProducer(lambda: AbstractValue.Make(Recording()), ValueProducer.NoopCalc),
+            {self.nothing_ticket()},
+        )
+        self._state_port = self.DeclareVectorInputPort("state", 5)
+        self._estimate_port = self.DeclareVectorInputPort("estimate", 5)
+        self._command_port = self.DeclareVectorInputPort("command", 2)
+        self._distances_port = self.DeclareVectorInputPort("distances", 2)
+        self._server_port = self.DeclareAbstractInputPort(
+            "server_state", AbstractValue.Make(object())
+        )
+        self._scan_port = self.DeclareAbstractInputPort("scan", AbstractValue.Make(object()))
+        self.DeclarePeriodicPublishEvent(period_s, 0.0, self.record)
+        self.DeclareForcedPublishEvent(self.record)
+
+    def find_recording(self, context: Context) -> Recording:
+        """Returns what was recorded in this system's context."""
+        return self._recording.Eval(context)
+
+    def record(self, context: Context) -> None:
+        """Takes one sample; a time already sampled is replaced."""
+        recording = self._recording.Eval(context)
+        time_s = context.get_time()
+        server = self._server_port.Eval(context)
+        row = (
+            time_s,
+            *self._state_port.Eval(context),
+            *self._estimate_port.Eval(context),
+            *self._command_port.Eval(context),
+            *self._distances_port.Eval(context),
+            float(server.cycle_count),
+            server.compute_time_ms,
+        )
+        if recording.rows and recording.rows[-1][0] == time_s:
+            recording.rows.pop()
+        recording.rows.append(row)
+        scan = self._scan_port.Eval(context)
+        if scan is not None and (not recording.scans or recording.scans[-1] is not scan):
+            recording.scans.append(scan)
+        if server.diagnostics and (
+            not recording.diagnostics or recording.diagnostics[-1][1] is not server.diagnostics
+        ):
+            recording.diagnostics.append((time_s, server.diagnostics))

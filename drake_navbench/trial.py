@@ -1,0 +1,208 @@
+"""One trial: build the diagram, simulate it to its end, return the log."""
+
+from __future__ import annotations
+
+import gc
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from pydrake.geometry import Meshcat
+from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
+from pydrake.systems.framework import Context, EventStatus
+
+from drake_navbench.controller import ControllerSetup
+from drake_navbench.diagram import CONTROLLER_OFFSET_S, TrialDiagram, build_trial_diagram
+from drake_navbench.log import COLUMNS, Outcome, TrialLog
+from drake_navbench.planning import make_plan
+from drake_navbench.presets import Preset, load_preset
+from drake_navbench.robot import Robot, load_robot
+from drake_navbench.scenario import Scenario, check_task, load_scenario
+from drake_navbench.systems.navigator import TaskState, TaskStatus
+from drake_navbench.systems.recorder import Recording
+
+# A fixed step without error control: drawing or logging more often must not move the numbers.
+INTEGRATION = SimulatorConfig(
+    integration_scheme="runge_kutta3", max_step_size=0.02, use_error_control=False
+)
+OUTCOME_OF_TASK = {
+    TaskState.SUCCEEDED: Outcome.SUCCEEDED,
+    TaskState.ABORTED: Outcome.ABORTED,
+    TaskState.ERROR: Outcome.ERROR,
+}
+DEFAULT_ROBOT = "wheelchair"
+
+
+@dataclass(frozen=True)
+class TrialSpec:
+    """Everything that a trial is a function of, but for the code.
+
+    trial: its number among the trials of a scenario. seed: of this trial, the same for every
+    controller. wants_diagnostics: whether to log the controller's arrays too.
+    """
+
+    scenario: Scenario
+    robot: Robot
+    preset: Preset
+    seed: int
+    trial: int = 0
+    wants_diagnostics: bool = False
+
+
+def run_trial(
+    scenario: str | Scenario,
+    controller: str | Preset,
+    seed: int = 0,
+    *,
+    robot: str | Robot = DEFAULT_ROBOT,
+    wants_diagnostics: bool = False,
+) -> TrialLog:
+    """Runs one trial and returns its log.
+
+    scenario, controller, robot: names of built-in ones, paths of files (not for `controller`, which
+    may be a variant such as 'rpp:lookahead_dist=0.9'), or loaded objects. Raises InputError where
+    one of them is wrong; a controller that breaks is an outcome, not an exception.
+    """
+    scenario = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
+    preset = controller if isinstance(controller, Preset) else load_preset(controller)
+    if isinstance(robot, str):
+        robot = load_robot(robot, scenario.robot_overrides)
+    check_task(scenario, robot)
+    return simulate(
+        TrialSpec(scenario, robot, preset, seed=seed, wants_diagnostics=wants_diagnostics)
+    )
+
+
+def simulate(
+    spec: TrialSpec, *, meshcat: Meshcat | None = None, realtime_rate: float = 0.0
+) -> TrialLog:
+    """Runs the trial of a checked specification; realtime_rate 0 runs as fast as possible."""
+    controller = spec.preset.controller_class(
+        spec.preset.parameters, controller_setup(spec.robot, spec.wants_diagnostics)
+    )
+    trial = build_trial_diagram(
+        spec.robot,
+        spec.scenario.obstacles,
+        controller,
+        make_plan=partial(make_plan, spec.scenario, spec.robot),
+        meshcat=meshcat,
+    )
+    context = trial.create_context(spec.scenario.start_pose(spec.seed), spec.seed)
+    simulator = Simulator(trial.diagram, context)
+    ApplySimulatorConfig(INTEGRATION, simulator)
+    simulator.set_target_realtime_rate(realtime_rate)
+    simulator.set_monitor(_end_of_trial(trial))
+    simulator.Initialize()
+    simulator.AdvanceTo(spec.scenario.timeout_s)
+    log = _make_log(spec, trial, context)
+    # Drake's Python bindings keep Python systems alive; what they hold should at least be small.
+    gc.collect()
+    return log
+
+
+def controller_setup(robot: Robot, wants_diagnostics: bool = False) -> ControllerSetup:
+    """Returns what a controller learns about the robot and its costmap when it is built."""
+    inscribed, circumscribed = robot.radii
+    costmap = robot.navigation.local_costmap
+    return ControllerSetup(
+        control_period_s=1.0 / robot.navigation.controller_server.controller_frequency,
+        footprint=np.ascontiguousarray(robot.padded_outline),
+        inscribed_radius_m=inscribed,
+        circumscribed_radius_m=circumscribed,
+        footprint_is_circle=robot.robot_radius is not None,
+        max_linear_velocity_mps=robot.drive.max_linear_velocity_mps,
+        max_angular_velocity_radps=robot.drive.max_angular_velocity_radps,
+        costmap_resolution_m=costmap.resolution,
+        costmap_size_m=float(max(costmap.width, costmap.height)),
+        inflation_radius_m=costmap.inflation_layer.inflation_radius,
+        inflation_cost_scaling_factor=costmap.inflation_layer.cost_scaling_factor,
+        tracks_unknown_space=costmap.track_unknown_space,
+        wants_diagnostics=wants_diagnostics,
+    )
+
+
+def _end_of_trial(trial: TrialDiagram) -> Callable[[Context], EventStatus | None]:
+    """Returns the monitor that stops the simulation at contact or when the task is over."""
+    distances_port = trial.clearance.GetOutputPort("distances")
+    status_port = trial.navigator.GetOutputPort("task_status")
+
+    def monitor(context: Context) -> EventStatus | None:
+        if distances_port.Eval(trial.clearance.GetMyContextFromRoot(context))[0] <= 0.0:
+            return EventStatus.ReachedTermination(trial.diagram, "collided")
+        status = status_port.Eval(trial.navigator.GetMyContextFromRoot(context))
+        if status.state.is_final:
+            return EventStatus.ReachedTermination(trial.diagram, status.reason)
+        return None
+
+    return monitor
+
+
+def _outcome(trial: TrialDiagram, context: Context) -> tuple[Outcome, TaskStatus]:
+    distances = trial.clearance.GetOutputPort("distances").Eval(
+        trial.clearance.GetMyContextFromRoot(context)
+    )
+    status = trial.navigator.GetOutputPort("task_status").Eval(
+        trial.navigator.GetMyContextFromRoot(context)
+    )
+    if distances[0] <= 0.0:
+        return Outcome.COLLIDED, TaskStatus(reason="the footprint touched an obstacle")
+    if status.state in OUTCOME_OF_TASK:
+        return OUTCOME_OF_TASK[status.state], status
+    return Outcome.TIMED_OUT, TaskStatus(reason=f"not finished after {context.get_time():g} s")
+
+
+def failed_log(spec: TrialSpec, reason: str, traceback: str = "") -> TrialLog:
+    """Returns the log of a trial that never came to an end of its own."""
+    status = TaskStatus(TaskState.ERROR, reason=reason, traceback=traceback)
+    return TrialLog(
+        samples=_samples(Recording()),
+        plan=np.empty((0, 3)),
+        info=_info(spec, Outcome.ERROR, status, end_time_s=0.0),
+    )
+
+
+def _make_log(spec: TrialSpec, trial: TrialDiagram, context: Context) -> TrialLog:
+    recorder_context = trial.recorder.GetMyContextFromRoot(context)
+    trial.recorder.record(recorder_context)
+    recording = trial.recorder.find_recording(recorder_context)
+    outcome, status = _outcome(trial, context)
+    plan = trial.navigator.GetOutputPort("plan").Eval(trial.navigator.GetMyContextFromRoot(context))
+    return TrialLog(
+        samples=_samples(recording),
+        plan=plan.poses if plan is not None else np.empty((0, 3)),
+        info=_info(spec, outcome, status, end_time_s=context.get_time()),
+        scans=tuple(recording.scans),
+        diagnostics=tuple(recording.diagnostics),
+    )
+
+
+def _info(
+    spec: TrialSpec, outcome: Outcome, status: TaskStatus, *, end_time_s: float
+) -> dict[str, Any]:
+    return {
+        "scenario": spec.scenario.model_dump(mode="json"),
+        "robot": spec.robot.model_dump(mode="json"),
+        "controller": spec.preset.name,
+        "controller_plugin": spec.preset.controller,
+        "parameters": spec.preset.parameters.model_dump(mode="json"),
+        "seed": spec.seed,
+        "trial": spec.trial,
+        "outcome": str(outcome),
+        "reason": status.reason,
+        "error_code": status.error_code,
+        "details": json.loads(json.dumps(status.details or {}, default=str)),
+        "traceback": status.traceback,
+        "start_time_s": CONTROLLER_OFFSET_S,
+        "end_time_s": end_time_s,
+    }
+
+
+def _samples(recording: Recording) -> pd.DataFrame:
+    table = np.array(recording.rows, dtype=float).reshape(-1, len(COLUMNS))
+    columns: dict[str, Any] = dict(zip(COLUMNS, table.T, strict=True))
+    columns["cycle_count"] = columns["cycle_count"].astype(np.int64)
+    return pd.DataFrame(columns)

@@ -1,0 +1,134 @@
+"""Reads YAML files into pydantic models; everything wrong becomes one line that names the place."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from types import UnionType
+from typing import Any, TypeVar, Union, get_args, get_origin
+
+import yaml
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from drake_navbench.errors import InputError, nearest_name_hint
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+class FrozenModel(BaseModel):
+    """Base of every model read from a file: unknown fields refused, finite numbers, frozen."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class _UniqueKeyLoader(yaml.SafeLoader):
+    """A safe loader that refuses a key given twice, where YAML would let the last one win."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict:
+        keys = [self.construct_object(key, deep=True) for key, _ in node.value]
+        for key, (key_node, _) in zip(keys, node.value, strict=True):
+            if keys.count(key) > 1:
+                raise yaml.constructor.ConstructorError(
+                    None, None, f"key {key!r} is given twice", key_node.start_mark
+                )
+        return super().construct_mapping(node, deep)
+
+
+def read_yaml(path: Path) -> dict[str, Any]:
+    """Returns the mapping in a YAML file; raises InputError if it is unreadable or no mapping."""
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
+        raise InputError(f"{path}: cannot be read: {reason}") from error
+    return parse_yaml(text, str(path))
+
+
+def parse_yaml(text: str, source: str) -> dict[str, Any]:
+    """Returns the mapping in a YAML text; `source` names it in errors."""
+    try:
+        data = yaml.load(text, Loader=_UniqueKeyLoader)
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        line = f", line {mark.line + 1}" if mark else ""
+        problem = getattr(error, "problem", None) or "not YAML"
+        raise InputError(f"{source}{line}: {problem}") from error
+    if not isinstance(data, dict):
+        raise InputError(
+            f"{source}: expected a mapping of fields to values, got {type(data).__name__}"
+        )
+    return data
+
+
+def validate(model: type[Model], data: Mapping[str, Any], source: str) -> Model:
+    """Returns `data` as an instance of `model`; raises InputError, one line a fault.
+
+    Types are taken strictly: text is no number, and neither is true.
+    """
+    try:
+        return model.model_validate_json(json.dumps(data, default=str), strict=True)
+    except ValidationError as error:
+        lines = [_describe(fault, model, source) for fault in error.errors()]
+        raise InputError("\n".join(dict.fromkeys(lines))) from error
+
+
+def _describe(fault: Mapping[str, Any], model: type[BaseModel], source: str) -> str:
+    location = fault["loc"]
+    field = _dotted(location)
+    if fault["type"] == "extra_forbidden":
+        known = _field_names(model, location[:-1])
+        hint = nearest_name_hint(str(location[-1]), known)
+        return f"{source}: {field}: unknown field{hint}"
+    if fault["type"] == "missing":
+        return f"{source}: {field}: missing, but required"
+    message = fault["msg"].removeprefix("Value error, ")
+    message = message[:1].lower() + message[1:]
+    if not location:
+        return f"{source}: {message}"
+    return f"{source}: {field}: {message}, got {_shortened(fault['input'])}"
+
+
+def _dotted(location: tuple[int | str, ...]) -> str:
+    text = ""
+    for part in location:
+        text += f"[{part}]" if isinstance(part, int) else f".{part}"
+    return text.lstrip(".")
+
+
+def _shortened(value: Any, limit: int = 60) -> str:
+    text = repr(value)
+    return text if len(text) <= limit else text[: limit - 3] + "..."
+
+
+def _field_names(model: type[BaseModel], location: tuple[int | str, ...]) -> list[str]:
+    """Returns the fields known at a place inside a model, for the hint of a misspelt one."""
+    models = [model]
+    for part in location:
+        if isinstance(part, str):
+            models = _step_into(models, part)
+    return sorted({name for m in models for name in m.model_fields})
+
+
+def _step_into(models: list[type[BaseModel]], part: str) -> list[type[BaseModel]]:
+    found = [
+        nested
+        for m in models
+        if part in m.model_fields
+        for nested in _nested_models(m.model_fields[part].annotation)
+    ]
+    # In a discriminated union pydantic puts the tag (such as "box") into the location.
+    tagged = [
+        m
+        for m in models
+        if "type" in m.model_fields and part in get_args(m.model_fields["type"].annotation)
+    ]
+    return found or tagged or models
+
+
+def _nested_models(annotation: Any) -> list[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    if get_origin(annotation) in (Union, UnionType, list, tuple, dict) or get_args(annotation):
+        return [m for argument in get_args(annotation) for m in _nested_models(argument)]
+    return []

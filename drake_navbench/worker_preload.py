@@ -1,0 +1,9 @@
+"""Loads everything a trial needs when imported.
+
+multiprocessing's fork server imports this module once and forks every worker from itself, so that
+no worker spends time on imports or on reading compiled kernels. Nothing else should import it.
+"""
+
+from drake_navbench.warm_up import warm_up
+
+warm_up()

@@ -1,0 +1,163 @@
+"""What stands in the world: typed shapes, seen as segments by the lidar and as cells by a map."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Annotated, Literal
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+from shapely.geometry.base import BaseGeometry
+
+from drake_navbench.typed_yaml import FrozenModel
+
+Array = NDArray[np.float64]
+Point = tuple[float, float]
+
+# Fine enough that the polygon stays within 0.1% of the radius of the true circle.
+CIRCLE_QUADRANT_SEGMENTS = 24
+
+
+class _Shape(FrozenModel):
+    known_to_planner: bool = Field(
+        True, description="Whether the global planner's map shows it; the lidar always sees it."
+    )
+    height_m: float = Field(1.0, gt=0.0, description="Height above the floor [m].")
+
+    @property
+    def region(self) -> BaseGeometry:
+        """The floor area that the shape covers."""
+        return shapely.Polygon(self.outline)
+
+    @property
+    def outline(self) -> Array:
+        """(K, 2) corners in the world frame, m, counter-clockwise."""
+        raise NotImplementedError
+
+
+class Box(_Shape):
+    """A rectangle along the axes."""
+
+    type: Literal["box"]
+    min: Point = Field(description="Lower left corner [m].")
+    max: Point = Field(description="Upper right corner [m].")
+
+    @model_validator(mode="after")
+    def _check(self) -> Box:
+        if not (self.min[0] < self.max[0] and self.min[1] < self.max[1]):
+            raise ValueError(
+                f"min {list(self.min)} must lie below and left of max {list(self.max)}"
+            )
+        return self
+
+    @property
+    def outline(self) -> Array:
+        (x0, y0), (x1, y1) = self.min, self.max
+        return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
+
+
+class Wall(_Shape):
+    """A straight wall of some thickness."""
+
+    type: Literal["wall"]
+    start: Point = Field(description="One end of its centre line [m].")
+    end: Point = Field(description="The other end [m].")
+    thickness_m: float = Field(0.1, gt=0.0, description="Full thickness [m].")
+
+    @model_validator(mode="after")
+    def _check(self) -> Wall:
+        if self.start == self.end:
+            raise ValueError(f"start and end coincide at {list(self.start)}; expected a length")
+        return self
+
+    @property
+    def outline(self) -> Array:
+        start, end = np.array(self.start), np.array(self.end)
+        along = (end - start) / np.hypot(*(end - start))
+        left = 0.5 * self.thickness_m * np.array([-along[1], along[0]])
+        return np.array([start - left, end - left, end + left, start + left])
+
+
+class Polygon(_Shape):
+    """Any simple polygon."""
+
+    type: Literal["polygon"]
+    vertices: list[Point] = Field(min_length=3, description="Corners in order [m].")
+
+    @model_validator(mode="after")
+    def _check(self) -> Polygon:
+        polygon = shapely.Polygon(self.vertices)
+        if not polygon.is_valid or polygon.area == 0.0:
+            raise ValueError("vertices must form a polygon with an area that does not cross itself")
+        return self
+
+    @property
+    def outline(self) -> Array:
+        ring = shapely.Polygon(self.vertices).exterior
+        corners = np.array(ring.coords[:-1])
+        return corners if ring.is_ccw else corners[::-1].copy()
+
+
+class Cylinder(_Shape):
+    """A round pillar."""
+
+    type: Literal["cylinder"]
+    centre: Point = Field(description="Centre [m].")
+    radius_m: float = Field(gt=0.0, description="Radius [m].")
+
+    @property
+    def region(self) -> BaseGeometry:
+        return shapely.Point(self.centre).buffer(self.radius_m, CIRCLE_QUADRANT_SEGMENTS)
+
+    @property
+    def outline(self) -> Array:
+        return np.array(self.region.exterior.coords[:-1])[::-1].copy()
+
+
+Obstacle = Annotated[Box | Wall | Polygon | Cylinder, Field(discriminator="type")]
+
+
+@dataclass(frozen=True)
+class World:
+    """The obstacles of a scenario."""
+
+    obstacles: tuple[Box | Wall | Polygon | Cylinder, ...]
+
+    @cached_property
+    def segments(self) -> Array:
+        """(N, 4) straight edges x0, y0, x1, y1 of everything but cylinders, m."""
+        edges = [
+            np.hstack([o.outline, np.roll(o.outline, -1, axis=0)])
+            for o in self.obstacles
+            if not isinstance(o, Cylinder)
+        ]
+        return np.ascontiguousarray(np.vstack(edges)) if edges else np.empty((0, 4))
+
+    @cached_property
+    def circles(self) -> Array:
+        """(M, 3) cylinders x, y, radius, m."""
+        rows = [[*o.centre, o.radius_m] for o in self.obstacles if isinstance(o, Cylinder)]
+        return np.array(rows, dtype=float).reshape(-1, 3)
+
+    @cached_property
+    def region(self) -> BaseGeometry:
+        """The floor area covered by all obstacles."""
+        return shapely.union_all([o.region for o in self.obstacles])
+
+    def bounds(self, points: Sequence[Sequence[float]], margin_m: float) -> tuple[float, ...]:
+        """Returns (min_x, min_y, max_x, max_y) around all obstacles and `points`, with a margin."""
+        corners = [np.asarray(points, dtype=float)[:, :2]] + [o.outline for o in self.obstacles]
+        stacked = np.vstack(corners)
+        low, high = stacked.min(axis=0) - margin_m, stacked.max(axis=0) + margin_m
+        return (*low, *high)
+
+
+def place_footprint(footprint: Array, pose: Sequence[float]) -> Array:
+    """Returns (K, 2) corners of a footprint, given in the base frame, at a pose (x, y, yaw)."""
+    cos_yaw, sin_yaw = np.cos(pose[2]), np.sin(pose[2])
+    rotation = np.array([[cos_yaw, -sin_yaw], [sin_yaw, cos_yaw]])
+    return footprint @ rotation.T + np.asarray(pose[:2])
