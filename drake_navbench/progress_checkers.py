@@ -1,0 +1,105 @@
+"""When a robot counts as stuck: Nav2's progress checkers, as pure functions of immutable state.
+
+Source: nav2_controller, branch lyrical.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from drake_navbench.kernels.angles import wrap
+from drake_navbench.typed_yaml import FrozenModel
+
+Array = NDArray[np.float64]
+
+# Times are compared in whole nanoseconds, as Nav2 does, so that 10.05 s - 0.05 s is 10 s.
+NANOSECONDS_PER_SECOND = 1e9
+
+
+class Baseline(NamedTuple):
+    """Where and when the robot last moved enough: x m, y m, yaw rad, time s."""
+
+    x: float
+    y: float
+    yaw: float
+    time_s: float
+
+
+class ProgressCheck(NamedTuple):
+    """The outcome of one check; `state` is handed to the next one."""
+
+    made_progress: bool
+    state: Baseline | None
+
+
+class SimpleProgressCheckerParameters(FrozenModel):
+    """Parameters of nav2_controller::SimpleProgressChecker."""
+
+    required_movement_radius: float = Field(
+        0.5, ge=0.0, description="Distance that counts as progress [m]."
+    )
+    movement_time_allowance: float = Field(
+        10.0, ge=0.0, description="Time in which it must be made [s]."
+    )
+
+
+class PoseProgressCheckerParameters(SimpleProgressCheckerParameters):
+    """Parameters of nav2_controller::PoseProgressChecker."""
+
+    required_movement_angle: float = Field(
+        0.5, ge=0.0, description="Turn that counts as progress [rad]."
+    )
+
+
+class SimpleProgressChecker:
+    """The robot must get away from a baseline position in time; doing so renews the baseline."""
+
+    nav2_plugin = "nav2_controller::SimpleProgressChecker"
+    Parameters: type[SimpleProgressCheckerParameters] = SimpleProgressCheckerParameters
+
+    def __init__(self, parameters: SimpleProgressCheckerParameters) -> None:
+        self.parameters = parameters
+
+    def initial_state(self) -> None:
+        """Returns None: there is no baseline before the first check."""
+
+    def check(self, state: Baseline | None, *, pose: Array, time_s: float) -> ProgressCheck:
+        """Tells whether the robot moved enough, or still has time to; pose: (3,) m, m, rad."""
+        x, y, yaw = (float(value) for value in pose)
+        if state is None or self._moved_enough(state, x, y, yaw):
+            return ProgressCheck(True, Baseline(x, y, yaw, time_s))
+        spent_ns = round((time_s - state.time_s) * NANOSECONDS_PER_SECOND)
+        allowed_ns = round(self.parameters.movement_time_allowance * NANOSECONDS_PER_SECOND)
+        return ProgressCheck(spent_ns <= allowed_ns, state)
+
+    def _moved_enough(self, baseline: Baseline, x: float, y: float, yaw: float) -> bool:
+        distance_m = math.hypot(x - baseline.x, y - baseline.y)
+        return distance_m > self.parameters.required_movement_radius
+
+
+class PoseProgressChecker(SimpleProgressChecker):
+    """As SimpleProgressChecker, but turning counts as well."""
+
+    nav2_plugin = "nav2_controller::PoseProgressChecker"
+    Parameters = PoseProgressCheckerParameters
+    parameters: PoseProgressCheckerParameters
+
+    def _moved_enough(self, baseline: Baseline, x: float, y: float, yaw: float) -> bool:
+        turn_rad = abs(wrap(yaw - baseline.yaw))
+        return (
+            super()._moved_enough(baseline, x, y, yaw)
+            or turn_rad > self.parameters.required_movement_angle
+        )
+
+
+PROGRESS_CHECKERS: Mapping[str, type[SimpleProgressChecker]] = MappingProxyType(
+    {checker.nav2_plugin: checker for checker in (SimpleProgressChecker, PoseProgressChecker)}
+)
+"""The progress checkers by Nav2's plugin type."""
