@@ -1,0 +1,32 @@
+"""What a speed limit leaves of a controller's own speed."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+PERCENT = 100.0
+# The value by which Nav2's speed filter lifts a limit (nav2_costmap_2d, NO_SPEED_LIMIT).
+NO_SPEED_LIMIT = 0.0
+
+
+class Limit(Protocol):
+    """A limit in m/s, or in percent of the controller's own speed."""
+
+    value: float
+    is_percentage: bool
+
+
+def limited_speed(speed: float, limit: Limit | None) -> float:
+    """Returns the speed that holds under a limit, m/s.
+
+    speed: what the controller's parameters ask for, m/s. An absolute limit replaces it, even by
+    more, as in Nav2's setSpeedLimit; None or NO_SPEED_LIMIT lift the limit.
+    """
+    if limit is None or limit.value == NO_SPEED_LIMIT:
+        return speed
+    return speed * limit.value / PERCENT if limit.is_percentage else limit.value
+
+
+def speed_limit_ratio(speed: float, limit: Limit | None) -> float:
+    """Returns the part of `speed` m/s that holds under a limit, for scaling other axes alike."""
+    return limited_speed(speed, limit) / speed
