@@ -1,0 +1,96 @@
+"""What a metric is: a documented function from a trial's log to one number."""
+
+from __future__ import annotations
+
+import inspect
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import NamedTuple
+
+from drake_navbench.log import TrialLog
+
+
+class Better(StrEnum):
+    """Which direction of a metric is the good one."""
+
+    LOWER = "lower"
+    HIGHER = "higher"
+    NEITHER = "neither"
+
+
+class Undefined(ValueError):
+    """Raised by a metric that has no value for a trial; the text is the reason shown."""
+
+
+class Measurement(NamedTuple):
+    """A metric's value for one trial, NaN where it has none, and then the reason."""
+
+    value: float
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class Metric:
+    """A metric: call it with a `TrialLog` to get its value.
+
+    name: column name, with the unit where the publication does not prescribe the name.
+    unit: as shown in tables. better: the good direction. function: the computation; raises
+    Undefined where a trial has no value. is_repeatable: False where it depends on the machine.
+    """
+
+    name: str
+    unit: str
+    better: Better
+    function: Callable[[TrialLog], float]
+    is_repeatable: bool = True
+
+    def __call__(self, log: TrialLog) -> float:
+        """Returns the value; raises Undefined where the trial has none."""
+        value = float(self.function(log))
+        if not math.isfinite(value):
+            raise Undefined(f"the computation gave {value}")
+        return value
+
+    def measure(self, log: TrialLog) -> Measurement:
+        """Returns the value, or NaN with the reason; never raises."""
+        try:
+            return Measurement(self(log))
+        except Undefined as undefined:
+            return Measurement(math.nan, str(undefined))
+        except Exception as error:
+            # A user's metric may break in any way; its cell stays empty, the analysis goes on.
+            return Measurement(math.nan, f"{type(error).__name__}: {error}")
+
+    @property
+    def description(self) -> str:
+        """The function's docstring: a summary, then `Formula:` and `Source:` paragraphs."""
+        return inspect.getdoc(self.function) or ""
+
+    @property
+    def summary(self) -> str:
+        """The first line of the description."""
+        return self.description.partition("\n")[0]
+
+
+def metric(
+    *, unit: str, better: Better | str, name: str | None = None, is_repeatable: bool = True
+) -> Callable[[Callable[[TrialLog], float]], Metric]:
+    """Turns a function from a `TrialLog` to a number into a `Metric`.
+
+    unit: as shown in tables, '' for a pure number. better: 'lower', 'higher' or 'neither'.
+    name: column name; that of the function if not given. is_repeatable: False for what depends on
+    the machine, such as compute times.
+    """
+
+    def decorate(function: Callable[[TrialLog], float]) -> Metric:
+        return Metric(
+            name=name or function.__name__,
+            unit=unit,
+            better=Better(better),
+            function=function,
+            is_repeatable=is_repeatable,
+        )
+
+    return decorate

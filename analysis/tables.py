@@ -1,0 +1,140 @@
+"""Tables: one row a trial, and per scenario one row a metric as the publication prints them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import lru_cache
+from importlib.resources import files
+from typing import Any
+
+import pandas as pd
+
+from drake_navbench.analysis.metrics.registry import measure_all
+from drake_navbench.analysis.published import PUBLISHED_METRICS
+from drake_navbench.log import Outcome, TrialLog
+
+IDENTITY_COLUMNS = ("scenario", "controller", "trial", "seed", "outcome", "reason")
+STD_HEADING_ERROR = "std_heading_error"
+PUBLISHED_CONTROLLERS = ("dwb", "rpp", "teb", "mppi")
+TABLE_DECIMALS = 3
+
+
+def trial_row(log: TrialLog) -> dict[str, Any]:
+    """Returns what trials.parquet holds of a trial: who and how it ended, then every metric.
+
+    A metric without a value for this trial is NaN.
+    """
+    row = trial_identity(log)
+    row.update({name: measured.value for name, measured in measure_all(log).items()})
+    return row
+
+
+def trial_identity(log: TrialLog) -> dict[str, Any]:
+    """Returns scenario, controller, trial, seed, outcome and reason of a trial."""
+    return {
+        "scenario": log.info["scenario"]["name"],
+        "controller": log.info["controller"],
+        "trial": log.info["trial"],
+        "seed": log.info["seed"],
+        "outcome": str(log.outcome),
+        "reason": log.info["reason"],
+    }
+
+
+@lru_cache(maxsize=1)
+def published_table() -> pd.DataFrame:
+    """Returns tables 4.1 to 4.5: scenario, metric, unit, then one column a controller."""
+    return _packaged_csv("published_tables.csv")
+
+
+@lru_cache(maxsize=1)
+def published_findings() -> pd.DataFrame:
+    """Returns what the publication claims: id, scenario, metric, relation, controllers, where."""
+    return _packaged_csv("findings.csv")
+
+
+def published_rows(scenario: str) -> list[tuple[str, str]]:
+    """Returns (metric, unit) in the publication's order: a published scenario's own, else all."""
+    units = {entry.name: entry.unit for entry in PUBLISHED_METRICS} | {STD_HEADING_ERROR: "deg"}
+    table = published_table()
+    printed = list(table.loc[table["scenario"] == scenario, "metric"])
+    if not printed:
+        printed = [entry.name for entry in PUBLISHED_METRICS]
+        printed.insert(printed.index("avg_heading_error") + 1, STD_HEADING_ERROR)
+    return [(name, units[name]) for name in printed]
+
+
+def scenario_table(trials: pd.DataFrame, scenario: str) -> pd.DataFrame:
+    """Returns a scenario's table as the publication prints it.
+
+    trials: rows as from `trial_row`. The result has one row a published metric, indexed by
+    (metric, unit), and one column a controller in the order of `trials`. A cell is the mean over
+    all trials of the controller, failed ones included; where some trials have no value, a row
+    `<metric>_defined` counts those that have. Below stand the counts of the outcomes.
+    """
+    own = trials[trials["scenario"] == scenario]
+    # Trials without a readable log have no metrics at all.
+    own = own.reindex(columns=own.columns.union([m.name for m in PUBLISHED_METRICS], sort=False))
+    columns = {
+        controller: _controller_column(own[own["controller"] == controller], scenario)
+        for controller in dict.fromkeys(own["controller"])
+    }
+    table = pd.DataFrame({name: pd.Series(column) for name, column in columns.items()})
+    rows = [
+        key for key in _row_order(scenario) if key in table.index and _says_something(table, key)
+    ]
+    return table.loc[rows].rename_axis(["metric", "unit"])
+
+
+def table_to_markdown(table: pd.DataFrame) -> str:
+    """Returns a Markdown table of a frame with (metric, unit) rows; what is undefined is a dash."""
+    header = ["metric", "unit", *map(str, table.columns)]
+    lines = [_markdown_row(header), _markdown_row(["---", "---", *["---:"] * len(table.columns)])]
+    for (name, unit), cells in table.iterrows():
+        lines.append(_markdown_row([name, unit, *(_cell(value, unit) for value in cells)]))
+    return "\n".join(lines) + "\n"
+
+
+def _controller_column(trials: pd.DataFrame, scenario: str) -> dict[tuple[str, str], float]:
+    column: dict[tuple[str, str], float] = {}
+    for name, unit in published_rows(scenario):
+        source = "avg_heading_error" if name == STD_HEADING_ERROR else name
+        values = trials[source].dropna()
+        if name == STD_HEADING_ERROR:
+            column[name, unit] = values.std(ddof=0)
+        else:
+            column[name, unit] = values.mean()
+        column[f"{name}_defined", "trials"] = len(values)
+    column["trials", "trials"] = len(trials)
+    for outcome in Outcome:
+        column[str(outcome), "trials"] = int((trials["outcome"] == str(outcome)).sum())
+    return column
+
+
+def _row_order(scenario: str) -> list[tuple[str, str]]:
+    order = []
+    for name, unit in published_rows(scenario):
+        order += [(name, unit), (f"{name}_defined", "trials")]
+    return [*order, ("trials", "trials"), *((str(outcome), "trials") for outcome in Outcome)]
+
+
+def _says_something(table: pd.DataFrame, key: tuple[str, str]) -> bool:
+    """Whether a row is worth printing: a count of defined trials only where some are not."""
+    if not key[0].endswith("_defined"):
+        return True
+    return bool((table.loc[key] < table.loc["trials", "trials"]).any())
+
+
+def _cell(value: float, unit: str) -> str:
+    if math.isnan(value):
+        return "–"
+    return f"{value:.0f}" if unit == "trials" else f"{value:.{TABLE_DECIMALS}f}"
+
+
+def _markdown_row(cells: Sequence[str]) -> str:
+    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+
+
+def _packaged_csv(name: str) -> pd.DataFrame:
+    return pd.read_csv(files("drake_navbench.analysis").joinpath(name).open())
