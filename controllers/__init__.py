@@ -1,1 +1,1 @@
-"""The built-in controllers. Each folder holds parameters, controller, kernels or critics, presets."""
+"""The built-in controllers: in each folder parameters, controller, kernels or critics, presets."""

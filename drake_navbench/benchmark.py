@@ -129,7 +129,8 @@ def _run(
         write_replays(folder, campaign, each=request.replay == "each", jobs=jobs)
     driven_s = float(trials["simulated_time_s"].sum())
     console.print(
-        f"{len(trials)} trials, {driven_s:.0f} s of driving in {wall_s:.0f} s. Results: {folder.path}"
+        f"{len(trials)} trials, {driven_s:.0f} s of driving, in {wall_s:.0f} s. "
+        f"Results: {folder.path}"
     )
     errors = trials[trials["outcome"] == Outcome.ERROR]
     for row in errors.itertuples():

@@ -40,5 +40,6 @@ class NamedFiles:
                 raise InputError(f"{self.kind} file {name_or_path}: no such file")
             return path.resolve()
         raise InputError(
-            f"{self.kind} {name_or_path!r} is not known{nearest_name_hint(name_or_path, self.names)}"
+            f"{self.kind} {name_or_path!r} is not known"
+            + nearest_name_hint(name_or_path, self.names)
         )

@@ -1,4 +1,4 @@
-"""The scenario file: a world, a task, what the planner knows, and what varies from trial to trial."""
+"""The scenario file: a world, a task, what the planner knows, what varies between trials."""
 
 from __future__ import annotations
 

@@ -166,8 +166,8 @@ class ControllerServer(LeafSystem):
             plan_id=plan.plan_id,
             costmap=costmap,
             goal=goal,
-            goal_xy_tolerance_m=self._goal_checker.parameters.xy_goal_tolerance,
-            goal_yaw_tolerance_rad=self._goal_checker.parameters.yaw_goal_tolerance,
+            goal_xy_tolerance_m=self._goal_checker.xy_tolerance_m,
+            goal_yaw_tolerance_rad=self._goal_checker.yaw_tolerance_rad,
             goal_xy_reached=goal_result.xy_reached,
             noise_key=noise_key,
         )

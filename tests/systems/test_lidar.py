@@ -1,0 +1,84 @@
+"""The scanner sees walls where they are."""
+
+import numpy as np
+import pytest
+from pydrake.systems.analysis import Simulator
+
+from drake_navbench.log import Scan
+from drake_navbench.robot import LidarSettings
+from drake_navbench.systems.lidar import Lidar
+from drake_navbench.world import Box, Cylinder, World
+
+WALL_AHEAD = World((Box(type="box", min=(3.0, -5.0), max=(3.2, 5.0)),))
+
+
+def scan_from(base_pose, world=WALL_AHEAD, seed=0, **settings) -> Scan:
+    """Returns the first scan of a robot standing at a pose."""
+    lidar = Lidar(LidarSettings(**{"beam_count": 8} | settings), world)
+    context = lidar.CreateDefaultContext()
+    lidar.GetInputPort("state").FixValue(context, [*base_pose, 0.0, 0.0])
+    context.get_mutable_abstract_parameter(lidar.seed_parameter).set_value(seed)
+    simulator = Simulator(lidar, context)
+    simulator.Initialize()
+    simulator.AdvancePendingEvents()
+    return lidar.GetOutputPort("scan").Eval(simulator.get_context())
+
+
+def beam(scan: Scan, angle: float) -> float:
+    """Returns the range of the beam nearest to an angle."""
+    return float(scan.ranges_m[np.argmin(np.abs(scan.angles_rad - angle))])
+
+
+def test_the_beam_ahead_measures_the_distance_to_the_wall():
+    scan = scan_from((1.0, 0.0, 0.0))
+    assert beam(scan, 0.0) == pytest.approx(2.0)
+    # A beam at 45 degrees goes sqrt(2) as far.
+    assert beam(scan, np.pi / 4) == pytest.approx(2.0 * np.sqrt(2.0))
+
+
+def test_nothing_behind_is_plus_infinity():
+    assert beam(scan_from((1.0, 0.0, 0.0)), -np.pi) == np.inf
+
+
+def test_a_wall_beyond_the_longest_range_is_not_seen():
+    assert beam(scan_from((1.0, 0.0, 0.0), range_max_m=1.5), 0.0) == np.inf
+
+
+def test_a_wall_nearer_than_the_least_range_is_minus_infinity():
+    assert beam(scan_from((2.99, 0.0, 0.0), range_min_m=0.05), 0.0) == -np.inf
+
+
+def test_a_mount_ahead_of_the_axle_shortens_the_range():
+    scan = scan_from((1.0, 0.0, 0.0), pose=(0.4, 0.0, 0.0))
+    assert beam(scan, 0.0) == pytest.approx(1.6)
+    np.testing.assert_allclose(scan.sensor_pose, [1.4, 0.0, 0.0])
+
+
+def test_turning_robot_and_world_together_changes_nothing():
+    east = scan_from((1.0, 0.5, 0.3))
+    north_wall = World((Box(type="box", min=(-5.0, 3.0), max=(5.0, 3.2)),))
+    north = scan_from((-0.5, 1.0, 0.3 + np.pi / 2), north_wall)
+    np.testing.assert_allclose(north.ranges_m, east.ranges_m, rtol=1e-6)
+
+
+def test_hits_lie_on_the_cylinder():
+    world = World((Cylinder(type="cylinder", centre=(2.0, 0.0), radius_m=0.5),))
+    hits = scan_from((0.0, 0.0, 0.0), world, beam_count=360).hits
+    assert len(hits) > 10
+    np.testing.assert_allclose(np.hypot(hits[:, 0] - 2.0, hits[:, 1]), 0.5, atol=1e-6)
+
+
+def test_noise_has_the_asked_spread_and_depends_on_the_seed():
+    noisy = scan_from((1.0, 0.0, 0.0), beam_count=2000, range_std_m=0.02, seed=1)
+    exact = scan_from((1.0, 0.0, 0.0), beam_count=2000)
+    seen = np.isfinite(exact.ranges_m)
+    assert np.std(noisy.ranges_m[seen] - exact.ranges_m[seen]) == pytest.approx(0.02, rel=0.1)
+    again = scan_from((1.0, 0.0, 0.0), beam_count=2000, range_std_m=0.02, seed=1)
+    np.testing.assert_array_equal(noisy.ranges_m, again.ranges_m)
+    other = scan_from((1.0, 0.0, 0.0), beam_count=2000, range_std_m=0.02, seed=2)
+    assert not np.array_equal(noisy.ranges_m, other.ranges_m)
+
+
+def test_a_beam_that_drops_out_is_not_a_number():
+    scan = scan_from((1.0, 0.0, 0.0), beam_count=2000, dropout_probability=0.25)
+    assert np.mean(np.isnan(scan.ranges_m)) == pytest.approx(0.25, abs=0.04)

@@ -1,0 +1,79 @@
+"""The base follows its commands as a first-order response within its limits."""
+
+import numpy as np
+import pytest
+from pydrake.geometry import SceneGraph
+from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import ConstantVectorSource
+
+from drake_navbench.robot import Drive
+from drake_navbench.systems.wheelchair import Wheelchair
+
+FOOTPRINT = np.array([[0.85, 0.3], [0.85, -0.3], [-0.25, -0.3], [-0.25, 0.3]])
+
+
+def drive(command, duration_s, *, settings=None, start=(0.0, 0.0, 0.0), step_s=0.005):
+    """Returns the final state after a constant command."""
+    builder = DiagramBuilder()
+    scene_graph = builder.AddSystem(SceneGraph())
+    wheelchair = builder.AddSystem(
+        Wheelchair(settings or Drive(), scene_graph, footprint=FOOTPRINT)
+    )
+    source = builder.AddSystem(ConstantVectorSource(command))
+    builder.Connect(source.get_output_port(), wheelchair.GetInputPort("command"))
+    builder.Connect(
+        wheelchair.GetOutputPort("geometry_pose"),
+        scene_graph.get_source_pose_port(wheelchair.source_id),
+    )
+    simulator = Simulator(builder.Build())
+    config = SimulatorConfig(
+        integration_scheme="runge_kutta3", max_step_size=step_s, use_error_control=False
+    )
+    ApplySimulatorConfig(config, simulator)
+    context = wheelchair.GetMyMutableContextFromRoot(simulator.get_mutable_context())
+    wheelchair.set_pose(context, np.array(start))
+    simulator.AdvanceTo(duration_s)
+    return wheelchair.GetOutputPort("state").Eval(context)
+
+
+FREE = Drive(max_linear_acceleration_mps2=None, max_angular_acceleration_radps2=None)
+
+
+def test_without_acceleration_limits_the_velocity_is_a_first_order_response():
+    *_, v, w = drive([0.4, 0.2], 0.1, settings=FREE)
+    # One time constant: 1 - 1/e of the command.
+    assert v == pytest.approx(0.4 * (1.0 - np.exp(-1.0)), rel=1e-5)
+    assert w == pytest.approx(0.2 * (1.0 - np.exp(-1.0)), rel=1e-5)
+
+
+def test_the_distance_lags_by_the_time_constant_once_at_speed():
+    x, y, yaw, *_ = drive([0.4, 0.0], 2.0, settings=FREE)
+    # v T - v tau (1 - exp(-T / tau))
+    assert x == pytest.approx(0.4 * 2.0 - 0.4 * 0.1, abs=1e-6)
+    assert (y, yaw) == (0.0, 0.0)
+
+
+def test_the_acceleration_limit_makes_a_ramp():
+    slow = Drive(max_linear_acceleration_mps2=0.5, response_time_constant_s=0.1)
+    *_, v, _ = drive([0.5, 0.0], 0.5, settings=slow)
+    assert v == pytest.approx(0.25, abs=1e-3)
+
+
+def test_commands_beyond_the_limits_are_saturated():
+    *_, v, w = drive([9.0, -9.0], 3.0)
+    assert v == pytest.approx(0.5, abs=1e-6)
+    assert w == pytest.approx(-2.0, abs=1e-6)
+
+
+def test_at_constant_speed_and_turn_rate_the_path_is_a_circle():
+    settings = FREE.model_copy(update={"response_time_constant_s": 0.01})
+    x, y, *_ = drive([0.5, 0.5], 2.0 * np.pi / 0.5, settings=settings)
+    # Radius 1 m: after one turn it is back, but for the start-up lag of half a centimetre.
+    assert np.hypot(x, y) < 0.01
+
+
+def test_a_mirrored_command_gives_the_mirrored_path():
+    x, y, yaw, v, w = drive([0.5, 0.3], 3.0)
+    mirrored = drive([0.5, -0.3], 3.0)
+    np.testing.assert_allclose(mirrored, [x, -y, -yaw, v, -w], atol=1e-12)

@@ -1,0 +1,91 @@
+"""Everything wrong in a file becomes one line that names file, field, value and expectation."""
+
+from pathlib import Path
+
+import pytest
+
+from drake_navbench.errors import InputError
+from drake_navbench.robot import Robot
+from drake_navbench.scenario import Scenario
+from drake_navbench.typed_yaml import parse_yaml, read_yaml, validate
+
+MINIMAL = {"description": "a task", "goal": [1.0, 0.0, 0.0], "name": "task"}
+
+
+def lines_of(data, model=Scenario):
+    with pytest.raises(InputError) as caught:
+        validate(model, data, "task.yaml")
+    return str(caught.value).splitlines()
+
+
+def test_a_minimal_scenario_is_enough():
+    scenario = validate(Scenario, MINIMAL, "task.yaml")
+    assert scenario.goal == (1.0, 0.0, 0.0)
+    assert scenario.start == (0.0, 0.0, 0.0)
+
+
+def test_an_unknown_field_names_the_nearest_known_one():
+    (line,) = lines_of(MINIMAL | {"timout_s": 3.0})
+    assert line == "task.yaml: timout_s: unknown field; did you mean 'timeout_s'?"
+
+
+def test_an_unknown_nested_field_names_its_place_and_the_nearest_known_one():
+    (line,) = lines_of(MINIMAL | {"variation": {"start_xy_std": 0.1}})
+    assert line.startswith("task.yaml: variation.start_xy_std: unknown field; did you mean")
+
+
+def test_an_unknown_field_of_a_shape_is_looked_up_in_that_shape():
+    world = {"obstacles": [{"type": "cylinder", "centre": [0, 0], "radius_m": 1, "radius": 2}]}
+    (line,) = lines_of(MINIMAL | {"world": world})
+    assert "obstacles[0]" in line
+    assert "did you mean 'radius_m'?" in line
+
+
+def test_a_missing_field_is_named():
+    (line,) = lines_of({"description": "a task", "name": "task"})
+    assert line == "task.yaml: goal: missing, but required"
+
+
+def test_text_is_no_number():
+    (line,) = lines_of(MINIMAL | {"timeout_s": "12"})
+    assert line.startswith("task.yaml: timeout_s: input should be a valid number")
+    assert line.endswith("got '12'")
+
+
+def test_a_negative_size_names_the_bound():
+    world = {"obstacles": [{"type": "cylinder", "centre": [3, 3], "radius_m": -0.1}]}
+    (line,) = lines_of(MINIMAL | {"world": world})
+    assert line.endswith("radius_m: input should be greater than 0, got -0.1")
+
+
+def test_infinity_is_refused():
+    assert "timeout_s" in lines_of(MINIMAL | {"timeout_s": float("inf")})[0]
+
+
+def test_every_fault_has_a_line_of_its_own():
+    assert len(lines_of(MINIMAL | {"timeout_s": -1.0, "goal": [0.0, 0.0]})) == 2
+
+
+def test_a_robot_needs_exactly_one_kind_of_outline():
+    (line,) = lines_of({"description": "none"}, Robot)
+    assert line == "task.yaml: expected either footprint or robot_radius, and not both"
+
+
+def test_a_key_given_twice_is_refused_with_its_line():
+    with pytest.raises(InputError, match=r"task.yaml, line 2: key 'a' is given twice"):
+        parse_yaml("a: 1\na: 2\n", "task.yaml")
+
+
+def test_broken_yaml_names_the_line():
+    with pytest.raises(InputError, match=r"task.yaml, line 1: "):
+        parse_yaml("a: [1, 2", "task.yaml")
+
+
+def test_a_list_at_the_top_is_refused():
+    with pytest.raises(InputError, match="expected a mapping of fields to values, got list"):
+        parse_yaml("- 1", "task.yaml")
+
+
+def test_an_unreadable_file_is_named(tmp_path: Path):
+    with pytest.raises(InputError, match=r"missing.yaml: cannot be read: No such file"):
+        read_yaml(tmp_path / "missing.yaml")
