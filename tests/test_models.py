@@ -71,7 +71,7 @@ def robot():
 
 @pytest.fixture
 def model(robot):
-    return WheelchairModel(Path(robot.model))
+    return WheelchairModel(robot.model_path)
 
 
 @pytest.mark.parametrize("name", ROBOT_FILES.names)
@@ -87,7 +87,7 @@ def test_half_extents_of_a_tilted_box_reach_its_corners():
 
 def test_wheelchair_parses_without_warnings(robot, caplog):
     with caplog.at_level(logging.WARNING, logger="drake"):
-        WheelchairModel(Path(robot.model))
+        WheelchairModel(robot.model_path)
     assert caplog.records == []
 
 
