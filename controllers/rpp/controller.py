@@ -1,0 +1,204 @@
+"""Regulated Pure Pursuit: follows the plan along circles, slower in curves and near obstacles."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.controller import (
+    CollisionAhead,
+    ControllerError,
+    ControllerSetup,
+    Decision,
+    InvalidPath,
+    Observation,
+)
+from drake_navbench.controllers.rpp.cycle import (
+    CENTRE_OFF_MAP,
+    NO_COLLISION,
+    ROTATE_TO_GOAL,
+    ROTATE_TO_PATH,
+    TRACK,
+    Cycle,
+    run_cycle,
+)
+from drake_navbench.controllers.rpp.kernels import Settings, project_arc
+from drake_navbench.controllers.rpp.parameters import RegulatedPurePursuitParameters
+from drake_navbench.kernels.read_only import read_only
+from drake_navbench.kernels.speed_limit import limited_speed
+
+Array = NDArray[np.float64]
+
+BRANCH_NAMES = {
+    TRACK: "track",
+    ROTATE_TO_GOAL: "rotate_to_goal",
+    ROTATE_TO_PATH: "rotate_to_path",
+}
+
+
+class Memory(NamedTuple):
+    """What evolves: the last command, and how far cancelling has come.
+
+    last_v m/s, last_w rad/s: the command of the last cycle that had one; the dynamic window starts
+    there. is_cancelling: asked to stop, with `use_cancel_deceleration`. has_stopped: came to rest.
+    """
+
+    last_v: float = 0.0
+    last_w: float = 0.0
+    is_cancelling: bool = False
+    has_stopped: bool = False
+
+
+class RegulatedPurePursuit:
+    """Nav2's Regulated Pure Pursuit controller, branch lyrical, number for number.
+
+    Macenski, Singh, Martin, Gines: Regulated Pure Pursuit for Robot Path Tracking (2023).
+    Plain and adaptive pure pursuit are parameter choices: without regulation, and with a
+    velocity-scaled lookahead.
+    """
+
+    Parameters: ClassVar[type[RegulatedPurePursuitParameters]] = RegulatedPurePursuitParameters
+    nav2_plugin: ClassVar[str] = (
+        "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
+    )
+
+    def __init__(self, parameters: RegulatedPurePursuitParameters, setup: ControllerSetup) -> None:
+        self._parameters = parameters
+        self._setup = setup
+        self._settings = _kernel_settings(parameters, setup)
+        self._footprint = read_only(setup.footprint)
+
+    def initial_memory(self) -> Memory:
+        """Returns the memory at the start of a goal: at rest, not cancelling."""
+        return Memory()
+
+    def step(self, observation: Observation, memory: Memory) -> Decision:
+        """Returns the command of one cycle.
+
+        Raises InvalidPath for a plan without poses, or of one pose where it must be extrapolated;
+        CollisionAhead where the command collides; ControllerError where the robot's centre is off
+        the costmap while tracking.
+        """
+        self._check_plan(observation.plan)
+        is_cancelling = memory.is_cancelling or (
+            observation.cancel_requested and self._parameters.use_cancel_deceleration
+        )
+        cycle = self._run(observation, memory, is_cancelling)
+        command = cycle.command
+        if command.branch == CENTRE_OFF_MAP:
+            x, y = observation.pose[:2]
+            raise ControllerError(
+                f"local costmap: the robot's centre ({x:.3f}, {y:.3f}) m lies outside, "
+                "expected inside"
+            )
+        has_stopped = memory.has_stopped or command.has_stopped
+        if cycle.collision != NO_COLLISION:
+            raise self._collision_ahead(
+                cycle,
+                memory._replace(is_cancelling=is_cancelling, has_stopped=has_stopped),
+            )
+        chosen = np.array([command.v, command.w])
+        chosen.flags.writeable = False
+        return Decision(
+            chosen,
+            Memory(command.v, command.w, is_cancelling, has_stopped),
+            self._diagnostics(cycle, observation, has_stopped),
+        )
+
+    def _run(self, observation: Observation, memory: Memory, is_cancelling: bool) -> Cycle:
+        x, y, yaw = observation.pose.tolist()
+        measured_v, measured_w = observation.twist.tolist()
+        costmap = observation.costmap
+        return run_cycle(
+            self._settings,
+            read_only(observation.plan),
+            x,
+            y,
+            yaw,
+            measured_v,
+            measured_w,
+            limited_speed(self._parameters.max_linear_vel, observation.speed_limit),
+            observation.goal_xy_reached,
+            is_cancelling,
+            memory.last_v,
+            memory.last_w,
+            costmap.costs,
+            costmap.origin_x,
+            costmap.origin_y,
+            costmap.resolution,
+            costmap.tracks_unknown,
+            self._footprint,
+        )
+
+    def _check_plan(self, plan: Array) -> None:
+        if len(plan) == 0:
+            raise InvalidPath("plan: found no poses, expected at least one")
+        if len(plan) == 1 and self._settings.interpolate_curvature_after_goal:
+            raise InvalidPath(
+                "plan: found one pose, expected two or more (interpolate_curvature_after_goal)"
+            )
+
+    @staticmethod
+    def _collision_ahead(cycle: Cycle, memory: Memory) -> CollisionAhead:
+        # At rest the period is infinite, and the collision is at the present pose.
+        time_to_collision_s = cycle.collision * cycle.period if cycle.collision > 0 else 0.0
+        v, w = cycle.command.v, cycle.command.w
+        return CollisionAhead(
+            f"collision ahead in {time_to_collision_s:.2f} s with v {v:.3f} m/s, w {w:.3f} rad/s",
+            details={"time_to_collision_s": time_to_collision_s, "v_mps": v, "w_radps": w},
+            memory=memory,
+        )
+
+    def _diagnostics(
+        self, cycle: Cycle, observation: Observation, has_stopped: bool
+    ) -> dict[str, Any]:
+        aim, command = cycle.aim, cycle.command
+        diagnostics = {
+            "branch": BRANCH_NAMES[command.branch],
+            "lookahead_distance_m": aim.lookahead,
+            "curvature_radpm": aim.curvature,
+            "heading_error_rad": aim.heading_error,
+            "regulated_speed_mps": command.regulated_v,
+            "curve_speed_mps": command.curve_v,
+            "obstacle_speed_mps": command.obstacle_v,
+            "has_stopped": has_stopped,
+        }
+        if self._setup.wants_diagnostics:
+            x, y, yaw = observation.pose.tolist()
+            cos_yaw, sin_yaw = math.cos(yaw), math.sin(yaw)
+            diagnostics["carrot"] = np.array(
+                [
+                    x + cos_yaw * aim.carrot_x - sin_yaw * aim.carrot_y,
+                    y + sin_yaw * aim.carrot_x + cos_yaw * aim.carrot_y,
+                ]
+            )
+            diagnostics["predicted_trajectory"] = project_arc(
+                x,
+                y,
+                yaw,
+                command.v,
+                command.w,
+                cycle.period,
+                cycle.time_limit,
+                cycle.distance_limit,
+            )
+        return diagnostics
+
+
+def _kernel_settings(
+    parameters: RegulatedPurePursuitParameters, setup: ControllerSetup
+) -> Settings:
+    """Returns what the kernels read; options that Nav2 switches off are off."""
+    values = {
+        name: value for name, value in parameters.model_dump().items() if name in Settings._fields
+    }
+    values["interpolate_curvature_after_goal"] &= parameters.use_fixed_curvature_lookahead
+    return Settings(
+        control_period_s=setup.control_period_s,
+        inscribed_radius_m=setup.inscribed_radius_m,
+        circumscribed_radius_m=setup.circumscribed_radius_m,
+        **values,
+    )

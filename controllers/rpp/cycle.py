@@ -1,0 +1,241 @@
+"""One cycle of Regulated Pure Pursuit as a single kernel.
+
+Calling a kernel costs about as much as what a cycle computes, so the parts are put together here.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from numba import njit
+
+from drake_navbench.controllers.rpp.dynamic_window import (
+    axis_window,
+    command_in_window,
+    cut_to_speed,
+)
+from drake_navbench.controllers.rpp.kernels import (
+    arc_limits,
+    arc_period,
+    curvature_towards,
+    first_collision,
+    lookahead_distance,
+    point_ahead,
+    project_arc,
+    regulated_speed,
+    turn_rate_in_place,
+)
+from drake_navbench.kernels.angles import wrap
+from drake_navbench.kernels.collision_check import OFF_MAP, cost_at
+from drake_navbench.kernels.path_pruning import arc_length
+from drake_navbench.kernels.robot_frame import to_robot_frame
+
+# What a cycle did: the values of `Cycle.branch`.
+TRACK, ROTATE_TO_GOAL, ROTATE_TO_PATH, CENTRE_OFF_MAP = range(4)
+NO_COLLISION = -1
+
+
+class Aim(NamedTuple):
+    """Where a cycle steers, in the base frame: m, rad, 1/m.
+
+    carrot_x, carrot_y: the lookahead point. heading_error: to the point steered by, turned round
+    where the robot reverses. sign: -1 for reversing, else 1. goal_angle: heading of the last pose.
+    """
+
+    lookahead: float
+    carrot_x: float
+    carrot_y: float
+    curvature: float
+    heading_error: float
+    sign: float
+    plan_length: float
+    end_distance: float
+    goal_angle: float
+
+
+class Command(NamedTuple):
+    """The command of a cycle, before the collision check.
+
+    v m/s, w rad/s. branch: TRACK, ROTATE_TO_GOAL, ROTATE_TO_PATH or CENTRE_OFF_MAP.
+    regulated_v, curve_v, obstacle_v: the speed to track with and its bounds by curvature and by
+    cost, m/s; 0 in other branches. has_stopped: cancelling has come to rest.
+    """
+
+    v: float
+    w: float
+    branch: int
+    regulated_v: float
+    curve_v: float
+    obstacle_v: float
+    has_stopped: bool
+
+
+class Cycle(NamedTuple):
+    """The outcome of one cycle.
+
+    period s, time_limit s, distance_limit m: of the projected arc, as `project_arc` takes them.
+    collision: index of the first pose of that arc that collides, or NO_COLLISION.
+    """
+
+    aim: Aim
+    command: Command
+    period: float
+    time_limit: float
+    distance_limit: float
+    collision: int
+
+
+@njit(cache=True)
+def take_aim(settings, plan, x, y, yaw, measured_v):
+    """Returns the Aim for a local plan (M, 3) in the odometry frame."""
+    poses_B = to_robot_frame(plan, x, y, yaw)
+    lookahead = lookahead_distance(settings, measured_v)
+    carrot_x, carrot_y = point_ahead(poses_B, lookahead, False)
+    steer_x, steer_y = carrot_x, carrot_y
+    if settings.use_fixed_curvature_lookahead:
+        steer_x, steer_y = point_ahead(
+            poses_B, settings.curvature_lookahead_dist, settings.interpolate_curvature_after_goal
+        )
+    sign = -1.0 if settings.allow_reversing and carrot_x < 0.0 else 1.0
+    heading_error = math.atan2(steer_y, steer_x)
+    if sign < 0.0:
+        heading_error = wrap(heading_error + math.pi)
+    return Aim(
+        lookahead,
+        carrot_x,
+        carrot_y,
+        curvature_towards(steer_x, steer_y),
+        heading_error,
+        sign,
+        arc_length(poses_B),
+        math.hypot(poses_B[-1, 0], poses_B[-1, 1]),
+        poses_B[-1, 2],
+    )
+
+
+@njit(cache=True)
+def cancelling_speed(settings, measured_v, sign):
+    """Returns (v, has_stopped): the measured speed, braked for one period, never past zero."""
+    v = measured_v - sign * settings.control_period_s * settings.cancel_deceleration
+    if v * sign <= 0.0:
+        return 0.0, True
+    return v, False
+
+
+@njit(cache=True)
+def command_within_accelerations(settings, max_linear_vel, v, curvature, sign, last_v, last_w):
+    """Returns (v, w) that follows a curvature at up to `v`, reachable from the last command."""
+    low, high = axis_window(
+        last_v,
+        settings.min_linear_vel,
+        max_linear_vel,
+        settings.max_linear_accel,
+        settings.max_linear_decel,
+        settings.control_period_s,
+    )
+    turn_low, turn_high = axis_window(
+        last_w,
+        settings.min_angular_vel,
+        settings.max_angular_vel,
+        settings.max_angular_accel,
+        settings.max_angular_decel,
+        settings.control_period_s,
+    )
+    low, high = cut_to_speed(low, high, v)
+    return command_in_window(low, high, turn_low, turn_high, curvature, sign)
+
+
+@njit(cache=True)
+def choose_command(
+    settings,
+    aim,
+    max_linear_vel,
+    measured_v,
+    measured_w,
+    goal_xy_reached,
+    is_cancelling,
+    last_v,
+    last_w,
+    centre_cost,
+):
+    """Returns the Command of a cycle; arguments as of `run_cycle`.
+
+    centre_cost: at the robot's position, OFF_MAP where there is none.
+    """
+    if settings.use_rotate_to_heading:
+        if goal_xy_reached:
+            w = turn_rate_in_place(settings, aim.goal_angle, measured_w)
+            return Command(0.0, w, ROTATE_TO_GOAL, 0.0, 0.0, 0.0, False)
+        if abs(aim.heading_error) > settings.rotate_to_heading_min_angle:
+            w = turn_rate_in_place(settings, aim.heading_error, measured_w)
+            return Command(0.0, w, ROTATE_TO_PATH, 0.0, 0.0, 0.0, False)
+    if centre_cost == OFF_MAP:
+        return Command(0.0, 0.0, CENTRE_OFF_MAP, 0.0, 0.0, 0.0, False)
+    speed, curve_v, obstacle_v = regulated_speed(
+        settings, max_linear_vel, aim.curvature, centre_cost, aim.plan_length, aim.end_distance
+    )
+    regulated_v = v = aim.sign * speed
+    has_stopped = False
+    if is_cancelling:
+        v, has_stopped = cancelling_speed(settings, measured_v, aim.sign)
+    if settings.use_dynamic_window:
+        v, w = command_within_accelerations(
+            settings, max_linear_vel, v, aim.curvature, aim.sign, last_v, last_w
+        )
+    else:
+        w = v * aim.curvature
+    return Command(v, w, TRACK, regulated_v, curve_v, obstacle_v, has_stopped)
+
+
+@njit(cache=True)
+def run_cycle(
+    settings,
+    plan,
+    x,
+    y,
+    yaw,
+    measured_v,
+    measured_w,
+    max_linear_vel,
+    goal_xy_reached,
+    is_cancelling,
+    last_v,
+    last_w,
+    costs,
+    origin_x,
+    origin_y,
+    resolution,
+    tracks_unknown,
+    footprint,
+):
+    """Returns the Cycle for one observation.
+
+    settings: Settings. plan: (M, 3) local plan; x, y, yaw: robot, both in the odometry frame, m
+    and rad. measured_v m/s, measured_w rad/s: the robot's twist. max_linear_vel: under the speed
+    limit, m/s. last_v, last_w: the last command. costs to tracks_unknown: the costmap.
+    footprint: (K, 2) m.
+    """
+    aim = take_aim(settings, plan, x, y, yaw, measured_v)
+    command = choose_command(
+        settings,
+        aim,
+        max_linear_vel,
+        measured_v,
+        measured_w,
+        goal_xy_reached,
+        is_cancelling,
+        last_v,
+        last_w,
+        cost_at(costs, origin_x, origin_y, resolution, x, y),
+    )
+    period = arc_period(settings, resolution, command.v, command.w)
+    carrot_distance = math.hypot(aim.carrot_x, aim.carrot_y)
+    time_limit, distance_limit = arc_limits(settings, command.v, carrot_distance, aim.plan_length)
+    collision = NO_COLLISION
+    if settings.use_collision_detection and command.branch != CENTRE_OFF_MAP:
+        arc = project_arc(x, y, yaw, command.v, command.w, period, time_limit, distance_limit)
+        collision = first_collision(
+            costs, origin_x, origin_y, resolution, tracks_unknown, footprint, arc
+        )
+    return Cycle(aim, command, period, time_limit, distance_limit, collision)

@@ -1,0 +1,243 @@
+"""The parts of one cycle of Regulated Pure Pursuit, in the order in which they run.
+
+Source: nav2_regulated_pure_pursuit_controller and nav2_util's controller_utils, branch lyrical.
+Poses are (x m, y m, yaw rad); `poses_B` (M, 3) is the local plan in the robot's base frame. v is in
+m/s, w in rad/s, curvatures in 1/m.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from drake_navbench.kernels.collision_check import distance_from_cost, is_pose_in_collision
+from drake_navbench.kernels.grid import FREE, NO_INFORMATION
+
+# A carrot nearer than this has no curvature: squared distance, m^2.
+LEAST_SQUARED_CARROT_DISTANCE = 0.001
+# Slower than the first and turning faster than the second counts as turning in place.
+IN_PLACE_SPEED_MPS = 0.01
+IN_PLACE_TURN_RATE_RADPS = 0.01
+
+
+class Settings(NamedTuple):
+    """What the kernels need of the parameters (Nav2's names) and of the setup."""
+
+    control_period_s: float
+    inscribed_radius_m: float
+    circumscribed_radius_m: float
+    min_linear_vel: float
+    max_angular_vel: float
+    min_angular_vel: float
+    max_linear_accel: float
+    max_linear_decel: float
+    max_angular_accel: float
+    max_angular_decel: float
+    lookahead_dist: float
+    use_velocity_scaled_lookahead_dist: bool
+    min_lookahead_dist: float
+    max_lookahead_dist: float
+    lookahead_time: float
+    use_fixed_curvature_lookahead: bool
+    curvature_lookahead_dist: float
+    interpolate_curvature_after_goal: bool
+    use_regulated_linear_velocity_scaling: bool
+    regulated_linear_scaling_min_radius: float
+    regulated_linear_scaling_min_speed: float
+    use_cost_regulated_linear_velocity_scaling: bool
+    cost_scaling_dist: float
+    cost_scaling_gain: float
+    inflation_cost_scaling_factor: float
+    approach_velocity_scaling_dist: float
+    min_approach_linear_velocity: float
+    use_rotate_to_heading: bool
+    rotate_to_heading_min_angle: float
+    rotate_to_heading_angular_vel: float
+    allow_reversing: bool
+    use_collision_detection: bool
+    max_allowed_time_to_collision_up_to_carrot: float
+    min_distance_to_obstacle: float
+    allow_obstacle_checking_beyond_goal: bool
+    cancel_deceleration: float
+    use_dynamic_window: bool
+
+
+@njit(cache=True)
+def lookahead_distance(settings, measured_v):
+    """Returns the arc length to the carrot, m."""
+    if not settings.use_velocity_scaled_lookahead_dist:
+        return settings.lookahead_dist
+    distance = abs(measured_v) * settings.lookahead_time
+    return min(max(distance, settings.min_lookahead_dist), settings.max_lookahead_dist)
+
+
+@njit(cache=True)
+def point_ahead(poses_B, distance, extrapolates):
+    """Returns (x, y) of the point `distance` m along a plan, measured from its first pose, m.
+
+    Beyond its end: the last pose, or, where it extrapolates, the point on its last segment's
+    continuation (needs two poses).
+    """
+    last = poses_B.shape[0] - 1
+    travelled = 0.0
+    for i in range(1, last + 1):
+        delta_x = poses_B[i, 0] - poses_B[i - 1, 0]
+        delta_y = poses_B[i, 1] - poses_B[i - 1, 1]
+        length = math.hypot(delta_x, delta_y)
+        if length > 0.0 and travelled + length >= distance:
+            ratio = (distance - travelled) / length
+            return poses_B[i - 1, 0] + ratio * delta_x, poses_B[i - 1, 1] + ratio * delta_y
+        travelled += length
+    if not extrapolates:
+        return poses_B[last, 0], poses_B[last, 1]
+    direction = math.atan2(
+        poses_B[last, 1] - poses_B[last - 1, 1], poses_B[last, 0] - poses_B[last - 1, 0]
+    )
+    beyond = distance - travelled
+    return (
+        poses_B[last, 0] + beyond * math.cos(direction),
+        poses_B[last, 1] + beyond * math.sin(direction),
+    )
+
+
+@njit(cache=True)
+def curvature_towards(x, y):
+    """Returns the curvature of the circle through the robot, along its heading, to (x, y) m.
+
+    2 y / (x^2 + y^2): Coulter, Implementation of the Pure Pursuit Path Tracking Algorithm (1992).
+    """
+    squared_distance = x * x + y * y
+    if squared_distance > LEAST_SQUARED_CARROT_DISTANCE:
+        return 2.0 * y / squared_distance
+    return 0.0
+
+
+@njit(cache=True)
+def turn_rate_in_place(settings, angle, measured_w):
+    """Returns w for turning in place by `angle` rad: as fast as can still be stopped in time.
+
+    The last bound ignores the acceleration limit, as in Nav2.
+    """
+    sign = 1.0 if angle > 0.0 else -1.0
+    change = settings.max_angular_accel * settings.control_period_s
+    w = sign * settings.rotate_to_heading_angular_vel
+    w = min(max(w, measured_w - change), measured_w + change)
+    stoppable = math.sqrt(2.0 * settings.max_angular_accel * abs(angle))
+    return sign * stoppable if abs(w) > stoppable else w
+
+
+@njit(cache=True)
+def speed_in_curve(settings, v, curvature):
+    """Returns v, reduced in proportion to the radius where that is tight."""
+    min_radius = settings.regulated_linear_scaling_min_radius
+    radius = abs(1.0 / curvature) if curvature != 0.0 else math.inf
+    if radius < min_radius:
+        return v * (1.0 - abs(radius - min_radius) / min_radius)
+    return v
+
+
+@njit(cache=True)
+def speed_near_obstacle(settings, v, centre_cost):
+    """Returns v, reduced in proportion to the distance that the cost at the centre stands for."""
+    factor = settings.inflation_cost_scaling_factor
+    if factor <= 0.0 or centre_cost in (FREE, NO_INFORMATION):
+        return v
+    distance = distance_from_cost(centre_cost, settings.inscribed_radius_m, factor)
+    if distance < settings.cost_scaling_dist:
+        return v * (settings.cost_scaling_gain * distance / settings.cost_scaling_dist)
+    return v
+
+
+@njit(cache=True)
+def regulated_speed(settings, max_linear_vel, curvature, centre_cost, plan_length, end_distance):
+    """Returns (v, in_curve, near_obstacle): the speed to track with, and its two first bounds.
+
+    plan_length: arc length of the local plan, m. end_distance: robot to its last pose, m.
+    """
+    in_curve = near_obstacle = max_linear_vel
+    if settings.use_regulated_linear_velocity_scaling:
+        in_curve = speed_in_curve(settings, max_linear_vel, curvature)
+    if settings.use_cost_regulated_linear_velocity_scaling:
+        near_obstacle = speed_near_obstacle(settings, max_linear_vel, centre_cost)
+    v = max(min(in_curve, near_obstacle), settings.regulated_linear_scaling_min_speed)
+    if plan_length < settings.approach_velocity_scaling_dist:
+        slowed = v * (end_distance / settings.approach_velocity_scaling_dist)
+        v = min(v, max(slowed, settings.min_approach_linear_velocity))
+    return min(abs(v), max_linear_vel), in_curve, near_obstacle
+
+
+@njit(cache=True)
+def arc_period(settings, resolution, v, w):
+    """Returns the time in which no point of the robot moves farther than a cell, s; inf at rest."""
+    if abs(v) < IN_PLACE_SPEED_MPS and abs(w) > IN_PLACE_TURN_RATE_RADPS:
+        half_angle = 0.5 * resolution / settings.circumscribed_radius_m
+        return 2.0 * math.sin(half_angle) / abs(w)
+    return resolution / abs(v) if v != 0.0 else math.inf
+
+
+@njit(cache=True)
+def arc_limits(settings, v, carrot_distance, plan_length):
+    """Returns (time s, distance m) up to which a command is checked.
+
+    carrot_distance: straight from the robot, m. plan_length: arc length of the local plan, m.
+    """
+    time_limit = settings.max_allowed_time_to_collision_up_to_carrot
+    clearance = settings.min_distance_to_obstacle
+    if clearance <= 0.0:
+        return time_limit, carrot_distance
+    slowest = max(abs(v), settings.min_approach_linear_velocity)
+    time_limit = max(time_limit, clearance / slowest if slowest > 0.0 else math.inf)
+    if not settings.use_velocity_scaled_lookahead_dist:
+        return time_limit, carrot_distance
+    if not settings.allow_obstacle_checking_beyond_goal:
+        clearance = min(clearance, plan_length)
+    return time_limit, min(max(carrot_distance, clearance), settings.max_lookahead_dist)
+
+
+@njit(cache=True)
+def project_arc(x, y, yaw, v, w, period, time_limit, distance_limit):
+    """Returns (N, 3) the poses that a command (v, w) leads to, the present one first.
+
+    One pose each `period` s before `time_limit` s, up to the first that is farther than
+    `distance_limit` m from the start. Each step is straight, along the heading at its start.
+    """
+    if period >= time_limit:
+        arc = np.empty((1, 3))
+        arc[0] = x, y, yaw
+        return arc
+    arc = np.empty((2 + int(time_limit / period), 3))
+    arc[0] = x, y, yaw
+    count = 1
+    while count * period < time_limit:
+        previous_yaw = arc[count - 1, 2]
+        # The collision check stops at a distance that is often a multiple of the step: this
+        # grouping decides the last bit, and so whether the pose at that distance is checked.
+        arc[count, 0] = arc[count - 1, 0] + period * (v * math.cos(previous_yaw))
+        arc[count, 1] = arc[count - 1, 1] + period * (v * math.sin(previous_yaw))
+        arc[count, 2] = previous_yaw + period * w
+        if math.hypot(arc[count, 0] - x, arc[count, 1] - y) > distance_limit:
+            break
+        count += 1
+    return arc[:count]
+
+
+@njit(cache=True)
+def first_collision(costs, origin_x, origin_y, resolution, tracks_unknown, footprint, arc):
+    """Returns the index of the first pose of an arc (N, 3) in collision, -1 where there is none."""
+    for i in range(arc.shape[0]):
+        if is_pose_in_collision(
+            costs,
+            origin_x,
+            origin_y,
+            resolution,
+            tracks_unknown,
+            footprint,
+            arc[i, 0],
+            arc[i, 1],
+            arc[i, 2],
+        ):
+            return i
+    return -1
