@@ -1,0 +1,178 @@
+"""The timed elastic band: its first guess, its warm start, its command.
+
+A band is n poses joined by n - 1 circular arcs, each with its own time. Yaws are unwrapped along
+the band, so that every turn is a plain difference of yaws.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.kernels.angles import wrap
+
+from .arcs import band_geometry
+
+Array = NDArray[np.float64]
+
+# A first guess turns on the spot before it sets off where the path leaves farther to the side.
+TURN_FIRST_ABOVE_RAD = math.pi / 4.0
+# The offset between the measured pose and the old band fades out over so many poses.
+BLEND_POSE_COUNT = 3
+# Points closer than this are one point of a path, m.
+SAME_POINT_M = 1e-6
+
+
+class Band(NamedTuple):
+    """A trajectory. poses: (n, 3) x m, y m, yaw rad (unwrapped). time_steps: (n - 1,) s."""
+
+    poses: Array
+    time_steps: Array
+
+    @property
+    def duration_s(self) -> float:
+        """Time from the first to the last pose, s."""
+        return float(self.time_steps.sum())
+
+
+class Pace(NamedTuple):
+    """How fast a first guess is, and how finely bands are cut.
+
+    speed m/s, turn_rate rad/s, acceleration m/s^2; dt_ref, dt_hysteresis s; fewest, most: numbers
+    of intervals.
+    """
+
+    speed: float
+    turn_rate: float
+    acceleration: float
+    dt_ref: float
+    dt_hysteresis: float
+    fewest: int
+    most: int
+
+    def interval_count(self, duration_s: float, current: int | None = None) -> int:
+        """Returns the number of intervals for a duration; keeps `current` where it still fits."""
+        if current is not None and self.fewest <= current <= self.most:
+            step = duration_s / current
+            if abs(step - self.dt_ref) <= self.dt_hysteresis:
+                return current
+        return int(min(max(round(duration_s / self.dt_ref), self.fewest), self.most))
+
+
+def freeze(array: Array) -> Array:
+    """Returns the array, made read-only."""
+    array.flags.writeable = False
+    return array
+
+
+def initialise(path: Array, start: Array, goal: Array, *, pace: Pace) -> Band:
+    """Returns a first guess: turn on the spot if need be, follow the path, turn at its end.
+
+    path: (P, 2) m, from near the start to near the goal. start, goal: (3,). The times are those of
+    the slower of driving and turning, plus the time that speeding up and stopping take.
+    """
+    knots = _path_knots(path, start, goal)
+    steps = np.diff(knots, axis=0)
+    durations = np.maximum(
+        np.hypot(steps[:, 0], steps[:, 1]) / pace.speed, np.abs(steps[:, 2]) / pace.turn_rate
+    )
+    times = np.concatenate([[0.0], np.cumsum(durations)])
+    duration = float(times[-1]) + pace.speed / pace.acceleration
+    count = pace.interval_count(duration)
+    # Times stretched, not delayed: evenly slower than the limits is easier to repair than too fast.
+    samples = np.linspace(0.0, times[-1], count + 1)
+    poses = _interpolate(samples, times, knots)
+    poses[0], poses[-1] = knots[0], knots[-1]
+    return Band(freeze(poses), freeze(np.full(count, duration / count)))
+
+
+def warm_start(band: Band, elapsed_s: float, start: Array, goal: Array, *, pace: Pace) -> Band:
+    """Returns an older band cut off by the elapsed time and moved to a new start and goal.
+
+    The offset of the start fades out over the first poses, that of the goal is spread evenly; the
+    duration grows with a goal that moves on. The result has even time steps.
+    """
+    times = np.concatenate([[0.0], np.cumsum(band.time_steps)])
+    elapsed = min(elapsed_s, float(times[-1]))
+    here = _interpolate(np.array([elapsed]), times, band.poses)[0]
+    start_offset = _offset(here, start)
+    goal_offset = _offset(band.poses[-1], goal)
+    remaining = float(times[-1]) - elapsed
+    growth = math.hypot(goal_offset[0], goal_offset[1]) / pace.speed
+    shortest = pace.fewest * (pace.dt_ref - pace.dt_hysteresis)
+    duration = max(remaining + growth, shortest)
+    count = pace.interval_count(duration, len(band.time_steps))
+    share = np.linspace(0.0, 1.0, count + 1)
+    poses = _interpolate(elapsed + share * remaining, times, band.poses)
+    fading = np.clip(1.0 - np.arange(count + 1) / BLEND_POSE_COUNT, 0.0, 1.0)
+    poses += fading[:, None] * start_offset + share[:, None] * goal_offset
+    poses[:, 2] += start[2] - poses[0, 2] - wrap(start[2] - poses[0, 2])
+    poses[0] = start
+    poses[-1, :2] = goal[:2]
+    return Band(freeze(poses), freeze(np.full(count, duration / count)))
+
+
+def unwrapped_goal(goal: Array, guess: Band) -> Array:
+    """Returns the goal (3,) with its yaw shifted by whole turns to that of the guess's end."""
+    last_yaw = float(guess.poses[-1, 2])
+    return np.array([goal[0], goal[1], last_yaw + wrap(float(goal[2]) - last_yaw)])
+
+
+def mean_twist(band: Band, look_ahead_poses: int) -> Array:
+    """Returns (2,) v m/s, w rad/s: arc length and turn up to a pose, over the time until it."""
+    count = min(max(look_ahead_poses, 1), len(band.time_steps))
+    lengths, _, turns, _, _ = band_geometry(band.poses[: count + 1])
+    duration = float(band.time_steps[:count].sum())
+    return np.array([lengths.sum() / duration, turns.sum() / duration])
+
+
+def drop_repeated_points(path: Array) -> Array:
+    """Returns the points (P, 2) of a path without those that repeat their predecessor."""
+    moved = np.hypot(*np.diff(path, axis=0).T) > SAME_POINT_M
+    return path[np.concatenate([[True], moved])]
+
+
+def _path_knots(path: Array, start: Array, goal: Array) -> Array:
+    """Returns (K, 3) unwrapped poses: start, headings along the path, goal."""
+    points = drop_repeated_points(np.vstack([start[:2], path[:, :2], goal[:2]]))
+    if len(points) < 2:
+        turned = start[2] + wrap(float(goal[2] - start[2]))
+        return np.array([start, [goal[0], goal[1], turned]])
+    headings = np.arctan2(*np.diff(points, axis=0).T[::-1])
+    yaws = np.unwrap(np.concatenate([[start[2]], headings, [goal[2]]]))
+    knots = [np.array([points[0, 0], points[0, 1], yaws[0]])]
+    if abs(yaws[1] - yaws[0]) > TURN_FIRST_ABOVE_RAD:
+        knots.append(np.array([points[0, 0], points[0, 1], yaws[1]]))
+    middle_yaws = 0.5 * (yaws[1:-2] + yaws[2:-1])
+    knots.extend(np.column_stack([points[1:-1], middle_yaws]))
+    if abs(yaws[-1] - yaws[-2]) > TURN_FIRST_ABOVE_RAD:
+        knots.append(np.array([points[-1, 0], points[-1, 1], yaws[-2]]))
+    knots.append(np.array([points[-1, 0], points[-1, 1], yaws[-1]]))
+    return np.array(knots)
+
+
+def _interpolate(samples: Array, times: Array, poses: Array) -> Array:
+    """Returns (S, 3) poses at the sample times, linear in time."""
+    return np.column_stack([np.interp(samples, times, poses[:, i]) for i in range(3)])
+
+
+def _offset(pose: Array, target: Array) -> Array:
+    """Returns (3,) target minus pose, the yaw wrapped."""
+    difference = target - pose
+    difference[2] = wrap(float(difference[2]))
+    return difference
+
+
+def shift(band: Band, elapsed_s: float) -> Band | None:
+    """Returns what is left of a band after the elapsed time, or None where nothing is left."""
+    times = np.concatenate([[0.0], np.cumsum(band.time_steps)])
+    left = times > elapsed_s
+    if left.sum() < 2:
+        return None
+    here = _interpolate(np.array([elapsed_s]), times, band.poses)
+    poses = np.vstack([here, band.poses[left]])
+    steps = np.diff(np.concatenate([[elapsed_s], times[left]]))
+    return Band(freeze(poses), freeze(steps))

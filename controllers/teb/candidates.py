@@ -1,0 +1,133 @@
+"""Which bands a cycle tries: the one driven so far, the plan's, and ways past the other side."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.kernels.angles import wrap
+
+from .band import Band, Pace, initialise, warm_start
+from .homotopy import (
+    LEFT,
+    RIGHT,
+    Clusters,
+    path_length,
+    path_past_cluster,
+    same_class,
+    swept_angles,
+)
+from .local_plan import LocalPlan
+from .obstacles import DistanceField
+from .parameters import TebParameters
+
+Array = NDArray[np.float64]
+
+
+class TebMemory(NamedTuple):
+    """What one cycle leaves to the next.
+
+    band: the last band that was driven, or None. alternatives: bands of other classes, perhaps not
+    yet converged. stamp_s: when they were planned. switched_s: when the class last changed.
+    """
+
+    band: Band | None = None
+    alternatives: tuple[Band, ...] = ()
+    stamp_s: float = 0.0
+    switched_s: float = -np.inf
+
+
+class Candidate(NamedTuple):
+    """A guess for a band and what is known of its class.
+
+    angles: (C,) swept about the clusters, rad. is_driven: it continues the band driven so far.
+    follows_plan: it has the class of the global plan. is_cold: it has no predecessor.
+    """
+
+    guess: Band
+    angles: Array
+    is_driven: bool
+    follows_plan: bool
+    is_cold: bool
+
+    @property
+    def length_m(self) -> float:
+        """Length of the guess, m."""
+        return path_length(self.guess.poses)
+
+
+def ways_past_block(
+    plan: LocalPlan, *, field: DistanceField, clusters: Clusters, longest_ratio: float
+) -> list[Array]:
+    """Returns paths (P, 2) m from the plan's start to its goal around what blocks the plan.
+
+    At most one on either side, shorter one first, none longer than `longest_ratio` times the plan.
+    """
+    if plan.blocked_index is None or len(clusters.anchors) == 0:
+        return []
+    start, goal = plan.poses[0, :2], plan.poses[plan.goal_index, :2]
+    blocked = plan.poses[plan.blocked_index, :2]
+    cluster = int(np.argmin(np.sum((clusters.anchors - blocked) ** 2, axis=1)))
+    label = clusters.label_near(blocked, field)
+    if label is not None:
+        cluster = label
+    longest = longest_ratio * path_length(plan.poses[: plan.goal_index + 1])
+    paths = []
+    for side in (LEFT, RIGHT):
+        path = path_past_cluster(
+            field, clusters, cluster=cluster, side=side, start=start, goal=goal
+        )
+        if path is not None and path_length(path) <= longest:
+            paths.append(path)
+    return sorted(paths, key=path_length)
+
+
+def gather_candidates(
+    memory: TebMemory,
+    paths: list[Array],
+    *,
+    start: Array,
+    goal: Array,
+    elapsed_s: float,
+    clusters: Clusters,
+    pace: Pace,
+    parameters: TebParameters,
+) -> list[Candidate]:
+    """Returns at most max_number_classes candidates of different classes, the driven one first."""
+    plan_angles = [
+        swept_angles(np.vstack([start[:2], path, goal[:2]]), clusters.anchors) for path in paths
+    ]
+    found: list[Candidate] = []
+
+    def add(guess: Band, *, is_driven: bool, is_cold: bool) -> None:
+        angles = swept_angles(guess.poses, clusters.anchors)
+        if len(found) < parameters.max_number_classes and not any(
+            same_class(angles, other.angles) for other in found
+        ):
+            follows = len(plan_angles) == 1 and same_class(angles, plan_angles[0])
+            found.append(Candidate(guess, angles, is_driven, follows, is_cold))
+
+    known = [(memory.band, True)] if memory.band is not None else []
+    if parameters.enable_homotopy_class_planning:
+        known += [(band, False) for band in memory.alternatives]
+    for band, is_driven in known:
+        if not _goal_jumped(band, goal, parameters):
+            guess = warm_start(band, elapsed_s, start, goal, pace=pace)
+            add(guess, is_driven=is_driven, is_cold=False)
+    for path in paths:
+        if found and not parameters.enable_homotopy_class_planning:
+            break
+        add(initialise(path, start, goal, pace=pace), is_driven=False, is_cold=True)
+    return found
+
+
+def _goal_jumped(band: Band, goal: Array, parameters: TebParameters) -> bool:
+    """Whether the local goal is too far from a band's end to keep the band."""
+    distance = float(np.hypot(*(band.poses[-1, :2] - goal[:2])))
+    turn = abs(wrap(float(band.poses[-1, 2] - goal[2])))
+    return (
+        distance >= parameters.force_reinit_new_goal_dist
+        or turn >= parameters.force_reinit_new_goal_angular
+    )

@@ -1,0 +1,189 @@
+"""The constraints of a band with their Jacobian, in one kernel.
+
+Rows are physical quantities (m/s, rad/s, m/s^2, rad/s^2, m); the limits are the rows' bounds, so
+that a new speed limit changes no code and no sparsity. layout.py gives the order of rows and
+columns. Formulas: TEB's terms (Roesmann et al. 2012 and 2013) on exact arcs, with the first and
+last acceleration measured over half an interval, because speeds belong to interval middles.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from .arcs import band_geometry
+from .layout import pose_columns, row_count, unpack_poses, variable_count
+from .obstacles import DistanceField, sample_distance
+
+Array = NDArray[np.float64]
+
+
+class BandScene(NamedTuple):
+    """What a band is constrained by in one cycle.
+
+    start, goal: (3,) first and last pose, x m, y m, yaw rad, yaws unwrapped along the band.
+    start_twist, goal_twist: (2,) v m/s, w rad/s before the first and after the last interval.
+    discs: (D, 2) offset along x and radius of the robot's discs, m.
+    field: signed distance field of the obstacles.
+    via_points: (V, 2) m, points that attract the band. via_poses: (V,) index of the attracted pose.
+    """
+
+    start: Array
+    goal: Array
+    start_twist: Array
+    goal_twist: Array
+    discs: Array
+    field: DistanceField
+    via_points: Array
+    via_poses: NDArray[np.int64]
+
+
+@njit(cache=True)
+def _add_interval_slopes(row, slopes, scale, k, m):
+    """Adds scale * slopes (6,) of interval k to the pose columns of one Jacobian row."""
+    x, y, yaw = pose_columns(k, m)
+    if x >= 0:
+        row[x] += scale * slopes[0]
+        row[y] += scale * slopes[1]
+        row[yaw] += scale * slopes[2]
+    x, y, yaw = pose_columns(k + 1, m)
+    if x >= 0:
+        row[x] += scale * slopes[3]
+        row[y] += scale * slopes[4]
+        row[yaw] += scale * slopes[5]
+
+
+@njit(cache=True)
+def _fill_rates(first_row, rates, slopes, time_steps, values, jacobian):
+    """Fills m rows with rates (m,) = path / time; slopes (m, 6) are those of the path."""
+    m = time_steps.shape[0]
+    for k in range(m):
+        row = first_row + k
+        values[row] = rates[k]
+        _add_interval_slopes(jacobian[row], slopes[k], 1.0 / time_steps[k], k, m)
+        jacobian[row, k] = -rates[k] / time_steps[k]
+
+
+@njit(cache=True)
+def _fill_accelerations(first_row, rates, start, end, slopes, time_steps, values, jacobian):
+    """Fills m + 1 rows with the change of rates (m,) over the time between interval middles.
+
+    start, end: the rates before the first and after the last interval.
+    """
+    m = time_steps.shape[0]
+    for k in range(m + 1):
+        row = first_row + k
+        before = rates[k - 1] if k > 0 else start
+        after = rates[k] if k < m else end
+        span = 0.5 * ((time_steps[k - 1] if k > 0 else 0.0) + (time_steps[k] if k < m else 0.0))
+        acceleration = (after - before) / span
+        values[row] = acceleration
+        if k > 0:
+            step = time_steps[k - 1]
+            _add_interval_slopes(jacobian[row], slopes[k - 1], -1.0 / (step * span), k - 1, m)
+            jacobian[row, k - 1] = before / (step * span) - 0.5 * acceleration / span
+        if k < m:
+            step = time_steps[k]
+            _add_interval_slopes(jacobian[row], slopes[k], 1.0 / (step * span), k, m)
+            jacobian[row, k] = -after / (step * span) - 0.5 * acceleration / span
+
+
+@njit(cache=True)
+def _fill_clearances(first_row, poses, discs, field, slack, values, jacobian):
+    """Fills one row for each inner pose and disc: distance of the disc to obstacles plus slack."""
+    m = poses.shape[0] - 1
+    slack_column = jacobian.shape[1] - 1
+    row = first_row
+    for i in range(1, m):
+        x_column, y_column, yaw_column = pose_columns(i, m)
+        cos_yaw, sin_yaw = math.cos(poses[i, 2]), math.sin(poses[i, 2])
+        for disc in range(discs.shape[0]):
+            arm_x, arm_y = discs[disc, 0] * cos_yaw, discs[disc, 0] * sin_yaw
+            distance, slope_x, slope_y = sample_distance(
+                field, poses[i, 0] + arm_x, poses[i, 1] + arm_y
+            )
+            values[row] = distance - discs[disc, 1] + slack
+            jacobian[row, x_column] = slope_x
+            jacobian[row, y_column] = slope_y
+            jacobian[row, yaw_column] = slope_y * arm_x - slope_x * arm_y
+            jacobian[row, slack_column] = 1.0
+            row += 1
+
+
+@njit(cache=True)
+def band_constraints(z, interval_count, scene):
+    """Returns (values (R,), Jacobian (R, N)) of all rows at the variables z (N,).
+
+    The rows' bounds are the caller's: see program.py.
+    """
+    m = interval_count
+    time_steps = z[:m]
+    poses = unpack_poses(z, scene.start, scene.goal, m)
+    lengths, offsets, turns, length_slopes, offset_slopes = band_geometry(poses)
+    turn_slopes = np.zeros((m, 6))
+    turn_slopes[:, 2] = -1.0
+    turn_slopes[:, 5] = 1.0
+    values = np.empty(row_count(m, scene.discs.shape[0]))
+    jacobian = np.zeros((values.shape[0], variable_count(m)))
+    for k in range(m):
+        values[k] = offsets[k]
+        _add_interval_slopes(jacobian[k], offset_slopes[k], 1.0, k, m)
+    speeds, turn_rates = lengths / time_steps, turns / time_steps
+    _fill_rates(m, speeds, length_slopes, time_steps, values, jacobian)
+    _fill_rates(2 * m, turn_rates, turn_slopes, time_steps, values, jacobian)
+    _fill_accelerations(
+        3 * m,
+        speeds,
+        scene.start_twist[0],
+        scene.goal_twist[0],
+        length_slopes,
+        time_steps,
+        values,
+        jacobian,
+    )
+    _fill_accelerations(
+        4 * m + 1,
+        turn_rates,
+        scene.start_twist[1],
+        scene.goal_twist[1],
+        turn_slopes,
+        time_steps,
+        values,
+        jacobian,
+    )
+    _fill_clearances(5 * m + 2, poses, scene.discs, scene.field, z[-1], values, jacobian)
+    return values, jacobian
+
+
+def sparsity_pattern(interval_count: int, disc_count: int) -> list[tuple[int, int]]:
+    """Returns the (row, column) pairs of `band_constraints` that may be non-zero."""
+    m = interval_count
+    pairs: list[tuple[int, int]] = []
+
+    def add(row: int, intervals: list[int], *, with_time: bool, yaw_only: bool) -> None:
+        columns = set()
+        for k in intervals:
+            if with_time:
+                columns.add(k)
+            for i in (k, k + 1):
+                columns.update(pose_columns(i, m)[2 if yaw_only else 0 :])
+        pairs.extend((row, column) for column in sorted(columns - {-1}))
+
+    for k in range(m):
+        add(k, [k], with_time=False, yaw_only=False)
+        add(m + k, [k], with_time=True, yaw_only=False)
+        add(2 * m + k, [k], with_time=True, yaw_only=True)
+    for k in range(m + 1):
+        neighbours = [j for j in (k - 1, k) if 0 <= j < m]
+        add(3 * m + k, neighbours, with_time=True, yaw_only=False)
+        add(4 * m + 1 + k, neighbours, with_time=True, yaw_only=True)
+    slack_column = variable_count(m) - 1
+    for i in range(1, m):
+        for disc in range(disc_count):
+            row = 5 * m + 2 + (i - 1) * disc_count + disc
+            pairs.extend((row, column) for column in (*pose_columns(i, m), slack_column))
+    return pairs

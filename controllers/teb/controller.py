@@ -1,0 +1,256 @@
+"""The TEB controller: one cycle from observation to command."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.controller import ControllerSetup, Decision, NoValidControl, Observation
+from drake_navbench.errors import InputError
+
+from .band import Band, mean_twist, shift
+from .candidates import Candidate, TebMemory, gather_candidates, ways_past_block
+from .feasibility import checked_pose_count, first_collision
+from .homotopy import class_name, find_clusters
+from .local_plan import LEAST_CLEARANCE_RATIO, LocalPlan, cut_local_plan, via_points
+from .obstacles import distance_field
+from .parameters import TebParameters
+from .planner import BandPlanner, PlannedBand, Task, band_limits, pace_of
+from .program import BandLimits
+
+Array = NDArray[np.float64]
+Tried = tuple[Candidate, PlannedBand]
+
+
+class TimedElasticBand:
+    """TEB with limits as true constraints (upstream: teb_local_planner::TebLocalPlannerROS).
+
+    Rösmann, Hoffmann, Bertram (2012, 2013, 2017) write the limits as penalties; here each band is
+    a nonlinear program (program.py), and each topology that pays is one of them (candidates.py).
+    """
+
+    Parameters: ClassVar[type[TebParameters]] = TebParameters
+    nav2_plugin: ClassVar[str | None] = "teb_local_planner::TebLocalPlannerROS"
+
+    def __init__(self, parameters: TebParameters, setup: ControllerSetup) -> None:
+        """Raises InputError where min_obstacle_dist leaves no corridor in the local costmap."""
+        self._parameters = parameters
+        self._setup = setup
+        self._discs = parameters.footprint_model.discs(setup)
+        self._planner = BandPlanner(parameters, self._discs)
+        radius = float(self._discs[:, 1].min())
+        if 2.0 * (radius + parameters.min_obstacle_dist) >= setup.costmap_size_m:
+            raise InputError(
+                f"min_obstacle_dist = {parameters.min_obstacle_dist} m and the robot's radius of"
+                f" {radius:g} m leave no corridor in a local costmap of {setup.costmap_size_m} m"
+            )
+        self._least_distance = radius + LEAST_CLEARANCE_RATIO * parameters.min_obstacle_dist
+
+    def initial_memory(self) -> TebMemory:
+        """Returns the memory of a controller that has no band yet."""
+        return TebMemory()
+
+    def step(self, observation: Observation, memory: TebMemory) -> Decision:
+        """Returns the mean twist over the first poses of the best band.
+
+        Raises InvalidPath for an empty plan, NoValidControl where no band is free of collision or
+        the plan is blocked and the robot is as near to the obstacle as it may go.
+        """
+        parameters = self._parameters
+        field = distance_field(observation.costmap)
+        clusters = find_clusters(field, self._least_distance)
+        plan = cut_local_plan(observation, parameters, discs=self._discs, field=field)
+        paths = [plan.path]
+        is_blocked = False
+        if plan.blocked_index is not None:
+            paths = ways_past_block(
+                plan,
+                field=field,
+                clusters=clusters,
+                longest_ratio=parameters.max_ratio_detours_duration_best_duration,
+            )
+            if not paths:
+                is_blocked = True
+                plan = self._stop_before_block(observation, plan)
+                paths = [plan.path]
+        limits = band_limits(parameters, observation.speed_limit)
+        task = Task(
+            start=np.array(observation.pose, dtype=np.float64),
+            goal=plan.goal(parameters.global_plan_overwrite_orientation),
+            twist=observation.twist,
+            field=field,
+            via_points=via_points(plan, parameters.global_plan_viapoint_sep),
+            limits=limits,
+        )
+        pace = pace_of(parameters, limits)
+        candidates = gather_candidates(
+            memory,
+            paths,
+            start=task.start,
+            goal=task.goal,
+            elapsed_s=observation.time_s - memory.stamp_s,
+            clusters=clusters,
+            pace=pace,
+            parameters=parameters,
+        )
+        tried = self._optimise(candidates, task)
+        return self._decide(observation, memory, tried, limits=limits, is_blocked=is_blocked)
+
+    def _stop_before_block(self, observation: Observation, plan: LocalPlan) -> LocalPlan:
+        """Returns the free part of a blocked plan; raises NoValidControl at its end."""
+        parameters = self._parameters
+        free = plan.before_the_block(parameters.min_obstacle_dist)
+        ahead = float(np.hypot(*(free.poses[free.goal_index, :2] - observation.pose[:2])))
+        if free.goal_index == 0 or ahead < parameters.blocked_goal_distance_m:
+            raise NoValidControl(
+                "the plan is blocked and nothing of its free part is left at a min_obstacle_dist of"
+                f" {parameters.min_obstacle_dist} m",
+                details={"is_blocked": True},
+                memory=TebMemory(),
+            )
+        return free
+
+    def _optimise(self, candidates: list[Candidate], task: Task) -> list[Tried]:
+        """Optimises the candidates that can pay: no guess can be driven faster than its length."""
+        parameters = self._parameters
+        warm = parameters.no_inner_iterations * parameters.no_outer_iterations
+        tried: list[Tried] = []
+        for candidate in candidates:
+            costs = [self._cost(*other) for other in tried]
+            if tried and candidate.length_m / task.limits.forward_speed > min(costs):
+                continue
+            is_first = candidate.is_cold and not any(other.accepted for _, other in tried)
+            iterations = parameters.cold_start_iterations if is_first else warm
+            tried.append(
+                (candidate, self._planner.optimise(candidate.guess, task, iterations=iterations))
+            )
+        return tried
+
+    def _cost(self, candidate: Candidate, planned: PlannedBand) -> float:
+        """Returns what a band is chosen by: its duration, weighed, and its missing clearance."""
+        if not planned.accepted:
+            return np.inf
+        cost = planned.band.duration_s
+        if candidate.is_driven:
+            cost *= self._parameters.selection_cost_hysteresis
+        elif candidate.follows_plan:
+            cost *= self._parameters.selection_prefer_initial_plan
+        return cost + self._parameters.weight_slack * max(planned.solution.slack, 0.0)
+
+    def _ranked(self, tried: list[Tried], memory: TebMemory, time_s: float) -> list[Tried]:
+        """Returns the accepted bands, best first; soon after a switch the driven one is best."""
+        accepted = [pair for pair in tried if pair[1].accepted]
+        held = time_s - memory.switched_s < self._parameters.switching_blocking_period
+        return sorted(
+            accepted, key=lambda pair: (not (held and pair[0].is_driven), self._cost(*pair))
+        )
+
+    def _decide(
+        self,
+        observation: Observation,
+        memory: TebMemory,
+        tried: list[Tried],
+        *,
+        limits: BandLimits,
+        is_blocked: bool,
+    ) -> Decision:
+        scalars = self._scalars(tried, is_blocked)
+        for candidate, planned in self._ranked(tried, memory, observation.time_s):
+            if not self._is_free(observation, planned.band):
+                continue
+            others = tuple(other.band for kept, other in tried if kept is not candidate)
+            switched = memory.band is not None and not candidate.is_driven
+            new_memory = TebMemory(
+                band=planned.band,
+                alternatives=others,
+                stamp_s=observation.time_s,
+                switched_s=observation.time_s if switched else memory.switched_s,
+            )
+            return self._decision(planned.band, new_memory, scalars, tried, limits)
+        fallback = self._shifted(observation, memory)
+        if fallback is not None:
+            scalars["is_fallback"] = True
+            kept = memory._replace(band=fallback, alternatives=(), stamp_s=observation.time_s)
+            return self._decision(fallback, kept, scalars, tried, limits)
+        raise NoValidControl(
+            f"none of {len(tried)} bands obeys the limits and keeps the outline off obstacles"
+            f" (solver: {scalars['solver_status']}, violation {scalars['violation']:.3g})",
+            details=scalars,
+            memory=TebMemory(),
+        )
+
+    def _is_free(self, observation: Observation, band: Band) -> bool:
+        """Whether the robot's outline keeps off lethal cells over the next poses of a band."""
+        parameters = self._parameters
+        count = checked_pose_count(
+            band.poses,
+            parameters.feasibility_check_no_poses,
+            parameters.feasibility_check_lookahead_distance,
+        )
+        poses = band.poses[:count]
+        return first_collision(observation.costmap, self._setup.footprint, poses) is None
+
+    def _shifted(self, observation: Observation, memory: TebMemory) -> Band | None:
+        """Returns the rest of the last driven band if the robot can still drive it, else None."""
+        if memory.band is None:
+            return None
+        rest = shift(memory.band, observation.time_s - memory.stamp_s)
+        if rest is None or not self._is_free(observation, rest):
+            return None
+        return rest
+
+    def _scalars(self, tried: list[Tried], is_blocked: bool) -> dict[str, Any]:
+        """Returns what the log keeps of every cycle, of the first candidate where it is one's."""
+        solutions = [planned.solution for _, planned in tried]
+        return {
+            "solver_status": solutions[0].status,
+            "evaluations": sum(solution.evaluations for solution in solutions),
+            "slack_m": solutions[0].slack,
+            "violation": solutions[0].violation,
+            "candidate_count": len(solutions),
+            "interval_count": len(solutions[0].time_steps),
+            "is_blocked": is_blocked,
+            "is_fallback": False,
+        }
+
+    def _decision(
+        self,
+        band: Band,
+        memory: TebMemory,
+        scalars: dict[str, Any],
+        tried: list[Tried],
+        limits: BandLimits,
+    ) -> Decision:
+        """Returns the command of a band, kept within the speed limits to the last bit."""
+        command = mean_twist(band, self._parameters.control_look_ahead_poses)
+        command[0] = np.clip(command[0], -limits.backward_speed, limits.forward_speed)
+        command[1] = np.clip(command[1], -limits.turn_rate, limits.turn_rate)
+        command.flags.writeable = False
+        diagnostics = dict(scalars, band_duration_s=band.duration_s)
+        if self._setup.wants_diagnostics:
+            diagnostics.update(_arrays(band, tried))
+        return Decision(command, memory, diagnostics)
+
+
+def _arrays(band: Band, tried: list[Tried]) -> dict[str, Any]:
+    """Returns the band with its times and the candidates with their classes, for the replay.
+
+    Candidates of fewer poses repeat their last one, so that all fit one array.
+    """
+    longest = max(len(planned.band.poses) for _, planned in tried)
+    trajectories = np.stack(
+        [
+            np.pad(p.band.poses, ((0, longest - len(p.band.poses)), (0, 0)), mode="edge")
+            for _, p in tried
+        ]
+    )
+    reference = tried[0][0].angles
+    return {
+        "predicted_trajectory": band.poses,
+        "predicted_times_s": np.concatenate([[0.0], np.cumsum(band.time_steps)]),
+        "sampled_trajectories": trajectories,
+        "sampled_costs": np.array([p.solution.cost for _, p in tried]),
+        "sampled_classes": "; ".join(class_name(c.angles, reference) for c, _ in tried),
+    }

@@ -1,0 +1,76 @@
+"""The last word before a command: the true outline on the costmap along the next poses.
+
+As upstream's isTrajectoryFeasible, with finer steps between the poses.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from drake_navbench.kernels.footprint import footprint_cost
+from drake_navbench.kernels.grid import LETHAL, Costmap
+
+Array = NDArray[np.float64]
+
+
+@njit(cache=True)
+def _first_collision(costs, origin_x, origin_y, resolution, footprint, reach, poses):
+    """Returns the index of the interval in which the outline first meets a lethal cell, or -1.
+
+    Between two poses the outline moves by at most one cell per step. reach: the distance of the
+    farthest vertex from the base, m.
+    """
+    for i in range(poses.shape[0] - 1):
+        dx, dy = poses[i + 1, 0] - poses[i, 0], poses[i + 1, 1] - poses[i, 1]
+        turn = poses[i + 1, 2] - poses[i, 2]
+        motion = math.hypot(dx, dy) + abs(turn) * reach
+        steps = int(motion / resolution) + 1
+        for k in range(steps + 1):
+            share = k / steps
+            cost = footprint_cost(
+                costs,
+                origin_x,
+                origin_y,
+                resolution,
+                footprint,
+                poses[i, 0] + share * dx,
+                poses[i, 1] + share * dy,
+                poses[i, 2] + share * turn,
+                False,
+            )
+            if cost >= LETHAL:
+                return i
+    return -1
+
+
+def checked_pose_count(poses: Array, last_index: int, distance_m: float) -> int:
+    """Returns how many poses of a band the check covers.
+
+    last_index: feasibility_check_no_poses (negative or too large: all). distance_m:
+    feasibility_check_lookahead_distance (not positive: no limit); the smaller of the two holds.
+    """
+    count = len(poses) if last_index < 0 else min(last_index + 1, len(poses))
+    if distance_m > 0.0:
+        far = np.hypot(*(poses[:, :2] - poses[0, :2]).T) > distance_m
+        if far.any():
+            count = min(count, int(np.argmax(far)))
+    return max(count, 2)
+
+
+def first_collision(costmap: Costmap, footprint: Array, poses: Array) -> int | None:
+    """Returns the interval in which the outline first meets a lethal cell or leaves the map."""
+    reach = float(np.hypot(footprint[:, 0], footprint[:, 1]).max())
+    index = _first_collision(
+        costmap.costs,
+        costmap.origin_x,
+        costmap.origin_y,
+        costmap.resolution,
+        footprint,
+        reach,
+        poses,
+    )
+    return None if index < 0 else int(index)

@@ -1,0 +1,109 @@
+"""What a band shall do in this cycle: the next part of the plan, and where it is blocked."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.controller import InvalidPath, Observation
+
+from .obstacles import DistanceField, path_clearance
+from .parameters import TebParameters
+
+Array = NDArray[np.float64]
+
+# The plan counts as blocked where not even this share of min_obstacle_dist is left.
+LEAST_CLEARANCE_RATIO = 0.5
+# Plan points nearer to the robot say nothing about the direction to take, m.
+IGNORED_NEAR_ROBOT_M = 0.15
+# The local goal is the plan's end where they are this close, m.
+SAME_GOAL_M = 1e-3
+
+
+class LocalPlan(NamedTuple):
+    """The part of the plan that a band covers.
+
+    poses: (P, 3). clearances: (P,) m, of the robot's discs at the poses. goal_index: the pose that
+    the band ends at. blocked_index: the first pose before it without clearance, or None.
+    ends_plan: whether the goal is the end of the whole plan.
+    """
+
+    poses: Array
+    clearances: Array
+    goal_index: int
+    blocked_index: int | None
+    ends_plan: bool
+
+    @property
+    def path(self) -> Array:
+        """(P, 2) m, the points from the robot to the goal, without those at the robot."""
+        points = self.poses[: self.goal_index + 1, :2]
+        far = np.hypot(*(points - self.poses[0, :2]).T) > IGNORED_NEAR_ROBOT_M
+        return points[far]
+
+    def goal(self, overwrite_orientation: bool) -> Array:
+        """Returns (3,) the local goal; its yaw along the plan unless it is the plan's end."""
+        goal = self.poses[self.goal_index].copy()
+        if overwrite_orientation and not self.ends_plan and self.goal_index > 0:
+            step = self.poses[self.goal_index, :2] - self.poses[self.goal_index - 1, :2]
+            if np.hypot(*step) > 0.0:
+                goal[2] = np.arctan2(step[1], step[0])
+        return goal
+
+    def before_the_block(self, clearance_m: float) -> LocalPlan:
+        """Returns the plan cut at the last pose before the block that has the clearance."""
+        clear = np.flatnonzero(self.clearances[: self.blocked_index] >= clearance_m)
+        last = int(clear[-1]) if clear.size else 0
+        return self._replace(goal_index=last, blocked_index=None, ends_plan=False)
+
+
+def cut_local_plan(
+    observation: Observation, parameters: TebParameters, *, discs: Array, field: DistanceField
+) -> LocalPlan:
+    """Returns the next max_global_plan_lookahead_dist of the plan; raises InvalidPath if empty."""
+    plan = observation.plan
+    if len(plan) == 0:
+        raise InvalidPath("plan is empty, expected at least one pose")
+    if not np.isfinite(plan).all():
+        raise InvalidPath("plan holds a coordinate that is not finite")
+    nearest = int(np.argmin(np.sum((plan[:, :2] - observation.pose[:2]) ** 2, axis=1)))
+    poses = plan[nearest:]
+    if parameters.max_global_plan_lookahead_dist > 0.0:
+        lengths = np.cumsum(np.hypot(*np.diff(poses[:, :2], axis=0).T))
+        beyond = np.searchsorted(lengths, parameters.max_global_plan_lookahead_dist)
+        poses = poses[: int(beyond) + 2]
+    clearances = path_clearance(field, discs, np.ascontiguousarray(poses))
+    least = LEAST_CLEARANCE_RATIO * parameters.min_obstacle_dist
+    clear = np.flatnonzero(clearances >= least)
+    goal_index = int(clear[-1]) if clear.size else 0
+    roomy = np.flatnonzero(clearances >= parameters.min_obstacle_dist)
+    if roomy.size and 2 * int(roomy[-1]) >= goal_index:
+        goal_index = int(roomy[-1])
+    blocked = np.flatnonzero(clearances[: goal_index + 1] < least)
+    at_end = goal_index == len(poses) - 1
+    ends_plan = at_end and bool(
+        np.hypot(*(poses[-1, :2] - observation.goal[:2])) < SAME_GOAL_M
+    )
+    return LocalPlan(
+        poses=poses,
+        clearances=clearances,
+        goal_index=goal_index,
+        blocked_index=int(blocked[0]) if blocked.size else None,
+        ends_plan=ends_plan,
+    )
+
+
+def via_points(plan: LocalPlan, separation_m: float) -> Array:
+    """Returns (V, 2) m: plan points at least `separation_m` apart; none where it is not positive."""
+    if separation_m <= 0.0:
+        return np.empty((0, 2))
+    points = plan.poses[: plan.goal_index, :2]
+    chosen: list[Array] = []
+    last = plan.poses[0, :2]
+    for point in points[1:]:
+        if np.hypot(*(point - last)) >= separation_m:
+            chosen.append(point)
+            last = point
+    return np.array(chosen).reshape(-1, 2)

@@ -1,0 +1,184 @@
+"""Obstacles as a signed distance field of the local costmap, and the robot as discs.
+
+The field gives every disc of the robot one clearance row, whatever the number of obstacles, so
+the program keeps its size and its sparsity from cycle to cycle. docs/teb.md holds the measurement
+that decided for the field and against nearest obstacle features.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from drake_navbench.kernels.grid import LETHAL, Costmap
+
+Array = NDArray[np.float64]
+
+
+class DistanceField(NamedTuple):
+    """Signed distance to the nearest lethal cell, sampled at cell centres; read-only.
+
+    distances: (rows, columns) m, [row = y, column = x]; negative inside obstacles. Zero lies on
+        the edges of the lethal cells along the axes (half a cell before the nearest centre).
+    origin_x, origin_y: lower left corner of cell (0, 0), m. resolution: m.
+    """
+
+    distances: Array
+    origin_x: float
+    origin_y: float
+    resolution: float
+
+
+@njit(cache=True)
+def _squared_distance_1d(samples, result, sites, borders):
+    """Lower envelope of the parabolas samples[q] + (p - q)^2; Felzenszwalb, Huttenlocher 2012."""
+    count = samples.shape[0]
+    last = 0
+    sites[0] = 0
+    borders[0] = -math.inf
+    borders[1] = math.inf
+    for q in range(1, count):
+        while True:
+            site = sites[last]
+            border = ((samples[q] + q * q) - (samples[site] + site * site)) / (2.0 * (q - site))
+            if border > borders[last]:
+                break
+            last -= 1
+        last += 1
+        sites[last] = q
+        borders[last] = border
+        borders[last + 1] = math.inf
+    nearest = 0
+    for p in range(count):
+        while borders[nearest + 1] < p:
+            nearest += 1
+        offset = p - sites[nearest]
+        result[p] = offset * offset + samples[sites[nearest]]
+
+
+@njit(cache=True)
+def _squared_cell_distance(is_source, far_squared):
+    """Returns (rows, columns) squared distances in cells to the nearest source cell."""
+    rows, columns = is_source.shape
+    longest = max(rows, columns)
+    squared = np.empty((rows, columns))
+    samples, result = np.empty(longest), np.empty(longest)
+    sites, borders = np.empty(longest, dtype=np.int64), np.empty(longest + 1)
+    for column in range(columns):
+        for row in range(rows):
+            samples[row] = 0.0 if is_source[row, column] else far_squared
+        _squared_distance_1d(samples[:rows], result, sites, borders)
+        for row in range(rows):
+            squared[row, column] = result[row]
+    for row in range(rows):
+        for column in range(columns):
+            samples[column] = squared[row, column]
+        _squared_distance_1d(samples[:columns], result, sites, borders)
+        for column in range(columns):
+            squared[row, column] = min(result[column], far_squared)
+    return squared
+
+
+@njit(cache=True)
+def signed_distances(costs, lethal_cost, resolution):
+    """Returns (rows, columns) m: signed Euclidean distance of cell centres to lethal cells.
+
+    Half a cell is taken off either side, so that the zero line is the edge of the lethal cells
+    where it faces along an axis, and the centre distance over-reports nothing. Without a lethal
+    cell every distance is the diagonal of the map.
+    """
+    rows, columns = costs.shape
+    far_squared = float(rows * rows + columns * columns)
+    lethal = costs == lethal_cost
+    outside = _squared_cell_distance(lethal, far_squared)
+    inside = _squared_cell_distance(~lethal, far_squared)
+    distances = np.empty((rows, columns))
+    for row in range(rows):
+        for column in range(columns):
+            if lethal[row, column]:
+                cells = 0.5 - math.sqrt(inside[row, column])
+            else:
+                cells = math.sqrt(outside[row, column]) - 0.5
+            distances[row, column] = cells * resolution
+    return distances
+
+
+def distance_field(costmap: Costmap) -> DistanceField:
+    """Returns the signed distance field of a local costmap's lethal cells."""
+    distances = signed_distances(costmap.costs, LETHAL, costmap.resolution)
+    distances.flags.writeable = False
+    return DistanceField(distances, costmap.origin_x, costmap.origin_y, costmap.resolution)
+
+
+@njit(cache=True)
+def _spline_weights(t):
+    """Quadratic B-spline weights of the three nearest samples, t in [-0.5, 0.5], and slopes."""
+    before, after = 0.5 - t, 0.5 + t
+    values = (0.5 * before * before, before * after + 0.5, 0.5 * after * after)
+    return values, (-before, -2.0 * t, after)
+
+
+@njit(cache=True)
+def sample_distance(field, x, y):
+    """Returns (distance m, d/dx, d/dy) at the point (x, y) m by quadratic B-splines.
+
+    Exact on straight walls, and smooth where the nearest obstacle changes: bilinear interpolation
+    has a kink at every cell border, at which a line search stalls. Beyond the outermost but one
+    cell centres the point is moved to the nearest one and the derivative across the edge is zero.
+    """
+    distances = field.distances
+    rows, columns = distances.shape
+    u = (x - field.origin_x) / field.resolution - 0.5
+    v = (y - field.origin_y) / field.resolution - 0.5
+    clamped_u = min(max(u, 1.0), columns - 2.0)
+    clamped_v = min(max(v, 1.0), rows - 2.0)
+    column, row = int(clamped_u + 0.5), int(clamped_v + 0.5)
+    weights_x, slopes_x = _spline_weights(clamped_u - column)
+    weights_y, slopes_y = _spline_weights(clamped_v - row)
+    distance, slope_x, slope_y = 0.0, 0.0, 0.0
+    for j in range(3):
+        for i in range(3):
+            sample = distances[row + j - 1, column + i - 1]
+            distance += weights_x[i] * weights_y[j] * sample
+            slope_x += slopes_x[i] * weights_y[j] * sample
+            slope_y += weights_x[i] * slopes_y[j] * sample
+    if clamped_u != u:
+        slope_x = 0.0
+    if clamped_v != v:
+        slope_y = 0.0
+    return distance, slope_x / field.resolution, slope_y / field.resolution
+
+
+@njit(cache=True)
+def path_clearance(field, discs, poses):
+    """Returns (N,) m: the least distance between the robot's discs and an obstacle at each pose."""
+    clearances = np.empty(poses.shape[0])
+    for i in range(poses.shape[0]):
+        cos_yaw, sin_yaw = math.cos(poses[i, 2]), math.sin(poses[i, 2])
+        clearance = math.inf
+        for k in range(discs.shape[0]):
+            x = poses[i, 0] + discs[k, 0] * cos_yaw
+            y = poses[i, 1] + discs[k, 0] * sin_yaw
+            clearance = min(clearance, sample_distance(field, x, y)[0] - discs[k, 1])
+        clearances[i] = clearance
+    return clearances
+
+
+def footprint_discs(footprint: Array) -> Array:
+    """Returns (D, 2) m: offset along x and radius of the discs that stand for a footprint.
+
+    One disc for an outline no longer than wide, else two of half the width that touch front, rear
+    and sides (TEB's two_circles). They leave out the corners, by (sqrt(2) - 1) radii; the
+    feasibility check with the true outline does not.
+    """
+    rear, front = float(footprint[:, 0].min()), float(footprint[:, 0].max())
+    radius = 0.5 * float(footprint[:, 1].max() - footprint[:, 1].min())
+    if front - rear <= 2.0 * radius:
+        centre = 0.5 * (front + rear)
+        reach = np.hypot(footprint[:, 0] - centre, footprint[:, 1])
+        return np.array([[centre, float(reach.max())]])
+    return np.array([[rear + radius, radius], [front - radius, radius]])

@@ -1,0 +1,258 @@
+"""TEB's parameters: upstream's names and defaults (teb_local_planner, ros2-master)."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from drake_navbench.controller import ControllerParameters, ControllerSetup
+
+from .obstacles import footprint_discs
+
+# Fewer inner poses than this leave the solver nothing to bend.
+FEWEST_SAMPLES = 3
+
+
+class FootprintModel(ControllerParameters):
+    """The robot as the optimiser sees it; the feasibility check always uses the true outline."""
+
+    type: Literal["from_footprint", "point", "circular", "two_circles"] = Field(
+        "from_footprint",
+        description="shape; from_footprint derives the circles from the robot's outline",
+    )
+    radius: float = Field(0.2, ge=0.0, description="of circular [m]")
+    front_offset: float = Field(0.2, description="of two_circles, ahead of the base [m]")
+    front_radius: float = Field(0.2, ge=0.0, description="of two_circles [m]")
+    rear_offset: float = Field(0.2, description="of two_circles, behind the base [m]")
+    rear_radius: float = Field(0.2, ge=0.0, description="of two_circles [m]")
+
+    def discs(self, setup: ControllerSetup) -> NDArray[np.float64]:
+        """Returns (D, 2): offset along x and radius of the discs, m."""
+        if self.type == "point":
+            return np.array([[0.0, 0.0]])
+        if self.type == "circular":
+            return np.array([[0.0, self.radius]])
+        if self.type == "two_circles":
+            return np.array(
+                [[self.front_offset, self.front_radius], [-self.rear_offset, self.rear_radius]]
+            )
+        return footprint_discs(setup.footprint)
+
+
+class TebParameters(ControllerParameters):
+    """What upstream reads and this controller uses, then what only this controller knows.
+
+    Upstream's penalty weights of limits have no meaning here, because limits are constraints;
+    `WITHOUT_EFFECT` names them and other parameters that are accepted and dropped.
+    """
+
+    WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset(
+        {
+            "acc_lim_y",
+            "allow_init_with_backwards_motion",
+            "cmd_angle_instead_rotvel",
+            "costmap_converter_plugin",
+            "costmap_converter_rate",
+            "costmap_converter_spin_thread",
+            "costmap_obstacles_behind_robot_dist",
+            "delete_detours_backwards",
+            "detours_orientation_tolerance",
+            "divergence_detection_enable",
+            "divergence_detection_max_chi_squared",
+            "dynamic_obstacle_inflation_dist",
+            "enable_multithreading",
+            "exact_arc_length",
+            "global_plan_prune_distance",
+            "h_signature_prescaler",
+            "h_signature_threshold",
+            "include_costmap_obstacles",
+            "include_dynamic_obstacles",
+            "is_footprint_dynamic",
+            "legacy_obstacle_association",
+            "length_start_orientation_vector",
+            "map_frame",
+            "max_number_plans_in_current_class",
+            "max_vel_y",
+            "min_resolution_collision_check_angular",
+            "min_turning_radius",
+            "obstacle_association_cutoff_factor",
+            "obstacle_association_force_inclusion_factor",
+            "obstacle_cost_exponent",
+            "obstacle_heading_threshold",
+            "obstacle_keypoint_offset",
+            "obstacle_poses_affected",
+            "odom_topic",
+            "optimization_activate",
+            "optimization_verbose",
+            "oscillation_filter_duration",
+            "oscillation_omega_eps",
+            "oscillation_recovery",
+            "oscillation_recovery_min_duration",
+            "oscillation_v_eps",
+            "penalty_epsilon",
+            "publish_feedback",
+            "roadmap_graph_area_length_scale",
+            "roadmap_graph_area_width",
+            "roadmap_graph_no_samples",
+            "roadmap_graph_samples",
+            "selection_alternative_time_cost",
+            "selection_dropping_probability",
+            "selection_obst_cost_scale",
+            "selection_viapoint_cost_scale",
+            "shrink_horizon_backup",
+            "shrink_horizon_min_duration",
+            "simple_exploration",
+            "teb_autosize",
+            "transform_tolerance",
+            "use_proportional_saturation",
+            "via_points_ordered",
+            "viapoints_all_candidates",
+            "visualize_hc_graph",
+            "visualize_with_time_as_z_axis_scale",
+            "weight_acc_lim_theta",
+            "weight_acc_lim_x",
+            "weight_acc_lim_y",
+            "weight_adapt_factor",
+            "weight_dynamic_obstacle",
+            "weight_dynamic_obstacle_inflation",
+            "weight_kinematics_nh",
+            "weight_kinematics_turning_radius",
+            "weight_max_vel_theta",
+            "weight_max_vel_x",
+            "weight_max_vel_y",
+            "weight_obstacle",
+            "weight_prefer_rotdir",
+            "wheelbase",
+        }
+    )
+
+    # Trajectory
+    dt_ref: float = Field(0.3, gt=0.0, description="time step that bands are cut into [s]")
+    dt_hysteresis: float = Field(
+        0.1, ge=0.0, description="a band keeps its size while its step is this near dt_ref [s]"
+    )
+    min_samples: int = Field(3, description="fewest intervals of a band")
+    max_samples: int = Field(500, description="most intervals of a band")
+    global_plan_overwrite_orientation: bool = Field(
+        True, description="the local goal heads along the plan, not as its pose says"
+    )
+    global_plan_viapoint_sep: float = Field(
+        -1.0, description="distance of via-points on the plan; not positive: none [m]"
+    )
+    max_global_plan_lookahead_dist: float = Field(
+        1.0, description="length of the plan that a band covers; not positive: all [m]"
+    )
+    force_reinit_new_goal_dist: float = Field(
+        1.0, gt=0.0, description="a local goal that jumps farther starts a new band [m]"
+    )
+    force_reinit_new_goal_angular: float = Field(
+        math.pi / 2.0, gt=0.0, description="the same for its yaw [rad]"
+    )
+    feasibility_check_no_poses: int = Field(
+        5, description="last pose checked with the outline; negative: all"
+    )
+    feasibility_check_lookahead_distance: float = Field(
+        -1.0, description="check only so far from the robot; not positive: no limit [m]"
+    )
+    control_look_ahead_poses: int = Field(
+        1, ge=1, description="the command is the mean twist up to this pose"
+    )
+
+    # Robot
+    max_vel_x: float = Field(0.4, gt=0.0, description="forward speed [m/s]")
+    max_vel_x_backwards: float = Field(0.2, ge=0.0, description="backward speed [m/s]")
+    max_vel_theta: float = Field(0.3, gt=0.0, description="turn rate [rad/s]")
+    acc_lim_x: float = Field(0.5, description="acceleration [m/s^2]")
+    acc_lim_theta: float = Field(0.5, description="angular acceleration [rad/s^2]")
+    footprint_model: FootprintModel = Field(
+        default_factory=FootprintModel, description="the robot as the optimiser sees it"
+    )
+
+    # Goal
+    free_goal_vel: bool = Field(False, description="the band may end in motion")
+
+    # Obstacles
+    min_obstacle_dist: float = Field(0.5, ge=0.0, description="clearance of the circles [m]")
+    inflation_dist: float = Field(0.6, ge=0.0, description="clearance below which it costs [m]")
+
+    # Optimisation
+    no_inner_iterations: int = Field(
+        5, ge=1, description="IPOPT stops after inner times outer iterations"
+    )
+    no_outer_iterations: int = Field(4, ge=1, description="see no_inner_iterations")
+    weight_optimaltime: float = Field(1.0, gt=0.0, description="of squared time steps [1/s^2]")
+    weight_shortest_path: float = Field(
+        0.0, ge=0.0, description="of squared distances between poses [1/m^2]"
+    )
+    weight_kinematics_forward_drive: float = Field(
+        1.0, ge=0.0, description="of squared backward displacements [1/m^2]"
+    )
+    weight_inflation: float = Field(
+        0.1, ge=0.0, description="of squared clearance below inflation_dist [1/m^2]"
+    )
+    weight_viapoint: float = Field(1.0, ge=0.0, description="of squared distances [1/m^2]")
+
+    # Topologies
+    enable_homotopy_class_planning: bool = Field(
+        True, description="look for ways past the other side of obstacles"
+    )
+    max_number_classes: int = Field(5, ge=1, description="most candidates in a cycle")
+    selection_cost_hysteresis: float = Field(
+        1.0, gt=0.0, description="factor on the duration of the class driven so far"
+    )
+    selection_prefer_initial_plan: float = Field(
+        0.95, gt=0.0, description="factor on the duration of the class of the global plan"
+    )
+    switching_blocking_period: float = Field(
+        0.0, ge=0.0, description="no change of class so soon after the last one [s]"
+    )
+    max_ratio_detours_duration_best_duration: float = Field(
+        3.0, ge=1.0, description="longer detours are dropped"
+    )
+
+    # Only here
+    weight_smoothness: float = Field(
+        0.1, ge=0.0, description="of squared changes of v and w between intervals"
+    )
+    weight_slack: float = Field(
+        100.0, gt=0.0, description="price of clearance missing from min_obstacle_dist [1/m]"
+    )
+    cold_start_iterations: int = Field(
+        80, ge=1, description="IPOPT iterations for a band without a predecessor"
+    )
+    blocked_goal_distance_m: float = Field(
+        0.05, gt=0.0, description="give up so near to the end of the free part of the plan [m]"
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _drop_names_without_effect(cls, values: Any) -> Any:
+        if not isinstance(values, dict):
+            return values
+        return {key: value for key, value in values.items() if key not in cls.WITHOUT_EFFECT}
+
+    @model_validator(mode="after")
+    def _check_limits_agree(self) -> TebParameters:
+        if self.acc_lim_x <= 0.0 or self.acc_lim_theta <= 0.0:
+            raise ValueError(
+                "acc_lim_x and acc_lim_theta must be positive, got"
+                f" {self.acc_lim_x} and {self.acc_lim_theta}"
+            )
+        if self.min_samples < FEWEST_SAMPLES:
+            raise ValueError(
+                f"min_samples must be at least {FEWEST_SAMPLES}, got {self.min_samples}"
+            )
+        if self.max_samples < self.min_samples:
+            raise ValueError(
+                "max_samples must not be below min_samples, got"
+                f" {self.max_samples} and {self.min_samples}"
+            )
+        if self.dt_hysteresis >= self.dt_ref:
+            raise ValueError(
+                f"dt_hysteresis must be below dt_ref, got {self.dt_hysteresis} and {self.dt_ref}"
+            )
+        return self

@@ -1,0 +1,157 @@
+"""From a guess to an optimised band: scene, bounds and the programs of all sizes."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.controller import SpeedLimit
+
+from .band import Band, Pace, freeze, unwrapped_goal
+from .constraints import BandScene
+from .layout import pack_band
+from .objective import Weights
+from .obstacles import DistanceField
+from .parameters import TebParameters
+from .program import BandLimits, BandProgram, BandSolution, SolverSettings
+
+Array = NDArray[np.float64]
+
+# The relaxed clearance may fall to zero and, where the robot already stands closer, below it, m.
+SLACK_RESERVE_M = 0.1
+SHORTEST_STEP_RATIO = 0.2
+LONGEST_STEP_RATIO = 4.0
+# A band is good enough to drive while no limit is exceeded by more (m, m/s, rad/s, m/s^2, rad/s^2).
+ACCEPTED_VIOLATION = 5e-3
+# Of the braking acceleration, what a stop at the goal may count on.
+BRAKING_RESERVE_RATIO = 0.9
+PERCENT = 100.0
+
+
+class Task(NamedTuple):
+    """What the bands of one cycle have in common.
+
+    start (3,), goal (3,), twist (2,) as measured, field, via_points (V, 2) m, limits.
+    """
+
+    start: Array
+    goal: Array
+    twist: Array
+    field: DistanceField
+    via_points: Array
+    limits: BandLimits
+
+
+class PlannedBand(NamedTuple):
+    """An optimised band and how it came about; accepted: it obeys the limits."""
+
+    band: Band
+    solution: BandSolution
+    accepted: bool
+
+
+def band_limits(parameters: TebParameters, speed_limit: SpeedLimit | None) -> BandLimits:
+    """Returns the limits under a speed limit, which scales all speeds (0 means no limit)."""
+    scale = 1.0
+    if speed_limit is not None and speed_limit.value > 0.0:
+        nominal = PERCENT if speed_limit.is_percentage else parameters.max_vel_x
+        scale = min(speed_limit.value / nominal, 1.0)
+    return BandLimits(
+        forward_speed=scale * parameters.max_vel_x,
+        backward_speed=scale * parameters.max_vel_x_backwards,
+        turn_rate=scale * parameters.max_vel_theta,
+        acceleration=parameters.acc_lim_x,
+        angular_acceleration=parameters.acc_lim_theta,
+        clearance=parameters.min_obstacle_dist,
+        shortest_step=SHORTEST_STEP_RATIO * parameters.dt_ref,
+        longest_step=LONGEST_STEP_RATIO * parameters.dt_ref,
+        largest_slack=parameters.min_obstacle_dist + SLACK_RESERVE_M,
+        stops_at_goal=not parameters.free_goal_vel,
+    )
+
+
+def pace_of(parameters: TebParameters, limits: BandLimits) -> Pace:
+    """Returns how first guesses move under the limits."""
+    return Pace(
+        speed=limits.forward_speed,
+        turn_rate=limits.turn_rate,
+        acceleration=limits.acceleration,
+        dt_ref=parameters.dt_ref,
+        dt_hysteresis=parameters.dt_hysteresis,
+        fewest=parameters.min_samples,
+        most=parameters.max_samples,
+    )
+
+
+class BandPlanner:
+    """Optimises bands; keeps one program for each size."""
+
+    def __init__(
+        self,
+        parameters: TebParameters,
+        discs: Array,
+        *,
+        settings: SolverSettings | None = None,
+    ) -> None:
+        self._discs = discs
+        self._settings = settings or SolverSettings()
+        self._programs: dict[int, BandProgram] = {}
+        self._weights = Weights(
+            time=parameters.weight_optimaltime,
+            length=parameters.weight_shortest_path,
+            backwards=parameters.weight_kinematics_forward_drive,
+            via_point=parameters.weight_viapoint,
+            inflation=parameters.weight_inflation,
+            inflation_dist=parameters.inflation_dist,
+            smoothness=parameters.weight_smoothness,
+            slack=parameters.weight_slack,
+        )
+
+    def optimise(self, guess: Band, task: Task, *, iterations: int) -> PlannedBand:
+        """Returns the band that IPOPT makes of a guess in `iterations` at most."""
+        interval_count = len(guess.time_steps)
+        program = self._programs.get(interval_count)
+        if program is None:
+            program = BandProgram(interval_count, len(self._discs), settings=self._settings)
+            self._programs[interval_count] = program
+        scene = self._scene(guess, task)
+        longest = max(task.limits.longest_step, 2.0 * float(guess.time_steps.max()))
+        limits = task.limits._replace(longest_step=longest)
+        solution = program.solve(
+            pack_band(guess.poses, guess.time_steps, 0.0),
+            scene=scene,
+            weights=self._weights,
+            limits=limits,
+            iterations=iterations,
+        )
+        band = Band(freeze(solution.poses), freeze(solution.time_steps))
+        finite = bool(np.isfinite(solution.poses).all() and np.isfinite(solution.time_steps).all())
+        return PlannedBand(band, solution, finite and solution.violation <= ACCEPTED_VIOLATION)
+
+    def _scene(self, guess: Band, task: Task) -> BandScene:
+        limits = task.limits
+        speed = min(max(float(task.twist[0]), -limits.backward_speed), limits.forward_speed)
+        turn_rate = min(max(float(task.twist[1]), -limits.turn_rate), limits.turn_rate)
+        distance = math.hypot(task.goal[0] - task.start[0], task.goal[1] - task.start[1])
+        braked = speed * speed - 2.0 * BRAKING_RESERVE_RATIO * limits.acceleration * distance
+        goal_speed = math.copysign(math.sqrt(max(braked, 0.0)), speed)
+        return BandScene(
+            start=np.ascontiguousarray(guess.poses[0]),
+            goal=unwrapped_goal(task.goal, guess),
+            start_twist=np.array([speed, turn_rate]),
+            goal_twist=np.array([goal_speed, 0.0]),
+            discs=self._discs,
+            field=task.field,
+            via_points=task.via_points,
+            via_poses=_nearest_inner_poses(guess.poses, task.via_points),
+        )
+
+
+def _nearest_inner_poses(poses: Array, points: Array) -> NDArray[np.int64]:
+    """Returns (V,) the index of the inner pose nearest to each point."""
+    inner = poses[1:-1, :2]
+    squared = np.sum((points[:, None, :] - inner[None, :, :]) ** 2, axis=2)
+    return 1 + np.argmin(squared, axis=1) if len(points) else np.empty(0, dtype=np.int64)

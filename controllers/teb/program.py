@@ -1,0 +1,203 @@
+"""The band as a MathematicalProgram, solved by IPOPT.
+
+One program for each number of intervals, built once and reused: a cycle only changes the scene
+that the two Python functions read, the bounds and the guess. Drake hands IPOPT no second
+derivatives, so it builds its own (limited-memory BFGS): few variables and few evaluations count.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.autodiffutils import AutoDiffXd, ExtractGradient, ExtractValue, InitializeAutoDiff
+from pydrake.solvers import IpoptSolver, MathematicalProgram, SolverOptions
+
+from .constraints import BandScene, band_constraints, sparsity_pattern
+from .layout import row_count, row_slices, unpack_poses, variable_count
+from .objective import Weights, band_objective
+
+Array = NDArray[np.float64]
+
+# An interior-point method pushes its guess away from the bounds; a warm start must stay there.
+BOUND_PUSH = 1e-6
+# IPOPT may stop after so many iterations in a row at so many times its tolerance.
+ACCEPTABLE_ITERATIONS = 3
+ACCEPTABLE_TOLERANCE_RATIO = 10.0
+# The linear systems are small (300 rows): without scaling and with small supernodes SPRAL, the only
+# linear solver in Drake's IPOPT, takes half the time.
+SPRAL_NODE_SIZE = 4
+
+
+class BandLimits(NamedTuple):
+    """Limits of the band: the bounds of its rows and variables.
+
+    Speeds m/s (backwards as a positive number), turn rate rad/s, accelerations m/s^2 and rad/s^2,
+    clearance m, time steps s, slack m; stops_at_goal: the change to the final twist is limited.
+    """
+
+    forward_speed: float
+    backward_speed: float
+    turn_rate: float
+    acceleration: float
+    angular_acceleration: float
+    clearance: float
+    shortest_step: float
+    longest_step: float
+    largest_slack: float
+    stops_at_goal: bool = True
+
+
+class BandSolution(NamedTuple):
+    """What the solver returned for one band.
+
+    poses (n, 3), time_steps (m,) s, slack m; cost: the objective; violation: the largest excess of
+    a row over its bounds, in the row's unit; status: Drake's SolutionResult by name; evaluations:
+    how often the constraints were evaluated.
+    """
+
+    poses: Array
+    time_steps: Array
+    slack: float
+    cost: float
+    violation: float
+    status: str
+    evaluations: int
+
+
+class SolverSettings(NamedTuple):
+    """IPOPT's settings, in its own words: tol, constr_viol_tol and mu_init.
+
+    The defaults stop about 1 % above the minimum after 6 to 10 iterations of a warm start, with the
+    constraints met to 1e-4: one more digit of the objective costs three times the iterations.
+    """
+
+    tolerance: float = 0.1
+    violation_tolerance: float = 1e-4
+    barrier_start: float = 1e-3
+
+
+class BandProgram:
+    """The program of all bands with one number of intervals and of discs."""
+
+    def __init__(self, interval_count: int, disc_count: int, *, settings: SolverSettings) -> None:
+        self._interval_count = interval_count
+        self._scene: BandScene | None = None
+        self._weights: Weights | None = None
+        self._evaluations = 0
+        self._rows = row_slices(interval_count, disc_count)
+        size, rows = variable_count(interval_count), row_count(interval_count, disc_count)
+        self._identity = np.eye(size)
+        self._program = MathematicalProgram()
+        self._variables = self._program.NewContinuousVariables(size, "z")
+        self._bounds = self._program.AddBoundingBoxConstraint(-1.0, 1.0, self._variables)
+        self._program.AddCost(self._evaluate_objective, vars=self._variables)
+        self._constraint = self._program.AddConstraint(
+            self._evaluate_constraints, np.zeros(rows), np.zeros(rows), self._variables, "band"
+        )
+        self._constraint.evaluator().SetGradientSparsityPattern(
+            sparsity_pattern(interval_count, disc_count)
+        )
+        self._solver = IpoptSolver()
+        self._options = ipopt_options(settings)
+
+    def solve(
+        self,
+        guess: Array,
+        *,
+        scene: BandScene,
+        weights: Weights,
+        limits: BandLimits,
+        iterations: int,
+    ) -> BandSolution:
+        """Solves from the guess (N,) and returns what IPOPT ends with, after `iterations` at most."""
+        self._scene, self._weights, self._evaluations = scene, weights, 0
+        lower, upper = self._set_bounds(limits)
+        self._options.SetOption(IpoptSolver.id(), "max_iter", iterations)
+        result = self._solver.Solve(self._program, guess, self._options)
+        z = result.get_x_val()
+        m = self._interval_count
+        values, _ = band_constraints(z, m, scene)
+        violation = max(0.0, float(np.max(lower - values)), float(np.max(values - upper)))
+        return BandSolution(
+            poses=unpack_poses(z, scene.start, scene.goal, m),
+            time_steps=z[:m].copy(),
+            slack=float(z[-1]),
+            cost=float(result.get_optimal_cost()),
+            violation=violation,
+            status=result.get_solution_result().name,
+            evaluations=self._evaluations,
+        )
+
+    def _set_bounds(self, limits: BandLimits) -> tuple[Array, Array]:
+        lower = np.zeros(self._constraint.evaluator().num_constraints())
+        upper = lower.copy()
+        symmetric = {
+            "turn_rate": limits.turn_rate,
+            "acceleration": limits.acceleration,
+            "angular_acceleration": limits.angular_acceleration,
+        }
+        for name, limit in symmetric.items():
+            lower[self._rows[name]], upper[self._rows[name]] = -limit, limit
+        lower[self._rows["speed"]] = -limits.backward_speed
+        upper[self._rows["speed"]] = limits.forward_speed
+        lower[self._rows["clearance"]], upper[self._rows["clearance"]] = limits.clearance, np.inf
+        if not limits.stops_at_goal:
+            for name in ("acceleration", "angular_acceleration"):
+                last = self._rows[name].stop - 1
+                lower[last], upper[last] = -np.inf, np.inf
+        self._constraint.evaluator().set_bounds(lower, upper)
+        size, m = len(self._variables), self._interval_count
+        z_lower, z_upper = np.full(size, -np.inf), np.full(size, np.inf)
+        z_lower[:m], z_upper[:m] = limits.shortest_step, limits.longest_step
+        z_lower[-1], z_upper[-1] = 0.0, limits.largest_slack
+        self._bounds.evaluator().set_bounds(z_lower, z_upper)
+        return lower, upper
+
+    def _evaluate_objective(self, z):
+        if z.dtype != object:
+            return band_objective(z, self._interval_count, self._scene, self._weights)[0]
+        cost, gradient = band_objective(
+            ExtractValue(z).ravel(), self._interval_count, self._scene, self._weights
+        )
+        return AutoDiffXd(cost, self._chain(z, gradient))
+
+    def _evaluate_constraints(self, z):
+        self._evaluations += 1
+        if z.dtype != object:
+            return band_constraints(z, self._interval_count, self._scene)[0]
+        values, jacobian = band_constraints(
+            ExtractValue(z).ravel(), self._interval_count, self._scene
+        )
+        return InitializeAutoDiff(values, self._chain(z, jacobian)).ravel()
+
+    def _chain(self, z, slopes: Array) -> Array:
+        """Applies the chain rule; IPOPT differentiates by z itself, which saves the product."""
+        outer = ExtractGradient(z)
+        if outer.shape == self._identity.shape and np.array_equal(outer, self._identity):
+            return slopes
+        return slopes @ outer
+
+
+def ipopt_options(settings: SolverSettings) -> SolverOptions:
+    """Returns the options of every solve. Work is bounded by iterations, never by the clock."""
+    options = SolverOptions()
+    for key, value in {
+        "acceptable_constr_viol_tol": settings.violation_tolerance,
+        "acceptable_iter": ACCEPTABLE_ITERATIONS,
+        "acceptable_tol": ACCEPTABLE_TOLERANCE_RATIO * settings.tolerance,
+        "bound_frac": BOUND_PUSH,
+        "bound_push": BOUND_PUSH,
+        "constr_viol_tol": settings.violation_tolerance,
+        "mu_init": settings.barrier_start,
+        "mu_strategy": "monotone",
+        "print_level": 0,
+        "slack_bound_frac": BOUND_PUSH,
+        "slack_bound_push": BOUND_PUSH,
+        "spral_nemin": SPRAL_NODE_SIZE,
+        "spral_scaling": "none",
+        "tol": settings.tolerance,
+    }.items():
+        options.SetOption(IpoptSolver.id(), key, value)
+    return options
