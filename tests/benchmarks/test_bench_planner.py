@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from scipy.ndimage import distance_transform_edt
 
+from drake_navbench import constrained_smoother
+from drake_navbench.constrained_smoother import ConstrainedSmootherParameters
 from drake_navbench.kernels.astar import FOUND, search
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.planner import PlannerParameters, plan_path
@@ -65,3 +67,14 @@ def test_bench_simple_smoother_on_500_poses(benchmark):
     path[:, 0] = 1.0 + RESOLUTION_M * np.arange(500)
     path[:, 1] = 5.0 + 0.3 * np.sin(0.1 * np.arange(500))
     benchmark(smooth_path, path, costmap, SimpleSmootherParameters())
+
+
+@pytest.mark.parametrize(("poses", "downsampling"), [(61, 1), (121, 1), (301, 1), (301, 5)])
+def test_bench_constrained_smoother(benchmark, poses, downsampling):
+    costmap = Costmap(building(400), 0.0, 0.0, RESOLUTION_M)
+    path = np.zeros((poses, 3))
+    path[:, 0] = 1.0 + RESOLUTION_M * np.arange(poses)
+    path[:, 1] = 1.0 + 0.03 * np.random.default_rng(0).normal(size=poses)
+    parameters = ConstrainedSmootherParameters(path_downsampling_factor=downsampling)
+    smoothed = benchmark(constrained_smoother.smooth_path, path, costmap, parameters)
+    assert len(smoothed) == poses
