@@ -1,0 +1,137 @@
+"""The DWB controller plugin: the dynamic window approach with critics, for a differential base."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+
+from drake_navbench.controller import (
+    ControllerSetup,
+    Decision,
+    InvalidPath,
+    NoValidControl,
+    Observation,
+)
+from drake_navbench.controllers.dwb.local_planner import (
+    NONE_CHOSEN,
+    Evaluation,
+    LocalPlanner,
+    PlannerMemory,
+)
+from drake_navbench.controllers.dwb.parameters import DynamicWindowApproachParameters
+from drake_navbench.controllers.dwb.scene import Situation
+from drake_navbench.errors import InputError
+
+
+class DynamicWindowApproach:
+    """Nav2's dwb_core::DWBLocalPlanner as a pure function of observation and memory.
+
+    Every cycle it samples the velocities within reach, simulates each over `sim_time`, lets the
+    critics score the trajectories in order and commands the one with the least weighted total
+    (Fox, Burgard, Thrun: The dynamic window approach to collision avoidance, 1997).
+
+    Raises InputError where the parameters ask for lateral velocity, which the base cannot follow,
+    or name a critic that is not registered.
+    """
+
+    Parameters: ClassVar[type[DynamicWindowApproachParameters]] = DynamicWindowApproachParameters
+    nav2_plugin: ClassVar[str | None] = "dwb_core::DWBLocalPlanner"
+
+    def __init__(self, parameters: DynamicWindowApproachParameters, setup: ControllerSetup) -> None:
+        for name in ("min_vel_y", "max_vel_y"):
+            value = getattr(parameters, name)
+            if value != 0.0:
+                raise InputError(
+                    f"{name}: got {value}, expected 0: the differential base cannot move sideways"
+                )
+        self._wants_diagnostics = setup.wants_diagnostics
+        self._planner = LocalPlanner(parameters, setup)
+
+    def initial_memory(self) -> PlannerMemory:
+        """Returns the memory that the first `step` of a goal gets."""
+        return self._planner.initial_memory()
+
+    def step(self, observation: Observation, memory: PlannerMemory) -> Decision:
+        """Returns the command of one cycle.
+
+        Raises InvalidPath for an empty plan, and NoValidControl where every trajectory is illegal;
+        its `details` count the rejections per 'critic/reason', its `memory` is what the critics
+        made of the failed cycle.
+        """
+        if len(observation.plan) == 0:
+            raise InvalidPath("the plan is empty")
+        evaluation = self._planner.evaluate(
+            _situation(observation),
+            memory,
+            plan_id=observation.plan_id,
+            speed_limit=observation.speed_limit,
+        )
+        sample_count = len(evaluation.totals)
+        if evaluation.best == NONE_CHOSEN:
+            raise NoValidControl(
+                f"Could not find a legal trajectory: No valid trajectories out of {sample_count}!",
+                details=self._planner.rejections(evaluation),
+                memory=evaluation.memory,
+            )
+        diagnostics: dict[str, Any] = {
+            "sample_count": sample_count,
+            "illegal_count": sample_count - int(np.count_nonzero(evaluation.is_legal)),
+            "best_total": float(evaluation.totals[evaluation.best]),
+        }
+        if self._wants_diagnostics:
+            diagnostics.update(self._window_diagnostics(evaluation))
+        v, _, w = evaluation.command
+        return Decision(np.array([v, w]), evaluation.memory, diagnostics)
+
+    def _window_diagnostics(self, evaluation: Evaluation) -> dict[str, Any]:
+        """Returns the whole window for replay and report; K trajectories, C critics.
+
+        sampled_trajectories: (K, N, 3), shorter ones padded with their last pose.
+        sampled_costs: (K,) totals, NaN where illegal. sampled_is_legal: (K,) flags.
+        sampled_twists: (K, 2) v m/s, w rad/s. critic_scales: (C,).
+        critic_scores: (K, C) raw scores, NaN where Nav2 would not have asked the critic.
+        sampled_rejected_by: (K,) position of the critic that found a rule broken, -1 for none.
+        predicted_trajectory: the chosen one.
+        """
+        window = evaluation.trajectories
+        poses = _padded(window.poses, window.pose_counts)
+        asked = np.arange(len(evaluation.scales)) < evaluation.judged_counts[:, None]
+        is_sound = asked & (evaluation.violations.T == 0)
+        best = evaluation.best
+        return {
+            "predicted_trajectory": poses[best, : window.pose_counts[best]].copy(),
+            "sampled_trajectories": poses,
+            "sampled_costs": np.where(evaluation.is_legal, evaluation.totals, np.nan),
+            "sampled_is_legal": evaluation.is_legal,
+            "sampled_twists": window.twists[:, [0, 2]],
+            "critic_names": ",".join(self._planner.critic_names),
+            "critic_scales": evaluation.scales,
+            "critic_scores": np.where(is_sound, evaluation.raw_scores.T, np.nan),
+            "sampled_rejected_by": np.where(
+                evaluation.is_legal, NONE_CHOSEN, evaluation.judged_counts - 1
+            ),
+        }
+
+
+def _situation(observation: Observation) -> Situation:
+    """Returns what the critics may know of an observation; the base has no lateral velocity."""
+    v, w = observation.twist.tolist()
+    # One array type, whatever flags the caller's has, so that the kernels compile once.
+    plan = np.array(observation.plan, dtype=float, order="C")
+    plan.flags.writeable = False
+    return Situation(
+        time_s=observation.time_s,
+        pose=tuple(observation.pose.tolist()),
+        twist=(v, 0.0, w),
+        plan=plan,
+        goal=tuple(observation.goal.tolist()),
+        costmap=observation.costmap,
+    )
+
+
+def _padded(poses: np.ndarray, pose_counts: np.ndarray) -> np.ndarray:
+    """Returns a copy of (K, N, 3) poses in which the last pose of each row fills the rest."""
+    longest = int(pose_counts.max())
+    indices = np.minimum(np.arange(longest), pose_counts[:, None] - 1)
+    return np.take_along_axis(poses[:, :longest], indices[:, :, None], axis=1)

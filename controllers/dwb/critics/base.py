@@ -1,0 +1,102 @@
+"""The interface of a critic: what a class must have to judge trajectories of DWB.
+
+Nav2's TrajectoryCritic, with its mutable state taken out into a memory. A critic of your own is a
+subclass of `Critic`, installed under the entry point group `drake_navbench.dwb_critics`:
+
+    class KeepLeft(Critic):
+        reasons = ("Trajectory ends right of the start.",)
+
+        def score(self, scene, memory):
+            ends_y = scene.end_poses[:, 1]
+            return Verdict(np.abs(ends_y), np.where(ends_y < scene.pose[1], 1, 0))
+
+and then named in a parameter file: `critics: [KeepLeft, PathDist]`, `KeepLeft: {scale: 2.0}`.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ConfigDict, Field
+
+from drake_navbench.controller import ControllerParameters, ControllerSetup
+
+if TYPE_CHECKING:
+    from drake_navbench.controllers.dwb.parameters import DynamicWindowApproachParameters
+    from drake_navbench.controllers.dwb.scene import Scene, Situation
+
+Array = NDArray[np.float64]
+
+
+class CriticParameters(ControllerParameters):
+    """What every critic has; a critic with more parameters subclasses it."""
+
+    model_config = ConfigDict(
+        validate_by_name=True, validate_by_alias=True, serialize_by_alias=True
+    )
+
+    critic_class: str | None = Field(
+        None, alias="class", description="registered critic; None: the one of the block's name"
+    )
+    scale: float = Field(1.0, ge=0.0, description="weight in the total; 0 switches it off [-]")
+
+
+class Verdict(NamedTuple):
+    """What a critic says of the K trajectories of a window.
+
+    scores: (K,) raw scores, lower is better; not read where a rule is broken.
+    violations: (K,) integers: 0 where legal, else i for the critic's i-th reason, counted from 1;
+        None where all are legal.
+    """
+
+    scores: Array
+    violations: NDArray[np.uint8] | None = None
+
+
+class Critic(ABC):
+    """Judges every trajectory of the window in one call; what evolves is in its memory.
+
+    Called per cycle: `prepare`, `scale`, `score` (unless the scale is 0), `debrief`.
+
+    Parameters: its parameter model.
+    reasons: texts for the rules a trajectory may break, by which Nav2 counts illegal ones.
+    """
+
+    Parameters: ClassVar[type[CriticParameters]] = CriticParameters
+    reasons: ClassVar[tuple[str, ...]] = ("Trajectory is illegal.",)
+
+    def __init__(
+        self,
+        parameters: Any,
+        controller_parameters: DynamicWindowApproachParameters,
+        *,
+        setup: ControllerSetup,
+    ) -> None:
+        self._parameters = parameters
+
+    def initial_memory(self) -> Any:
+        """Returns the memory at the start of a trial; it must be immutable."""
+        return None
+
+    def reset(self, memory: Any) -> Any:
+        """Returns the memory after a new global plan has come."""
+        return memory
+
+    def prepare(self, situation: Situation, memory: Any) -> Any:
+        """Returns the memory with which this cycle's trajectories are judged."""
+        return memory
+
+    def scale(self, situation: Situation, memory: Any) -> float:
+        """Returns the weight of the raw score in this cycle; 0 leaves the critic out."""
+        return self._parameters.scale
+
+    @abstractmethod
+    def score(self, scene: Scene, memory: Any) -> Verdict:
+        """Returns raw score and legality of every trajectory of `scene.trajectories`."""
+
+    def debrief(self, situation: Situation, command: Array, memory: Any) -> Any:
+        """Returns the memory after `command` (vx, vy m/s, wz rad/s) was chosen; zeros if none."""
+        return memory

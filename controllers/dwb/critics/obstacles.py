@@ -1,0 +1,279 @@
+"""Critics that read the costmap: BaseObstacle (the centre) and ObstacleFootprint (the outline)."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, ClassVar
+
+import numpy as np
+from numba import njit
+from pydantic import Field
+
+from drake_navbench.controller import ControllerSetup
+from drake_navbench.controllers.dwb.critics.base import Critic, CriticParameters, Verdict
+from drake_navbench.controllers.dwb.map_grids import manhattan_distances
+from drake_navbench.controllers.dwb.parameters import DynamicWindowApproachParameters
+from drake_navbench.controllers.dwb.scene import Scene, Situation
+from drake_navbench.kernels.footprint import footprint_radii
+from drake_navbench.kernels.grid import (
+    INSCRIBED,
+    LETHAL,
+    line_max_cost,
+    world_to_cell,
+)
+
+# Positions in ObstacleFootprint.reasons, counted from 1; BaseObstacle has the first two.
+OFF_GRID, HITS_OBSTACLE, FOOTPRINT_OFF_GRID, HITS_UNKNOWN = 1, 2, 3, 4
+# Cells by which rounding to cells and Bresenham's line may carry an outline beyond its reach.
+ROUNDING_CELLS = 3
+
+
+class ObstacleParameters(CriticParameters):
+    """Parameters of both obstacle critics."""
+
+    sum_scores: bool = Field(False, description="sum over all poses instead of the last one's cost")
+
+
+@njit(cache=True)
+def score_centres(cells, on_map_counts, pose_counts, costs, sum_scores, scores, violations):
+    """Writes the cost under the robot's centre: at the last pose, or summed over all.
+
+    cells (K, N), on_map_counts (K,), pose_counts (K,): of the scene. costs: (rows * columns,).
+    The first pose on a cost of INSCRIBED or more, or off the map, breaks a rule.
+    """
+    for k in range(cells.shape[0]):
+        score, violation = 0, 0
+        for i in range(on_map_counts[k]):
+            cost = int(costs[cells[k, i]])
+            if cost >= INSCRIBED:
+                violation = HITS_OBSTACLE
+                break
+            score = score + cost if sum_scores else cost
+        if violation == 0 and on_map_counts[k] < pose_counts[k]:
+            violation = OFF_GRID
+        scores[k] = score
+        violations[k] = violation
+
+
+class BaseObstacle(Critic):
+    """score = cost under the centre at the end; a centre that meets an obstacle is illegal."""
+
+    Parameters: ClassVar[type[CriticParameters]] = ObstacleParameters
+    reasons: ClassVar[tuple[str, ...]] = ("Trajectory Goes Off Grid.", "Trajectory Hits Obstacle.")
+
+    def score(self, scene: Scene, memory: Any) -> Verdict:
+        """Returns the costs; see `score_centres`."""
+        count = len(scene.cells)
+        verdict = Verdict(np.empty(count), np.empty(count, dtype=np.uint8))
+        score_centres(
+            scene.cells,
+            scene.on_map_counts,
+            scene.trajectories.pose_counts,
+            scene.costmap.costs.ravel(),
+            self._parameters.sum_scores,
+            *verdict,
+        )
+        return verdict
+
+
+@njit(cache=True)
+def place_outline(footprint, x, y, yaw, origin_x, origin_y, resolution, rows, columns, vertices):
+    """Writes the cells of a footprint's vertices at a pose; returns how many lie on the map
+    before one does not.
+
+    footprint: (V, 2) m in the base frame. x, y m, yaw rad. vertices: (V, 2) column and row, output.
+    """
+    cos_yaw, sin_yaw = math.cos(yaw), math.sin(yaw)
+    for v in range(footprint.shape[0]):
+        vertex_x = x + footprint[v, 0] * cos_yaw - footprint[v, 1] * sin_yaw
+        vertex_y = y + footprint[v, 0] * sin_yaw + footprint[v, 1] * cos_yaw
+        column, row = world_to_cell(
+            vertex_x, vertex_y, origin_x, origin_y, resolution, columns, rows
+        )
+        if column < 0:
+            return v
+        vertices[v, 0], vertices[v, 1] = column, row
+    return footprint.shape[0]
+
+
+@njit(cache=True)
+def find_forbidden_cell(costs, clearances, column_0, row_0, column_1, row_1):
+    """Returns the code of the first LETHAL or unknown cell on a line of cells; 0 without one.
+
+    The cells are those of `line_max_cost`. clearances: (rows, columns) L1 distance to the nearest
+    forbidden cell. A step along the line moves by at most two of it, so most cells are skipped.
+    """
+    delta_column, delta_row = abs(column_1 - column_0), abs(row_1 - row_0)
+    step_column = 1 if column_1 >= column_0 else -1
+    step_row = 1 if row_1 >= row_0 else -1
+    along_x = delta_column >= delta_row
+    major, minor = (delta_column, delta_row) if along_x else (delta_row, delta_column)
+    i = 0
+    while i <= major:
+        # Bresenham's minor steps after i major ones, his error starting at half the extent.
+        across = (major // 2 + i * minor) // max(1, major)
+        if along_x:
+            column, row = column_0 + i * step_column, row_0 + across * step_row
+        else:
+            column, row = column_0 + across * step_column, row_0 + i * step_row
+        clearance = clearances[row, column]
+        if clearance == 0:
+            return HITS_OBSTACLE if costs[row, column] == LETHAL else HITS_UNKNOWN
+        i += (clearance + 1) // 2
+    return 0
+
+
+@njit(cache=True)
+def find_violation(costs, clearances, vertices, on_map_count):
+    """Returns the code of the first rule that an outline breaks, edge by edge; 0 if none.
+
+    vertices, on_map_count: from `place_outline`. The last edge runs from the last to the first
+    vertex.
+    """
+    vertex_count = vertices.shape[0]
+    for v in range(vertex_count):
+        following = (v + 1) % vertex_count
+        if max(v, following) >= on_map_count:
+            return FOOTPRINT_OFF_GRID
+        code = find_forbidden_cell(
+            costs,
+            clearances,
+            vertices[v, 0],
+            vertices[v, 1],
+            vertices[following, 0],
+            vertices[following, 1],
+        )
+        if code != 0:
+            return code
+    return 0
+
+
+@njit(cache=True)
+def outline_cost(costs, vertices):
+    """Returns the largest cost on the edges of an outline that lies on the map."""
+    vertex_count = vertices.shape[0]
+    largest = 0
+    for v in range(vertex_count):
+        following = (v + 1) % vertex_count
+        edge = line_max_cost(
+            costs,
+            vertices[v, 0],
+            vertices[v, 1],
+            vertices[following, 0],
+            vertices[following, 1],
+            LETHAL,
+        )
+        largest = max(largest, edge)
+    return largest
+
+
+@njit(cache=True)
+def score_outlines(
+    poses,
+    cells,
+    on_map_counts,
+    pose_counts,
+    footprint,
+    reach_m,
+    costs,
+    clearances,
+    origin_x,
+    origin_y,
+    resolution,
+    sum_scores,
+    scores,
+    violations,
+):
+    """Writes the largest cost under the outline: at the last pose, or summed over all.
+
+    poses, cells, on_map_counts, pose_counts: of the scene. footprint: (V, 2) m. reach_m: largest
+    distance of a vertex from the base origin. clearances: (rows, columns) L1 distance in cells to
+    the nearest forbidden cell. The first pose that breaks a rule names it; a pose farther than
+    the outline reaches from anything forbidden and from the border is not looked at closer.
+    """
+    rows, columns = costs.shape
+    vertices = np.empty((footprint.shape[0], 2), dtype=np.int64)
+    border = int(reach_m / resolution) + ROUNDING_CELLS
+    # An outline reaches farthest in the L1 norm along a diagonal.
+    reach = int(math.sqrt(2.0) * reach_m / resolution) + 1 + ROUNDING_CELLS
+    for k in range(poses.shape[0]):
+        score, violation = 0, 0
+        for i in range(pose_counts[k]):
+            if i == on_map_counts[k]:
+                violation = OFF_GRID
+                break
+            row, column = cells[k, i] // columns, cells[k, i] % columns
+            is_scored = sum_scores or i == pose_counts[k] - 1
+            is_clear = clearances[row, column] > reach
+            is_inside = border <= row < rows - border and border <= column < columns - border
+            if is_clear and is_inside and not is_scored:
+                continue
+            on_map = place_outline(
+                footprint,
+                poses[k, i, 0],
+                poses[k, i, 1],
+                poses[k, i, 2],
+                origin_x,
+                origin_y,
+                resolution,
+                rows,
+                columns,
+                vertices,
+            )
+            violation = find_violation(costs, clearances, vertices, on_map)
+            if violation != 0:
+                break
+            if is_scored:
+                score += outline_cost(costs, vertices)
+        scores[k] = score
+        violations[k] = violation
+
+
+class ObstacleFootprint(Critic):
+    """score = largest cost under the outline at the end; touching LETHAL or unknown is illegal."""
+
+    Parameters: ClassVar[type[CriticParameters]] = ObstacleParameters
+    reasons: ClassVar[tuple[str, ...]] = (
+        *BaseObstacle.reasons,
+        "Footprint Goes Off Grid.",
+        "Trajectory Hits Unknown Region.",
+    )
+
+    def __init__(
+        self,
+        parameters: Any,
+        controller_parameters: DynamicWindowApproachParameters,
+        *,
+        setup: ControllerSetup,
+    ) -> None:
+        super().__init__(parameters, controller_parameters, setup=setup)
+        self._footprint = np.ascontiguousarray(setup.footprint, dtype=float).copy()
+        self._reach_m = footprint_radii(self._footprint)[1]
+
+    def scale(self, situation: Situation, memory: Any) -> float:
+        """Returns resolution * scale, as Nav2 weights this critic."""
+        return situation.costmap.resolution * self._parameters.scale
+
+    def score(self, scene: Scene, memory: Any) -> Verdict:
+        """Returns the costs; see `score_outlines`."""
+        costmap, window = scene.costmap, scene.trajectories
+        forbidden = np.flatnonzero(costmap.costs >= LETHAL).astype(np.int32)
+        clearances = manhattan_distances(*costmap.costs.shape, forbidden)
+        count = len(window.poses)
+        verdict = Verdict(np.empty(count), np.empty(count, dtype=np.uint8))
+        score_outlines(
+            window.poses,
+            scene.cells,
+            scene.on_map_counts,
+            window.pose_counts,
+            self._footprint,
+            self._reach_m,
+            costmap.costs,
+            clearances,
+            costmap.origin_x,
+            costmap.origin_y,
+            costmap.resolution,
+            self._parameters.sum_scores,
+            *verdict,
+        )
+        return verdict

@@ -1,0 +1,43 @@
+"""Critics that look at the command alone: PreferForward and Twirling."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+from pydantic import Field
+
+from drake_navbench.controllers.dwb.critics.base import Critic, CriticParameters, Verdict
+from drake_navbench.controllers.dwb.scene import Scene
+
+
+class PreferForwardParameters(CriticParameters):
+    """Parameters of PreferForward."""
+
+    penalty: float = Field(1.0, description="score of going backward or creeping [-]")
+    strafe_x: float = Field(0.1, description="below this forward velocity ... [m/s]")
+    strafe_theta: float = Field(0.2, description="... and this yaw rate it creeps [rad/s]")
+    theta_scale: float = Field(10.0, description="score per yaw rate otherwise [s/rad]")
+
+
+class PreferForward(Critic):
+    """score = theta_scale * |wz|; going backward or creeping costs `penalty` instead."""
+
+    Parameters: ClassVar[type[CriticParameters]] = PreferForwardParameters
+
+    def score(self, scene: Scene, memory: Any) -> Verdict:
+        """Returns the scores; nothing is illegal."""
+        parameters = self._parameters
+        vx, yaw_rate = scene.trajectories.velocities[:, 0], scene.trajectories.velocities[:, 2]
+        backward = vx < 0.0
+        creeping = (vx < parameters.strafe_x) & (np.abs(yaw_rate) < parameters.strafe_theta)
+        turning = np.abs(yaw_rate) * parameters.theta_scale
+        return Verdict(np.where(backward | creeping, parameters.penalty, turning))
+
+
+class Twirling(Critic):
+    """score = |wz|."""
+
+    def score(self, scene: Scene, memory: Any) -> Verdict:
+        """Returns the scores; nothing is illegal."""
+        return Verdict(np.abs(scene.trajectories.velocities[:, 2]))

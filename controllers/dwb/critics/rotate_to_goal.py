@@ -1,0 +1,144 @@
+"""RotateToGoal: near the goal first slow down, then only turn (Nav2's RotateToGoalCritic)."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+from numba import njit
+from pydantic import Field
+
+from drake_navbench.controller import ControllerSetup
+from drake_navbench.controllers.dwb.critics.base import Array, Critic, CriticParameters, Verdict
+from drake_navbench.controllers.dwb.parameters import DynamicWindowApproachParameters
+from drake_navbench.controllers.dwb.scene import Scene, Situation
+from drake_navbench.kernels.angles import wrap
+
+NOT_SLOWING, NOT_ROTATING = 1, 2
+# Nav2 reads this one under a name that no parameter file can spell, so its default always holds.
+PATH_LENGTH_TOLERANCE_M = 1.0
+NANOSECONDS_PER_SECOND = 1e9
+
+
+class RotateToGoalParameters(CriticParameters):
+    """Parameters of RotateToGoal; two more are the controller's own."""
+
+    slowing_factor: float = Field(5.0, description="weight of the squared speed while slowing [-]")
+    lookahead_time: float = Field(
+        -1.0, description="time at which the yaw is compared; negative: at the end [s]"
+    )
+
+
+class RotateToGoalMemory(NamedTuple):
+    """Both flags hold until the next global plan.
+
+    in_window: the goal's position was within tolerance. rotating: and the robot had slowed down.
+    """
+
+    in_window: bool = False
+    rotating: bool = False
+
+
+@njit(cache=True)
+def yaw_errors(yaws, goal_yaw):
+    """Returns |wrap(goal yaw - yaw)| for every yaw, rad."""
+    errors = np.empty(yaws.size)
+    for k in range(yaws.size):
+        errors[k] = abs(wrap(goal_yaw - yaws[k]))
+    return errors
+
+
+@njit(cache=True)
+def yaws_at(poses, pose_counts, step_counts, step_s, time_s):
+    """Returns the yaw of every trajectory at a time >= 0, between poses on the shorter arc, rad.
+
+    Nav2 keeps the times of the poses as whole nanoseconds; the repeated end pose has the time of
+    the end.
+    """
+    wanted = int(time_s * NANOSECONDS_PER_SECOND)
+    yaws = np.empty(poses.shape[0])
+    for k in range(poses.shape[0]):
+        yaws[k] = poses[k, pose_counts[k] - 1, 2]
+        elapsed_s = 0.0
+        for i in range(step_counts[k]):
+            earlier = int(elapsed_s * NANOSECONDS_PER_SECOND)
+            elapsed_s += step_s[k]
+            later = int(elapsed_s * NANOSECONDS_PER_SECOND)
+            if wanted < later:
+                ratio = (wanted - earlier) / (later - earlier)
+                turn = wrap(poses[k, i + 1, 2] - poses[k, i, 2])
+                yaws[k] = wrap(poses[k, i, 2] + ratio * turn)
+                break
+    return yaws
+
+
+class RotateToGoal(Critic):
+    """score = slowing_factor * speed^2 + yaw error while slowing down, yaw error while turning."""
+
+    Parameters: ClassVar[type[CriticParameters]] = RotateToGoalParameters
+    reasons: ClassVar[tuple[str, ...]] = (
+        "Not slowing down near goal.",
+        "Nonrotation command near goal.",
+    )
+
+    def __init__(
+        self,
+        parameters: Any,
+        controller_parameters: DynamicWindowApproachParameters,
+        *,
+        setup: ControllerSetup,
+    ) -> None:
+        super().__init__(parameters, controller_parameters, setup=setup)
+        self._xy_tolerance_squared = controller_parameters.xy_goal_tolerance**2
+        self._stopped_speed_squared = controller_parameters.trans_stopped_velocity**2
+
+    def initial_memory(self) -> RotateToGoalMemory:
+        """Returns the memory far from the goal."""
+        return RotateToGoalMemory()
+
+    def reset(self, memory: RotateToGoalMemory) -> RotateToGoalMemory:
+        """Lets go of both flags."""
+        return RotateToGoalMemory()
+
+    def prepare(self, situation: Situation, memory: RotateToGoalMemory) -> RotateToGoalMemory:
+        """Returns the flags after this cycle's pose and speed."""
+        dx, dy = situation.pose[0] - situation.goal[0], situation.pose[1] - situation.goal[1]
+        in_window = memory.in_window or (
+            dx * dx + dy * dy <= self._xy_tolerance_squared
+            and _length_m(situation) <= PATH_LENGTH_TOLERANCE_M
+        )
+        is_slow = _speed_squared(situation) <= self._stopped_speed_squared
+        return RotateToGoalMemory(in_window, memory.rotating or (in_window and is_slow))
+
+    def score(self, scene: Scene, memory: RotateToGoalMemory) -> Verdict:
+        """Returns 0 outside the window, else the yaw errors and which commands break a rule."""
+        velocities = scene.trajectories.velocities
+        if not memory.in_window:
+            return Verdict(np.zeros(len(velocities)))
+        yaw_error = yaw_errors(self._end_yaws(scene), scene.goal[2])
+        speed_squared = velocities[:, 0] ** 2 + velocities[:, 1] ** 2
+        if memory.rotating:
+            moves = (velocities[:, 0] != 0.0) | (velocities[:, 1] != 0.0)
+            return Verdict(yaw_error, np.where(moves, NOT_ROTATING, 0))
+        too_fast = speed_squared >= _speed_squared(scene)
+        scores = speed_squared * self._parameters.slowing_factor + yaw_error
+        return Verdict(scores, np.where(too_fast, NOT_SLOWING, 0))
+
+    def _end_yaws(self, scene: Scene) -> Array:
+        window = scene.trajectories
+        time_s = self._parameters.lookahead_time
+        if time_s < 0.0:
+            return scene.end_poses[:, 2]
+        return yaws_at(window.poses, window.pose_counts, window.step_counts, window.step_s, time_s)
+
+
+def _speed_squared(situation: Situation) -> float:
+    return situation.twist[0] ** 2 + situation.twist[1] ** 2
+
+
+def _length_m(situation: Situation) -> float:
+    """Returns the length of the local plan, summed in order."""
+    xy = situation.plan[:, :2].tolist()
+    return sum(math.dist(a, b) for a, b in pairwise(xy))

@@ -1,0 +1,132 @@
+"""Distances on the costmap's cells: Nav2's map grids (dwb_critics MapGridCritic, costmap_queue).
+
+Nav2 propagates Manhattan distances from seed cells over all cells, obstacles or not. On a
+rectangle without barriers that is the exact L1 distance transform, which two passes per axis give.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from drake_navbench.kernels.grid import NO_INFORMATION, world_to_cell
+
+# A plan may have holes of up to this many cells before points are put in between.
+LARGEST_HOLE_CELLS = 2.0
+
+
+@njit(cache=True)
+def split_hole(distance_squared, resolution):
+    """Returns into how many intervals Nav2 splits the way between two poses; 1 leaves it whole."""
+    hole_squared = resolution * resolution * LARGEST_HOLE_CELLS * LARGEST_HOLE_CELLS
+    if distance_squared <= hole_squared:
+        return 1
+    excess = math.sqrt(distance_squared) - math.sqrt(hole_squared)
+    return max(1, int(excess / resolution) - 1)
+
+
+@njit(cache=True)
+def densify_plan(plan, end_x, end_y, resolution):
+    """Returns a plan's points with the larger holes filled (nav_2d_utils adjustPlanResolution).
+
+    plan: (M, 3) poses, M >= 1. end_x, end_y m: position taken for the last pose. Returns (P, 2) m.
+    """
+    count = plan.shape[0]
+    xy = plan[:, :2].copy()
+    xy[count - 1, 0], xy[count - 1, 1] = end_x, end_y
+    intervals = np.ones(count, dtype=np.int64)
+    for i in range(1, count):
+        dx, dy = xy[i, 0] - xy[i - 1, 0], xy[i, 1] - xy[i - 1, 1]
+        intervals[i] = split_hole(dx * dx + dy * dy, resolution)
+    points = np.empty((intervals.sum(), 2))
+    points[0] = xy[0]
+    filled = 1
+    for i in range(1, count):
+        step_x = (xy[i, 0] - xy[i - 1, 0]) / intervals[i]
+        step_y = (xy[i, 1] - xy[i - 1, 1]) / intervals[i]
+        for j in range(1, intervals[i]):
+            points[filled, 0] = xy[i - 1, 0] + j * step_x
+            points[filled, 1] = xy[i - 1, 1] + j * step_y
+            filled += 1
+        points[filled] = xy[i]
+        filled += 1
+    return points
+
+
+@njit(cache=True)
+def first_run_of_cells(points, costs, origin_x, origin_y, resolution):
+    """Returns the flat cell indices of the first run of points on known cells of the map.
+
+    Points before the map are skipped; the run ends at the first point off the map or on a cell
+    without information. Empty where no point lies on a known cell.
+    """
+    rows, columns = costs.shape
+    cells = np.empty(points.shape[0], dtype=np.int32)
+    count = 0
+    for i in range(points.shape[0]):
+        column, row = world_to_cell(
+            points[i, 0], points[i, 1], origin_x, origin_y, resolution, columns, rows
+        )
+        if column >= 0 and costs[row, column] != NO_INFORMATION:
+            cells[count] = row * columns + column
+            count += 1
+        elif count > 0:
+            break
+    return cells[:count]
+
+
+@njit(cache=True)
+def manhattan_distances(rows, columns, seeds):
+    """Returns each cell's L1 distance to the nearest seed, in cells: (rows, columns) int32.
+
+    seeds: (S,) flat cell indices. Without a seed every cell is rows * columns + 1: unreachable.
+    """
+    unreachable = rows * columns + 1
+    distances = np.full((rows, columns), unreachable, dtype=np.int32)
+    if seeds.size == 0:
+        return distances
+    for seed in seeds:
+        distances[seed // columns, seed % columns] = 0
+    for row in range(1, rows):
+        for column in range(columns):
+            through = distances[row - 1, column] + 1
+            distances[row, column] = min(distances[row, column], through)
+    for row in range(rows - 2, -1, -1):
+        for column in range(columns):
+            through = distances[row + 1, column] + 1
+            distances[row, column] = min(distances[row, column], through)
+    for row in range(rows):
+        nearest = distances[row, 0]
+        for column in range(1, columns):
+            nearest = min(distances[row, column], nearest + 1)
+            distances[row, column] = nearest
+        for column in range(columns - 2, -1, -1):
+            nearest = min(distances[row, column], nearest + 1)
+            distances[row, column] = nearest
+    return distances
+
+
+@njit(cache=True)
+def locate(poses, pose_counts, origin_x, origin_y, resolution, rows, columns):
+    """Returns where the poses of all trajectories lie on a map.
+
+    poses: (K, N, 3). pose_counts: (K,). Returns cells (K, N) int32, the flat cell index of each
+    pose as far as the first one off the map, and its index there or else pose_counts: (K,) int64.
+    """
+    count = poses.shape[0]
+    cells = np.empty((count, poses.shape[1]), dtype=np.int32)
+    on_map_counts = np.empty(count, dtype=np.int64)
+    for k in range(count):
+        on_map = pose_counts[k]
+        for i in range(pose_counts[k]):
+            column, row = world_to_cell(
+                poses[k, i, 0], poses[k, i, 1], origin_x, origin_y, resolution, columns, rows
+            )
+            if column < 0:
+                on_map = i
+                break
+            cells[k, i] = row * columns + column
+        on_map_counts[k] = on_map
+    return cells, on_map_counts

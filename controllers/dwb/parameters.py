@@ -1,0 +1,215 @@
+"""DWB's parameters: Nav2's names, types and defaults; one nested block a critic."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any, Self
+
+from pydantic import (
+    ConfigDict,
+    Field,
+    SerializeAsAny,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
+from pydantic_core import InitErrorDetails, PydanticCustomError
+
+from drake_navbench.controller import ControllerParameters
+from drake_navbench.controllers.dwb.critics.base import CriticParameters
+from drake_navbench.controllers.dwb.critics.registry import CriticRegistry
+from drake_navbench.errors import InputError, nearest_name_hint
+
+STANDARD_GENERATOR = "dwb_plugins::StandardTrajectoryGenerator"
+LIMITED_ACCEL_GENERATOR = "dwb_plugins::LimitedAccelGenerator"
+GENERATORS = (STANDARD_GENERATOR, LIMITED_ACCEL_GENERATOR)
+CLASS_KEY = "class"
+
+
+class DynamicWindowApproachParameters(ControllerParameters):
+    """All parameters of the controller's namespace in Nav2.
+
+    A critic's parameters are a block under its name, `PathAlign: {scale: 32.0}`; Nav2's dotted
+    form `PathAlign.scale: 32.0` means the same; where both are given the block prevails.
+    """
+
+    # The blocks of the critics are fields whose names the file chooses; each is validated below.
+    model_config = ConfigDict(extra="allow")
+    __pydantic_extra__: dict[str, SerializeAsAny[CriticParameters]]
+
+    critics: tuple[str, ...] = Field(
+        min_length=1, description="names of the critics, in the order of evaluation"
+    )
+    trajectory_generator_name: str = Field(
+        STANDARD_GENERATOR, description="Standard: window over sim_time; LimitedAccel: one period"
+    )
+    short_circuit_trajectory_evaluation: bool = Field(
+        True, description="stop scoring a trajectory that is already worse than the best"
+    )
+
+    min_vel_x: float = Field(0.0, description="lowest forward velocity, negative backward [m/s]")
+    max_vel_x: float = Field(0.0, description="highest forward velocity [m/s]")
+    min_vel_y: float = Field(0.0, description="lowest lateral velocity [m/s]")
+    max_vel_y: float = Field(0.0, description="highest lateral velocity [m/s]")
+    max_vel_theta: float = Field(0.0, ge=0.0, description="highest yaw rate, both ways [rad/s]")
+    min_speed_xy: float = Field(
+        0.0, description="lowest planar speed unless min_speed_theta is kept; negative: none [m/s]"
+    )
+    max_speed_xy: float = Field(0.0, description="highest planar speed; negative: none [m/s]")
+    min_speed_theta: float = Field(
+        0.0, description="lowest yaw rate unless min_speed_xy is kept; negative: none [rad/s]"
+    )
+    acc_lim_x: float = Field(0.0, ge=0.0, description="forward acceleration limit [m/s^2]")
+    acc_lim_y: float = Field(0.0, ge=0.0, description="lateral acceleration limit [m/s^2]")
+    acc_lim_theta: float = Field(0.0, ge=0.0, description="yaw acceleration limit [rad/s^2]")
+    decel_lim_x: float = Field(0.0, le=0.0, description="forward deceleration limit [m/s^2]")
+    decel_lim_y: float = Field(0.0, le=0.0, description="lateral deceleration limit [m/s^2]")
+    decel_lim_theta: float = Field(0.0, le=0.0, description="yaw deceleration limit [rad/s^2]")
+
+    vx_samples: int = Field(20, ge=1, description="samples of the forward velocity, at least 2 [-]")
+    vy_samples: int = Field(5, ge=1, description="samples of the lateral velocity, at least 2 [-]")
+    vtheta_samples: int = Field(20, ge=1, description="samples of the yaw rate, at least 2 [-]")
+    sim_period: float | None = Field(
+        None, gt=0.0, description="window time of LimitedAccel; None: the control period [s]"
+    )
+
+    sim_time: float = Field(1.7, gt=0.0, description="horizon of a trajectory [s]")
+    discretize_by_time: bool = Field(False, description="steps of time_granularity, not distance")
+    time_granularity: float = Field(0.5, gt=0.0, description="longest time step [s]")
+    linear_granularity: float = Field(0.5, gt=0.0, description="longest way in a step [m]")
+    angular_granularity: float = Field(0.025, gt=0.0, description="largest turn in a step [rad]")
+    include_last_point: bool = Field(True, description="append the end pose once more")
+    limit_vel_cmd_in_traj: bool = Field(
+        False, description="command the first simulated velocity instead of the sampled one"
+    )
+
+    xy_goal_tolerance: float = Field(
+        0.25, ge=0.0, description="RotateToGoal: distance at which turning begins [m]"
+    )
+    trans_stopped_velocity: float = Field(
+        0.25, ge=0.0, description="RotateToGoal: speed that counts as stopped [m/s]"
+    )
+
+    debug_trajectory_details: bool = Field(
+        False, description="logging in Nav2; here the counts are always in the error"
+    )
+    default_critic_namespaces: tuple[str, ...] = Field(
+        (), description="class lookup in Nav2; here critics are found by entry point"
+    )
+    publish_evaluation: bool = Field(True, description="output in Nav2; no effect here")
+    publish_local_plan: bool = Field(True, description="output in Nav2; no effect here")
+    publish_trajectories: bool = Field(True, description="output in Nav2; no effect here")
+    publish_transformed_plan: bool = Field(True, description="older Nav2; no effect here")
+    publish_global_plan: bool = Field(True, description="older Nav2; no effect here")
+    publish_cost_grid_pc: bool = Field(False, description="output in Nav2; no effect here")
+    marker_lifetime: float = Field(0.1, description="output in Nav2; no effect here [s]")
+    stateful: bool = Field(True, description="older Nav2; no effect here")
+    transform_tolerance: float = Field(0.1, description="older Nav2; no effect here [s]")
+
+    @property
+    def uses_standard_generator(self) -> bool:
+        """Whether the window spans sim_time and roll-outs obey the acceleration limits."""
+        return self.trajectory_generator_name == STANDARD_GENERATOR
+
+    def critic(self, name: str) -> CriticParameters:
+        """Returns the block of a critic in `critics`."""
+        return (self.model_extra or {})[name]
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read_critic_blocks(cls, data: Any, info: ValidationInfo) -> Any:
+        if not isinstance(data, Mapping):
+            return data
+        fields, blocks = _split(data, cls.model_fields)
+        registry = CriticRegistry()
+        listed = fields.get("critics")
+        listed = [n for n in listed if isinstance(n, str)] if isinstance(listed, tuple) else []
+        faults: list[InitErrorDetails] = []
+        for name in dict.fromkeys([*listed, *blocks]):
+            block = blocks.get(name, {})
+            if isinstance(block, CriticParameters):
+                fields[name] = block
+                continue
+            if name not in listed and name not in registry:
+                known = [*cls.model_fields, *registry.names]
+                text = f"unknown field{nearest_name_hint(name, known)}"
+                faults.append(_fault(text, (name,), block))
+                continue
+            try:
+                fields[name] = _read_block(name, block, registry)
+            except InputError as error:
+                faults.append(_fault(str(error), ("critics",), name))
+            except ValidationError as error:
+                faults.extend(_nested_faults(name, error))
+        if faults:
+            raise ValidationError.from_exception_data(cls.__name__, faults)
+        return fields
+
+    @field_validator("trajectory_generator_name")
+    @classmethod
+    def _check_generator(cls, name: str) -> str:
+        for known in GENERATORS:
+            if name in (known, known.rpartition("::")[2]):
+                return known
+        raise ValueError(f"no such generator{nearest_name_hint(name, GENERATORS)}")
+
+    @model_validator(mode="after")
+    def _check_ranges(self) -> Self:
+        for axis in ("x", "y"):
+            lowest, highest = getattr(self, f"min_vel_{axis}"), getattr(self, f"max_vel_{axis}")
+            if lowest > highest:
+                raise ValueError(
+                    f"parameters min_vel_{axis} and max_vel_{axis}: got {lowest} and {highest}, "
+                    "expected the first not above the second"
+                )
+        return self
+
+
+def _split(
+    data: Mapping[str, Any], field_names: Mapping[str, Any]
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Returns the plain fields and the blocks per critic, dotted names put into their block."""
+    fields = {
+        # A strict model that was handed Python objects takes no list for a tuple.
+        name: tuple(value) if isinstance(value, list) else value
+        for name, value in data.items()
+        if name in field_names
+    }
+    blocks = {
+        name: dict(value) if isinstance(value, Mapping) else value
+        for name, value in data.items()
+        if name not in field_names and "." not in name
+    }
+    for name, value in data.items():
+        critic, dot, parameter = name.partition(".")
+        if dot:
+            block = blocks.setdefault(critic, {})
+            if isinstance(block, CriticParameters):
+                block = blocks[critic] = block.model_dump(by_alias=True, exclude_unset=True)
+            if isinstance(block, dict):
+                block.setdefault(parameter, value)
+    return fields, blocks
+
+
+def _read_block(name: str, block: Any, registry: CriticRegistry) -> CriticParameters:
+    """Returns a critic's block as its parameter model, types taken strictly."""
+    class_name = block.get(CLASS_KEY) if isinstance(block, Mapping) else None
+    critic_class = registry.load(class_name if isinstance(class_name, str) else name)
+    return critic_class.Parameters.model_validate_json(json.dumps(block), strict=True)
+
+
+def _nested_faults(name: str, error: ValidationError) -> list[InitErrorDetails]:
+    """Returns the faults of a critic's block as faults of the whole model."""
+    faults = []
+    for fault in error.errors():
+        text = fault["msg"].removeprefix("Value error, ")
+        if fault["type"] == "extra_forbidden":
+            text = f"critic {name} has no such parameter"
+        faults.append(_fault(text, (name, *fault["loc"]), fault["input"]))
+    return faults
+
+
+def _fault(text: str, location: tuple[int | str, ...], found: Any) -> InitErrorDetails:
+    return InitErrorDetails(type=PydanticCustomError("critic", text), loc=location, input=found)

@@ -1,0 +1,104 @@
+"""One cycle as the critics see it: what the robot knows, and the window to be scored."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.controllers.dwb.map_grids import (
+    densify_plan,
+    first_run_of_cells,
+    locate,
+    manhattan_distances,
+)
+from drake_navbench.controllers.dwb.trajectories import Trajectories
+from drake_navbench.kernels.grid import Costmap
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Situation:
+    """What is known before anything is sampled; all poses in the costmap's frame. Read-only.
+
+    time_s: start of the cycle, s. pose: (x m, y m, yaw rad). twist: measured (vx, vy m/s, wz
+    rad/s). plan: (M, 3) local plan, M >= 1. goal: (3,) last pose of the whole plan.
+
+    The cached properties are what several critics need; each is computed when first asked for.
+    """
+
+    time_s: float
+    pose: tuple[float, float, float]
+    twist: tuple[float, float, float]
+    plan: Array
+    goal: tuple[float, float, float]
+    costmap: Costmap
+
+    def plan_cells(self, end_x: float, end_y: float) -> NDArray[np.int32]:
+        """Returns the flat indices of the cells under the local plan while it is on known cells.
+
+        end_x, end_y m: position taken for the plan's last pose.
+        """
+        costmap = self.costmap
+        points = densify_plan(self.plan, end_x, end_y, costmap.resolution)
+        return first_run_of_cells(
+            points, costmap.costs, costmap.origin_x, costmap.origin_y, costmap.resolution
+        )
+
+    def distances_to(self, seeds: NDArray[np.int32]) -> NDArray[np.int32]:
+        """Returns the Manhattan distance of every cell to the nearest seed, in cells."""
+        return manhattan_distances(*self.costmap.costs.shape, seeds)
+
+    @cached_property
+    def path_cells(self) -> NDArray[np.int32]:
+        """The cells under the local plan, first to last."""
+        return self.plan_cells(self.plan[-1, 0], self.plan[-1, 1])
+
+    @cached_property
+    def path_distances(self) -> NDArray[np.int32]:
+        """(rows, columns) Manhattan distance of every cell to the local plan, in cells."""
+        return self.distances_to(self.path_cells)
+
+
+@dataclass(frozen=True, eq=False)
+class Scene(Situation):
+    """A situation with its window of trajectories: what a critic scores."""
+
+    trajectories: Trajectories
+
+    @classmethod
+    def of(cls, situation: Situation, trajectories: Trajectories) -> Scene:
+        """Returns a situation with its window."""
+        known = {f.name: getattr(situation, f.name) for f in fields(Situation)}
+        return cls(**known, trajectories=trajectories)
+
+    @cached_property
+    def _located(self) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
+        costmap, window = self.costmap, self.trajectories
+        return locate(
+            window.poses,
+            window.pose_counts,
+            costmap.origin_x,
+            costmap.origin_y,
+            costmap.resolution,
+            *costmap.costs.shape,
+        )
+
+    @property
+    def cells(self) -> NDArray[np.int32]:
+        """(K, N) flat cell index of every pose up to the first one off the map."""
+        return self._located[0]
+
+    @property
+    def on_map_counts(self) -> NDArray[np.int64]:
+        """(K,) how many poses lie on the map before one does not."""
+        return self._located[1]
+
+    @cached_property
+    def end_poses(self) -> Array:
+        """(K, 3) the last pose of every trajectory."""
+        window = self.trajectories
+        return window.poses[np.arange(len(window.poses)), window.pose_counts - 1]

@@ -1,0 +1,129 @@
+"""The dynamic window: which velocities are tried (Nav2's dwb_plugins, XYThetaIterator).
+
+An axis covers what the base can reach within the window time, from the lowest to the highest
+velocity; the twists are the product of the axes, less those that the planar speed limits exclude.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+# Nav2's tolerances: a narrower axis has one sample; the last sample may pass the end by as much.
+AXIS_TOLERANCE = 1e-5
+SPEED_SQUARED_TOLERANCE = float(np.finfo(np.float32).eps)
+FEWEST_SAMPLES = 2
+
+
+@njit(cache=True)
+def project_velocity(velocity, accel, decel, duration_s, target):
+    """Returns the velocity after `duration_s` of changing towards `target` (decel <= 0)."""
+    if velocity < target:
+        return min(target, velocity + accel * duration_s)
+    return max(target, velocity + decel * duration_s)
+
+
+@njit(cache=True)
+def sample_axis(current, minimum, maximum, accel, decel, window_s, sample_count, samples):
+    """Writes the velocities tried on one axis, ascending; returns how many.
+
+    samples: (2 * max(2, sample_count) + 1,) output; the longest list occurs on an axis barely
+    wider than AXIS_TOLERANCE. Samples come from repeated addition, as in Nav2, and between the
+    last negative and the first positive one an exact zero is put in, so that standing still on
+    this axis is always tried.
+    """
+    if current < minimum:
+        current = minimum
+    elif current > maximum:
+        current = maximum
+    highest = project_velocity(current, accel, decel, window_s, maximum)
+    lowest = project_velocity(current, accel, decel, window_s, minimum)
+    if abs(lowest - highest) < AXIS_TOLERANCE:
+        samples[0] = lowest
+        return 1
+    increment = (highest - lowest) / (max(FEWEST_SAMPLES, sample_count) - 1)
+    end = highest + AXIS_TOLERANCE
+    count = 0
+    velocity = lowest
+    while velocity <= end:
+        samples[count] = velocity
+        count += 1
+        following = velocity + increment
+        if velocity < 0.0 < following <= end:
+            samples[count] = 0.0
+            count += 1
+        velocity = following
+    return count
+
+
+@njit(cache=True)
+def is_valid_speed(kinematics, vx, vy, wz):
+    """Tells whether the planar speed limits admit a twist; a full stop is never admitted."""
+    speed_squared = vx * vx + vy * vy
+    fastest, slowest = kinematics.max_speed_xy, kinematics.min_speed_xy
+    if fastest >= 0.0 and speed_squared > fastest * fastest + SPEED_SQUARED_TOLERANCE:
+        return False
+    is_slow = slowest >= 0.0 and speed_squared + SPEED_SQUARED_TOLERANCE < slowest * slowest
+    slowest_turn = kinematics.min_speed_theta
+    turns_slowly = slowest_turn >= 0.0 and abs(wz) + SPEED_SQUARED_TOLERANCE < slowest_turn
+    if is_slow and turns_slowly:
+        return False
+    return speed_squared != 0.0 or wz != 0.0
+
+
+@njit(cache=True)
+def sample_axes(kinematics, vx, vy, wz, window_s, sample_counts, axes):
+    """Writes the samples of x, y and theta into the rows of `axes`; returns the three counts.
+
+    vx, vy m/s, wz rad/s: the measured twist. sample_counts: three wanted numbers of samples.
+    """
+    count_x = sample_axis(
+        vx,
+        kinematics.min_vel_x,
+        kinematics.max_vel_x,
+        kinematics.acc_lim_x,
+        kinematics.decel_lim_x,
+        window_s,
+        sample_counts[0],
+        axes[0],
+    )
+    count_y = sample_axis(
+        vy,
+        kinematics.min_vel_y,
+        kinematics.max_vel_y,
+        kinematics.acc_lim_y,
+        kinematics.decel_lim_y,
+        window_s,
+        sample_counts[1],
+        axes[1],
+    )
+    count_theta = sample_axis(
+        wz,
+        -kinematics.max_vel_theta,
+        kinematics.max_vel_theta,
+        kinematics.acc_lim_theta,
+        kinematics.decel_lim_theta,
+        window_s,
+        sample_counts[2],
+        axes[2],
+    )
+    return count_x, count_y, count_theta
+
+
+@njit(cache=True)
+def combine_axes(kinematics, axes, counts, twists):
+    """Writes the admitted twists, x outermost and theta innermost; returns how many.
+
+    axes, counts: from `sample_axes`. twists: (at least the product of counts, 3) output.
+    """
+    count = 0
+    for i in range(counts[0]):
+        for j in range(counts[1]):
+            for k in range(counts[2]):
+                vx, vy, wz = axes[0, i], axes[1, j], axes[2, k]
+                if is_valid_speed(kinematics, vx, vy, wz):
+                    twists[count, 0] = vx
+                    twists[count, 1] = vy
+                    twists[count, 2] = wz
+                    count += 1
+    return count
