@@ -62,22 +62,19 @@ def inflate(
     reach = distance_to_cells(float(inflation_radius), float(resolution))
     if reach == 0:
         return inflated
-    table = inflation_costs(reach, resolution, inscribed_radius, cost_scaling_factor)
+    table = inflation_costs(
+        reach, float(resolution), float(inscribed_radius), float(cost_scaling_factor)
+    )
     rows, columns = costs.shape
-    first_row, last_row, first_column, last_column = window or CellWindow(0, rows, 0, columns)
-    padded = (
-        slice(max(0, first_row - reach), min(rows, last_row + reach)),
-        slice(max(0, first_column - reach), min(columns, last_column + reach)),
+    changed = window or CellWindow(0, rows, 0, columns)
+    seen = CellWindow(
+        max(0, changed.first_row - reach),
+        min(rows, changed.last_row + reach),
+        max(0, changed.first_column - reach),
+        min(columns, changed.last_column + reach),
     )
-    distances = column_distances(costs[padded], reach, inflate_around_unknown)
-    _raise_costs(
-        inflated[first_row:last_row, first_column:last_column],
-        distances[first_row - padded[0].start :],
-        first_column - padded[1].start,
-        reach,
-        table,
-        inflate_unknown,
-    )
+    distances = _column_distances(inflated, seen, reach, inflate_around_unknown)
+    _raise_costs(inflated, changed, distances, seen, reach, table, inflate_unknown)
     return inflated
 
 
@@ -104,17 +101,17 @@ def inflation_costs(reach, resolution, inscribed_radius, cost_scaling_factor):
 
 
 @njit(cache=True)
-def column_distances(costs, reach, around_unknown):
-    """Returns (rows, columns) int32: cells to the nearest source in the same column.
+def _column_distances(costs, seen, reach, around_unknown):
+    """Returns int32, of the shape of the window `seen`: cells to the nearest source in the column.
 
     A source is a LETHAL cell, or NO_INFORMATION where `around_unknown`. Distances are cut off at
     reach + 1.
     """
-    rows, columns = costs.shape
+    rows, columns = seen.last_row - seen.first_row, seen.last_column - seen.first_column
     distances = np.empty((rows, columns), dtype=np.int32)
     for row in range(rows):
         for column in range(columns):
-            cost = costs[row, column]
+            cost = costs[seen.first_row + row, seen.first_column + column]
             nearest = np.int32(reach + 1)
             if row > 0:
                 nearest = min(nearest, np.int32(distances[row - 1, column] + 1))
@@ -129,30 +126,31 @@ def column_distances(costs, reach, around_unknown):
 
 
 @njit(cache=True)
-def _raise_costs(costs, distances, first_column, reach, table, inflate_unknown):
-    """Raises `costs`, in place, by the costs in `table`.
+def _raise_costs(costs, changed, distances, seen, reach, table, inflate_unknown):
+    """Raises `costs`, in place within the window `changed`, to the costs in `table`.
 
-    distances: as from `column_distances`, of the same rows; its column `first_column` is the first
-    of `costs`. The squared distance to the nearest source is the least, over all columns within
-    reach, of the squares along the row plus along that column.
+    distances: as from `_column_distances` for the window `seen`. The squared distance to the
+    nearest source is the least, over all columns within reach, of the squares along the row plus
+    along that column.
     """
-    rows, columns = costs.shape
     width = distances.shape[1]
     # Squared distances along columns, with a margin so that no column within reach is missing.
     squares = np.full(width + 2 * reach, (reach + 1) * (reach + 1), dtype=np.int32)
-    nearest = np.empty(columns, dtype=np.int32)
-    for row in range(rows):
+    nearest = np.empty(changed.last_column - changed.first_column, dtype=np.int32)
+    first = reach + changed.first_column - seen.first_column
+    for row in range(changed.first_row, changed.last_row):
         closest = np.int32(reach + 1)
         for column in range(width):
-            distance = distances[row, column]
+            distance = distances[row - seen.first_row, column]
             closest = min(closest, distance)
             squares[reach + column] = distance * distance
         if closest > reach:
             continue
-        _nearest_in_row(nearest, squares, first_column + reach, reach)
-        for column in range(columns):
-            if nearest[column] < table.shape[0]:
-                cost, old = table[nearest[column]], costs[row, column]
+        _nearest_in_row(nearest, squares, first, reach)
+        for k in range(nearest.shape[0]):
+            if nearest[k] < table.shape[0]:
+                column = changed.first_column + k
+                cost, old = table[nearest[k]], costs[row, column]
                 if old == NO_INFORMATION:
                     if cost >= INSCRIBED or (inflate_unknown and cost > FREE):
                         costs[row, column] = cost

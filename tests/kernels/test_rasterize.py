@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_navbench.kernels.grid import LETHAL, NO_INFORMATION
@@ -69,6 +69,7 @@ def test_polygon_thinner_than_a_cell_between_centres_leaves_no_trace():
     assert not polygon_cells([[0.0, 1.6], [6.0, 1.6], [6.0, 2.4], [0.0, 2.4]]).any()
 
 
+@settings(deadline=None)
 @given(
     corners=st.lists(st.tuples(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0)), min_size=3, max_size=7)
 )

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_navbench.kernels.ray_casting import cast_rays
@@ -112,6 +112,7 @@ def test_empty_world_gives_inf_for_every_beam():
     assert np.all(np.isinf(ranges))
 
 
+@settings(deadline=None)
 @given(x=st.floats(-0.99, 0.99), y=st.floats(-0.99, 0.99))
 def test_no_beam_slips_through_a_corner(x, y):
     corners = UNIT_SQUARE[:, :2]
@@ -121,6 +122,7 @@ def test_no_beam_slips_through_a_corner(x, y):
     assert ranges == pytest.approx(expected)
 
 
+@settings(deadline=None)
 @given(seed=st.integers(0, 50), x=coordinates, y=coordinates)
 def test_hit_lies_on_what_was_hit(seed, x, y):
     segments, circles = random_world(seed)
@@ -132,6 +134,7 @@ def test_hit_lies_on_what_was_hit(seed, x, y):
             assert distance_to_nearest(hit, segments, circles) < 1e-6
 
 
+@settings(deadline=None)
 @given(seed=st.integers(0, 50), x=coordinates, y=coordinates)
 def test_nothing_lies_before_the_hit(seed, x, y):
     segments, circles = random_world(seed)
@@ -145,6 +148,7 @@ def test_nothing_lies_before_the_hit(seed, x, y):
             assert not crosses(np.array([x, y]), end, segment)
 
 
+@settings(deadline=None)
 @given(seed=st.integers(0, 50), turn=st.floats(-3.0, 3.0))
 def test_turning_world_and_beams_together_changes_nothing(seed, turn):
     segments, circles = random_world(seed)
