@@ -122,8 +122,8 @@ def _run(
     for scenario in campaign.scenarios:
         table = scenario_table(trials, scenario)
         write_text(folder.table_path(scenario, ".csv"), table.to_csv())
-        write_text(folder.table_path(scenario, ".md"), table_to_markdown(table, scenario))
-        print_scenario(console, trials, table, scenario)
+        write_text(folder.table_path(scenario, ".md"), table_to_markdown(table))
+        print_scenario(console, table, scenario)
     if request.replay != "none":
         console.print("Writing the replays ...")
         write_replays(folder, campaign, each=request.replay == "each", jobs=jobs)

@@ -123,7 +123,7 @@ def run_campaign(
     for index, spec in enumerate(campaign.specs):
         path = folder.log_path(spec.scenario.name, spec.preset.name, spec.trial)
         if path.is_file():
-            rows[index] = trial_row(TrialLog.read(path))
+            rows[index] = _table_row(TrialLog.read(path))
         else:
             waiting.append(index)
     progress = Progress(total=len(campaign.specs), done=len(rows))
@@ -210,7 +210,11 @@ def _run_and_write(spec: TrialSpec, folder: ResultsFolder) -> Row:
         # Drake reports a failed C++ check as SystemExit.
         log = failed_log(spec, f"{type(error).__name__}: {error}", traceback.format_exc())
     folder.write_log(log)
-    return trial_row(log)
+    return _table_row(log)
+
+
+def _table_row(log: TrialLog) -> Row:
+    return trial_row(log) | {"simulated_time_s": log.end_time_s}
 
 
 def _row_of(future, spec: TrialSpec, folder: ResultsFolder) -> Row:
@@ -222,4 +226,4 @@ def _row_of(future, spec: TrialSpec, folder: ResultsFolder) -> Row:
         reason = f"the worker process died with exit code {error.exitcode}"
     log = failed_log(spec, reason)
     folder.write_log(log)
-    return trial_row(log)
+    return _table_row(log)

@@ -196,9 +196,18 @@ class Registry:
         return sorted(self._entry_points)
 
     def load(self, name: str) -> type[Controller]:
-        """Returns the controller class registered as `name`; raises InputError if there is none."""
+        """Returns the controller class registered as `name`.
+
+        Raises InputError where there is none, or where it cannot be imported.
+        """
         if name not in self._entry_points:
             raise InputError(
                 f"controller {name!r} is not registered{nearest_name_hint(name, self.names)}"
             )
-        return self._entry_points[name].load()
+        entry_point = self._entry_points[name]
+        try:
+            return entry_point.load()
+        except (ImportError, AttributeError) as error:
+            raise InputError(
+                f"controller {name!r}: its entry point {entry_point.value} cannot be loaded: {error}"
+            ) from error

@@ -34,6 +34,7 @@ from drake_navbench.world_geometry import register_obstacles
 COSTMAP_OFFSET_S = 0.01
 CONTROLLER_OFFSET_S = 0.02
 CLEARANCE_PERIOD_S = 0.05
+CLEARANCE_OFFSET_S = CONTROLLER_OFFSET_S
 RECORDER_PERIOD_S = 0.02
 
 
@@ -97,6 +98,7 @@ def build_trial_diagram(
         "local_costmap",
         LocalCostmap(
             navigation.local_costmap,
+            robot.lidar,
             footprint=robot.padded_outline,
             offset_s=COSTMAP_OFFSET_S,
         ),
@@ -105,7 +107,9 @@ def build_trial_diagram(
     builder.Connect(scan, local_costmap.GetInputPort("scan"))
     costmap = local_costmap.GetOutputPort("costmap")
 
-    localization = builder.AddNamedSystem("localization", Localization(robot.localization))
+    localization = builder.AddNamedSystem(
+        "localization", Localization(robot.localization, offset_s=CONTROLLER_OFFSET_S)
+    )
     builder.Connect(state, localization.GetInputPort("state"))
     estimate = localization.GetOutputPort("estimate")
 
@@ -130,7 +134,9 @@ def build_trial_diagram(
     command = server.GetOutputPort("command")
     builder.Connect(command, wheelchair.GetInputPort("command"))
 
-    clearance = builder.AddNamedSystem("clearance", Clearance(period_s=CLEARANCE_PERIOD_S))
+    clearance = builder.AddNamedSystem(
+        "clearance", Clearance(period_s=CLEARANCE_PERIOD_S, offset_s=CLEARANCE_OFFSET_S)
+    )
     builder.Connect(scene_graph.get_query_output_port(), clearance.GetInputPort("geometry_query"))
     builder.Connect(state, clearance.GetInputPort("state"))
     builder.Connect(costmap, clearance.GetInputPort("costmap"))

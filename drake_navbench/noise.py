@@ -21,8 +21,16 @@ class NoiseStream(IntEnum):
     CONTROLLER = 4
 
 
+# Philox is a counter-based generator with a key of 128 bits: 64 for the seed, 32 each for the rest.
+STREAM_SHIFT = 64
+STEP_SHIFT = 96
+
+
 class NoiseKey(NamedTuple):
-    """Names one step's random numbers: equal keys give equal numbers, on any machine."""
+    """Names one step's random numbers: equal keys give equal numbers, on any machine.
+
+    seed: below 2**64. stream, step: below 2**32, none negative.
+    """
 
     seed: int
     stream: int
@@ -30,8 +38,8 @@ class NoiseKey(NamedTuple):
 
     def generator(self) -> np.random.Generator:
         """Returns a fresh generator that depends on the key alone."""
-        sequence = np.random.SeedSequence(self.seed, spawn_key=(self.stream, self.step))
-        return np.random.Generator(np.random.PCG64(sequence))
+        key = self.seed | self.stream << STREAM_SHIFT | self.step << STEP_SHIFT
+        return np.random.Generator(np.random.Philox(key=key))
 
 
 NO_NOISE = NoiseKey(seed=0, stream=0, step=0)

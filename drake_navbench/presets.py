@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -67,7 +68,12 @@ def preset_files() -> dict[str, Path]:
     registry = _registry()
     found: dict[str, Path] = {}
     for name in registry.names:
-        module = sys.modules[registry.load(name).__module__]
+        try:
+            module = sys.modules[registry.load(name).__module__]
+        except InputError as error:
+            # A plugin that is broken must not keep the others from running.
+            warnings.warn(str(error), stacklevel=2)
+            continue
         package = sys.modules[module.__package__] if module.__package__ else module
         folder = Path(package.__file__).parent / "presets"
         for path in sorted(folder.glob("*.yaml")):

@@ -17,6 +17,9 @@ from rich.table import Table
 
 from drake_navbench.campaign import Progress
 
+COUNT_UNIT = "trials"
+NOTHING = "–"
+
 
 class CampaignProgress:
     """A progress bar with the trials done, running and failed, and the time left."""
@@ -57,23 +60,18 @@ class CampaignProgress:
         )
 
 
-def print_scenario(
-    console: Console, trials: pd.DataFrame, table: pd.DataFrame, scenario: str
-) -> None:
-    """Prints one scenario's table: metrics by controllers, and how the trials ended."""
-    rows = trials[trials["scenario"] == scenario]
-    rich_table = Table(title=scenario, title_justify="left", title_style="bold")
-    rich_table.add_column("metric")
-    rich_table.add_column("unit")
-    for controller in table.columns.drop("unit"):
-        rich_table.add_column(str(controller), justify="right")
-    for metric, values in table.iterrows():
-        cells = ["-" if pd.isna(v) else f"{v:.3f}" for v in values.drop("unit")]
-        rich_table.add_row(str(metric), str(values["unit"]), *cells)
-    rich_table.add_section()
-    outcomes = []
-    for controller in table.columns.drop("unit"):
-        counts = rows[rows["controller"] == controller]["outcome"].value_counts()
-        outcomes.append(", ".join(f"{count} {outcome}" for outcome, count in counts.items()))
-    rich_table.add_row("outcome", "", *outcomes)
-    console.print(rich_table)
+def print_scenario(console: Console, table: pd.DataFrame, scenario: str) -> None:
+    """Prints one scenario's table: metrics by controllers, then how the trials ended."""
+    shown = Table(title=scenario, title_justify="left", title_style="bold")
+    shown.add_column("metric")
+    shown.add_column("unit")
+    for controller in table.columns:
+        shown.add_column(str(controller), justify="right", overflow="fold")
+    counts = table.index.get_level_values("unit") == COUNT_UNIT
+    for (metric, unit), values in table[~counts].iterrows():
+        shown.add_row(metric, unit, *(NOTHING if pd.isna(v) else f"{v:.3f}" for v in values))
+    shown.add_section()
+    for (metric, _), values in table[counts].iterrows():
+        if values.any():
+            shown.add_row(metric, "", *(f"{v:.0f}" for v in values))
+    console.print(shown)

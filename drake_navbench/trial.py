@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -27,7 +26,7 @@ from drake_navbench.systems.recorder import Recording
 
 # A fixed step without error control: drawing or logging more often must not move the numbers.
 INTEGRATION = SimulatorConfig(
-    integration_scheme="runge_kutta3", max_step_size=0.02, use_error_control=False
+    integration_scheme="runge_kutta2", max_step_size=0.02, use_error_control=False
 )
 OUTCOME_OF_TASK = {
     TaskState.SUCCEEDED: Outcome.SUCCEEDED,
@@ -95,13 +94,10 @@ def simulate(
     simulator = Simulator(trial.diagram, context)
     ApplySimulatorConfig(INTEGRATION, simulator)
     simulator.set_target_realtime_rate(realtime_rate)
-    simulator.set_monitor(_end_of_trial(trial))
+    simulator.set_monitor(_end_of_trial(trial, context))
     simulator.Initialize()
     simulator.AdvanceTo(spec.scenario.timeout_s)
-    log = _make_log(spec, trial, context)
-    # Drake's Python bindings keep Python systems alive; what they hold should at least be small.
-    gc.collect()
-    return log
+    return _make_log(spec, trial, context)
 
 
 def controller_setup(robot: Robot, wants_diagnostics: bool = False) -> ControllerSetup:
@@ -125,15 +121,20 @@ def controller_setup(robot: Robot, wants_diagnostics: bool = False) -> Controlle
     )
 
 
-def _end_of_trial(trial: TrialDiagram) -> Callable[[Context], EventStatus | None]:
+def _end_of_trial(
+    trial: TrialDiagram, root_context: Context
+) -> Callable[[Context], EventStatus | None]:
     """Returns the monitor that stops the simulation at contact or when the task is over."""
     distances_port = trial.clearance.GetOutputPort("distances")
     status_port = trial.navigator.GetOutputPort("task_status")
+    # The simulator hands the same context to every call.
+    clearance_context = trial.clearance.GetMyContextFromRoot(root_context)
+    navigator_context = trial.navigator.GetMyContextFromRoot(root_context)
 
-    def monitor(context: Context) -> EventStatus | None:
-        if distances_port.Eval(trial.clearance.GetMyContextFromRoot(context))[0] <= 0.0:
+    def monitor(_: Context) -> EventStatus | None:
+        if distances_port.Eval(clearance_context)[0] <= 0.0:
             return EventStatus.ReachedTermination(trial.diagram, "collided")
-        status = status_port.Eval(trial.navigator.GetMyContextFromRoot(context))
+        status = status_port.Eval(navigator_context)
         if status.state.is_final:
             return EventStatus.ReachedTermination(trial.diagram, status.reason)
         return None
@@ -142,6 +143,8 @@ def _end_of_trial(trial: TrialDiagram) -> Callable[[Context], EventStatus | None
 
 
 def _outcome(trial: TrialDiagram, context: Context) -> tuple[Outcome, TaskStatus]:
+    """Returns how the trial ended, with the reason and the time."""
+    now_s = context.get_time()
     distances = trial.clearance.GetOutputPort("distances").Eval(
         trial.clearance.GetMyContextFromRoot(context)
     )
@@ -149,10 +152,11 @@ def _outcome(trial: TrialDiagram, context: Context) -> tuple[Outcome, TaskStatus
         trial.navigator.GetMyContextFromRoot(context)
     )
     if distances[0] <= 0.0:
-        return Outcome.COLLIDED, TaskStatus(reason="the footprint touched an obstacle")
+        touched = TaskStatus(reason="the footprint touched an obstacle", time_s=now_s)
+        return Outcome.COLLIDED, touched
     if status.state in OUTCOME_OF_TASK:
         return OUTCOME_OF_TASK[status.state], status
-    return Outcome.TIMED_OUT, TaskStatus(reason=f"not finished after {context.get_time():g} s")
+    return Outcome.TIMED_OUT, TaskStatus(reason=f"not finished after {now_s:g} s", time_s=now_s)
 
 
 def failed_log(spec: TrialSpec, reason: str, traceback: str = "") -> TrialLog:
@@ -161,28 +165,27 @@ def failed_log(spec: TrialSpec, reason: str, traceback: str = "") -> TrialLog:
     return TrialLog(
         samples=_samples(Recording()),
         plan=np.empty((0, 3)),
-        info=_info(spec, Outcome.ERROR, status, end_time_s=0.0),
+        info=_info(spec, Outcome.ERROR, status),
     )
 
 
 def _make_log(spec: TrialSpec, trial: TrialDiagram, context: Context) -> TrialLog:
-    recorder_context = trial.recorder.GetMyContextFromRoot(context)
-    trial.recorder.record(recorder_context)
-    recording = trial.recorder.find_recording(recorder_context)
     outcome, status = _outcome(trial, context)
+    recorder_context = trial.recorder.GetMyContextFromRoot(context)
+    recording = trial.recorder.find_recording(recorder_context)
+    if status.time_s == context.get_time():
+        trial.recorder.record(recorder_context)
     plan = trial.navigator.GetOutputPort("plan").Eval(trial.navigator.GetMyContextFromRoot(context))
     return TrialLog(
         samples=_samples(recording),
         plan=plan.poses if plan is not None else np.empty((0, 3)),
-        info=_info(spec, outcome, status, end_time_s=context.get_time()),
+        info=_info(spec, outcome, status),
         scans=tuple(recording.scans),
         diagnostics=tuple(recording.diagnostics),
     )
 
 
-def _info(
-    spec: TrialSpec, outcome: Outcome, status: TaskStatus, *, end_time_s: float
-) -> dict[str, Any]:
+def _info(spec: TrialSpec, outcome: Outcome, status: TaskStatus) -> dict[str, Any]:
     return {
         "scenario": spec.scenario.model_dump(mode="json"),
         "robot": spec.robot.model_dump(mode="json"),
@@ -197,12 +200,12 @@ def _info(
         "details": json.loads(json.dumps(status.details or {}, default=str)),
         "traceback": status.traceback,
         "start_time_s": CONTROLLER_OFFSET_S,
-        "end_time_s": end_time_s,
+        "end_time_s": status.time_s,
     }
 
 
 def _samples(recording: Recording) -> pd.DataFrame:
-    table = np.array(recording.rows, dtype=float).reshape(-1, len(COLUMNS))
+    table = recording.table()
     columns: dict[str, Any] = dict(zip(COLUMNS, table.T, strict=True))
     columns["cycle_count"] = columns["cycle_count"].astype(np.int64)
     return pd.DataFrame(columns)

@@ -25,6 +25,6 @@ def test_seed_stream_and_step_each_change_the_numbers():
 
 
 def test_a_known_key_gives_the_same_numbers_on_every_machine():
-    # PCG64 and SeedSequence are specified bit for bit, so this value may never change.
+    # Philox is specified bit for bit, so this value may never change.
     value = NoiseKey(1, 2, 3).generator().integers(1_000_000)
-    assert value == 925_296
+    assert value == 782_180

@@ -72,12 +72,12 @@ def test_a_task_with_room_at_the_start_and_a_free_goal_passes():
 
 
 def test_a_start_where_the_footprint_overlaps_an_obstacle_is_refused():
-    with pytest.raises(InputError, match="start: the robot's footprint at .* overlaps"):
+    with pytest.raises(InputError, match=r"start: the robot's footprint at .* overlaps"):
         check_task(task(start=[1.6, 0.0, 0.0]), ROBOT)
 
 
 def test_a_goal_inside_an_obstacle_is_refused():
-    with pytest.raises(InputError, match="goal: .* lies inside an obstacle"):
+    with pytest.raises(InputError, match=r"goal: .* lies inside an obstacle"):
         check_task(task(goal=[2.5, 0.0, 0.0]), ROBOT)
 
 

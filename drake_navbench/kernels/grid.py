@@ -122,3 +122,13 @@ def line_max_cost(costs, column_0, row_0, column_1, row_1, stop_at):
             if step_minor:
                 column += step_column
     return largest
+
+
+@njit(cache=True)
+def nearest_distance(points, position):
+    """Returns the distance from (2,) to the nearest of (N, 2) points, m; inf where there is none."""
+    nearest_squared = math.inf
+    for k in range(points.shape[0]):
+        x, y = points[k, 0] - position[0], points[k, 1] - position[1]
+        nearest_squared = min(nearest_squared, x * x + y * y)
+    return math.sqrt(nearest_squared)

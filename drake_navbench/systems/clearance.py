@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.geometry import QueryObject
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
+
+from drake_navbench.kernels.grid import nearest_distance
 
 # Pairs farther apart are not looked at; the clearance then reads +inf.
 MAX_DISTANCE_M = 5.0
 
 
 class Clearance(LeafSystem):
-    """Measures the distance to the obstacles once a period.
+    """Measures the distance to the obstacles once a period, the first time at `offset_s`.
 
     Inputs `geometry_query` (SceneGraph), `state` [x m, y m, ...] and `costmap` (Costmap or None).
     Output `distances` [m]: first the signed distance between the footprint's geometry and the
@@ -23,7 +24,7 @@ class Clearance(LeafSystem):
     nothing is near.
     """
 
-    def __init__(self, *, period_s: float) -> None:
+    def __init__(self, *, period_s: float, offset_s: float) -> None:
         super().__init__()
         self._query_port = self.DeclareAbstractInputPort(
             "geometry_query", AbstractValue.Make(QueryObject())
@@ -32,7 +33,7 @@ class Clearance(LeafSystem):
         self._costmap_port = self.DeclareAbstractInputPort("costmap", AbstractValue.Make(object()))
         self._distances = self.DeclareDiscreteState([math.inf, math.inf])
         self.DeclareStateOutputPort("distances", self._distances)
-        self.DeclarePeriodicDiscreteUpdateEvent(period_s, 0.0, self._on_period)
+        self.DeclarePeriodicDiscreteUpdateEvent(period_s, offset_s, self._on_period)
 
     def _on_period(self, context: Context, discrete_state: DiscreteValues) -> None:
         query = self._query_port.Eval(context)
@@ -42,6 +43,5 @@ class Clearance(LeafSystem):
         cell_distance = math.inf
         if costmap is not None and len(costmap.lethal_centres):
             position = self._state_port.Eval(context)[:2]
-            offsets = costmap.lethal_centres - position
-            cell_distance = math.sqrt(np.min(np.einsum("ij,ij->i", offsets, offsets)))
+            cell_distance = nearest_distance(costmap.lethal_centres, position)
         discrete_state.get_mutable_vector(self._distances).SetFromVector([clearance, cell_distance])

@@ -32,6 +32,7 @@ from drake_navbench.systems.navigator import GlobalPlan, TaskState, TaskStatus
 PATIENCE_EXCEEDED = 104
 FAILED_TO_MAKE_PROGRESS = 105
 PATIENT_FOR_EVER = -1.0
+NANOSECOND_DIGITS = 9
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,6 +127,8 @@ class ControllerServer(LeafSystem):
             now_s=now_s,
             noise_key=NoiseKey(seed, NoiseStream.CONTROLLER, step),
         )
+        if new.status.state.is_final:
+            new = replace(new, status=replace(new.status, time_s=now_s))
         state.get_mutable_abstract_state(self._state).set_value(new)
 
     def _cycle(
@@ -149,11 +152,9 @@ class ControllerServer(LeafSystem):
         goal_result = self._goal_checker.check(
             server.goal_check, pose=pose, goal=goal, twist=twist, local_plan=local_plan
         )
-        server = replace(server, path=path, goal_check=goal_result.state)
         if goal_result.reached:
             return self._end(server, TaskState.SUCCEEDED, 0, "goal reached")
         progress = self._progress_checker.check(server.progress_check, pose=pose, time_s=now_s)
-        server = replace(server, progress_check=progress.state)
         if not progress.made_progress:
             return self._end(
                 server, TaskState.ABORTED, FAILED_TO_MAKE_PROGRESS, "failed to make progress"
@@ -170,6 +171,9 @@ class ControllerServer(LeafSystem):
             goal_yaw_tolerance_rad=self._goal_checker.yaw_tolerance_rad,
             goal_xy_reached=goal_result.xy_reached,
             noise_key=noise_key,
+        )
+        server = replace(
+            server, path=path, goal_check=goal_result.state, progress_check=progress.state
         )
         return self._compute(server, observation)
 
@@ -210,15 +214,9 @@ class ControllerServer(LeafSystem):
             return self._end(server, TaskState.ABORTED, error.code, str(error), error.details)
         except Exception as error:
             # A plugin may break in any way; its own trial ends, never the campaign.
-            return replace(
-                self._end(server, TaskState.ERROR, ControllerError.code, _one_line(error)),
-                status=TaskStatus(
-                    TaskState.ERROR,
-                    ControllerError.code,
-                    _one_line(error),
-                    traceback=traceback.format_exc(),
-                ),
-            )
+            ended = self._end(server, TaskState.ERROR, ControllerError.code, _one_line(error))
+            status = replace(ended.status, traceback=traceback.format_exc())
+            return replace(ended, status=status)
         return replace(
             server,
             memory=decision.memory,
@@ -253,7 +251,8 @@ class ControllerServer(LeafSystem):
         tolerance_s = self._settings.failure_tolerance
         if tolerance_s == 0.0:
             return self._end(server, TaskState.ABORTED, error.code, str(error), error.details)
-        waited_s = now_s - server.last_valid_time_s
+        # ROS keeps time in whole nanoseconds; without rounding 0.32 - 0.02 may exceed 0.3.
+        waited_s = round(now_s - server.last_valid_time_s, NANOSECOND_DIGITS)
         if tolerance_s != PATIENT_FOR_EVER and waited_s > tolerance_s:
             reason = f"no valid control for {waited_s:.2f} s: {error}"
             return self._end(server, TaskState.ABORTED, PATIENCE_EXCEEDED, reason, error.details)

@@ -15,12 +15,13 @@ class Localization(LeafSystem):
 
     Input `state` and output `estimate` are [x m, y m, yaw rad, v m/s, w rad/s] in the world frame.
     Abstract parameter `seed_parameter` holds the trial's seed; the discrete state is the present
-    noise, a function of seed and step alone.
+    noise, a function of seed and step alone. It changes at `offset_s` and once a period after that.
     """
 
-    def __init__(self, settings: LocalizationSettings) -> None:
+    def __init__(self, settings: LocalizationSettings, *, offset_s: float) -> None:
         super().__init__()
         self._period_s = settings.period_s
+        self._offset_s = offset_s
         self._std = np.array(
             [
                 settings.xy_std_m,
@@ -43,11 +44,18 @@ class Localization(LeafSystem):
             },
         )
         if self._std.any():
-            self.DeclarePeriodicDiscreteUpdateEvent(settings.period_s, 0.0, self._on_period)
+            self.DeclareInitializationDiscreteUpdateEvent(self._on_start)
+            self.DeclarePeriodicDiscreteUpdateEvent(settings.period_s, offset_s, self._on_period)
+
+    def _on_start(self, context: Context, discrete_state: DiscreteValues) -> None:
+        self._draw(context, discrete_state, step=0)
 
     def _on_period(self, context: Context, discrete_state: DiscreteValues) -> None:
+        step = 1 + round((context.get_time() - self._offset_s) / self._period_s)
+        self._draw(context, discrete_state, step=step)
+
+    def _draw(self, context: Context, discrete_state: DiscreteValues, *, step: int) -> None:
         seed = context.get_abstract_parameter(self.seed_parameter).get_value()
-        step = round(context.get_time() / self._period_s)
         generator = NoiseKey(seed, NoiseStream.LOCALIZATION, step).generator()
         noise = self._std * generator.standard_normal(self._std.size)
         discrete_state.get_mutable_vector(self._noise).SetFromVector(noise)

@@ -36,6 +36,7 @@ class TaskStatus(Immutable):
 
     error_code: Nav2's code, 0 where there is none. reason: one line for people.
     details: numbers behind the reason. traceback: of a controller that broke.
+    time_s: when the task ended.
     """
 
     state: TaskState = TaskState.IDLE
@@ -43,6 +44,7 @@ class TaskStatus(Immutable):
     reason: str = ""
     details: dict | None = None
     traceback: str = ""
+    time_s: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,22 +5,29 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, ValueProducer
 
-from drake_navbench.log import Scan
+from drake_navbench.log import COLUMNS, Scan
 
 
 @dataclass
 class Recording:
     """What was recorded so far; it lives in the recorder's Context, like Drake's VectorLog.
 
-    rows: one tuple a sample, in the order of `drake_navbench.log.COLUMNS`.
+    rows: the pieces of each sample, in the order of `drake_navbench.log.COLUMNS`.
     """
 
-    rows: list[tuple[float, ...]] = field(default_factory=list)
+    rows: list[tuple[float | np.ndarray, ...]] = field(default_factory=list)
     scans: list[Scan] = field(default_factory=list)
     diagnostics: list[tuple[float, dict[str, Any]]] = field(default_factory=list)
+
+    def table(self) -> np.ndarray:
+        """Returns (samples, columns) all rows."""
+        if not self.rows:
+            return np.empty((0, len(COLUMNS)))
+        return np.column_stack([np.array(piece) for piece in zip(*self.rows, strict=True)])
 
 
 class Recorder(LeafSystem):
@@ -59,10 +66,10 @@ class Recorder(LeafSystem):
         server = self._server_port.Eval(context)
         row = (
             time_s,
-            *self._state_port.Eval(context),
-            *self._estimate_port.Eval(context),
-            *self._command_port.Eval(context),
-            *self._distances_port.Eval(context),
+            self._state_port.Eval(context),
+            self._estimate_port.Eval(context),
+            self._command_port.Eval(context),
+            self._distances_port.Eval(context),
             float(server.cycle_count),
             server.compute_time_ms,
         )
