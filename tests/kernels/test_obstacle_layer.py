@@ -1,0 +1,413 @@
+"""The obstacle layer rolls, clears, marks and merges as Nav2's does."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from drake_navbench.kernels.grid import FREE, LETHAL, NO_INFORMATION
+from drake_navbench.kernels.obstacle_layer import (
+    MergeRule,
+    clear_rays,
+    fill_outline,
+    mark_points,
+    merge_layer,
+    place_outline,
+    roll_window,
+    scan_points,
+    update_obstacle_layer,
+)
+
+L, U = LETHAL, NO_INFORMATION
+SMALL_SQUARE = np.array([[0.2, 0.2], [-0.2, 0.2], [-0.2, -0.2], [0.2, -0.2]])
+
+
+def empty_bounds():
+    return np.array([np.inf, np.inf, -np.inf, -np.inf])
+
+
+def numbered(rows=4, columns=5):
+    return np.arange(rows * columns, dtype=np.uint8).reshape(rows, columns)
+
+
+def cleared(sensor, points, *, shape=(10, 10), minimum=0.0, maximum=100.0, resolution=1.0):
+    """Cells that rays from a sensor clear, on a grid with its corner at (0, 0)."""
+    costs = np.full(shape, LETHAL, dtype=np.uint8)
+    clear_rays(
+        costs,
+        empty_bounds(),
+        0.0,
+        0.0,
+        resolution,
+        *sensor,
+        np.array(points, dtype=float).reshape(-1, 2),
+        minimum,
+        maximum,
+    )
+    return {(int(x), int(y)) for y, x in np.argwhere(costs == FREE)}
+
+
+def marked(sensor, points, *, minimum=0.0, maximum=100.0, resolution=1.0):
+    costs = np.zeros((10, 10), dtype=np.uint8)
+    mark_points(
+        costs,
+        empty_bounds(),
+        0.0,
+        0.0,
+        resolution,
+        *sensor,
+        np.array(points, dtype=float).reshape(-1, 2),
+        minimum,
+        maximum,
+    )
+    assert set(np.unique(costs)) <= {FREE, LETHAL}
+    return {(int(x), int(y)) for y, x in np.argwhere(costs == LETHAL)}
+
+
+# Rolling window
+
+
+def test_rolling_keeps_the_shared_cells_and_resets_the_others():
+    rolled, x, y = roll_window(numbered(), 0.0, 0.0, 1.0, 2.3, 1.9, NO_INFORMATION)
+    assert (x, y) == (2.0, 1.0)
+    np.testing.assert_array_equal(
+        rolled, [[7, 8, 9, U, U], [12, 13, 14, U, U], [17, 18, 19, U, U], [U, U, U, U, U]]
+    )
+
+
+def test_rolling_backwards_truncates_toward_zero():
+    rolled, x, y = roll_window(numbered(), 0.0, 0.0, 1.0, -1.9, -0.9, FREE)
+    assert (x, y) == (-1.0, 0.0)
+    np.testing.assert_array_equal(rolled[:, 0], [0, 0, 0, 0])
+    np.testing.assert_array_equal(rolled[:, 1:], numbered()[:, :4])
+
+
+def test_window_lags_by_up_to_a_cell_in_either_direction():
+    for wanted in (0.99, -0.99):
+        _, x, _ = roll_window(numbered(), 0.0, 0.0, 1.0, wanted, 0.0, FREE)
+        assert x == 0.0
+
+
+def test_rolling_beyond_the_window_resets_everything():
+    rolled, x, _ = roll_window(numbered(), 0.0, 0.0, 0.5, 100.2, 0.0, 3)
+    assert x == 100.0
+    assert np.all(rolled == 3)
+
+
+def test_origin_stays_on_the_lattice_of_the_first_one():
+    costs, x, y = numbered(), 0.01, -0.02
+    for k in range(50):
+        costs, x, y = roll_window(costs, x, y, 0.05, 0.013 * k, -0.017 * k, FREE)
+    assert (x - 0.01) / 0.05 == pytest.approx(round((x - 0.01) / 0.05), abs=1e-9)
+    assert (y + 0.02) / 0.05 == pytest.approx(round((y + 0.02) / 0.05), abs=1e-9)
+
+
+# Scan to points
+
+
+def test_beam_gives_a_point_from_the_sensor_along_its_heading():
+    pose = np.array([1.0, 2.0, math.pi / 2])
+    points = scan_points(pose, np.array([0.0, -math.pi / 2]), np.array([3.0, 0.5]), 0.1, 10, False)
+    np.testing.assert_allclose(points, [[1.0, 5.0], [1.5, 2.0]], atol=1e-12)
+
+
+def test_beams_out_of_range_give_no_point():
+    ranges = np.array([0.1, 0.0999, 10.0, 9.999, np.inf, -np.inf, np.nan])
+    points = scan_points(np.zeros(3), np.zeros(7), ranges, 0.1, 10.0, False)
+    np.testing.assert_array_equal(points[:, 0], [0.1, 9.999])
+
+
+def test_beam_without_return_reaches_the_range_where_inf_is_valid():
+    ranges = np.array([np.inf, -np.inf, np.nan])
+    points = scan_points(np.zeros(3), np.zeros(3), ranges, 0.1, 10.0, True)
+    np.testing.assert_allclose(points, [[9.9999, 0.0]])
+
+
+# Clearing
+
+
+def test_ray_clears_from_the_sensor_to_the_hit_both_included():
+    assert cleared((1.5, 2.5), [[4.9, 2.1]]) == {(1, 2), (2, 2), (3, 2), (4, 2)}
+
+
+def test_ray_takes_minor_steps_as_the_error_says():
+    # 5 columns, 2 rows: the error starts at 5 // 2 = 2 and grows by 2:
+    # 4, 6 -> step, 1, 3, 5 -> step.
+    expected = {(0, 0), (1, 0), (2, 1), (3, 1), (4, 2), (5, 2)}
+    assert cleared((0.5, 0.5), [[5.5, 2.5]]) == expected
+    assert cleared((0.5, 0.5), [[2.5, 5.5]]) == {(y, x) for x, y in expected}
+
+
+def test_ray_backwards_may_take_other_cells_than_forwards():
+    # 4 columns, 2 rows: the error starts at 2: 4 -> step, 2, 4 -> step, 2.
+    forwards = {(0, 0), (1, 1), (2, 1), (3, 2), (4, 2)}
+    assert cleared((0.5, 0.5), [[4.5, 2.5]]) == forwards
+    assert cleared((4.5, 2.5), [[0.5, 0.5]]) == {(4, 2), (3, 1), (2, 1), (1, 0), (0, 0)}
+
+
+def test_ray_into_its_own_cell_clears_that_cell():
+    assert cleared((3.2, 3.2), [[3.8, 3.8]]) == {(3, 3)}
+
+
+def test_clearing_ends_at_raytrace_max_range():
+    # 8 cells, at most 3.2 / 1 rounded up = 4: int(4 / 8 * 8) = 4 steps after the first cell.
+    assert cleared((0.5, 0.5), [[8.5, 0.5]], maximum=3.2) == {(x, 0) for x in range(5)}
+
+
+def test_clearing_starts_at_raytrace_min_range():
+    # The first cell is int(0 + 8 / 8 * 3) = 3; from there the whole rest.
+    assert cleared((0.5, 0.5), [[8.5, 0.5]], minimum=2.5) == {(x, 0) for x in range(3, 9)}
+
+
+def test_ranges_shorten_the_rest_of_a_ray_in_proportion():
+    # From cell 2, 6 of 8 cells are left; a limit of 4 of those 8 gives int(4 / 8 * 6) = 3 steps,
+    # to cell 5: one beyond the range, as in Nav2.
+    assert cleared((0.5, 0.5), [[8.5, 0.5]], minimum=2, maximum=4) == {(x, 0) for x in range(2, 6)}
+
+
+def test_hit_nearer_than_raytrace_min_range_clears_nothing():
+    assert cleared((0.5, 0.5), [[2.5, 0.5]], minimum=3.0) == set()
+
+
+def test_ray_beyond_the_grid_is_cut_at_its_edges():
+    right = cleared((8.5, 5.5), [[20.5, 5.5]])
+    assert right == {(8, 5), (9, 5)}
+    assert cleared((1.5, 5.5), [[-20.5, 5.5]]) == {(1, 5), (0, 5)}
+    assert cleared((5.5, 8.5), [[5.5, 20.5]]) == {(5, 8), (5, 9)}
+    assert cleared((5.5, 1.5), [[5.5, -20.5]]) == {(5, 1), (5, 0)}
+    # Near the diagonal both edges cut.
+    assert cleared((7.5, 7.5), [[17.5, 17.6]]) == {(7, 7), (8, 8), (9, 9)}
+    assert cleared((2.5, 2.5), [[-9.5, -9.6]]) == {(2, 2), (1, 1), (0, 0)}
+
+
+def test_ray_right_through_the_upper_corner_clears_nothing_as_in_nav2():
+    # Cut at x = 10 it ends at y = 10 exactly: not above the edge, so not cut, yet off the grid.
+    assert cleared((7.5, 7.5), [[17.5, 17.5]]) == set()
+    assert cleared((2.5, 2.5), [[-9.5, -9.5]]) == {(2, 2), (1, 1), (0, 0)}
+
+
+def test_sensor_outside_the_grid_clears_and_marks_nothing():
+    assert cleared((-0.5, 5.5), [[5.5, 5.5]]) == set()
+    assert marked((-0.5, 5.5), [[5.5, 5.5]]) == set()
+
+
+# Marking
+
+
+def test_hits_mark_their_cells():
+    assert marked((0.5, 0.5), [[3.2, 4.9], [0.1, 0.1]]) == {(3, 4), (0, 0)}
+
+
+def test_hits_off_the_grid_mark_nothing():
+    assert marked((0.5, 0.5), [[10.0, 5.0], [5.0, -0.1]]) == set()
+
+
+def test_marking_keeps_to_its_annulus_in_metres():
+    points = [[1.9, 0.5], [2.5, 0.5], [4.5, 0.5], [4.6, 0.5]]
+    assert marked((0.5, 0.5), points, minimum=2.0, maximum=4.0) == {(2, 0), (4, 0)}
+
+
+def test_marking_keeps_to_its_annulus_in_cells_too():
+    # 1.6 m is 2 cells, rounded up. From x = 0.9 to 2.6 are 2 cells; from 0.3 to 1.95 only 1: too
+    # close in cells, although 1.65 m.
+    assert marked((0.9, 0.5), [[2.6, 0.5]], minimum=1.6) == {(2, 0)}
+    assert marked((0.3, 0.5), [[1.95, 0.5]], minimum=1.6) == set()
+
+
+def test_marking_leaves_other_marks():
+    costs = np.zeros((10, 10), dtype=np.uint8)
+    costs[7, 7] = LETHAL
+    points = np.array([[3.5, 0.5]])
+    mark_points(costs, empty_bounds(), 0.0, 0.0, 1.0, 0.5, 0.5, points, 0.0, 9.0)
+    assert costs[7, 7] == costs[0, 3] == LETHAL
+
+
+# Footprint
+
+
+def test_outline_is_turned_then_moved():
+    outline = place_outline(np.array([[2.0, 1.0]]), 10.0, 20.0, math.pi / 2)
+    np.testing.assert_allclose(outline, [[9.0, 22.0]])
+
+
+def test_filling_sets_outline_and_inside():
+    costs = np.full((6, 7), LETHAL, dtype=np.uint8)
+    fill_outline(costs, 0.0, 0.0, 1.0, np.array([[1.5, 1.5], [5.5, 1.5], [3.5, 4.5]]), FREE)
+    # Edge (5, 1) -> (3, 4): error 3 // 2 = 1, then 3 -> step, 2, 4 -> step: columns 5, 4, 4, 3.
+    # Edge (3, 4) -> (1, 1): likewise columns 3, 2, 2, 1.
+    expected = np.array(
+        [
+            [L, L, L, L, L, L, L],
+            [L, 0, 0, 0, 0, 0, L],
+            [L, L, 0, 0, 0, L, L],
+            [L, L, 0, 0, 0, L, L],
+            [L, L, L, 0, L, L, L],
+            [L, L, L, L, L, L, L],
+        ]
+    )
+    np.testing.assert_array_equal(costs, expected)
+
+
+def test_outline_partly_off_the_grid_fills_nothing():
+    costs = np.full((6, 7), LETHAL, dtype=np.uint8)
+    fill_outline(costs, 0.0, 0.0, 1.0, np.array([[1.5, 1.5], [7.0, 1.5], [3.5, 4.5]]), FREE)
+    assert np.all(costs == LETHAL)
+
+
+def test_two_vertices_fill_nothing():
+    costs = np.full((6, 7), LETHAL, dtype=np.uint8)
+    fill_outline(costs, 0.0, 0.0, 1.0, np.array([[1.5, 1.5], [5.5, 1.5]]), FREE)
+    assert np.all(costs == LETHAL)
+
+
+# Merging
+
+
+@pytest.mark.parametrize(
+    ("rule", "expected"),
+    # master:  10 10 10 255 255 255 254
+    # layer:    0 20 255  0  20 255   0
+    [
+        (MergeRule.OVERWRITE, [0, 20, 10, 0, 20, 255, 0]),
+        (MergeRule.MAX, [10, 20, 10, 0, 20, 255, 254]),
+        (MergeRule.MAX_KEEP_UNKNOWN, [10, 20, 10, 255, 255, 255, 254]),
+        (MergeRule.TRUE_OVERWRITE, [0, 20, 255, 0, 20, 255, 0]),
+    ],
+)
+def test_layer_is_merged_by_the_rule(rule, expected):
+    master = np.array([[10, 10, 10, 255, 255, 255, 254]], dtype=np.uint8)
+    layer = np.array([[0, 20, 255, 0, 20, 255, 0]], dtype=np.uint8)
+    merge_layer(master, layer, rule)
+    np.testing.assert_array_equal(master, [expected])
+
+
+# A whole cycle
+
+
+def cycle(costs, ranges, **changes):
+    """One cycle of a robot in the middle of a 9 x 9 m grid, its sensor at its centre."""
+    arguments = {
+        "resolution": 1.0,
+        "robot_pose": np.array([4.5, 4.5, 0.0]),
+        "footprint": SMALL_SQUARE,
+        "sensor_pose": np.array([4.5, 4.5, 0.0]),
+        "angles": np.radians([0.0, 90.0]),
+        "ranges": np.array(ranges),
+        "range_min": 0.1,
+        "range_max": 20.0,
+        "obstacle_max_range": 10.0,
+        "raytrace_max_range": 10.0,
+    }
+    return update_obstacle_layer(costs, (0.0, 0.0), **{**arguments, **changes})
+
+
+def free_grid():
+    return np.zeros((9, 9), dtype=np.uint8)
+
+
+def test_cycle_marks_hits_and_clears_what_lies_before():
+    costs = free_grid()
+    costs[4, 6] = costs[6, 4] = costs[1, 1] = LETHAL
+    update = cycle(costs, [3.0, 4.0])
+    expected = free_grid()
+    expected[4, 7] = expected[8, 4] = expected[1, 1] = LETHAL
+    np.testing.assert_array_equal(update.costs, expected)
+
+
+def test_removed_obstacle_stays_where_no_ray_passes():
+    seen = cycle(free_grid(), [3.0, np.inf]).costs
+    assert seen[4, 7] == LETHAL
+    assert cycle(seen, [np.inf, np.inf]).costs[4, 7] == LETHAL
+    assert cycle(seen, [np.inf, np.inf], inf_is_valid=True).costs[4, 7] == FREE
+
+
+def test_all_rays_clear_before_any_hit_marks():
+    # The second beam passes through the cell that the first one hits.
+    angles = np.array([0.0, 0.01])
+    for order in ([0, 1], [1, 0]):
+        ranges = np.array([2.0, 4.0])[order]
+        assert cycle(free_grid(), ranges, angles=angles[order]).costs[4, 6] == LETHAL
+
+
+def test_ray_turns_unknown_cells_free():
+    unknown = np.full((9, 9), NO_INFORMATION, dtype=np.uint8)
+    update = cycle(unknown, [3.0, np.inf], default_cost=NO_INFORMATION)
+    np.testing.assert_array_equal(update.costs[4, 3:], [U, FREE, FREE, FREE, L, U])
+
+
+def test_footprint_is_freed_last():
+    wide = np.array([[1.2, 1.2], [-1.2, 1.2], [-1.2, -1.2], [1.2, -1.2]])
+    hit_inside = cycle(free_grid(), [1.0, np.inf], footprint=wide)
+    assert not hit_inside.costs.any()
+    kept = cycle(free_grid(), [1.0, np.inf], footprint=wide, footprint_clearing_enabled=False)
+    assert kept.costs[4, 5] == LETHAL
+
+
+def test_window_follows_the_robot_and_obstacles_stay_put_in_the_world():
+    pose = np.array([6.7, 3.5, 0.0])
+    costs = free_grid()
+    costs[8, 8] = LETHAL  # at (8.5, 8.5)
+    update = cycle(costs, [np.inf, np.inf], robot_pose=pose, sensor_pose=pose)
+    assert (update.origin_x, update.origin_y) == (2.0, -1.0)
+    assert update.costs[8, 6] == FREE
+    assert [tuple(i) for i in np.argwhere(update.costs)] == []
+    costs[5, 7] = LETHAL  # at (7.5, 5.5): now column 5, row 6
+    update = cycle(costs, [np.inf, np.inf], robot_pose=pose, sensor_pose=pose)
+    assert [tuple(i) for i in np.argwhere(update.costs)] == [(6, 5)]
+
+
+def test_fixed_window_stays():
+    pose = np.array([6.7, 3.5, 0.0])
+    update = cycle(free_grid(), [np.inf, np.inf], robot_pose=pose, rolling_window=False)
+    assert (update.origin_x, update.origin_y) == (0.0, 0.0)
+
+
+def test_bounds_hold_sensor_ray_ends_hits_and_footprint():
+    update = cycle(free_grid(), [3.0, 4.0], raytrace_max_range=2.0, obstacle_max_range=3.5)
+    # The ray upwards ends after 2 m and its hit, 4 m away, does not mark; the hit ahead does.
+    np.testing.assert_allclose(update.bounds, [4.3, 4.3, 7.5, 6.5])
+
+
+def test_cycle_leaves_its_inputs_unchanged():
+    costs = free_grid()
+    costs[4, 5] = LETHAL
+    before = costs.copy()
+    costs.flags.writeable = False
+    update = cycle(costs, np.array([3.0, 4.0], dtype=np.float32))
+    np.testing.assert_array_equal(costs, before)
+    assert update.costs.flags.writeable
+
+
+@settings(deadline=None)
+@given(
+    shift_x=st.integers(-50, 50),
+    shift_y=st.integers(-50, 50),
+    ranges=st.lists(st.floats(0.0, 6.0), min_size=24, max_size=24),
+)
+def test_world_moved_by_whole_cells_gives_the_same_grid(shift_x, shift_y, ranges):
+    # An eighth of a metre is exact in binary, so that moving it rounds nothing but the hits.
+    resolution = 0.125
+    angles = np.linspace(-3.0, 3.0, 24)
+    updates = []
+    for x, y in ((0.0, 0.0), (shift_x * resolution, shift_y * resolution)):
+        pose = np.array([x + 0.0625, y + 0.0625, 0.3])
+        updates.append(
+            update_obstacle_layer(
+                np.zeros((64, 64), dtype=np.uint8),
+                (x - 4.0, y - 4.0),
+                resolution=resolution,
+                robot_pose=pose,
+                footprint=SMALL_SQUARE,
+                sensor_pose=pose,
+                angles=angles,
+                ranges=np.round(np.array(ranges), 3) + 0.0003,
+                range_min=0.1,
+                range_max=12.0,
+            )
+        )
+    np.testing.assert_array_equal(updates[0].costs, updates[1].costs)
+    np.testing.assert_allclose(
+        updates[1].bounds - updates[0].bounds, np.tile([shift_x, shift_y], 2) * resolution
+    )
