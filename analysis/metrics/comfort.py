@@ -1,0 +1,110 @@
+"""What somebody who sits in the chair would feel.
+
+The simulator's floor is flat: none of this speaks of road vibration, so a frequency-weighted
+acceleration from here is not the ride comfort of a chair on a real floor. Slow braking and
+turning lie below the band of ISO 2631-1; read peaks and jerk beside it.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from drake_navbench.analysis.metrics.definition import metric
+from drake_navbench.analysis.metrics.signals import Array, column, motion
+from drake_navbench.log import TrialLog
+
+# Weights of the squared jerks, s^6/m^2: with 1, a jerk of 1 m/s^3 for 1 s costs as much as 1 s.
+TANGENTIAL_JERK_WEIGHT = 1.0
+NORMAL_JERK_WEIGHT = 1.0
+# ISO 2631-1:1997, annex A, weighting W_d for the horizontal axes of a seat.
+HIGH_PASS_HZ = 0.4
+LOW_PASS_HZ = 100.0
+TRANSITION_HZ = 2.0
+TRANSITION_QUALITY = 0.63
+PADDING_RATIO = 4
+
+
+@metric(unit="m/s^2", better="lower")
+def lateral_acceleration_max_mps2(log: TrialLog) -> float:
+    """Largest true lateral acceleration of the reference point.
+
+    Formula: max |v w|.
+    """
+    return np.abs(column(log, "v_mps") * column(log, "w_radps")).max()
+
+
+@metric(unit="m/s^2", better="lower")
+def acceleration_max_mps2(log: TrialLog) -> float:
+    """Largest true forward acceleration.
+
+    Formula: max(dv/dt, 0), of parabolas fitted over 0.3 s.
+    """
+    return max(float(motion(log).acceleration_mps2.max()), 0.0)
+
+
+@metric(unit="m/s^2", better="lower")
+def deceleration_max_mps2(log: TrialLog) -> float:
+    """Largest true backward acceleration: how hard the chair brakes.
+
+    Formula: max(-dv/dt, 0), of parabolas fitted over 0.3 s.
+    """
+    return max(float(-motion(log).acceleration_mps2.min()), 0.0)
+
+
+@metric(unit="s", better="lower")
+def gulati_kuipers_discomfort_s(log: TrialLog) -> float:
+    """Discomfort of a wheelchair's passenger: duration plus squared jerks.
+
+    Formula: T + w_T integral j_t^2 dt + w_N integral j_n^2 dt with j_t = d2v/dt2 - v w^2 and
+    j_n = 2 w dv/dt + v dw/dt, both weights 1 s^6/m^2 (our choice: the original scales them).
+    Source: Gulati, "A framework for characterization and planning of safe, comfortable, and
+    customizable motion of assistive mobile robots", PhD thesis, 2011.
+    """
+    signal = motion(log)
+    v, w = signal.smooth_v_mps, signal.smooth_w_radps
+    tangential = signal.jerk_mps3 - v * w**2
+    normal = 2.0 * w * signal.acceleration_mps2 + v * signal.angular_acceleration_radps2
+    cost = TANGENTIAL_JERK_WEIGHT * tangential**2 + NORMAL_JERK_WEIGHT * normal**2
+    duration_s = signal.period_s * (len(v) - 1)
+    return duration_s + float(np.trapezoid(cost, dx=signal.period_s))
+
+
+@metric(unit="m/s^2", better="lower")
+def iso_2631_av_mps2(log: TrialLog) -> float:
+    """Frequency-weighted r.m.s. acceleration in the plane of the seat; says nothing of vibration.
+
+    Formula: a_v = sqrt(a_wx^2 + a_wy^2), each the r.m.s. of the acceleration weighted with W_d,
+    k = 1; a_x = dv/dt, a_y = v w at the reference point. The floor is flat, so this is the driving
+    alone; below 0.4 Hz (slow braking, long bends) W_d lets little through.
+    Source: ISO 2631-1:1997, 6 and annex A.
+    """
+    signal = motion(log)
+    forward = np.diff(signal.v_mps) / signal.period_s
+    sideways = (signal.v_mps * signal.w_radps)[1:]
+    return math.hypot(
+        weighted_rms(forward, signal.period_s), weighted_rms(sideways, signal.period_s)
+    )
+
+
+def weighting_wd(frequency_hz: Array) -> Array:
+    """Returns the magnitude of ISO 2631-1's weighting W_d at frequencies (N,) Hz."""
+    s = 2j * np.pi * np.asarray(frequency_hz, dtype=float)
+    high, low, turn = (2.0 * np.pi * f for f in (HIGH_PASS_HZ, LOW_PASS_HZ, TRANSITION_HZ))
+    high_pass = s**2 / (s**2 + math.sqrt(2.0) * high * s + high**2)
+    low_pass = low**2 / (s**2 + math.sqrt(2.0) * low * s + low**2)
+    transition = (1.0 + s / turn) / (1.0 + s / (TRANSITION_QUALITY * turn) + (s / turn) ** 2)
+    return np.abs(high_pass * low_pass * transition)
+
+
+def weighted_rms(acceleration: Array, period_s: float) -> float:
+    """Returns the r.m.s. of an acceleration (N,) on an even grid, weighted with W_d.
+
+    In the frequency domain (Parseval), padded with zeros so that the weighting's ringing at the
+    end is counted and not folded back to the start.
+    """
+    size = PADDING_RATIO * len(acceleration)
+    spectrum = np.fft.rfft(acceleration, size)
+    weighted = np.fft.irfft(spectrum * weighting_wd(np.fft.rfftfreq(size, period_s)), size)
+    return float(np.sqrt((weighted**2).sum() / len(acceleration)))

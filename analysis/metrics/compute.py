@@ -1,0 +1,57 @@
+"""What the controller costs; wall-clock times, so they differ from run to run."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from drake_navbench.analysis.metrics.definition import Undefined, metric
+from drake_navbench.analysis.metrics.signals import Array, column
+from drake_navbench.log import TrialLog
+
+MS_PER_S = 1000.0
+
+
+def cycle_times_ms(log: TrialLog) -> Array:
+    """Returns the compute time of every control cycle that the log saw, (C,) ms."""
+    cycles = column(log, "cycle_count")
+    is_new = np.diff(cycles, prepend=0.0) > 0
+    if not is_new.any():
+        raise Undefined("the controller was never asked")
+    return column(log, "compute_time_ms")[is_new]
+
+
+@metric(unit="ms", better="lower", is_repeatable=False)
+def compute_time_p50_ms(log: TrialLog) -> float:
+    """Median compute time of a control cycle.
+
+    Formula: 50th percentile over the cycles.
+    """
+    return np.percentile(cycle_times_ms(log), 50)
+
+
+@metric(unit="ms", better="lower", is_repeatable=False)
+def compute_time_p95_ms(log: TrialLog) -> float:
+    """Compute time that 95 of 100 control cycles keep.
+
+    Formula: 95th percentile over the cycles.
+    """
+    return np.percentile(cycle_times_ms(log), 95)
+
+
+@metric(unit="ms", better="lower", is_repeatable=False)
+def compute_time_p99_ms(log: TrialLog) -> float:
+    """Compute time that 99 of 100 control cycles keep.
+
+    Formula: 99th percentile over the cycles.
+    """
+    return np.percentile(cycle_times_ms(log), 99)
+
+
+@metric(unit="", better="lower", is_repeatable=False)
+def missed_period_ratio(log: TrialLog) -> float:
+    """Share of the control cycles that took longer than the control period.
+
+    Formula: cycles with compute time > 1/controller_frequency / cycles.
+    """
+    frequency = log.info["robot"]["navigation"]["controller_server"]["controller_frequency"]
+    return float(np.mean(cycle_times_ms(log) > MS_PER_S / frequency))

@@ -1,0 +1,131 @@
+"""Signals that several metrics share, derived from a log with its true sample times."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import savgol_filter
+
+from drake_navbench.analysis.metrics.definition import Undefined
+from drake_navbench.log import TrialLog
+
+Array = NDArray[np.float64]
+
+# Derivatives come from a parabola fitted over this time, not from neighbouring samples: that makes
+# them independent of the sampling period. Six control periods at 20 Hz.
+DERIVATIVE_WINDOW_S = 0.3
+PARABOLA = 2
+MIN_WINDOW_SAMPLES = 5
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """True motion on an even grid.
+
+    period_s: of the grid. v_mps, w_radps: (N,) as logged. Fitted over DERIVATIVE_WINDOW_S, (N,)
+    each: smooth_v_mps, acceleration_mps2 and jerk_mps3 of v; smooth_w_radps,
+    angular_acceleration_radps2 and angular_jerk_radps3 of w.
+    """
+
+    period_s: float
+    v_mps: Array
+    w_radps: Array
+    smooth_v_mps: Array
+    acceleration_mps2: Array
+    jerk_mps3: Array
+    smooth_w_radps: Array
+    angular_acceleration_radps2: Array
+    angular_jerk_radps3: Array
+
+
+def times(log: TrialLog) -> Array:
+    """Returns the sample times, (N,) s."""
+    return column(log, "time_s")
+
+
+def column(log: TrialLog, name: str) -> Array:
+    """Returns a column of the samples as floats; raises Undefined where there are no samples."""
+    if len(log.samples) == 0:
+        raise Undefined("the log has no samples")
+    return log.samples[name].to_numpy(dtype=float)
+
+
+def positions(log: TrialLog) -> Array:
+    """Returns the true positions, (N, 2) m."""
+    return np.column_stack([column(log, "x_m"), column(log, "y_m")])
+
+
+def driven_length(log: TrialLog) -> float:
+    """Returns the driven length, m."""
+    return polyline_length(positions(log))
+
+
+def polyline_length(points: Array) -> float:
+    """Returns the length of a polyline, points (N, 2+) m."""
+    return float(np.hypot(*np.diff(points[:, :2], axis=0).T).sum())
+
+
+def hold_durations(time_s: Array) -> Array:
+    """Returns for how long each sample holds, until the next one; 0 for the last, (N,) s."""
+    return np.append(np.diff(time_s), 0.0)
+
+
+def time_mean(time_s: Array, values: Array) -> float:
+    """Returns the mean over time of a signal linear between its samples."""
+    if len(time_s) == 1:
+        return float(values[0])
+    return float(np.trapezoid(values, time_s) / (time_s[-1] - time_s[0]))
+
+
+# One log is measured at a time, by several metrics in turn; a log does not change.
+@lru_cache(maxsize=1)
+def motion(log: TrialLog) -> Motion:
+    """Returns velocities and their derivatives on an even grid of the log's usual period.
+
+    Raises Undefined where the trial is too short for a fit.
+    """
+    time_s = times(log)
+    if len(time_s) < MIN_WINDOW_SAMPLES:
+        raise Undefined(f"{len(time_s)} samples are too few for derivatives")
+    period_s = float(np.median(np.diff(time_s)))
+    # Rounded: the end of the trial may lie between two ticks of the recorder's clock.
+    count = int(np.floor((time_s[-1] - time_s[0]) / period_s + 1e-6)) + 1
+    if count < MIN_WINDOW_SAMPLES:
+        raise Undefined(f"{count} samples are too few for derivatives")
+    grid = time_s[0] + period_s * np.arange(count)
+    v = np.interp(grid, time_s, column(log, "v_mps"))
+    w = np.interp(grid, time_s, column(log, "w_radps"))
+    return Motion(
+        period_s,
+        v,
+        w,
+        *fitted_derivatives(v, period_s),
+        *fitted_derivatives(w, period_s),
+    )
+
+
+def fitted_derivatives(values: Array, period_s: float) -> tuple[Array, Array, Array]:
+    """Returns value, first and second derivative of parabolas fitted over DERIVATIVE_WINDOW_S.
+
+    values: (N,) on an even grid, N >= 5. Source: Savitzky & Golay 1964; exact for parabolas.
+    """
+    width = max(round(DERIVATIVE_WINDOW_S / period_s), MIN_WINDOW_SAMPLES)
+    width = min(width, len(values))
+    width -= 1 - width % 2
+    return tuple(
+        savgol_filter(values, width, PARABOLA, deriv=order, delta=period_s) for order in range(3)
+    )
+
+
+def rms(values: Array) -> float:
+    """Returns the root mean square."""
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def sign_changes(values: Array, *, dead_band: float) -> int:
+    """Returns how often a signal changes sign; values within the dead band have none."""
+    signs = np.sign(values[np.abs(values) > dead_band])
+    return int(np.count_nonzero(np.diff(signs)))

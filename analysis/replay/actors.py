@@ -1,0 +1,154 @@
+"""What a trial adds to the stage: its robot, the driven path and the lidar hits."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.geometry import Rgba
+from pydrake.math import RigidTransform, RotationMatrix
+
+from drake_navbench.analysis.replay.flat_meshes import ribbon, thinned
+from drake_navbench.analysis.replay.robot_model import RobotModel
+from drake_navbench.analysis.replay.rolling import BaseMotion
+from drake_navbench.analysis.replay.scene import PATH_HEIGHT_M, POINT_SPACING_M
+from drake_navbench.analysis.replay.stage import (
+    FRAMES_PER_SECOND,
+    Stage,
+    frame_of,
+    frames_until,
+    spaced_in_time,
+)
+from drake_navbench.log import Scan, TrialLog
+
+Array = NDArray[np.float64]
+
+# Wheels turn evenly between their keys: the browser interpolates.
+FRAMES_PER_WHEEL_KEY = 4
+# The pose of one frame takes 126 bytes of the page, as measured: this many stay below 1.6 MB.
+MAX_POSE_KEYS = 12_000
+# What comes and goes is a new object each time, of 1 to 3 kB.
+MAX_TURNS = 400
+TURN_PERIOD_S = 0.5
+
+MAX_HITS_A_SCAN = 90
+HIT_SIZE_M = 0.06
+HIT_HEIGHT_M = 0.2
+PATH_WIDTH_M = 0.06
+OUTLINE_WIDTH_M = 0.03
+# Keeps the ribbons of controllers that drive the same line from flickering.
+LAYER_STEP_M = 0.001
+
+
+@dataclass(frozen=True)
+class Pace:
+    """How often things are keyed, so that long trials do not make the page large.
+
+    pose_stride: frames from one pose of a base to the next. turn_period_s: time for which a scan
+    or a prediction is shown.
+    """
+
+    pose_stride: int
+    turn_period_s: float
+
+    @classmethod
+    def fitting(
+        cls,
+        durations_s: Sequence[float],
+        model: RobotModel,
+        *,
+        turn_period_s: float = TURN_PERIOD_S,
+    ) -> Pace:
+        """Returns the finest pace, up to `turn_period_s`, at which such trials fit into a page."""
+        total_s = sum(durations_s)
+        keys_a_frame = 1 + len(model.moving_links) / FRAMES_PER_WHEEL_KEY
+        stride = int(np.ceil(total_s * FRAMES_PER_SECOND * keys_a_frame / MAX_POSE_KEYS))
+        return cls(max(1, stride), max(turn_period_s, total_s / MAX_TURNS))
+
+
+def base_motion(log: TrialLog) -> BaseMotion:
+    """Returns the true motion in a log."""
+    columns = ("time_s", "x_m", "y_m", "yaw_rad", "v_mps", "w_radps")
+    return BaseMotion(*(log.samples[name].to_numpy() for name in columns))
+
+
+def add_robot(
+    stage: Stage,
+    path: str,
+    model: RobotModel,
+    motion: BaseMotion,
+    *,
+    outline: Array,
+    rgba: Rgba,
+    pose_stride: int,
+) -> None:
+    """Draws a robot and lets it drive; after the motion's end it stays where it is.
+
+    Keys move the group that holds all links, and the wheels within it: a MeshcatVisualizer, which
+    poses every link in the world, would make the animation several times as large.
+    """
+    for visual in model.visuals:
+        own = f"{path}/{visual.link}/{visual.name}"
+        stage.meshcat.SetObject(own, visual.shape, visual.rgba or rgba)
+        stage.pose(own, visual.pose)
+    closed = np.vstack([outline, outline[:1]])
+    edge = ribbon(closed, width_m=OUTLINE_WIDTH_M, height_m=PATH_HEIGHT_M)
+    stage.flat_mesh(f"{path}/footprint", edge, rgba)
+    _key_base(stage, path, motion, pose_stride)
+    _key_links(stage, path, model, motion, FRAMES_PER_WHEEL_KEY * pose_stride)
+
+
+def add_driven_path(
+    stage: Stage, path: str, motion: BaseMotion, *, rgba: Rgba, layer: int = 0
+) -> None:
+    """Draws where the base drove; higher layers lie above lower ones."""
+    points = thinned(np.column_stack([motion.x_m, motion.y_m]), POINT_SPACING_M)
+    height_m = PATH_HEIGHT_M + (1 + layer) * LAYER_STEP_M
+    stage.flat_mesh(path, ribbon(points, width_m=PATH_WIDTH_M, height_m=height_m), rgba)
+
+
+def add_scans(
+    stage: Stage, path: str, scans: Sequence[Scan], *, rgba: Rgba, period_s: float
+) -> None:
+    """Shows the points that the lidar hit, each scan until the next one."""
+    shown: list[tuple[float, str | None]] = []
+    for time_s, scan in spaced_in_time([(scan.time_s, scan) for scan in scans], period_s):
+        hits = scan.hits
+        every = max(1, -(-len(hits) // MAX_HITS_A_SCAN))
+        name = f"{path}/{frame_of(time_s)}"
+        has_hits = stage.points(
+            name, hits[::every], height_m=HIT_HEIGHT_M, size_m=HIT_SIZE_M, rgba=rgba
+        )
+        shown.append((time_s, name if has_hits else None))
+    stage.take_turns(shown)
+
+
+def _key_base(stage: Stage, path: str, motion: BaseMotion, stride: int) -> None:
+    frames, times = frames_until(motion.time_s[-1], stride)
+    poses = np.column_stack(
+        [np.interp(times, motion.time_s, c) for c in (motion.x_m, motion.y_m, motion.yaw_rad)]
+    )
+    for k in _rows_that_matter(poses):
+        x, y, yaw = poses[k]
+        rotation = RotationMatrix.MakeZRotation(yaw)
+        stage.pose(path, RigidTransform(rotation, [x, y, 0.0]), int(frames[k]))
+
+
+def _rows_that_matter(poses: Array) -> NDArray[np.int64]:
+    """Returns the rows that differ from one of their neighbours, and always the first."""
+    changes = np.any(poses[1:] != poses[:-1], axis=1)
+    matters = np.append(changes, False) | np.insert(changes, 0, True)
+    return np.flatnonzero(matters)
+
+
+def _key_links(stage: Stage, path: str, model: RobotModel, motion: BaseMotion, stride: int) -> None:
+    """Places all links in the base frame, and keys those that move in it."""
+    frames, times = frames_until(motion.time_s[-1], stride)
+    for frame, poses in zip(frames, model.link_poses(motion, times), strict=True):
+        for link, pose in poses.items():
+            if link in model.moving_links:
+                stage.pose(f"{path}/{link}", pose, int(frame))
+            elif frame == 0:
+                stage.pose(f"{path}/{link}", pose)

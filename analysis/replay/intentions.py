@@ -1,0 +1,103 @@
+"""What a controller had in mind: the trajectories in its diagnostics (see `Decision`)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.geometry import Rgba, Sphere
+from pydrake.math import RigidTransform
+
+from drake_navbench.analysis.replay.flat_meshes import ribbon
+from drake_navbench.analysis.replay.stage import Stage, frame_of, spaced_in_time
+
+Array = NDArray[np.float64]
+Cycles = Sequence[tuple[float, Mapping[str, Any]]]
+
+PREDICTED_COLOR = Rgba(0.80, 0.10, 0.10, 1.0)
+CARROT_COLOR = Rgba(0.95, 0.60, 0.05, 1.0)
+# The cheap, the middling and the costly third of the samples.
+SAMPLE_COLORS = (
+    Rgba(0.13, 0.40, 0.67, 1.0),
+    Rgba(0.45, 0.66, 0.82, 1.0),
+    Rgba(0.76, 0.82, 0.87, 1.0),
+)
+PREDICTED_WIDTH_M = 0.05
+# Above all that lies on the floor; the samples just below the prediction.
+PREDICTED_HEIGHT_M = 0.04
+SAMPLES_HEIGHT_M = 0.03
+CARROT_RADIUS_M = 0.06
+# One showing of the samples takes about 15 kB of the page.
+MAX_SAMPLES = 30
+MAX_POINTS = 12
+MAX_SAMPLE_TURNS = 80
+
+
+def add_prediction(stage: Stage, path: str, cycles: Cycles, period_s: float) -> bool:
+    """Shows `predicted_trajectory` (N, 3); returns whether any cycle has one."""
+    shown: list[tuple[float, str | None]] = []
+    for time_s, cycle in _events(cycles, "predicted_trajectory", period_s):
+        name = f"{path}/{frame_of(time_s)}"
+        points = _coarse(np.asarray(cycle["predicted_trajectory"], dtype=float)[None])[0]
+        mesh = ribbon(points, width_m=PREDICTED_WIDTH_M, height_m=PREDICTED_HEIGHT_M)
+        is_drawn = stage.flat_mesh(name, mesh, PREDICTED_COLOR)
+        shown.append((time_s, name if is_drawn else None))
+    stage.take_turns(shown)
+    return bool(shown)
+
+
+def add_samples(stage: Stage, path: str, cycles: Cycles, period_s: float) -> bool:
+    """Shows `sampled_trajectories` (K, N, 3), coloured by `sampled_costs` (K,).
+
+    Of many only every so many-th in the order of cost. Returns whether any cycle has some.
+    """
+    span_s = cycles[-1][0] - cycles[0][0] if cycles else 0.0
+    period_s = max(period_s, span_s / MAX_SAMPLE_TURNS)
+    shown: list[tuple[float, str | None]] = []
+    for time_s, cycle in _events(cycles, "sampled_trajectories", period_s):
+        trajectories = np.asarray(cycle["sampled_trajectories"], dtype=float)
+        costs = np.asarray(cycle.get("sampled_costs", np.zeros(len(trajectories))), dtype=float)
+        name = f"{path}/{frame_of(time_s)}"
+        by_cost = np.argsort(costs, kind="stable")
+        chosen = by_cost[np.unique(np.linspace(0, len(costs) - 1, MAX_SAMPLES).astype(int))]
+        for third, indices in enumerate(np.array_split(chosen, len(SAMPLE_COLORS))):
+            _draw_lines(stage, f"{name}/{third}", trajectories[indices], SAMPLE_COLORS[third])
+        shown.append((time_s, name))
+    stage.take_turns(shown)
+    return bool(shown)
+
+
+def add_carrot(stage: Stage, path: str, cycles: Cycles, period_s: float) -> bool:
+    """Shows `carrot` (2,), the point steered at; returns whether any cycle has one."""
+    events = _events(cycles, "carrot", period_s)
+    if events:
+        stage.meshcat.SetObject(path, Sphere(CARROT_RADIUS_M), CARROT_COLOR)
+    for time_s, cycle in events:
+        pose = RigidTransform([*np.asarray(cycle["carrot"], dtype=float)[:2], CARROT_RADIUS_M])
+        stage.pose(path, pose, frame_of(time_s))
+    return bool(events)
+
+
+def _events(cycles: Cycles, key: str, period_s: float) -> list[tuple[float, Mapping[str, Any]]]:
+    having = [(time_s, cycle) for time_s, cycle in cycles if len(cycle.get(key, ()))]
+    return spaced_in_time(having, period_s)
+
+
+def _coarse(trajectories: Array) -> Array:
+    """Returns (K, M, 2) of (K, N, 3) with M at most MAX_POINTS, first and last point kept."""
+    count = trajectories.shape[1]
+    chosen = np.unique(np.linspace(0, count - 1, min(count, MAX_POINTS)).round().astype(int))
+    return trajectories[:, chosen, :2]
+
+
+def _draw_lines(stage: Stage, path: str, trajectories: Array, rgba: Rgba) -> None:
+    if not len(trajectories):
+        return
+    points = _coarse(trajectories)
+    heights = np.full((*points.shape[:2], 1), SAMPLES_HEIGHT_M)
+    points = np.concatenate([points, heights], axis=2)
+    stage.meshcat.SetLineSegments(
+        path, points[:, :-1].reshape(-1, 3).T, points[:, 1:].reshape(-1, 3).T, rgba=rgba
+    )

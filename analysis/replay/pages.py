@@ -1,0 +1,179 @@
+"""The two kinds of replay: all controllers of a scenario in one scene, and one trial alone."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.geometry import Rgba
+
+from drake_navbench.analysis.colors import controller_color
+from drake_navbench.analysis.replay import intentions
+from drake_navbench.analysis.replay.actors import (
+    Pace,
+    add_driven_path,
+    add_robot,
+    add_scans,
+    base_motion,
+)
+from drake_navbench.analysis.replay.page import LegendRow, assemble
+from drake_navbench.analysis.replay.robot_model import RobotModel, load_model
+from drake_navbench.analysis.replay.scene import (
+    COURSE_MARGIN_M,
+    PLAN_COLOR,
+    PLAN_PATH,
+    Bounds,
+    add_scene,
+    add_task,
+)
+from drake_navbench.analysis.replay.stage import Stage
+from drake_navbench.log import Outcome, TrialLog
+from drake_navbench.robot import Robot
+from drake_navbench.scenario import Scenario
+
+Array = NDArray[np.float64]
+
+# Shown alone, a trial has room for more.
+TRIAL_TURN_PERIOD_S = 0.2
+LAYER_COLOR = "#8a94a3"
+
+
+def write_race_replay(logs: Sequence[TrialLog], path: Path, *, model: Path | None) -> None:
+    """Writes a page in which trials of one scenario drive side by side, one colour a controller.
+
+    logs: of different controllers, with at least one sample each. model: the robot's SDF file, or
+    None to draw a prism over its outline. Equal logs give equal bytes.
+    """
+    scenario, robot = _scenario_and_robot(logs[0])
+    stage = Stage()
+    robot_model = load_model(model, robot.outline)
+    pace = Pace.fitting([log.samples["time_s"].iloc[-1] for log in logs], robot_model)
+    _add_surroundings(stage, scenario, robot, logs)
+    rows = [
+        _add_trial(stage, log, robot, robot_model, pace=pace, layer=layer)
+        for layer, log in enumerate(logs)
+    ]
+    names = [row.name for row in rows]
+    scans = [_scan_path(name) for name in names]
+    layers = [_plan_row(), LegendRow("lidar hits", LAYER_COLOR, scans)]
+    page = assemble(
+        stage.html(),
+        title=scenario.name,
+        subtitle=scenario.description,
+        sections=[rows, layers],
+    )
+    path.write_text(page, encoding="utf-8")
+
+
+def write_trial_replay(log: TrialLog, path: Path, *, model: Path | None) -> None:
+    """Writes a page with one trial and what its controller had in mind.
+
+    The log needs at least one sample. model: as for `write_race_replay`.
+    """
+    scenario, robot = _scenario_and_robot(log)
+    stage = Stage()
+    robot_model = load_model(model, robot.outline)
+    duration_s = log.samples["time_s"].iloc[-1]
+    pace = Pace.fitting([duration_s], robot_model, turn_period_s=TRIAL_TURN_PERIOD_S)
+    _add_surroundings(stage, scenario, robot, [log])
+    row = _add_trial(stage, log, robot, robot_model, pace=pace)
+    layers = [
+        _plan_row(),
+        LegendRow("lidar hits", LAYER_COLOR, [_scan_path(row.name)]),
+        *_intention_rows(stage, log, pace),
+    ]
+    page = assemble(
+        stage.html(),
+        title=f"{scenario.name}: {row.name}",
+        subtitle=f"{scenario.description}; trial {log.info['trial']}, seed {log.info['seed']}",
+        sections=[[row], layers],
+    )
+    path.write_text(page, encoding="utf-8")
+
+
+def _scenario_and_robot(log: TrialLog) -> tuple[Scenario, Robot]:
+    return Scenario.model_validate(log.info["scenario"]), Robot.model_validate(log.info["robot"])
+
+
+def _add_surroundings(
+    stage: Stage, scenario: Scenario, robot: Robot, logs: Sequence[TrialLog]
+) -> None:
+    plan = next((log.plan for log in logs if len(log.plan)), np.empty((0, 3)))
+    driven = [log.samples[["x_m", "y_m"]].to_numpy() for log in logs]
+    ends = np.array([scenario.start[:2], scenario.goal[:2]])
+    points = np.vstack([*driven, plan[:, :2], ends])
+    reach_m = np.hypot(*robot.outline.T).max()
+    add_scene(stage, scenario, plan=plan, course=Bounds.around(points, reach_m + COURSE_MARGIN_M))
+    add_task(stage, scenario, robot.navigation.goal_checker.xy_goal_tolerance)
+
+
+def _add_trial(
+    stage: Stage,
+    log: TrialLog,
+    robot: Robot,
+    model: RobotModel,
+    *,
+    pace: Pace,
+    layer: int = 0,
+) -> LegendRow:
+    """Draws robot, path and hits of a trial below one path; returns its row in the legend."""
+    name = log.info["controller"]
+    color = controller_color(name)
+    rgba = _rgba(color)
+    group = _group(name)
+    motion = base_motion(log)
+    add_robot(
+        stage,
+        f"{group}/robot",
+        model,
+        motion,
+        outline=robot.outline,
+        rgba=rgba,
+        pose_stride=pace.pose_stride,
+    )
+    add_driven_path(stage, f"{group}/path", motion, rgba=rgba, layer=layer)
+    add_scans(stage, _scan_path(name), log.scans, rgba=rgba, period_s=pace.turn_period_s)
+    is_failure = log.outcome is not Outcome.SUCCEEDED
+    detail = f"{log.outcome.replace('_', ' ')}, {log.end_time_s:.1f} s"
+    if is_failure and log.info.get("reason"):
+        detail += f": {log.info['reason']}"
+    return LegendRow(name, color, [group], detail, is_failure)
+
+
+def _intention_rows(stage: Stage, log: TrialLog, pace: Pace) -> list[LegendRow]:
+    """Draws what the diagnostics hold; returns a row for each kind that there is."""
+    kinds: list[tuple[str, Any, Rgba]] = [
+        ("prediction", intentions.add_prediction, intentions.PREDICTED_COLOR),
+        ("samples", intentions.add_samples, intentions.SAMPLE_COLORS[0]),
+        ("carrot", intentions.add_carrot, intentions.CARROT_COLOR),
+    ]
+    return [
+        LegendRow(name, _css(rgba), [f"/{name}"])
+        for name, add, rgba in kinds
+        if add(stage, f"/{name}", log.diagnostics, pace.turn_period_s)
+    ]
+
+
+def _plan_row() -> LegendRow:
+    return LegendRow("global plan", _css(PLAN_COLOR), [PLAN_PATH])
+
+
+def _group(controller: str) -> str:
+    """Returns the Meshcat path of a controller; a slash would start another level."""
+    return f"/controllers/{controller.replace('/', '_')}"
+
+
+def _scan_path(controller: str) -> str:
+    return f"{_group(controller)}/scan"
+
+
+def _rgba(color: str) -> Rgba:
+    return Rgba(*(channel / 255 for channel in bytes.fromhex(color.removeprefix("#"))))
+
+
+def _css(rgba: Rgba) -> str:
+    channels = (rgba.r(), rgba.g(), rgba.b())
+    return "#" + "".join(f"{round(255 * channel):02x}" for channel in channels)

@@ -1,0 +1,159 @@
+"""What a replay draws of a robot: the visuals of its SDF file, or a prism over its outline."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.geometry import Rgba, SceneGraph, Shape
+from pydrake.math import RigidTransform
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import BodyIndex, JointIndex, RevoluteJoint
+
+from drake_navbench.analysis.replay.rolling import BaseMotion, rolled_angle, trailing_heading
+from drake_navbench.world_geometry import prism
+
+Array = NDArray[np.float64]
+
+BASE_LINK = "base_link"
+# Visuals with this prefix take the controller's colour.
+TINTED_PREFIX = "upholstery"
+PRISM_HEIGHT_M = 0.3
+DEFAULT_COLOR = Rgba(0.6, 0.6, 0.6, 1.0)
+# A joint whose axis is steeper than 45 degrees is a caster's swivel, any other one a wheel's axle.
+STEEP_AXIS = np.sqrt(0.5)
+
+
+@dataclass(frozen=True)
+class Visual:
+    """One shape of a link, in the link's frame; where `rgba` is None the controller's colour."""
+
+    link: str
+    name: str
+    shape: Shape
+    pose: RigidTransform
+    rgba: Rgba | None
+
+
+class PrismModel:
+    """An upright prism over the outline (K, 2) m, for robots without a model file."""
+
+    moving_links: tuple[str, ...] = ()
+
+    def __init__(self, outline: Array) -> None:
+        shape = prism(outline, PRISM_HEIGHT_M)
+        self.visuals = (Visual(BASE_LINK, "prism", shape, RigidTransform(), None),)
+
+    def link_poses(self, motion: BaseMotion, times_s: Array) -> Iterator[dict[str, RigidTransform]]:
+        """Yields for each of the times the poses of all links in the base frame."""
+        return ({BASE_LINK: RigidTransform()} for _ in times_s)
+
+
+class SdfModel:
+    """The first model in an SDF or URDF file; its base frame is that of `base_link`.
+
+    Every revolute joint with a horizontal axis rolls on the floor without slip, every one with a
+    vertical axis swivels as a trailing caster.
+
+    visuals: everything to draw. moving_links: names of the links that wheels and casters move.
+    """
+
+    def __init__(self, path: Path) -> None:
+        scene_graph = SceneGraph()
+        self._plant = MultibodyPlant(0.0)
+        self._plant.RegisterAsSourceForSceneGraph(scene_graph)
+        Parser(self._plant).AddModels(str(path))
+        base = self._plant.GetFrameByName(BASE_LINK)
+        self._plant.WeldFrames(self._plant.world_frame(), base)
+        self._plant.Finalize()
+        self._context = self._plant.CreateDefaultContext()
+        self._rest = self._plant.CreateDefaultContext()
+        joints = [self._plant.get_joint(JointIndex(i)) for i in range(self._plant.num_joints())]
+        self._joints = [joint for joint in joints if isinstance(joint, RevoluteJoint)]
+        self.visuals = tuple(self._read_visuals(scene_graph))
+        self.moving_links = tuple(joint.child_body().name() for joint in self._joints)
+
+    def link_poses(self, motion: BaseMotion, times_s: Array) -> Iterator[dict[str, RigidTransform]]:
+        """Yields for each of the times the poses of all links in the base frame."""
+        bodies = [self._plant.GetBodyByName(link) for link in {v.link for v in self.visuals}]
+        angles = {
+            joint: np.interp(times_s, motion.time_s, values)
+            for joint, values in self._joint_angles(motion)
+        }
+        for k in range(len(times_s)):
+            for joint, values in angles.items():
+                joint.set_angle(self._context, values[k])
+            yield {body.name(): body.EvalPoseInWorld(self._context) for body in bodies}
+
+    def _read_visuals(self, scene_graph: SceneGraph) -> Iterator[Visual]:
+        inspector = scene_graph.model_inspector()
+        for index in range(self._plant.num_bodies()):
+            body = self._plant.get_body(BodyIndex(index))
+            for geometry_id in self._plant.GetVisualGeometriesForBody(body):
+                name = inspector.GetName(geometry_id).rpartition("::")[2]
+                properties = inspector.GetIllustrationProperties(geometry_id)
+                rgba = properties.GetPropertyOrDefault("phong", "diffuse", DEFAULT_COLOR)
+                yield Visual(
+                    link=body.name(),
+                    name=name,
+                    shape=inspector.GetShape(geometry_id),
+                    pose=inspector.GetPoseInFrame(geometry_id),
+                    rgba=None if name.startswith(TINTED_PREFIX) else rgba,
+                )
+
+    def _joint_angles(self, motion: BaseMotion) -> Iterator[tuple[RevoluteJoint, Array]]:
+        """Yields each revolute joint with its angles (T,) rad at the motion's times."""
+        axles = [joint for joint in self._joints if not self._is_swivel(joint)]
+        carried: set[str] = set()
+        for swivel in filter(self._is_swivel, self._joints):
+            fork = swivel.child_body().name()
+            own = [axle for axle in axles if axle.parent_body().name() == fork]
+            carried |= {axle.name() for axle in own}
+            yield from self._caster_angles(swivel, own, motion)
+        for axle in axles:
+            if axle.name() not in carried:
+                position, axis = self._position_and_axis(axle)
+                speed = motion.point_velocity(position[:2]) @ _rolling_direction(axis)
+                yield axle, rolled_angle(motion.time_s, speed, position[2])
+
+    def _caster_angles(
+        self, swivel: RevoluteJoint, axles: list[RevoluteJoint], motion: BaseMotion
+    ) -> Iterator[tuple[RevoluteJoint, Array]]:
+        if not axles:
+            return
+        pivot, axis = self._position_and_axis(swivel)
+        contact, axle_axis = self._position_and_axis(axles[0])
+        ahead = pivot[:2] - contact[:2]
+        rest_rad = np.arctan2(ahead[1], ahead[0])
+        velocity = motion.point_velocity(pivot[:2])
+        heading = trailing_heading(motion, velocity, trail_m=np.hypot(*ahead), initial_rad=rest_rad)
+        yield swivel, np.sign(axis[2]) * (heading - rest_rad)
+        speed = velocity[:, 0] * np.cos(heading) + velocity[:, 1] * np.sin(heading)
+        speed *= np.sign(_rolling_direction(axle_axis) @ ahead)
+        for axle in axles:
+            yield axle, rolled_angle(motion.time_s, speed, contact[2])
+
+    def _is_swivel(self, joint: RevoluteJoint) -> bool:
+        return abs(self._position_and_axis(joint)[1][2]) > STEEP_AXIS
+
+    def _position_and_axis(self, joint: RevoluteJoint) -> tuple[Array, Array]:
+        """Returns origin (3,) m and axis (3,) of a joint in the base frame at rest."""
+        pose = joint.frame_on_parent().CalcPoseInWorld(self._rest)
+        return pose.translation(), pose.rotation().matrix() @ joint.revolute_axis()
+
+
+def _rolling_direction(axis: Array) -> Array:
+    """Returns (2,) where a wheel rolls that turns about `axis` (3,): axis cross z (y gives x)."""
+    return np.array([axis[1], -axis[0]])
+
+
+RobotModel = PrismModel | SdfModel
+
+
+def load_model(path: Path | None, outline: Array) -> RobotModel:
+    """Returns the model in a file, or a prism over the outline (K, 2) m where there is none."""
+    return PrismModel(outline) if path is None else SdfModel(path)

@@ -1,0 +1,155 @@
+"""What stands still in a replay: floor, obstacles, the task, the camera."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.geometry import Box, Meshcat, Rgba
+from pydrake.math import RigidTransform
+
+from drake_navbench.analysis.replay.flat_meshes import arrow, dashes, ring, thinned
+from drake_navbench.analysis.replay.stage import Stage
+from drake_navbench.scenario import Scenario
+from drake_navbench.world_geometry import OBSTACLE_COLOR, obstacle_shapes
+
+Array = NDArray[np.float64]
+
+PLAN_PATH = "/plan"
+FLOOR_COLOR = Rgba(0.93, 0.94, 0.95, 1.0)
+GRID_COLOR = Rgba(0.80, 0.82, 0.85, 1.0)
+PLAN_COLOR = Rgba(0.15, 0.16, 0.20, 1.0)
+# Meshcat's lamps hang over the origin and leave a course of 15 m dark at its end.
+NEARBY_LIGHTS = ("SpotLight", "PointLightNegativeX", "PointLightPositiveX")
+EVEN_LIGHTS = {"AmbientLight": 1.3, "FillLight": 1.6}
+BACKGROUND_TOP = [0.80, 0.85, 0.92]
+BACKGROUND_BOTTOM = [0.96, 0.97, 0.98]
+
+# Heights above the floor; a few millimetres apart so that what lies flat does not flicker.
+FLOOR_THICKNESS_M = 0.01
+FLOOR_TOP_M = -0.004
+PATH_HEIGHT_M = 0.004
+PLAN_HEIGHT_M = 0.025
+
+PLAN_WIDTH_M = 0.03
+PLAN_DASH_M = 0.15
+MARKER_WIDTH_M = 0.04
+START_RADIUS_M = 0.10
+ARROW_SIZE_M = 0.35
+POINT_SPACING_M = 0.05
+
+FLOOR_MARGIN_M = 1.5
+COURSE_MARGIN_M = 0.1
+# A slanted view from the south: x runs to the right and y away from the viewer, as on a map.
+CAMERA_ELEVATION_RAD = np.deg2rad(52.0)
+CAMERA_FOV_DEG = 35.0
+# Windows narrower than this cut off the sides.
+CAMERA_ASPECT = 1.5
+# Share of the half picture, from its centre, that the course may fill: legend and player need room.
+CAMERA_FILL = 0.94
+# The nearer the near plane, the coarser the depth buffer at the floor.
+CAMERA_NEAR_M, CAMERA_FAR_M = 0.2, 400.0
+OBSTACLE_TOP_M = 1.0
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """A rectangle on the floor, m."""
+
+    low: Array
+    high: Array
+
+    @classmethod
+    def around(cls, points: Array, margin_m: float) -> Bounds:
+        """Returns the rectangle around (N, 2) points with a margin."""
+        return cls(points.min(axis=0) - margin_m, points.max(axis=0) + margin_m)
+
+    @property
+    def corners(self) -> Array:
+        """(4, 2) m."""
+        (x0, y0), (x1, y1) = self.low, self.high
+        return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
+
+
+def add_scene(stage: Stage, scenario: Scenario, *, plan: Array, course: Bounds) -> None:
+    """Draws floor, obstacles, start, goal and plan, and points the camera at the course.
+
+    plan: (N, 3) m, m, rad. course: what the camera must show.
+    """
+    outlines = [o.outline for o in scenario.obstacles.obstacles]
+    floor = Bounds.around(np.vstack([course.corners, *outlines]), FLOOR_MARGIN_M)
+    _replace_defaults(stage.meshcat)
+    _draw_floor(stage.meshcat, floor)
+    _draw_obstacles(stage.meshcat, scenario)
+    points = thinned(plan[:, :2], POINT_SPACING_M) if len(plan) else np.empty((0, 2))
+    if len(points) > 1:
+        line = dashes(points, dash_m=PLAN_DASH_M, width_m=PLAN_WIDTH_M, height_m=PLAN_HEIGHT_M)
+        stage.flat_mesh(PLAN_PATH, line, PLAN_COLOR)
+    _aim_camera(stage.meshcat, course)
+
+
+def add_task(stage: Stage, scenario: Scenario, goal_tolerance_m: float) -> None:
+    """Draws the start, and the goal with the circle that the goal checker accepts."""
+    for name, pose, radius_m in (
+        ("start", scenario.start, START_RADIUS_M),
+        ("goal", scenario.goal, goal_tolerance_m),
+    ):
+        circle = ring(pose[:2], radius_m=radius_m, width_m=MARKER_WIDTH_M, height_m=PLAN_HEIGHT_M)
+        stage.flat_mesh(f"/{name}/circle", circle, PLAN_COLOR)
+        head = arrow(pose, length_m=ARROW_SIZE_M, width_m=ARROW_SIZE_M, height_m=PLAN_HEIGHT_M)
+        stage.flat_mesh(f"/{name}/heading", head, PLAN_COLOR)
+
+
+def _replace_defaults(meshcat: Meshcat) -> None:
+    for path in ("/Grid", "/Axes", *(f"/Lights/{name}" for name in NEARBY_LIGHTS)):
+        meshcat.SetProperty(path, "visible", False)
+    for name, intensity in EVEN_LIGHTS.items():
+        meshcat.SetProperty(f"/Lights/{name}/<object>", "intensity", intensity)
+    meshcat.SetProperty("/Background", "top_color", BACKGROUND_TOP)
+    meshcat.SetProperty("/Background", "bottom_color", BACKGROUND_BOTTOM)
+
+
+def _draw_floor(meshcat: Meshcat, bounds: Bounds) -> None:
+    low, high = np.floor(bounds.low), np.ceil(bounds.high)
+    size, centre = high - low, 0.5 * (low + high)
+    meshcat.SetObject("/floor/slab", Box(*size, FLOOR_THICKNESS_M), FLOOR_COLOR)
+    slab_height_m = FLOOR_TOP_M - 0.5 * FLOOR_THICKNESS_M
+    meshcat.SetTransform("/floor/slab", RigidTransform([*centre, slab_height_m]))
+    starts = [[x, low[1], 0.0] for x in np.arange(low[0], high[0] + 0.5)]
+    ends = [[x, high[1], 0.0] for x in np.arange(low[0], high[0] + 0.5)]
+    starts += [[low[0], y, 0.0] for y in np.arange(low[1], high[1] + 0.5)]
+    ends += [[high[0], y, 0.0] for y in np.arange(low[1], high[1] + 0.5)]
+    meshcat.SetLineSegments(
+        "/floor/metre_grid", np.array(starts).T, np.array(ends).T, rgba=GRID_COLOR
+    )
+
+
+def _draw_obstacles(meshcat: Meshcat, scenario: Scenario) -> None:
+    for index, obstacle in enumerate(scenario.obstacles.obstacles):
+        for piece, (pose, shape) in enumerate(obstacle_shapes(obstacle)):
+            path = f"/obstacles/{index}/{piece}"
+            meshcat.SetObject(path, shape, Rgba(*OBSTACLE_COLOR))
+            meshcat.SetTransform(path, pose)
+
+
+def _aim_camera(meshcat: Meshcat, course: Bounds) -> None:
+    """Puts the camera as near as it can be with the whole course in the picture."""
+    toward_camera = np.array([0.0, -np.cos(CAMERA_ELEVATION_RAD), np.sin(CAMERA_ELEVATION_RAD)])
+    right = np.array([1.0, 0.0, 0.0])
+    up = np.cross(toward_camera, right)
+    half_height = CAMERA_FILL * np.tan(np.deg2rad(CAMERA_FOV_DEG) / 2)
+    half_width = CAMERA_ASPECT * half_height
+    target = np.array([*0.5 * (course.low + course.high), 0.0])
+    corners = np.array([[*c, z] for c in course.corners for z in (0.0, OBSTACLE_TOP_M)]) - target
+    # A point p is in the picture where |p . right| <= (distance - p . toward) * half_width, and
+    # likewise for up; so each point asks for a distance, and the largest one serves all.
+    asked = corners @ toward_camera + np.maximum(
+        np.abs(corners @ right) / half_width, np.abs(corners @ up) / half_height
+    )
+    meshcat.SetCamera(
+        Meshcat.PerspectiveCamera(
+            fov=CAMERA_FOV_DEG, aspect=CAMERA_ASPECT, near=CAMERA_NEAR_M, far=CAMERA_FAR_M
+        )
+    )
+    meshcat.SetCameraPose(target + asked.max() * toward_camera, target)

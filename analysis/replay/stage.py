@@ -1,0 +1,109 @@
+"""The Meshcat scene of one page and its animation."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.geometry import Meshcat, MeshcatAnimation, MeshcatParams, Rgba
+from pydrake.math import RigidTransform
+from pydrake.perception import PointCloud
+
+from drake_navbench.analysis.replay.flat_meshes import FlatMesh
+
+Array = NDArray[np.float64]
+Event = TypeVar("Event")
+
+FRAMES_PER_SECOND = 20
+
+
+class Stage:
+    """Draws into one Meshcat scene; frames of the animation are counted from the logs' time 0.
+
+    Paths are Meshcat's: hiding a path hides everything below it.
+    """
+
+    def __init__(self) -> None:
+        with _without_drake_notices():
+            self.meshcat = Meshcat(MeshcatParams(show_stats_plot=False))
+        self.animation = MeshcatAnimation(FRAMES_PER_SECOND)
+
+    def flat_mesh(self, path: str, mesh: FlatMesh, rgba: Rgba) -> bool:
+        """Draws a flat mesh; returns False where it is empty and nothing was drawn."""
+        if mesh.faces.size:
+            self.meshcat.SetTriangleMesh(path, mesh.vertices, mesh.faces, rgba)
+        return mesh.faces.size > 0
+
+    def points(
+        self, path: str, points: Array, *, height_m: float, size_m: float, rgba: Rgba
+    ) -> bool:
+        """Draws (N, 2) points, m; returns False where there are none and nothing was drawn."""
+        if len(points):
+            cloud = PointCloud(len(points))
+            cloud.mutable_xyzs()[:] = np.column_stack([points, np.full(len(points), height_m)]).T
+            self.meshcat.SetObject(path, cloud, size_m, rgba)
+        return len(points) > 0
+
+    def pose(self, path: str, pose: RigidTransform, frame: int | None = None) -> None:
+        """Places what is at a path: for good, or at a frame with a smooth motion between frames."""
+        if frame is None:
+            self.meshcat.SetTransform(path, pose)
+        else:
+            self.animation.SetTransform(frame, path, pose)
+
+    def take_turns(self, shown: Sequence[tuple[float, str | None]]) -> None:
+        """Shows each path from its time until the time of the next; None shows nothing."""
+        frames = [frame_of(time_s) for time_s, _ in shown]
+        for index, (_, path) in enumerate(shown):
+            if path is None:
+                continue
+            if frames[index] > 0:
+                self.animation.SetProperty(0, path, "visible", False)
+            self.animation.SetProperty(frames[index], path, "visible", True)
+            if index + 1 < len(shown):
+                self.animation.SetProperty(frames[index + 1], path, "visible", False)
+
+    def html(self) -> str:
+        """Returns the scene with its animation as a page that needs nothing else."""
+        self.meshcat.SetAnimation(self.animation)
+        return self.meshcat.StaticHtml()
+
+
+def frame_of(time_s: float) -> int:
+    """Returns the frame that shows a time."""
+    return round(time_s * FRAMES_PER_SECOND)
+
+
+def frames_until(end_time_s: float, stride: int) -> tuple[NDArray[np.int64], Array]:
+    """Returns every `stride`-th frame up to the one of the end, and the times s that they show."""
+    last = frame_of(end_time_s)
+    frames = np.unique(np.append(np.arange(0, last + 1, stride), last))
+    return frames, np.minimum(frames / FRAMES_PER_SECOND, end_time_s)
+
+
+def spaced_in_time(
+    events: Iterable[tuple[float, Event]], period_s: float
+) -> list[tuple[float, Event]]:
+    """Returns the first event, and each one at least `period_s` after the last kept one."""
+    kept: list[tuple[float, Event]] = []
+    for time_s, event in events:
+        # Half a frame of slack: a clock's rounding must not skip an event that is due.
+        if not kept or time_s - kept[-1][0] >= period_s - 0.5 / FRAMES_PER_SECOND:
+            kept.append((time_s, event))
+    return kept
+
+
+@contextmanager
+def _without_drake_notices() -> Iterator[None]:
+    """Keeps Meshcat from printing the address of a server that nobody will visit."""
+    logger = logging.getLogger("drake")
+    level = logger.level
+    logger.setLevel(logging.WARNING)
+    try:
+        yield
+    finally:
+        logger.setLevel(level)
