@@ -1,0 +1,300 @@
+"""The contract of a controller, for every preset of every registered controller.
+
+A controller is a pure function of observation and memory: finite commands within the base's
+limits, inputs untouched, the same again for the same inputs whatever was asked in between, and the
+mirrored command in the mirrored world.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass, replace
+
+import numpy as np
+import pytest
+
+from drake_navbench.controller import (
+    Controller,
+    ControllerError,
+    ControllerSetup,
+    Decision,
+    NoiseKey,
+    Observation,
+)
+from drake_navbench.kernels.footprint import footprint_radii
+from drake_navbench.kernels.grid import Costmap
+from drake_navbench.presets import load_preset, preset_files
+
+# Controllers of which the mirrored world may give another command, and why.
+NOT_MIRRORED = {
+    "mppi": "samples the same noise in both worlds, so mirrored only on average",
+    "dwb": "of twists that score alike the first sampled wins, and sampling starts at one side",
+}
+MIRROR_TOLERANCE = 1e-6
+ROUNDING = 1e-9
+
+PERIOD_S = 0.05
+RESOLUTION = 0.05
+CELLS = 120
+INSCRIBED_RADIUS_M = 0.26
+INFLATION_RADIUS_M = 0.9
+COST_SCALING_FACTOR = 3.0
+CYCLES = 4
+MIRROR = np.array([1.0, -1.0, -1.0])
+
+PRESETS = sorted(preset_files())
+
+
+def make_setup(*, wants_diagnostics: bool = False) -> ControllerSetup:
+    footprint = np.array([[0.86, 0.31], [0.86, -0.31], [-0.26, -0.31], [-0.26, 0.31]])
+    footprint.flags.writeable = False
+    inscribed_radius_m, circumscribed_radius_m = footprint_radii(footprint)
+    return ControllerSetup(
+        control_period_s=PERIOD_S,
+        footprint=footprint,
+        inscribed_radius_m=inscribed_radius_m,
+        circumscribed_radius_m=circumscribed_radius_m,
+        wants_diagnostics=wants_diagnostics,
+    )
+
+
+def make_controller(preset: str, **setup) -> Controller:
+    loaded = load_preset(preset)
+    return loaded.controller_class(loaded.parameters, make_setup(**setup))
+
+
+def make_costmap(obstacles=()) -> Costmap:
+    """A map from -3 to 3 m with inflated lethal cells; an obstacle is (column, row)."""
+    costs = np.zeros((CELLS, CELLS))
+    rows, columns = np.indices(costs.shape)
+    for column, row in obstacles:
+        distance_m = RESOLUTION * np.hypot(columns - column, rows - row)
+        inflated = np.floor(
+            252.0 * np.exp(-COST_SCALING_FACTOR * (distance_m - INSCRIBED_RADIUS_M))
+        )
+        inflated[distance_m <= INSCRIBED_RADIUS_M] = 253
+        inflated[distance_m > INFLATION_RADIUS_M] = 0
+        inflated[row, column] = 254
+        costs = np.maximum(costs, inflated)
+    half_m = 0.5 * CELLS * RESOLUTION
+    return Costmap(costs.astype(np.uint8), -half_m, -half_m, RESOLUTION)
+
+
+def make_observation(plan, *, pose, twist=(0.0, 0.0), obstacles=(), **values) -> Observation:
+    arrays = {
+        "pose": np.array(pose, dtype=float),
+        "twist": np.array(twist, dtype=float),
+        "plan": np.array(plan, dtype=float),
+    }
+    arrays["goal"] = arrays["plan"][-1].copy()
+    for array in arrays.values():
+        array.flags.writeable = False
+    return Observation(
+        time_s=1.0,
+        plan_id=1,
+        costmap=make_costmap(obstacles),
+        noise_key=NoiseKey(seed=3, stream=1, step=20),
+        **arrays,
+        **values,
+    )
+
+
+def straight_plan(length_m=2.0):
+    count = round(length_m / 0.05) + 1
+    return np.column_stack([np.linspace(0.0, length_m, count), np.zeros((count, 2))])
+
+
+def arc_plan(radius_m=1.5, angle=1.2):
+    angles = np.linspace(0.0, angle, 37)
+    return np.column_stack([radius_m * np.sin(angles), radius_m * (1.0 - np.cos(angles)), angles])
+
+
+# Poses lie inside cells, off the lines between them, so that the mirrored ones lie in the mirrored
+# cells.
+SITUATIONS = {
+    "starting": lambda: make_observation(straight_plan(), pose=(0.013, 0.013, 0.05)),
+    "cruising": lambda: make_observation(
+        straight_plan(), pose=(0.011, 0.062, -0.1), twist=(0.4, 0.1)
+    ),
+    "in a curve": lambda: make_observation(
+        arc_plan(), pose=(0.012, 0.021, 0.02), twist=(0.3, 0.15)
+    ),
+    "beside an obstacle": lambda: make_observation(
+        straight_plan(), pose=(0.012, 0.021, 0.02), twist=(0.3, 0.0), obstacles=[(84, 78)]
+    ),
+    "before the goal": lambda: make_observation(
+        straight_plan(0.4), pose=(0.012, 0.021, 0.2), twist=(0.2, 0.0)
+    ),
+}
+
+
+def contents(value):
+    """What a value is made of, as nested tuples: equal for equal values."""
+    if isinstance(value, np.ndarray):
+        return (value.shape, value.dtype.str, value.tobytes())
+    if isinstance(value, Mapping):
+        return tuple((key, contents(value[key])) for key in sorted(value))
+    if isinstance(value, (tuple, list)):
+        return (type(value).__name__, *(contents(item) for item in value))
+    if is_dataclass(value):
+        return tuple((f.name, contents(getattr(value, f.name))) for f in fields(value))
+    return repr(value)
+
+
+def outcome(controller: Controller, observation: Observation, memory):
+    """The decision, or the error that the controller is allowed to raise."""
+    try:
+        return controller.step(observation, memory)
+    except ControllerError as error:
+        return error
+
+
+def outcome_contents(result):
+    if isinstance(result, Decision):
+        return contents(result)
+    return type(result).__name__, str(result), contents(result.details), contents(result.memory)
+
+
+def advanced(observation: Observation, command) -> Observation:
+    """The observation after one period of an exact unicycle that obeys at once."""
+    v, w = command
+    x, y, yaw = observation.pose
+    turn = w * PERIOD_S
+    chord = v * PERIOD_S * np.sinc(turn / (2.0 * math.pi))
+    direction = yaw + 0.5 * turn
+    key = observation.noise_key
+    return replace(
+        observation,
+        time_s=observation.time_s + PERIOD_S,
+        pose=np.array(
+            [x + chord * math.cos(direction), y + chord * math.sin(direction), yaw + turn]
+        ),
+        twist=np.array([v, w]),
+        noise_key=key._replace(step=key.step + 1),
+    )
+
+
+def drive(controller: Controller, observation: Observation):
+    """The outcomes of some cycles in closed loop, to the first without a command."""
+    memory, results = controller.initial_memory(), []
+    for _ in range(CYCLES):
+        result = outcome(controller, observation, memory)
+        results.append(result)
+        if not isinstance(result, Decision):
+            break
+        memory = result.memory
+        observation = advanced(observation, result.command)
+    return results
+
+
+@pytest.fixture(scope="module", params=PRESETS)
+def preset(request):
+    return request.param
+
+
+@pytest.fixture(scope="module")
+def controller(preset):
+    return make_controller(preset)
+
+
+@pytest.fixture(params=SITUATIONS)
+def observation(request):
+    return SITUATIONS[request.param]()
+
+
+def test_a_controller_has_what_the_interface_asks_for(controller):
+    assert isinstance(controller, Controller)
+
+
+def test_commands_are_finite_and_within_the_limits_of_the_base(controller, observation):
+    setup = make_setup()
+    results = drive(controller, observation)
+    assert isinstance(results[0], Decision), results[0]
+    for result in results:
+        if isinstance(result, Decision):
+            command = np.asarray(result.command)
+            assert command.shape == (2,)
+            assert np.isfinite(command).all()
+            assert abs(command[0]) <= setup.max_linear_velocity_mps + ROUNDING
+            assert abs(command[1]) <= setup.max_angular_velocity_radps + ROUNDING
+
+
+def test_inputs_stay_as_they_are(controller, observation):
+    memory = controller.initial_memory()
+    before = contents(observation), contents(memory)
+    result = outcome(controller, observation, memory)
+    assert (contents(observation), contents(memory)) == before
+    memory = getattr(result, "memory", None) or memory
+    before = contents(memory)
+    outcome(controller, advanced(observation, (0.1, 0.0)), memory)
+    assert contents(memory) == before
+
+
+def test_the_same_inputs_give_the_same_decision_whatever_came_between(controller, observation):
+    first = [outcome_contents(result) for result in drive(controller, observation)]
+    for other in SITUATIONS.values():
+        drive(controller, other())
+    assert [outcome_contents(result) for result in drive(controller, observation)] == first
+
+
+def test_a_fresh_controller_decides_alike(preset, controller, observation):
+    used = [outcome_contents(result) for result in drive(controller, observation)]
+    fresh = [outcome_contents(result) for result in drive(make_controller(preset), observation)]
+    assert fresh == used
+
+
+def test_a_memory_can_be_gone_back_to(controller, observation):
+    """Decisions depend on the memory given, not on the one of the last call."""
+    results = drive(controller, observation)
+    again = outcome(controller, observation, controller.initial_memory())
+    assert outcome_contents(again) == outcome_contents(results[0])
+
+
+def test_arrays_for_drawing_have_their_shapes(preset):
+    drawing = make_controller(preset, wants_diagnostics=True)
+    diagnostics = drive(drawing, SITUATIONS["beside an obstacle"]())[0].diagnostics
+    if "carrot" in diagnostics:
+        assert diagnostics["carrot"].shape == (2,)
+    if "predicted_trajectory" in diagnostics:
+        assert diagnostics["predicted_trajectory"].ndim == 2
+        assert diagnostics["predicted_trajectory"].shape[1] == 3
+    if "sampled_trajectories" in diagnostics:
+        sampled = diagnostics["sampled_trajectories"]
+        assert sampled.ndim == 3
+        assert sampled.shape[2] == 3
+        assert diagnostics["sampled_costs"].shape == sampled.shape[:1]
+
+
+def test_drawing_does_not_change_the_command(preset, controller, observation):
+    drawing = make_controller(preset, wants_diagnostics=True)
+    plain, drawn = drive(controller, observation), drive(drawing, observation)
+    assert [contents(r.command) for r in plain] == [contents(r.command) for r in drawn]
+
+
+def mirrored(observation: Observation) -> Observation:
+    costmap = observation.costmap
+    return replace(
+        observation,
+        pose=observation.pose * MIRROR,
+        twist=observation.twist * MIRROR[:2],
+        plan=np.ascontiguousarray(observation.plan * MIRROR),
+        goal=observation.goal * MIRROR,
+        costmap=Costmap(
+            costmap.costs[::-1], costmap.origin_x, costmap.origin_y, costmap.resolution
+        ),
+    )
+
+
+def test_a_mirrored_world_gives_the_mirrored_command(preset, controller, observation):
+    name = load_preset(preset).controller
+    if name in NOT_MIRRORED:
+        pytest.skip(f"{name}: {NOT_MIRRORED[name]}")
+    here, there = drive(controller, observation), drive(controller, mirrored(observation))
+    assert len(here) == len(there)
+    for one, other in zip(here, there, strict=True):
+        assert type(one) is type(other)
+        if isinstance(one, Decision):
+            np.testing.assert_allclose(
+                other.command, one.command * MIRROR[:2], atol=MIRROR_TOLERANCE
+            )
