@@ -125,11 +125,15 @@ class ConstrainedSmootherParameters(BaseModel):
 
     @property
     def normalized_check_points(self) -> Array:
-        """(Q, 3) x m, y m and the square roots of the weights, scaled to a sum of 1."""
+        """(Q, 3) x m, y m and the square roots of the weights, scaled to a sum of 1.
+
+        Without any, the robot's own origin.
+        """
+        if not self.cost_check_points:
+            return np.array([[0.0, 0.0, 1.0]])
         points = np.array(self.cost_check_points, dtype=np.float64).reshape(-1, 3)
-        if len(points):
-            points[:, 2] = np.sqrt(points[:, 2])
-            points[:, 2] /= np.sum(points[:, 2])
+        points[:, 2] = np.sqrt(points[:, 2])
+        points[:, 2] /= np.sum(points[:, 2])
         return points
 
 

@@ -21,6 +21,7 @@ import math
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from drake_navbench.kernels.grid import INSCRIBED, MAX_NON_OBSTACLE, NO_INFORMATION
 
@@ -47,30 +48,22 @@ CELL_MASK = (1 << KEY_SHIFT) - 1
 INITIAL_HEAP_CAPACITY = 4096
 
 
-@njit(cache=True)
-def is_blocked(cost, allow_unknown):
-    """Tells whether a cell of this cost may not be entered (GridCollisionChecker, by index)."""
-    if cost == NO_INFORMATION and allow_unknown:
-        return False
-    return cost >= INSCRIBED
+def are_free(costs: NDArray[np.uint8], allow_unknown: bool) -> NDArray[np.bool_]:
+    """Tells for each cost whether a cell may be entered (GridCollisionChecker, by index)."""
+    return (costs < INSCRIBED) | ((costs == NO_INFORMATION) & allow_unknown)
 
 
-@njit(cache=True)
-def step_costs(cost_travel_multiplier, allow_unknown):
+def step_costs(cost_travel_multiplier: float, allow_unknown: bool) -> NDArray[np.float32]:
     """Returns (2, 256) float32: cost of a straight and of a diagonal step into a cell, by its cost.
 
     A blocked cell costs infinity, so that relaxing it never improves anything.
     """
-    table = np.empty((2, COST_VALUES), dtype=np.float32)
-    diagonal = np.float64(np.float32(math.sqrt(2.0)))
-    for cost in range(COST_VALUES):
-        if is_blocked(cost, allow_unknown):
-            table[:, cost] = np.inf
-            continue
-        normalized = np.float32(cost / MAX_NON_OBSTACLE)
-        penalty = np.float32(np.float32(cost_travel_multiplier) * normalized)
-        table[0, cost] = np.float32(1.0 + np.float64(penalty))
-        table[1, cost] = np.float32(diagonal * (1.0 + np.float64(penalty)))
+    costs = np.arange(COST_VALUES, dtype=np.uint8)
+    normalized = (costs / MAX_NON_OBSTACLE).astype(np.float32)
+    penalty = np.float32(cost_travel_multiplier) * normalized
+    lengths = np.array([1.0, np.float32(math.sqrt(2.0))])
+    table = (lengths[:, None] * (1.0 + penalty.astype(np.float64))).astype(np.float32)
+    table[:, ~are_free(costs, allow_unknown)] = np.inf
     return table
 
 
@@ -122,7 +115,8 @@ def _pop(heap, size):
 def _grown(array):
     """Returns a copy of `array` with twice the room."""
     larger = np.empty(2 * array.size, dtype=array.dtype)
-    larger[: array.size] = array
+    for k in range(array.size):
+        larger[k] = array[k]
     return larger
 
 
@@ -134,32 +128,29 @@ def _heuristic(column, row, goal_x, goal_y):
     return np.sqrt(delta_x * delta_x + delta_y * delta_y)
 
 
-@njit(cache=True)
-def is_goal_admissible(costs, goal_cell, goal_x, goal_y, tolerance, allow_unknown):
+def is_goal_admissible(
+    costs: NDArray[np.uint8],
+    goal_cell: tuple[int, int],
+    goal_point: tuple[float, float],
+    tolerance: float,
+    allow_unknown: bool,
+) -> bool:
     """Tells whether a search may start: the goal cell is free, or a cell within `tolerance` is.
 
-    costs: (rows, columns) uint8. goal_cell: (column, row). goal_x, goal_y: the point from which the
-    cells' indices are measured. tolerance: cells; less than one never relaxes.
+    The arguments are those of `search`. A tolerance of less than one cell never relaxes.
     """
-    if not is_blocked(costs[goal_cell[1], goal_cell[0]], allow_unknown):
+    if are_free(costs[goal_cell[1], goal_cell[0]], allow_unknown):
         return True
     if tolerance < 1.0:
         return False
-    rows, columns = costs.shape
-    for row in range(
-        max(0, math.floor(goal_y - tolerance)), min(rows - 1, math.ceil(goal_y + tolerance)) + 1
-    ):
-        for column in range(
-            max(0, math.floor(goal_x - tolerance)),
-            min(columns - 1, math.ceil(goal_x + tolerance)) + 1,
-        ):
-            delta_x = column - goal_x
-            delta_y = row - goal_y
-            if delta_x * delta_x + delta_y * delta_y <= tolerance * tolerance and not is_blocked(
-                costs[row, column], allow_unknown
-            ):
-                return True
-    return False
+    near_y, near_x = (
+        np.arange(max(0, math.floor(centre - tolerance)), math.ceil(centre + tolerance) + 1)
+        for centre in (goal_point[1], goal_point[0])
+    )
+    near_y, near_x = near_y[near_y < costs.shape[0]], near_x[near_x < costs.shape[1]]
+    distance_squared = (near_y[:, None] - goal_point[1]) ** 2 + (near_x - goal_point[0]) ** 2
+    is_near = distance_squared <= tolerance * tolerance
+    return bool(np.any(is_near & are_free(costs[np.ix_(near_y, near_x)], allow_unknown)))
 
 
 @njit(cache=True)
@@ -232,50 +223,33 @@ def _relax_neighbours(
 
 
 @njit(cache=True)
-def search(
-    costs,
-    start_cell,
-    goal_cell,
-    goal_point,
+def _search(
+    flat_costs,
+    shape,
+    start,
+    goal,
+    goal_x,
+    goal_y,
     tolerance,
-    cost_travel_multiplier,
-    allow_unknown,
+    table,
     corner_cutting,
     max_iterations,
     max_on_approach_iterations,
     terminal_checking_interval,
     expansion_budget,
 ):
-    """Searches a path of cells. Returns (status, cells, expansions).
+    """Runs `search` on flat arrays, cells named by row * columns + column; the goal is admitted.
 
-    costs: (rows, columns) uint8, C-contiguous.
-    start_cell, goal_cell: (column, row); the start is never tested itself.
-    goal_point: (x, y) in cells, from which the cells' indices are measured.
-    tolerance: distance from that point at which a path may end, cells.
-    corner_cutting: whether a diagonal step may pass a blocked cell beside it, as in Nav2.
-    max_iterations, max_on_approach_iterations: expansions in all, and within the tolerance; zero or
-        less is unlimited. At every `terminal_checking_interval`-th expansion the search ends if it
-        has used `expansion_budget`, which stands for Nav2's time limit.
-    status: FOUND (cells (N, 2) int64 [column, row], ending in the goal cell or within tolerance of
-        the goal); GOAL_OCCUPIED; OPEN_SET_EMPTY; ITERATION_LIMIT; EXPANSION_BUDGET_SPENT.
+    Returns (status, last cell of the path, expansions, directions by which cells were reached).
     """
-    no_cells = np.empty((0, 2), dtype=np.int64)
-    goal_x, goal_y = np.float32(goal_point[0]), np.float32(goal_point[1])
-    tolerance = np.float32(tolerance)
-    if not is_goal_admissible(costs, goal_cell, goal_x, goal_y, tolerance, allow_unknown):
-        return GOAL_OCCUPIED, no_cells, 0
-    columns = costs.shape[1]
-    flat_costs = costs.reshape(-1)
-    start = start_cell[1] * columns + start_cell[0]
-    goal = goal_cell[1] * columns + goal_cell[0]
-    table = step_costs(cost_travel_multiplier, allow_unknown)
-    g = np.full(costs.size, np.float32(np.inf), dtype=np.float32)
-    directions = np.zeros(costs.size, dtype=np.uint8)
+    g = np.full(flat_costs.size, np.float32(np.inf), dtype=np.float32)
+    directions = np.empty(flat_costs.size, dtype=np.uint8)
     heap = np.empty(INITIAL_HEAP_CAPACITY, dtype=np.int64)
     g[start] = np.float32(0.0)
-    heap[0], size = start, 1
+    heap[0] = start
+    size = np.int64(1)
     best_cell, best_h = start, np.float32(np.inf)
-    expansions, approach_expansions = 0, 0
+    expansions, approach_expansions = np.int64(0), np.int64(0)
     status = OPEN_SET_EMPTY
     while size > 0:
         if max_iterations > 0 and expansions >= max_iterations:
@@ -292,7 +266,7 @@ def search(
         expansions += 1
         g[cell] = CLOSED
         if cell == goal:
-            return FOUND, _cells_to(directions, columns, start, cell), expansions
+            return FOUND, cell, expansions, directions
         if best_h < tolerance:
             approach_expansions += 1
             if approach_expansions >= max_on_approach_iterations > 0:
@@ -300,9 +274,63 @@ def search(
         if size + NEIGHBOURS > heap.size:
             heap = _grown(heap)
         size, best_cell, best_h = _relax_neighbours(
-            flat_costs, costs.shape, cell, cell_g, goal_x, goal_y, table, corner_cutting,
+            flat_costs, shape, cell, cell_g, goal_x, goal_y, table, corner_cutting,
             g, directions, heap, size, (best_cell, best_h),
         )  # fmt: skip
     if best_h < tolerance:
-        return FOUND, _cells_to(directions, columns, start, best_cell), expansions
-    return status, no_cells, expansions
+        status = FOUND
+    return status, best_cell, expansions, directions
+
+
+def search(
+    costs: NDArray[np.uint8],
+    start_cell: tuple[int, int],
+    goal_cell: tuple[int, int],
+    goal_point: tuple[float, float],
+    *,
+    tolerance: float,
+    cost_travel_multiplier: float,
+    allow_unknown: bool,
+    corner_cutting: bool,
+    max_iterations: int,
+    max_on_approach_iterations: int,
+    terminal_checking_interval: int,
+    expansion_budget: int,
+) -> tuple[int, NDArray[np.int64], int]:
+    """Searches a path of cells. Returns (status, cells, expansions).
+
+    costs: (rows, columns) uint8, C-contiguous.
+    start_cell, goal_cell: (column, row); the start is never tested itself.
+    goal_point: (x, y) in cells, from which the cells' indices are measured.
+    tolerance: distance from that point at which a path may end, cells.
+    corner_cutting: whether a diagonal step may pass a blocked cell beside it, as in Nav2.
+    max_iterations, max_on_approach_iterations: expansions in all, and within the tolerance; zero or
+        less is unlimited. At every `terminal_checking_interval`-th expansion the search ends if it
+        has used `expansion_budget`, which stands for Nav2's time limit.
+    status: FOUND (cells (N, 2) int64 [column, row], ending in the goal cell or within tolerance of
+        the goal); GOAL_OCCUPIED; OPEN_SET_EMPTY; ITERATION_LIMIT; EXPANSION_BUDGET_SPENT.
+    """
+    no_cells = np.empty((0, 2), dtype=np.int64)
+    goal_x, goal_y = np.float32(goal_point[0]), np.float32(goal_point[1])
+    tolerance = np.float32(tolerance)
+    if not is_goal_admissible(costs, goal_cell, (goal_x, goal_y), tolerance, allow_unknown):
+        return GOAL_OCCUPIED, no_cells, 0
+    columns = costs.shape[1]
+    start = int(start_cell[1]) * columns + int(start_cell[0])
+    status, end, expansions, directions = _search(
+        costs.ravel(),
+        costs.shape,
+        start,
+        int(goal_cell[1]) * columns + int(goal_cell[0]),
+        goal_x,
+        goal_y,
+        tolerance,
+        step_costs(cost_travel_multiplier, allow_unknown),
+        corner_cutting,
+        max_iterations,
+        max_on_approach_iterations,
+        terminal_checking_interval,
+        expansion_budget,
+    )
+    cells = _cells_to(directions, columns, start, end) if status == FOUND else no_cells
+    return status, cells, expansions

@@ -32,7 +32,10 @@ STRAIGHT_CROSS_M2 = 1e-4
 NEGLIGIBLE_CURVATURE = 1e-4
 
 RESIDUALS = 6
-COLUMNS = 6
+# Of the three knots of a triple.
+COORDINATES = 6
+
+Array = NDArray[np.float64]
 
 
 class KnotProblem(NamedTuple):
@@ -42,13 +45,13 @@ class KnotProblem(NamedTuple):
         knots: rho, whether the robot drives backwards after the knot, sqrt of the cost's weight.
     costs, origin_x, origin_y, resolution: the costmap.
     smooth_sqrt, curve_sqrt, dist_sqrt: square roots of weights. max_curvature: 1/m, may be inf.
-    check_points: (Q, 3) x m, y m in the body frame and weight; Q = 0 takes the knot itself.
+    check_points: (Q, 3) x m, y m in the body frame and weight, Q >= 1.
     """
 
-    input_knots: NDArray[np.float64]
-    spacing_ratios: NDArray[np.float64]
+    input_knots: Array
+    spacing_ratios: Array
     is_reversing: NDArray[np.bool_]
-    cost_weights_sqrt: NDArray[np.float64]
+    cost_weights_sqrt: Array
     costs: NDArray[np.uint8]
     origin_x: float
     origin_y: float
@@ -57,7 +60,7 @@ class KnotProblem(NamedTuple):
     curve_sqrt: float
     dist_sqrt: float
     max_curvature: float
-    check_points: NDArray[np.float64]
+    check_points: Array
 
 
 @njit(cache=True)
@@ -77,14 +80,14 @@ def interpolated_cost(costs, x, y):
     """
     rows, columns = costs.shape
     column, row = math.floor(x), math.floor(y)
+    c0 = min(max(column - 1, 0), columns - 1)
+    c1 = min(max(column, 0), columns - 1)
+    c2 = min(max(column + 1, 0), columns - 1)
+    c3 = min(max(column + 2, 0), columns - 1)
     along_x = np.empty(4)
     slope_x = np.empty(4)
     for k in range(4):
         r = min(max(row - 1 + k, 0), rows - 1)
-        c0 = min(max(column - 1, 0), columns - 1)
-        c1 = min(max(column, 0), columns - 1)
-        c2 = min(max(column + 1, 0), columns - 1)
-        c3 = min(max(column + 2, 0), columns - 1)
         along_x[k], slope_x[k] = _cubic(
             float(costs[r, c0]),
             float(costs[r, c1]),
@@ -113,161 +116,156 @@ def tangent(d1x, d1y, d2x, d2y):
 
 
 @njit(cache=True)
-def _tangent_jacobian(d1, d2):
-    """Returns (2, 4): derivatives of `tangent` by (d1x, d1y, d2x, d2y)."""
-    jacobian = np.zeros((2, 4))
-    if abs(d1[0] * d2[1] - d1[1] * d2[0]) >= STRAIGHT_CROSS_M2:
-        q1, q2 = d1[0] ** 2 + d1[1] ** 2, d2[0] ** 2 + d2[1] ** 2
-        for i in range(2):
-            for j in range(2):
-                jacobian[i, j] = 2.0 * d2[i] * d1[j]
-                jacobian[i, 2 + j] = 2.0 * d1[i] * d2[j]
-            jacobian[i, i] += q2
-            jacobian[i, 2 + i] += q1
-    elif d1[0] + d2[0] == 0.0 and d1[1] + d2[1] == 0.0:
-        jacobian[0, 1], jacobian[1, 0] = 1.0, -1.0
-    else:
-        for i in range(2):
-            jacobian[i, i] = jacobian[i, 2 + i] = 1.0
-    return jacobian
+def _add_by_chords(by_d1x, by_d1y, by_d2x, by_d2y, sign, row):
+    """Adds derivatives by the chords d1 and d2 to a row by (P, X, N); `sign` is -1 at a cusp."""
+    row[0] -= by_d1x
+    row[1] -= by_d1y
+    row[2] += by_d1x - sign * by_d2x
+    row[3] += by_d1y - sign * by_d2y
+    row[4] += sign * by_d2x
+    row[5] += sign * by_d2y
 
 
 @njit(cache=True)
-def _by_knots(by_d1, by_d2, sign, row):
-    """Adds derivatives by d1 and d2 (each (2,)) to a row by (P, X, N); `sign` is -1 at a cusp."""
-    for i in range(2):
-        row[i] -= by_d1[i]
-        row[2 + i] += by_d1[i] - sign * by_d2[i]
-        row[4 + i] += sign * by_d2[i]
-
-
-@njit(cache=True)
-def _curvature_residual(d1, d2, sign, max_curvature, weight_sqrt, row):
+def _curvature_residual(d1x, d1y, d2x, d2y, sign, max_curvature, weight_sqrt, row):
     """Returns the curvature residual and writes its derivatives by (P, X, N) into `row` (6,)."""
-    cross = d1[0] * d2[1] - d1[1] * d2[0]
+    cross = d1x * d2y - d1y * d2x
     if abs(cross) < STRAIGHT_CROSS_M2:
         return 0.0
-    d3 = d1 + d2
-    q1 = d1[0] ** 2 + d1[1] ** 2
-    q2 = d2[0] ** 2 + d2[1] ** 2
-    q3 = d3[0] ** 2 + d3[1] ** 2
+    d3x, d3y = d1x + d2x, d1y + d2y
+    q1 = d1x * d1x + d1y * d1y
+    q2 = d2x * d2x + d2y * d2y
+    q3 = d3x * d3x + d3y * d3y
     curvature = 2.0 * abs(cross) / math.sqrt(q1 * q2 * q3)
     excess = curvature - max_curvature
     if excess <= NEGLIGIBLE_CURVATURE:
         return 0.0
     scale = weight_sqrt * curvature
-    by_d1 = np.array([d2[1] / cross - d1[0] / q1, -d2[0] / cross - d1[1] / q1])
-    by_d2 = np.array([-d1[1] / cross - d2[0] / q2, d1[0] / cross - d2[1] / q2])
     # d3 = d1 + d2 moves with both.
-    _by_knots(scale * (by_d1 - d3 / q3), scale * (by_d2 - d3 / q3), sign, row)
+    _add_by_chords(
+        scale * (d2y / cross - d1x / q1 - d3x / q3),
+        scale * (-d2x / cross - d1y / q1 - d3y / q3),
+        scale * (-d1y / cross - d2x / q2 - d3x / q3),
+        scale * (d1x / cross - d2y / q2 - d3y / q3),
+        sign,
+        row,
+    )
     return weight_sqrt * excess
 
 
 @njit(cache=True)
-def _cost_residual(problem, knot, d1, d2, sign, is_reversing, weight_sqrt, row):
-    """Returns the cost residual and writes its derivatives by (P, X, N) into `row` (6,)."""
-    to_cells = 1.0 / problem.resolution
-    if problem.check_points.shape[0] == 0:
-        x = (knot[0] - problem.origin_x) * to_cells - 0.5
-        y = (knot[1] - problem.origin_y) * to_cells - 0.5
-        value, slope_x, slope_y = interpolated_cost(problem.costs, x, y)
-        row[2] += weight_sqrt * slope_x * to_cells
-        row[3] += weight_sqrt * slope_y * to_cells
-        return weight_sqrt * value
-    tangent_x, tangent_y = tangent(d1[0], d1[1], d2[0], d2[1])
+def _add_by_tangent(bx, by, d1x, d1y, d2x, d2y, sign, row):
+    """Adds derivatives (bx, by) by `tangent` to a row by (P, X, N); `sign` is -1 at a cusp."""
+    if abs(d1x * d2y - d1y * d2x) >= STRAIGHT_CROSS_M2:
+        q1, q2 = d1x * d1x + d1y * d1y, d2x * d2x + d2y * d2y
+        b_d1 = 2.0 * (bx * d1x + by * d1y)
+        b_d2 = 2.0 * (bx * d2x + by * d2y)
+        _add_by_chords(
+            q2 * bx + b_d2 * d1x,
+            q2 * by + b_d2 * d1y,
+            q1 * bx + b_d1 * d2x,
+            q1 * by + b_d1 * d2y,
+            sign,
+            row,
+        )
+    elif d1x + d2x == 0.0 and d1y + d2y == 0.0:
+        _add_by_chords(-by, bx, 0.0, 0.0, sign, row)
+    else:
+        _add_by_chords(bx, by, bx, by, sign, row)
+
+
+@njit(cache=True)
+def _cost_residual(
+    costs, origin_x, origin_y, resolution, check_points, x, y,
+    d1x, d1y, d2x, d2y, sign, is_reversing, weight_sqrt, row,
+):  # fmt: skip
+    """Returns the cost residual of a knot (x, y) and writes its derivatives into `row` (6,)."""
+    tangent_x, tangent_y = tangent(d1x, d1y, d2x, d2y)
     length = math.hypot(tangent_x, tangent_y)
-    if (sign * (d2[0] * tangent_x + d2[1] * tangent_y) < 0.0) != is_reversing:
+    if (sign * (d2x * tangent_x + d2y * tangent_y) < 0.0) != is_reversing:
         length = -length
     ux, uy = tangent_x / length, tangent_y / length
-    residual = 0.0
-    by_u = np.zeros(2)
-    for k in range(problem.check_points.shape[0]):
-        ahead, aside, share = problem.check_points[k]
-        x = (knot[0] + ahead * ux - aside * uy - problem.origin_x) * to_cells - 0.5
-        y = (knot[1] + ahead * uy + aside * ux - problem.origin_y) * to_cells - 0.5
-        value, slope_x, slope_y = interpolated_cost(problem.costs, x, y)
-        factor = weight_sqrt * share
+    residual, by_ux, by_uy = 0.0, 0.0, 0.0
+    for k in range(check_points.shape[0]):
+        ahead, aside = check_points[k, 0], check_points[k, 1]
+        factor = weight_sqrt * check_points[k, 2]
+        value, slope_x, slope_y = interpolated_cost(
+            costs,
+            (x + ahead * ux - aside * uy - origin_x) / resolution - 0.5,
+            (y + ahead * uy + aside * ux - origin_y) / resolution - 0.5,
+        )
         residual += factor * value
-        slope_x *= factor * to_cells
-        slope_y *= factor * to_cells
+        slope_x *= factor / resolution
+        slope_y *= factor / resolution
         row[2] += slope_x
         row[3] += slope_y
-        by_u[0] += ahead * slope_x + aside * slope_y
-        by_u[1] += ahead * slope_y - aside * slope_x
+        by_ux += ahead * slope_x + aside * slope_y
+        by_uy += ahead * slope_y - aside * slope_x
     # Only the part across the unit tangent turns it.
-    across = (by_u[1] * ux - by_u[0] * uy) / length
-    by_tangent = np.array([-uy * across, ux * across])
-    by_chords = by_tangent @ _tangent_jacobian(d1, d2)
-    _by_knots(by_chords[:2], by_chords[2:], sign, row)
+    across = (by_uy * ux - by_ux * uy) / length
+    _add_by_tangent(-uy * across, ux * across, d1x, d1y, d2x, d2y, sign, row)
     return residual
 
 
 @njit(cache=True)
-def residuals_and_jacobian(knots, problem):
-    """Returns residuals (K - 2, 6) and their Jacobian (K - 2, 6, 6) by (P, X, N) of each triple.
-
-    knots: (K, 2) m. problem: a KnotProblem.
-    """
-    count = knots.shape[0] - 2
-    residuals = np.zeros((count, RESIDUALS))
-    jacobian = np.zeros((count, RESIDUALS, COLUMNS))
-    for k in range(count):
-        ratio = problem.spacing_ratios[k]
+def _fill_residuals(
+    knots, input_knots, spacing_ratios, is_reversing, cost_weights_sqrt, costs, origin_x, origin_y,
+    resolution, smooth_sqrt, curve_sqrt, dist_sqrt, max_curvature, check_points,
+    residuals, jacobian,
+):  # fmt: skip
+    """Writes what `residuals_and_jacobian` returns into zeroed arrays."""
+    for k in range(residuals.shape[0]):
+        ratio = spacing_ratios[k]
         sign = -1.0 if ratio < 0.0 else 1.0
-        d1 = knots[k + 1] - knots[k]
-        step = knots[k + 2] - knots[k + 1]
-        d2 = sign * step
+        x, y = knots[k + 1, 0], knots[k + 1, 1]
+        d1x, d1y = x - knots[k, 0], y - knots[k, 1]
+        step_x, step_y = knots[k + 2, 0] - x, knots[k + 2, 1] - y
+        residuals[k, 0] = smooth_sqrt * (ratio * step_x - d1x)
+        residuals[k, 1] = smooth_sqrt * (ratio * step_y - d1y)
+        residuals[k, 3] = dist_sqrt * (x - input_knots[k + 1, 0])
+        residuals[k, 4] = dist_sqrt * (y - input_knots[k + 1, 1])
         for i in range(2):
-            residuals[k, i] = problem.smooth_sqrt * (ratio * step[i] - d1[i])
-            jacobian[k, i, i] = problem.smooth_sqrt
-            jacobian[k, i, 2 + i] = -problem.smooth_sqrt * (1.0 + ratio)
-            jacobian[k, i, 4 + i] = problem.smooth_sqrt * ratio
-            moved = knots[k + 1, i] - problem.input_knots[k + 1, i]
-            residuals[k, 3 + i] = problem.dist_sqrt * moved
-            jacobian[k, 3 + i, 2 + i] = problem.dist_sqrt
+            jacobian[k, i, i] = smooth_sqrt
+            jacobian[k, i, 2 + i] = -smooth_sqrt * (1.0 + ratio)
+            jacobian[k, i, 4 + i] = smooth_sqrt * ratio
+            jacobian[k, 3 + i, 2 + i] = dist_sqrt
+        d2x, d2y = sign * step_x, sign * step_y
         residuals[k, 2] = _curvature_residual(
-            d1, d2, sign, problem.max_curvature, problem.curve_sqrt, jacobian[k, 2]
+            d1x, d1y, d2x, d2y, sign, max_curvature, curve_sqrt, jacobian[k, 2]
         )
         residuals[k, 5] = _cost_residual(
-            problem,
-            knots[k + 1],
-            d1,
-            d2,
-            sign,
-            problem.is_reversing[k],
-            problem.cost_weights_sqrt[k],
-            jacobian[k, 5],
-        )
+            costs, origin_x, origin_y, resolution, check_points, x, y,
+            d1x, d1y, d2x, d2y, sign, is_reversing[k], cost_weights_sqrt[k], jacobian[k, 5],
+        )  # fmt: skip
+
+
+def residuals_and_jacobian(knots: Array, problem: KnotProblem) -> tuple[Array, Array]:
+    """Returns residuals (K - 2, 6) and their Jacobian (K - 2, 6, 6) by (P, X, N) of each triple.
+
+    knots: (K, 2) m.
+    """
+    residuals = np.zeros((len(knots) - 2, RESIDUALS))
+    jacobian = np.zeros((len(knots) - 2, RESIDUALS, COORDINATES))
+    _fill_residuals(np.ascontiguousarray(knots), *problem, residuals, jacobian)
     return residuals, jacobian
 
 
-@njit(cache=True)
-def value_and_gradient(knots, problem):
-    """Returns half the sum of squared residuals and its gradient (K, 2) by the knots."""
+def value_and_gradient(knots: Array, problem: KnotProblem) -> tuple[float, Array]:
+    """Returns half the sum of squared residuals and its gradient (K, 2) by the knots (K, 2)."""
     residuals, jacobian = residuals_and_jacobian(knots, problem)
-    gradient = np.zeros_like(knots)
-    value = 0.0
-    for k in range(residuals.shape[0]):
-        for i in range(RESIDUALS):
-            r = residuals[k, i]
-            value += 0.5 * r * r
-            for j in range(COLUMNS):
-                gradient[k + j // 2, j % 2] += r * jacobian[k, i, j]
-    return value, gradient
+    by_triple = np.einsum("ki,kij->kj", residuals, jacobian)
+    gradient = np.zeros(np.shape(knots))
+    gradient[:-2] += by_triple[:, 0:2]
+    gradient[1:-1] += by_triple[:, 2:4]
+    gradient[2:] += by_triple[:, 4:6]
+    return 0.5 * float(np.sum(residuals * residuals)), gradient
 
 
-@njit(cache=True)
-def gauss_newton_hessian(knots, problem):
+def gauss_newton_hessian(knots: Array, problem: KnotProblem) -> Array:
     """Returns (2 K, 2 K) J^T J of all residuals by the knots' coordinates, x and y in turn."""
     _, jacobian = residuals_and_jacobian(knots, problem)
-    size = 2 * knots.shape[0]
-    hessian = np.zeros((size, size))
-    for k in range(jacobian.shape[0]):
-        start = 2 * k
-        for i in range(COLUMNS):
-            for j in range(COLUMNS):
-                total = 0.0
-                for r in range(RESIDUALS):
-                    total += jacobian[k, r, i] * jacobian[k, r, j]
-                hessian[start + i, start + j] += total
+    hessian = np.zeros((np.size(knots), np.size(knots)))
+    for k, block in enumerate(jacobian):
+        mine = slice(2 * k, 2 * k + COORDINATES)
+        hessian[mine, mine] += block.T @ block
     return hessian

@@ -15,6 +15,7 @@ import math
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.footprint import footprint_cost
@@ -45,24 +46,25 @@ def cell_cost(costs, origin_x, origin_y, resolution, x, y):
 
 
 @njit(cache=True)
-def _assign_headings(path, is_holonomic):
-    """Writes the headings of `with_headings` into `path`."""
-    last = path.shape[0] - 1
-    is_reverse = False
-    if not is_holonomic and last >= 2:
-        direction = math.atan2(path[2, 1] - path[1, 1], path[2, 0] - path[1, 0])
-        is_reverse = abs(wrap(direction - path[1, 2])) > math.pi / 2
-    for i in range(last):
+def _assign_headings(path, offset):
+    """Turns each pose of `path` but the last towards the next pose, plus `offset` rad."""
+    for i in range(path.shape[0] - 1):
         delta_x = path[i + 1, 0] - path[i, 0]
         delta_y = path[i + 1, 1] - path[i, 1]
-        if abs(delta_x) < COINCIDENT_M and abs(delta_y) < COINCIDENT_M:
-            continue
-        yaw = math.atan2(delta_y, delta_x)
-        path[i, 2] = wrap(yaw + math.pi) if is_reverse else yaw
+        if abs(delta_x) >= COINCIDENT_M or abs(delta_y) >= COINCIDENT_M:
+            path[i, 2] = wrap(math.atan2(delta_y, delta_x) + offset)
 
 
 @njit(cache=True)
-def with_headings(path, is_holonomic):
+def _heading_offset(path):
+    """Returns pi for a path that its heading at index 1 shows to be driven backwards, else 0."""
+    if path.shape[0] < 3:
+        return 0.0
+    direction = math.atan2(path[2, 1] - path[1, 1], path[2, 0] - path[1, 0])
+    return math.pi if abs(wrap(direction - path[1, 2])) > math.pi / 2 else 0.0
+
+
+def with_headings(path: NDArray[np.float64], is_holonomic: bool) -> NDArray[np.float64]:
     """Returns the path with each pose headed for the next one; the last pose keeps its heading.
 
     path: (N, 3) x m, y m, yaw rad. A pose that coincides with the next one keeps its heading.
@@ -70,8 +72,24 @@ def with_headings(path, is_holonomic):
     90 degrees away from the direction 1 -> 2 is driven backwards: all headings point backwards.
     """
     headed = path.copy()
-    _assign_headings(headed, is_holonomic)
+    _assign_headings(headed, 0.0 if is_holonomic else _heading_offset(path))
     return headed
+
+
+@njit(cache=True)
+def _copy_into(source, target):
+    """Copies a path (N, 3) into another."""
+    for i in range(source.shape[0]):
+        for axis in range(source.shape[1]):
+            target[i, axis] = source[i, axis]
+
+
+@njit(cache=True)
+def _copied(path):
+    """Returns a copy of a path (N, 3)."""
+    copy = np.empty_like(path)
+    _copy_into(path, copy)
+    return copy
 
 
 @njit(cache=True)
@@ -91,7 +109,7 @@ def _relax_point(original, path, i, w_data, w_smooth):
 def _is_path_free(costs, origin_x, origin_y, resolution, path, footprint):
     """Tells whether no inner pose is in collision, by its cell or (K > 0) by its footprint."""
     for i in range(1, path.shape[0] - 1):
-        x, y, yaw = path[i]
+        x, y, yaw = path[i, 0], path[i, 1], path[i, 2]
         if footprint.shape[0] == 0:
             cost = cell_cost(costs, origin_x, origin_y, resolution, x, y)
         else:
@@ -126,25 +144,25 @@ def smooth_grid_path(
     Every sweep assigns headings (holonomic), so a first sweep that collides leaves those of `path`.
     """
     if path.shape[0] - 1 <= MIN_SPAN_OF_GRID_PATH:
-        return path.copy()
-    result = path.copy()
+        return _copied(path)
+    result = _copied(path)
     for _ in range(refinement_num + 1):
-        original = result.copy()
-        trial = result.copy()
+        original = _copied(result)
+        trial = _copied(result)
         sweeps = 0
         change = tolerance
         while change >= tolerance:
             sweeps += 1
             if sweeps >= max_iterations:
-                _assign_headings(result, True)
+                _assign_headings(result, 0.0)
                 return result
             change = 0.0
             for i in range(1, path.shape[0] - 1):
                 change += _relax_point(original, trial, i, w_data, w_smooth)
-            _assign_headings(trial, True)
+            _assign_headings(trial, 0.0)
             if not _is_path_free(costs, origin_x, origin_y, resolution, trial, footprint):
                 return result
-            result[:] = trial
+            _copy_into(trial, result)
     return result
 
 
@@ -167,13 +185,13 @@ def smooth_segment(
     no footprint is, any path of three poses or more is taken, and headings are assigned at the end,
     by the non-holonomic rule: those of `path` tell whether it is driven backwards.
     """
-    result = path.copy()
+    result = _copied(path)
     if path.shape[0] <= 2:
         return result
     is_cut_short = False
     for _ in range(refinement_num + 1):
-        original = result.copy()
-        trial = result.copy()
+        original = _copied(result)
+        trial = _copied(result)
         sweeps = 0
         change = tolerance
         while change >= tolerance and not is_cut_short:
@@ -189,14 +207,14 @@ def smooth_segment(
                     is_cut_short = True
                     break
             if not is_cut_short:
-                result[:] = trial
+                _copy_into(trial, result)
         if is_cut_short:
             break
-    _assign_headings(result, False)
+    _assign_headings(result, _heading_offset(result))
     return result
 
 
-def directional_segments(path):
+def directional_segments(path: NDArray[np.float64]) -> list[tuple[int, int]]:
     """Returns the (start, end) index pairs of the parts of a path that are driven in one direction.
 
     path: (N, 3). A part ends where the path turns back (the directions before and after a pose
