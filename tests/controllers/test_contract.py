@@ -29,7 +29,6 @@ from drake_navbench.presets import load_preset, preset_files
 # Controllers of which the mirrored world may give another command, and why.
 NOT_MIRRORED = {
     "mppi": "samples the same noise in both worlds, so mirrored only on average",
-    "dwb": "of twists that score alike the first sampled wins, and sampling starts at one side",
 }
 MIRROR_TOLERANCE = 1e-6
 ROUNDING = 1e-9
@@ -100,18 +99,25 @@ def make_observation(plan, *, pose, twist=(0.0, 0.0), obstacles=(), **values) ->
     )
 
 
+# Everything lies inside cells, off the lines between them, so that the mirrored world has it in the
+# mirrored cells.
+PLAN_Y_M = 0.018
+
+
 def straight_plan(length_m=2.0):
     count = round(length_m / 0.05) + 1
-    return np.column_stack([np.linspace(0.0, length_m, count), np.zeros((count, 2))])
+    plan = np.zeros((count, 3))
+    plan[:, 0] = np.linspace(0.0, length_m, count)
+    plan[:, 1] = PLAN_Y_M
+    return plan
 
 
 def arc_plan(radius_m=1.5, angle=1.2):
     angles = np.linspace(0.0, angle, 37)
-    return np.column_stack([radius_m * np.sin(angles), radius_m * (1.0 - np.cos(angles)), angles])
+    plan = np.column_stack([np.sin(angles), 1.0 - np.cos(angles), angles / radius_m])
+    return radius_m * plan + np.array([0.0, PLAN_Y_M, 0.0])
 
 
-# Poses lie inside cells, off the lines between them, so that the mirrored ones lie in the mirrored
-# cells.
 SITUATIONS = {
     "starting": lambda: make_observation(straight_plan(), pose=(0.013, 0.013, 0.05)),
     "cruising": lambda: make_observation(
