@@ -46,8 +46,21 @@ def across(size):
 def test_bench_search_across_a_building(benchmark, size):
     costs = building(size)
     start, goal = across(size)
-    arguments = (costs, start, goal, goal, 2.5, 1.0, True, False, 0, 1000, 5000, NO_LIMIT)
-    status, cells, expansions = benchmark(search, *arguments)
+    status, cells, expansions = benchmark(
+        search,
+        costs,
+        start,
+        goal,
+        goal,
+        tolerance=2.5,
+        cost_travel_multiplier=1.0,
+        allow_unknown=True,
+        corner_cutting=False,
+        max_iterations=0,
+        max_on_approach_iterations=1000,
+        terminal_checking_interval=5000,
+        expansion_budget=NO_LIMIT,
+    )
     assert status == FOUND
     benchmark.extra_info["expansions"] = expansions
     benchmark.extra_info["path_cells"] = len(cells)

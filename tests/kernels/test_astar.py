@@ -22,34 +22,20 @@ LETHAL, INSCRIBED, UNKNOWN = 254, 253, 255
 STEPS = [(-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (1, -1), (-1, 1), (1, 1)]
 
 
-def run(
-    costs,
-    start,
-    goal,
-    *,
-    tolerance=2.5,
-    multiplier=1.0,
-    allow_unknown=True,
-    corner_cutting=False,
-    max_iterations=0,
-    max_on_approach=1000,
-    interval=5000,
-    budget=NO_LIMIT,
-):
-    return search(
-        np.ascontiguousarray(costs),
-        start,
-        (int(goal[0]), int(goal[1])),
-        (float(goal[0]), float(goal[1])),
-        tolerance,
-        multiplier,
-        allow_unknown,
-        corner_cutting,
-        max_iterations,
-        max_on_approach,
-        interval,
-        budget,
-    )
+def run(costs, start, goal, **options):
+    """Searches with Nav2's defaults, but without cutting corners."""
+    defaults = {
+        "tolerance": 2.5,
+        "cost_travel_multiplier": 1.0,
+        "allow_unknown": True,
+        "corner_cutting": False,
+        "max_iterations": 0,
+        "max_on_approach_iterations": 1000,
+        "terminal_checking_interval": 5000,
+        "expansion_budget": NO_LIMIT,
+    }
+    goal_cell = (int(goal[0]), int(goal[1]))
+    return search(np.ascontiguousarray(costs), start, goal_cell, goal, **{**defaults, **options})
 
 
 def is_free(costs, column, row, allow_unknown=True):
@@ -121,7 +107,7 @@ def test_a_path_costs_what_brute_force_finds(multiplier, allow_unknown, corner_c
             start,
             goal,
             tolerance=0.0,
-            multiplier=multiplier,
+            cost_travel_multiplier=multiplier,
             allow_unknown=allow_unknown,
             corner_cutting=corner_cutting,
         )
@@ -186,8 +172,8 @@ def test_a_step_costs_its_length_times_the_entered_cell():
 def test_costs_keep_the_path_in_the_middle_of_a_corridor():
     costs = np.zeros((7, 40), dtype=np.uint8)
     costs[:] = np.array([LETHAL, 200, 100, 10, 100, 200, LETHAL], dtype=np.uint8)[:, None]
-    _, centred, _ = run(costs, (1, 1), (38, 1), multiplier=3.0)
-    _, straight, _ = run(costs, (1, 1), (38, 1), multiplier=0.0)
+    _, centred, _ = run(costs, (1, 1), (38, 1), cost_travel_multiplier=3.0)
+    _, straight, _ = run(costs, (1, 1), (38, 1), cost_travel_multiplier=0.0)
     assert np.all(centred[5:-5, 1] == 3)
     assert np.all(straight[:, 1] == 1)
 
@@ -248,8 +234,8 @@ def test_the_goal_is_searched_on_within_tolerance_up_to_a_count():
     costs[15:26, 20] = LETHAL
     # The goal lies behind the wall: the cells (18, 20) and (19, 20) are near, the way round is far.
     goal = (21, 20)
-    status, far, _ = run(costs, (2, 20), goal, tolerance=2.5, max_on_approach=0)
-    _, near, _ = run(costs, (2, 20), goal, tolerance=2.5, max_on_approach=3)
+    status, far, _ = run(costs, (2, 20), goal, tolerance=2.5, max_on_approach_iterations=0)
+    _, near, _ = run(costs, (2, 20), goal, tolerance=2.5, max_on_approach_iterations=3)
     assert status == FOUND
     assert far[-1].tolist() == [21, 20]
     assert near[-1].tolist() == [19, 20]
@@ -266,9 +252,13 @@ def test_running_out_of_iterations_within_tolerance_is_a_success_and_else_a_fail
 
 def test_the_expansion_budget_is_looked_at_every_interval():
     costs = np.zeros((60, 60), dtype=np.uint8)
-    status, _, expansions = run(costs, (2, 20), (50, 20), interval=10, budget=15)
+    status, _, expansions = run(
+        costs, (2, 20), (50, 20), terminal_checking_interval=10, expansion_budget=15
+    )
     assert (status, expansions) == (EXPANSION_BUDGET_SPENT, 20)
-    status, _, expansions = run(costs, (2, 20), (50, 20), interval=10, budget=0)
+    status, _, expansions = run(
+        costs, (2, 20), (50, 20), terminal_checking_interval=10, expansion_budget=0
+    )
     assert (status, expansions) == (EXPANSION_BUDGET_SPENT, 0)
 
 
@@ -290,11 +280,11 @@ def test_paths_do_not_wrap_around_the_edges_of_the_map():
 def test_the_open_set_grows_beyond_its_first_room():
     rng = np.random.default_rng(5)
     costs = rng.integers(0, 253, (300, 300)).astype(np.uint8)
-    status, cells, expansions = run(costs, (0, 0), (299, 299), multiplier=3.0)
+    status, cells, expansions = run(costs, (0, 0), (299, 299), cost_travel_multiplier=3.0)
     assert status == FOUND
     assert expansions > 20_000
     least = brute_force(costs[:40, :40], (0, 0), 3.0, True, False)
-    _, corner, _ = run(costs[:40, :40], (0, 0), (39, 39), multiplier=3.0)
+    _, corner, _ = run(costs[:40, :40], (0, 0), (39, 39), cost_travel_multiplier=3.0)
     assert path_cost(costs, corner, 3.0) == pytest.approx(least[39, 39], rel=1e-5)
     assert len(cells) >= 300
 
