@@ -18,11 +18,15 @@ Array = NDArray[np.float64]
 
 PLAN_PATH = "/plan"
 FLOOR_COLOR = Rgba(0.93, 0.94, 0.95, 1.0)
-GRID_COLOR = Rgba(0.80, 0.82, 0.85, 1.0)
+# Lets the lidar hits and paths behind an obstacle shine through.
+OBSTACLE_OPACITY = 0.55
+GRID_COLOR = Rgba(0.62, 0.65, 0.69, 1.0)
 PLAN_COLOR = Rgba(0.15, 0.16, 0.20, 1.0)
 # Meshcat's lamps hang over the origin and leave a course of 15 m dark at its end.
 NEARBY_LIGHTS = ("SpotLight", "PointLightNegativeX", "PointLightPositiveX")
-EVEN_LIGHTS = {"AmbientLight": 1.3, "FillLight": 1.6}
+AMBIENT_INTENSITY, SUN_INTENSITY = 1.1, 2.0
+# Where the light comes from in three.js's frame: x right, y up, z towards the viewer.
+SUN_DIRECTION_YUP = [-3.0, 8.0, 4.0]
 BACKGROUND_TOP = [0.80, 0.85, 0.92]
 BACKGROUND_BOTTOM = [0.96, 0.97, 0.98]
 
@@ -104,8 +108,9 @@ def add_task(stage: Stage, scenario: Scenario, goal_tolerance_m: float) -> None:
 def _replace_defaults(meshcat: Meshcat) -> None:
     for path in ("/Grid", "/Axes", *(f"/Lights/{name}" for name in NEARBY_LIGHTS)):
         meshcat.SetProperty(path, "visible", False)
-    for name, intensity in EVEN_LIGHTS.items():
-        meshcat.SetProperty(f"/Lights/{name}/<object>", "intensity", intensity)
+    meshcat.SetProperty("/Lights/AmbientLight/<object>", "intensity", AMBIENT_INTENSITY)
+    meshcat.SetProperty("/Lights/FillLight/<object>", "intensity", SUN_INTENSITY)
+    meshcat.SetProperty("/Lights/FillLight/<object>", "position", SUN_DIRECTION_YUP)
     meshcat.SetProperty("/Background", "top_color", BACKGROUND_TOP)
     meshcat.SetProperty("/Background", "bottom_color", BACKGROUND_BOTTOM)
 
@@ -129,7 +134,7 @@ def _draw_obstacles(meshcat: Meshcat, scenario: Scenario) -> None:
     for index, obstacle in enumerate(scenario.obstacles.obstacles):
         for piece, (pose, shape) in enumerate(obstacle_shapes(obstacle)):
             path = f"/obstacles/{index}/{piece}"
-            meshcat.SetObject(path, shape, Rgba(*OBSTACLE_COLOR))
+            meshcat.SetObject(path, shape, Rgba(*OBSTACLE_COLOR[:3], OBSTACLE_OPACITY))
             meshcat.SetTransform(path, pose)
 
 
