@@ -1,0 +1,168 @@
+"""Reads the maps of Nav2's map_server: a YAML file beside an image.
+
+Images are read by Pillow: PGM (P2 and P5), PNG, BMP and whatever else it knows, 8 bits a channel.
+Source: nav2_map_server (map_io).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+from pydantic import Field, field_validator, model_validator
+
+from drake_navbench.errors import InputError
+from drake_navbench.immutable import Immutable
+from drake_navbench.typed_yaml import FrozenModel, read_yaml, validate
+
+UNKNOWN = -1
+OCCUPIED = 100
+OPAQUE = 255
+MAX_GREY = 255
+# ImageMagick's weights of red, green and blue (Rec. 709), by which Nav2 makes colours grey.
+LUMA = np.array([0.212656, 0.715158, 0.072186])
+GREY_MODES = ("1", "L", "LA")
+COLOUR_MODES = ("P", "PA", "RGB", "RGBA")
+
+
+class MapMode(StrEnum):
+    """How grey becomes occupancy."""
+
+    TRINARY = "trinary"
+    SCALE = "scale"
+    RAW = "raw"
+
+
+class MapMetadata(FrozenModel):
+    """The YAML file of a map."""
+
+    image: str = Field(min_length=1, description="Path, relative to the folder of this file.")
+    resolution: float = Field(gt=0.0, description="Edge of a pixel [m].")
+    origin: tuple[float, float, float] = Field(
+        description="Lower left corner of the lower left pixel [m, m] and yaw [rad]."
+    )
+    negate: bool = Field(description="Whether white is occupied, 0 or 1.")
+    occupied_thresh: float = Field(ge=0.0, le=1.0, description="Occupied from here up.")
+    free_thresh: float = Field(ge=0.0, le=1.0, description="Free up to here.")
+    mode: MapMode = Field(MapMode.TRINARY, description="trinary, scale or raw, in any case.")
+
+    @field_validator("negate", mode="before")
+    @classmethod
+    def _accept_zero_and_one(cls, value: Any) -> bool:
+        if value not in (0, 1):
+            raise ValueError("expected 0, 1, true or false")
+        return bool(value)
+
+    @field_validator("mode", mode="before")
+    @classmethod
+    def _ignore_case(cls, value: Any) -> Any:
+        return value.lower() if isinstance(value, str) else value
+
+    @model_validator(mode="after")
+    def _check_thresholds(self) -> MapMetadata:
+        if self.free_thresh > self.occupied_thresh:
+            raise ValueError(
+                f"free_thresh {self.free_thresh} must not exceed "
+                f"occupied_thresh {self.occupied_thresh}"
+            )
+        return self
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OccupancyMap(Immutable):
+    """A map as Nav2's map server publishes it.
+
+    occupancy: (rows, columns) int8, `[row = y, column = x]`, read-only: -1 unknown, else 0 to 100.
+    resolution: edge of a cell, m, rounded to float32 as in the message.
+    origin_x, origin_y: lower left corner of cell (0, 0), m.
+    origin_yaw: as in the file, rad; Nav2's costmaps take no notice of it.
+    """
+
+    occupancy: NDArray[np.int8]
+    resolution: float
+    origin_x: float
+    origin_y: float
+    origin_yaw: float = 0.0
+
+
+def load_map(path: str | Path) -> OccupancyMap:
+    """Returns the map that a YAML file describes.
+
+    Raises InputError, one line a fault, where the file or its image cannot be read, a field is
+    missing, unknown or out of range, or the thresholds contradict each other.
+    """
+    path = Path(path).expanduser()
+    metadata = validate(MapMetadata, read_yaml(path), str(path))
+    grey, alpha = _read_image(path.parent / metadata.image, named_by=path)
+    occupancy = occupancy_from_grey(
+        grey,
+        alpha,
+        mode=metadata.mode,
+        negate=metadata.negate,
+        occupied_thresh=metadata.occupied_thresh,
+        free_thresh=metadata.free_thresh,
+    )
+    # The top row of an image is the one with the highest y.
+    occupancy = np.ascontiguousarray(occupancy[::-1])
+    occupancy.flags.writeable = False
+    return OccupancyMap(occupancy, float(np.float32(metadata.resolution)), *metadata.origin)
+
+
+def occupancy_from_grey(
+    grey: NDArray[np.uint8],
+    alpha: NDArray[np.uint8],
+    *,
+    mode: MapMode,
+    negate: bool,
+    occupied_thresh: float,
+    free_thresh: float,
+) -> NDArray[np.int8]:
+    """Returns the occupancy of each pixel, int8, of the shape of `grey` and `alpha`.
+
+    With p = 1 - grey / 255, or grey / 255 where `negate`, in float32: p <= free_thresh is free (0),
+    else p >= occupied_thresh is occupied (100); what lies between is unknown (-1), or in mode scale
+    round(100 (p - free_thresh) / (occupied_thresh - free_thresh)). Pixels that are not opaque are
+    unknown. In mode raw the grey value itself counts, unknown above 100.
+    """
+    if mode == MapMode.RAW:
+        return np.where(grey <= OCCUPIED, grey, UNKNOWN).astype(np.int8)
+    share = grey.astype(np.float32) / np.float32(MAX_GREY)
+    if not negate:
+        share = np.float32(1.0) - share
+    low, high = np.float32(free_thresh), np.float32(occupied_thresh)
+    occupancy = np.full(grey.shape, UNKNOWN, dtype=np.int8)
+    if mode == MapMode.SCALE:
+        between = (share > low) & (share < high)
+        scaled = (share[between] - low) / np.float32(occupied_thresh - free_thresh)
+        occupancy[between] = np.floor(scaled * np.float32(OCCUPIED) + np.float32(0.5))
+    occupancy[share >= high] = OCCUPIED
+    occupancy[share <= low] = 0
+    occupancy[alpha < OPAQUE] = UNKNOWN
+    return occupancy
+
+
+def _read_image(path: Path, *, named_by: Path) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    """Returns grey and alpha of an image, (rows, columns) uint8 each, top row first."""
+    if not path.is_file():
+        raise InputError(f"{named_by}: image: no such file, got {str(path)!r}")
+    try:
+        with Image.open(path) as image:
+            if image.mode not in GREY_MODES + COLOUR_MODES:
+                raise InputError(
+                    f"{named_by}: image: expected 8 bits a channel, "
+                    f"got Pillow's mode {image.mode!r} in {str(path)!r}"
+                )
+            pixels = np.asarray(image.convert("LA" if image.mode in GREY_MODES else "RGBA"))
+    # Pillow reports broken files through all of these.
+    except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise InputError(f"{named_by}: image: cannot be read: {reason}") from error
+    colour, alpha = pixels[..., :-1], pixels[..., -1]
+    if colour.shape[-1] == 1:
+        return colour[..., 0], alpha
+    return np.rint(colour @ LUMA).astype(np.uint8), alpha
