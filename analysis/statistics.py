@@ -1,0 +1,256 @@
+"""Statistics of a few trials: intervals first, tests second, words last.
+
+Trials of one scenario are paired by seed: every controller meets the same noise. Every function
+says how many trials or pairs it rests on and how many it had to leave out.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy import stats
+
+Array = NDArray[np.float64]
+
+CONFIDENCE = 0.95
+POWER = 0.8
+# Enough that the ends of an interval move by less than 2% of its width from seed to seed.
+BOOTSTRAP_RESAMPLES = 2000
+BOOTSTRAP_SEED = 0
+MAX_TRIALS_NEEDED = 1_000_000
+
+
+class Interval(NamedTuple):
+    """A confidence interval; both ends NaN where there are too few values."""
+
+    low: float
+    high: float
+
+    def excludes(self, value: float) -> bool:
+        """Whether the value lies outside; False for an undefined interval."""
+        return value < self.low or value > self.high
+
+
+UNDEFINED_INTERVAL = Interval(math.nan, math.nan)
+
+
+class Summary(NamedTuple):
+    """The values of one metric over the trials of one cell.
+
+    count: trials with a value. left_out: trials without one. interval: of the mean, 95%.
+    """
+
+    count: int
+    left_out: int
+    mean: float
+    sd: float
+    median: float
+    interval: Interval
+
+
+class PairedComparison(NamedTuple):
+    """Differences second minus first over the seeds that both have a value for.
+
+    pairs: how many. left_out: seeds where one of the two has no value. difference: mean.
+    interval: of the mean difference, Student's t. p_value: Wilcoxon's signed-rank test, two-sided.
+    effect: matched-pairs rank-biserial correlation, -1 to 1; positive where the second is larger.
+    """
+
+    pairs: int
+    left_out: int
+    difference: float
+    sd: float
+    interval: Interval
+    p_value: float
+    effect: float
+
+
+def summarize(values: Sequence[float]) -> Summary:
+    """Returns count, mean, sd (divisor n - 1), median and the mean's bootstrap interval.
+
+    NaN counts as left out.
+    """
+    return summarize_rows(np.asarray(values, dtype=float)[None, :])[0]
+
+
+def summarize_rows(rows: Array) -> list[Summary]:
+    """Returns the summary of every row of values (M, N); one bootstrap serves all whole rows."""
+    intervals = [UNDEFINED_INTERVAL] * len(rows)
+    defined = np.isfinite(rows)
+    for pattern in np.unique(defined, axis=0):
+        members = np.flatnonzero((defined == pattern).all(axis=1))
+        bounds = bootstrap_intervals(rows[np.ix_(members, np.flatnonzero(pattern))])
+        for member, interval in zip(members, bounds, strict=True):
+            intervals[member] = interval
+    return [
+        _summary(row[known], int(np.count_nonzero(~known)), interval)
+        for row, known, interval in zip(rows, defined, intervals, strict=True)
+    ]
+
+
+def bootstrap_intervals(rows: Array) -> list[Interval]:
+    """Returns the 95% bootstrap interval (BCa) of the mean of every row of (M, N) values.
+
+    Undefined for fewer than two values. Equal values give an interval without width. With fewer
+    than about eight values a bootstrap interval is too narrow; the resampling is seeded.
+    """
+    if rows.shape[1] < 2:
+        return [UNDEFINED_INTERVAL] * len(rows)
+    intervals = [Interval(float(row[0]), float(row[0])) for row in rows]
+    # Rounding alone may give values that are equal in all but name a spread.
+    varied = np.flatnonzero(np.ptp(rows, axis=1) > 1e-12 * np.abs(rows).max(axis=1))
+    if len(varied) == 0:
+        return intervals
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", stats.DegenerateDataWarning)
+        low, high = stats.bootstrap(
+            (rows[varied],),
+            np.mean,
+            axis=-1,
+            n_resamples=BOOTSTRAP_RESAMPLES,
+            confidence_level=CONFIDENCE,
+            rng=np.random.default_rng(BOOTSTRAP_SEED),
+        ).confidence_interval
+    for row, *bounds in zip(varied, low, high, strict=True):
+        intervals[row] = Interval(*map(float, bounds))
+    return intervals
+
+
+def success_interval(successes: int, trials: int) -> Interval:
+    """Returns Wilson's 95% interval of a success rate, shares from 0 to 1."""
+    if trials == 0:
+        return UNDEFINED_INTERVAL
+    test = stats.binomtest(successes, trials)
+    return Interval(*test.proportion_ci(CONFIDENCE, method="wilson"))
+
+
+def paired_comparison(
+    first: pd.Series, second: pd.Series, *, confidence: float = CONFIDENCE
+) -> PairedComparison:
+    """Returns how `second` differs from `first`, both indexed by what pairs them.
+
+    The interval is Student's: honest for few pairs, where a bootstrap is too narrow.
+    """
+    both = pd.concat([first, second], axis=1, keys=["first", "second"])
+    differences = (both["second"] - both["first"]).dropna().to_numpy()
+    count = len(differences)
+    mean = float(differences.mean()) if count else math.nan
+    sd = float(differences.std(ddof=1)) if count > 1 else math.nan
+    return PairedComparison(
+        pairs=count,
+        left_out=len(both) - count,
+        difference=mean,
+        sd=sd,
+        interval=student_interval(mean, sd, count, confidence=confidence),
+        p_value=signed_rank_p_value(differences),
+        effect=rank_biserial(differences),
+    )
+
+
+def student_interval(mean: float, sd: float, count: int, *, confidence: float) -> Interval:
+    """Returns Student's interval of a mean; undefined for fewer than two values."""
+    if count < 2:
+        return UNDEFINED_INTERVAL
+    quantile = stats.t.ppf(0.5 + 0.5 * confidence, count - 1)
+    half_width = float(quantile) * sd / math.sqrt(count)
+    return Interval(mean - half_width, mean + half_width)
+
+
+def signed_rank_p_value(differences: Array) -> float:
+    """Returns Wilcoxon's two-sided p-value; 1 where nothing differs, NaN without pairs.
+
+    With fewer than six pairs it cannot fall below 0.05.
+    """
+    if len(differences) == 0:
+        return math.nan
+    if not differences.any():
+        return 1.0
+    return float(stats.wilcoxon(differences).pvalue)
+
+
+def rank_biserial(differences: Array) -> float:
+    """Returns the matched-pairs rank-biserial correlation: (W+ - W-)/(W+ + W-), ties dropped."""
+    differences = differences[differences != 0.0]
+    if len(differences) == 0:
+        return 0.0
+    ranks = stats.rankdata(np.abs(differences))
+    return float((np.sign(differences) * ranks).sum() / ranks.sum())
+
+
+def holm(p_values: Sequence[float]) -> Array:
+    """Returns p-values adjusted for their number (Holm 1979); NaN stays and does not count."""
+    p_values = np.asarray(p_values, dtype=float)
+    adjusted = np.full_like(p_values, math.nan)
+    known = np.flatnonzero(np.isfinite(p_values))
+    order = known[np.argsort(p_values[known], kind="stable")]
+    factors = np.arange(len(order), 0, -1)
+    adjusted[order] = np.minimum(np.maximum.accumulate(factors * p_values[order]), 1.0)
+    return adjusted
+
+
+def trials_needed(sd: float, difference: float) -> int:
+    """Returns how many pairs show a mean difference at 95% confidence with 80% power (paired t).
+
+    sd: of the paired differences. At least 2.
+    """
+    if not (sd >= 0.0 and difference > 0.0):
+        raise ValueError(f"expected sd >= 0 and difference > 0, got {sd} and {difference}")
+    if sd == 0.0:
+        return 2
+    low, high = 1, 2
+    while _power(high, difference / sd) < POWER:
+        low, high = high, 2 * high
+        if high > MAX_TRIALS_NEEDED:
+            return MAX_TRIALS_NEEDED
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if _power(middle, difference / sd) >= POWER else (middle, high)
+    return high
+
+
+def mean_ranks(values: pd.DataFrame, *, lower_is_better: bool) -> pd.Series:
+    """Returns the mean rank of every column over the rows; 1 is best, ties share.
+
+    values: one row a seed, one column a controller. A missing value ranks last: who has no time to
+    the goal did not get there.
+    """
+    signed = values if lower_is_better else -values
+    return signed.rank(axis=1, na_option="bottom").mean()
+
+
+def critical_difference(controllers: int, blocks: int) -> float:
+    """Returns Nemenyi's critical difference of mean ranks at 95% (Demsar 2006)."""
+    quantile = stats.studentized_range.ppf(CONFIDENCE, controllers, np.inf) / math.sqrt(2.0)
+    return float(quantile * math.sqrt(controllers * (controllers + 1) / (6.0 * blocks)))
+
+
+def pareto_front(costs: Array) -> NDArray[np.bool_]:
+    """Returns which rows of (N, K) costs, lower is better, no other row beats in all columns.
+
+    A row with NaN is not on the front and beats none.
+    """
+    known = np.isfinite(costs).all(axis=1)
+    no_worse = (costs[:, None, :] <= costs[None, :, :]).all(axis=2)
+    better = (costs[:, None, :] < costs[None, :, :]).any(axis=2)
+    return known & ~(no_worse & better & known[:, None]).any(axis=0)
+
+
+def _summary(values: Array, left_out: int, interval: Interval) -> Summary:
+    count = len(values)
+    if count == 0:
+        return Summary(0, left_out, math.nan, math.nan, math.nan, interval)
+    sd = float(values.std(ddof=1)) if count > 1 else math.nan
+    return Summary(count, left_out, float(values.mean()), sd, float(np.median(values)), interval)
+
+
+def _power(count: int, effect: float) -> float:
+    freedom = count - 1
+    critical = stats.t.ppf(0.5 + 0.5 * CONFIDENCE, freedom)
+    shift = effect * math.sqrt(count)
+    return float(stats.nct.sf(critical, freedom, shift) + stats.nct.cdf(-critical, freedom, shift))
