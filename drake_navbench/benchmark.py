@@ -24,6 +24,7 @@ from drake_navbench.presets import Preset, as_yaml, load_parameter_file
 from drake_navbench.progress import CampaignProgress, print_scenario
 from drake_navbench.replays import write_replays
 from drake_navbench.results import ResultsFolder, file_name, require_writable, write_text
+from drake_navbench.terminal import terminal
 from drake_navbench.warm_up import kernels_are_cold, warm_up
 
 PACKAGES_IN_MANIFEST = ("drake", "numba", "numpy", "pandas", "pyarrow", "scipy")
@@ -64,7 +65,7 @@ def run_from_command_line(arguments: argparse.Namespace) -> bool:
 
     Raises InputError, before anything is written, where the input is wrong.
     """
-    console = Console(quiet=arguments.quiet, highlight=False)
+    console = terminal(quiet=arguments.quiet)
     resumed = arguments.resume is not None
     if resumed:
         folder = ResultsFolder(arguments.resume)

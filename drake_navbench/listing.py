@@ -10,9 +10,8 @@ from drake_navbench.robot import ROBOT_FILES, load_robot
 from drake_navbench.scenario import PUBLISHED_SCENARIOS, SCENARIO_FILES, load_scenario
 
 
-def print_listing(console: Console | None = None) -> None:
+def print_listing(console: Console) -> None:
     """Prints scenarios, controllers and robots with one line each."""
-    console = console or Console(highlight=False)
     others = [name for name in SCENARIO_FILES.names if name not in PUBLISHED_SCENARIOS]
     scenarios = {n: load_scenario(n).description for n in (*PUBLISHED_SCENARIOS, *others)}
     presets = {n: load_preset(n).description for n in preset_files()}

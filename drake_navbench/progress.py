@@ -63,8 +63,8 @@ class CampaignProgress:
 def print_scenario(console: Console, table: pd.DataFrame, scenario: str) -> None:
     """Prints one scenario's table: metrics by controllers, then how the trials ended."""
     shown = Table(title=scenario, title_justify="left", title_style="bold")
-    shown.add_column("metric")
-    shown.add_column("unit")
+    shown.add_column("metric", no_wrap=True)
+    shown.add_column("unit", no_wrap=True)
     for controller in table.columns:
         shown.add_column(str(controller), justify="right", overflow="fold")
     counts = table.index.get_level_values("unit") == COUNT_UNIT

@@ -52,7 +52,7 @@ def build_parser() -> argparse.ArgumentParser:
         "--controllers",
         metavar="LIST",
         help="presets, comma-separated; name:param=value[:param=value] makes a variant "
-        "(default: every built-in one)",
+        "(default: dwb, rpp, teb, mppi, mppi_nav2)",
     )
     add(
         "--trials",
@@ -120,8 +120,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         if arguments.list:
             from drake_navbench.listing import print_listing
+            from drake_navbench.terminal import terminal
 
-            print_listing()
+            print_listing(terminal())
             return EXIT_DONE
         if arguments.resume is not None:
             _require_nothing_else(parser, arguments)

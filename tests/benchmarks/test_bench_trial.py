@@ -1,0 +1,18 @@
+"""How much faster than real time a whole trial runs, on one core, once warm."""
+
+import pytest
+
+from drake_navbench.presets import load_preset
+from drake_navbench.robot import load_robot
+from drake_navbench.scenario import load_scenario
+from drake_navbench.trial import TrialSpec, simulate
+
+
+@pytest.mark.parametrize("preset", ["rpp", "dwb", "teb", "mppi", "mppi_nav2"])
+def test_bench_static_obstacles(benchmark, preset):
+    scenario = load_scenario("static_obstacles")
+    spec = TrialSpec(scenario, load_robot("wheelchair"), load_preset(preset), seed=1)
+    log = benchmark.pedantic(simulate, args=[spec], rounds=5, warmup_rounds=1)
+    benchmark.extra_info["times_faster_than_real_time"] = round(
+        log.end_time_s / benchmark.stats.stats.median, 1
+    )
