@@ -1,0 +1,112 @@
+"""What the tests of DWB share: parameters, maps, windows of hand-made trajectories."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from drake_navbench.controller import ControllerSetup, Observation
+from drake_navbench.controllers.dwb import DynamicWindowApproachParameters
+from drake_navbench.controllers.dwb.scene import Scene, Situation
+from drake_navbench.controllers.dwb.trajectories import Trajectories
+from drake_navbench.kernels.grid import Costmap
+
+BRINGUP = {
+    "critics": [
+        "RotateToGoal",
+        "Oscillation",
+        "BaseObstacle",
+        "GoalAlign",
+        "PathAlign",
+        "PathDist",
+        "GoalDist",
+    ],
+    "max_vel_x": 0.26,
+    "max_speed_xy": 0.26,
+    "max_vel_theta": 1.0,
+    "acc_lim_x": 2.5,
+    "acc_lim_theta": 3.2,
+    "decel_lim_x": -2.5,
+    "decel_lim_theta": -3.2,
+    "linear_granularity": 0.05,
+    "RotateToGoal": {"scale": 32.0},
+    "BaseObstacle": {"scale": 0.02},
+    "GoalAlign": {"scale": 24.0, "forward_point_distance": 0.1},
+    "PathAlign": {"scale": 32.0, "forward_point_distance": 0.1},
+    "PathDist": {"scale": 32.0},
+    "GoalDist": {"scale": 24.0},
+}
+RECTANGLE = np.array([[0.4, 0.2], [0.4, -0.2], [-0.2, -0.2], [-0.2, 0.2]])
+SETUP = ControllerSetup(
+    control_period_s=0.05,
+    footprint=RECTANGLE,
+    inscribed_radius_m=0.2,
+    circumscribed_radius_m=float(np.hypot(0.4, 0.2)),
+)
+
+
+def parameters(**changes) -> DynamicWindowApproachParameters:
+    """Returns nav2_bringup's parameters with changes."""
+    return DynamicWindowApproachParameters(**(BRINGUP | changes))
+
+
+def free_map(columns=60, rows=60, *, resolution=0.05, origin=None) -> Costmap:
+    """Returns an empty map, centred on the world's origin unless said otherwise."""
+    if origin is None:
+        origin = (-0.5 * columns * resolution, -0.5 * rows * resolution)
+    return Costmap(np.zeros((rows, columns), dtype=np.uint8), *origin, resolution)
+
+
+def map_of(costs, *, resolution=1.0, origin=(0.0, 0.0)) -> Costmap:
+    """Returns a map from rows given bottom row first, cells of 1 m from the origin on."""
+    return Costmap(np.array(costs, dtype=np.uint8), *origin, resolution)
+
+
+def straight_plan(start_x, end_x, *, y=0.0, spacing=0.05):
+    """Returns a plan along x."""
+    x = np.arange(start_x, end_x + 1e-9, spacing)
+    return np.column_stack([x, np.full_like(x, y), np.zeros_like(x)])
+
+
+def observe(**changes) -> Observation:
+    """Returns an observation of a robot at rest at the origin before a straight plan."""
+    known = {
+        "time_s": 0.0,
+        "pose": np.zeros(3),
+        "twist": np.zeros(2),
+        "plan": straight_plan(0.0, 1.4),
+        "plan_id": 1,
+        "costmap": free_map(),
+        "goal": np.array([5.0, 0.0, 0.0]),
+    }
+    return Observation(**(known | changes))
+
+
+def situate(**changes) -> Situation:
+    """Returns the situation of the same robot."""
+    known = {
+        "time_s": 0.0,
+        "pose": (0.0, 0.0, 0.0),
+        "twist": (0.0, 0.0, 0.0),
+        "plan": straight_plan(0.0, 1.4),
+        "goal": (5.0, 0.0, 0.0),
+        "costmap": free_map(),
+    }
+    return Situation(**(known | changes))
+
+
+def scene_of(poses, *, velocities=None, step_s=0.5, **changes) -> Scene:
+    """Returns a scene with hand-made trajectories: poses (K, N, 3), each of the same length."""
+    poses = np.array(poses, dtype=float)
+    count, length = poses.shape[:2]
+    velocities = np.zeros((count, 3)) if velocities is None else np.array(velocities, dtype=float)
+    window = Trajectories(
+        twists=velocities,
+        velocities=velocities,
+        poses=poses,
+        pose_counts=np.full(count, length),
+        step_counts=np.full(count, length - 1),
+        step_s=np.full(count, step_s),
+    )
+    for array in window:
+        array.flags.writeable = False
+    return Scene.of(situate(**changes), window)
