@@ -13,13 +13,13 @@ from drake_navbench.planner import (
     GoalOccupied,
     GoalOutsideMapBounds,
     NoValidPathCouldBeFound,
-    PlannerParameters,
     PlannerTimedOut,
     StartOccupied,
     StartOutsideMapBounds,
     downsample,
     plan_path,
 )
+from drake_navbench.planner_parameters import PlannerParameters
 
 RESOLUTION_M = 0.05
 LETHAL, UNKNOWN = 254, 255

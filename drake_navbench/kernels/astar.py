@@ -148,7 +148,9 @@ def is_goal_admissible(
         for centre in (goal_point[1], goal_point[0])
     )
     near_y, near_x = near_y[near_y < costs.shape[0]], near_x[near_x < costs.shape[1]]
-    distance_squared = (near_y[:, None] - goal_point[1]) ** 2 + (near_x - goal_point[0]) ** 2
+    delta_x = near_x.astype(np.float32) - np.float32(goal_point[0])
+    delta_y = near_y.astype(np.float32) - np.float32(goal_point[1])
+    distance_squared = delta_y[:, None] ** 2 + delta_x**2
     is_near = distance_squared <= tolerance * tolerance
     return bool(np.any(is_near & are_free(costs[np.ix_(near_y, near_x)], allow_unknown)))
 

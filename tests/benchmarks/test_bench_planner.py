@@ -8,7 +8,8 @@ from drake_navbench import constrained_smoother
 from drake_navbench.constrained_smoother import ConstrainedSmootherParameters
 from drake_navbench.kernels.astar import FOUND, search
 from drake_navbench.kernels.grid import Costmap
-from drake_navbench.planner import PlannerParameters, plan_path
+from drake_navbench.planner import plan_path
+from drake_navbench.planner_parameters import PlannerParameters
 from drake_navbench.simple_smoother import SimpleSmootherParameters, smooth_path
 
 RESOLUTION_M = 0.05

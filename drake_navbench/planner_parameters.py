@@ -1,0 +1,105 @@
+"""Parameters of the global planner: those of Nav2's SmacPlanner2D, and switches of our own."""
+
+from __future__ import annotations
+
+from typing import Any, Self
+
+from pydantic import BaseModel, ConfigDict, Field
+
+
+class GridSmootherParameters(BaseModel):
+    """Parameters `smoother.*` of SmacPlanner2D, with Nav2's names and defaults."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    tolerance: float = Field(
+        1e-10, gt=0.0, description="A pass ends when a sweep moves less than this in sum [m]"
+    )
+    max_iterations: int = Field(
+        1000, ge=0, description="A pass ends before this sweep; 0 turns smoothing off [sweeps]"
+    )
+    w_data: float = Field(0.2, ge=0.0, description="Pull towards the path before smoothing [-]")
+    w_smooth: float = Field(0.3, ge=0.0, description="Pull towards the neighbours' mean [-]")
+    do_refinement: bool = Field(True, description="Smooth the smoothed path again [-]")
+    refinement_num: int = Field(2, ge=0, description="How many times again [passes]")
+
+
+class PlannerParameters(BaseModel):
+    """Parameters of SmacPlanner2D with Nav2's names and defaults, then our own switches."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    tolerance: float = Field(
+        0.125, ge=0.0, description="Distance from the goal at which a path may end [m]"
+    )
+    downsample_costmap: bool = Field(False, description="Plan on a coarser map [-]")
+    downsampling_factor: int = Field(1, ge=1, description="Cells merged along each axis [cells]")
+    cost_travel_multiplier: float = Field(
+        1.0, ge=0.0, description="Weight of the cells' costs; 0 gives the shortest path [-]"
+    )
+    allow_unknown: bool = Field(True, description="Unknown cells may be crossed [-]")
+    max_iterations: int = Field(
+        1_000_000, description="Limit of the search; 0 or less is none [expansions]"
+    )
+    max_on_approach_iterations: int = Field(
+        1000, description="Search on within the tolerance; 0 or less is no limit [expansions]"
+    )
+    terminal_checking_interval: int = Field(
+        5000, gt=0, description="How often the planning time is looked at [expansions]"
+    )
+    max_planning_time: float = Field(
+        2.0, ge=0.0, description="Search time on a computer of `expansions_per_second` [s]"
+    )
+    use_final_approach_orientation: bool = Field(
+        False, description="The path ends with its own direction, not the goal's heading [-]"
+    )
+    smoother: GridSmootherParameters = GridSmootherParameters()
+
+    expansions_per_second: float = Field(
+        1e6,
+        gt=0.0,
+        description="Ours: turns max_planning_time into a count, so that no result depends on "
+        "the speed of the computer [1/s]",
+    )
+    use_cell_centres: bool = Field(
+        True,
+        description="Ours: poses, and distances to the goal, count from the middle of cells; Nav2: "
+        "from their lower left corners [-]",
+    )
+    use_exact_end_points: bool = Field(
+        True,
+        description="Ours: the path starts at the start and ends at the goal before it is "
+        "smoothed, offsets within a cell blended along it; Nav2: starts at a cell, the goal "
+        "replaces the last position after smoothing [-]",
+    )
+    allow_corner_cutting: bool = Field(
+        False, description="Nav2: True, diagonal steps may pass between two blocked cells [-]"
+    )
+    always_assign_headings: bool = Field(
+        True, description="Ours: also short and unsmoothed paths get headings; Nav2: yaw 0 [-]"
+    )
+    downsample_known_cells: bool = Field(
+        True,
+        description="Ours: a merged cell has the largest known cost, unknown if none is known; "
+        "Nav2: one unknown cell makes it unknown, even beside lethal ones [-]",
+    )
+    report_time_limit_as_timeout: bool = Field(
+        True, description="Ours: max_planning_time gives PlannerTimedOut; Nav2: no valid path [-]"
+    )
+    check_footprint: bool = Field(
+        False, description="Ours: refuse a path on which the footprint meets an obstacle [-]"
+    )
+
+    @classmethod
+    def nav2_classic(cls, **parameters: Any) -> Self:
+        """Returns parameters that behave as Nav2 does in every switch not given."""
+        classic = {
+            "use_cell_centres": False,
+            "use_exact_end_points": False,
+            "allow_corner_cutting": True,
+            "always_assign_headings": False,
+            "downsample_known_cells": False,
+            "report_time_limit_as_timeout": False,
+            "check_footprint": False,
+        }
+        return cls(**{**classic, **parameters})
