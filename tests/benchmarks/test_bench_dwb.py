@@ -1,0 +1,71 @@
+"""Speed of one DWB cycle through `step`. Target: 0.6 ms median with the default critics."""
+
+import numpy as np
+import pytest
+
+from drake_navbench.controller import ControllerSetup, Observation
+from drake_navbench.kernels.footprint import footprint_radii, pad_footprint
+from drake_navbench.kernels.grid import Costmap
+from drake_navbench.presets import load_preset
+
+WHEELCHAIR = np.array([[0.85, 0.30], [0.85, -0.30], [-0.25, -0.30], [-0.25, 0.30]])
+RESOLUTION_M = 0.05
+
+
+def controller_of(preset_name):
+    """Returns a preset's controller for the wheelchair."""
+    footprint = pad_footprint(WHEELCHAIR, 0.01)
+    inscribed, circumscribed = footprint_radii(footprint)
+    setup = ControllerSetup(
+        control_period_s=0.05,
+        footprint=footprint,
+        inscribed_radius_m=inscribed,
+        circumscribed_radius_m=circumscribed,
+    )
+    preset = load_preset(preset_name)
+    return preset.controller_class(preset.parameters, setup)
+
+
+def observation_of(costs):
+    """Returns a robot driving at 0.3 m/s in the middle of a map, its plan straight ahead."""
+    half_m = 0.5 * costs.shape[0] * RESOLUTION_M
+    x = np.arange(0.0, half_m, 0.05)
+    return Observation(
+        time_s=0.0,
+        pose=np.array([0.01, 0.02, 0.1]),
+        twist=np.array([0.3, 0.0]),
+        plan=np.column_stack([x, np.zeros_like(x), np.zeros_like(x)]),
+        plan_id=1,
+        costmap=Costmap(costs, -half_m, -half_m, RESOLUTION_M),
+        goal=np.array([5.0, 0.0, 0.0]),
+    )
+
+
+def boxed_in(costs):
+    """Returns the map with walls 1.6 m ahead and 1.25 m to either side."""
+    costs = costs.copy()
+    middle = costs.shape[0] // 2
+    costs[:, middle + 32 :] = 254
+    costs[middle + 25 :, :] = 254
+    costs[: middle - 25, :] = 254
+    return costs
+
+
+FREE_60, FREE_120 = np.zeros((60, 60), np.uint8), np.zeros((120, 120), np.uint8)
+
+
+@pytest.mark.parametrize(
+    ("preset_name", "costs"),
+    [
+        pytest.param("dwb_bringup", FREE_60, id="bringup-free-60x60"),
+        pytest.param("dwb", FREE_120, id="footprint-free-120x120"),
+        pytest.param("dwb", boxed_in(FREE_120), id="footprint-boxed-in-120x120"),
+    ],
+)
+def test_cycle(benchmark, preset_name, costs):
+    controller = controller_of(preset_name)
+    observation = observation_of(costs)
+    memory = controller.initial_memory()
+    controller.step(observation, memory)
+    decision = benchmark(controller.step, observation, memory)
+    assert decision.diagnostics["sample_count"] > 400
