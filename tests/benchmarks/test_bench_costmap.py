@@ -1,0 +1,101 @@
+"""Speed of the lidar and of the costmap layers. Run with --benchmark-only."""
+
+import numpy as np
+import pytest
+
+from drake_navbench.kernels.denoise import denoise
+from drake_navbench.kernels.footprint import circle_footprint, footprint_cost
+from drake_navbench.kernels.grid import LETHAL
+from drake_navbench.kernels.inflation import inflate
+from drake_navbench.kernels.obstacle_layer import MergeRule, merge_layer, update_obstacle_layer
+from drake_navbench.kernels.rasterize import mark_polygon
+from drake_navbench.kernels.ray_casting import cast_rays
+
+BEAMS = np.linspace(-np.pi, np.pi, 360, endpoint=False)
+FOOTPRINT = circle_footprint(0.3)
+INFLATION = {
+    "resolution": 0.05,
+    "inscribed_radius": 0.28,
+    "inflation_radius": 0.9,
+    "cost_scaling_factor": 3.0,
+}
+
+
+def walls(size, *, specks=0):
+    """A map with a few walls and, at random places, single obstacle cells."""
+    costs = np.zeros((size, size), dtype=np.uint8)
+    costs[size // 3, : size // 2] = LETHAL
+    costs[size // 2 :, size // 4] = LETHAL
+    costs[size // 5, size // 3 :] = LETHAL
+    generator = np.random.default_rng(0)
+    costs[generator.integers(0, size, specks), generator.integers(0, size, specks)] = LETHAL
+    return costs
+
+
+def scan_of_a_room(half_width):
+    ranges = half_width / np.maximum(np.abs(np.cos(BEAMS)), np.abs(np.sin(BEAMS)))
+    return ranges + 0.01 * np.sin(7 * BEAMS)
+
+
+def update(costs):
+    pose = np.array([0.3, 0.1, 0.2])
+    half = 0.5 * costs.shape[0] * 0.05
+    return update_obstacle_layer(
+        costs,
+        (0.3 - half, 0.1 - half),
+        resolution=0.05,
+        robot_pose=pose,
+        footprint=FOOTPRINT,
+        sensor_pose=pose,
+        angles=BEAMS,
+        ranges=scan_of_a_room(0.8 * half),
+        range_min=0.1,
+        range_max=12.0,
+    )
+
+
+def test_scan_of_360_beams_against_100_segments(benchmark):
+    generator = np.random.default_rng(0)
+    starts = generator.uniform(-8.0, 8.0, (100, 2))
+    segments = np.hstack([starts, starts + generator.normal(size=(100, 2))])
+    ranges = benchmark(cast_rays, np.zeros(2), BEAMS, segments, np.empty((0, 3)), 12.0)
+    assert np.isfinite(ranges).sum() > 100
+
+
+@pytest.mark.parametrize("size", [60, 120])
+def test_obstacle_layer_takes_a_scan(benchmark, size):
+    result = benchmark(update, walls(size))
+    assert np.any(result.costs == LETHAL)
+
+
+@pytest.mark.parametrize(("size", "specks"), [(120, 0), (120, 60), (1000, 0), (1000, 1000)])
+def test_inflation(benchmark, size, specks):
+    costs = walls(size, specks=specks)
+    inflated = benchmark(inflate, costs, **INFLATION)
+    assert inflated.sum() > costs.sum()
+
+
+def test_local_costmap_with_all_layers(benchmark):
+    layer = walls(60)
+
+    def all_layers():
+        master = np.zeros((60, 60), dtype=np.uint8)
+        merge_layer(master, update(layer).costs, MergeRule.MAX)
+        return inflate(denoise(master), **INFLATION)
+
+    assert benchmark(all_layers).any()
+
+
+def test_footprint_of_16_vertices(benchmark):
+    costs = np.zeros((120, 120), dtype=np.uint8)
+    assert benchmark(footprint_cost, costs, 0.0, 0.0, 0.05, FOOTPRINT, 3.0, 3.0, 0.3, True) == 0
+
+
+def test_polygon_on_a_large_map(benchmark):
+    costs = np.zeros((1000, 1000), dtype=np.uint8)
+    angles = np.linspace(0.0, 6.0, 40)
+    star = 25.0 + (15.0 + 5.0 * (np.arange(40) % 2))[:, None] * np.column_stack(
+        [np.cos(angles), np.sin(angles)]
+    )
+    benchmark(mark_polygon, costs, 0.0, 0.0, 0.05, star)
+    assert costs.any()
