@@ -156,4 +156,4 @@ def is_within_tolerances(plan, index, x, y, yaw, xy_tolerance, yaw_tolerance):
         math.hypot(np.float32(x - plan[index, 0]), np.float32(y - plan[index, 1]))
     )
     angle = np.float32(wrap(plan[index, 2] - yaw))
-    return distance <= xy_tolerance and abs(angle) <= yaw_tolerance
+    return distance <= np.float32(xy_tolerance) and abs(angle) <= np.float32(yaw_tolerance)
