@@ -94,27 +94,39 @@ def select_knots(
         np.isin(indices, list(holders)),
         np.where(inner_cusps, -ratios, ratios),
         signs[indices[1:-1]] < 0.0,
-        _cusp_shares(np.concatenate([[0.0], np.cumsum(spacing)]), inner_cusps, cusp_zone_length),
+        _cusp_shares(spacing, inner_cusps, cusp_zone_length),
     )
 
 
-def _cusp_shares(stations: Array, inner_cusps: NDArray[np.bool_], zone_length: float) -> Array:
+def _cusp_shares(spacings: Array, inner_cusps: NDArray[np.bool_], zone_length: float) -> Array:
     """Returns (K - 2,) the part that the cusp's weight has at each inner knot.
 
-    stations: (K,) arc length of the knots, m. The distance to a cusp counts one spacing less than
-    it is, from the knot before the cusp onwards and from the knot after the one that asks up to
-    the cusp; that is how Nav2 updates its sums.
+    spacings: (K - 1,) distances between neighbouring knots, m. A share falls linearly from 1 to 0
+    over half the zone. As in Nav2, the distance counts from the knot before the cusp onwards, and
+    up to the cusp from the knot after the one that asks; and how far back a cusp reaches is summed
+    up from the path's start or the last cusp (`backlog`), so that a share near the rim may be lost.
     """
     half_length = 0.5 * zone_length
     shares = np.zeros(len(inner_cusps))
     if half_length == 0.0:
         return shares
-    inner = np.arange(1, len(stations) - 1)
-    for cusp in np.flatnonzero(inner_cusps) + 1:
-        before = stations[cusp] - stations[np.minimum(inner + 1, cusp)]
-        after = stations[inner] - stations[cusp - 1]
-        distance = np.where(inner < cusp, before, after)
-        shares = np.maximum(shares, 1.0 - distance / half_length)
+    stations = np.concatenate([[0.0], np.cumsum(spacings)])
+    oldest = 1
+    backlog = 0.0
+    since_cusp = math.inf
+    for knot, spacing in enumerate(spacings, start=1):
+        backlog += spacing
+        while oldest <= knot - 2 and backlog > half_length:
+            backlog -= spacings[oldest]
+            oldest += 1
+        if knot <= len(inner_cusps) and inner_cusps[knot - 1]:
+            reached = np.arange(oldest, knot - 1)
+            to_cusp = stations[knot] - stations[reached + 1]
+            shares[reached - 1] = np.maximum(shares[reached - 1], 1.0 - to_cusp / half_length)
+            oldest, backlog, since_cusp = knot - 1, 0.0, 0.0
+        if knot >= 2:
+            shares[knot - 2] = max(0.0, 1.0 - since_cusp / half_length)
+        since_cusp += spacing
     return shares
 
 
