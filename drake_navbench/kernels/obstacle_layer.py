@@ -96,18 +96,24 @@ def update_obstacle_layer(
         rows, columns = costs.shape
         grid, origin_x, origin_y = roll_window(
             costs,
-            float(origin[0]),
-            float(origin[1]),
-            resolution,
-            robot_pose[0] - 0.5 * columns * resolution,
-            robot_pose[1] - 0.5 * rows * resolution,
-            default_cost,
+            origin,
+            resolution=resolution,
+            wanted=(
+                robot_pose[0] - 0.5 * (columns * resolution),
+                robot_pose[1] - 0.5 * (rows * resolution),
+            ),
+            default_cost=default_cost,
         )
     else:
         grid, origin_x, origin_y = costs.copy(), float(origin[0]), float(origin[1])
     bounds = np.array([np.inf, np.inf, -np.inf, -np.inf])
     points = scan_points(
-        sensor_pose, angles, np.asarray(ranges, np.float64), range_min, range_max, inf_is_valid
+        sensor_pose,
+        angles,
+        ranges,
+        range_min=range_min,
+        range_max=range_max,
+        inf_is_valid=inf_is_valid,
     )
     sensor_x, sensor_y = sensor_pose[0], sensor_pose[1]
     frame = (origin_x, origin_y, resolution)
@@ -118,15 +124,21 @@ def update_obstacle_layer(
         grid, bounds, *frame, sensor_x, sensor_y, points, obstacle_min_range, obstacle_max_range
     )
     if footprint_clearing_enabled:
-        outline = place_outline(footprint, robot_pose[0], robot_pose[1], robot_pose[2])
+        outline = place_outline(footprint, robot_pose)
         bounds[:2] = np.minimum(bounds[:2], outline.min(axis=0))
         bounds[2:] = np.maximum(bounds[2:], outline.max(axis=0))
         fill_outline(grid, *frame, outline, FREE)
     return ObstacleLayerUpdate(grid, origin_x, origin_y, bounds)
 
 
-@njit(cache=True)
-def roll_window(costs, origin_x, origin_y, resolution, wanted_x, wanted_y, default_cost):
+def roll_window(
+    costs: NDArray[np.uint8],
+    origin: tuple[float, float],
+    *,
+    resolution: float,
+    wanted: tuple[float, float],
+    default_cost: int,
+) -> tuple[NDArray[np.uint8], float, float]:
     """Returns (costs, origin_x, origin_y) of the grid moved toward a wanted lower left corner, m.
 
     The move is a whole number of cells, truncated toward zero, so that the origin stays on its
@@ -134,35 +146,45 @@ def roll_window(costs, origin_x, origin_y, resolution, wanted_x, wanted_y, defau
     get `default_cost`. The array returned is new. (Costmap2D::updateOrigin)
     """
     rows, columns = costs.shape
-    shift_x = int((wanted_x - origin_x) / resolution)
-    shift_y = int((wanted_y - origin_y) / resolution)
-    rolled = np.full((rows, columns), np.uint8(default_cost), dtype=np.uint8)
-    first_column, last_column = max(shift_x, 0), min(shift_x + columns, columns)
-    for row in range(max(shift_y, 0), min(shift_y + rows, rows)):
-        for column in range(first_column, last_column):
-            rolled[row - shift_y, column - shift_x] = costs[row, column]
-    return rolled, origin_x + shift_x * resolution, origin_y + shift_y * resolution
+    shift_x = int((wanted[0] - origin[0]) / resolution)
+    shift_y = int((wanted[1] - origin[1]) / resolution)
+    rolled = np.full(costs.shape, default_cost, dtype=np.uint8)
+    if abs(shift_x) < columns and abs(shift_y) < rows:
+        from_rows, to_rows = _shared(shift_y, rows)
+        from_columns, to_columns = _shared(shift_x, columns)
+        rolled[to_rows, to_columns] = costs[from_rows, from_columns]
+    return rolled, float(origin[0] + shift_x * resolution), float(origin[1] + shift_y * resolution)
 
 
-@njit(cache=True)
-def scan_points(sensor_pose, angles, ranges, range_min, range_max, inf_is_valid):
+def _shared(shift: int, count: int) -> tuple[slice, slice]:
+    """Returns which of `count` cells stay in a window moved by `shift`, and where they go."""
+    first, last = max(shift, 0), min(shift + count, count)
+    return slice(first, last), slice(first - shift, last - shift)
+
+
+def scan_points(
+    sensor_pose: NDArray[np.float64],
+    angles: NDArray[np.float64],
+    ranges: NDArray[np.floating],
+    *,
+    range_min: float,
+    range_max: float,
+    inf_is_valid: bool = False,
+) -> NDArray[np.float64]:
     """Returns the (M, 2) hits of a planar scan, m, in the frame of `sensor_pose` (3,).
 
     A beam gives a point where range_min <= range < range_max; NaN and inf give none. Where
     `inf_is_valid`, +inf counts as a hit just short of range_max.
     """
-    points = np.empty((ranges.shape[0], 2))
-    count = 0
-    for k in range(ranges.shape[0]):
-        distance = ranges[k]
-        if inf_is_valid and distance == np.inf:
-            distance = range_max - INF_RANGE_MARGIN
-        if range_min <= distance < range_max:
-            heading = sensor_pose[2] + angles[k]
-            points[count, 0] = sensor_pose[0] + distance * math.cos(heading)
-            points[count, 1] = sensor_pose[1] + distance * math.sin(heading)
-            count += 1
-    return points[:count]
+    distances = np.array(ranges, dtype=np.float64)
+    if inf_is_valid:
+        distances[distances == np.inf] = range_max - INF_RANGE_MARGIN
+    hits = (distances >= range_min) & (distances < range_max)
+    headings = sensor_pose[2] + angles[hits]
+    points = np.empty((headings.size, 2))
+    points[:, 0] = sensor_pose[0] + distances[hits] * np.cos(headings)
+    points[:, 1] = sensor_pose[1] + distances[hits] * np.sin(headings)
+    return points
 
 
 @njit(cache=True)
@@ -252,14 +274,12 @@ def mark_points(
             _grow(bounds, x, y)
 
 
-@njit(cache=True)
-def place_outline(footprint, x, y, yaw):
-    """Returns a (K, 2) footprint, base frame, m, as it lies at the pose x m, y m, yaw rad."""
-    cos_yaw, sin_yaw = math.cos(yaw), math.sin(yaw)
+def place_outline(footprint: NDArray[np.float64], pose: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Returns a (K, 2) footprint, base frame, m, as it lies at a pose (3,) x m, y m, yaw rad."""
+    cos_yaw, sin_yaw = math.cos(pose[2]), math.sin(pose[2])
     outline = np.empty(footprint.shape)
-    for k in range(footprint.shape[0]):
-        outline[k, 0] = x + (footprint[k, 0] * cos_yaw - footprint[k, 1] * sin_yaw)
-        outline[k, 1] = y + (footprint[k, 0] * sin_yaw + footprint[k, 1] * cos_yaw)
+    outline[:, 0] = pose[0] + (footprint[:, 0] * cos_yaw - footprint[:, 1] * sin_yaw)
+    outline[:, 1] = pose[1] + (footprint[:, 0] * sin_yaw + footprint[:, 1] * cos_yaw)
     return outline
 
 
@@ -276,22 +296,25 @@ def fill_outline(costs, origin_x, origin_y, resolution, outline, cost):
     if count < 3:
         return
     cells = np.empty((count, 2), dtype=np.int64)
+    left, right, bottom, top = columns, 0, rows, 0
     for k in range(count):
-        cells[k, 0], cells[k, 1] = world_to_cell(
+        column, row = world_to_cell(
             outline[k, 0], outline[k, 1], origin_x, origin_y, resolution, columns, rows
         )
-        if cells[k, 0] < 0:
+        if column < 0:
             return
-    left, bottom = cells[:, 0].min(), cells[:, 1].min()
-    edges = np.zeros((cells[:, 1].max() - bottom + 1, cells[:, 0].max() - left + 1), dtype=np.uint8)
+        left, right = min(left, column), max(right, column)
+        bottom, top = min(bottom, row), max(top, row)
+        cells[k, 0], cells[k, 1] = column, row
+    edges = np.zeros((top - bottom + 1, right - left + 1), dtype=np.uint8)
     for k in range(count):
-        start, end = cells[k], cells[(k + 1) % count]
+        end = k + 1 if k + 1 < count else 0
         _draw_line(
             edges,
-            start[0] - left,
-            start[1] - bottom,
-            end[0] - left,
-            end[1] - bottom,
+            cells[k, 0] - left,
+            cells[k, 1] - bottom,
+            cells[end, 0] - left,
+            cells[end, 1] - bottom,
             WHOLE_LINE,
             1,
         )
@@ -306,26 +329,22 @@ def fill_outline(costs, origin_x, origin_y, resolution, outline, cost):
             costs[bottom + row, left + column] = cost
 
 
-@njit(cache=True)
-def merge_layer(master, layer, rule):
-    """Writes a layer's costs into `master`, in place; both (rows, columns) uint8, rule: MergeRule.
+def merge_layer(
+    master: NDArray[np.uint8], layer: NDArray[np.uint8], rule: MergeRule = MergeRule.MAX
+) -> None:
+    """Writes a layer's costs into `master`, in place; both (rows, columns) uint8.
 
     A window of a grid is merged by passing the two slices. (CostmapLayer::updateWithMax etc.)
     """
-    for row in range(master.shape[0]):
-        for column in range(master.shape[1]):
-            new, old = layer[row, column], master[row, column]
-            if rule == MergeRule.TRUE_OVERWRITE:
-                master[row, column] = new
-            elif new == NO_INFORMATION:
-                continue
-            elif rule == MergeRule.OVERWRITE:
-                master[row, column] = new
-            elif old == NO_INFORMATION:
-                if rule == MergeRule.MAX:
-                    master[row, column] = new
-            elif new > old:
-                master[row, column] = new
+    if rule == MergeRule.TRUE_OVERWRITE:
+        master[:] = layer
+        return
+    writes = layer != NO_INFORMATION
+    if rule == MergeRule.MAX:
+        writes &= (layer > master) | (master == NO_INFORMATION)
+    elif rule == MergeRule.MAX_KEEP_UNKNOWN:
+        writes &= layer > master
+    np.copyto(master, layer, where=writes)
 
 
 @njit(cache=True)

@@ -6,11 +6,14 @@ import math
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
 
 
-# Dividing by zero gives inf or NaN, as in numpy, so that the inner loops stay free of branches.
-@njit(cache=True, error_model="numpy")
-def cast_rays(origin_xy, angles, segments, circles, range_max):
+def cast_rays(
+    origin_xy: Array, angles: Array, segments: Array, circles: Array, range_max: float
+) -> Array:
     """Returns the distance to the first thing each beam meets, (K,) m; inf where there is none.
 
     origin_xy: (2,) m, where all beams start. angles: (K,) rad, any order and spacing.
@@ -21,47 +24,42 @@ def cast_rays(origin_xy, angles, segments, circles, range_max):
     Two edges that share a corner leave no gap. A beam that runs along an edge does not meet that
     edge, but its neighbours at the corner.
     """
-    beam_count = angles.shape[0]
-    cosines, sines = np.empty(beam_count), np.empty(beam_count)
-    for k in range(beam_count):
-        cosines[k], sines[k] = math.cos(angles[k]), math.sin(angles[k])
-    ranges = np.full(beam_count, np.inf)
-    for n in range(segments.shape[0]):
-        _meet_segment(
-            ranges,
-            cosines,
-            sines,
-            segments[n, 0] - origin_xy[0],
-            segments[n, 1] - origin_xy[1],
-            segments[n, 2] - origin_xy[0],
-            segments[n, 3] - origin_xy[1],
-            range_max,
-        )
-    for m in range(circles.shape[0]):
-        _meet_circle(
-            ranges,
-            cosines,
-            sines,
-            circles[m, 0] - origin_xy[0],
-            circles[m, 1] - origin_xy[1],
-            circles[m, 2],
-        )
-    for k in range(beam_count):
-        if ranges[k] > range_max:
-            ranges[k] = np.inf
+    x, y = float(origin_xy[0]), float(origin_xy[1])
+    cosines, sines = np.cos(angles), np.sin(angles)
+    ranges = np.full(cosines.shape, np.inf)
+    _meet_segments(ranges, cosines, sines, x, y, segments, float(range_max))
+    _meet_circles(ranges, cosines, sines, x, y, circles)
+    ranges[ranges > range_max] = np.inf
     return ranges
 
 
+# Dividing by zero gives inf or NaN, as in numpy, so that the inner loop stays free of branches.
 @njit(cache=True, error_model="numpy")
-def _meet_segment(ranges, cosines, sines, x0, y0, x1, y1, range_max):
-    """Lowers `ranges`, in place, to the segment's distance where a beam meets it.
+def _meet_segments(ranges, cosines, sines, origin_x, origin_y, segments, range_max):
+    """Lowers `ranges`, in place, to the distance of the segments that a beam meets.
 
     Which side of a beam an end lies on is the cross product of the two; a beam meets the segment
     where the ends lie on different sides. Edges that share an end agree on its side bit for bit.
     """
+    for n in range(segments.shape[0]):
+        x0, y0 = segments[n, 0] - origin_x, segments[n, 1] - origin_y
+        x1, y1 = segments[n, 2] - origin_x, segments[n, 3] - origin_y
+        area = x0 * y1 - y0 * x1
+        if _is_out_of_range(x0, y0, x1, y1, area, range_max):
+            continue
+        for k in range(ranges.shape[0]):
+            side_0 = cosines[k] * y0 - sines[k] * x0
+            side_1 = cosines[k] * y1 - sines[k] * x1
+            distance = area / (side_1 - side_0)
+            if (side_0 * side_1 <= 0.0) & (distance >= 0.0) & (distance < ranges[k]):
+                ranges[k] = distance
+
+
+@njit(cache=True)
+def _is_out_of_range(x0, y0, x1, y1, area, range_max):
+    """Returns whether all of a segment is farther than range_max from the origin."""
     edge_x, edge_y = x1 - x0, y1 - y0
     length_squared = edge_x * edge_x + edge_y * edge_y
-    area = x0 * y1 - y0 * x1
     along = -(x0 * edge_x + y0 * edge_y)
     if along <= 0.0:
         nearest_squared = x0 * x0 + y0 * y0
@@ -69,28 +67,23 @@ def _meet_segment(ranges, cosines, sines, x0, y0, x1, y1, range_max):
         nearest_squared = x1 * x1 + y1 * y1
     else:
         nearest_squared = area * area / length_squared
-    if nearest_squared > range_max * range_max:
-        return
-    for k in range(ranges.shape[0]):
-        side_0 = cosines[k] * y0 - sines[k] * x0
-        side_1 = cosines[k] * y1 - sines[k] * x1
-        distance = area / (side_1 - side_0)
-        if (side_0 * side_1 <= 0.0) & (distance >= 0.0) & (distance < ranges[k]):
-            ranges[k] = distance
+    return nearest_squared > range_max * range_max
 
 
 @njit(cache=True)
-def _meet_circle(ranges, cosines, sines, x, y, radius):
-    """Lowers `ranges`, in place, to the circle's distance where a beam meets it."""
-    for k in range(ranges.shape[0]):
-        beside = cosines[k] * y - sines[k] * x
-        half_chord_squared = radius * radius - beside * beside
-        if half_chord_squared < 0.0:
-            continue
-        ahead = cosines[k] * x + sines[k] * y
-        half_chord = math.sqrt(half_chord_squared)
-        distance = ahead - half_chord
-        if distance < 0.0:
-            distance = ahead + half_chord
-        if 0.0 <= distance < ranges[k]:
-            ranges[k] = distance
+def _meet_circles(ranges, cosines, sines, origin_x, origin_y, circles):
+    """Lowers `ranges`, in place, to the distance of the circles that a beam meets."""
+    for m in range(circles.shape[0]):
+        x, y, radius = circles[m, 0] - origin_x, circles[m, 1] - origin_y, circles[m, 2]
+        for k in range(ranges.shape[0]):
+            beside = cosines[k] * y - sines[k] * x
+            half_chord_squared = radius * radius - beside * beside
+            if half_chord_squared < 0.0:
+                continue
+            ahead = cosines[k] * x + sines[k] * y
+            half_chord = math.sqrt(half_chord_squared)
+            distance = ahead - half_chord
+            if distance < 0.0:
+                distance = ahead + half_chord
+            if 0.0 <= distance < ranges[k]:
+                ranges[k] = distance

@@ -70,7 +70,9 @@ def marked(sensor, points, *, minimum=0.0, maximum=100.0, resolution=1.0):
 
 
 def test_rolling_keeps_the_shared_cells_and_resets_the_others():
-    rolled, x, y = roll_window(numbered(), 0.0, 0.0, 1.0, 2.3, 1.9, NO_INFORMATION)
+    rolled, x, y = roll_window(
+        numbered(), (0.0, 0.0), resolution=1.0, wanted=(2.3, 1.9), default_cost=NO_INFORMATION
+    )
     assert (x, y) == (2.0, 1.0)
     np.testing.assert_array_equal(
         rolled, [[7, 8, 9, U, U], [12, 13, 14, U, U], [17, 18, 19, U, U], [U, U, U, U, U]]
@@ -78,7 +80,9 @@ def test_rolling_keeps_the_shared_cells_and_resets_the_others():
 
 
 def test_rolling_backwards_truncates_toward_zero():
-    rolled, x, y = roll_window(numbered(), 0.0, 0.0, 1.0, -1.9, -0.9, FREE)
+    rolled, x, y = roll_window(
+        numbered(), (0.0, 0.0), resolution=1.0, wanted=(-1.9, -0.9), default_cost=FREE
+    )
     assert (x, y) == (-1.0, 0.0)
     np.testing.assert_array_equal(rolled[:, 0], [0, 0, 0, 0])
     np.testing.assert_array_equal(rolled[:, 1:], numbered()[:, :4])
@@ -86,12 +90,16 @@ def test_rolling_backwards_truncates_toward_zero():
 
 def test_window_lags_by_up_to_a_cell_in_either_direction():
     for wanted in (0.99, -0.99):
-        _, x, _ = roll_window(numbered(), 0.0, 0.0, 1.0, wanted, 0.0, FREE)
+        _, x, _ = roll_window(
+            numbered(), (0.0, 0.0), resolution=1.0, wanted=(wanted, 0.0), default_cost=FREE
+        )
         assert x == 0.0
 
 
 def test_rolling_beyond_the_window_resets_everything():
-    rolled, x, _ = roll_window(numbered(), 0.0, 0.0, 0.5, 100.2, 0.0, 3)
+    rolled, x, _ = roll_window(
+        numbered(), (0.0, 0.0), resolution=0.5, wanted=(100.2, 0.0), default_cost=3
+    )
     assert x == 100.0
     assert np.all(rolled == 3)
 
@@ -99,7 +107,9 @@ def test_rolling_beyond_the_window_resets_everything():
 def test_origin_stays_on_the_lattice_of_the_first_one():
     costs, x, y = numbered(), 0.01, -0.02
     for k in range(50):
-        costs, x, y = roll_window(costs, x, y, 0.05, 0.013 * k, -0.017 * k, FREE)
+        costs, x, y = roll_window(
+            costs, (x, y), resolution=0.05, wanted=(0.013 * k, -0.017 * k), default_cost=FREE
+        )
     assert (x - 0.01) / 0.05 == pytest.approx(round((x - 0.01) / 0.05), abs=1e-9)
     assert (y + 0.02) / 0.05 == pytest.approx(round((y + 0.02) / 0.05), abs=1e-9)
 
@@ -109,19 +119,23 @@ def test_origin_stays_on_the_lattice_of_the_first_one():
 
 def test_beam_gives_a_point_from_the_sensor_along_its_heading():
     pose = np.array([1.0, 2.0, math.pi / 2])
-    points = scan_points(pose, np.array([0.0, -math.pi / 2]), np.array([3.0, 0.5]), 0.1, 10, False)
+    points = scan_points(
+        pose, np.array([0.0, -math.pi / 2]), np.array([3.0, 0.5]), range_min=0.1, range_max=10.0
+    )
     np.testing.assert_allclose(points, [[1.0, 5.0], [1.5, 2.0]], atol=1e-12)
 
 
 def test_beams_out_of_range_give_no_point():
     ranges = np.array([0.1, 0.0999, 10.0, 9.999, np.inf, -np.inf, np.nan])
-    points = scan_points(np.zeros(3), np.zeros(7), ranges, 0.1, 10.0, False)
+    points = scan_points(np.zeros(3), np.zeros(7), ranges, range_min=0.1, range_max=10.0)
     np.testing.assert_array_equal(points[:, 0], [0.1, 9.999])
 
 
 def test_beam_without_return_reaches_the_range_where_inf_is_valid():
     ranges = np.array([np.inf, -np.inf, np.nan])
-    points = scan_points(np.zeros(3), np.zeros(3), ranges, 0.1, 10.0, True)
+    points = scan_points(
+        np.zeros(3), np.zeros(3), ranges, range_min=0.1, range_max=10.0, inf_is_valid=True
+    )
     np.testing.assert_allclose(points, [[9.9999, 0.0]])
 
 
@@ -228,7 +242,7 @@ def test_marking_leaves_other_marks():
 
 
 def test_outline_is_turned_then_moved():
-    outline = place_outline(np.array([[2.0, 1.0]]), 10.0, 20.0, math.pi / 2)
+    outline = place_outline(np.array([[2.0, 1.0]]), np.array([10.0, 20.0, math.pi / 2]))
     np.testing.assert_allclose(outline, [[9.0, 22.0]])
 
 
