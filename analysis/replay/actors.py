@@ -29,9 +29,6 @@ Array = NDArray[np.float64]
 FRAMES_PER_WHEEL_KEY = 4
 # The pose of one frame takes 126 bytes of the page, as measured: this many stay below 1.6 MB.
 MAX_POSE_KEYS = 12_000
-# What comes and goes is a new object each time, of 1 to 3 kB.
-MAX_TURNS = 400
-TURN_PERIOD_S = 0.5
 
 MAX_HITS_A_SCAN = 90
 HIT_SIZE_M = 0.16
@@ -59,13 +56,17 @@ class Pace:
         durations_s: Sequence[float],
         model: RobotModel,
         *,
-        turn_period_s: float = TURN_PERIOD_S,
+        turn_period_s: float,
+        max_turns: int,
     ) -> Pace:
-        """Returns the finest pace, up to `turn_period_s`, at which such trials fit into a page."""
+        """Returns the finest pace, up to `turn_period_s`, at which such trials fit into a page.
+
+        max_turns: what comes and goes is a new object each time, of 1 to 3 kB.
+        """
         total_s = sum(durations_s)
         keys_a_frame = 1 + len(model.moving_links) / FRAMES_PER_WHEEL_KEY
         stride = int(np.ceil(total_s * FRAMES_PER_SECOND * keys_a_frame / MAX_POSE_KEYS))
-        return cls(max(1, stride), max(turn_period_s, total_s / MAX_TURNS))
+        return cls(max(1, stride), max(turn_period_s, total_s / max_turns))
 
 
 def base_motion(log: TrialLog) -> BaseMotion:

@@ -32,7 +32,7 @@ CARROT_RADIUS_M = 0.06
 # One showing of the samples takes about 15 kB of the page.
 MAX_SAMPLES = 30
 MAX_POINTS = 12
-MAX_SAMPLE_TURNS = 80
+MAX_SAMPLE_TURNS = 60
 
 
 def add_prediction(stage: Stage, path: str, cycles: Cycles, period_s: float) -> bool:

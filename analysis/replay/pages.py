@@ -36,8 +36,9 @@ from drake_navbench.scenario import Scenario
 
 Array = NDArray[np.float64]
 
-# Shown alone, a trial has room for more.
-TRIAL_TURN_PERIOD_S = 0.2
+RACE_TURN_PERIOD_S, RACE_MAX_TURNS = 0.5, 400
+# A trial alone has room for more, but its controller's intentions need room too.
+TRIAL_TURN_PERIOD_S, TRIAL_MAX_TURNS = 0.2, 200
 LAYER_COLOR = "#8a94a3"
 
 
@@ -50,7 +51,12 @@ def write_race_replay(logs: Sequence[TrialLog], path: Path, *, model: Path | Non
     scenario, robot = _scenario_and_robot(logs[0])
     stage = Stage()
     robot_model = load_model(model, robot.outline)
-    pace = Pace.fitting([log.samples["time_s"].iloc[-1] for log in logs], robot_model)
+    pace = Pace.fitting(
+        [log.samples["time_s"].iloc[-1] for log in logs],
+        robot_model,
+        turn_period_s=RACE_TURN_PERIOD_S,
+        max_turns=RACE_MAX_TURNS,
+    )
     _add_surroundings(stage, scenario, robot, logs)
     rows = [
         _add_trial(stage, log, robot, robot_model, pace=pace, layer=layer)
@@ -76,8 +82,12 @@ def write_trial_replay(log: TrialLog, path: Path, *, model: Path | None) -> None
     scenario, robot = _scenario_and_robot(log)
     stage = Stage()
     robot_model = load_model(model, robot.outline)
-    duration_s = log.samples["time_s"].iloc[-1]
-    pace = Pace.fitting([duration_s], robot_model, turn_period_s=TRIAL_TURN_PERIOD_S)
+    pace = Pace.fitting(
+        [log.samples["time_s"].iloc[-1]],
+        robot_model,
+        turn_period_s=TRIAL_TURN_PERIOD_S,
+        max_turns=TRIAL_MAX_TURNS,
+    )
     _add_surroundings(stage, scenario, robot, [log])
     row = _add_trial(stage, log, robot, robot_model, pace=pace)
     layers = [

@@ -1,0 +1,93 @@
+"""Logs to replay: a short task beside one box, driven by several controllers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from synthetic_logs import straight_log
+
+from drake_navbench.log import Scan, TrialLog
+from drake_navbench.robot import load_robot
+from drake_navbench.scenario import Scenario
+
+BOX_FACE_Y_M = 1.0
+BEAM_ANGLES_RAD = np.linspace(-np.pi, np.pi, 360, endpoint=False)
+
+
+def scenario(length_m: float) -> Scenario:
+    """Returns a straight task with a box on its left."""
+    box = {"type": "box", "min": [0.0, BOX_FACE_Y_M], "max": [length_m, BOX_FACE_Y_M + 0.5]}
+    return Scenario.model_validate(
+        {
+            "name": "beside_a_box",
+            "description": "Straight past a <box>",
+            "goal": [length_m, 0.0, 0.0],
+            "world": {"obstacles": [box]},
+        }
+    )
+
+
+def scan(time_s: float, x_m: float) -> Scan:
+    """Returns what a lidar at (x, 0) sees of the line of the box's face, up to 3 m away."""
+    with np.errstate(divide="ignore"):
+        ranges = BOX_FACE_Y_M / np.sin(BEAM_ANGLES_RAD)
+    ranges = np.where((ranges > 0.0) & (ranges < 3.0), ranges, np.inf)
+    return Scan(time_s, np.array([x_m, 0.0, 0.0]), BEAM_ANGLES_RAD, ranges.astype(np.float32))
+
+
+def replay_log(
+    controller: str,
+    *,
+    robot: str = "wheelchair",
+    end_time_s: float = 4.0,
+    speed_mps: float = 0.5,
+    info: dict[str, Any] | None = None,
+    **kwargs: Any,
+) -> TrialLog:
+    """Returns a complete log of a straight drive, as a trial writes it."""
+    log = straight_log(
+        speed_mps=speed_mps,
+        end_time_s=end_time_s,
+        info={
+            "scenario": scenario(speed_mps * end_time_s).model_dump(mode="json"),
+            "robot": load_robot(robot).model_dump(mode="json"),
+            "controller": controller,
+        }
+        | (info or {}),
+        **kwargs,
+    )
+    times = np.arange(0.0, end_time_s, 0.1)
+    scans = tuple(scan(float(t), speed_mps * float(t)) for t in times)
+    return TrialLog(samples=log.samples, plan=log.plan, info=log.info, scans=scans)
+
+
+def with_diagnostics(log: TrialLog) -> TrialLog:
+    """Returns the log with the trajectories that a sampling controller leaves."""
+    horizon_m = 0.025 * np.arange(56)
+    bends = np.linspace(-1.0, 1.0, 100)[:, None]
+    ahead = np.broadcast_arrays(horizon_m, bends * horizon_m**2, bends * horizon_m)
+    fan = np.stack(ahead, axis=2)
+    cycles = []
+    for time_s in np.arange(0.0, log.end_time_s, 0.05):
+        x = 0.5 * time_s
+        samples = fan + [x, 0.0, 0.0]
+        cycles.append(
+            (
+                float(time_s),
+                {
+                    "predicted_trajectory": samples[50],
+                    "sampled_trajectories": samples,
+                    "sampled_costs": np.abs(bends[:, 0]),
+                    "carrot": np.array([x + 0.6, 0.0]),
+                    "critic": 1.0,
+                },
+            )
+        )
+    return TrialLog(
+        samples=log.samples,
+        plan=log.plan,
+        info=log.info,
+        scans=log.scans,
+        diagnostics=tuple(cycles),
+    )

@@ -1,0 +1,143 @@
+"""The replay pages: complete, small, offline, the same bytes for the same logs."""
+
+from __future__ import annotations
+
+import base64
+import re
+
+import numpy as np
+import pytest
+from replay_logs import replay_log, with_diagnostics
+
+from drake_navbench.analysis.colors import controller_color
+from drake_navbench.analysis.replay import write_race_replay, write_trial_replay
+from drake_navbench.log import TrialLog
+from drake_navbench.robot import load_robot
+
+MAX_PAGE_BYTES = 6_000_000
+RACERS = ("dwb", "rpp", "teb", "mppi", "mppi_nav2")
+MODEL = load_robot("wheelchair").model_path
+# A page's library holds addresses as text and in links to click; these would load something.
+LOADS = re.compile(
+    r"""src\s*=\s*["']?https?:|<link[^>]*https?:|url\(\s*["']?https?:|fetch\(\s*["']https?:"""
+)
+
+
+def race(tmp_path, logs, model=MODEL) -> str:
+    path = tmp_path / "race.html"
+    write_race_replay(logs, path, model=model)
+    return path.read_text(encoding="utf-8")
+
+
+def alone(tmp_path, log, model=MODEL) -> str:
+    path = tmp_path / "alone.html"
+    write_trial_replay(log, path, model=model)
+    return path.read_text(encoding="utf-8")
+
+
+def commands(page: str) -> list[bytes]:
+    """Returns the commands to Meshcat that a page carries, in MessagePack."""
+    return [base64.b64decode(text) for text in re.findall(r'base64,([^"]+)"', page)]
+
+
+def animation(page: str) -> bytes:
+    (command,) = [c for c in commands(page) if b"set_animation" in c]
+    return command
+
+
+@pytest.fixture(scope="module")
+def race_page(tmp_path_factory):
+    failure = {"reason": "no trajectory <left>"}
+    logs = [
+        replay_log("dwb"),
+        replay_log("teb", outcome="aborted", end_time_s=2.0, info=failure),
+        replay_log("mine:a/b=1 & more"),
+    ]
+    return race(tmp_path_factory.mktemp("race"), logs)
+
+
+def test_race_names_every_controller_with_its_colour_and_outcome(race_page):
+    assert '<span class="name">dwb</span><span class="detail">succeeded, 4.0 s' in race_page
+    assert "aborted, 2.0 s: no trajectory &lt;left&gt;" in race_page
+    assert '<span class="name">mine:a/b=1 &amp; more</span>' in race_page
+    for name in ("dwb", "teb"):
+        assert f"background: {controller_color(name)}" in race_page
+
+
+def test_race_moves_every_robot(race_page):
+    tracks = animation(race_page)
+    for name in (b"dwb", b"teb", b"mine:a_b=1 & more"):
+        assert b"/controllers/" + name + b"/robot" in tracks
+        assert b"/controllers/" + name + b"/robot/left_wheel" in tracks
+        assert b"/controllers/" + name + b"/scan/10" in tracks
+
+
+def test_race_can_hide_every_controller(race_page):
+    for name in ("dwb", "teb", "mine:a_b=1 &amp; more"):
+        assert f'data-paths="[&quot;/controllers/{name}&quot;]"' in race_page
+
+
+def test_race_draws_the_whole_scene(race_page):
+    drawn = b" ".join(c[:200] for c in commands(race_page) if b"set_object" in c)
+    for path in (b"/plan", b"/start/", b"/goal/", b"/floor/", b"/obstacles/0/0", b"/dwb/path"):
+        assert path in drawn
+
+
+def test_race_says_what_the_scenario_is(race_page):
+    assert "<title>beside_a_box</title>" in race_page
+    assert "Straight past a &lt;box&gt;" in race_page
+
+
+def test_race_needs_no_network(race_page):
+    assert LOADS.search(race_page) is None
+
+
+def test_race_names_no_file_of_this_machine(race_page):
+    assert str(MODEL.parent) not in race_page
+    assert not any(str(MODEL.parent).encode() in command for command in commands(race_page))
+
+
+def test_same_logs_give_the_same_page(tmp_path):
+    logs = [replay_log("dwb"), replay_log("rpp", speed_mps=0.4)]
+    assert race(tmp_path, logs) == race(tmp_path, logs)
+
+
+def test_five_controllers_for_half_a_minute_take_at_most_the_size_of_a_page(tmp_path):
+    logs = [replay_log(name, end_time_s=30.0) for name in RACERS]
+    assert len(race(tmp_path, logs)) <= MAX_PAGE_BYTES
+
+
+def test_five_controllers_until_the_timeout_take_at_most_the_size_of_a_page(tmp_path):
+    logs = [replay_log(name, end_time_s=120.0, speed_mps=0.1) for name in RACERS]
+    assert len(race(tmp_path, logs)) <= MAX_PAGE_BYTES
+
+
+def test_a_long_trial_with_all_diagnostics_takes_at_most_the_size_of_a_page(tmp_path):
+    log = with_diagnostics(replay_log("mppi", end_time_s=120.0))
+    assert len(alone(tmp_path, log)) <= MAX_PAGE_BYTES
+
+
+def test_trial_shows_what_the_controller_had_in_mind(tmp_path):
+    page = alone(tmp_path, with_diagnostics(replay_log("mppi")))
+    tracks = animation(page)
+    for name in ("prediction", "samples", "carrot"):
+        assert f'<span class="name">{name}</span>' in page
+        assert f"/{name}".encode() in tracks
+
+
+def test_trial_without_diagnostics_has_no_rows_for_them(tmp_path):
+    page = alone(tmp_path, replay_log("rpp"))
+    for name in ("prediction", "samples", "carrot"):
+        assert f'<span class="name">{name}</span>' not in page
+
+
+def test_robot_without_a_model_file_is_replayed(tmp_path):
+    page = race(tmp_path, [replay_log("rpp", robot="round_robot")], model=None)
+    assert b"/controllers/rpp/robot" in animation(page)
+
+
+def test_trial_that_never_began_to_move_is_replayed(tmp_path):
+    log = replay_log("rpp", outcome="error", x_m=0.0, v_mps=0.0, plan=np.empty((0, 3)))
+    still = TrialLog(samples=log.samples.iloc[:1], plan=log.plan, info=log.info)
+    page = race(tmp_path, [still])
+    assert '<span class="name">rpp</span>' in page
