@@ -59,21 +59,24 @@ class Candidate(NamedTuple):
 
 
 def ways_past_block(
-    plan: LocalPlan, *, field: DistanceField, clusters: Clusters, longest_ratio: float
+    pose: Array, plan: LocalPlan, *, field: DistanceField, clusters: Clusters, longest_ratio: float
 ) -> list[Array]:
-    """Returns paths (P, 2) m from the plan's start to its goal around what blocks the plan.
+    """Returns paths (P, 2) m from the robot's pose to the plan's goal around what blocks the plan.
 
     At most one on either side, shorter one first, none longer than `longest_ratio` times the plan.
     """
     if plan.blocked_index is None or len(clusters.anchors) == 0:
         return []
-    start, goal = plan.poses[0, :2], plan.poses[plan.goal_index, :2]
+    start, goal = pose[:2], plan.poses[plan.goal_index, :2]
     blocked = plan.poses[plan.blocked_index, :2]
     cluster = int(np.argmin(np.sum((clusters.anchors - blocked) ** 2, axis=1)))
     label = clusters.label_near(blocked, field)
     if label is not None:
         cluster = label
-    longest = longest_ratio * path_length(plan.poses[: plan.goal_index + 1])
+    longest = longest_ratio * (
+        path_length(plan.poses[: plan.goal_index + 1])
+        + float(np.hypot(*(plan.poses[0, :2] - start)))
+    )
     paths = []
     for side in (LEFT, RIGHT):
         path = path_past_cluster(

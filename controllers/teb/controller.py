@@ -13,9 +13,9 @@ from drake_navbench.errors import InputError
 from .band import Band, mean_twist, shift
 from .candidates import Candidate, TebMemory, gather_candidates, ways_past_block
 from .feasibility import checked_pose_count, first_collision
-from .homotopy import class_name, find_clusters
+from .homotopy import Clusters, class_name, find_clusters
 from .local_plan import LEAST_CLEARANCE_RATIO, LocalPlan, cut_local_plan, via_points
-from .obstacles import distance_field
+from .obstacles import DistanceField, distance_field
 from .parameters import TebParameters
 from .planner import BandPlanner, PlannedBand, Task, band_limits, pace_of
 from .program import BandLimits
@@ -60,21 +60,9 @@ class TimedElasticBand:
         """
         parameters = self._parameters
         field = distance_field(observation.costmap)
-        clusters = find_clusters(field, self._least_distance)
         plan = cut_local_plan(observation, parameters, discs=self._discs, field=field)
-        paths = [plan.path]
-        is_blocked = False
-        if plan.blocked_index is not None:
-            paths = ways_past_block(
-                plan,
-                field=field,
-                clusters=clusters,
-                longest_ratio=parameters.max_ratio_detours_duration_best_duration,
-            )
-            if not paths:
-                is_blocked = True
-                plan = self._stop_before_block(observation, plan)
-                paths = [plan.path]
+        clusters = find_clusters(field, self._least_distance)
+        plan, paths = self._settle_block(observation, plan, field, clusters)
         limits = band_limits(parameters, observation.speed_limit)
         task = Task(
             start=np.array(observation.pose, dtype=np.float64),
@@ -96,21 +84,36 @@ class TimedElasticBand:
             parameters=parameters,
         )
         tried = self._optimise(candidates, task)
-        return self._decide(observation, memory, tried, limits=limits, is_blocked=is_blocked)
+        return self._decide(observation, memory, tried, limits=limits, is_blocked=plan.is_cut_short)
 
-    def _stop_before_block(self, observation: Observation, plan: LocalPlan) -> LocalPlan:
-        """Returns the free part of a blocked plan; raises NoValidControl at its end."""
+    def _settle_block(
+        self, observation: Observation, plan: LocalPlan, field: DistanceField, clusters: Clusters
+    ) -> tuple[LocalPlan, list[Array]]:
+        """Returns the plan to drive and the paths to try: the plan's own, or ways past a block.
+
+        Raises NoValidControl where there is no way past and the robot stands before the block.
+        """
         parameters = self._parameters
-        free = plan.before_the_block(parameters.min_obstacle_dist)
-        ahead = float(np.hypot(*(free.poses[free.goal_index, :2] - observation.pose[:2])))
-        if free.goal_index == 0 or ahead < parameters.blocked_goal_distance_m:
+        if plan.blocked_index is not None:
+            ways = ways_past_block(
+                observation.pose,
+                plan,
+                field=field,
+                clusters=clusters,
+                longest_ratio=parameters.max_ratio_detours_duration_best_duration,
+            )
+            if ways:
+                return plan, ways
+            plan = plan.before_the_block(parameters.min_obstacle_dist)
+        ahead = float(np.hypot(*(plan.poses[plan.goal_index, :2] - observation.pose[:2])))
+        if plan.is_cut_short and ahead < parameters.blocked_goal_distance_m:
             raise NoValidControl(
                 "the plan is blocked and nothing of its free part is left at a min_obstacle_dist of"
                 f" {parameters.min_obstacle_dist} m",
                 details={"is_blocked": True},
                 memory=TebMemory(),
             )
-        return free
+        return plan, [plan.path]
 
     def _optimise(self, candidates: list[Candidate], task: Task) -> list[Tried]:
         """Optimises the candidates that can pay: no guess can be driven faster than its length."""

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from drake_navbench.controller import InvalidPath, Observation
 
+from .homotopy import path_length
 from .obstacles import DistanceField, path_clearance
 from .parameters import TebParameters
 
@@ -16,6 +17,8 @@ Array = NDArray[np.float64]
 
 # The plan counts as blocked where not even this share of min_obstacle_dist is left.
 LEAST_CLEARANCE_RATIO = 0.5
+# The local goal moves back so far at most to a pose with all of min_obstacle_dist, m.
+LONGEST_RETREAT_M = 0.5
 # Plan points nearer to the robot say nothing about the direction to take, m.
 IGNORED_NEAR_ROBOT_M = 0.15
 # The local goal is the plan's end where they are this close, m.
@@ -42,6 +45,11 @@ class LocalPlan(NamedTuple):
         points = self.poses[: self.goal_index + 1, :2]
         far = np.hypot(*(points - self.poses[0, :2]).T) > IGNORED_NEAR_ROBOT_M
         return points[far]
+
+    @property
+    def is_cut_short(self) -> bool:
+        """Whether the goal had to be moved back from where the plan leads."""
+        return self.goal_index < len(self.poses) - 1
 
     def goal(self, overwrite_orientation: bool) -> Array:
         """Returns (3,) the local goal; its yaw along the plan unless it is the plan's end."""
@@ -78,8 +86,9 @@ def cut_local_plan(
     least = LEAST_CLEARANCE_RATIO * parameters.min_obstacle_dist
     clear = np.flatnonzero(clearances >= least)
     goal_index = int(clear[-1]) if clear.size else 0
-    roomy = np.flatnonzero(clearances >= parameters.min_obstacle_dist)
-    if roomy.size and 2 * int(roomy[-1]) >= goal_index:
+    roomy = np.flatnonzero(clearances[: goal_index + 1] >= parameters.min_obstacle_dist)
+    retreat = path_length(poses[int(roomy[-1]) : goal_index + 1]) if roomy.size else np.inf
+    if retreat <= LONGEST_RETREAT_M:
         goal_index = int(roomy[-1])
     blocked = np.flatnonzero(clearances[: goal_index + 1] < least)
     at_end = goal_index == len(poses) - 1

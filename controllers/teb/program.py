@@ -7,6 +7,9 @@ derivatives, so it builds its own (limited-memory BFGS): few variables and few e
 
 from __future__ import annotations
 
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import NamedTuple
 
 import numpy as np
@@ -115,7 +118,8 @@ class BandProgram:
         self._scene, self._weights, self._evaluations = scene, weights, 0
         lower, upper = self._set_bounds(limits)
         self._options.SetOption(IpoptSolver.id(), "max_iter", iterations)
-        result = self._solver.Solve(self._program, guess, self._options)
+        with _solver_warnings_off():
+            result = self._solver.Solve(self._program, guess, self._options)
         z = result.get_x_val()
         m = self._interval_count
         values, _ = band_constraints(z, m, scene)
@@ -178,6 +182,21 @@ class BandProgram:
         if outer.shape == self._identity.shape and np.array_equal(outer, self._identity):
             return slopes
         return slopes @ outer
+
+
+@contextmanager
+def _solver_warnings_off() -> Iterator[None]:
+    """Keeps Drake from warning at every solve that meets its iteration limit: that is the design.
+
+    The status of every solve is in the cycle's diagnostics.
+    """
+    logger = logging.getLogger("drake")
+    level = logger.level
+    logger.setLevel(logging.ERROR)
+    try:
+        yield
+    finally:
+        logger.setLevel(level)
 
 
 def ipopt_options(settings: SolverSettings) -> SolverOptions:

@@ -22,7 +22,7 @@ SUBSTEP_COUNT = 10
 RESOLUTION_M = 0.05
 WINDOW_M = 6.0
 SIGHT_M = 2.95
-PLAN_AHEAD_M = 2.0
+PLAN_AHEAD_M = 3.0
 GOAL_TOLERANCE_M, GOAL_TOLERANCE_RAD = 0.25, 0.25
 WHEELCHAIR = np.array([[0.85, 0.30], [0.85, -0.30], [-0.25, -0.30], [-0.25, 0.30]])
 
@@ -112,7 +112,7 @@ def drive(
     record = Drive()
     passed, failures = 0, 0
     for step in range(round(duration_s / PERIOD_S)):
-        distances = np.hypot(*(plan[passed : passed + 60, :2] - pose[:2]).T)
+        distances = np.hypot(*(plan[passed : passed + 120, :2] - pose[:2]).T)
         passed += int(np.argmin(distances))
         costmap = window(boxes, pose[0], pose[1])
         truth = footprint_cost(
