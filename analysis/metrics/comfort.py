@@ -11,10 +11,12 @@ import math
 
 import numpy as np
 
-from drake_navbench.analysis.metrics.definition import metric
-from drake_navbench.analysis.metrics.signals import Array, column, motion
+from drake_navbench.analysis.metrics.definition import Undefined, metric
+from drake_navbench.analysis.metrics.signals import Array, column, motion, times
 from drake_navbench.log import TrialLog
 
+# Shorter peaks are those of the simulator's motor, not felt as a push.
+SUSTAINED_S = 0.1
 # Weights of the squared jerks, s^6/m^2: with 1, a jerk of 1 m/s^3 for 1 s costs as much as 1 s.
 TANGENTIAL_JERK_WEIGHT = 1.0
 NORMAL_JERK_WEIGHT = 1.0
@@ -37,20 +39,20 @@ def lateral_acceleration_max_mps2(log: TrialLog) -> float:
 
 @metric(unit="m/s^2", better="lower")
 def acceleration_max_mps2(log: TrialLog) -> float:
-    """Largest true forward acceleration.
+    """Largest true forward acceleration that lasted 0.1 s.
 
-    Formula: max(dv/dt, 0), of parabolas fitted over 0.3 s.
+    Formula: max(0, (v(t + 0.1 s) - v(t)) / 0.1 s).
     """
-    return max(float(motion(log).acceleration_mps2.max()), 0.0)
+    return max(float(sustained_accelerations(log).max()), 0.0)
 
 
 @metric(unit="m/s^2", better="lower")
 def deceleration_max_mps2(log: TrialLog) -> float:
-    """Largest true backward acceleration: how hard the chair brakes.
+    """Largest true backward acceleration that lasted 0.1 s: how hard the chair brakes.
 
-    Formula: max(-dv/dt, 0), of parabolas fitted over 0.3 s.
+    Formula: max(0, (v(t) - v(t + 0.1 s)) / 0.1 s).
     """
-    return max(float(-motion(log).acceleration_mps2.min()), 0.0)
+    return max(float(-sustained_accelerations(log).min()), 0.0)
 
 
 @metric(unit="s", better="lower")
@@ -86,6 +88,17 @@ def iso_2631_av_mps2(log: TrialLog) -> float:
     return math.hypot(
         weighted_rms(forward, signal.period_s), weighted_rms(sideways, signal.period_s)
     )
+
+
+def sustained_accelerations(log: TrialLog) -> Array:
+    """Returns the mean forward acceleration over the 0.1 s after each sample, m/s^2."""
+    time_s, v = times(log), column(log, "v_mps")
+    later = time_s + SUSTAINED_S
+    # The tolerance keeps the last whole interval in spite of rounding.
+    whole = later <= time_s[-1] + 1e-9
+    if not whole.any():
+        raise Undefined(f"the trial is shorter than {SUSTAINED_S} s")
+    return (np.interp(later[whole], time_s, v) - v[whole]) / SUSTAINED_S
 
 
 def weighting_wd(frequency_hz: Array) -> Array:

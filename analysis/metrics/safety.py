@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from pydantic import TypeAdapter
 
-from drake_navbench.analysis.metrics.collision_time import time_to_collision
+from drake_navbench.analysis.metrics.collision_time import times_to_collision
 from drake_navbench.analysis.metrics.definition import Undefined, metric
 from drake_navbench.analysis.metrics.signals import Array, column, hold_durations, times
 from drake_navbench.kernels.footprint import circle_footprint
@@ -78,12 +78,9 @@ def collision_times_s(log: TrialLog, edges: Array) -> Array:
     time_s = times(log)
     grid = np.arange(time_s[0], time_s[-1] + 1e-9, COLLISION_TIME_STEP_S)
     rows = np.searchsorted(time_s, grid + 1e-9, side="right") - 1
-    footprint = robot_outline(log)
-    pose = np.column_stack([column(log, name)[rows] for name in ("x_m", "y_m", "yaw_rad")])
-    v, w = column(log, "v_mps")[rows], column(log, "w_radps")[rows]
-    return np.array(
-        [time_to_collision(pose[i], (v[i], w[i]), footprint, edges) for i in range(len(rows))]
-    )
+    poses = np.column_stack([column(log, name)[rows] for name in ("x_m", "y_m", "yaw_rad")])
+    twists = np.column_stack([column(log, name)[rows] for name in ("v_mps", "w_radps")])
+    return times_to_collision(poses, twists, robot_outline(log), edges)
 
 
 def robot_outline(log: TrialLog) -> Array:

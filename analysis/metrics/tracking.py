@@ -35,17 +35,22 @@ class Projection(NamedTuple):
 
 def project_on_polyline(points: Array, polyline: Array) -> Projection:
     """Returns the nearest points of a polyline (M, 2) m to query points (N, 2) m, M >= 2."""
-    step = np.diff(polyline, axis=0)
-    step = step[np.hypot(*step.T) > 0.0]
+    start, step = polyline[:-1], np.diff(polyline, axis=0)
+    length = np.hypot(*step.T)
+    kept = length > 0.0
+    start, step, length = start[kept], step[kept], length[kept]
     if len(step) == 0:
         raise Undefined("the plan has no length")
-    line, queries = shapely.LineString(polyline), shapely.points(points)
-    arc = shapely.line_locate_point(line, queries)
-    ends = np.cumsum(np.hypot(*step.T))
-    segment = np.minimum(np.searchsorted(ends, arc), len(step) - 1)
+    tree = shapely.STRtree(shapely.linestrings(np.stack([start, start + step], axis=1)))
+    query, segment = tree.query_nearest(shapely.points(points), all_matches=False)
+    segment = segment[np.argsort(query)]
+    offset = points - start[segment]
+    along = np.einsum("ni,ni->n", offset, step[segment]) / length[segment] ** 2
+    along = np.clip(along, 0.0, 1.0)
+    arc_at_start = np.concatenate([[0.0], np.cumsum(length)[:-1]])
     return Projection(
-        distance_m=shapely.distance(line, queries),
-        arc_m=arc,
+        distance_m=np.hypot(*(offset - along[:, None] * step[segment]).T),
+        arc_m=arc_at_start[segment] + along * length[segment],
         tangent_rad=np.arctan2(step[segment, 1], step[segment, 0]),
     )
 

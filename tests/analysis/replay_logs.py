@@ -71,7 +71,7 @@ def with_diagnostics(log: TrialLog) -> TrialLog:
     cycles = []
     for time_s in np.arange(0.0, log.end_time_s, 0.05):
         x = 0.5 * time_s
-        samples = fan + [x, 0.0, 0.0]
+        samples = fan + np.array([x, 0.0, 0.0])
         cycles.append(
             (
                 float(time_s),

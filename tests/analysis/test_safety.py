@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from synthetic_logs import FOOTPRINT, log_times, make_log, straight_log
 
 from drake_navbench.analysis.metrics import Undefined, safety
-from drake_navbench.analysis.metrics.collision_time import time_to_collision
+from drake_navbench.analysis.metrics.collision_time import times_to_collision
 
 CAR = np.array(FOOTPRINT)
 POINT_LIKE = 1e-6 * np.array([[1.0, 1.0], [1.0, -1.0], [-1.0, -1.0], [-1.0, 1.0]])
@@ -20,6 +20,11 @@ POINT_LIKE = 1e-6 * np.array([[1.0, 1.0], [1.0, -1.0], [-1.0, -1.0], [-1.0, 1.0]
 def box_edges(x0, y0, x1, y1):
     corners = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
     return np.hstack([corners, np.roll(corners, -1, axis=0)])
+
+
+def time_to_collision(pose, twist, footprint, edges):
+    """Returns the time to collision of a single pose and twist."""
+    return times_to_collision(np.array([pose]), np.array([twist]), footprint, edges)[0]
 
 
 def with_box(log, low, high):
@@ -120,6 +125,16 @@ def test_mirrored_world_and_turn_give_the_same_time():
     right = time_to_collision(np.zeros(3), (0.4, -0.3), CAR, box_edges(1.3, -1.0, 2.0, -0.2))
     assert left < 10.0
     assert right == pytest.approx(left)
+
+
+def test_batches_of_many_edges_give_the_same_as_each_pose_alone():
+    edges = np.vstack([box_edges(3.0 + 0.01 * i, -1.0, 4.0, 1.0) for i in range(600)])
+    poses = np.column_stack([np.linspace(0.0, 1.0, 60), np.zeros(60), np.zeros(60)])
+    twists = np.column_stack([np.full(60, 0.5), np.linspace(-0.2, 0.2, 60)])
+    together = times_to_collision(poses, twists, CAR, edges)
+    alone = [time_to_collision(p, t, CAR, edges) for p, t in zip(poses, twists, strict=True)]
+    assert list(together) == alone
+    assert np.isfinite(together).any()
 
 
 def test_collision_time_of_a_trial_is_its_shortest():
