@@ -30,60 +30,48 @@ def denoise(
     group_connectivity_type: 4 joins cells along edges only; anything else joins them at corners
     too, as in Nav2.
     """
-    if minimal_group_size <= 1:
-        return costs.copy()
-    return _without_small_groups(
-        np.ascontiguousarray(costs),
-        minimal_group_size,
-        group_connectivity_type == FOUR_CONNECTED,
-        unknown_is_obstacle,
-    )
-
-
-@njit(cache=True)
-def _without_small_groups(costs, minimal_group_size, four_connected, unknown_is_obstacle):
-    rows, columns = costs.shape
     kept = costs.copy()
-    seen = np.zeros((rows, columns), dtype=np.bool_)
-    # The cells of the group in hand: rows, columns, in the order of their discovery.
-    group = np.empty((rows * columns, 2), dtype=np.int32)
-    for row in range(rows):
-        for column in range(columns):
-            if seen[row, column] or not _is_obstacle(costs[row, column], unknown_is_obstacle):
-                continue
-            size = _collect_group(
-                costs, seen, group, row, column, four_connected, unknown_is_obstacle
-            )
-            if size < minimal_group_size:
-                for k in range(size):
-                    kept[group[k, 0], group[k, 1]] = FREE
+    if minimal_group_size <= 1:
+        return kept
+    pending = (costs == INSCRIBED) | (costs == LETHAL)
+    if unknown_is_obstacle:
+        pending |= costs == NO_INFORMATION
+    group = np.empty((np.count_nonzero(pending), 2), dtype=np.int32)
+    _free_small_groups(
+        kept, pending, group, minimal_group_size, group_connectivity_type == FOUR_CONNECTED
+    )
     return kept
 
 
 @njit(cache=True)
-def _is_obstacle(cost, unknown_is_obstacle):
-    return cost in (INSCRIBED, LETHAL) or (unknown_is_obstacle and cost == NO_INFORMATION)
+def _free_small_groups(costs, pending, group, minimal_group_size, four_connected):
+    """Frees small groups in `costs`, in place; clears `pending`, the obstacle cells, on the way.
+
+    group: (N, 2) scratch for the rows and columns of the group in hand.
+    """
+    rows, columns = costs.shape
+    for row in range(rows):
+        for column in range(columns):
+            if pending[row, column]:
+                size = _collect_group(pending, group, row, column, four_connected)
+                if size < minimal_group_size:
+                    for k in range(size):
+                        costs[group[k, 0], group[k, 1]] = FREE
 
 
 @njit(cache=True)
-def _collect_group(costs, seen, group, row, column, four_connected, unknown_is_obstacle):
-    """Writes the connected cells into `group`, marks them in `seen`, and returns their number."""
-    rows, columns = costs.shape
+def _collect_group(pending, group, row, column, four_connected):
+    """Moves the cells connected to one from `pending` into `group`, and returns their number."""
+    rows, columns = pending.shape
     group[0, 0], group[0, 1] = row, column
-    seen[row, column] = True
+    pending[row, column] = False
     size, done = 1, 0
     while done < size:
-        for step_row in range(-1, 2):
-            for step_column in range(-1, 2):
-                if four_connected and step_row != 0 and step_column != 0:
-                    continue
-                next_row, next_column = group[done, 0] + step_row, group[done, 1] + step_column
-                if not (0 <= next_row < rows and 0 <= next_column < columns):
-                    continue
-                if seen[next_row, next_column]:
-                    continue
-                if _is_obstacle(costs[next_row, next_column], unknown_is_obstacle):
-                    seen[next_row, next_column] = True
+        for next_row in range(max(0, group[done, 0] - 1), min(rows, group[done, 0] + 2)):
+            for next_column in range(max(0, group[done, 1] - 1), min(columns, group[done, 1] + 2)):
+                is_corner = next_row != group[done, 0] and next_column != group[done, 1]
+                if pending[next_row, next_column] and not (four_connected and is_corner):
+                    pending[next_row, next_column] = False
                     group[size, 0], group[size, 1] = next_row, next_column
                     size += 1
         done += 1

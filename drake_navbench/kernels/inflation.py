@@ -7,7 +7,6 @@ integers, both cut off at the reach.
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -63,94 +62,112 @@ def inflate(
     if reach == 0:
         return inflated
     table = inflation_costs(
-        reach, float(resolution), float(inscribed_radius), float(cost_scaling_factor)
+        reach,
+        resolution=resolution,
+        inscribed_radius=inscribed_radius,
+        cost_scaling_factor=cost_scaling_factor,
     )
     rows, columns = costs.shape
     changed = window or CellWindow(0, rows, 0, columns)
-    seen = CellWindow(
-        max(0, changed.first_row - reach),
-        min(rows, changed.last_row + reach),
-        max(0, changed.first_column - reach),
-        min(columns, changed.last_column + reach),
+    seen_rows = slice(max(0, changed.first_row - reach), min(rows, changed.last_row + reach))
+    seen_columns = slice(
+        max(0, changed.first_column - reach), min(columns, changed.last_column + reach)
     )
-    distances = _column_distances(inflated, seen, reach, inflate_around_unknown)
-    _raise_costs(inflated, changed, distances, seen, reach, table, inflate_unknown)
+    sources = costs[seen_rows, seen_columns] == LETHAL
+    if inflate_around_unknown:
+        sources |= costs[seen_rows, seen_columns] == NO_INFORMATION
+    # Beyond the sides of the grid nothing is within reach.
+    distances = np.full((sources.shape[0], sources.shape[1] + 2 * reach), reach + 1, np.int32)
+    _measure_columns(distances, sources, reach)
+    _raise_costs(
+        inflated,
+        *changed,
+        distances,
+        seen_rows.start,
+        seen_columns.start - reach,
+        reach,
+        table,
+        inflate_unknown,
+    )
     return inflated
 
 
-@njit(cache=True)
-def inflation_costs(reach, resolution, inscribed_radius, cost_scaling_factor):
+def inflation_costs(
+    reach: int, *, resolution: float, inscribed_radius: float, cost_scaling_factor: float
+) -> NDArray[np.uint8]:
     """Returns (reach^2 + 1,) uint8: the cost at each squared distance, in cells, of two centres.
 
     With d the distance in cells, rounded to 1/100: LETHAL at 0, INSCRIBED where d * resolution
     <= inscribed_radius, else trunc(252 exp(-k (d * resolution - inscribed_radius))), where k is
     cost_scaling_factor. Distances are rounded in float32, as in InflationLayer::applyInflation.
     """
-    table = np.empty(reach * reach + 1, dtype=np.uint8)
-    table[0] = LETHAL
-    for squared in range(1, table.shape[0]):
-        cells = np.float32(math.sqrt(np.float32(squared)))
-        steps = int(np.float32(cells * np.float32(STEPS_PER_CELL) + np.float32(0.5)))
-        distance = steps / STEPS_PER_CELL * resolution
-        if distance <= inscribed_radius:
-            table[squared] = INSCRIBED
-        else:
-            decay = math.exp(-cost_scaling_factor * (distance - inscribed_radius))
-            table[squared] = int(MAX_NON_OBSTACLE * decay)
-    return table
+    cells = np.sqrt(np.arange(reach * reach + 1, dtype=np.float32))
+    steps = (cells * np.float32(STEPS_PER_CELL) + np.float32(0.5)).astype(np.int64)
+    distances = steps / STEPS_PER_CELL * resolution
+    beyond = np.maximum(0.0, distances - inscribed_radius)
+    costs = (MAX_NON_OBSTACLE * np.exp(-cost_scaling_factor * beyond)).astype(np.uint8)
+    costs[distances <= inscribed_radius] = INSCRIBED
+    costs[0] = LETHAL
+    return costs
 
 
 @njit(cache=True)
-def _column_distances(costs, seen, reach, around_unknown):
-    """Returns int32, of the shape of the window `seen`: cells to the nearest source in the column.
+def _measure_columns(distances, sources, margin):
+    """Writes into `distances` the cells to the nearest source in the same column.
 
-    A source is a LETHAL cell, or NO_INFORMATION where `around_unknown`. Distances are cut off at
-    reach + 1.
+    sources: (rows, columns) bool. distances: (rows, columns + 2 margin) int32, filled with the
+    largest distance that matters.
     """
-    rows, columns = seen.last_row - seen.first_row, seen.last_column - seen.first_column
-    distances = np.empty((rows, columns), dtype=np.int32)
+    rows, columns = sources.shape
     for row in range(rows):
         for column in range(columns):
-            cost = costs[seen.first_row + row, seen.first_column + column]
-            nearest = np.int32(reach + 1)
+            nearest = distances[row, margin + column]
             if row > 0:
-                nearest = min(nearest, np.int32(distances[row - 1, column] + 1))
-            if (cost == LETHAL) | (around_unknown & (cost == NO_INFORMATION)):
+                nearest = min(nearest, np.int32(distances[row - 1, margin + column] + 1))
+            if sources[row, column]:
                 nearest = np.int32(0)
-            distances[row, column] = nearest
+            distances[row, margin + column] = nearest
     for row in range(rows - 2, -1, -1):
-        for column in range(columns):
-            below = np.int32(distances[row + 1, column] + 1)
-            distances[row, column] = min(distances[row, column], below)
-    return distances
+        for column in range(margin, margin + columns):
+            above = np.int32(distances[row + 1, column] + 1)
+            distances[row, column] = min(distances[row, column], above)
 
 
 @njit(cache=True)
-def _raise_costs(costs, changed, distances, seen, reach, table, inflate_unknown):
-    """Raises `costs`, in place within the window `changed`, to the costs in `table`.
+def _raise_costs(
+    costs,
+    first_row,
+    last_row,
+    first_column,
+    last_column,
+    distances,
+    distances_row,
+    distances_column,
+    reach,
+    table,
+    inflate_unknown,
+):
+    """Raises `costs`, in place within a window, to the costs in `table`.
 
-    distances: as from `_column_distances` for the window `seen`. The squared distance to the
-    nearest source is the least, over all columns within reach, of the squares along the row plus
-    along that column.
+    distances: as from `_measure_columns`; its cell (0, 0) is the cell (distances_row,
+    distances_column) of `costs`. The squared distance to the nearest source is the least, over all
+    columns within reach, of the squares along the row plus along that column.
     """
-    width = distances.shape[1]
-    # Squared distances along columns, with a margin so that no column within reach is missing.
-    squares = np.full(width + 2 * reach, (reach + 1) * (reach + 1), dtype=np.int32)
-    nearest = np.empty(changed.last_column - changed.first_column, dtype=np.int32)
-    first = reach + changed.first_column - seen.first_column
-    for row in range(changed.first_row, changed.last_row):
+    squares = np.empty(distances.shape[1], dtype=np.int32)
+    nearest = np.empty(last_column - first_column, dtype=np.int32)
+    for row in range(first_row, last_row):
         closest = np.int32(reach + 1)
-        for column in range(width):
-            distance = distances[row - seen.first_row, column]
+        for column in range(squares.shape[0]):
+            distance = distances[row - distances_row, column]
             closest = min(closest, distance)
-            squares[reach + column] = distance * distance
+            squares[column] = distance * distance
         if closest > reach:
             continue
-        _nearest_in_row(nearest, squares, first, reach)
-        for k in range(nearest.shape[0]):
-            if nearest[k] < table.shape[0]:
-                column = changed.first_column + k
-                cost, old = table[nearest[k]], costs[row, column]
+        _nearest_in_row(nearest, squares, first_column - distances_column, reach)
+        for column in range(first_column, last_column):
+            squared = nearest[column - first_column]
+            if squared < table.shape[0]:
+                cost, old = table[squared], costs[row, column]
                 if old == NO_INFORMATION:
                     if cost >= INSCRIBED or (inflate_unknown and cost > FREE):
                         costs[row, column] = cost

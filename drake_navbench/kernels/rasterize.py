@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from drake_navbench.kernels.grid import LETHAL, NO_INFORMATION, world_to_cell
 
@@ -20,38 +21,49 @@ MASK_UNKNOWN = -1
 MASK_FULL = 100
 
 
-@njit(cache=True)
-def mark_polygon(costs, origin_x, origin_y, resolution, vertices):
+def mark_polygon(
+    costs: NDArray[np.uint8],
+    origin_x: float,
+    origin_y: float,
+    resolution: float,
+    vertices: NDArray[np.float64],
+) -> None:
     """Marks, in place, the cells of `costs` whose centres lie in a polygon as LETHAL.
 
     vertices: (K, 2) m, in either direction; the last is joined to the first. Inside is decided by
     the even-odd rule; centres on an edge count as inside. Parts off the grid are ignored.
     """
+    # Where in a row outside turns into inside and back.
+    turns = np.zeros(costs.shape[1] + 1, dtype=np.bool_)
+    edges = np.hstack([vertices, np.roll(vertices, -1, axis=0)])
+    _mark_rows(costs, turns, float(origin_x), float(origin_y), float(resolution), edges)
+
+
+@njit(cache=True)
+def _mark_rows(costs, turns, origin_x, origin_y, resolution, edges):
+    """Marks a polygon row by row. edges: (K, 4) x0, y0, x1, y1 m. turns: scratch, all False."""
     rows, columns = costs.shape
-    count = vertices.shape[0]
-    # Where the state changes between outside and inside, from left to right.
-    changes = np.zeros(columns + 1, dtype=np.bool_)
     for row in range(rows):
         y = origin_y + (row + 0.5) * resolution
-        changes[:] = False
-        for k in range(count):
-            x0, y0 = vertices[k, 0], vertices[k, 1]
-            x1, y1 = vertices[(k + 1) % count, 0], vertices[(k + 1) % count, 1]
-            _mark_edge(costs[row], origin_x, resolution, x0, y0 - y, x1, y1 - y)
+        for k in range(edges.shape[0]):
+            x0, y0, x1, y1 = edges[k, 0], edges[k, 1], edges[k, 2], edges[k, 3]
+            _mark_edge(costs, row, origin_x, resolution, x0, y0 - y, x1, y1 - y)
             if (y0 <= y) != (y1 <= y):
                 crossing = x0 + (x1 - x0) * ((y - y0) / (y1 - y0))
                 column = math.ceil((crossing - origin_x) / resolution - 0.5)
                 column = min(max(column, 0), columns)
-                changes[column] = not changes[column]
+                turns[column] = not turns[column]
         inside = False
         for column in range(columns):
-            inside ^= changes[column]
+            inside = inside != turns[column]
+            turns[column] = False
             if inside:
                 costs[row, column] = LETHAL
+        turns[columns] = False
 
 
 @njit(cache=True)
-def _mark_edge(row_costs, origin_x, resolution, x0, y0, x1, y1):
+def _mark_edge(costs, row, origin_x, resolution, x0, y0, x1, y1):
     """Marks the cells of one row whose centres lie on an edge; y is counted from the centres."""
     if min(y0, y1) > EDGE_TOLERANCE or max(y0, y1) < -EDGE_TOLERANCE:
         return
@@ -62,9 +74,9 @@ def _mark_edge(row_costs, origin_x, resolution, x0, y0, x1, y1):
     start_x, end_x = x0 + start * (x1 - x0), x0 + end * (x1 - x0)
     low, high = min(start_x, end_x) - EDGE_TOLERANCE, max(start_x, end_x) + EDGE_TOLERANCE
     first = max(0, math.ceil((low - origin_x) / resolution - 0.5))
-    last = min(row_costs.shape[0] - 1, math.floor((high - origin_x) / resolution - 0.5))
+    last = min(costs.shape[1] - 1, math.floor((high - origin_x) / resolution - 0.5))
     for column in range(first, last + 1):
-        row_costs[column] = LETHAL
+        costs[row, column] = LETHAL
 
 
 @njit(cache=True)
@@ -84,7 +96,7 @@ def mark_circle(costs, origin_x, origin_y, resolution, x, y, radius):
                 costs[row, column] = LETHAL
 
 
-def mask_costs(mask):
+def mask_costs(mask: NDArray[np.int8]) -> NDArray[np.uint8]:
     """Returns (rows, columns) uint8 costs of a keepout mask (rows, columns) int8, -1 to 100.
 
     round(254 m / 100), halves away from zero; MASK_UNKNOWN becomes NO_INFORMATION.

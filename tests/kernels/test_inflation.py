@@ -45,13 +45,14 @@ def random_obstacles(seed, shape=(40, 50), share=0.01):
     ],
 )
 def test_cost_at_a_distance_is_that_of_nav2(squared, cost):
-    assert inflation_costs(REACH, 0.05, 0.2254985, 3.0)[squared] == cost
+    assert inflation_costs(REACH, **ROBOT, cost_scaling_factor=3.0)[squared] == cost
 
 
 def test_distance_is_rounded_to_a_hundredth_of_a_cell():
     # sqrt(50) = 7.0711 cells counts as 7.07. The decay 400 / m makes the difference visible:
     # 252 exp(-400 (0.3535 - 0.35)) = 62.1, while 0.353553 m would give 60.8.
-    assert inflation_costs(10, 0.05, 0.35, 400.0)[50] == 62
+    costs = inflation_costs(10, resolution=0.05, inscribed_radius=0.35, cost_scaling_factor=400.0)
+    assert costs[50] == 62
 
 
 def test_costs_fall_off_along_a_row_up_to_and_with_the_reach():
