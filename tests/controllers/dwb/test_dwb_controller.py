@@ -1,6 +1,7 @@
 """The DWB controller as a whole: one cycle, several cycles, symmetries, failures."""
 
 import math
+from dataclasses import replace
 
 import dwb_reference
 import numpy as np
@@ -19,15 +20,7 @@ ALL_SPACE_CRITICS = [*GRID_CRITICS, "ObstacleFootprint"]
 
 
 def controller_of(*, wants_diagnostics=False, **changes):
-    setup = SETUP
-    if wants_diagnostics:
-        setup = type(SETUP)(
-            control_period_s=SETUP.control_period_s,
-            footprint=SETUP.footprint,
-            inscribed_radius_m=SETUP.inscribed_radius_m,
-            circumscribed_radius_m=SETUP.circumscribed_radius_m,
-            wants_diagnostics=True,
-        )
+    setup = replace(SETUP, wants_diagnostics=wants_diagnostics)
     return DynamicWindowApproach(parameters(**changes), setup)
 
 

@@ -120,6 +120,16 @@ class TestObstacleFootprint:
         assert judge(critic, [at(0, 1)], hit)[1] == "Trajectory Hits Obstacle."
         assert judge(critic, [at(-1, 1)], hit)[1] == "Trajectory Goes Off Grid."
 
+    @pytest.mark.parametrize("x", [0.4, 3.5, 6.6])
+    @pytest.mark.parametrize("y", [0.4, 3.5, 6.6])
+    def test_outline_may_not_leave_the_map_on_the_way_even_far_from_obstacles(self, x, y):
+        # The outline reaches 0.5 m: only the middle of the 7 m wide map holds it.
+        critic = footprint_critic(0.5 * SQUARE)
+        expected = (0.0, None) if x == y == 3.5 else (None, "Footprint Goes Off Grid.")
+        poses = [(x, y, 0.0), (3.5, 3.5, 0.0)]
+        costmap = map_of(np.zeros((70, 70)), resolution=0.1)
+        assert judge(critic, poses, costmap) == expected
+
     def test_closing_edge_runs_from_the_last_to_the_first_vertex(self):
         # Vertices (0,0) (4,0) (4,1): from (4,1) to (0,0) the line is cells (4,1) (3,1) (2,0) ...;
         # error 2: 3, 4 -> step after two cells. From (0,0) it would be (0,0) (1,0) (2,1) ...

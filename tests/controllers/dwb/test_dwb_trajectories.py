@@ -86,10 +86,11 @@ def test_lateral_velocity_moves_to_the_left_of_the_heading():
     p = parameters(
         min_vel_y=0.2, max_vel_y=0.2, acc_lim_y=1e3, max_vel_x=0.0, max_speed_xy=-1.0, **FEW
     )
-    window = generate(p, pose=(1.0, 2.0, math.pi / 2), twist=(0.0, 0.2, 0.0))
+    window = generate(p, pose=(1.0, 2.0, math.pi / 6), twist=(0.0, 0.2, 0.0))
     _, poses = find(window, (0.0, 0.2, 0.0))
-    # Left of a robot that looks along +y is -x: 0.2 * 1.7 = 0.34.
-    np.testing.assert_allclose(poses[-1], [1.0 - 0.34, 2.0, math.pi / 2], rtol=0, atol=1e-12)
+    # Left of 30 degrees is 120 degrees: 0.2 * 1.7 = 0.34 m along (-0.5, sqrt(3) / 2).
+    expected = [1.0 - 0.34 * 0.5, 2.0 + 0.34 * math.sqrt(3) / 2, math.pi / 6]
+    np.testing.assert_allclose(poses[-1], expected, rtol=0, atol=1e-12)
 
 
 def test_yaw_stays_wrapped():
@@ -102,14 +103,26 @@ def test_yaw_stays_wrapped():
 @given(
     x=st.floats(-5, 5),
     yaw=st.floats(-math.pi, math.pi),
-    v=st.floats(-0.1, 0.5),
-    w=st.floats(-1.5, 1.5),
+    vx=st.floats(-0.1, 0.5),
+    vy=st.floats(-0.3, 0.3),
+    wz=st.floats(-1.5, 1.5),
 )
-def test_every_pose_agrees_with_a_scalar_roll_out(x, yaw, v, w):
-    p = parameters(min_vel_x=-0.1, max_vel_x=0.5, max_speed_xy=0.5, vx_samples=4, vtheta_samples=5)
-    window = generate(p, pose=(x, 1.0, yaw), twist=(v, 0.0, w))
+def test_every_pose_agrees_with_a_scalar_roll_out(x, yaw, vx, vy, wz):
+    p = parameters(
+        min_vel_x=-0.1,
+        max_vel_x=0.5,
+        min_vel_y=-0.2,
+        max_vel_y=0.2,
+        max_speed_xy=-1.0,
+        acc_lim_y=1.0,
+        decel_lim_y=-0.5,
+        vx_samples=4,
+        vy_samples=2,
+        vtheta_samples=5,
+    )
+    window = generate(p, pose=(x, 1.0, yaw), twist=(vx, vy, wz))
     for k, sample in enumerate(window.twists):
-        _, expected = dwb_reference.roll_out((x, 1.0, yaw), (v, 0.0, w), sample, p)
+        _, expected = dwb_reference.roll_out((x, 1.0, yaw), (vx, vy, wz), sample, p)
         poses = window.poses[k, : window.pose_counts[k]]
         np.testing.assert_allclose(poses[:, :2], np.array(expected)[:, :2], rtol=0, atol=1e-12)
         turned = np.exp(1j * poses[:, 2]) - np.exp(1j * np.array(expected)[:, 2])

@@ -151,7 +151,7 @@ def test_limited_accel_window_is_one_control_period_unless_set():
 
 
 class TestSpeedLimit:
-    base = Kinematics.from_parameters(parameters(max_vel_x=0.4, max_speed_xy=0.5, min_vel_x=-0.1))
+    base = Kinematics.from_parameters(parameters(max_vel_x=0.4, max_speed_xy=0.45, min_vel_x=-0.1))
 
     def limited(self, *limits):
         kinematics = self.base
@@ -162,13 +162,14 @@ class TestSpeedLimit:
     def test_percentage_scales_the_upper_limits(self):
         limited = self.limited(SpeedLimit(50.0, is_percentage=True))
         assert (limited.max_vel_x, limited.max_vel_theta) == pytest.approx((0.2, 0.5))
-        assert (limited.max_speed_xy, limited.min_vel_x) == pytest.approx((0.25, -0.1))
+        assert (limited.max_speed_xy, limited.min_vel_x) == pytest.approx((0.225, -0.1))
 
     def test_speed_below_the_planar_limit_scales_in_proportion(self):
-        # 0.1 of 0.5 m/s: a fifth.
-        limited = self.limited(SpeedLimit(0.1))
-        assert limited.max_speed_xy == 0.1
-        assert (limited.max_vel_x, limited.max_vel_theta) == pytest.approx((0.08, 0.2))
+        # 0.23 of 0.45 m/s; 0.45 * (0.23 / 0.45) would miss 0.23 by a rounding.
+        limited = self.limited(SpeedLimit(0.23))
+        assert limited.max_speed_xy == 0.23
+        assert limited.max_vel_x == pytest.approx(0.4 * 0.23 / 0.45)
+        assert limited.max_vel_theta == pytest.approx(0.23 / 0.45)
 
     def test_speed_at_or_above_the_planar_limit_leaves_the_present_limits(self):
         assert self.limited(SpeedLimit(0.6)) == self.base
