@@ -1,0 +1,162 @@
+"""Model Predictive Path Integral control: samples control sequences and averages the good ones."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+
+from drake_navbench.controller import (
+    ControllerSetup,
+    Decision,
+    InvalidPath,
+    NoiseKey,
+    NoValidControl,
+    Observation,
+    SpeedLimit,
+)
+from drake_navbench.controllers.mppi.critics.batch import Scene
+from drake_navbench.controllers.mppi.lanes import frozen
+from drake_navbench.controllers.mppi.motion_models import MotionLimits
+from drake_navbench.controllers.mppi.noise import Noise
+from drake_navbench.controllers.mppi.objective import Array
+from drake_navbench.controllers.mppi.parameters import MppiParameters
+from drake_navbench.controllers.mppi.polish import PolishStatus
+from drake_navbench.controllers.mppi.refinement import Refinement, Refiner
+from drake_navbench.controllers.mppi.sampler import VX, WZ, CycleResult, Sampler, SamplerState
+from drake_navbench.errors import InputError
+from drake_navbench.kernels.speed_limit import speed_limit_ratio
+
+# Names the two ways of drawing noise in its key, so that they never share numbers.
+_FIXED, _REGENERATED = 0, 1
+
+
+class MppiMemory(NamedTuple):
+    """What a cycle hands to the next one.
+
+    sampler: the optimiser's state. start_speed: (2,) v m/s, w rad/s that the cycle's roll-outs
+    started from. polish_fallback_count: cycles since the start in which the sampled sequence was
+    used because the polish did not improve it.
+    """
+
+    sampler: SamplerState
+    start_speed: Array
+    polish_fallback_count: int = 0
+
+
+class ModelPredictivePathIntegral:
+    """Nav2's MPPI controller (branch lyrical), with an optional polish of its own.
+
+    Raises InputError for a parameter that does not fit the setup: `model_dt` below the control
+    period, a footprint check for a robot given by a radius, an unknown critic, or a motion model
+    that drives sideways.
+    """
+
+    Parameters: ClassVar[type[MppiParameters]] = MppiParameters
+    nav2_plugin: ClassVar[str | None] = "nav2_mppi_controller::MPPIController"
+
+    def __init__(self, parameters: MppiParameters, setup: ControllerSetup) -> None:
+        if parameters.motion_model == "Omni":
+            raise InputError(
+                "motion_model: found 'Omni', expected DiffDrive or Ackermann: commands are v and w"
+            )
+        self._parameters = parameters
+        self._wants_diagnostics = setup.wants_diagnostics
+        self._sampler = Sampler(parameters, setup, keeps_samples=setup.wants_diagnostics)
+        self._refiner = Refiner(parameters, self._sampler) if parameters.polish.enabled else None
+        # The noise of the last draw and its key: a cache, since the key decides the numbers.
+        self._noise = Noise.empty(parameters.batch_size, parameters.time_steps, holonomic=False)
+        self._noise_key: tuple[int, ...] | None = None
+
+    def initial_memory(self) -> MppiMemory:
+        """Returns the memory after a reset."""
+        return MppiMemory(self._sampler.initial_state(), frozen(np.zeros(2)))
+
+    def step(self, observation: Observation, memory: MppiMemory) -> Decision:
+        """Returns the command of one cycle.
+
+        Raises InvalidPath for an empty plan, and NoValidControl where every sample collides or no
+        attempt passes the trajectory validator; its memory is that of a reset optimiser.
+        """
+        if len(observation.plan) == 0:
+            raise InvalidPath("plan: found no poses, expected at least one")
+        scene = Scene.from_plan(
+            observation.plan,
+            pose=observation.pose,
+            costmap=observation.costmap,
+            goal_xy_tolerance_m=observation.goal_xy_tolerance_m,
+        )
+        v, w = observation.twist
+        limits = limited(self._sampler.base_limits, observation.speed_limit)
+        try:
+            result = self._sampler.run(
+                scene,
+                (v, 0.0, w),
+                memory.sampler,
+                draw=lambda resets, index: self._draw(observation.noise_key, resets, index),
+                limits=limits,
+            )
+        except NoValidControl as failure:
+            failure.memory = MppiMemory(
+                failure.memory, frozen(np.zeros(2)), memory.polish_fallback_count
+            )
+            raise
+        return self._decide(scene, result, memory, limits)
+
+    def _decide(
+        self, scene: Scene, result: CycleResult, memory: MppiMemory, limits: MotionLimits
+    ) -> Decision:
+        fallbacks = memory.polish_fallback_count
+        command, state, trajectory = result.command, result.state, result.trajectory
+        refinement = None
+        if self._refiner is not None:
+            refinement = self._refiner.refine(scene, result, memory.start_speed, limits)
+            command, state = self._sampler.send(refinement.state)
+            trajectory = refinement.trajectory
+            fallbacks += refinement.status is not PolishStatus.ACCEPTED
+        diagnostics = self._diagnostics(result, refinement, fallbacks)
+        if self._wants_diagnostics:
+            diagnostics["predicted_trajectory"] = trajectory.astype(np.float64)
+        start_speed = frozen(result.speed[[VX, WZ]].astype(np.float64))
+        return Decision(command[[VX, WZ]], MppiMemory(state, start_speed, fallbacks), diagnostics)
+
+    def _draw(self, key: NoiseKey, reset_count: int, pass_index: int) -> Noise:
+        """Returns the noise of one pass: new in every pass, or the same between two resets."""
+        p = self._parameters
+        if p.regenerate_noises:
+            words = (key.seed, key.stream, _REGENERATED, key.step, pass_index)
+        else:
+            words = (key.seed, key.stream, _FIXED, reset_count)
+        if words != self._noise_key:
+            self._noise.draw(words, (p.vx_std, p.vy_std, p.wz_std))
+            self._noise_key = words
+        return self._noise
+
+    def _diagnostics(
+        self, result: CycleResult, refinement: Refinement | None, fallbacks: int
+    ) -> dict[str, Any]:
+        numbers: dict[str, Any] = {
+            "retry_count": result.retry_count,
+            "least_cost": float(result.costs.min()),
+        }
+        if refinement is not None:
+            numbers["polish_status"] = str(refinement.status)
+            numbers["polish_accepted"] = refinement.status is PolishStatus.ACCEPTED
+            numbers["polish_evaluation_count"] = refinement.outcome.evaluation_count
+            numbers["polish_solver"] = refinement.outcome.solver
+            numbers["polish_fallback_count"] = fallbacks
+        if self._wants_diagnostics:
+            step = self._parameters.TrajectoryVisualizer.trajectory_step
+            numbers["sampled_trajectories"] = result.batch.poses[::step].astype(np.float64)
+            numbers["sampled_costs"] = result.costs[::step].astype(np.float64)
+            numbers["sampled_step"] = step
+            for name, costs in zip(self._parameters.critics, result.critic_costs, strict=True):
+                numbers[f"critic_cost_{name}"] = costs[::step].astype(np.float64)
+        return numbers
+
+
+def limited(limits: MotionLimits, speed_limit: SpeedLimit | None) -> MotionLimits:
+    """Returns the limits under a speed limit: its ratio to vx_max scales every velocity limit."""
+    if speed_limit is None or limits.vx_max <= 0:
+        return limits
+    return limits.scaled(speed_limit_ratio(float(limits.vx_max), speed_limit))

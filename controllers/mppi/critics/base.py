@@ -1,0 +1,198 @@
+"""What a critic is: the context it is built in, and the two kinds that the sampler runs itself.
+
+`PointwiseCritic`s look at one trajectory at a time: the sampler hands them chunks of the batch
+while these are still in the processor's cache. `PathCritic`s compare the samples with the path
+point that the whole batch reaches, so they run afterwards. A user's critic needs nothing but
+`score(batch) -> (costs, fail)`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.controller import ControllerSetup
+from drake_navbench.controllers.mppi.critics.batch import Batch, Float32Array, Reach, Scene
+from drake_navbench.controllers.mppi.float32_math import F32
+from drake_navbench.controllers.mppi.lanes import LANES, Lanes
+from drake_navbench.controllers.mppi.motion_models import MotionLimits, MotionModel
+from drake_navbench.kernels.grid import INSCRIBED, MAX_NON_OBSTACLE, NO_INFORMATION, Costmap
+
+
+class Trajectories(NamedTuple):
+    """A chunk of sampled trajectories: x, y m, yaw rad, vx, vy m/s, wz rad/s.
+
+    Each (blocks, N, LANES), see `lanes`.
+    """
+
+    x: Lanes
+    y: Lanes
+    yaw: Lanes
+    vx: Lanes
+    vy: Lanes
+    wz: Lanes
+
+    @classmethod
+    def empty(cls, blocks: int, steps: int) -> Trajectories:
+        """Allocates zeros."""
+        return cls(*(np.zeros((blocks, steps, LANES), np.float32) for _ in cls._fields))
+
+    def blocks(self, first: int, last: int) -> Trajectories:
+        """Views the blocks `first` to `last`, exclusive."""
+        return Trajectories(*(quantity[first:last] for quantity in self))
+
+
+class MapView(NamedTuple):
+    """The costmap and the outline as the kernels take them; see `Costmap`, `ControllerSetup`.
+
+    values: (rows * columns + 1,) uint8, the cells row by row, then NO_INFORMATION for every point
+    off the map, at index `outside`.
+    """
+
+    costs: NDArray[np.uint8]
+    values: NDArray[np.uint8]
+    outside: int
+    rows: np.int32
+    columns: np.int32
+    origin_x: float
+    origin_y: float
+    resolution: float
+    footprint: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, costmap: Costmap, footprint: NDArray[np.float64]) -> MapView:
+        """Views a costmap; footprint: (K, 2) m in the base frame."""
+        rows, columns = costmap.costs.shape
+        return cls(
+            costmap.costs,
+            np.append(costmap.costs.ravel(), np.uint8(NO_INFORMATION)),
+            rows * columns,
+            np.int32(rows),
+            np.int32(columns),
+            float(costmap.origin_x),
+            float(costmap.origin_y),
+            float(costmap.resolution),
+            np.ascontiguousarray(footprint, dtype=np.float64),
+        )
+
+
+@dataclass(frozen=True)
+class CriticContext:
+    """What every critic may know of its controller. Limits are those without a speed limit."""
+
+    setup: ControllerSetup
+    motion_model: MotionModel
+    limits: MotionLimits
+    min_turning_r: float
+    model_dt: float
+    time_steps: int
+
+    @property
+    def holonomic(self) -> bool:
+        """Whether vy counts."""
+        return self.motion_model is MotionModel.OMNI
+
+    @property
+    def has_inflation(self) -> bool:
+        """Whether the local costmap has an inflation layer."""
+        return self.setup.inflation_radius_m > 0
+
+    def inflated_cost(self, distance_m: float) -> int:
+        """Returns the inflation layer's cell cost at a distance from an obstacle."""
+        beyond = distance_m - self.setup.inscribed_radius_m
+        if beyond <= 0:
+            return INSCRIBED
+        decay = math.exp(-self.setup.inflation_cost_scaling_factor * beyond)
+        return int(MAX_NON_OBSTACLE * decay)
+
+
+class Critic(Protocol):
+    """A critic: built from its parameter block (a mapping for a user's) and the context."""
+
+    def __init__(self, parameters: Any, context: CriticContext) -> None: ...
+
+    def score(self, batch: Batch) -> tuple[Float32Array, bool]:
+        """Returns the cost of each sample (B,) and whether the critic calls the batch a failure."""
+        ...
+
+
+class PointwiseCritic:
+    """Base of the critics that look at one trajectory at a time.
+
+    In a cycle: `begin` once, `add` for every chunk, `finish` once.
+    """
+
+    def __init__(self, parameters: Any, context: CriticContext) -> None:
+        self.parameters = parameters
+        self.context = context
+
+    def begin(self, scene: Scene, blocks: int) -> Any:
+        """Returns what `add` needs in this cycle for a batch of `blocks`; None where inactive."""
+        raise NotImplementedError
+
+    def add(self, cycle: Any, chunk: Trajectories, sums: Lanes, *, first_block: int) -> None:
+        """Adds the chunk's raw terms to `sums` (blocks, LANES), its rows of the cost table."""
+        raise NotImplementedError
+
+    def finish(self, cycle: Any, costs: Float32Array) -> bool:
+        """Turns the raw terms (B,) of the whole batch into costs in place; returns the fail flag."""
+        weigh(costs, F32(self.parameters.cost_weight), self.parameters.cost_power)
+        return False
+
+    def score(self, batch: Batch) -> tuple[Float32Array, bool]:
+        """Scores a batch alone; see `Critic`."""
+        costs = np.zeros(batch.x.shape[::2], np.float32)
+        cycle = self.begin(batch.scene, len(costs)) if self.parameters.enabled else None
+        if cycle is None:
+            return costs.ravel()[: batch.size], False
+        chunk = Trajectories(batch.x, batch.y, batch.yaw, batch.vx, batch.vy, batch.wz)
+        self.add(cycle, chunk, costs, first_block=0)
+        scored = costs.ravel()[: batch.size]
+        fail = self.finish(cycle, scored)
+        return scored, fail
+
+
+class PathCritic:
+    """Base of the critics that need the path point which the whole batch reaches."""
+
+    column_step: int = 0
+
+    def __init__(self, parameters: Any, context: CriticContext) -> None:
+        self.parameters = parameters
+        self.context = context
+
+    def considers(self, scene: Scene) -> bool:
+        """Whether the critic may act in this cycle; only then is the reached point needed."""
+        threshold = F32(self.parameters.threshold_to_consider)
+        return self.parameters.enabled and scene.path_length >= threshold
+
+    def score_reach(self, scene: Scene, reach: Reach, furthest: int) -> Float32Array | None:
+        """Returns the raw terms (blocks, LANES); None where inactive."""
+        raise NotImplementedError
+
+    def finish(self, costs: Float32Array) -> None:
+        """Turns raw terms into costs in place."""
+        weigh(costs, F32(self.parameters.cost_weight), self.parameters.cost_power)
+
+    def score(self, batch: Batch) -> tuple[Float32Array, bool]:
+        """Scores a batch alone; see `Critic`."""
+        costs = None
+        if self.considers(batch.scene):
+            reach = batch.reach(max(1, self.column_step))
+            costs = self.score_reach(batch.scene, reach, batch.furthest)
+        if costs is None:
+            return np.zeros(batch.size, np.float32), False
+        scored = costs.ravel()[: batch.size]
+        self.finish(scored)
+        return scored, False
+
+
+def weigh(costs: Float32Array, weight: np.float32, power: int) -> None:
+    """Replaces each raw term by (weight term)^power in place."""
+    costs *= weight
+    if power > 1:
+        np.power(costs, power, out=costs)

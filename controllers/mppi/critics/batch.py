@@ -1,0 +1,261 @@
+"""What a critic is given: the scene of this cycle and a batch of sampled trajectories."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike, NDArray
+
+from drake_navbench.controllers.mppi.float32_math import ONE
+from drake_navbench.controllers.mppi.lanes import LANES, Lanes, pack, unpack
+from drake_navbench.kernels.grid import INSCRIBED, LETHAL, NO_INFORMATION, Costmap, world_to_cell
+
+Float32Array = NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """What is fixed within a cycle.
+
+    pose: (3,) x m, y m, yaw rad. path: (n, 3) float32, the local plan, same units.
+    path_length: of the local plan, float32 m. goal_xy_tolerance_m: of the goal checker.
+    """
+
+    pose: NDArray[np.float64]
+    path: Float32Array
+    path_length: np.float32
+    costmap: Costmap
+    goal_xy_tolerance_m: float = 0.25
+
+    @classmethod
+    def from_plan(
+        cls,
+        plan: ArrayLike,
+        *,
+        pose: ArrayLike,
+        costmap: Costmap,
+        goal_xy_tolerance_m: float = 0.25,
+    ) -> Scene:
+        """Builds a scene from a local plan (n, 3) in m and rad, n >= 1.
+
+        The length is summed in double and then rounded, as Nav2 does.
+        """
+        plan = np.asarray(plan, dtype=np.float64)
+        steps = np.diff(plan[:, :2], axis=0)
+        length = np.float32(np.sum(np.hypot(steps[:, 0], steps[:, 1])))
+        return cls(
+            np.asarray(pose, dtype=np.float64),
+            np.ascontiguousarray(plan, dtype=np.float32),
+            length,
+            costmap,
+            goal_xy_tolerance_m,
+        )
+
+    @cached_property
+    def path_x(self) -> Float32Array:
+        """(n,) m."""
+        return np.ascontiguousarray(self.path[:, 0])
+
+    @cached_property
+    def path_y(self) -> Float32Array:
+        """(n,) m."""
+        return np.ascontiguousarray(self.path[:, 1])
+
+    @cached_property
+    def path_yaw(self) -> Float32Array:
+        """(n,) rad."""
+        return np.ascontiguousarray(self.path[:, 2])
+
+    @cached_property
+    def arc_lengths(self) -> Float32Array:
+        """(n,) length of the local plan up to each point, summed in float32, m."""
+        return _arc_lengths(self.path_x, self.path_y)
+
+    @cached_property
+    def path_valid(self) -> NDArray[np.bool_]:
+        """(n - 1,) whether the robot's centre may be at a path point; the last point is left out."""
+        costmap = self.costmap
+        return _path_valid(
+            self.path[:-1].astype(np.float64),
+            costmap.costs,
+            costmap.origin_x,
+            costmap.origin_y,
+            costmap.resolution,
+            costmap.tracks_unknown,
+        )
+
+
+class Reach(NamedTuple):
+    """Where each sample gets to; all that the path critics need of a trajectory.
+
+    end_x, end_y m, end_yaw rad, length m: (blocks, LANES); the length leaves out the first step.
+    column_x, column_y, column_yaw: (blocks, K, LANES), every q-th column from column 0.
+    """
+
+    end_x: Lanes
+    end_y: Lanes
+    end_yaw: Lanes
+    length: Lanes
+    column_x: Lanes
+    column_y: Lanes
+    column_yaw: Lanes
+
+
+@dataclass(frozen=True, eq=False)
+class Batch:
+    """Sampled trajectories in one scene. `x` ... `wz` are (blocks, N, LANES), see `lanes`.
+
+    size: number of samples B. furthest: index of the path point that the batch reaches, where it
+    is already known for this cycle; else it is found from this batch.
+    """
+
+    scene: Scene
+    size: int
+    x: Lanes
+    y: Lanes
+    yaw: Lanes
+    vx: Lanes
+    vy: Lanes
+    wz: Lanes
+    known_furthest: int | None = None
+    _reach: dict[int, Reach] = field(default_factory=dict, repr=False)
+
+    @classmethod
+    def from_samples(
+        cls,
+        scene: Scene,
+        *,
+        poses: ArrayLike,
+        velocities: ArrayLike,
+        known_furthest: int | None = None,
+    ) -> Batch:
+        """Packs poses (B, N, 3) x, y, yaw and velocities (B, N, 3) vx, vy, wz."""
+        poses = np.asarray(poses, dtype=np.float32)
+        velocities = np.asarray(velocities, dtype=np.float32)
+        columns = [pack(poses[:, :, k]) for k in range(3)]
+        columns += [pack(velocities[:, :, k]) for k in range(3)]
+        return cls(scene, poses.shape[0], *columns, known_furthest=known_furthest)
+
+    @property
+    def poses(self) -> Float32Array:
+        """(B, N, 3) x m, y m, yaw rad: a copy in the order that numpy code likes."""
+        return np.stack([unpack(q, self.size) for q in (self.x, self.y, self.yaw)], axis=2)
+
+    @property
+    def velocities(self) -> Float32Array:
+        """(B, N, 3) vx m/s, vy m/s, wz rad/s: likewise."""
+        return np.stack([unpack(q, self.size) for q in (self.vx, self.vy, self.wz)], axis=2)
+
+    def reach(self, column_step: int = 1) -> Reach:
+        """Returns the samples' ends, lengths and every `column_step`-th column."""
+        if column_step not in self._reach:
+            columns = [np.ascontiguousarray(q[:, ::column_step]) for q in (self.x, self.y, self.yaw)]
+            ends = [np.ascontiguousarray(q[:, -1]) for q in (self.x, self.y, self.yaw)]
+            lengths = np.zeros_like(ends[0])
+            for block in range(len(lengths)):
+                length_lanes(self.x[block], self.y[block], lengths[block])
+            self._reach[column_step] = Reach(*ends, lengths, *columns)
+        return self._reach[column_step]
+
+    @cached_property
+    def furthest(self) -> int:
+        """Index of the furthest path point that any sample ends closest to."""
+        if self.known_furthest is not None:
+            return self.known_furthest
+        return furthest_point(self.scene, self.reach(), self.size)
+
+
+def furthest_point(scene: Scene, reach: Reach, size: int) -> int:
+    """Returns the largest index of a path point closest to the end of one of `size` samples.
+
+    A sample may only use points up to the first whose arc length is at least its own length, so
+    that a path which comes back past itself is not skipped (utils::findPathFurthestReachedPoint).
+    """
+    return int(_furthest_point(scene.path_x, scene.path_y, scene.arc_lengths, reach, size))
+
+
+@njit(cache=True)
+def length_lanes(x, y, lengths):
+    """Adds the distances between consecutive columns of x, y (N, LANES) to `lengths` (LANES,)."""
+    for t in range(1, x.shape[0]):
+        for lane in range(LANES):
+            dx = x[t, lane] - x[t - 1, lane]
+            dy = y[t, lane] - y[t - 1, lane]
+            lengths[lane] += np.sqrt(dx * dx + dy * dy)
+
+
+@njit(cache=True)
+def _arc_lengths(path_x, path_y):
+    lengths = np.zeros(path_x.shape[0], np.float32)
+    for k in range(1, path_x.shape[0]):
+        dx, dy = path_x[k] - path_x[k - 1], path_y[k] - path_y[k - 1]
+        lengths[k] = lengths[k - 1] + np.sqrt(dx * dx + dy * dy)
+    return lengths
+
+
+@njit(cache=True)
+def _path_valid(points, costs, origin_x, origin_y, resolution, tracks_unknown):
+    rows, columns = costs.shape
+    valid = np.zeros(points.shape[0], np.bool_)
+    for k in range(points.shape[0]):
+        column, row = world_to_cell(
+            points[k, 0], points[k, 1], origin_x, origin_y, resolution, columns, rows
+        )
+        if column < 0:
+            continue
+        cost = costs[row, column]
+        if cost == NO_INFORMATION:
+            valid[k] = tracks_unknown
+        else:
+            valid[k] = cost != LETHAL and cost != INSCRIBED
+    return valid
+
+
+@njit(cache=True)
+def _furthest_point(path_x, path_y, arc_lengths, reach, size):
+    last = path_x.shape[0] - 1
+    furthest = 0
+    nearest = np.empty(LANES, np.int32)
+    best = np.empty(LANES, np.float32)
+    for block in range(reach.end_x.shape[0]):
+        _nearest_row(
+            path_x,
+            path_y,
+            arc_lengths,
+            reach.end_x[block],
+            reach.end_y[block],
+            reach.length[block],
+            best,
+            nearest,
+        )
+        for lane in range(min(LANES, size - block * LANES)):
+            furthest = max(furthest, nearest[lane])
+        if furthest == last:
+            break
+    return furthest
+
+
+@njit(cache=True)
+def _nearest_row(path_x, path_y, arc_lengths, end_x, end_y, length, best, nearest):
+    """Finds, lane by lane, the first closest path point among those within the sample's length."""
+    best[:] = np.inf
+    nearest[:] = 0
+    longest = np.max(length)
+    reached_before = -ONE
+    for k in range(path_x.shape[0]):
+        # Point k counts where the point before it is not yet as far as the sample is long.
+        if k > 0 and reached_before >= longest:
+            break
+        index = np.int32(k)
+        px, py = path_x[k], path_y[k]
+        for lane in range(LANES):
+            dx, dy = px - end_x[lane], py - end_y[lane]
+            distance = dx * dx + dy * dy
+            closer = (distance < best[lane]) & (reached_before < length[lane])
+            best[lane] = distance if closer else best[lane]
+            nearest[lane] = index if closer else nearest[lane]
+        reached_before = arc_lengths[k]

@@ -1,0 +1,310 @@
+"""Critics that read the costmap: CostCritic, and the older ObstaclesCritic."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from drake_navbench.controllers.mppi.critics.base import (
+    CriticContext,
+    MapView,
+    PointwiseCritic,
+    Trajectories,
+    weigh,
+)
+from drake_navbench.controllers.mppi.critics.batch import Float32Array, Scene
+from drake_navbench.controllers.mppi.float32_math import F32, ONE, ZERO
+from drake_navbench.controllers.mppi.lanes import LANES, Lanes
+from drake_navbench.errors import InputError
+from drake_navbench.kernels.footprint import footprint_cost
+from drake_navbench.kernels.grid import INSCRIBED, LETHAL, NO_INFORMATION
+
+COST_COUNT = 256
+# Marks a sample that collides until the raw terms become costs.
+INFINITY = F32(np.inf)
+
+
+class CostCycle(NamedTuple):
+    """CostCritic in one cycle.
+
+    score: (256,) what a column costs by the value of its cell, infinite for a collision.
+    outline_collides: (256,) which largest values under the outline mean collision.
+    """
+
+    view: MapView
+    score: Float32Array
+    outline_collides: NDArray[np.bool_]
+
+
+class CostCritic(PointwiseCritic):
+    """Mean cell cost over every `trajectory_point_step`-th column, or the collision cost."""
+
+    def __init__(self, parameters: Any, context: CriticContext) -> None:
+        super().__init__(parameters, context)
+        _require_outline("CostCritic", parameters, context)
+        columns = (context.time_steps - 1) // parameters.trajectory_point_step + 1
+        self.weight = F32(parameters.cost_weight) / F32(LETHAL) / F32(columns)
+        self.footprint_from = self._footprint_from()
+
+    def _footprint_from(self) -> int:
+        """Cell value from which the outline can touch an obstacle; 0 where that is unknown."""
+        setup = self.context.setup
+        if setup.inflation_radius_m < setup.circumscribed_radius_m:
+            return 0
+        return self.context.inflated_cost(setup.circumscribed_radius_m)
+
+    def begin(self, scene: Scene, blocks: int) -> CostCycle:
+        p = self.parameters
+        values = np.arange(COST_COUNT, dtype=np.float32)
+        score = np.where(values >= p.near_collision_cost, F32(p.critical_cost), values)
+        if scene.path_length < F32(p.near_goal_distance):
+            score[: p.near_collision_cost] = 0
+        score[0] = 0
+        collides = collision_values(
+            consider_footprint=p.consider_footprint, tracks_unknown=scene.costmap.tracks_unknown
+        )
+        if not p.consider_footprint:
+            score[collides] = INFINITY
+        return CostCycle(
+            MapView.of(scene.costmap, self.context.setup.footprint), score, collides
+        )
+
+    def add(self, cycle: CostCycle, chunk: Trajectories, sums: Lanes, *, first_block: int) -> None:
+        step = self.parameters.trajectory_point_step
+        if self.parameters.consider_footprint:
+            add_outline_collisions(
+                cycle.view,
+                self.footprint_from,
+                cycle.outline_collides,
+                step,
+                chunk.x,
+                chunk.y,
+                chunk.yaw,
+                sums,
+            )
+        add_cell_scores(cycle.view, cycle.score, step, chunk.x, chunk.y, sums)
+
+    def finish(self, cycle: CostCycle, costs: Float32Array) -> bool:
+        collided = costs == INFINITY
+        costs[collided] = F32(self.parameters.collision_cost)
+        weigh(costs, self.weight, self.parameters.cost_power)
+        return bool(collided.all())
+
+
+@njit(cache=True)
+def add_cell_scores(view, score, step, x, y, sums):
+    """Adds the score of the cell under every step-th column; cells are found in float32."""
+    cells = np.empty(LANES, np.int32)
+    for block in range(x.shape[0]):
+        for t in range(0, x.shape[1], step):
+            _float32_cell_row(view, x[block, t], y[block, t], cells)
+            _add_score_row(view.values, score, cells, sums[block])
+
+
+@njit(cache=True)
+def _add_score_row(values, score, cells, sums):
+    for lane in range(LANES):
+        sums[lane] += score[values[cells[lane]]]
+
+
+@njit(cache=True)
+def add_outline_collisions(view, footprint_from, outline_collides, step, x, y, yaw, sums):
+    """Makes the sum infinite where the outline of a step-th column collides.
+
+    The outline is looked at where the centre's value is at least `footprint_from` and not 0.
+    """
+    cells = np.empty(LANES, np.int32)
+    for block in range(x.shape[0]):
+        for t in range(0, x.shape[1], step):
+            _float32_cell_row(view, x[block, t], y[block, t], cells)
+            for lane in range(LANES):
+                value = view.values[cells[lane]]
+                if value == 0 or value < footprint_from or sums[block, lane] == INFINITY:
+                    continue
+                outline = _outline_cost(
+                    view, x[block, t, lane], y[block, t, lane], yaw[block, t, lane]
+                )
+                if outline_collides[outline]:
+                    sums[block, lane] = INFINITY
+
+
+class ObstaclesCycle(NamedTuple):
+    """ObstaclesCritic in one cycle.
+
+    margin_shortfall, repulsion: (2, 256) m by value, [0] read at the centre, [1] at the outline:
+    what the distance to the obstacle lacks to the margin (infinite for a collision) and to the
+    inflation radius. repulsion_sums: (blocks, LANES), kept apart from the raw terms.
+    """
+
+    view: MapView
+    margin_shortfall: Float32Array
+    repulsion: Float32Array
+    repulsion_sums: Lanes
+
+
+class ObstaclesCritic(PointwiseCritic):
+    """Distances to obstacles, read back from the inflated costs, or the collision cost."""
+
+    def __init__(self, parameters: Any, context: CriticContext) -> None:
+        super().__init__(parameters, context)
+        _require_outline("ObstaclesCritic", parameters, context)
+        self.footprint_from = COST_COUNT
+        if parameters.consider_footprint:
+            radius = context.setup.circumscribed_radius_m
+            self.footprint_from = context.inflated_cost(radius) if context.has_inflation else 0
+        self.distances = self._distances()
+
+    def _distances(self) -> Float32Array:
+        """(2, 256) distance to the obstacle in m by cell value, at the centre and at the outline.
+
+        Inverts the inflation, cost = 253 exp(-k (d - r_in)); infinite where nothing is known.
+        """
+        distances = np.full((2, COST_COUNT), INFINITY)
+        k = F32(self.context.setup.inflation_cost_scaling_factor)
+        if not self.context.has_inflation or k == 0:
+            return distances
+        inscribed_radius = F32(self.context.setup.inscribed_radius_m)
+        costs = np.arange(1, COST_COUNT, dtype=np.float32)
+        outline = (k * inscribed_radius - np.log(costs) + np.log(F32(INSCRIBED))) / k
+        distances[0, 1:] = outline - inscribed_radius
+        distances[1, 1:] = outline
+        return distances
+
+    def begin(self, scene: Scene, blocks: int) -> ObstaclesCycle:
+        p = self.parameters
+        known = np.isfinite(self.distances)
+        distances = np.where(known, self.distances, ZERO)
+        shortfall = np.where(known, F32(p.collision_margin_distance) - distances, ZERO)
+        shortfall = np.maximum(shortfall, ZERO)
+        collides = collision_values(
+            consider_footprint=p.consider_footprint, tracks_unknown=scene.costmap.tracks_unknown
+        )
+        shortfall[:, collides] = INFINITY
+        repels = known & bool(scene.path_length >= F32(p.near_goal_distance))
+        repulsion = F32(self.context.setup.inflation_radius_m) - distances
+        return ObstaclesCycle(
+            MapView.of(scene.costmap, self.context.setup.footprint),
+            shortfall,
+            np.where(repels, repulsion, ZERO),
+            np.zeros((blocks, LANES), np.float32),
+        )
+
+    def add(
+        self, cycle: ObstaclesCycle, chunk: Trajectories, sums: Lanes, *, first_block: int
+    ) -> None:
+        add_distance_shortfalls(
+            cycle.view,
+            self.footprint_from,
+            cycle.margin_shortfall,
+            cycle.repulsion,
+            chunk.x,
+            chunk.y,
+            chunk.yaw,
+            sums,
+            cycle.repulsion_sums[first_block : first_block + len(sums)],
+        )
+
+    def finish(self, cycle: ObstaclesCycle, costs: Float32Array) -> bool:
+        p = self.parameters
+        collided = costs == INFINITY
+        costs[collided] = F32(p.collision_cost)
+        costs *= F32(p.critical_weight)
+        repulsion = cycle.repulsion_sums.ravel()[: costs.size]
+        mean_repulsion = (repulsion - repulsion.min()) / F32(self.context.time_steps)
+        costs += F32(p.repulsion_weight) * mean_repulsion
+        weigh(costs, ONE, p.cost_power)
+        return bool(collided.all())
+
+
+@njit(cache=True)
+def add_distance_shortfalls(
+    view, footprint_from, margin_shortfall, repulsion, x, y, yaw, sums, repulsion_sums
+):
+    """Adds what every column's distance lacks, up to the sample's collision.
+
+    Cells are found in float64. The value under the outline takes the place of the centre's where
+    that is at least `footprint_from`, free cells included; but not off the map.
+    """
+    cells = np.empty(LANES, np.int32)
+    for block in range(x.shape[0]):
+        for t in range(x.shape[1]):
+            _float64_cell_row(view, x[block, t], y[block, t], cells)
+            for lane in range(LANES):
+                if sums[block, lane] == INFINITY:
+                    continue
+                value = np.int64(view.values[cells[lane]])
+                source = 0
+                if value >= footprint_from and cells[lane] != view.outside:
+                    value = _outline_cost(
+                        view, x[block, t, lane], y[block, t, lane], yaw[block, t, lane]
+                    )
+                    source = 1
+                sums[block, lane] += margin_shortfall[source, value]
+                if sums[block, lane] < INFINITY:
+                    repulsion_sums[block, lane] += repulsion[source, value]
+
+
+def collision_values(*, consider_footprint: bool, tracks_unknown: bool) -> NDArray[np.bool_]:
+    """Returns (256,) which cell values mean collision."""
+    collides = np.zeros(COST_COUNT, np.bool_)
+    collides[LETHAL] = True
+    collides[INSCRIBED] = not consider_footprint
+    collides[NO_INFORMATION] = not tracks_unknown
+    return collides
+
+
+def _require_outline(name: str, parameters: Any, context: CriticContext) -> None:
+    if parameters.consider_footprint and context.setup.footprint_is_circle:
+        raise InputError(
+            f"{name}.consider_footprint: found true, expected false for a robot given by a radius"
+        )
+
+
+@njit(cache=True)
+def _outline_cost(view, x, y, yaw):
+    return footprint_cost(
+        view.costs,
+        view.origin_x,
+        view.origin_y,
+        view.resolution,
+        view.footprint,
+        np.float64(x),
+        np.float64(y),
+        np.float64(yaw),
+        True,
+    )
+
+
+@njit(cache=True)
+def _float32_cell_row(view, x, y, cells):
+    _cell_row(
+        F32(view.origin_x),
+        F32(view.origin_y),
+        F32(view.resolution),
+        view.rows,
+        view.columns,
+        x,
+        y,
+        cells,
+    )
+
+
+@njit(cache=True)
+def _float64_cell_row(view, x, y, cells):
+    _cell_row(
+        view.origin_x, view.origin_y, view.resolution, view.rows, view.columns, x, y, cells
+    )
+
+
+@njit(cache=True, error_model="numpy")
+def _cell_row(origin_x, origin_y, resolution, rows, columns, x, y, cells):
+    """Writes the index into `MapView.values` of each lane's point, in the origin's precision."""
+    outside_cell = np.int32(rows * columns)
+    for lane in range(LANES):
+        column = np.int32((x[lane] - origin_x) / resolution)
+        row = np.int32((y[lane] - origin_y) / resolution)
+        outside = (x[lane] < origin_x) | (y[lane] < origin_y) | (column >= columns) | (row >= rows)
+        cells[lane] = outside_cell if outside else np.int32(row * columns + column)

@@ -1,0 +1,88 @@
+"""Critics that pull toward the end of the local plan: Goal, GoalAngle."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from drake_navbench.controllers.mppi.critics.base import PointwiseCritic, Trajectories
+from drake_navbench.controllers.mppi.critics.batch import Float32Array, Scene
+from drake_navbench.controllers.mppi.float32_math import F32, PI, wrap32
+from drake_navbench.controllers.mppi.lanes import LANES, Lanes
+
+
+class GoalCritic(PointwiseCritic):
+    """Mean distance to the last point of the local plan, where that is near."""
+
+    def begin(self, scene: Scene, blocks: int) -> tuple | None:
+        if scene.path_length > F32(self.parameters.threshold_to_consider):
+            return None
+        return scene.path[-1, 0], scene.path[-1, 1]
+
+    def add(self, cycle: tuple, chunk: Trajectories, sums: Lanes, *, first_block: int) -> None:
+        goal_x, goal_y = cycle
+        add_distances(chunk.x, chunk.y, goal_x, goal_y, sums)
+
+    def finish(self, cycle: tuple, costs: Float32Array) -> bool:
+        costs /= F32(self.context.time_steps)
+        return super().finish(cycle, costs)
+
+
+@njit(cache=True)
+def add_distances(x, y, goal_x, goal_y, sums):
+    """Adds the distances of all columns from the goal point."""
+    for block in range(x.shape[0]):
+        for t in range(x.shape[1]):
+            _distance_row(x[block, t], y[block, t], goal_x, goal_y, sums[block])
+
+
+@njit(cache=True)
+def _distance_row(x, y, goal_x, goal_y, sums):
+    for lane in range(LANES):
+        dx, dy = x[lane] - goal_x, y[lane] - goal_y
+        sums[lane] += np.sqrt(dx * dx + dy * dy)
+
+
+class GoalAngleCritic(PointwiseCritic):
+    """Mean yaw error against the last point of the local plan, where that is near.
+
+    With `symmetric_yaw_tolerance` the reversed yaw is as good.
+    """
+
+    def begin(self, scene: Scene, blocks: int) -> tuple | None:
+        if scene.path_length > F32(self.parameters.threshold_to_consider):
+            return None
+        return (scene.path[-1, 2],)
+
+    def add(self, cycle: tuple, chunk: Trajectories, sums: Lanes, *, first_block: int) -> None:
+        (goal_yaw,) = cycle
+        add_yaw_errors(chunk.yaw, goal_yaw, self.parameters.symmetric_yaw_tolerance, sums)
+
+    def finish(self, cycle: tuple, costs: Float32Array) -> bool:
+        costs /= F32(self.context.time_steps)
+        return super().finish(cycle, costs)
+
+
+@njit(cache=True)
+def add_yaw_errors(yaw, goal_yaw, symmetric, sums):
+    """Adds |wrap(goal yaw - yaw)| of all columns, or the smaller of it and that of the reverse."""
+    for block in range(yaw.shape[0]):
+        for t in range(yaw.shape[1]):
+            if symmetric:
+                _two_sided_row(yaw[block, t], goal_yaw, sums[block])
+            else:
+                _one_sided_row(yaw[block, t], goal_yaw, sums[block])
+
+
+@njit(cache=True)
+def _one_sided_row(yaw, goal_yaw, sums):
+    for lane in range(LANES):
+        sums[lane] += np.abs(wrap32(goal_yaw - yaw[lane]))
+
+
+@njit(cache=True)
+def _two_sided_row(yaw, goal_yaw, sums):
+    for lane in range(LANES):
+        ahead = np.abs(wrap32(goal_yaw - yaw[lane]))
+        behind = np.abs(wrap32(goal_yaw + PI - yaw[lane]))
+        sums[lane] += min(ahead, behind)

@@ -1,0 +1,198 @@
+"""Critics that compare the samples with the path: PathAlign, PathFollow, PathAngle.
+
+They need the point that the whole batch reaches, so they run on the ends and on every q-th column
+of the samples (`Reach`) once these are known.
+"""
+
+from __future__ import annotations
+
+import math
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from drake_navbench.controllers.mppi.critics.base import CriticContext, PathCritic
+from drake_navbench.controllers.mppi.critics.batch import Float32Array, Reach, Scene
+from drake_navbench.controllers.mppi.float32_math import F32, HALF_PI, ONE, PI, ZERO, wrap32
+from drake_navbench.controllers.mppi.lanes import LANES
+
+# PathAlign ignores up to this many invalid path points, whatever their share.
+MAX_IGNORED_POINTS = 2
+# Below this smallest velocity PathAngle takes the robot for one that cannot reverse, m/s.
+_NO_REVERSE = 1e-6
+
+
+class PathAngleMode(IntEnum):
+    """Which way the robot may point to be taken as aligned with the path."""
+
+    FORWARD_PREFERENCE = 0
+    NO_DIRECTIONAL_PREFERENCE = 1
+    CONSIDER_FEASIBLE_PATH_ORIENTATIONS = 2
+
+
+class PathAlignCritic(PathCritic):
+    """Keeps samples on the path, point by point."""
+
+    def __init__(self, parameters: Any, context: CriticContext) -> None:
+        super().__init__(parameters, context)
+        self.column_step = parameters.trajectory_point_step
+
+    def score_reach(self, scene: Scene, reach: Reach, furthest: int) -> Float32Array | None:
+        p = self.parameters
+        if furthest < max(1, p.offset_from_furthest):
+            return None
+        if is_path_blocked(scene.path_valid, furthest, p.max_path_occupancy_ratio):
+            return None
+        costs = np.empty_like(reach.end_x)
+        path_align_costs(
+            scene.path_x,
+            scene.path_y,
+            scene.path_yaw,
+            scene.arc_lengths,
+            scene.path_valid,
+            furthest,
+            p.use_path_orientations,
+            reach,
+            costs,
+        )
+        return costs
+
+
+def is_path_blocked(valid, furthest: int, max_occupancy_ratio: float) -> bool:
+    """Returns whether too many of the path points before `furthest` are occupied."""
+    invalid = furthest - int(np.count_nonzero(valid[:furthest]))
+    return (
+        invalid > MAX_IGNORED_POINTS
+        and np.float32(invalid) / np.float32(furthest) > np.float32(max_occupancy_ratio)
+    )
+
+
+@njit(cache=True)
+def path_align_costs(path_x, path_y, path_yaw, lengths, valid, furthest, use_yaw, reach, costs):
+    """PathAlignCritic: mean distance between a sample's columns and the path, by arc length.
+
+    Path points 0 .. furthest - 1 count. A column is compared with the point whose arc length is
+    nearest to the distance driven since column 0; invalid points are left out.
+    costs: (blocks, LANES), written.
+    """
+    arcs = np.full(LANES, ZERO)
+    for block in range(costs.shape[0]):
+        x, y, yaw = reach.column_x[block], reach.column_y[block], reach.column_yaw[block]
+        indices = np.zeros(LANES, np.int32)
+        counts = np.zeros(LANES, np.float32)
+        sums = costs[block]
+        sums[:] = ZERO
+        arcs[:] = ZERO
+        for t in range(1, x.shape[0]):
+            for lane in range(LANES):
+                dx, dy = x[t, lane] - x[t - 1, lane], y[t, lane] - y[t - 1, lane]
+                arcs[lane] += np.sqrt(dx * dx + dy * dy)
+            _nearest_by_length_row(lengths, furthest, arcs, indices)
+            for lane in range(LANES):
+                i = indices[lane]
+                if not valid[i]:
+                    continue
+                dx, dy = path_x[i] - x[t, lane], path_y[i] - y[t, lane]
+                squared = dx * dx + dy * dy
+                if use_yaw:
+                    turn = wrap32(yaw[t, lane] - path_yaw[i])
+                    squared += turn * turn
+                sums[lane] += np.sqrt(squared)
+                counts[lane] += ONE
+        for lane in range(LANES):
+            sums[lane] = sums[lane] / counts[lane] if counts[lane] > ZERO else ZERO
+
+
+@njit(cache=True)
+def _nearest_by_length_row(lengths, count, arcs, indices):
+    """Advances each lane's index to the path point, of `count`, nearest by arc length.
+
+    The scan only goes forward; a tie goes to the later point, and the last point catches all.
+    """
+    for lane in range(LANES):
+        driven = arcs[lane]
+        start = indices[lane]
+        found = np.int32(count - 1)
+        for j in range(start + 1, count):
+            if lengths[j] > driven:
+                before_is_nearer = driven - lengths[j - 1] < lengths[j] - driven
+                found = np.int32(j - 1 if before_is_nearer else j)
+                break
+        indices[lane] = found
+
+
+class PathFollowCritic(PathCritic):
+    """Pulls the ends of the samples toward a free path point ahead of all of them."""
+
+    def score_reach(self, scene: Scene, reach: Reach, furthest: int) -> Float32Array | None:
+        last = len(scene.path) - 1
+        if last < 1:
+            return None
+        carrot = min(furthest + self.parameters.offset_from_furthest, last)
+        while carrot < last - 1 and not scene.path_valid[carrot]:
+            carrot += 1
+        x, y, _ = scene.path[carrot]
+        costs = np.empty_like(reach.end_x)
+        distance_costs(x, y, reach.end_x, reach.end_y, costs)
+        return costs
+
+
+@njit(cache=True)
+def distance_costs(target_x, target_y, x, y, costs):
+    """PathFollowCritic: distance of the samples' ends x, y from the target, all (blocks, LANES)."""
+    for block in range(x.shape[0]):
+        for lane in range(LANES):
+            dx, dy = x[block, lane] - target_x, y[block, lane] - target_y
+            costs[block, lane] = np.sqrt(dx * dx + dy * dy)
+
+
+class PathAngleCritic(PathCritic):
+    """Turns the robot toward a path point where it points far away from it."""
+
+    def __init__(self, parameters: Any, context: CriticContext) -> None:
+        super().__init__(parameters, context)
+        cannot_reverse = abs(context.limits.vx_min) < _NO_REVERSE
+        no_preference = PathAngleMode.NO_DIRECTIONAL_PREFERENCE
+        self.mode = 0 if cannot_reverse and parameters.mode == no_preference else parameters.mode
+
+    def score_reach(self, scene: Scene, reach: Reach, furthest: int) -> Float32Array | None:
+        p = self.parameters
+        target = scene.path[min(furthest + p.offset_from_furthest, len(scene.path) - 1)]
+        pose = scene.pose.astype(np.float32)
+        if angle_to_target(pose, target, self.mode) < F32(p.max_angle_to_furthest):
+            return None
+        costs = np.empty_like(reach.end_x)
+        path_angle_costs(target, self.mode, reach.end_x, reach.end_y, reach.end_yaw, costs)
+        return costs
+
+
+def angle_to_target(pose, target, mode: int) -> np.float32:
+    """Returns the angle in rad between the robot's heading and a path point (3,), by mode."""
+    yaw, target_yaw = np.float32(pose[2]), target[2]
+    bearing = np.float32(math.atan2(target[1] - pose[1], target[0] - pose[0]))
+    if mode == PathAngleMode.CONSIDER_FEASIBLE_PATH_ORIENTATIONS and (
+        abs(wrap32(target_yaw - bearing)) > HALF_PI
+    ):
+        bearing = bearing + PI
+    angle = abs(wrap32(yaw - bearing))
+    if mode == PathAngleMode.NO_DIRECTIONAL_PREFERENCE:
+        angle = min(angle, abs(wrap32(yaw + PI - bearing)))
+    return np.float32(angle)
+
+
+@njit(cache=True)
+def path_angle_costs(target, mode, x, y, yaw, costs):
+    """PathAngleCritic: |angle| between the samples' last heading and the target point (3,).
+
+    x, y, yaw, costs: (blocks, LANES). Mode 1 lets the robot point away; mode 2 lets it where the
+    path itself points away.
+    """
+    for block in range(x.shape[0]):
+        for lane in range(LANES):
+            bearing = math.atan2(target[1] - y[block, lane], target[0] - x[block, lane])
+            heading = yaw[block, lane] if mode == 1 else target[2]
+            if mode != 0 and np.abs(wrap32(bearing - heading)) >= HALF_PI:
+                bearing = wrap32(bearing + PI)
+            costs[block, lane] = np.abs(wrap32(bearing - yaw[block, lane]))

@@ -1,0 +1,117 @@
+"""Critics that look at velocities alone: Constraint, PreferForward, Twirling, VelocityDeadband."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from drake_navbench.controllers.mppi.critics.base import PointwiseCritic, Trajectories
+from drake_navbench.controllers.mppi.critics.batch import Float32Array, Scene
+from drake_navbench.controllers.mppi.float32_math import F32, ZERO
+from drake_navbench.controllers.mppi.lanes import LANES, Lanes
+from drake_navbench.controllers.mppi.motion_models import MotionModel
+
+# Ackermann's turning radius |vx| / |wz| is cut off where the robot does not turn.
+_LEAST_TURN_RATE = F32(1e-6)
+
+
+class ConstraintCritic(PointwiseCritic):
+    """Velocity outside the limits, integrated over time; a speed limit does not count."""
+
+    def begin(self, scene: Scene, blocks: int) -> tuple:
+        limits = self.context.limits
+        return limits.vx_max, limits.vx_min, limits.vy_max, F32(self.context.min_turning_r)
+
+    def add(self, cycle: tuple, chunk: Trajectories, sums: Lanes, *, first_block: int) -> None:
+        vx_max, vx_min, vy_max, min_turning_r = cycle
+        add_excess(chunk.vx, vx_min, vx_max, sums)
+        if self.context.motion_model is MotionModel.OMNI:
+            add_excess(chunk.vy, -vy_max, vy_max, sums)
+        if self.context.motion_model is MotionModel.ACKERMANN:
+            add_tight_turns(chunk.vx, chunk.wz, min_turning_r, sums)
+
+    def finish(self, cycle: tuple, costs: Float32Array) -> bool:
+        costs *= F32(self.context.model_dt)
+        return super().finish(cycle, costs)
+
+
+@njit(cache=True)
+def add_excess(velocities, lowest, highest, sums):
+    """Adds sum_t (v - highest)+ + (lowest - v)+."""
+    for block in range(velocities.shape[0]):
+        for t in range(velocities.shape[1]):
+            _excess_row(velocities[block, t], lowest, highest, sums[block])
+
+
+@njit(cache=True)
+def _excess_row(velocities, lowest, highest, sums):
+    for lane in range(LANES):
+        v = velocities[lane]
+        sums[lane] += max(v - highest, ZERO) + max(lowest - v, ZERO)
+
+
+@njit(cache=True, error_model="numpy")
+def add_tight_turns(vx, wz, min_turning_r, sums):
+    """Adds sum_t (r_min - |vx| / |wz|)+; a standing robot pays r_min each step."""
+    for block in range(vx.shape[0]):
+        for t in range(vx.shape[1]):
+            for lane in range(LANES):
+                turn_rate = max(np.abs(wz[block, t, lane]), _LEAST_TURN_RATE)
+                radius = np.abs(vx[block, t, lane]) / turn_rate
+                sums[block, lane] += max(min_turning_r - radius, ZERO)
+
+
+class PreferForwardCritic(PointwiseCritic):
+    """Distance driven backward, while the goal is far."""
+
+    def begin(self, scene: Scene, blocks: int) -> tuple | None:
+        near = scene.path_length < F32(self.parameters.threshold_to_consider)
+        return None if near else ()
+
+    def add(self, cycle: tuple, chunk: Trajectories, sums: Lanes, *, first_block: int) -> None:
+        add_excess(chunk.vx, ZERO, F32(np.inf), sums)
+
+    def finish(self, cycle: tuple, costs: Float32Array) -> bool:
+        costs *= F32(self.context.model_dt)
+        return super().finish(cycle, costs)
+
+
+class TwirlingCritic(PointwiseCritic):
+    """Mean |wz|, while the goal tolerance is not reached."""
+
+    def begin(self, scene: Scene, blocks: int) -> tuple | None:
+        return None if scene.path_length < F32(scene.goal_xy_tolerance_m) else ()
+
+    def add(self, cycle: tuple, chunk: Trajectories, sums: Lanes, *, first_block: int) -> None:
+        add_excess(chunk.wz, ZERO, ZERO, sums)
+
+    def finish(self, cycle: tuple, costs: Float32Array) -> bool:
+        costs /= F32(self.context.time_steps)
+        return super().finish(cycle, costs)
+
+
+class VelocityDeadbandCritic(PointwiseCritic):
+    """Velocities too small for the drives to follow, integrated over time."""
+
+    def begin(self, scene: Scene, blocks: int) -> tuple:
+        return tuple(F32(abs(v)) for v in self.parameters.deadband_velocities)
+
+    def add(self, cycle: tuple, chunk: Trajectories, sums: Lanes, *, first_block: int) -> None:
+        vx, vy, wz = cycle
+        add_shortfall(chunk.vx, vx, sums)
+        if self.context.holonomic:
+            add_shortfall(chunk.vy, vy, sums)
+        add_shortfall(chunk.wz, wz, sums)
+
+    def finish(self, cycle: tuple, costs: Float32Array) -> bool:
+        costs *= F32(self.context.model_dt)
+        return super().finish(cycle, costs)
+
+
+@njit(cache=True)
+def add_shortfall(velocities, deadband, sums):
+    """Adds sum_t (deadband - |v|)+."""
+    for block in range(velocities.shape[0]):
+        for t in range(velocities.shape[1]):
+            for lane in range(LANES):
+                sums[block, lane] += max(deadband - np.abs(velocities[block, t, lane]), ZERO)

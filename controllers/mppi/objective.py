@@ -1,0 +1,186 @@
+"""The polish's objective along one roll-out, with its gradient by the adjoint of the roll-out.
+
+Written here from the definitions; float64. A sequence is (N, 2): v m/s and w rad/s. Column t is
+driven for `dt` from the pose before it, as in `motion_models`:
+
+    yaw_t = yaw_{t-1} + w_t dt,   x_t = x_{t-1} + v_t cos(yaw_{t-1}) dt,   y_t likewise,
+
+    J = mean_t [ k_path e_t^2 + k_heading (1 - cos(yaw_t - h_t)) + k_obstacle g(x_t, y_t)^2
+                 + k_deviation ((v_t - v'_t)^2 / s_v^2 + (w_t - w'_t)^2 / s_w^2)
+                 + k_jerk (second differences of v and w over dt^2)^2 ] + k_progress |p_N - carrot|
+
+with e_t the distance from the line through the reference point t along its heading h_t, g the cost
+field interpolated between cell centres, 1 at an inscribed cell, and primes for the sampled
+sequence. The distance to the carrot is smoothed: sqrt(d^2 + r^2) - r.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from drake_navbench.kernels.grid import INSCRIBED, LETHAL, NO_INFORMATION
+
+# Below about this distance from the carrot the pull fades instead of changing sign abruptly, m.
+_CARROT_SMOOTHING_M = 0.1
+
+Array = NDArray[np.float64]
+
+
+class Situation(NamedTuple):
+    """What the objective depends on besides the sequence.
+
+    pose: (3,) m, m, rad. speed, earlier_speed: (2,) v, w of now and of the cycle before; they only
+    enter the jerk. references: (N, 3) points of the path and its heading there. carrot: (2,) m.
+    sampled: (N, 2). deviations: (2,) sampling sigma. field: (rows, columns) in [0, 1], see
+    `cost_field`. starts_now: whether column 0 is the present, so that it takes the place of `speed`.
+    """
+
+    pose: Array
+    speed: Array
+    earlier_speed: Array
+    references: Array
+    carrot: Array
+    sampled: Array
+    deviations: Array
+    field: Array
+    origin_x: float
+    origin_y: float
+    resolution: float
+    dt: float
+    starts_now: bool
+
+
+class Weights(NamedTuple):
+    """The k of the module's formula."""
+
+    path: float
+    heading: float
+    obstacle: float
+    progress: float
+    deviation: float
+    linear_jerk: float
+    angular_jerk: float
+
+
+def cost_field(costs: NDArray[np.uint8], *, tracks_unknown: bool) -> Array:
+    """Returns cell costs as (rows, columns) in [0, 1]; unknown cells are free where tracked."""
+    values = np.minimum(np.arange(NO_INFORMATION + 1), INSCRIBED) / INSCRIBED
+    values[LETHAL] = 1.0
+    values[NO_INFORMATION] = 0.0 if tracks_unknown else 1.0
+    return values[costs]
+
+
+@njit(cache=True)
+def interpolate(field, origin_x, origin_y, resolution, x, y):
+    """Returns (value, d/dx, d/dy) of the field between cell centres; flat beyond the outer ones."""
+    rows, columns = field.shape
+    along_x = (x - origin_x) / resolution - 0.5
+    along_y = (y - origin_y) / resolution - 0.5
+    if not (0.0 <= along_x < columns - 1 and 0.0 <= along_y < rows - 1):
+        column = min(max(int(round(along_x)), 0), columns - 1)
+        row = min(max(int(round(along_y)), 0), rows - 1)
+        return field[row, column], 0.0, 0.0
+    column, row = int(along_x), int(along_y)
+    a, b = along_x - column, along_y - row
+    low = field[row, column] + a * (field[row, column + 1] - field[row, column])
+    high = field[row + 1, column] + a * (field[row + 1, column + 1] - field[row + 1, column])
+    slope_low = field[row, column + 1] - field[row, column]
+    slope_high = field[row + 1, column + 1] - field[row + 1, column]
+    slope_x = slope_low + b * (slope_high - slope_low)
+    return low + b * (high - low), slope_x / resolution, (high - low) / resolution
+
+
+@njit(cache=True)
+def objective(situation, weights, sequence):
+    """Returns (J, dJ/dsequence (N, 2)) of a sequence (N, 2)."""
+    steps = sequence.shape[0]
+    poses = _roll_out(situation, sequence)
+    gradient = np.zeros((steps, 2))
+    value = _control_terms(situation, weights, sequence, gradient)
+    at_x, at_y, at_yaw = 0.0, 0.0, 0.0
+    end_x = poses[steps, 0] - situation.carrot[0]
+    end_y = poses[steps, 1] - situation.carrot[1]
+    distance = math.sqrt(end_x * end_x + end_y * end_y + _CARROT_SMOOTHING_M**2)
+    value += weights.progress * (distance - _CARROT_SMOOTHING_M)
+    at_x += weights.progress * end_x / distance
+    at_y += weights.progress * end_y / distance
+    for t in range(steps - 1, -1, -1):
+        cost, by_x, by_y, by_yaw = _pose_terms(situation, weights, t, poses[t + 1])
+        value += cost / steps
+        at_x += by_x / steps
+        at_y += by_y / steps
+        at_yaw += by_yaw / steps
+        cosine, sine = math.cos(poses[t, 2]), math.sin(poses[t, 2])
+        v = sequence[t, 0]
+        gradient[t, 0] += situation.dt * (cosine * at_x + sine * at_y)
+        gradient[t, 1] += situation.dt * at_yaw
+        at_yaw += situation.dt * v * (cosine * at_y - sine * at_x)
+    return value, gradient
+
+
+@njit(cache=True)
+def _roll_out(situation, sequence):
+    """Returns the poses (N + 1, 3), the first one where the robot is."""
+    steps = sequence.shape[0]
+    poses = np.empty((steps + 1, 3))
+    poses[0, :] = situation.pose
+    for t in range(steps):
+        v, w = sequence[t, 0], sequence[t, 1]
+        yaw = poses[t, 2]
+        poses[t + 1, 0] = poses[t, 0] + v * math.cos(yaw) * situation.dt
+        poses[t + 1, 1] = poses[t, 1] + v * math.sin(yaw) * situation.dt
+        poses[t + 1, 2] = yaw + w * situation.dt
+    return poses
+
+
+@njit(cache=True)
+def _pose_terms(situation, weights, t, pose):
+    """Returns the terms of one pose and their derivatives by x, y, yaw."""
+    x, y, yaw = pose[0], pose[1], pose[2]
+    reference = situation.references[t]
+    sine, cosine = math.sin(reference[2]), math.cos(reference[2])
+    lateral = -sine * (x - reference[0]) + cosine * (y - reference[1])
+    turn = yaw - reference[2]
+    cell, slope_x, slope_y = interpolate(
+        situation.field, situation.origin_x, situation.origin_y, situation.resolution, x, y
+    )
+    value = weights.path * lateral * lateral + weights.heading * (1.0 - math.cos(turn))
+    value += weights.obstacle * cell * cell
+    by_lateral = 2.0 * weights.path * lateral
+    by_cell = 2.0 * weights.obstacle * cell
+    by_x = -sine * by_lateral + by_cell * slope_x
+    by_y = cosine * by_lateral + by_cell * slope_y
+    return value, by_x, by_y, weights.heading * math.sin(turn)
+
+
+@njit(cache=True)
+def _control_terms(situation, weights, sequence, gradient):
+    """Adds the gradient of the deviation and jerk terms; returns their value."""
+    steps = sequence.shape[0]
+    value = 0.0
+    for axis in range(2):
+        variance = situation.deviations[axis] ** 2
+        jerk_weight = weights.linear_jerk if axis == 0 else weights.angular_jerk
+        scale = jerk_weight / (steps * situation.dt**4)
+        before = situation.earlier_speed[axis]
+        now = situation.speed[axis]
+        for t in range(steps):
+            deviation = sequence[t, axis] - situation.sampled[t, axis]
+            value += weights.deviation * deviation * deviation / (variance * steps)
+            gradient[t, axis] += 2.0 * weights.deviation * deviation / (variance * steps)
+            if t == 0 and situation.starts_now:
+                continue
+            bend = sequence[t, axis] - 2.0 * now + before
+            value += scale * bend * bend
+            gradient[t, axis] += 2.0 * scale * bend
+            if t >= 1:
+                gradient[t - 1, axis] -= 4.0 * scale * bend
+            if t >= 2:
+                gradient[t - 2, axis] += 2.0 * scale * bend
+            before, now = now, sequence[t, axis]
+    return value

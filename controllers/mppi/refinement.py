@@ -1,0 +1,152 @@
+"""Sets up the polish for one cycle and decides whether its result replaces the sampled one."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from drake_navbench.controllers.mppi.critics.base import MapView
+from drake_navbench.controllers.mppi.critics.batch import Float32Array, Scene
+from drake_navbench.controllers.mppi.lanes import frozen
+from drake_navbench.controllers.mppi.motion_models import MotionLimits, integrate_controls
+from drake_navbench.controllers.mppi.objective import (
+    Array,
+    Situation,
+    Weights,
+    cost_field,
+    objective,
+)
+from drake_navbench.controllers.mppi.parameters import MppiParameters
+from drake_navbench.controllers.mppi.polish import Polish, PolishOutcome, PolishStatus
+from drake_navbench.controllers.mppi.sampler import VX, WZ, CycleResult, Sampler, SamplerState
+from drake_navbench.controllers.mppi.validator import is_trajectory_clear
+from drake_navbench.kernels.angles import wrap
+
+# Stands in for a sampling deviation of zero: an axis that is not sampled may hardly be corrected.
+_LEAST_DEVIATION = 1e-3
+_COLLISION_CRITICS = ("CostCritic", "ObstaclesCritic")
+
+
+class Refinement(NamedTuple):
+    """A polished cycle.
+
+    state: to go on with, before sending. trajectory: (N, 3) of its sequence. status: whether the
+    polished sequence is in it. outcome: of the solve.
+    """
+
+    state: SamplerState
+    trajectory: Float32Array
+    status: PolishStatus
+    outcome: PolishOutcome
+
+
+class Refiner:
+    """Polishes the sequences of one sampler (differential or Ackermann)."""
+
+    def __init__(self, parameters: MppiParameters, sampler: Sampler) -> None:
+        self._sampler = sampler
+        self._parameters = p = parameters
+        polish = p.polish
+        self._weights = Weights(
+            path=polish.path_weight,
+            heading=polish.heading_weight,
+            obstacle=polish.obstacle_weight,
+            progress=polish.progress_weight,
+            deviation=polish.deviation_weight,
+            linear_jerk=polish.jerk_weight,
+            angular_jerk=polish.angular_jerk_weight,
+        )
+        self._polish = Polish(
+            p.time_steps,
+            p.model_dt,
+            first_time_s=0.0 if sampler.shifts else sampler.setup.control_period_s,
+            knot_count=polish.knot_count,
+            max_iterations=polish.max_iterations,
+            weights=self._weights,
+            limits=sampler.base_limits,
+        )
+        critics = [getattr(p, name) for name in _COLLISION_CRITICS if name in p.critics]
+        self._checks_outline = p.TrajectoryValidator.consider_footprint or any(
+            critic.enabled and critic.consider_footprint for critic in critics
+        )
+
+    def refine(
+        self, scene: Scene, sampled: CycleResult, earlier_speed: Array, limits: MotionLimits
+    ) -> Refinement:
+        """Polishes a sampled cycle.
+
+        earlier_speed: (2,) v, w that the cycle before started from. The polished sequence is taken
+        where IPOPT ended in a point within the constraints, its objective is below the sampled
+        sequence's, and its trajectory is free of collision.
+        """
+        situation = self._situation(scene, sampled, earlier_speed)
+        outcome = self._polish.solve(situation, limits)
+        if not outcome.found:
+            return self._keep(sampled, PolishStatus.INFEASIBLE, outcome)
+        controls = np.zeros_like(sampled.controls)
+        controls[[VX, WZ]] = outcome.sequence.T
+        self._sampler.constrain(controls, sampled.speed, limits)
+        before, _ = objective(situation, self._weights, situation.sampled)
+        after, _ = objective(situation, self._weights, _as_sequence(controls))
+        if not after < before:
+            return self._keep(sampled, PolishStatus.NOT_BETTER, outcome)
+        dt = np.float32(self._parameters.model_dt)
+        trajectory = integrate_controls(scene.pose.astype(np.float32), dt, controls)
+        view = MapView.of(scene.costmap, self._sampler.setup.footprint)
+        if not is_trajectory_clear(view, trajectory, len(trajectory), self._checks_outline):
+            return self._keep(sampled, PolishStatus.COLLIDES, outcome)
+        state = sampled.solved._replace(controls=frozen(controls))
+        return Refinement(state, trajectory, PolishStatus.ACCEPTED, outcome)
+
+    def _keep(
+        self, sampled: CycleResult, status: PolishStatus, outcome: PolishOutcome
+    ) -> Refinement:
+        return Refinement(sampled.solved, sampled.trajectory, status, outcome)
+
+    def _situation(self, scene: Scene, sampled: CycleResult, earlier_speed: Array) -> Situation:
+        p = self._parameters
+        grid = scene.costmap
+        path = scene.path.astype(np.float64)
+        references, last_index = path_references(path, sampled.trajectory.astype(np.float64))
+        carrot = min(last_index + p.polish.carrot_offset, len(path) - 1)
+        return Situation(
+            pose=scene.pose,
+            speed=sampled.speed[[VX, WZ]].astype(np.float64),
+            earlier_speed=earlier_speed,
+            references=references,
+            carrot=np.ascontiguousarray(path[carrot, :2]),
+            sampled=_as_sequence(sampled.controls),
+            deviations=np.array([p.vx_std, max(p.wz_std, _LEAST_DEVIATION)]),
+            field=cost_field(grid.costs, tracks_unknown=grid.tracks_unknown),
+            origin_x=float(grid.origin_x),
+            origin_y=float(grid.origin_y),
+            resolution=float(grid.resolution),
+            dt=p.model_dt,
+            starts_now=self._sampler.shifts,
+        )
+
+
+def path_references(path: Array, trajectory: Array) -> tuple[Array, int]:
+    """Returns the reference of each pose (N, 3), and the index of the path point nearest to the end.
+
+    path, trajectory: (n, 3), (N, 3). A reference is the nearest path point with the heading of the
+    path there, turned around where the robot drives backward along it. The heading is that of the
+    chord between the neighbouring points; a path of one point keeps its yaw.
+    """
+    offsets = trajectory[:, None, :2] - path[None, :, :2]
+    nearest = np.argmin(np.sum(offsets**2, axis=2), axis=1)
+    ahead = np.minimum(nearest + 1, len(path) - 1)
+    behind = np.maximum(nearest - 1, 0)
+    chords = path[ahead, :2] - path[behind, :2]
+    headings = np.arctan2(chords[:, 1], chords[:, 0])
+    still = np.all(chords == 0, axis=1)
+    headings[still] = path[nearest[still], 2]
+    turns = np.array([wrap(turn) for turn in trajectory[:, 2] - headings])
+    headings[np.abs(turns) > np.pi / 2] += np.pi
+    return np.column_stack([path[nearest, :2], headings]), int(nearest[-1])
+
+
+def _as_sequence(controls: Float32Array) -> Array:
+    """Returns v and w of controls (3, N) as (N, 2) float64."""
+    return np.ascontiguousarray(controls[[VX, WZ]].T, dtype=np.float64)

@@ -1,0 +1,42 @@
+"""The check of the averaged trajectory (DefaultOptimalTrajectoryValidator)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from drake_navbench.kernels.footprint import footprint_cost
+from drake_navbench.kernels.grid import INSCRIBED, LETHAL, world_to_cell
+
+
+@njit(cache=True)
+def is_trajectory_clear(grid, poses, checked, consider_footprint):
+    """Returns whether the first `checked` of the poses (N, 3) float32 are free of collision.
+
+    With `consider_footprint` only a lethal cell under the outline counts, or a vertex off the map;
+    without it an inscribed or lethal cell under the centre, and off the map nothing does.
+    """
+    rows, columns = grid.costs.shape
+    for t in range(checked):
+        x, y = np.float64(poses[t, 0]), np.float64(poses[t, 1])
+        if consider_footprint:
+            cost = footprint_cost(
+                grid.costs,
+                grid.origin_x,
+                grid.origin_y,
+                grid.resolution,
+                grid.footprint,
+                x,
+                y,
+                np.float64(poses[t, 2]),
+                True,
+            )
+            if cost == LETHAL:
+                return False
+            continue
+        column, row = world_to_cell(
+            x, y, grid.origin_x, grid.origin_y, grid.resolution, columns, rows
+        )
+        if column >= 0 and (grid.costs[row, column] == LETHAL or grid.costs[row, column] == INSCRIBED):
+            return False
+    return True
