@@ -7,7 +7,8 @@ from drake_navbench.kernels.denoise import denoise
 from drake_navbench.kernels.footprint import circle_footprint, footprint_cost
 from drake_navbench.kernels.grid import LETHAL
 from drake_navbench.kernels.inflation import inflate
-from drake_navbench.kernels.obstacle_layer import MergeRule, merge_layer, update_obstacle_layer
+from drake_navbench.kernels.layer_grid import MergeRule, merge_layer
+from drake_navbench.kernels.obstacle_layer import update_obstacle_layer
 from drake_navbench.kernels.rasterize import mark_polygon
 from drake_navbench.kernels.ray_casting import cast_rays
 

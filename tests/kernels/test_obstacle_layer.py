@@ -1,21 +1,15 @@
-"""The obstacle layer rolls, clears, marks and merges as Nav2's does."""
+"""The obstacle layer rolls, clears and marks as Nav2's does."""
 
 import math
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_navbench.kernels.grid import FREE, LETHAL, NO_INFORMATION
 from drake_navbench.kernels.obstacle_layer import (
-    MergeRule,
     clear_rays,
-    fill_outline,
     mark_points,
-    merge_layer,
-    place_outline,
-    roll_window,
     scan_points,
     update_obstacle_layer,
 )
@@ -26,10 +20,6 @@ SMALL_SQUARE = np.array([[0.2, 0.2], [-0.2, 0.2], [-0.2, -0.2], [0.2, -0.2]])
 
 def empty_bounds():
     return np.array([np.inf, np.inf, -np.inf, -np.inf])
-
-
-def numbered(rows=4, columns=5):
-    return np.arange(rows * columns, dtype=np.uint8).reshape(rows, columns)
 
 
 def cleared(sensor, points, *, shape=(10, 10), minimum=0.0, maximum=100.0, resolution=1.0):
@@ -64,54 +54,6 @@ def marked(sensor, points, *, minimum=0.0, maximum=100.0, resolution=1.0):
     )
     assert set(np.unique(costs)) <= {FREE, LETHAL}
     return {(int(x), int(y)) for y, x in np.argwhere(costs == LETHAL)}
-
-
-# Rolling window
-
-
-def test_rolling_keeps_the_shared_cells_and_resets_the_others():
-    rolled, x, y = roll_window(
-        numbered(), (0.0, 0.0), resolution=1.0, wanted=(2.3, 1.9), default_cost=NO_INFORMATION
-    )
-    assert (x, y) == (2.0, 1.0)
-    np.testing.assert_array_equal(
-        rolled, [[7, 8, 9, U, U], [12, 13, 14, U, U], [17, 18, 19, U, U], [U, U, U, U, U]]
-    )
-
-
-def test_rolling_backwards_truncates_toward_zero():
-    rolled, x, y = roll_window(
-        numbered(), (0.0, 0.0), resolution=1.0, wanted=(-1.9, -0.9), default_cost=FREE
-    )
-    assert (x, y) == (-1.0, 0.0)
-    np.testing.assert_array_equal(rolled[:, 0], [0, 0, 0, 0])
-    np.testing.assert_array_equal(rolled[:, 1:], numbered()[:, :4])
-
-
-def test_window_lags_by_up_to_a_cell_in_either_direction():
-    for wanted in (0.99, -0.99):
-        _, x, _ = roll_window(
-            numbered(), (0.0, 0.0), resolution=1.0, wanted=(wanted, 0.0), default_cost=FREE
-        )
-        assert x == 0.0
-
-
-def test_rolling_beyond_the_window_resets_everything():
-    rolled, x, _ = roll_window(
-        numbered(), (0.0, 0.0), resolution=0.5, wanted=(100.2, 0.0), default_cost=3
-    )
-    assert x == 100.0
-    assert np.all(rolled == 3)
-
-
-def test_origin_stays_on_the_lattice_of_the_first_one():
-    costs, x, y = numbered(), 0.01, -0.02
-    for k in range(50):
-        costs, x, y = roll_window(
-            costs, (x, y), resolution=0.05, wanted=(0.013 * k, -0.017 * k), default_cost=FREE
-        )
-    assert (x - 0.01) / 0.05 == pytest.approx(round((x - 0.01) / 0.05), abs=1e-9)
-    assert (y + 0.02) / 0.05 == pytest.approx(round((y + 0.02) / 0.05), abs=1e-9)
 
 
 # Scan to points
@@ -236,65 +178,6 @@ def test_marking_leaves_other_marks():
     points = np.array([[3.5, 0.5]])
     mark_points(costs, empty_bounds(), 0.0, 0.0, 1.0, 0.5, 0.5, points, 0.0, 9.0)
     assert costs[7, 7] == costs[0, 3] == LETHAL
-
-
-# Footprint
-
-
-def test_outline_is_turned_then_moved():
-    outline = place_outline(np.array([[2.0, 1.0]]), np.array([10.0, 20.0, math.pi / 2]))
-    np.testing.assert_allclose(outline, [[9.0, 22.0]])
-
-
-def test_filling_sets_outline_and_inside():
-    costs = np.full((6, 7), LETHAL, dtype=np.uint8)
-    fill_outline(costs, 0.0, 0.0, 1.0, np.array([[1.5, 1.5], [5.5, 1.5], [3.5, 4.5]]), FREE)
-    # Edge (5, 1) -> (3, 4): error 3 // 2 = 1, then 3 -> step, 2, 4 -> step: columns 5, 4, 4, 3.
-    # Edge (3, 4) -> (1, 1): likewise columns 3, 2, 2, 1.
-    expected = np.array(
-        [
-            [L, L, L, L, L, L, L],
-            [L, 0, 0, 0, 0, 0, L],
-            [L, L, 0, 0, 0, L, L],
-            [L, L, 0, 0, 0, L, L],
-            [L, L, L, 0, L, L, L],
-            [L, L, L, L, L, L, L],
-        ]
-    )
-    np.testing.assert_array_equal(costs, expected)
-
-
-def test_outline_partly_off_the_grid_fills_nothing():
-    costs = np.full((6, 7), LETHAL, dtype=np.uint8)
-    fill_outline(costs, 0.0, 0.0, 1.0, np.array([[1.5, 1.5], [7.0, 1.5], [3.5, 4.5]]), FREE)
-    assert np.all(costs == LETHAL)
-
-
-def test_two_vertices_fill_nothing():
-    costs = np.full((6, 7), LETHAL, dtype=np.uint8)
-    fill_outline(costs, 0.0, 0.0, 1.0, np.array([[1.5, 1.5], [5.5, 1.5]]), FREE)
-    assert np.all(costs == LETHAL)
-
-
-# Merging
-
-
-@pytest.mark.parametrize(
-    ("rule", "expected"),
-    # master:  10 10 10 255 255 255 254
-    # layer:    0 20 255  0  20 255   0
-    [
-        (MergeRule.OVERWRITE, [0, 20, 10, 0, 20, 255, 0]),
-        (MergeRule.MAX, [10, 20, 10, 0, 20, 255, 254]),
-        (MergeRule.MAX_KEEP_UNKNOWN, [10, 20, 10, 255, 255, 255, 254]),
-        (MergeRule.TRUE_OVERWRITE, [0, 20, 255, 0, 20, 255, 0]),
-    ],
-)
-def test_layer_is_merged_by_the_rule(rule, expected):
-    master = np.array([[10, 10, 10, 255, 255, 255, 254]], dtype=np.uint8)
-    layer = np.array([[0, 20, 255, 0, 20, 255, 0]], dtype=np.uint8)
-    merge_layer(master, layer, rule)
-    np.testing.assert_array_equal(master, [expected])
 
 
 # A whole cycle

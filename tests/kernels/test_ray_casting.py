@@ -159,7 +159,7 @@ def test_turning_world_and_beams_together_changes_nothing(seed, turn):
     turned_circles = np.column_stack([circles[:, :2] @ rotation.T, circles[:, 2]])
     ranges = cast([0, 0], angles, segments=segments, circles=circles)
     turned = cast([0, 0], angles + turn, segments=turned_segments, circles=turned_circles)
-    # A beam within rounding of an end may meet it in one world only; such beams are too few to see.
+    # Only a beam within rounding of an end could meet a thing in one of the worlds alone.
     assert turned == pytest.approx(ranges, rel=1e-6)
 
 

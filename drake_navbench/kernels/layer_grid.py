@@ -1,0 +1,159 @@
+"""A layer's own grid: moved along with the robot, drawn on, merged into the master grid.
+
+Grids are (rows, columns) uint8, `[row = y, column = x]`; the origin is the lower left corner of
+cell (0, 0), m.
+Source: nav2_costmap_2d (Costmap2D, CostmapLayer) and nav2_util (raytraceLine).
+"""
+
+from __future__ import annotations
+
+import math
+from enum import IntEnum
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from drake_navbench.kernels.grid import NO_INFORMATION, world_to_cell
+
+WHOLE_LINE = np.iinfo(np.int64).max
+
+
+class MergeRule(IntEnum):
+    """How a layer's cost L is written into the master's cost M; L = NO_INFORMATION writes nothing.
+
+    OVERWRITE: M becomes L. MAX: the larger, where M is unknown L. MAX_KEEP_UNKNOWN: the larger,
+    where M is unknown M stays. TRUE_OVERWRITE: M becomes L, even NO_INFORMATION.
+    The first three are Nav2's `combination_method`.
+    """
+
+    OVERWRITE = 0
+    MAX = 1
+    MAX_KEEP_UNKNOWN = 2
+    TRUE_OVERWRITE = 3
+
+
+def roll_window(
+    costs: NDArray[np.uint8],
+    origin: tuple[float, float],
+    *,
+    resolution: float,
+    wanted: tuple[float, float],
+    default_cost: int,
+) -> tuple[NDArray[np.uint8], float, float]:
+    """Returns (costs, origin_x, origin_y) of the grid moved toward a wanted lower left corner, m.
+
+    The move is a whole number of cells, truncated toward zero, so that the origin stays on its
+    lattice and may lag by up to a cell. Cells that both windows share keep their cost, the others
+    get `default_cost`. The array returned is new. (Costmap2D::updateOrigin)
+    """
+    rows, columns = costs.shape
+    shift_x = int((wanted[0] - origin[0]) / resolution)
+    shift_y = int((wanted[1] - origin[1]) / resolution)
+    rolled = np.full(costs.shape, default_cost, dtype=np.uint8)
+    if abs(shift_x) < columns and abs(shift_y) < rows:
+        from_rows, to_rows = _shared(shift_y, rows)
+        from_columns, to_columns = _shared(shift_x, columns)
+        rolled[to_rows, to_columns] = costs[from_rows, from_columns]
+    return rolled, float(origin[0] + shift_x * resolution), float(origin[1] + shift_y * resolution)
+
+
+def _shared(shift: int, count: int) -> tuple[slice, slice]:
+    """Returns which of `count` cells stay in a window moved by `shift`, and where they go."""
+    first, last = max(shift, 0), min(shift + count, count)
+    return slice(first, last), slice(first - shift, last - shift)
+
+
+def merge_layer(
+    master: NDArray[np.uint8], layer: NDArray[np.uint8], rule: MergeRule = MergeRule.MAX
+) -> None:
+    """Writes a layer's costs into `master`, in place; both (rows, columns) uint8.
+
+    A window of a grid is merged by passing the two slices. (CostmapLayer::updateWithMax etc.)
+    """
+    if rule == MergeRule.TRUE_OVERWRITE:
+        master[:] = layer
+        return
+    writes = layer != NO_INFORMATION
+    if rule == MergeRule.MAX:
+        writes &= (layer > master) | (master == NO_INFORMATION)
+    elif rule == MergeRule.MAX_KEEP_UNKNOWN:
+        writes &= layer > master
+    np.copyto(master, layer, where=writes)
+
+
+def place_outline(footprint: NDArray[np.float64], pose: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Returns a (K, 2) footprint, base frame, m, as it lies at a pose (3,) x m, y m, yaw rad."""
+    cos_yaw, sin_yaw = math.cos(pose[2]), math.sin(pose[2])
+    outline = np.empty(footprint.shape)
+    outline[:, 0] = pose[0] + (footprint[:, 0] * cos_yaw - footprint[:, 1] * sin_yaw)
+    outline[:, 1] = pose[1] + (footprint[:, 0] * sin_yaw + footprint[:, 1] * cos_yaw)
+    return outline
+
+
+@njit(cache=True)
+def fill_outline(costs, origin_x, origin_y, resolution, outline, cost):
+    """Sets, in place, the cells of `costs` on and within a convex outline (K, 2), m, to `cost`.
+
+    Cells are those of the edges' lines and, in every column, all between the lowest and the
+    highest of them. Fewer than three vertices, or one outside the grid, set nothing.
+    (Costmap2D::setConvexPolygonCost)
+    """
+    rows, columns = costs.shape
+    count = outline.shape[0]
+    if count < 3:
+        return
+    cells = np.empty((count, 2), dtype=np.int64)
+    left, right, bottom, top = columns, 0, rows, 0
+    for k in range(count):
+        column, row = world_to_cell(
+            outline[k, 0], outline[k, 1], origin_x, origin_y, resolution, columns, rows
+        )
+        if column < 0:
+            return
+        left, right = min(left, column), max(right, column)
+        bottom, top = min(bottom, row), max(top, row)
+        cells[k, 0], cells[k, 1] = column, row
+    edges = np.zeros((top - bottom + 1, right - left + 1), dtype=np.uint8)
+    for k in range(count):
+        end = k + 1 if k + 1 < count else 0
+        draw_line(
+            edges,
+            cells[k, 0] - left,
+            cells[k, 1] - bottom,
+            cells[end, 0] - left,
+            cells[end, 1] - bottom,
+            WHOLE_LINE,
+            1,
+        )
+    for column in range(edges.shape[1]):
+        lowest, highest = edges.shape[0], -1
+        for row in range(edges.shape[0]):
+            if edges[row, column]:
+                lowest, highest = min(lowest, row), row
+        for row in range(lowest, highest + 1):
+            costs[bottom + row, left + column] = cost
+
+
+@njit(cache=True)
+def draw_line(costs, column_0, row_0, column_1, row_1, step_limit, cost):
+    """Sets the cells of Nav2's line (see grid.line_max_cost), after at most so many steps."""
+    delta_column, delta_row = abs(column_1 - column_0), abs(row_1 - row_0)
+    step_column = 1 if column_1 >= column_0 else -1
+    step_row = 1 if row_1 >= row_0 else -1
+    along_x = delta_column >= delta_row
+    major = delta_column if along_x else delta_row
+    minor = delta_row if along_x else delta_column
+    error = major // 2
+    column, row = column_0, row_0
+    costs[row, column] = cost
+    for _ in range(min(step_limit, major)):
+        error += minor
+        step_minor = error >= major
+        if step_minor:
+            error -= major
+        if along_x or step_minor:
+            column += step_column
+        if not along_x or step_minor:
+            row += step_row
+        costs[row, column] = cost
