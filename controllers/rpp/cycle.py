@@ -21,7 +21,8 @@ from drake_navbench.controllers.rpp.kernels import (
     curvature_towards,
     first_collision,
     lookahead_distance,
-    point_ahead,
+    point_along,
+    point_beyond,
     project_arc,
     regulated_speed,
     turn_rate_in_place,
@@ -91,12 +92,12 @@ def take_aim(settings, plan, x, y, yaw, measured_v):
     """Returns the Aim for a local plan (M, 3) in the odometry frame."""
     poses_B = to_robot_frame(plan, x, y, yaw)
     lookahead = lookahead_distance(settings, measured_v)
-    carrot_x, carrot_y = point_ahead(poses_B, lookahead, False)
+    carrot_x, carrot_y, _ = point_along(poses_B, lookahead)
     steer_x, steer_y = carrot_x, carrot_y
     if settings.use_fixed_curvature_lookahead:
-        steer_x, steer_y = point_ahead(
-            poses_B, settings.curvature_lookahead_dist, settings.interpolate_curvature_after_goal
-        )
+        steer_x, steer_y, beyond = point_along(poses_B, settings.curvature_lookahead_dist)
+        if settings.interpolate_curvature_after_goal and beyond > 0.0:
+            steer_x, steer_y = point_beyond(poses_B, beyond)
     sign = -1.0 if settings.allow_reversing and carrot_x < 0.0 else 1.0
     heading_error = math.atan2(steer_y, steer_x)
     if sign < 0.0:

@@ -75,11 +75,10 @@ def lookahead_distance(settings, measured_v):
 
 
 @njit(cache=True)
-def point_ahead(poses_B, distance, extrapolates):
-    """Returns (x, y) of the point `distance` m along a plan, measured from its first pose, m.
+def point_along(poses_B, distance):
+    """Returns (x, y, beyond): the point `distance` m along a plan, measured from its first pose, m.
 
-    Beyond its end: the last pose, or, where it extrapolates, the point on its last segment's
-    continuation (needs two poses).
+    Where the plan is shorter it is the last pose, and `beyond` is what is missing, m; else 0.
     """
     last = poses_B.shape[0] - 1
     travelled = 0.0
@@ -89,18 +88,17 @@ def point_ahead(poses_B, distance, extrapolates):
         length = math.hypot(delta_x, delta_y)
         if length > 0.0 and travelled + length >= distance:
             ratio = (distance - travelled) / length
-            return poses_B[i - 1, 0] + ratio * delta_x, poses_B[i - 1, 1] + ratio * delta_y
+            return poses_B[i - 1, 0] + ratio * delta_x, poses_B[i - 1, 1] + ratio * delta_y, 0.0
         travelled += length
-    if not extrapolates:
-        return poses_B[last, 0], poses_B[last, 1]
-    direction = math.atan2(
-        poses_B[last, 1] - poses_B[last - 1, 1], poses_B[last, 0] - poses_B[last - 1, 0]
-    )
-    beyond = distance - travelled
-    return (
-        poses_B[last, 0] + beyond * math.cos(direction),
-        poses_B[last, 1] + beyond * math.sin(direction),
-    )
+    return poses_B[last, 0], poses_B[last, 1], distance - travelled
+
+
+@njit(cache=True)
+def point_beyond(poses_B, distance):
+    """Returns (x, y) `distance` m beyond a plan of two or more poses, along its last segment, m."""
+    x, y = poses_B[-1, 0], poses_B[-1, 1]
+    direction = math.atan2(y - poses_B[-2, 1], x - poses_B[-2, 0])
+    return x + distance * math.cos(direction), y + distance * math.sin(direction)
 
 
 @njit(cache=True)
@@ -204,12 +202,8 @@ def project_arc(x, y, yaw, v, w, period, time_limit, distance_limit):
     One pose each `period` s before `time_limit` s, up to the first that is farther than
     `distance_limit` m from the start. Each step is straight, along the heading at its start.
     """
-    if period >= time_limit:
-        arc = np.empty((1, 3))
-        arc[0] = x, y, yaw
-        return arc
-    arc = np.empty((2 + int(time_limit / period), 3))
-    arc[0] = x, y, yaw
+    arc = np.empty((2 + (int(time_limit / period) if period < time_limit else 0), 3))
+    arc[0, 0], arc[0, 1], arc[0, 2] = x, y, yaw
     count = 1
     while count * period < time_limit:
         previous_yaw = arc[count - 1, 2]

@@ -103,7 +103,7 @@ def _turn_in_place_end(plan, start, threshold):
     count = plan.shape[0]
     turned = np.float32(0.0)
     for i in range(start, count - 1):
-        turn = wrap(float(np.float32(plan[i + 1, 2])) - float(np.float32(plan[i, 2])))
+        turn = wrap(np.float64(np.float32(plan[i + 1, 2])) - np.float64(np.float32(plan[i, 2])))
         turned = np.float32(turned + abs(turn))
         if turned > threshold:
             return i
