@@ -11,7 +11,6 @@ from pydantic import (
     Field,
     SerializeAsAny,
     ValidationError,
-    ValidationInfo,
     field_validator,
     model_validator,
 )
@@ -119,7 +118,7 @@ class DynamicWindowApproachParameters(ControllerParameters):
 
     @model_validator(mode="before")
     @classmethod
-    def _read_critic_blocks(cls, data: Any, info: ValidationInfo) -> Any:
+    def _read_critic_blocks(cls, data: Any) -> Any:
         if not isinstance(data, Mapping):
             return data
         fields, blocks = _split(data, cls.model_fields)
@@ -138,11 +137,13 @@ class DynamicWindowApproachParameters(ControllerParameters):
                 faults.append(_fault(text, (name,), block))
                 continue
             try:
-                fields[name] = _read_block(name, block, registry)
+                model = _critic_model(name, block, registry)
+                # Through JSON, because strictness there takes a list for a tuple.
+                fields[name] = model.model_validate_json(json.dumps(block), strict=True)
             except InputError as error:
                 faults.append(_fault(str(error), ("critics",), name))
             except ValidationError as error:
-                faults.extend(_nested_faults(name, error))
+                faults.extend(_nested_faults(name, error, model))
         if faults:
             raise ValidationError.from_exception_data(cls.__name__, faults)
         return fields
@@ -193,20 +194,22 @@ def _split(
     return fields, blocks
 
 
-def _read_block(name: str, block: Any, registry: CriticRegistry) -> CriticParameters:
-    """Returns a critic's block as its parameter model, types taken strictly."""
+def _critic_model(name: str, block: Any, registry: CriticRegistry) -> type[CriticParameters]:
+    """Returns the parameter model for a critic's block; raises InputError for no such critic."""
     class_name = block.get(CLASS_KEY) if isinstance(block, Mapping) else None
-    critic_class = registry.load(class_name if isinstance(class_name, str) else name)
-    return critic_class.Parameters.model_validate_json(json.dumps(block), strict=True)
+    return registry.load(class_name if isinstance(class_name, str) else name).Parameters
 
 
-def _nested_faults(name: str, error: ValidationError) -> list[InitErrorDetails]:
+def _nested_faults(
+    name: str, error: ValidationError, model: type[CriticParameters]
+) -> list[InitErrorDetails]:
     """Returns the faults of a critic's block as faults of the whole model."""
     faults = []
     for fault in error.errors():
         text = fault["msg"].removeprefix("Value error, ")
         if fault["type"] == "extra_forbidden":
-            text = f"critic {name} has no such parameter"
+            hint = nearest_name_hint(fault["loc"][-1], model.model_fields)
+            text = f"critic {name} has no such parameter{hint}"
         faults.append(_fault(text, (name, *fault["loc"]), fault["input"]))
     return faults
 
