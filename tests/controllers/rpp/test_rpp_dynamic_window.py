@@ -72,16 +72,14 @@ def test_of_equally_near_corners_the_fastest_wins():
 
 # Window of the worked examples: v in [0.175, 0.425], w in [-0.16, 0.16] after the command (0.3, 0).
 @pytest.mark.parametrize(
-    ("y", "speed_limit_ratio", "expected"),
+    ("y", "expected"),
     [
-        (0.0, 1.0, (0.425, 0.0)),
-        (0.3, 1.0, (0.175, 0.16)),  # curvature 4/3: no crossing, the nearest corner
-        (0.1, 1.0, (0.16 * 0.37 / 0.2, 0.16)),  # curvature 0.2 / 0.37: 0.296 m/s at w = 0.16
+        (0.0, (0.425, 0.0)),
+        (0.3, (0.175, 0.16)),  # curvature 4/3: no crossing, the nearest corner
+        (0.1, (0.16 * 0.37 / 0.2, 0.16)),  # curvature 0.2 / 0.37: 0.296 m/s at w = 0.16
     ],
 )
-def test_controller_starts_its_window_at_its_last_command(
-    make_controller, observe, y, speed_limit_ratio, expected
-):
+def test_controller_starts_its_window_at_its_last_command(make_controller, observe, y, expected):
     controller = make_controller(use_dynamic_window=True, rotate_to_heading_min_angle=3.0)
     plan = [[0.1 * i, y, 0.0] for i in range(20)]
     decision = controller.step(observe(plan, twist=(0.0, 1.0)), Memory(last_v=0.3, last_w=0.0))
