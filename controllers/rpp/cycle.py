@@ -32,7 +32,7 @@ from drake_navbench.kernels.collision_check import OFF_MAP, cost_at
 from drake_navbench.kernels.path_pruning import arc_length
 from drake_navbench.kernels.robot_frame import to_robot_frame
 
-# What a cycle did: the values of `Cycle.branch`.
+# What a cycle did: the values of `Command.branch`.
 TRACK, ROTATE_TO_GOAL, ROTATE_TO_PATH, CENTRE_OFF_MAP = range(4)
 NO_COLLISION = -1
 
@@ -40,8 +40,10 @@ NO_COLLISION = -1
 class Aim(NamedTuple):
     """Where a cycle steers, in the base frame: m, rad, 1/m.
 
-    carrot_x, carrot_y: the lookahead point. heading_error: to the point steered by, turned round
-    where the robot reverses. sign: -1 for reversing, else 1. goal_angle: heading of the last pose.
+    lookahead: arc length to the carrot (carrot_x, carrot_y). curvature, heading_error: of the arc
+    and of the line to the point steered by, the latter turned round where the robot reverses.
+    sign: -1 for reversing, else 1. plan_length: arc length of the local plan. end_distance,
+    goal_angle: straight to its last pose, and the heading there.
     """
 
     lookahead: float
