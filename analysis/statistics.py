@@ -197,21 +197,23 @@ def holm(p_values: Sequence[float]) -> Array:
 def trials_needed(sd: float, difference: float) -> int:
     """Returns how many pairs show a mean difference at 95% confidence with 80% power (paired t).
 
-    sd: of the paired differences. At least 2.
+    sd: of the paired differences. At least 2, at most MAX_TRIALS_NEEDED.
     """
     if not (sd >= 0.0 and difference > 0.0):
         raise ValueError(f"expected sd >= 0 and difference > 0, got {sd} and {difference}")
     if sd == 0.0:
         return 2
-    low, high = 1, 2
-    while _power(high, difference / sd) < POWER:
-        low, high = high, 2 * high
-        if high > MAX_TRIALS_NEEDED:
-            return MAX_TRIALS_NEEDED
-    while high - low > 1:
-        middle = (low + high) // 2
-        low, high = (low, middle) if _power(middle, difference / sd) >= POWER else (middle, high)
-    return high
+    effect = difference / sd
+    # The normal approximation is at most a few trials off.
+    quantiles = stats.norm.ppf(0.5 + 0.5 * CONFIDENCE) + stats.norm.ppf(POWER)
+    count = max(math.ceil((quantiles / effect) ** 2), 2)
+    if count > MAX_TRIALS_NEEDED:
+        return MAX_TRIALS_NEEDED
+    while _power(count, effect) < POWER:
+        count += 1
+    while count > 2 and _power(count - 1, effect) >= POWER:
+        count -= 1
+    return count
 
 
 def mean_ranks(values: pd.DataFrame, *, lower_is_better: bool) -> pd.Series:

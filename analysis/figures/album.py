@@ -1,0 +1,105 @@
+"""Which figures there are, and where they are written."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import pandas as pd
+from matplotlib.figure import Figure
+
+from drake_navbench.analysis.figures.comparison import (
+    box_figure,
+    clearance_figure,
+    compute_figure,
+)
+from drake_navbench.analysis.figures.maps import paths_figure
+from drake_navbench.analysis.figures.motion import motion_figure
+from drake_navbench.analysis.figures.ranking import pareto_figure, rank_figure
+from drake_navbench.analysis.figures.style import Look, figure_style, write_figure
+from drake_navbench.analysis.metrics.definition import Metric
+from drake_navbench.analysis.metrics.registry import all_metrics
+from drake_navbench.log import TrialLog
+from drake_navbench.results import file_name
+
+# What a first look needs; the tables hold the rest.
+HEADLINE_METRICS = (
+    "time_to_goal_s",
+    "driven_length_m",
+    "min_clearance_m",
+    "cross_track_error_mean_m",
+    "heading_error_mean_deg",
+    "jerk_rms_mps3",
+    "angular_jerk_rms_radps3",
+    "gulati_kuipers_discomfort_s",
+    "compute_time_p95_ms",
+)
+
+
+class FigureEntry(NamedTuple):
+    """A figure that was written.
+
+    controller: '' where it compares all of them. stem: its path in the figures folder, without
+    suffix, in POSIX form.
+    """
+
+    scenario: str
+    controller: str
+    kind: str
+    title: str
+    stem: str
+
+
+def headline_metrics() -> list[Metric]:
+    """Returns the metrics that box plots and ranks show."""
+    by_name = {entry.name: entry for entry in all_metrics()}
+    return [by_name[name] for name in HEADLINE_METRICS]
+
+
+def write_scenario_figures(
+    folder: Path,
+    scenario: str,
+    logs: Mapping[str, Sequence[TrialLog]],
+    trials: pd.DataFrame,
+) -> list[FigureEntry]:
+    """Writes all figures of a scenario as SVG and PNG below `folder`; returns what was written.
+
+    logs: the readable trials by controller. trials: rows as from `trial_row`, all scenarios.
+    """
+    entries = []
+    with figure_style():
+        for entry, figure in _figures(scenario, logs, trials):
+            write_figure(figure, folder / entry.stem)
+            entries.append(entry)
+    return entries
+
+
+def _figures(
+    scenario: str, logs: Mapping[str, Sequence[TrialLog]], trials: pd.DataFrame
+) -> Iterator[tuple[FigureEntry, Figure]]:
+    drawable = {
+        name: kept
+        for name, own in logs.items()
+        if (kept := [log for log in own if len(log.samples)])
+    }
+    if not drawable:
+        return
+    look = Look(list(logs))
+    metrics = headline_metrics()
+    compared = {
+        "paths": ("Driven paths", paths_figure(drawable, look)),
+        "clearance": ("Clearance along the path", clearance_figure(drawable, look)),
+        "metrics": ("Metrics, every trial", box_figure(trials, scenario, metrics, look)),
+        "ranks": ("Ranks", rank_figure(trials, scenario, metrics, look)),
+        "pareto": ("Time, clearance, jerk", pareto_figure(trials, scenario, look)),
+        "compute": ("Compute time", compute_figure(drawable, look)),
+    }
+    for kind, (title, figure) in compared.items():
+        if figure is not None:
+            stem = f"{file_name(scenario)}/{kind}"
+            yield FigureEntry(scenario, "", kind, title, stem), figure
+    for controller, own in drawable.items():
+        stem = f"{file_name(scenario)}/motion-{file_name(controller)}"
+        entry = FigureEntry(scenario, controller, "motion", controller, stem)
+        yield entry, motion_figure(own, controller, look)

@@ -1,0 +1,85 @@
+"""Plan, obstacles and driven paths seen from above."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+
+from drake_navbench.analysis.figures.style import (
+    OBSTACLE_EDGE,
+    OBSTACLE_FACE,
+    PLAN_COLOR,
+    Look,
+    legend_below,
+    new_figure,
+)
+from drake_navbench.analysis.metrics.safety import obstacle_outlines, robot_outline
+from drake_navbench.analysis.metrics.signals import Array, positions
+from drake_navbench.log import TrialLog
+from drake_navbench.world import place_footprint
+
+MARGIN_M = 0.6
+MAX_HEIGHT_IN, MIN_HEIGHT_IN, WIDTH_IN = 6.0, 1.8, 7.2
+
+
+def draw_world(axes: Axes, log: TrialLog) -> None:
+    """Draws obstacles, plan and goal."""
+    outlines = obstacle_outlines(log)
+    axes.add_collection(
+        PolyCollection(
+            outlines,
+            facecolor=OBSTACLE_FACE,
+            edgecolor=OBSTACLE_EDGE,
+            linewidth=0.8,
+            label="obstacle",
+        ),
+        autolim=False,
+    )
+    if len(log.plan):
+        axes.plot(*log.plan[:, :2].T, color=PLAN_COLOR, lw=1.0, ls=(0, (4, 3)), label="plan")
+    x_m, y_m = log.info["scenario"]["goal"][:2]
+    axes.plot(x_m, y_m, marker="*", ms=11, mfc="white", mec=PLAN_COLOR, ls="none", label="goal")
+    axes.set_aspect("equal")
+    axes.set_xlabel("x [m]")
+    axes.set_ylabel("y [m]")
+
+
+def draw_robot(axes: Axes, log: TrialLog, *, row: int, color: object) -> None:
+    """Draws the robot's outline at a row of the samples."""
+    sample = log.samples.iloc[row]
+    corners = place_footprint(robot_outline(log), (sample["x_m"], sample["y_m"], sample["yaw_rad"]))
+    axes.fill(*corners.T, fill=False, edgecolor=color, linewidth=1.0, zorder=2.5)
+
+
+def bounds(logs: Sequence[TrialLog]) -> tuple[Array, Array]:
+    """Returns the lower left and the upper right corner of what happened, with a margin, m."""
+    reach_m = np.hypot(*robot_outline(logs[0]).T).max()
+    points = np.vstack(
+        [positions(log) for log in logs] + [log.plan[:, :2] for log in logs if len(log.plan)]
+    )
+    margin_m = reach_m + MARGIN_M
+    return points.min(axis=0) - margin_m, points.max(axis=0) + margin_m
+
+
+def paths_figure(logs_by_controller: Mapping[str, Sequence[TrialLog]], look: Look) -> Figure:
+    """Returns the driven paths of all controllers, every trial, over one map."""
+    logs = [log for own in logs_by_controller.values() for log in own]
+    low, high = bounds(logs)
+    height_in = WIDTH_IN * (high[1] - low[1]) / (high[0] - low[0])
+    height_in = float(np.clip(height_in, MIN_HEIGHT_IN, MAX_HEIGHT_IN))
+    figure, (axes,) = new_figure(axes_size_in=(WIDTH_IN, height_in))
+    draw_world(axes, logs[0])
+    for controller, own in logs_by_controller.items():
+        for log in own:
+            axes.plot(*positions(log).T, **look.line(controller), lw=1.3, alpha=0.85)
+        draw_robot(axes, own[0], row=-1, color=look.line(controller)["color"])
+    axes.set_xlim(low[0], high[0])
+    axes.set_ylim(low[1], high[1])
+    axes.set_title("Driven paths, all trials; outlines where the first trial of each ended")
+    handles, _ = axes.get_legend_handles_labels()
+    legend_below(figure, [*look.line_keys(logs_by_controller), *handles])
+    return figure

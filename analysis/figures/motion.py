@@ -1,0 +1,122 @@
+"""The publication's figures of one controller in one scenario, on one sheet."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from drake_navbench.analysis.figures.maps import bounds, draw_robot, draw_world
+from drake_navbench.analysis.figures.style import MUTED, Look, Margins, legend_above, new_figure
+from drake_navbench.analysis.metrics.definition import Undefined
+from drake_navbench.analysis.metrics.efficiency import drive_power_w
+from drake_navbench.analysis.metrics.signals import Motion, column, motion, positions, times
+from drake_navbench.log import Outcome, TrialLog
+
+Line = dict[str, object]
+
+PANEL_SIZE_IN = (3.2, 2.1)
+SECOND_LINE: Line = {"color": MUTED, "lw": 1.0}
+
+
+def motion_figure(logs: Sequence[TrialLog], controller: str, look: Look) -> Figure:
+    """Returns path, velocity, yaw rate and energy of a controller; curves of one trial.
+
+    The trial shown is the first that succeeded, else the first; the map shows all of them.
+    """
+    shown = next((log for log in logs if log.outcome is Outcome.SUCCEEDED), logs[0])
+    figure, panels = new_figure(2, 3, axes_size_in=PANEL_SIZE_IN, margins=Margins(top=0.65, right=0.65))
+    line = look.line(controller) | {"linestyle": "-"}
+    path, velocity, derivatives, turning, sideways, energy = panels
+    _draw_path(path, logs, shown, line)
+    _draw_velocity(velocity, shown, line)
+    _draw_turning(turning, shown, line)
+    _draw_sideways(sideways, shown, line)
+    try:
+        signal = motion(shown)
+    except Undefined as reason:
+        for axes in (derivatives, energy):
+            axes.text(0.5, 0.5, str(reason), ha="center", transform=axes.transAxes)
+    else:
+        _draw_derivatives(derivatives, signal, line)
+        _draw_energy(energy, signal, line)
+    for axes in panels[1:]:
+        axes.set_xlabel("time [s]")
+    info = shown.info
+    figure.suptitle(
+        f"{info['scenario']['name']}: {controller}, curves of trial {info['trial']} "
+        f"({str(shown.outcome).replace('_', ' ')})",
+        x=0.01,
+        ha="left",
+        fontsize=11,
+    )
+    return figure
+
+
+def _draw_path(axes: Axes, logs: Sequence[TrialLog], shown: TrialLog, line: Line) -> None:
+    draw_world(axes, shown)
+    for log in logs:
+        axes.plot(*positions(log).T, **line | {"lw": 0.8}, alpha=0.6)
+    for row in (0, -1):
+        draw_robot(axes, shown, row=row, color=line["color"])
+    low, high = bounds(logs)
+    axes.set_xlim(low[0], high[0])
+    axes.set_ylim(low[1], high[1])
+    axes.set_title(f"Plan (dashed) and paths of {len(logs)} trials")
+
+
+def _draw_velocity(axes: Axes, log: TrialLog, line: Line) -> None:
+    time_s = times(log)
+    axes.step(time_s, column(log, "command_v_mps"), **SECOND_LINE, where="post", label="command")
+    axes.plot(time_s, column(log, "v_mps"), **line, label="true")
+    axes.set_ylabel("velocity [m/s]")
+    axes.set_title("Velocity")
+    legend_above(axes)
+
+
+def _draw_derivatives(axes: Axes, signal: Motion, line: Line) -> None:
+    grid = signal.period_s * np.arange(len(signal.v_mps))
+    axes.plot(grid, signal.jerk_mps3, **SECOND_LINE, label="jerk [m/s³]")
+    axes.plot(grid, signal.acceleration_mps2, **line, label="acceleration [m/s²]")
+    axes.set_ylabel("m/s², m/s³")
+    axes.set_title("Derivatives")
+    legend_above(axes)
+
+
+def _draw_turning(axes: Axes, log: TrialLog, line: Line) -> None:
+    time_s = times(log)
+    axes.step(time_s, column(log, "command_w_radps"), **SECOND_LINE, where="post", label="command")
+    axes.plot(time_s, column(log, "w_radps"), **line, label="true")
+    axes.set_ylabel("yaw rate [rad/s]")
+    axes.set_title("Yaw rate")
+    legend_above(axes)
+
+
+def _draw_sideways(axes: Axes, log: TrialLog, line: Line) -> None:
+    centripetal = np.abs(column(log, "v_mps") * column(log, "w_radps"))
+    axes.plot(times(log), centripetal, **line)
+    axes.set_ylabel("|v w| [m/s²]")
+    axes.set_title("Centripetal acceleration")
+
+
+def _draw_energy(axes: Axes, signal: Motion, line: Line) -> None:
+    grid = signal.period_s * np.arange(len(signal.v_mps))
+    power_w = drive_power_w(
+        signal.smooth_v_mps,
+        signal.acceleration_mps2,
+        signal.smooth_w_radps,
+        signal.angular_acceleration_radps2,
+    )
+    energy_j = np.cumsum(np.maximum(power_w, 0.0)) * signal.period_s
+    axes.plot(grid, energy_j, **line, label="energy")
+    axes.set_ylabel("mechanical energy [J]")
+    other = axes.twinx()
+    other.grid(visible=False)
+    other.spines["right"].set_visible(True)
+    other.set_ylabel("velocity [m/s]", color=MUTED)
+    other.plot(grid, signal.v_mps, **SECOND_LINE)
+    axes.plot([], [], **SECOND_LINE, label="velocity")
+    axes.set_title("Energy")
+    legend_above(axes)

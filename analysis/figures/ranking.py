@@ -1,0 +1,148 @@
+"""Controllers ranked: critical difference diagram and Pareto plot."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from drake_navbench.analysis.figures.style import (
+    INK,
+    MUTED,
+    Look,
+    Margins,
+    legend_below,
+    new_figure,
+)
+from drake_navbench.analysis.metrics.definition import Better, Metric
+from drake_navbench.analysis.statistics import critical_difference, mean_ranks, pareto_front
+from drake_navbench.analysis.verdicts import values_by_seed
+from drake_navbench.log import Outcome
+
+RANK_ROW_IN = 0.36
+MIN_MARKER_AREA, MAX_MARKER_AREA = 50.0, 330.0
+
+
+class ParetoPoints(NamedTuple):
+    """Means over the trials of each controller that have a value in all three.
+
+    names: (N,). values: (N, 3) time s, clearance m, jerk m/s^3. is_on_front: (N,).
+    """
+
+    names: list[str]
+    values: np.ndarray
+    is_on_front: np.ndarray
+
+
+class Ranks(NamedTuple):
+    """Mean ranks over the seeds, 1 is best, and the difference that counts.
+
+    critical: Nemenyi's critical difference at 95% for `blocks` seeds.
+    """
+
+    ranks: pd.Series
+    critical: float
+    blocks: int
+
+
+def ranks_of(trials: pd.DataFrame, scenario: str, entry: Metric) -> Ranks | None:
+    """Returns the mean ranks of the controllers; None where there is nothing to rank."""
+    values = values_by_seed(trials, scenario, entry.name)
+    values = values.dropna(how="all")
+    if entry.better is Better.NEITHER or values.shape[1] < 2 or len(values) == 0:
+        return None
+    ranks = mean_ranks(values, lower_is_better=entry.better is Better.LOWER)
+    return Ranks(ranks, critical_difference(values.shape[1], len(values)), len(values))
+
+
+def rank_figure(
+    trials: pd.DataFrame, scenario: str, metrics: Sequence[Metric], look: Look
+) -> Figure | None:
+    """Returns a critical difference diagram, one line a metric; None without two controllers."""
+    found = [(entry, ranks_of(trials, scenario, entry)) for entry in metrics]
+    found = [(entry, ranks) for entry, ranks in found if ranks is not None]
+    if not found:
+        return None
+    figure, (axes,) = new_figure(
+        axes_size_in=(5.4, RANK_ROW_IN * len(found)), margins=Margins(left=2.2)
+    )
+    names = list(found[0][1].ranks.index)
+    for row, (_, ranks) in enumerate(found):
+        best = ranks.ranks.min()
+        axes.plot([best, best + ranks.critical], [row, row], color=MUTED, lw=7, alpha=0.25)
+        for name in names:
+            axes.plot(
+                ranks.ranks[name],
+                row,
+                look.marker(name),
+                color=look.line(name)["color"],
+                ms=8,
+                mec="white",
+            )
+    axes.set_yticks(range(len(found)), [entry.name for entry, _ in found])
+    axes.invert_yaxis()
+    axes.set_xlim(0.8, len(names) + 0.2)
+    axes.set_xlabel(f"mean rank over {found[0][1].blocks} seeds, 1 is best")
+    axes.set_title("Ranks; within the bar no difference to the best is shown (Nemenyi)", x=-0.4)
+    legend_below(figure, look.marker_keys(names))
+    return figure
+
+
+def pareto_points(trials: pd.DataFrame, scenario: str) -> ParetoPoints:
+    """Returns time to goal, clearance and jerk of the controllers that reached the goal.
+
+    Only successful trials count: stopping early is no way to be quick. Clearance counts as
+    unlimited where no obstacle came within reach.
+    """
+    own = trials[(trials["scenario"] == scenario) & (trials["outcome"] == Outcome.SUCCEEDED)]
+    columns = ["time_to_goal_s", "min_clearance_m", "jerk_rms_mps3"]
+    order = list(dict.fromkeys(own["controller"]))
+    means = own.groupby("controller")[columns].mean().reindex(order)
+    means = means.dropna(subset=["time_to_goal_s", "jerk_rms_mps3"])
+    values = means.to_numpy()
+    costs = values * [1.0, -1.0, 1.0]
+    costs[:, 1] = np.where(np.isnan(costs[:, 1]), -math.inf, costs[:, 1])
+    costs[:, 1] = np.maximum(costs[:, 1], -np.finfo(float).max)
+    return ParetoPoints(list(means.index), values, pareto_front(costs))
+
+
+def pareto_figure(trials: pd.DataFrame, scenario: str, look: Look) -> Figure | None:
+    """Returns time against clearance, smoothness as size; None where none reached the goal."""
+    points = pareto_points(trials, scenario)
+    if len(points.names) == 0 or np.isnan(points.values[:, 1]).all():
+        return None
+    figure, (axes,) = new_figure(axes_size_in=(5.8, 3.3))
+    jerk = points.values[:, 2]
+    span = np.ptp(jerk) or 1.0
+    areas = MIN_MARKER_AREA + (MAX_MARKER_AREA - MIN_MARKER_AREA) * (jerk - jerk.min()) / span
+    middle_s = 0.5 * (points.values[:, 0].min() + points.values[:, 0].max())
+    for name, value, is_best, area in zip(*points, areas, strict=True):
+        is_right = value[0] > middle_s
+        axes.scatter(
+            value[0],
+            value[1],
+            s=area,
+            marker=look.marker(name),
+            color=look.line(name)["color"],
+            edgecolor=INK if is_best else "white",
+            linewidth=1.6 if is_best else 0.6,
+            alpha=1.0 if is_best else 0.55,
+        )
+        axes.annotate(
+            f"{name}\n{value[2]:.2f} m/s³",
+            value[:2],
+            xytext=(-11 if is_right else 11, 0),
+            ha="right" if is_right else "left",
+            textcoords="offset points",
+            fontsize=8,
+            va="center",
+        )
+    axes.margins(0.25)
+    axes.set_xlabel("time to goal [s]  (← better)")
+    axes.set_ylabel("smallest clearance [m]  (↑ better)")
+    axes.set_title("Time, clearance, jerk (size); ringed: no other is better in all three")
+    return figure

@@ -1,0 +1,191 @@
+"""How figures look: sizes, colours, line styles, and how they are written."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import matplotlib as mpl
+
+mpl.use("Agg")
+
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from drake_navbench.analysis.colors import controller_color
+
+SUFFIXES = (".svg", ".png")
+PNG_DOTS_PER_INCH = 110
+INK, MUTED, GRID = "#1f2933", "#6b7480", "#e3e7eb"
+OBSTACLE_FACE, OBSTACLE_EDGE = "#c9ced4", "#6b7480"
+PLAN_COLOR = "#1f2933"
+# Together with the colour: tells controllers apart in a black and white print.
+LINE_STYLES = ("-", (0, (6, 2)), (0, (2, 1.4)), (0, (7, 2, 1.5, 2)), (0, (1, 1.2)))
+# Room in a legend, at its font size.
+CHARACTER_IN, LEGEND_KEY_IN, LEGEND_LINE_IN = 0.075, 0.6, 0.2
+MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+
+STYLE = {
+    "axes.axisbelow": True,
+    "axes.edgecolor": MUTED,
+    "axes.grid": True,
+    "axes.labelcolor": INK,
+    "axes.labelsize": 9,
+    "axes.linewidth": 0.8,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "axes.titlelocation": "left",
+    "axes.titlesize": 10,
+    "axes.titleweight": "bold",
+    "figure.facecolor": "white",
+    "font.size": 9,
+    "grid.color": GRID,
+    "grid.linewidth": 0.8,
+    "legend.fontsize": 8,
+    "legend.frameon": False,
+    "lines.linewidth": 1.6,
+    "path.simplify_threshold": 0.3,
+    "savefig.facecolor": "white",
+    # Text stays text: small files that can be searched.
+    "svg.fonttype": "none",
+    "svg.hashsalt": "drake_navbench",
+    "text.color": INK,
+    "xtick.color": MUTED,
+    "xtick.labelcolor": INK,
+    "xtick.labelsize": 8,
+    "ytick.color": MUTED,
+    "ytick.labelcolor": INK,
+    "ytick.labelsize": 8,
+}
+
+
+class Look:
+    """Colour, line style and marker of each controller of a campaign."""
+
+    def __init__(self, controllers: Sequence[str]) -> None:
+        self._place = {name: place for place, name in enumerate(controllers)}
+
+    def line(self, controller: str) -> dict[str, object]:
+        """Returns the keywords of a line."""
+        return {
+            "color": controller_color(controller),
+            "linestyle": LINE_STYLES[self._place[controller] % len(LINE_STYLES)],
+        }
+
+    def marker(self, controller: str) -> str:
+        """Returns the marker."""
+        return MARKERS[self._place[controller] % len(MARKERS)]
+
+    def line_keys(self, controllers: Iterable[str]) -> list[Line2D]:
+        """Returns the legend's entries for lines."""
+        return [Line2D([], [], label=name, **self.line(name)) for name in controllers]
+
+    def marker_keys(self, controllers: Iterable[str]) -> list[Line2D]:
+        """Returns the legend's entries for markers."""
+        keys = []
+        for name in controllers:
+            color = self.line(name)["color"]
+            look = {"color": color, "marker": self.marker(name), "ms": 7, "mec": "white"}
+            keys.append(Line2D([], [], label=name, ls="none", **look))
+        return keys
+
+
+class Margins(NamedTuple):
+    """Room around and between axes, inches."""
+
+    left: float = 0.7
+    right: float = 0.15
+    bottom: float = 0.5
+    top: float = 0.35
+    between_columns: float = 0.75
+    between_rows: float = 0.85
+
+
+DEFAULT_MARGINS = Margins()
+
+
+def new_figure(
+    rows: int = 1,
+    columns: int = 1,
+    *,
+    axes_size_in: tuple[float, float] = (6.4, 3.0),
+    margins: Margins = DEFAULT_MARGINS,
+) -> tuple[Figure, list[Axes]]:
+    """Returns a figure and its axes row by row; call within `figure_style`.
+
+    The room for labels is fixed: measuring every text, as matplotlib's layout engines do, would
+    take longer than drawing.
+    """
+    width, height = axes_size_in
+    inner_width = columns * width + (columns - 1) * margins.between_columns
+    inner_height = rows * height + (rows - 1) * margins.between_rows
+    full_width = inner_width + margins.left + margins.right
+    full_height = inner_height + margins.bottom + margins.top
+    figure = Figure(figsize=(full_width, full_height))
+    grid = figure.subplots(
+        rows,
+        columns,
+        squeeze=False,
+        gridspec_kw={
+            "left": margins.left / full_width,
+            "right": 1.0 - margins.right / full_width,
+            "bottom": margins.bottom / full_height,
+            "top": 1.0 - margins.top / full_height,
+            "wspace": margins.between_columns / width,
+            "hspace": margins.between_rows / height,
+        },
+    )
+    return figure, list(grid.flat)
+
+
+def legend_below(figure: Figure, handles: Sequence[Artist]) -> None:
+    """Adds a legend under the axes, making the figure taller by the lines that it needs."""
+    longest = max(len(str(handle.get_label())) for handle in handles)
+    columns = max(int(figure.get_figwidth() / (longest * CHARACTER_IN + LEGEND_KEY_IN)), 1)
+    columns = min(columns, len(handles))
+    room_in = LEGEND_LINE_IN * -(-len(handles) // columns) + LEGEND_LINE_IN
+    old_in = figure.get_figheight()
+    new_in = old_in + room_in
+    for axes in figure.axes:
+        box = axes.get_position(original=True)
+        axes.set_position(
+            (
+                box.x0,
+                (box.y0 * old_in + room_in) / new_in,
+                box.width,
+                box.height * old_in / new_in,
+            )
+        )
+    figure.set_figheight(new_in)
+    figure.legend(handles=handles, loc="lower center", ncols=columns)
+
+
+def legend_above(axes: Axes) -> None:
+    """Adds a legend in the line of the title, at the right."""
+    axes.legend(
+        loc="lower right",
+        bbox_to_anchor=(1.0, 1.0),
+        ncols=4,
+        borderaxespad=0.2,
+        columnspacing=1.0,
+        handlelength=1.8,
+        handletextpad=0.5,
+    )
+
+
+def figure_style():
+    """Returns the context in which figures are drawn and written."""
+    return mpl.rc_context(STYLE)
+
+
+def write_figure(figure: Figure, stem: Path) -> list[Path]:
+    """Writes a figure as SVG and PNG; equal figures give equal bytes. Returns the paths."""
+    stem.parent.mkdir(parents=True, exist_ok=True)
+    paths = [stem.with_name(stem.name + suffix) for suffix in SUFFIXES]
+    for path in paths:
+        metadata = {"Date": None} if path.suffix == ".svg" else {"Software": None}
+        figure.savefig(path, dpi=PNG_DOTS_PER_INCH, metadata=metadata)
+    return paths
