@@ -69,14 +69,18 @@ class Costmap:
 
 @njit(cache=True)
 def world_to_cell(x, y, origin_x, origin_y, resolution, columns, rows):
-    """Returns (column, row) of the cell that holds the point (x, y) m, or (-1, -1) outside."""
+    """Returns (column, row) of the cell that holds the point (x, y) m, or (-1, -1) outside.
+
+    A point that is not a number counts as outside.
+    """
     if x < origin_x or y < origin_y:
         return -1, -1
     column = int((x - origin_x) / resolution)
     row = int((y - origin_y) / resolution)
-    if column >= columns or row >= rows:
-        return -1, -1
-    return column, row
+    # Not a number, or too large for an integer, comes out as some negative one.
+    if 0 <= column < columns and 0 <= row < rows:
+        return column, row
+    return -1, -1
 
 
 @njit(cache=True)

@@ -157,3 +157,9 @@ def test_costmap_lists_the_centres_of_its_lethal_cells():
 def test_costmap_extends_over_all_its_cells():
     costmap = Costmap(np.zeros((2, 3), dtype=np.uint8), 0.0, 0.0, 0.5)
     assert (costmap.size_x_m, costmap.size_y_m) == (1.5, 1.0)
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, 1e300])
+def test_a_coordinate_that_is_no_place_is_outside(value):
+    assert world_to_cell(0.5, value, 0.0, 0.0, 0.1, 10, 10) == (-1, -1)
+    assert world_to_cell(value, 0.5, 0.0, 0.0, 0.1, 10, 10) == (-1, -1)
