@@ -32,12 +32,14 @@ class Trajectories(NamedTuple):
     velocities: (K, 3) what would be commanded: the twist, or the first simulated velocity.
     poses: (K, N, 3) x m, y m, yaw rad from the robot's pose on; row k holds pose_counts[k] of
         them (the last one twice where include_last_point), what follows is undefined.
+    headings: (K, N, 2) cosine and sine of the poses' yaw, as the roll-out has them.
     pose_counts: (K,) int64. step_counts: (K,) int64 simulated steps. step_s: (K,) s each.
     """
 
     twists: Array
     velocities: Array
     poses: Array
+    headings: Array
     pose_counts: NDArray[np.int64]
     step_counts: NDArray[np.int64]
     step_s: Array
@@ -80,8 +82,19 @@ def count_steps(twists, simulation, step_counts, step_s):
 
 
 @njit(cache=True)
-def roll_out(pose, twist, kinematics, simulation, twists, step_counts, step_s, velocities, poses):
-    """Simulates every twist from a pose and a measured twist; writes velocities and poses.
+def roll_out(
+    pose,
+    twist,
+    kinematics,
+    simulation,
+    twists,
+    step_counts,
+    step_s,
+    velocities,
+    poses,
+    headings,
+):
+    """Simulates every twist from a pose and a measured twist; writes what the last three name.
 
     pose: (x m, y m, yaw rad). twist: (vx, vy, wz). Euler steps with the new velocity and the old
     yaw. Cosine and sine follow the yaw by rotating them, which costs no trigonometry while the
@@ -94,6 +107,7 @@ def roll_out(pose, twist, kinematics, simulation, twists, step_counts, step_s, v
         turn, cos_turn, sin_turn = 0.0, 1.0, 0.0
         step = step_s[k]
         poses[k, 0, 0], poses[k, 0, 1], poses[k, 0, 2] = x, y, yaw
+        headings[k, 0, 0], headings[k, 0, 1] = cos_yaw, sin_yaw
         for i in range(step_counts[k]):
             if simulation.limits_acceleration:
                 vx = project_velocity(
@@ -120,9 +134,11 @@ def roll_out(pose, twist, kinematics, simulation, twists, step_counts, step_s, v
                 sin_yaw * cos_turn + cos_yaw * sin_turn,
             )
             poses[k, i + 1, 0], poses[k, i + 1, 1], poses[k, i + 1, 2] = x, y, yaw
+            headings[k, i + 1, 0], headings[k, i + 1, 1] = cos_yaw, sin_yaw
         if simulation.include_last_point:
             end = step_counts[k] + 1
             poses[k, end, 0], poses[k, end, 1], poses[k, end, 2] = x, y, yaw
+            headings[k, end, 0], headings[k, end, 1] = cos_yaw, sin_yaw
         if not simulation.limit_vel_cmd_in_traj:
             velocities[k] = twists[k]
 
@@ -165,6 +181,7 @@ class TrajectoryGenerator:
         self._step_counts = np.empty(twist_capacity, dtype=np.int64)
         self._step_s = np.empty(twist_capacity)
         self._poses = np.empty((twist_capacity, pose_capacity, 3))
+        self._headings = np.empty((twist_capacity, pose_capacity, 2))
 
     def generate(
         self,
@@ -184,7 +201,8 @@ class TrajectoryGenerator:
         # The start pose and, where wanted, the end pose once more.
         if most_steps + 2 > self._poses.shape[1]:
             self._poses = np.empty((len(self._twists), most_steps + 2, 3))
-        poses = self._poses[:count]
+            self._headings = np.empty((len(self._twists), most_steps + 2, 2))
+        poses, headings = self._poses[:count], self._headings[:count]
         roll_out(
             pose,
             twist,
@@ -195,9 +213,10 @@ class TrajectoryGenerator:
             step_s,
             velocities,
             poses,
+            headings,
         )
         pose_counts = step_counts + (2 if self._simulation.include_last_point else 1)
-        window = Trajectories(twists, velocities, poses, pose_counts, step_counts, step_s)
+        window = Trajectories(twists, velocities, poses, headings, pose_counts, step_counts, step_s)
         for array in window:
             array.flags.writeable = False
         return window

@@ -97,6 +97,7 @@ def score_centres(cells, on_map_counts, pose_counts, distances, aggregation, sco
 @njit(cache=True)
 def score_forward_points(
     poses,
+    headings,
     pose_counts,
     forward_m,
     distances,
@@ -109,8 +110,9 @@ def score_forward_points(
 ):
     """Writes the aggregated distance of the point `forward_m` ahead of the robot.
 
-    poses (K, N, 3), pose_counts (K,): of the window. distances: (rows, columns) cells. With
-    aggregation LAST only the last pose is read, so only there the point must be on the map.
+    poses (K, N, 3), headings (K, N, 2), pose_counts (K,): of the window. distances: (rows, columns)
+    cells. With aggregation LAST only the last pose is read, so only there the point must be on the
+    map.
     """
     rows, columns = distances.shape
     for k in range(poses.shape[0]):
@@ -118,9 +120,8 @@ def score_forward_points(
         violations[k] = 0
         first = pose_counts[k] - 1 if aggregation == LAST else 0
         for i in range(first, pose_counts[k]):
-            yaw = poses[k, i, 2]
-            x = poses[k, i, 0] + forward_m * math.cos(yaw)
-            y = poses[k, i, 1] + forward_m * math.sin(yaw)
+            x = poses[k, i, 0] + forward_m * headings[k, i, 0]
+            y = poses[k, i, 1] + forward_m * headings[k, i, 1]
             column, row = world_to_cell(x, y, origin_x, origin_y, resolution, columns, rows)
             if column < 0:
                 violations[k] = OFF_GRID
@@ -173,6 +174,7 @@ class AlignCritic(MapGridCritic):
         verdict = Verdict(np.empty(count), np.empty(count, dtype=np.uint8))
         score_forward_points(
             window.poses,
+            window.headings,
             window.pose_counts,
             self._parameters.forward_point_distance,
             self.distances(scene),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any, ClassVar
 
 import numpy as np
@@ -11,7 +10,6 @@ from pydantic import Field
 
 from drake_navbench.controller import ControllerSetup
 from drake_navbench.controllers.dwb.critics.base import Critic, CriticParameters, Verdict
-from drake_navbench.controllers.dwb.map_grids import manhattan_distances
 from drake_navbench.controllers.dwb.parameters import DynamicWindowApproachParameters
 from drake_navbench.controllers.dwb.scene import Scene, Situation
 from drake_navbench.kernels.footprint import footprint_radii
@@ -24,7 +22,7 @@ from drake_navbench.kernels.grid import (
 
 # Positions in ObstacleFootprint.reasons, counted from 1; BaseObstacle has the first two.
 OFF_GRID, HITS_OBSTACLE, FOOTPRINT_OFF_GRID, HITS_UNKNOWN = 1, 2, 3, 4
-# Cells by which rounding to cells and Bresenham's line may carry an outline beyond its reach.
+# Cells by which rounding to cells and Bresenham's line may carry an outline out of its circle.
 ROUNDING_CELLS = 3
 
 
@@ -77,13 +75,46 @@ class BaseObstacle(Critic):
 
 
 @njit(cache=True)
-def place_outline(footprint, x, y, yaw, origin_x, origin_y, resolution, rows, columns, vertices):
+def clearances_of(costs):
+    """Returns each cell's Chebyshev distance to the nearest LETHAL or unknown cell, in cells.
+
+    Shape (rows, columns), int32; where there is no such cell, rows + columns everywhere.
+    """
+    rows, columns = costs.shape
+    farthest = rows + columns
+    # A margin of one cell saves the questions at the border.
+    distances = np.full((rows + 2, columns + 2), farthest, dtype=np.int32)
+    has_forbidden = False
+    for row in range(rows):
+        for column in range(columns):
+            if costs[row, column] >= LETHAL:
+                distances[row + 1, column + 1] = 0
+                has_forbidden = True
+    if has_forbidden:
+        for row in range(1, rows + 1):
+            for column in range(1, columns + 1):
+                above = min(distances[row - 1, column - 1], distances[row - 1, column + 1])
+                above = min(above, distances[row - 1, column])
+                nearest = min(above, distances[row, column - 1]) + 1
+                distances[row, column] = min(distances[row, column], nearest)
+        for row in range(rows, 0, -1):
+            for column in range(columns, 0, -1):
+                below = min(distances[row + 1, column - 1], distances[row + 1, column + 1])
+                below = min(below, distances[row + 1, column])
+                nearest = min(below, distances[row, column + 1]) + 1
+                distances[row, column] = min(distances[row, column], nearest)
+    return distances[1:-1, 1:-1].copy()
+
+
+@njit(cache=True)
+def place_outline(
+    footprint, x, y, cos_yaw, sin_yaw, origin_x, origin_y, resolution, rows, columns, vertices
+):
     """Writes the cells of a footprint's vertices at a pose; returns how many lie on the map
     before one does not.
 
-    footprint: (V, 2) m in the base frame. x, y m, yaw rad. vertices: (V, 2) column and row, output.
+    footprint: (V, 2) m in the base frame. x, y m. vertices: (V, 2) column and row, output.
     """
-    cos_yaw, sin_yaw = math.cos(yaw), math.sin(yaw)
     for v in range(footprint.shape[0]):
         vertex_x = x + footprint[v, 0] * cos_yaw - footprint[v, 1] * sin_yaw
         vertex_y = y + footprint[v, 0] * sin_yaw + footprint[v, 1] * cos_yaw
@@ -100,8 +131,8 @@ def place_outline(footprint, x, y, yaw, origin_x, origin_y, resolution, rows, co
 def find_forbidden_cell(costs, clearances, column_0, row_0, column_1, row_1):
     """Returns the code of the first LETHAL or unknown cell on a line of cells; 0 without one.
 
-    The cells are those of `line_max_cost`. clearances: (rows, columns) L1 distance to the nearest
-    forbidden cell. A step along the line moves by at most two of it, so most cells are skipped.
+    The cells are those of `line_max_cost`. A step along the line is one cell in the Chebyshev
+    distance, so as many cells can be skipped as the clearance says.
     """
     delta_column, delta_row = abs(column_1 - column_0), abs(row_1 - row_0)
     step_column = 1 if column_1 >= column_0 else -1
@@ -119,7 +150,7 @@ def find_forbidden_cell(costs, clearances, column_0, row_0, column_1, row_1):
         clearance = clearances[row, column]
         if clearance == 0:
             return HITS_OBSTACLE if costs[row, column] == LETHAL else HITS_UNKNOWN
-        i += (clearance + 1) // 2
+        i += clearance
     return 0
 
 
@@ -168,13 +199,27 @@ def outline_cost(costs, vertices):
 
 
 @njit(cache=True)
+def is_clear_of_everything(clearances, x, y, radius_m, origin_x, origin_y, resolution):
+    """Tells whether an outline inside a circle surely meets nothing forbidden and no border.
+
+    x, y m: centre of the circle. The answer no means that the outline has to be looked at.
+    """
+    rows, columns = clearances.shape
+    column, row = world_to_cell(x, y, origin_x, origin_y, resolution, columns, rows)
+    reach = int(radius_m / resolution) + ROUNDING_CELLS
+    if column < reach or column >= columns - reach or row < reach or row >= rows - reach:
+        return False
+    return clearances[row, column] > reach
+
+
+@njit(cache=True)
 def score_outlines(
     poses,
-    cells,
+    headings,
     on_map_counts,
     pose_counts,
     footprint,
-    reach_m,
+    circle,
     costs,
     clearances,
     origin_x,
@@ -186,33 +231,38 @@ def score_outlines(
 ):
     """Writes the largest cost under the outline: at the last pose, or summed over all.
 
-    poses, cells, on_map_counts, pose_counts: of the scene. footprint: (V, 2) m. reach_m: largest
-    distance of a vertex from the base origin. clearances: (rows, columns) L1 distance in cells to
-    the nearest forbidden cell. The first pose that breaks a rule names it; a pose farther than
-    the outline reaches from anything forbidden and from the border is not looked at closer.
+    poses, headings, on_map_counts, pose_counts: of the scene. footprint: (V, 2) m. circle: its
+    enclosing circle in the base frame, (x, y, radius) m. clearances: from `clearances_of`. The
+    first pose that breaks a rule names it.
     """
     rows, columns = costs.shape
     vertices = np.empty((footprint.shape[0], 2), dtype=np.int64)
-    border = int(reach_m / resolution) + ROUNDING_CELLS
-    # An outline reaches farthest in the L1 norm along a diagonal.
-    reach = int(math.sqrt(2.0) * reach_m / resolution) + 1 + ROUNDING_CELLS
+    centre_x, centre_y, radius_m = circle
     for k in range(poses.shape[0]):
         score, violation = 0, 0
         for i in range(pose_counts[k]):
             if i == on_map_counts[k]:
                 violation = OFF_GRID
                 break
-            row, column = cells[k, i] // columns, cells[k, i] % columns
+            x, y = poses[k, i, 0], poses[k, i, 1]
+            cos_yaw, sin_yaw = headings[k, i, 0], headings[k, i, 1]
             is_scored = sum_scores or i == pose_counts[k] - 1
-            is_clear = clearances[row, column] > reach
-            is_inside = border <= row < rows - border and border <= column < columns - border
-            if is_clear and is_inside and not is_scored:
+            if not is_scored and is_clear_of_everything(
+                clearances,
+                x + centre_x * cos_yaw - centre_y * sin_yaw,
+                y + centre_x * sin_yaw + centre_y * cos_yaw,
+                radius_m,
+                origin_x,
+                origin_y,
+                resolution,
+            ):
                 continue
             on_map = place_outline(
                 footprint,
-                poses[k, i, 0],
-                poses[k, i, 1],
-                poses[k, i, 2],
+                x,
+                y,
+                cos_yaw,
+                sin_yaw,
                 origin_x,
                 origin_y,
                 resolution,
@@ -247,8 +297,10 @@ class ObstacleFootprint(Critic):
         setup: ControllerSetup,
     ) -> None:
         super().__init__(parameters, controller_parameters, setup=setup)
-        self._footprint = np.ascontiguousarray(setup.footprint, dtype=float).copy()
-        self._reach_m = footprint_radii(self._footprint)[1]
+        self._footprint = np.array(setup.footprint, dtype=float, order="C")
+        centre = 0.5 * (self._footprint.min(axis=0) + self._footprint.max(axis=0))
+        radius_m = footprint_radii(self._footprint - centre)[1]
+        self._circle = (*centre.tolist(), radius_m)
 
     def scale(self, situation: Situation, memory: Any) -> float:
         """Returns resolution * scale, as Nav2 weights this critic."""
@@ -257,19 +309,17 @@ class ObstacleFootprint(Critic):
     def score(self, scene: Scene, memory: Any) -> Verdict:
         """Returns the costs; see `score_outlines`."""
         costmap, window = scene.costmap, scene.trajectories
-        forbidden = np.flatnonzero(costmap.costs >= LETHAL).astype(np.int32)
-        clearances = manhattan_distances(*costmap.costs.shape, forbidden)
         count = len(window.poses)
         verdict = Verdict(np.empty(count), np.empty(count, dtype=np.uint8))
         score_outlines(
             window.poses,
-            scene.cells,
+            window.headings,
             scene.on_map_counts,
             window.pose_counts,
             self._footprint,
-            self._reach_m,
+            self._circle,
             costmap.costs,
-            clearances,
+            clearances_of(costmap.costs),
             costmap.origin_x,
             costmap.origin_y,
             costmap.resolution,

@@ -103,6 +103,7 @@ def scene_of(poses, *, velocities=None, step_s=0.5, **changes) -> Scene:
         twists=velocities,
         velocities=velocities,
         poses=poses,
+        headings=np.stack([np.cos(poses[..., 2]), np.sin(poses[..., 2])], axis=-1),
         pose_counts=np.full(count, length),
         step_counts=np.full(count, length - 1),
         step_s=np.full(count, step_s),

@@ -9,7 +9,11 @@ from dwb_cases import SETUP, map_of, parameters, scene_of, situate
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_navbench.controllers.dwb.critics.obstacles import BaseObstacle, ObstacleFootprint
+from drake_navbench.controllers.dwb.critics.obstacles import (
+    BaseObstacle,
+    ObstacleFootprint,
+    clearances_of,
+)
 
 # Cells of 1 m; row 0 is the lowest.
 COSTS = np.array(
@@ -51,6 +55,17 @@ def judge(critic, poses, costmap):
 
 def at(x, y, yaw=0.0):
     return (x + 0.5, y + 0.5, yaw)
+
+
+def test_clearance_is_the_larger_of_the_ways_in_x_and_y_to_the_nearest_forbidden_cell():
+    costs = with_cost(254, (1, 1)).costs.copy()
+    costs[5, 6] = 255
+    clearances = clearances_of(map_of(costs).costs)
+    for row in range(7):
+        for column in range(7):
+            ways = [max(abs(column - c), abs(row - r)) for c, r in ((1, 1), (6, 5))]
+            assert clearances[row, column] == min(ways)
+    assert (clearances_of(with_cost(0).costs) == 7 + 7).all()
 
 
 class TestBaseObstacle:
