@@ -213,7 +213,6 @@ class TimedElasticBand:
             "slack_m": solutions[0].slack,
             "violation": solutions[0].violation,
             "candidate_count": len(solutions),
-            "interval_count": len(solutions[0].time_steps),
             "is_blocked": is_blocked,
             "is_fallback": False,
         }
@@ -231,7 +230,9 @@ class TimedElasticBand:
         command[0] = np.clip(command[0], -limits.backward_speed, limits.forward_speed)
         command[1] = np.clip(command[1], -limits.turn_rate, limits.turn_rate)
         command.flags.writeable = False
-        diagnostics = dict(scalars, band_duration_s=band.duration_s)
+        diagnostics = dict(
+            scalars, interval_count=len(band.time_steps), band_duration_s=band.duration_s
+        )
         if self._setup.wants_diagnostics:
             diagnostics.update(_arrays(band, tried))
         return Decision(command, memory, diagnostics)

@@ -1,0 +1,202 @@
+"""The whole controller in a closed loop, against boxes it knows only from the costmap."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from teb_closed_loop import drive, plan_from_elements, wheelchair_setup, window
+
+from drake_navbench.controller import NoValidControl, Observation, Registry, SpeedLimit
+from drake_navbench.controllers.teb import TimedElasticBand
+from drake_navbench.controllers.teb import program as program_module
+from drake_navbench.controllers.teb.candidates import TebMemory
+from drake_navbench.controllers.teb.planner import ACCEPTED_VIOLATION
+from drake_navbench.presets import load_preset
+
+STRAIGHT = plan_from_elements([("s", 4.5)])
+PRESET = load_preset("teb").parameters
+WALL_X = 2.0
+WALL = [(WALL_X, -5.0, WALL_X + 0.15, 5.0)]
+FRONT_M = 0.85
+
+
+def make(*, wants_diagnostics=False, **changes):
+    return TimedElasticBand(
+        PRESET.model_copy(update=changes), wheelchair_setup(wants_diagnostics=wants_diagnostics)
+    )
+
+
+def observe(pose, boxes=(), *, plan=STRAIGHT, twist=(0.0, 0.0), time_s=0.0):
+    pose = np.array(pose, dtype=float)
+    return Observation(
+        time_s=time_s,
+        pose=pose,
+        twist=np.array(twist, dtype=float),
+        plan=plan[np.hypot(*(plan[:, :2] - pose[:2]).T) < 2.5],
+        plan_id=0,
+        costmap=window(boxes, pose[0], pose[1]),
+        goal=plan[-1],
+    )
+
+
+def test_it_is_registered():
+    assert Registry().load("teb") is TimedElasticBand
+
+
+def test_free_run_reaches_the_goal_at_the_speed_and_acceleration_limits():
+    record = drive(make(), STRAIGHT, [], duration_s=20.0)
+    assert record.outcome == "succeeded"
+    speeds = np.array(record.commands)[:, 0]
+    assert speeds.max() <= 0.5
+    assert np.median(speeds) > 0.48
+    # To 0.5 m/s over 0.25 m in 1 s, then cruising to within 0.25 m: 1 s + (4.25 - 0.25) / 0.5 s.
+    assert record.times_s[-1] == pytest.approx(9.0, abs=0.4)
+    assert np.abs(np.array(record.poses)[:, 1]).max() < 0.01
+    assert all(d["violation"] <= ACCEPTED_VIOLATION for d in record.diagnostics)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_box_on_the_plan_is_passed_on_its_shorter_side(side):
+    low, high = sorted([side * -0.2, side * 0.6])
+    record = drive(make(), STRAIGHT, [(2.0, low, 2.4, high)], duration_s=20.0)
+    assert record.outcome == "succeeded"
+    lateral = np.array(record.poses)[:, 1]
+    assert (side * lateral).min() < -0.4
+    assert (side * lateral).max() < 0.1
+
+
+def test_mirrored_world_gives_the_mirrored_drive():
+    boxes = [(2.0, 0.5, 2.5, 1.0), (3.5, -1.2, 4.0, -0.6)]
+    mirrored = [(x0, -y1, x1, -y0) for x0, y0, x1, y1 in boxes]
+    first = drive(make(), STRAIGHT, boxes, duration_s=2.0)
+    second = drive(make(), STRAIGHT, mirrored, duration_s=2.0)
+    np.testing.assert_allclose(
+        np.array(second.commands) * [1.0, -1.0], first.commands, atol=1e-3
+    )
+
+
+def test_a_wall_across_the_plan_ends_in_no_valid_control_and_never_in_a_collision():
+    record = drive(make(), STRAIGHT, WALL, duration_s=15.0)
+    assert record.outcome == "NoValidControl"
+    nearest = np.array(record.poses)[:, 0].max() + FRONT_M
+    assert WALL_X - nearest > 0.5 * PRESET.min_obstacle_dist
+    assert "min_obstacle_dist" in record.message
+
+
+def test_a_patient_server_does_not_make_it_touch_the_wall():
+    record = drive(make(), STRAIGHT, WALL, duration_s=8.0, failures_allowed=10_000)
+    assert record.outcome == "timed_out"
+
+
+def test_the_band_switches_sides_only_for_a_shorter_way():
+    # The box is nearly in the middle and the robot now left, now right of the plan.
+    controller = make(wants_diagnostics=True)
+    boxes = [(1.0, -0.32, 1.3, 0.3)]
+    memory = controller.initial_memory()
+    sides = []
+    for step in range(6):
+        lateral = 0.02 * (-1.0) ** step
+        decision = controller.step(
+            observe((0.0, lateral, 0.0), boxes, time_s=0.05 * step), memory
+        )
+        memory = decision.memory
+        band = decision.diagnostics["predicted_trajectory"]
+        sides.append(math.copysign(1.0, band[np.argmax(np.abs(band[:, 1])), 1]))
+    assert len(set(sides)) == 1
+
+
+def test_a_band_on_the_wrong_side_is_left_for_a_much_shorter_way():
+    controller = make(wants_diagnostics=True)
+    detour = np.array([[0, 0, 0], [0.8, 1.6, 0.5], [2.2, 1.6, -0.5], [2.5, 0, 0.0]])
+    wrong = controller.step(
+        observe((0.0, 0.0, 0.0), [(1.2, -0.9, 1.6, 0.5)], plan=_dense(detour)), TebMemory()
+    ).memory
+    free = [(1.2, 0.35, 1.6, 1.2)]
+    memory = wrong
+    for step in range(8):
+        decision = controller.step(observe((0, 0, 0), free, time_s=0.05 * step), memory)
+        memory = decision.memory
+    # The plan runs straight, below the box that is there now.
+    assert decision.diagnostics["predicted_trajectory"][:, 1].max() < 0.35
+
+
+def _dense(corners):
+    samples = np.linspace(0.0, len(corners) - 1.0, 60)
+    return np.column_stack(
+        [np.interp(samples, np.arange(len(corners)), corners[:, i]) for i in range(3)]
+    )
+
+
+def test_a_command_is_never_returned_for_a_band_whose_outline_collides():
+    # The outline already stands on a lethal cell beside the discs: a corner of the wheelchair.
+    corner = [(0.8, 0.25, 0.84, 0.29)]
+    with pytest.raises(NoValidControl) as caught:
+        make().step(observe((0.0, 0.0, 0.0), corner), TebMemory())
+    assert caught.value.memory == TebMemory()
+    assert {"solver_status", "violation", "evaluations"} <= set(caught.value.details)
+
+
+def test_the_last_feasible_band_drives_on_when_the_solver_stops_too_early(monkeypatch):
+    controller = make()
+    first = controller.step(observe((0, 0, 0), twist=(0.4, 0)), TebMemory())
+    monkeypatch.setattr(
+        program_module.BandProgram,
+        "solve",
+        _without_a_feasible_iterate(program_module.BandProgram.solve),
+    )
+    second = controller.step(observe((0.02, 0, 0), twist=(0.4, 0), time_s=0.05), first.memory)
+    assert second.diagnostics["is_fallback"]
+    assert second.diagnostics["solver_status"] == "kIterationLimit"
+    # What is left of the first step is driven as planned.
+    np.testing.assert_allclose(second.command, first.command, atol=1e-9)
+    rest = first.memory.band.time_steps[0] - 0.05
+    assert second.memory.band.time_steps[0] == pytest.approx(rest)
+
+
+def _without_a_feasible_iterate(solve):
+    def wrapped(self, *args, **kwargs):
+        solution = solve(self, *args, **kwargs)
+        return solution._replace(violation=1.0, status="kIterationLimit")
+
+    return wrapped
+
+
+def test_speed_limits_hold():
+    observation = replace(observe((0, 0, 0), twist=(0.2, 0)), speed_limit=SpeedLimit(0.2))
+    command = make().step(observation, TebMemory()).command
+    assert 0.15 < command[0] <= 0.2
+
+
+def test_a_cycle_is_pure():
+    controller = make()
+    observation = observe((0, 0, 0), [(1.8, -0.3, 2.2, 0.3)])
+    first = controller.step(observation, TebMemory())
+    controller.step(observe((0, 0.1, 0.3)), first.memory)
+    again = controller.step(observation, TebMemory())
+    np.testing.assert_array_equal(first.command, again.command)
+    np.testing.assert_array_equal(first.memory.band.poses, again.memory.band.poses)
+    with pytest.raises(ValueError, match="read-only"):
+        first.memory.band.poses[0, 0] = 1.0
+
+
+def test_diagnostics_hold_the_band_with_its_times_and_the_candidates_with_their_classes():
+    controller = make(wants_diagnostics=True)
+    box = observe((0, 0, 0), [(1.0, -0.3, 1.2, 0.3)])
+    diagnostics = controller.step(box, TebMemory()).diagnostics
+    poses = diagnostics["predicted_trajectory"]
+    assert poses.shape == (diagnostics["interval_count"] + 1, 3)
+    assert diagnostics["predicted_times_s"].shape == (len(poses),)
+    count = diagnostics["candidate_count"]
+    assert diagnostics["sampled_trajectories"].shape[0] == count == 2
+    assert diagnostics["sampled_trajectories"].shape[1] >= len(poses)
+    assert diagnostics["sampled_costs"].shape == (count,)
+    assert len(diagnostics["sampled_classes"].split("; ")) == count
+    scalars = {"solver_status", "evaluations", "slack_m", "violation", "is_blocked", "is_fallback"}
+    assert scalars <= set(make().step(box, TebMemory()).diagnostics)
+
+
+def test_a_goal_behind_the_robot_is_reached_by_turning():
+    plan = plan_from_elements([("s", 2.0)])
+    record = drive(make(), plan, [], duration_s=25.0, start=(0.0, 0.0, 3.0))
+    assert record.outcome == "succeeded"

@@ -1,0 +1,101 @@
+import math
+
+import numpy as np
+import pytest
+
+from drake_navbench.controllers.teb.homotopy import (
+    LEFT,
+    RIGHT,
+    class_name,
+    find_clusters,
+    path_length,
+    path_past_cluster,
+    same_class,
+    swept_angles,
+)
+from drake_navbench.controllers.teb.obstacles import distance_field
+from drake_navbench.kernels.grid import FREE, LETHAL, Costmap
+
+CLEARANCE_M = 0.4
+START, GOAL = np.array([-2.0, 0.0]), np.array([2.0, 0.0])
+
+
+def field_of(boxes):
+    """Returns the field of a 6 x 6 m map around the origin with boxes (x0, y0, x1, y1)."""
+    centres = -3.0 + (np.arange(120) + 0.5) * 0.05
+    costs = np.full((120, 120), FREE, dtype=np.uint8)
+    for x0, y0, x1, y1 in boxes:
+        costs[
+            np.ix_((centres > y0) & (centres < y1), (centres > x0) & (centres < x1))
+        ] = LETHAL
+    return distance_field(Costmap(costs, -3.0, -3.0, 0.05))
+
+
+def ways(boxes, cluster=0):
+    field = field_of(boxes)
+    clusters = find_clusters(field, CLEARANCE_M)
+    return clusters, {
+        side: path_past_cluster(
+            field, clusters, cluster=cluster, side=side, start=START, goal=GOAL
+        )
+        for side in (LEFT, RIGHT)
+    }
+
+
+def test_obstacles_with_a_gap_too_narrow_are_one_cluster():
+    # Faces 0.7 m and 0.9 m apart, for a robot that needs 0.8 m.
+    assert len(find_clusters(field_of([(-1, -1, 0, 0), (0.7, -1, 1, 0)]), CLEARANCE_M).anchors) == 1
+    assert len(find_clusters(field_of([(-1, -1, 0, 0), (0.9, -1, 1, 0)]), CLEARANCE_M).anchors) == 2
+
+
+def test_anchor_of_a_cluster_is_inside_the_obstacle_even_where_its_centroid_is_not():
+    # An L: its centroid is free.
+    field = field_of([(-1, -1, -0.7, 1), (-1, -1, 1, -0.7)])
+    anchor = find_clusters(field, CLEARANCE_M).anchors[0]
+    assert anchor[0] < -0.7 or anchor[1] < -0.7
+
+
+def test_ways_past_a_box_pass_it_on_the_named_side_and_keep_clear():
+    clusters, found = ways([(-0.3, -0.5, 0.3, 0.5)])
+    assert found[LEFT][:, 1].max() > 0.5 + CLEARANCE_M
+    assert found[RIGHT][:, 1].min() < -0.5 - CLEARANCE_M
+    assert found[LEFT][:, 1].min() > -0.1
+    angles = [swept_angles(np.vstack([START, p, GOAL]), clusters.anchors) for p in found.values()]
+    assert not same_class(*angles)
+    assert angles[0][0] - angles[1][0] == pytest.approx(-2.0 * math.pi)
+
+
+def test_the_longer_way_is_found_too():
+    _, found = ways([(-0.3, -0.2, 0.3, 1.5)])
+    assert path_length(found[LEFT]) > path_length(found[RIGHT]) + 0.5
+
+
+def test_no_way_leads_past_a_wall_across_the_map_or_past_its_closed_side():
+    assert ways([(0, -3, 0.2, 3)])[1] == {LEFT: None, RIGHT: None}
+    one_open = ways([(0, -1, 0.2, 3)])[1]
+    assert one_open[LEFT] is None
+    assert one_open[RIGHT] is not None
+
+
+def test_paths_that_differ_only_in_shape_are_of_one_class():
+    anchors = np.array([[0.0, 0.0]])
+    wide = np.array([START, [0.0, 2.0], GOAL])
+    near = np.array([START, [-0.5, 0.6], [0.5, 0.6], GOAL])
+    below = np.array([START, [0.0, -0.6], GOAL])
+    assert same_class(swept_angles(wide, anchors), swept_angles(near, anchors))
+    assert not same_class(swept_angles(wide, anchors), swept_angles(below, anchors))
+
+
+def test_class_name_counts_turns_about_each_cluster():
+    anchors = np.array([[0.0, 0.0], [0.0, 5.0]])
+    above = swept_angles(np.array([START, [0.0, 1.0], GOAL]), anchors)
+    below = swept_angles(np.array([START, [0.0, -1.0], GOAL]), anchors)
+    assert class_name(above, above) == "0 0"
+    assert class_name(below, above) == "1 0"
+
+
+def test_without_obstacles_there_is_no_cluster_and_one_class():
+    clusters = find_clusters(field_of([]), CLEARANCE_M)
+    assert len(clusters.anchors) == 0
+    angles = swept_angles(np.array([START, GOAL]), clusters.anchors)
+    assert same_class(angles, angles)

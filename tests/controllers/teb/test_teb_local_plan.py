@@ -1,0 +1,129 @@
+import numpy as np
+import pytest
+
+from drake_navbench.controller import InvalidPath, Observation
+from drake_navbench.controllers.teb.feasibility import checked_pose_count, first_collision
+from drake_navbench.controllers.teb.local_plan import cut_local_plan, via_points
+from drake_navbench.controllers.teb.obstacles import distance_field
+from drake_navbench.controllers.teb.parameters import TebParameters
+from drake_navbench.kernels.grid import FREE, LETHAL, Costmap
+
+PARAMETERS = TebParameters(max_global_plan_lookahead_dist=2.0, min_obstacle_dist=0.2)
+POINT = np.array([[0.0, 0.0]])
+SQUARE = np.array([[0.2, 0.2], [0.2, -0.2], [-0.2, -0.2], [-0.2, 0.2]])
+
+
+def costmap(boxes=()):
+    centres = -3.0 + (np.arange(120) + 0.5) * 0.05
+    costs = np.full((120, 120), FREE, dtype=np.uint8)
+    for x0, y0, x1, y1 in boxes:
+        costs[
+            np.ix_((centres > y0) & (centres < y1), (centres > x0) & (centres < x1))
+        ] = LETHAL
+    return Costmap(costs, -3.0, -3.0, 0.05)
+
+
+def straight_plan(length):
+    x = np.arange(0.0, length + 1e-9, 0.05)
+    return np.column_stack([x, np.zeros_like(x), np.zeros_like(x)])
+
+
+def cut(plan, boxes=(), pose=(0.0, 0.0, 0.0), parameters=PARAMETERS):
+    grid = costmap(boxes)
+    observation = Observation(
+        time_s=0.0,
+        pose=np.array(pose),
+        twist=np.zeros(2),
+        plan=plan,
+        plan_id=0,
+        costmap=grid,
+        goal=np.array([2.5, 0.0, 1.0]),
+    )
+    return cut_local_plan(observation, parameters, discs=POINT, field=distance_field(grid))
+
+
+def test_the_plan_is_cut_at_the_look_ahead_distance():
+    plan = cut(straight_plan(2.5))
+    assert plan.poses[-1, 0] == pytest.approx(2.0, abs=0.051)
+    assert not plan.ends_plan
+    assert not plan.is_cut_short
+
+
+def test_the_end_of_the_plan_is_known():
+    plan = cut(straight_plan(2.5), pose=(1.0, 0.0, 0.0))
+    assert plan.ends_plan
+    assert plan.poses[0, 0] == pytest.approx(1.0)
+
+
+def test_goal_heads_along_the_plan_unless_it_is_its_end():
+    poses = straight_plan(2.5)
+    poses[:, 2] = 1.0
+    middle = cut(poses)
+    assert middle.goal(overwrite_orientation=True)[2] == pytest.approx(0.0)
+    assert middle.goal(overwrite_orientation=False)[2] == pytest.approx(1.0)
+    assert cut(poses, pose=(1.0, 0.0, 0.0)).goal(overwrite_orientation=True)[2] == 1.0
+
+
+def test_a_wall_across_the_plan_blocks_it_from_half_the_clearance_on():
+    # Face at x = 1 m: clearance falls below 0.1 m behind 0.9 m, below 0.2 m behind 0.8 m.
+    plan = cut(straight_plan(2.5), [(1.0, -3.0, 1.2, 3.0)])
+    assert plan.poses[plan.blocked_index, 0] == pytest.approx(0.95, abs=0.03)
+    free = plan.before_the_block(PARAMETERS.min_obstacle_dist)
+    assert free.poses[free.goal_index, 0] == pytest.approx(0.8, abs=0.03)
+    assert free.blocked_index is None
+    assert free.is_cut_short
+
+
+def test_a_goal_inside_an_obstacle_moves_back_to_where_there_is_clearance():
+    plan = cut(straight_plan(2.2), [(1.9, -0.5, 2.9, 0.5)], pose=(1.0, 0.0, 0.0))
+    assert plan.poses[plan.goal_index, 0] == pytest.approx(1.7, abs=0.03)
+    assert plan.blocked_index is None
+    assert plan.is_cut_short
+
+
+@pytest.mark.parametrize(
+    ("plan", "text"), [(np.empty((0, 3)), "empty"), (np.full((2, 3), np.nan), "finite")]
+)
+def test_a_useless_plan_is_refused(plan, text):
+    with pytest.raises(InvalidPath, match=text):
+        cut(plan)
+
+
+def test_via_points_lie_on_the_plan_at_the_separation():
+    points = via_points(cut(straight_plan(2.5)), 0.5)
+    np.testing.assert_allclose(points[:, 0], [0.5, 1.0, 1.5], atol=0.051)
+    assert via_points(cut(straight_plan(2.5)), -1.0).shape == (0, 2)
+
+
+def test_outline_meets_a_box_in_the_interval_in_which_it_reaches_it():
+    # The front is 0.2 m ahead of the pose: it reaches the face at x = 1 in the second interval.
+    poses = np.array([[0.0, 0.0, 0.0], [0.5, 0.0, 0.0], [1.0, 0.0, 0.0]])
+    grid = costmap([(1.0, -0.5, 1.5, 0.5)])
+    assert first_collision(grid, SQUARE, poses) == 1
+    assert first_collision(grid, SQUARE, poses[:2]) is None
+
+
+def test_a_thin_obstacle_between_two_poses_is_not_jumped_over():
+    poses = np.array([[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+    assert first_collision(costmap([(0.0, -0.02, 0.05, 0.03)]), SQUARE, poses) == 0
+
+
+def test_turning_into_an_obstacle_is_seen():
+    bar = np.array([[1.0, 0.05], [1.0, -0.05], [0.0, -0.05], [0.0, 0.05]])
+    poses = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.5]])
+    assert first_collision(costmap([(0.6, 0.6, 0.7, 0.7)]), bar, poses) == 0
+
+
+def test_leaving_the_map_counts_as_a_collision():
+    poses = np.array([[2.0, 0.0, 0.0], [2.9, 0.0, 0.0]])
+    assert first_collision(costmap(), SQUARE, poses) == 0
+
+
+def test_the_check_covers_the_named_poses():
+    poses = np.zeros((10, 3))
+    poses[:, 0] = 0.1 * np.arange(10)
+    assert checked_pose_count(poses, 5, -1.0) == 6
+    assert checked_pose_count(poses, -1, -1.0) == 10
+    assert checked_pose_count(poses, 50, -1.0) == 10
+    assert checked_pose_count(poses, 5, 0.25) == 3
+    assert checked_pose_count(poses, 0, -1.0) == 2
