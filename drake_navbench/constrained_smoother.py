@@ -1,15 +1,17 @@
 """Nav2's constrained smoother as a MathematicalProgram solved by IPOPT.
 
 The objective is Nav2's sum of squares (see kernels/constrained_smoothing.py). Its smoothness term
-is so stiff that a quasi-Newton method needs thousands of steps in the knots' own coordinates; in
-coordinates whitened by the Gauss-Newton Hessian at the input path it needs about a hundred.
+is so stiff that a quasi-Newton method needs thousands of steps in the knots' own coordinates. In
+coordinates whitened by the Gauss-Newton Hessian it needs tens; they are whitened anew every few
+steps, because the Hessian changes where the curvature's term sets in.
 Source: nav2_constrained_smoother (ConstrainedSmoother, Smoother).
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any, ClassVar, Literal, Self
+from collections.abc import Callable
+from typing import ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -34,19 +36,18 @@ from drake_navbench.kernels.smoothing_knots import (
 
 Array = NDArray[np.float64]
 
+# IPOPT's iterations between two whitenings.
+ROUND_ITERATIONS = 10
 # Added to the Hessian's diagonal, relative to its largest entry: without w_smooth it may be
 # singular.
 RIDGE_RATIO = 1e-9
-# The program's objective at the input path. IPOPT compares changes with max(1, objective), so that
-# the tolerance stays relative until the objective has fallen by this factor.
+# The program's objective where a round starts, so that the tolerance below is relative to it.
 INITIAL_OBJECTIVE = 1e6
 # Largest entry of the whitened gradient at the optimum: half its square is the decrease still to be
 # had, far below the objective's scale of 1.
 GRADIENT_TOLERANCE = 1e-5
-HESSIAN_HISTORY = 20
-# How often in a row the objective must change by less than fn_tol.
-SMALL_CHANGES = 2
-# Lets `fn_tol` alone decide whether an iterate is acceptable.
+# Makes every iterate acceptable: IPOPT ends a round after so many acceptable ones in a row, as a
+# success, where its iteration limit would be logged as a warning every time.
 ANY = 1e20
 
 
@@ -69,7 +70,7 @@ class OptimizerParameters(BaseModel):
     )
     param_tol: float = Field(1e-15, gt=0.0, description="Of Ceres; without effect here [-]")
     fn_tol: float = Field(
-        1e-7, gt=0.0, description="Stops where the objective changes by less, relative to it [-]"
+        1e-7, gt=0.0, description="Stops where a round gains less, relative to the objective [-]"
     )
     gradient_tol: float = Field(1e-10, gt=0.0, description="Of Ceres; without effect here [-]")
     debug_optimizer: bool = Field(False, description="IPOPT prints its iterations [-]")
@@ -211,22 +212,44 @@ def knot_problem(
 def _optimized(
     knots: Array, selection: Knots, costmap: Costmap, parameters: ConstrainedSmootherParameters
 ) -> Array:
-    """Returns the knots (K, 2) with the free ones where the objective is least.
-
-    The free coordinates are x = x_input + L^-T z sqrt(scale), L L^T the Gauss-Newton Hessian at the
-    input, and the program's objective is the sum of squares over `scale`: its Hessian by z is near
-    the identity.
-    """
+    """Returns the knots (K, 2) with the free ones where the objective is least."""
     problem = knot_problem(knots, selection, costmap, parameters)
-    initial_value, _ = value_and_gradient(knots, problem)
-    if initial_value == 0.0:
-        return knots
-    if not math.isfinite(initial_value):
-        raise FailedToSmoothPath("the objective of the input path is not finite")
     is_free = np.repeat(~selection.is_fixed, 2)
+    optimizer = parameters.optimizer
+    value, _ = value_and_gradient(knots, problem)
+    if not math.isfinite(value):
+        raise FailedToSmoothPath("the objective of the input path is not finite")
+    for iterations_before in range(0, optimizer.max_iterations, ROUND_ITERATIONS):
+        if value == 0.0:
+            break
+        iterations = min(ROUND_ITERATIONS, optimizer.max_iterations - iterations_before)
+        trial = _whitened_round(knots, problem, is_free, value, iterations, optimizer)
+        trial_value, _ = value_and_gradient(trial, problem)
+        gain = value - trial_value
+        if gain > 0.0:
+            knots, value = trial, trial_value
+        if not gain > optimizer.fn_tol * (value + gain):
+            break
+    return knots
+
+
+def _whitened_round(
+    knots: Array,
+    problem: KnotProblem,
+    is_free: NDArray[np.bool_],
+    value: float,
+    iterations: int,
+    optimizer: OptimizerParameters,
+) -> Array:
+    """Returns the knots (K, 2) after some iterations of IPOPT.
+
+    The free coordinates are x = x_start + L^-T z sqrt(scale), L L^T the Gauss-Newton Hessian at the
+    start, and the program's objective is the sum of squares over `scale`: its Hessian by z is near
+    the identity. value: the objective at the start.
+    """
     hessian = gauss_newton_hessian(knots, problem)[np.ix_(is_free, is_free)]
     np.fill_diagonal(hessian, np.diag(hessian) + RIDGE_RATIO * np.max(np.diag(hessian)))
-    scale = initial_value / INITIAL_OBJECTIVE
+    scale = value / INITIAL_OBJECTIVE
     lower = cholesky(hessian, lower=True)
     unwhiten = math.sqrt(scale) * solve_triangular(lower, np.eye(len(lower)), lower=True).T
 
@@ -239,17 +262,16 @@ def _optimized(
         value, gradient = value_and_gradient(knots_at(z), problem)
         return value / scale, gradient.ravel()[is_free] @ unwhiten / scale
 
-    smoothed = knots_at(_minimize(scaled_value_and_gradient, len(lower), parameters.optimizer))
-    final_value, _ = value_and_gradient(smoothed, problem)
-    if not final_value <= initial_value:
-        raise FailedToSmoothPath(
-            f"the objective went from {initial_value:g} to {final_value:g}, expected a decrease"
-        )
-    return smoothed
+    return knots_at(_minimize(scaled_value_and_gradient, len(lower), iterations, optimizer))
 
 
-def _minimize(value_and_gradient_at: Any, count: int, optimizer: OptimizerParameters) -> Array:
-    """Returns the minimiser (count,) that IPOPT finds from zero; the last iterate at its limit."""
+def _minimize(
+    value_and_gradient_at: Callable[[Array], tuple[float, Array]],
+    count: int,
+    iterations: int,
+    optimizer: OptimizerParameters,
+) -> Array:
+    """Returns the (count,) iterate at which IPOPT, started from zero, stops."""
 
     def objective(z):
         if z.dtype != object:
@@ -262,12 +284,10 @@ def _minimize(value_and_gradient_at: Any, count: int, optimizer: OptimizerParame
     program.AddCost(objective, vars=z)
     options = SolverOptions()
     for name, option in {
-        "max_iter": optimizer.max_iterations,
         "tol": GRADIENT_TOLERANCE,
         "nlp_scaling_method": "none",
-        "limited_memory_max_history": HESSIAN_HISTORY,
-        "acceptable_obj_change_tol": optimizer.fn_tol,
-        "acceptable_iter": SMALL_CHANGES,
+        "limited_memory_max_history": ROUND_ITERATIONS,
+        "acceptable_iter": iterations,
         "acceptable_tol": ANY,
         "acceptable_dual_inf_tol": ANY,
         "print_level": 5 if optimizer.debug_optimizer else 0,
@@ -276,5 +296,5 @@ def _minimize(value_and_gradient_at: Any, count: int, optimizer: OptimizerParame
     result = IpoptSolver().Solve(program, np.zeros(count), options)
     minimiser = result.GetSolution(z)
     if not np.all(np.isfinite(minimiser)):
-        raise FailedToSmoothPath(f"IPOPT: {result.get_solution_result().name}")
+        raise FailedToSmoothPath(f"IPOPT: {result.get_solution_result().name}, no finite solution")
     return minimiser

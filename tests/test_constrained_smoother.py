@@ -192,6 +192,17 @@ def test_the_optimum_is_that_of_a_least_squares_solver():
     assert by_default == pytest.approx(reference.cost, rel=1e-2)
 
 
+def test_fewer_iterations_leave_a_higher_objective_but_never_one_above_the_input():
+    path = corner()
+    knots, _, problem = problem_of(path, bumpy_map())
+    objectives = [value_and_gradient(knots, problem)[0]]
+    for limit in (1, 5, 15, 100):
+        parameters = ConstrainedSmootherParameters(optimizer={"max_iterations": limit})
+        smoothed = smooth_path(path, bumpy_map(), parameters)
+        objectives.append(value_and_gradient(smoothed[:, :2], problem)[0])
+    assert np.all(np.diff(objectives) < 0.0)
+
+
 def test_the_gauss_newton_hessian_is_the_square_of_the_jacobian():
     knots, _, problem = problem_of(corner(), bumpy_map())
     _, blocks = residuals_and_jacobian(knots, problem)

@@ -83,7 +83,7 @@ def test_bench_simple_smoother_on_500_poses(benchmark):
     benchmark(smooth_path, path, costmap, SimpleSmootherParameters())
 
 
-@pytest.mark.parametrize(("poses", "downsampling"), [(61, 1), (121, 1), (301, 1), (301, 5)])
+@pytest.mark.parametrize(("poses", "downsampling"), [(61, 1), (121, 1), (301, 5)])
 def test_bench_constrained_smoother(benchmark, poses, downsampling):
     costmap = Costmap(building(400), 0.0, 0.0, RESOLUTION_M)
     path = np.zeros((poses, 3))
