@@ -81,6 +81,12 @@ def run_from_command_line(arguments: argparse.Namespace) -> bool:
         from drake_navbench.live import show_live
 
         return show_live(campaign, console)
+    for preset in {spec.preset.name: spec.preset for spec in campaign.specs}.values():
+        if preset.ignored:
+            console.print(
+                f"{preset.source}: {preset.name}: has no use here and is ignored: "
+                f"{', '.join(preset.ignored)}"
+            )
     if not resumed:
         folder.write_manifest(_manifest(request, campaign))
         _write_inputs(folder, campaign)

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import yaml
-from pydantic import Field
+from pydantic import AliasChoices, Field
 
 from drake_navbench.controller import Controller, ControllerParameters, Registry
 from drake_navbench.errors import InputError, nearest_name_hint
@@ -39,6 +39,7 @@ class Preset:
 
     source: where the parameters came from, for errors.
     values: the parameters as given, before defaults.
+    ignored: parameters of a Nav2 file that its controller does not have; Nav2 ignores them too.
     """
 
     name: str
@@ -46,6 +47,7 @@ class Preset:
     description: str
     values: Mapping[str, Any]
     source: str
+    ignored: tuple[str, ...] = ()
 
     @property
     def controller_class(self) -> type[Controller]:
@@ -163,9 +165,23 @@ def _nav2_preset(plugin_type: str, values: dict[str, Any], name: str, path: Path
             f"{nearest_name_hint(plugin_type, known)}"
         )
     controller = by_type[plugin_type]
-    preset = Preset(name, controller, f"{plugin_type} from {path.name}", values, str(path))
+    known_names = _parameter_names(registry.load(controller).Parameters)
+    ignored = tuple(key for key in values if key.partition(".")[0] not in known_names)
+    used = {key: value for key, value in values.items() if key not in ignored}
+    description = f"{plugin_type} from {path.name}"
+    preset = Preset(name, controller, description, used, str(path), ignored)
     _ = preset.parameters
     return preset
+
+
+def _parameter_names(model: type[ControllerParameters]) -> set[str]:
+    """Returns every name under which a model takes a value at its top level."""
+    names = set(model.model_fields)
+    for field in model.model_fields.values():
+        alias = field.validation_alias
+        choices = alias.choices if isinstance(alias, AliasChoices) else [alias]
+        names.update(choice for choice in choices if isinstance(choice, str))
+    return names
 
 
 def default_presets() -> list[str]:

@@ -81,6 +81,24 @@ def test_a_nav2_parameter_file_makes_a_column_for_each_of_its_controllers(tmp_pa
     assert preset.parameters.lookahead_dist == 0.7
 
 
+def test_parameters_that_the_controller_does_not_have_are_named_as_ignored(tmp_path: Path):
+    path = nav2_file(
+        tmp_path,
+        """
+        controller_server:
+          ros__parameters:
+            controller_plugins: [FollowPath]
+            FollowPath:
+              plugin: nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController
+              desired_linear_vel: 0.4
+              transform_tolerance: 0.1
+        """,
+    )
+    (preset,) = load_parameter_file(path)
+    assert preset.ignored == ("transform_tolerance",)
+    assert preset.parameters.max_linear_vel == 0.4
+
+
 def test_a_plugin_without_counterpart_is_named(tmp_path: Path):
     path = nav2_file(
         tmp_path,

@@ -59,26 +59,20 @@ def footprint_cost(
     vertex_count = footprint.shape[0]
     cos_yaw, sin_yaw = math.cos(yaw), math.sin(yaw)
     largest = 0
-    first_column, first_row = -1, -1
-    previous_column, previous_row = -1, -1
+    first = previous = (0, 0)
     for k in range(vertex_count):
         vertex_x = x + (footprint[k, 0] * cos_yaw - footprint[k, 1] * sin_yaw)
         vertex_y = y + (footprint[k, 0] * sin_yaw + footprint[k, 1] * cos_yaw)
-        column, row = world_to_cell(
-            vertex_x, vertex_y, origin_x, origin_y, resolution, columns, rows
-        )
-        if column < 0:
+        cell = world_to_cell(vertex_x, vertex_y, origin_x, origin_y, resolution, columns, rows)
+        if cell[0] < 0:
             return LETHAL
         if k == 0:
-            first_column, first_row = column, row
+            first = cell
         else:
-            edge = line_max_cost(costs, previous_column, previous_row, column, row, LETHAL)
-            largest = max(largest, edge)
+            largest = max(largest, line_max_cost(costs, *previous, *cell, LETHAL))
             if largest == LETHAL:
                 return LETHAL
-        previous_column, previous_row = column, row
+        previous = cell
     if closing_edge_from_first:
-        edge = line_max_cost(costs, first_column, first_row, previous_column, previous_row, LETHAL)
-    else:
-        edge = line_max_cost(costs, previous_column, previous_row, first_column, first_row, LETHAL)
-    return max(largest, edge)
+        return max(largest, line_max_cost(costs, *first, *previous, LETHAL))
+    return max(largest, line_max_cost(costs, *previous, *first, LETHAL))

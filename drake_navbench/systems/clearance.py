@@ -15,7 +15,7 @@ MAX_DISTANCE_M = 5.0
 
 
 class Clearance(LeafSystem):
-    """Measures the distance to the obstacles once a period, the first time at `offset_s`.
+    """Measures the distance to obstacles at the start, at `offset_s`, and once a period from then.
 
     Inputs `geometry_query` (SceneGraph), `state` [x m, y m, ...] and `costmap` (Costmap or None).
     Output `distances` [m]: first the signed distance between the footprint's geometry and the
@@ -33,6 +33,7 @@ class Clearance(LeafSystem):
         self._costmap_port = self.DeclareAbstractInputPort("costmap", AbstractValue.Make(object()))
         self._distances = self.DeclareDiscreteState([math.inf, math.inf])
         self.DeclareStateOutputPort("distances", self._distances)
+        self.DeclareInitializationDiscreteUpdateEvent(self._on_period)
         self.DeclarePeriodicDiscreteUpdateEvent(period_s, offset_s, self._on_period)
 
     def _on_period(self, context: Context, discrete_state: DiscreteValues) -> None:
