@@ -196,7 +196,7 @@ def test_fewer_iterations_leave_a_higher_objective_but_never_one_above_the_input
     path = corner()
     knots, _, problem = problem_of(path, bumpy_map())
     objectives = [value_and_gradient(knots, problem)[0]]
-    for limit in (1, 5, 15, 100):
+    for limit in (1, 5, 15):
         parameters = ConstrainedSmootherParameters(optimizer={"max_iterations": limit})
         smoothed = smooth_path(path, bumpy_map(), parameters)
         objectives.append(value_and_gradient(smoothed[:, :2], problem)[0])
