@@ -19,6 +19,7 @@ from drake_navbench.controller import (
     Decision,
     NoValidControl,
     Observation,
+    SpeedLimit,
 )
 from drake_navbench.goal_checkers import SimpleGoalChecker
 from drake_navbench.immutable import Immutable
@@ -61,8 +62,9 @@ class ControllerServer(LeafSystem):
     """Nav2's controller server around one controller, as one unrestricted update a control period.
 
     Inputs `estimate` [x m, y m, yaw rad, v m/s, w rad/s], `costmap` (Costmap or None), `plan`
-    (GlobalPlan or None). Outputs `command` [v m/s, w rad/s] and `server_state` (ServerState) and
-    `status` (TaskStatus). Abstract parameter `seed_parameter` holds the trial's seed.
+    (GlobalPlan or None), `speed_limit` (SpeedLimit or None; not connected: no limit). Outputs
+    `command` [v m/s, w rad/s], `server_state` (ServerState) and `status` (TaskStatus). Abstract
+    parameter `seed_parameter` holds the trial's seed.
 
     Order of a cycle as in nav2_controller's computeControl: new path, cut of the path, goal test,
     progress test, command. The first cycle runs at `offset_s`.
@@ -90,6 +92,9 @@ class ControllerServer(LeafSystem):
         self._estimate_port = self.DeclareVectorInputPort("estimate", 5)
         self._costmap_port = self.DeclareAbstractInputPort("costmap", AbstractValue.Make(object()))
         self._plan_port = self.DeclareAbstractInputPort("plan", AbstractValue.Make(object()))
+        self._speed_limit_port = self.DeclareAbstractInputPort(
+            "speed_limit", AbstractValue.Make(object())
+        )
         self._state = self.DeclareAbstractState(AbstractValue.Make(ServerState()))
         tickets = {self.abstract_state_ticket(self._state)}
         self.DeclareVectorOutputPort(
@@ -125,11 +130,16 @@ class ControllerServer(LeafSystem):
             costmap,
             estimate=self._estimate_port.Eval(context),
             now_s=now_s,
+            speed_limit=self._speed_limit(context),
             noise_key=NoiseKey(seed, NoiseStream.CONTROLLER, step),
         )
         if new.status.state.is_final:
             new = replace(new, status=replace(new.status, time_s=now_s))
         state.get_mutable_abstract_state(self._state).set_value(new)
+
+    def _speed_limit(self, context: Context) -> SpeedLimit | None:
+        port = self._speed_limit_port
+        return port.Eval(context) if port.HasValue(context) else None
 
     def _cycle(
         self,
@@ -139,6 +149,7 @@ class ControllerServer(LeafSystem):
         *,
         estimate: NDArray[np.float64],
         now_s: float,
+        speed_limit: SpeedLimit | None,
         noise_key: NoiseKey,
     ) -> ServerState:
         if plan.plan_id != server.plan_id:
@@ -170,6 +181,7 @@ class ControllerServer(LeafSystem):
             goal_xy_tolerance_m=self._goal_checker.xy_tolerance_m,
             goal_yaw_tolerance_rad=self._goal_checker.yaw_tolerance_rad,
             goal_xy_reached=goal_result.xy_reached,
+            speed_limit=speed_limit,
             noise_key=noise_key,
         )
         server = replace(
