@@ -22,6 +22,7 @@ from drake_navbench.controllers.dwb.local_planner import (
 from drake_navbench.controllers.dwb.parameters import DynamicWindowApproachParameters
 from drake_navbench.controllers.dwb.scene import Situation
 from drake_navbench.errors import InputError
+from drake_navbench.kernels.read_only import read_only
 
 
 class DynamicWindowApproach:
@@ -117,14 +118,11 @@ class DynamicWindowApproach:
 def _situation(observation: Observation) -> Situation:
     """Returns what the critics may know of an observation; the base has no lateral velocity."""
     v, w = observation.twist.tolist()
-    # One array type, whatever flags the caller's has, so that the kernels compile once.
-    plan = np.array(observation.plan, dtype=float, order="C")
-    plan.flags.writeable = False
     return Situation(
         time_s=observation.time_s,
         pose=tuple(observation.pose.tolist()),
         twist=(v, 0.0, w),
-        plan=plan,
+        plan=read_only(observation.plan),
         goal=tuple(observation.goal.tolist()),
         costmap=observation.costmap,
     )

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 from drake_navbench.controller import SpeedLimit
 from drake_navbench.controllers.dwb.parameters import DynamicWindowApproachParameters
-
-FULL_PERCENTAGE = 100.0
-# Nav2's speed filter sends this value for "no limit".
-NO_SPEED_LIMIT = 0.0
+from drake_navbench.kernels.speed_limit import NO_SPEED_LIMIT, limited_speed
 
 
 class Kinematics(NamedTuple):
@@ -45,20 +43,18 @@ class Kinematics(NamedTuple):
         speed scales them in proportion; at or above it the present limits stay. No limit restores
         `base`. Lower limits are never touched.
         """
-        if speed_limit is None or speed_limit.value == NO_SPEED_LIMIT:
-            return self._with_upper_limits_of(base, lambda value: value)
-        if speed_limit.is_percentage:
-            percentage = speed_limit.value
-            return self._with_upper_limits_of(
-                base, lambda value: value * percentage / FULL_PERCENTAGE
-            )
+        is_lifted = speed_limit is None or speed_limit.value == NO_SPEED_LIMIT
+        if is_lifted or speed_limit.is_percentage:
+            return self._with_upper_limits_of(base, lambda speed: limited_speed(speed, speed_limit))
         if speed_limit.value < base.max_speed_xy:
             ratio = speed_limit.value / base.max_speed_xy
-            limited = self._with_upper_limits_of(base, lambda value: value * ratio)
+            limited = self._with_upper_limits_of(base, lambda speed: speed * ratio)
             return limited._replace(max_speed_xy=speed_limit.value)
         return self
 
-    def _with_upper_limits_of(self, base: Kinematics, scaled) -> Kinematics:
+    def _with_upper_limits_of(
+        self, base: Kinematics, scaled: Callable[[float], float]
+    ) -> Kinematics:
         return self._replace(
             max_vel_x=scaled(base.max_vel_x),
             max_vel_y=scaled(base.max_vel_y),

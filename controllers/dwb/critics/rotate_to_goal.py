@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-from itertools import pairwise
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -15,6 +13,7 @@ from drake_navbench.controllers.dwb.critics.base import Array, Critic, CriticPar
 from drake_navbench.controllers.dwb.parameters import DynamicWindowApproachParameters
 from drake_navbench.controllers.dwb.scene import Scene, Situation
 from drake_navbench.kernels.angles import wrap
+from drake_navbench.kernels.path_pruning import arc_length
 
 NOT_SLOWING, NOT_ROTATING = 1, 2
 # Nav2 reads this one under a name that no parameter file can spell, so its default always holds.
@@ -107,7 +106,7 @@ class RotateToGoal(Critic):
         dx, dy = situation.pose[0] - situation.goal[0], situation.pose[1] - situation.goal[1]
         in_window = memory.in_window or (
             dx * dx + dy * dy <= self._xy_tolerance_squared
-            and _length_m(situation) <= PATH_LENGTH_TOLERANCE_M
+            and arc_length(situation.plan) <= PATH_LENGTH_TOLERANCE_M
         )
         is_slow = _speed_squared(situation) <= self._stopped_speed_squared
         return RotateToGoalMemory(in_window, memory.rotating or (in_window and is_slow))
@@ -136,9 +135,3 @@ class RotateToGoal(Critic):
 
 def _speed_squared(situation: Situation) -> float:
     return situation.twist[0] ** 2 + situation.twist[1] ** 2
-
-
-def _length_m(situation: Situation) -> float:
-    """Returns the length of the local plan, summed in order."""
-    xy = situation.plan[:, :2].tolist()
-    return sum(math.dist(a, b) for a, b in pairwise(xy))

@@ -9,6 +9,7 @@ from drake_navbench.controllers.dwb import DynamicWindowApproachParameters
 from drake_navbench.controllers.dwb.scene import Scene, Situation
 from drake_navbench.controllers.dwb.trajectories import Trajectories
 from drake_navbench.kernels.grid import Costmap
+from drake_navbench.kernels.read_only import read_only
 
 BRINGUP = {
     "critics": [
@@ -91,7 +92,9 @@ def situate(**changes) -> Situation:
         "goal": (5.0, 0.0, 0.0),
         "costmap": free_map(),
     }
-    return Situation(**(known | changes))
+    known |= changes
+    known["plan"] = read_only(known["plan"])
+    return Situation(**known)
 
 
 def scene_of(poses, *, velocities=None, step_s=0.5, **changes) -> Scene:

@@ -53,12 +53,10 @@ def random_world(seed, *, resolution=0.0625, size=47, obstacles=6):
 
 def situation_of(world):
     v, w = world["twist"]
-    plan = world["plan"].copy()
-    plan.flags.writeable = False
     return situate(
         pose=tuple(world["pose"]),
         twist=(v, 0.0, w),
-        plan=plan,
+        plan=world["plan"],
         goal=tuple(world["goal"]),
         costmap=world["costmap"],
     )
