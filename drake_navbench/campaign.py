@@ -33,6 +33,7 @@ TRIALS_PER_WORKER = 24
 # A trial that takes this much longer than the time it simulates hangs.
 WALL_CLOCK_PER_SIMULATED_SECOND = 5.0
 MIN_WALL_CLOCK_S = 120.0
+BLAS_THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")
 
 Row = dict[str, object]
 
@@ -187,6 +188,9 @@ def wall_clock_limit_s(spec: TrialSpec) -> float:
 
 def worker_pool(jobs: int) -> ProcessPool:
     """Returns a pool whose workers are forked from a server that has everything loaded."""
+    for variable in BLAS_THREAD_VARIABLES:
+        # Each worker has one core; threads of a linear algebra library would only fight for it.
+        os.environ.setdefault(variable, "1")
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload([PRELOAD_MODULE])
     return ProcessPool(

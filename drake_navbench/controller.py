@@ -209,5 +209,5 @@ class Registry:
             return entry_point.load()
         except (ImportError, AttributeError) as error:
             raise InputError(
-                f"controller {name!r}: its entry point {entry_point.value} cannot be loaded: {error}"
+                f"controller {name!r}: entry point {entry_point.value} cannot be loaded: {error}"
             ) from error

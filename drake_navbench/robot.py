@@ -16,7 +16,7 @@ from drake_navbench.goal_checkers import SimpleGoalCheckerParameters
 from drake_navbench.kernels.footprint import circle_footprint, footprint_radii, pad_footprint
 from drake_navbench.named_files import NamedFiles
 from drake_navbench.path_handler import PathHandlerParameters
-from drake_navbench.planner import PlannerParameters
+from drake_navbench.planner_parameters import PlannerParameters
 from drake_navbench.progress_checkers import SimpleProgressCheckerParameters
 from drake_navbench.typed_yaml import FrozenModel, read_yaml, validate
 

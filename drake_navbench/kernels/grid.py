@@ -130,7 +130,7 @@ def line_max_cost(costs, column_0, row_0, column_1, row_1, stop_at):
 
 @njit(cache=True)
 def nearest_distance(points, position):
-    """Returns the distance from (2,) to the nearest of (N, 2) points, m; inf where there is none."""
+    """Returns the distance from (2,) to the nearest of (N, 2) points, m; inf without points."""
     nearest_squared = math.inf
     for k in range(points.shape[0]):
         x, y = points[k, 0] - position[0], points[k, 1] - position[1]
