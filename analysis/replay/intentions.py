@@ -24,6 +24,7 @@ SAMPLE_COLORS = (
     Rgba(0.45, 0.66, 0.82, 1.0),
     Rgba(0.76, 0.82, 0.87, 1.0),
 )
+REFUSED_COLOR = Rgba(0.90, 0.60, 0.58, 1.0)
 PREDICTED_WIDTH_M = 0.05
 # Above all that lies on the floor; the samples just below the prediction.
 PREDICTED_HEIGHT_M = 0.04
@@ -49,7 +50,7 @@ def add_prediction(stage: Stage, path: str, cycles: Cycles, period_s: float) -> 
 
 
 def add_samples(stage: Stage, path: str, cycles: Cycles, period_s: float) -> bool:
-    """Shows `sampled_trajectories` (K, N, 3), coloured by `sampled_costs` (K,).
+    """Shows `sampled_trajectories` (K, N, 3), coloured by `sampled_costs` (K,), NaN where refused.
 
     Of many only every so many-th in the order of cost. Returns whether any cycle has some.
     """
@@ -60,10 +61,8 @@ def add_samples(stage: Stage, path: str, cycles: Cycles, period_s: float) -> boo
         trajectories = np.asarray(cycle["sampled_trajectories"], dtype=float)
         costs = np.asarray(cycle.get("sampled_costs", np.zeros(len(trajectories))), dtype=float)
         name = f"{path}/{frame_of(time_s)}"
-        by_cost = np.argsort(costs, kind="stable")
-        chosen = by_cost[np.unique(np.linspace(0, len(costs) - 1, MAX_SAMPLES).astype(int))]
-        for third, indices in enumerate(np.array_split(chosen, len(SAMPLE_COLORS))):
-            _draw_lines(stage, f"{name}/{third}", trajectories[indices], SAMPLE_COLORS[third])
+        for band, (rgba, indices) in enumerate(_bands_of_cost(costs)):
+            _draw_lines(stage, f"{name}/{band}", trajectories[indices], rgba)
         shown.append((time_s, name))
     stage.take_turns(shown)
     return bool(shown)
@@ -83,6 +82,16 @@ def add_carrot(stage: Stage, path: str, cycles: Cycles, period_s: float) -> bool
 def _events(cycles: Cycles, key: str, period_s: float) -> list[tuple[float, Mapping[str, Any]]]:
     having = [(time_s, cycle) for time_s, cycle in cycles if len(cycle.get(key, ()))]
     return spaced_in_time(having, period_s)
+
+
+def _bands_of_cost(costs: Array) -> list[tuple[Rgba, NDArray[np.int64]]]:
+    """Returns colours with the indices of samples to draw in them; NaN is sorted to the end."""
+    by_cost = np.argsort(costs, kind="stable")
+    chosen = by_cost[np.unique(np.linspace(0, len(costs) - 1, MAX_SAMPLES).astype(int))]
+    accepted = chosen[np.isfinite(costs[chosen])]
+    thirds = np.array_split(accepted, len(SAMPLE_COLORS))
+    refused = chosen[len(accepted) :]
+    return [*zip(SAMPLE_COLORS, thirds, strict=True), (REFUSED_COLOR, refused)]
 
 
 def _coarse(trajectories: Array) -> Array:

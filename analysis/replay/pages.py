@@ -19,6 +19,7 @@ from drake_navbench.analysis.replay.actors import (
     add_scans,
     base_motion,
 )
+from drake_navbench.analysis.replay.costmaps import COSTMAP_COLOR, add_costmaps
 from drake_navbench.analysis.replay.page import LegendRow, assemble
 from drake_navbench.analysis.replay.robot_model import RobotModel, load_model
 from drake_navbench.analysis.replay.scene import (
@@ -91,8 +92,11 @@ def write_trial_replay(log: TrialLog, path: Path, *, model: Path | None) -> None
     _add_surroundings(stage, scenario, robot, [log])
     row = _add_trial(stage, log, robot, robot_model, pace=pace)
     layers = [
+        LegendRow("robot", row.color, [_robot_path(row.name)]),
+        LegendRow("driven path", row.color, [_driven_path(row.name)]),
         _plan_row(),
         LegendRow("lidar hits", LAYER_COLOR, [_scan_path(row.name)]),
+        *_costmap_rows(stage, log, robot, pace),
         *_intention_rows(stage, log, pace),
     ]
     page = assemble(
@@ -133,24 +137,30 @@ def _add_trial(
     name = log.info["controller"]
     color = controller_color(name)
     rgba = _rgba(color)
-    group = _group(name)
     motion = base_motion(log)
     add_robot(
         stage,
-        f"{group}/robot",
+        _robot_path(name),
         model,
         motion,
         outline=robot.outline,
         rgba=rgba,
         pose_stride=pace.pose_stride,
     )
-    add_driven_path(stage, f"{group}/path", motion, rgba=rgba, layer=layer)
+    add_driven_path(stage, _driven_path(name), motion, rgba=rgba, layer=layer)
     add_scans(stage, _scan_path(name), log.scans, rgba=rgba, period_s=pace.turn_period_s)
     is_failure = log.outcome is not Outcome.SUCCEEDED
     detail = f"{log.outcome.replace('_', ' ')}, {log.end_time_s:.1f} s"
     if is_failure and log.info.get("reason"):
         detail += f": {log.info['reason']}"
-    return LegendRow(name, color, [group], detail, is_failure)
+    return LegendRow(name, color, [_group(name)], detail, is_failure)
+
+
+def _costmap_rows(stage: Stage, log: TrialLog, robot: Robot, pace: Pace) -> list[LegendRow]:
+    """Draws the local costmap; returns its row, or none where the log has no scans."""
+    path = "/local_costmap"
+    is_drawn = add_costmaps(stage, path, log, robot, base_motion(log), pace.turn_period_s)
+    return [LegendRow("local costmap", _css(COSTMAP_COLOR), [path])] if is_drawn else []
 
 
 def _intention_rows(stage: Stage, log: TrialLog, pace: Pace) -> list[LegendRow]:
@@ -174,6 +184,14 @@ def _plan_row() -> LegendRow:
 def _group(controller: str) -> str:
     """Returns the Meshcat path of a controller; a slash would start another level."""
     return f"/controllers/{controller.replace('/', '_')}"
+
+
+def _robot_path(controller: str) -> str:
+    return f"{_group(controller)}/robot"
+
+
+def _driven_path(controller: str) -> str:
+    return f"{_group(controller)}/path"
 
 
 def _scan_path(controller: str) -> str:

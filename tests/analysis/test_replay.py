@@ -120,9 +120,14 @@ def test_a_long_trial_with_all_diagnostics_takes_at_most_the_size_of_a_page(tmp_
 def test_trial_shows_what_the_controller_had_in_mind(tmp_path):
     page = alone(tmp_path, with_diagnostics(replay_log("mppi")))
     tracks = animation(page)
-    for name in ("prediction", "samples", "carrot"):
+    for name, path in (
+        ("prediction", "/prediction/"),
+        ("samples", "/samples/"),
+        ("carrot", "/carrot"),
+        ("local costmap", "/local_costmap/"),
+    ):
         assert f'<span class="name">{name}</span>' in page
-        assert f"/{name}".encode() in tracks
+        assert path.encode() in tracks
 
 
 def test_trial_without_diagnostics_has_no_rows_for_them(tmp_path):

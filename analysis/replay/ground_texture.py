@@ -1,0 +1,159 @@
+"""A costmap as a glTF model: one square on the floor with a texture of as many pixels as cells."""
+
+from __future__ import annotations
+
+import base64
+import json
+import struct
+import zlib
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.common import MemoryFile
+from pydrake.geometry import InMemoryMesh, Mesh
+
+from drake_navbench.kernels.grid import (
+    FREE,
+    INSCRIBED,
+    LETHAL,
+    MAX_NON_OBSTACLE,
+    NO_INFORMATION,
+    Costmap,
+)
+
+# Between the floor and all that is drawn on it.
+HEIGHT_M = 0.001
+# Steps of the graded costs; few of them compress well.
+GRADE_COUNT = 12
+FREE_RGBA = (70, 130, 200, 30)
+GRADED_RGB, GRADED_ALPHA = (235, 150, 60), (30, 170)
+INSCRIBED_RGBA = (220, 90, 40, 210)
+LETHAL_RGBA = (110, 20, 35, 255)
+UNKNOWN_RGBA = (120, 120, 120, 110)
+
+# glTF's numbers for "take the nearest pixel" and for component types.
+NEAREST_FILTER = 9728
+FLOAT32_COMPONENT, UINT16_COMPONENT = 5126, 5123
+
+
+def textured_square(costmap: Costmap) -> Mesh:
+    """Returns the costmap as a glTF model of one textured square in the world frame."""
+    x0, y0, up = costmap.origin_x, costmap.origin_y, HEIGHT_M
+    x1, y1 = x0 + costmap.size_x_m, y0 + costmap.size_y_m
+    # In glTF the second axis points up, so the world's (x, y, z) is written (x, z, -y).
+    corners = np.array([[x0, up, -y0], [x1, up, -y0], [x1, up, -y1], [x0, up, -y1]], dtype="<f4")
+    # Textures count from the upper left; the costmap's first row is the lowest.
+    image = png(palette_rows()[costmap.costs[::-1]], palette())
+    texture = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], dtype="<f4")
+    triangles = np.array([0, 1, 2, 0, 2, 3], dtype="<u2")
+    gltf = _gltf(corners, texture, triangles, image)
+    contents = json.dumps(gltf, separators=(",", ":")).encode()
+    return Mesh(InMemoryMesh(mesh_file=MemoryFile(contents, ".gltf", "local costmap")))
+
+
+def palette() -> NDArray[np.uint8]:
+    """Returns (GRADE_COUNT + 4, 4) RGBA: free, the grades, inscribed, lethal, unknown."""
+    grades = [(*GRADED_RGB, alpha) for alpha in np.linspace(*GRADED_ALPHA, GRADE_COUNT)]
+    rows = [FREE_RGBA, *grades, INSCRIBED_RGBA, LETHAL_RGBA, UNKNOWN_RGBA]
+    return np.array(rows).astype(np.uint8)
+
+
+def palette_rows() -> NDArray[np.uint8]:
+    """Returns (256,) for each cost the row of the palette that shows it."""
+    rows = np.empty(NO_INFORMATION + 1, dtype=np.uint8)
+    graded = np.arange(1, MAX_NON_OBSTACLE + 1)
+    rows[FREE] = 0
+    rows[graded] = 1 + (graded - 1) * GRADE_COUNT // MAX_NON_OBSTACLE
+    rows[[INSCRIBED, LETHAL, NO_INFORMATION]] = GRADE_COUNT + np.array([1, 2, 3])
+    return rows
+
+
+def png(rows: NDArray[np.uint8], colors: NDArray[np.uint8]) -> bytes:
+    """Returns a PNG image of rows of `colors` (C, 4) RGBA, the first row of pixels on top."""
+
+    def chunk(kind: bytes, data: bytes) -> bytes:
+        check = zlib.crc32(kind + data)
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", check)
+
+    height, width = rows.shape
+    bit_depth, indexed_color = 8, 3
+    header = struct.pack(">IIBBBBB", width, height, bit_depth, indexed_color, 0, 0, 0)
+    no_filter = np.zeros((height, 1), dtype=np.uint8)
+    return b"".join(
+        [
+            b"\x89PNG\r\n\x1a\n",
+            chunk(b"IHDR", header),
+            chunk(b"PLTE", colors[:, :3].tobytes()),
+            chunk(b"tRNS", colors[:, 3].tobytes()),
+            chunk(b"IDAT", zlib.compress(np.hstack([no_filter, rows]).tobytes(), level=9)),
+            chunk(b"IEND", b""),
+        ]
+    )
+
+
+def _gltf(
+    corners: NDArray[np.float32],
+    texture: NDArray[np.float32],
+    triangles: NDArray[np.uint16],
+    image: bytes,
+) -> dict[str, Any]:
+    parts = [part.tobytes() for part in (corners, texture, triangles)]
+    offsets = np.cumsum([0, *(len(part) for part in parts)])
+    views = [
+        {"buffer": 0, "byteOffset": int(offset), "byteLength": len(part)}
+        for offset, part in zip(offsets, parts, strict=False)
+    ]
+    bounds = {"min": corners.min(axis=0).tolist(), "max": corners.max(axis=0).tolist()}
+    accessor = {"componentType": FLOAT32_COMPONENT, "count": len(corners)}
+    unlit = "KHR_materials_unlit"
+    return {
+        "asset": {"version": "2.0"},
+        "extensionsUsed": [unlit],
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [
+            {
+                "primitives": [
+                    {
+                        "attributes": {"POSITION": 0, "TEXCOORD_0": 1},
+                        "indices": 2,
+                        "material": 0,
+                    }
+                ]
+            }
+        ],
+        "materials": [
+            {
+                "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
+                "alphaMode": "BLEND",
+                "doubleSided": True,
+                "extensions": {unlit: {}},
+            }
+        ],
+        "textures": [{"source": 0, "sampler": 0}],
+        "samplers": [{"magFilter": NEAREST_FILTER, "minFilter": NEAREST_FILTER}],
+        "images": [{"uri": _data_uri("image/png", image)}],
+        "buffers": [
+            {
+                "byteLength": int(offsets[-1]),
+                "uri": _data_uri("application/octet-stream", b"".join(parts)),
+            }
+        ],
+        "bufferViews": views,
+        "accessors": [
+            accessor | bounds | {"bufferView": 0, "type": "VEC3"},
+            accessor | {"bufferView": 1, "type": "VEC2"},
+            {
+                "bufferView": 2,
+                "componentType": UINT16_COMPONENT,
+                "count": len(triangles),
+                "type": "SCALAR",
+            },
+        ],
+    }
+
+
+def _data_uri(kind: str, data: bytes) -> str:
+    return f"data:{kind};base64,{base64.b64encode(data).decode()}"
