@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -9,6 +10,12 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, ValueProducer
 
+from drake_navbench.diagnostics import (
+    ARRAY_PERIOD_S,
+    is_array,
+    with_thinned_arrays,
+    without_arrays,
+)
 from drake_navbench.log import COLUMNS, Scan
 
 
@@ -17,11 +24,28 @@ class Recording:
     """What was recorded so far; it lives in the recorder's Context, like Drake's VectorLog.
 
     rows: the pieces of each sample, in the order of `drake_navbench.log.COLUMNS`.
+    noted_cycle: the last control cycle whose diagnostics were looked at. arrays_due_s: when arrays
+    in them are kept again, s.
     """
 
     rows: list[tuple[float | np.ndarray, ...]] = field(default_factory=list)
     scans: list[Scan] = field(default_factory=list)
     diagnostics: list[tuple[float, dict[str, Any]]] = field(default_factory=list)
+    noted_cycle: int = 0
+    arrays_due_s: float = 0.0
+
+    def note(self, time_s: float, cycle: int, diagnostics: Mapping[str, Any]) -> None:
+        """Keeps what is worth keeping of a control cycle not noted yet."""
+        if cycle == self.noted_cycle:
+            return
+        self.noted_cycle = cycle
+        if not diagnostics:
+            return
+        if time_s >= self.arrays_due_s and any(map(is_array, diagnostics.values())):
+            self.arrays_due_s = time_s + ARRAY_PERIOD_S
+            self.diagnostics.append((time_s, with_thinned_arrays(diagnostics)))
+        else:
+            self.diagnostics.append((time_s, without_arrays(diagnostics)))
 
     def table(self) -> np.ndarray:
         """Returns (samples, columns) all rows."""
@@ -79,7 +103,4 @@ class Recorder(LeafSystem):
         scan = self._scan_port.Eval(context)
         if scan is not None and (not recording.scans or recording.scans[-1] is not scan):
             recording.scans.append(scan)
-        if server.diagnostics and (
-            not recording.diagnostics or recording.diagnostics[-1][1] is not server.diagnostics
-        ):
-            recording.diagnostics.append((time_s, server.diagnostics))
+        recording.note(time_s, server.cycle_count, server.diagnostics)
