@@ -137,14 +137,14 @@ def paired_comparison(
 
     The interval is Student's: honest for few pairs, where a bootstrap is too narrow.
     """
-    both = pd.concat([first, second], axis=1, keys=["first", "second"])
-    differences = (both["second"] - both["first"]).dropna().to_numpy()
+    by_seed = (second - first).to_numpy(dtype=float)
+    differences = by_seed[np.isfinite(by_seed)]
     count = len(differences)
     mean = float(differences.mean()) if count else math.nan
     sd = float(differences.std(ddof=1)) if count > 1 else math.nan
     return PairedComparison(
         pairs=count,
-        left_out=len(both) - count,
+        left_out=len(by_seed) - count,
         difference=mean,
         sd=sd,
         interval=student_interval(mean, sd, count, confidence=confidence),

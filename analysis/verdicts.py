@@ -17,6 +17,8 @@ from drake_navbench.analysis.statistics import (
 
 # A difference below this share of the larger mean is not worth a word, however certain.
 RELEVANT_RATIO = 0.01
+# Nothing measured in SI units here differs by less for another reason than rounding.
+ROUNDING = 1e-9
 SIGNIFICANT_DIGITS = 3
 
 
@@ -71,23 +73,29 @@ def verdict(trials: pd.DataFrame, scenario: str, entry: Metric) -> Verdict | Non
             f"next {runner_up}, {_gap(comparisons[runner_up], entry.unit)}"
         )
         return Verdict(scenario, entry.name, leader, text + note)
-    text = _undecided(leader, level, comparisons, entry.unit)
+    text = _undecided(means, level, comparisons, entry.unit)
     return Verdict(scenario, entry.name, None, text + note)
 
 
 def _is_shown(comparison: PairedComparison, means: pd.Series, leader: str, other: str) -> bool:
     scale = max(abs(means[leader]), abs(means[other]))
-    is_relevant = abs(comparison.difference) > RELEVANT_RATIO * scale
-    return is_relevant and comparison.interval.excludes(0.0)
+    return _is_relevant(comparison, scale) and comparison.interval.excludes(0.0)
+
+
+def _is_relevant(comparison: PairedComparison, scale: float) -> bool:
+    return abs(comparison.difference) > max(RELEVANT_RATIO * scale, ROUNDING)
 
 
 def _undecided(
-    leader: str, level: list[str], comparisons: dict[str, PairedComparison], unit: str
+    means: pd.Series, level: list[str], comparisons: dict[str, PairedComparison], unit: str
 ) -> str:
+    leader = means.index[0]
     together = ", ".join([leader, *level])
     nearest = comparisons[level[0]]
     if nearest.pairs == 0:
         return f"not decided between {together}: no trial in which both have a value"
+    if all(not _is_relevant(comparisons[name], abs(means[name])) for name in level):
+        return f"level: {together} differ by less than {RELEVANT_RATIO:.0%}"
     text = f"not decided between {together}: {level[0]} {_gap(nearest, unit)}"
     if nearest.pairs > 1 and nearest.sd > 0.0 and nearest.difference != 0.0:
         needed = trials_needed(nearest.sd, abs(nearest.difference))

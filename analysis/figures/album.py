@@ -20,21 +20,9 @@ from drake_navbench.analysis.figures.ranking import pareto_figure, rank_figure
 from drake_navbench.analysis.figures.style import Look, figure_style, write_figure
 from drake_navbench.analysis.metrics.definition import Metric
 from drake_navbench.analysis.metrics.registry import all_metrics
+from drake_navbench.analysis.scenario_analysis import HEADLINE_METRICS
 from drake_navbench.log import TrialLog
 from drake_navbench.results import file_name
-
-# What a first look needs; the tables hold the rest.
-HEADLINE_METRICS = (
-    "time_to_goal_s",
-    "driven_length_m",
-    "min_clearance_m",
-    "cross_track_error_mean_m",
-    "heading_error_mean_deg",
-    "jerk_rms_mps3",
-    "angular_jerk_rms_radps3",
-    "gulati_kuipers_discomfort_s",
-    "compute_time_p95_ms",
-)
 
 
 class FigureEntry(NamedTuple):

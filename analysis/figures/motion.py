@@ -27,7 +27,9 @@ def motion_figure(logs: Sequence[TrialLog], controller: str, look: Look) -> Figu
     The trial shown is the first that succeeded, else the first; the map shows all of them.
     """
     shown = next((log for log in logs if log.outcome is Outcome.SUCCEEDED), logs[0])
-    figure, panels = new_figure(2, 3, axes_size_in=PANEL_SIZE_IN, margins=Margins(top=0.65, right=0.65))
+    figure, panels = new_figure(
+        2, 3, axes_size_in=PANEL_SIZE_IN, margins=Margins(top=0.65, right=0.65)
+    )
     line = look.line(controller) | {"linestyle": "-"}
     path, velocity, derivatives, turning, sideways, energy = panels
     _draw_path(path, logs, shown, line)

@@ -53,6 +53,12 @@ def test_a_lead_over_some_names_those_that_are_level():
 def test_a_certain_but_tiny_difference_is_no_lead():
     found = verdict(trials(rpp=[10.0] * 4, dwb=[10.01] * 4), "empty", time_s)
     assert found.best is None
+    assert found.text == "level: rpp, dwb differ by less than 1%"
+
+
+def test_rounding_is_no_difference():
+    found = verdict(trials(rpp=[1e-19] * 4, dwb=[2e-19] * 4), "empty", time_s)
+    assert found.best is None
 
 
 def test_a_repeated_difference_without_noise_is_certain():

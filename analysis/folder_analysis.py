@@ -1,0 +1,108 @@
+"""Computes everything from the logs of a results folder, scenario by scenario, in parallel."""
+
+from __future__ import annotations
+
+import multiprocessing
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from drake_navbench.analysis.figures.album import FigureEntry, write_scenario_figures
+from drake_navbench.analysis.scenario_analysis import (
+    LeftOut,
+    ScenarioAnalysis,
+    analyse,
+    read_trials,
+)
+from drake_navbench.errors import InputError
+from drake_navbench.log import TrialLog
+from drake_navbench.results import ResultsFolder
+
+FIGURES_FOLDER = "figures"
+DEFAULT_JOBS = 2
+
+
+@dataclass(frozen=True)
+class FolderAnalysis:
+    """What was computed of a results folder.
+
+    scenarios: in the order in which they were asked for. figures: what was written.
+    """
+
+    path: Path
+    manifest: Mapping[str, Any]
+    scenarios: tuple[ScenarioAnalysis, ...]
+    figures: tuple[FigureEntry, ...]
+
+    @property
+    def trials(self) -> pd.DataFrame:
+        """One row a trial that could be read."""
+        return pd.concat([s.table for s in self.scenarios if s.trials], ignore_index=True)
+
+    @property
+    def left_out(self) -> list[LeftOut]:
+        """The files that could not be read."""
+        return [entry for scenario in self.scenarios for entry in scenario.left_out]
+
+
+def analyse_folder(
+    path: Path, *, writes_figures: bool = False, jobs: int = DEFAULT_JOBS
+) -> FolderAnalysis:
+    """Computes everything from the logs of a results folder.
+
+    writes_figures: also draw them into the folder. Raises InputError where the folder is no
+    results folder or holds no readable log.
+    """
+    manifest = ResultsFolder(path).read_manifest()
+    files: dict[Path, list[Path]] = {}
+    for file in sorted((path / "trials").glob("*/*/trial_*.parquet")):
+        files.setdefault(file.parent.parent, []).append(file)
+    if not files:
+        raise InputError(f"{path}: no trial logs below {path / 'trials'}")
+    controllers = list(manifest.get("controllers", []))
+    # The longest scenarios first: the last worker should not start with the most work.
+    order = sorted(files, key=lambda key: -sum(file.stat().st_size for file in files[key]))
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(max_workers=jobs, mp_context=context) as pool:
+        tasks = [
+            pool.submit(_analyse_scenario, path, files[key], controllers, writes_figures)
+            for key in order
+        ]
+        results = [task.result() for task in tasks]
+    wanted = list(manifest.get("scenarios", []))
+    results.sort(key=lambda result: _place(result[0].scenario, wanted))
+    if not any(analysis.trials for analysis, _ in results):
+        raise InputError(f"{path}: none of its {sum(map(len, files.values()))} logs can be read")
+    return FolderAnalysis(
+        path=path,
+        manifest=manifest,
+        scenarios=tuple(analysis for analysis, _ in results),
+        figures=tuple(entry for _, figures in results for entry in figures),
+    )
+
+
+def _analyse_scenario(
+    root: Path, paths: Sequence[Path], controllers: Sequence[str], writes_figures: bool
+) -> tuple[ScenarioAnalysis, list[FigureEntry]]:
+    logs, entries, left_out = read_trials(paths, root)
+    places = [_place(log.info["controller"], controllers) for log in logs]
+    order = sorted(range(len(logs)), key=lambda i: (places[i], logs[i].info["trial"]))
+    logs, entries = [logs[i] for i in order], [entries[i] for i in order]
+    scenario = logs[0].info["scenario"]["name"] if logs else paths[0].parent.parent.name
+    analysis = analyse(scenario, entries, left_out)
+    if not (writes_figures and logs):
+        return analysis, []
+    by_controller: dict[str, list[TrialLog]] = {}
+    for log in logs:
+        by_controller.setdefault(log.info["controller"], []).append(log)
+    folder = root / FIGURES_FOLDER
+    return analysis, write_scenario_figures(folder, scenario, by_controller, analysis.table)
+
+
+def _place(name: str, order: Sequence[str]) -> tuple[int, str]:
+    """Returns a sort key: named ones in their order, others after them by name."""
+    return (order.index(name) if name in order else len(order), name)

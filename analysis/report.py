@@ -1,0 +1,250 @@
+"""report.html: one static page that opens from the results folder, without server or network."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from drake_navbench.analysis.colors import controller_color
+from drake_navbench.analysis.folder_analysis import FIGURES_FOLDER, FolderAnalysis, analyse_folder
+from drake_navbench.analysis.metrics.definition import Better
+from drake_navbench.analysis.metrics.registry import all_metrics, installed_metrics
+from drake_navbench.analysis.scenario_analysis import HEADLINE_METRICS, LeftOut, ScenarioAnalysis
+from drake_navbench.analysis.statistics import BOOTSTRAP_RESAMPLES, Interval, trials_needed
+from drake_navbench.analysis.tables import (
+    PUBLISHED_CONTROLLERS,
+    published_table,
+    scenario_table,
+    table_to_markdown,
+)
+from drake_navbench.log import Outcome
+from drake_navbench.results import ResultsFolder, write_text
+
+REPORT_NAME = "report.html"
+# Two trials that differ by this share of the mean should be told apart; asked for as `difference`.
+DEFAULT_DIFFERENCE = 0.05
+DIGITS = 4
+EMPTY = "–"
+
+
+class ReportResult(NamedTuple):
+    """Where the report is, and which files it had to leave out."""
+
+    path: Path
+    trial_count: int
+    left_out: list[LeftOut]
+
+
+class Column(NamedTuple):
+    """A controller's cell in a scenario's table: ours, the published value, their difference."""
+
+    value: float
+    ours: str
+    published: str
+    change: str
+
+
+def build_report(
+    folder: Path, *, jobs: int = 2, difference: float = DEFAULT_DIFFERENCE
+) -> ReportResult:
+    """Computes tables, figures and report.html of a results folder from its logs, and writes them.
+
+    difference: share of the mean for which the needed number of trials is told. Raises InputError
+    where the folder is no results folder.
+    """
+    analysis = analyse_folder(folder, writes_figures=True, jobs=jobs)
+    results = ResultsFolder(folder)
+    trials = analysis.trials
+    for scenario in analysis.scenarios:
+        if scenario.trials:
+            table = scenario_table(trials, scenario.scenario)
+            write_text(results.table_path(scenario.scenario, ".csv"), table.to_csv())
+            write_text(results.table_path(scenario.scenario, ".md"), table_to_markdown(table))
+    path = folder / REPORT_NAME
+    write_text(path, render(analysis, difference=difference))
+    return ReportResult(path, len(trials), analysis.left_out)
+
+
+def render(analysis: FolderAnalysis, *, difference: float = DEFAULT_DIFFERENCE) -> str:
+    """Returns the page's HTML."""
+    environment = Environment(
+        loader=PackageLoader("drake_navbench.analysis", "templates"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.globals.update(color=controller_color, figures_folder=FIGURES_FOLDER)
+    environment.filters.update(number=number, interval=interval)
+    return environment.get_template("report.html").render(page=_page(analysis, difference))
+
+
+def number(value: float | None) -> str:
+    """Returns a value with 4 significant digits, a dash where it is undefined."""
+    if value is None or not math.isfinite(value):
+        return EMPTY
+    if value == 0.0 or 1e-3 <= abs(value) < 1e6:
+        digits = DIGITS if value == 0.0 else DIGITS - 1 - math.floor(math.log10(abs(value)))
+        return f"{value:.{max(digits, 0)}f}"
+    return f"{value:.{DIGITS - 1}e}"
+
+
+def interval(bounds: Interval) -> str:
+    """Returns '[low, high]', a dash where it is undefined."""
+    if not math.isfinite(bounds.low):
+        return EMPTY
+    return f"[{number(bounds.low)}, {number(bounds.high)}]"
+
+
+def _page(analysis: FolderAnalysis, difference: float) -> dict[str, Any]:
+    scenarios = [s for s in analysis.scenarios if s.trials]
+    trials = analysis.trials
+    outcomes = trials["outcome"].value_counts()
+    return {
+        "manifest": analysis.manifest,
+        "folder": analysis.path.resolve().name,
+        "trial_count": len(trials),
+        "outcomes": [
+            (str(outcome).replace("_", " "), int(outcomes.get(str(outcome), 0)))
+            for outcome in Outcome
+        ],
+        "controllers": list(dict.fromkeys(trials["controller"])),
+        "scenarios": [_scenario(analysis, entry) for entry in scenarios],
+        "headlines": _headlines(scenarios),
+        "left_out": analysis.left_out,
+        "metric_rows": [row for entry in scenarios for row in _metric_rows(entry)],
+        "themes": list(installed_metrics()),
+        "pair_rows": [row for entry in scenarios for row in _pair_rows(entry, difference)],
+        "trial_rows": [row for entry in scenarios for row in _trial_rows(analysis, entry)],
+        "difference": difference,
+        "resamples": BOOTSTRAP_RESAMPLES,
+        "fewest_trials": min(s.trials for entry in scenarios for s in entry.successes),
+    }
+
+
+def _headlines(scenarios: Sequence[ScenarioAnalysis]) -> list[dict[str, Any]]:
+    """Returns a row a headline metric with one verdict a scenario."""
+    rows = []
+    for entry in all_metrics():
+        if entry.name not in HEADLINE_METRICS or entry.better is Better.NEITHER:
+            continue
+        cells = [
+            next((v for v in scenario.verdicts if v.metric == entry.name), None)
+            for scenario in scenarios
+        ]
+        rows.append({"metric": entry, "verdicts": cells})
+    return rows
+
+
+def _scenario(analysis: FolderAnalysis, scenario: ScenarioAnalysis) -> dict[str, Any]:
+    figures = [f for f in analysis.figures if f.scenario == scenario.scenario]
+    units = {entry.name: entry.unit for entry in all_metrics()}
+    results = ResultsFolder(analysis.path)
+    replay = results.replay_path(scenario.scenario)
+    return {
+        "name": scenario.scenario,
+        "successes": scenario.successes,
+        "verdicts": [(v, units[v.metric]) for v in scenario.verdicts],
+        "table": _published_rows(analysis, scenario),
+        "has_published": scenario.scenario in set(published_table()["scenario"]),
+        "controllers": [success.controller for success in scenario.successes],
+        "comparisons": [f for f in figures if not f.controller],
+        "sheets": [f for f in figures if f.controller],
+        "replay": _relative(analysis.path, replay),
+    }
+
+
+def _published_rows(
+    analysis: FolderAnalysis, scenario: ScenarioAnalysis
+) -> list[tuple[str, str, list[Column]]]:
+    table = scenario_table(analysis.trials, scenario.scenario)
+    published = published_table()
+    published = published[published["scenario"] == scenario.scenario].set_index("metric")
+    rows = []
+    for (name, unit), cells in table.iterrows():
+        if unit == "trials" and not cells.any():
+            continue
+        columns = []
+        for controller, ours in cells.items():
+            is_known = name in published.index and controller in PUBLISHED_CONTROLLERS
+            theirs = float(published.loc[name, controller]) if is_known else math.nan
+            is_count = unit == "trials" and math.isfinite(ours)
+            columns.append(
+                Column(ours, f"{ours:.0f}" if is_count else number(ours), *_against(ours, theirs))
+            )
+        rows.append((name, unit, columns))
+    return rows
+
+
+def _against(ours: float, published: float) -> tuple[str, str]:
+    """Returns the published value and the relative difference of ours, as text."""
+    if not math.isfinite(published):
+        return "", ""
+    if published == 0.0 or not math.isfinite(ours):
+        return f"{published:g}", ""
+    return f"{published:g}", f"{ours / published - 1.0:+.0%}"
+
+
+def _metric_rows(scenario: ScenarioAnalysis) -> list[dict[str, Any]]:
+    theme_of = {
+        entry.name: (theme, entry)
+        for theme, metrics in installed_metrics().items()
+        for entry in metrics
+    }
+    rows = []
+    for cell in scenario.cells:
+        theme, entry = theme_of[cell.metric]
+        rows.append(
+            {
+                "scenario": scenario.scenario,
+                "controller": cell.controller,
+                "theme": theme,
+                "metric": entry,
+                "summary": cell.summary,
+                "reason": cell.reason,
+            }
+        )
+    return rows
+
+
+def _pair_rows(scenario: ScenarioAnalysis, difference: float) -> list[dict[str, Any]]:
+    means = {(cell.controller, cell.metric): cell.summary.mean for cell in scenario.cells}
+    units = {entry.name: entry.unit for entry in all_metrics()}
+    rows = []
+    for pair in scenario.pairs:
+        found = pair.comparison
+        scale = difference * abs(means[pair.first, pair.metric])
+        needed = None
+        if found.pairs > 1 and scale > 0.0 and math.isfinite(scale):
+            needed = trials_needed(found.sd, scale)
+        rows.append(
+            {
+                "scenario": scenario.scenario,
+                "pair": pair,
+                "unit": units[pair.metric],
+                "is_shown": found.interval.excludes(0.0),
+                "needed": needed,
+            }
+        )
+    return rows
+
+
+def _trial_rows(analysis: FolderAnalysis, scenario: ScenarioAnalysis) -> list[dict[str, Any]]:
+    results = ResultsFolder(analysis.path)
+    rows = []
+    for entry in scenario.trials:
+        row = entry.row
+        own = results.replay_path(str(row["scenario"]), str(row["controller"]))
+        race = results.replay_path(str(row["scenario"]))
+        replay = _relative(analysis.path, own) or _relative(analysis.path, race)
+        rows.append({"row": row, "path": entry.path, "replay": replay})
+    return rows
+
+
+def _relative(root: Path, path: Path) -> str:
+    """Returns a link from the report to a file, '' where there is none."""
+    return path.relative_to(root).as_posix() if path.is_file() else ""

@@ -1,0 +1,179 @@
+"""All that is computed of one scenario of a results folder: rows, intervals, words, figures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import combinations
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from drake_navbench.analysis.metrics.registry import all_metrics, measure_all
+from drake_navbench.analysis.statistics import (
+    Interval,
+    PairedComparison,
+    Summary,
+    holm,
+    paired_comparison,
+    success_interval,
+    summarize_rows,
+)
+from drake_navbench.analysis.tables import trial_identity
+from drake_navbench.analysis.verdicts import Verdict, values_by_seed, verdict
+from drake_navbench.errors import InputError
+from drake_navbench.log import Outcome, TrialLog
+
+# What a first look needs; the tables hold the rest.
+HEADLINE_METRICS = (
+    "time_to_goal_s",
+    "driven_length_m",
+    "min_clearance_m",
+    "cross_track_error_mean_m",
+    "heading_error_mean_deg",
+    "jerk_rms_mps3",
+    "angular_jerk_rms_radps3",
+    "gulati_kuipers_discomfort_s",
+    "compute_time_p95_ms",
+)
+
+
+class LeftOut(NamedTuple):
+    """A file that was not analysed, and why."""
+
+    path: str
+    reason: str
+
+
+class TrialEntry(NamedTuple):
+    """A trial that was read: its row, the reasons of undefined metrics, where its log is."""
+
+    row: dict[str, object]
+    reasons: dict[str, str]
+    path: str
+
+
+class Cell(NamedTuple):
+    """A metric of a controller over its trials. reason: of the first trial without a value."""
+
+    controller: str
+    metric: str
+    summary: Summary
+    reason: str
+
+
+class Success(NamedTuple):
+    """How often a controller reached the goal, with Wilson's interval of the share."""
+
+    controller: str
+    succeeded: int
+    trials: int
+    interval: Interval
+
+
+class Pair(NamedTuple):
+    """Two controllers compared in one metric. p_holm: adjusted for all pairs of the metric."""
+
+    metric: str
+    first: str
+    second: str
+    comparison: PairedComparison
+    p_holm: float
+
+
+@dataclass
+class ScenarioAnalysis:
+    """What was computed of a scenario, all in plain values."""
+
+    scenario: str
+    trials: list[TrialEntry] = field(default_factory=list)
+    left_out: list[LeftOut] = field(default_factory=list)
+    successes: list[Success] = field(default_factory=list)
+    cells: list[Cell] = field(default_factory=list)
+    pairs: list[Pair] = field(default_factory=list)
+    verdicts: list[Verdict] = field(default_factory=list)
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """The rows of the trials, as in trials.parquet."""
+        return pd.DataFrame([entry.row for entry in self.trials])
+
+
+def read_trials(
+    paths: Sequence[Path], root: Path
+) -> tuple[list[TrialLog], list[TrialEntry], list[LeftOut]]:
+    """Reads and measures logs; those that cannot be read are left out with the reason."""
+    logs, entries, left_out = [], [], []
+    for path in paths:
+        name = path.relative_to(root).as_posix()
+        try:
+            log = TrialLog.read(path)
+            row = trial_identity(log)
+        except InputError as error:
+            left_out.append(LeftOut(name, str(error).removeprefix(f"{path}: ")))
+            continue
+        except (KeyError, ValueError, TypeError) as error:
+            # A file of the right version whose content is damaged or incomplete.
+            left_out.append(LeftOut(name, f"damaged log: {type(error).__name__}: {error}"))
+            continue
+        measured = measure_all(log)
+        row.update({key: value.value for key, value in measured.items()})
+        reasons = {key: value.reason for key, value in measured.items() if value.reason}
+        logs.append(log)
+        entries.append(TrialEntry(row, reasons, name))
+    return logs, entries, left_out
+
+
+def analyse(scenario: str, entries: list[TrialEntry], left_out: list[LeftOut]) -> ScenarioAnalysis:
+    """Returns the statistics of a scenario's trials."""
+    result = ScenarioAnalysis(scenario, entries, left_out)
+    if not entries:
+        return result
+    table = result.table
+    controllers = list(dict.fromkeys(table["controller"]))
+    result.successes = [_success(table, name) for name in controllers]
+    result.cells = [cell for name in controllers for cell in _cells(entries, name)]
+    for entry in all_metrics():
+        if entry.name in HEADLINE_METRICS:
+            result.pairs += _pairs(table, scenario, entry.name)
+            found = verdict(table, scenario, entry)
+            if found is not None:
+                result.verdicts.append(found)
+    return result
+
+
+def _success(table: pd.DataFrame, controller: str) -> Success:
+    outcomes = table.loc[table["controller"] == controller, "outcome"]
+    succeeded = int((outcomes == Outcome.SUCCEEDED).sum())
+    interval = success_interval(succeeded, len(outcomes))
+    return Success(controller, succeeded, len(outcomes), interval)
+
+
+def _cells(entries: Sequence[TrialEntry], controller: str) -> list[Cell]:
+    own = [entry for entry in entries if entry.row["controller"] == controller]
+    names = [entry.name for entry in all_metrics()]
+    values = np.array([[entry.row[name] for entry in own] for name in names], dtype=float)
+    return [
+        Cell(
+            controller,
+            name,
+            summary,
+            next((e.reasons[name] for e in own if name in e.reasons), ""),
+        )
+        for name, summary in zip(names, summarize_rows(values), strict=True)
+    ]
+
+
+def _pairs(table: pd.DataFrame, scenario: str, metric: str) -> list[Pair]:
+    values = values_by_seed(table, scenario, metric)
+    compared = [
+        (first, second, paired_comparison(values[first], values[second]))
+        for first, second in combinations(values.columns, 2)
+    ]
+    adjusted = holm([comparison.p_value for *_, comparison in compared])
+    return [
+        Pair(metric, first, second, comparison, float(p))
+        for (first, second, comparison), p in zip(compared, adjusted, strict=True)
+    ]

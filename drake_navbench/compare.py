@@ -1,0 +1,120 @@
+"""The command line: `python -m drake_navbench.compare BASELINE OTHER...`.
+
+Only the standard library is imported before the arguments are read, so that --help is quick.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from drake_navbench.errors import InputError
+
+EXIT_DONE = 0
+EXIT_REGRESSION = 1
+EXIT_WRONG_INPUT = 2
+PERCENT = 100.0
+
+EPILOG = """\
+A change counts where its 95% interval over the paired trials excludes zero and it exceeds the
+tolerance; success counts by the trial. A regression test for CI:
+
+  python -m drake_navbench.compare results/main results/branch --junit compare.xml
+
+exit status: 0 no listed metric got worse, 1 one did, 2 wrong input
+"""
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Returns the parser of the command line."""
+    parser = argparse.ArgumentParser(
+        prog="python -m drake_navbench.compare",
+        description="Says what became better or worse between results folders.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    add = parser.add_argument
+    add("baseline", type=Path, metavar="BASELINE", help="the results folder to compare with")
+    add("others", type=Path, nargs="+", metavar="OTHER", help="results folders to judge")
+    add(
+        "--fail-on",
+        metavar="LIST",
+        help="metrics, comma-separated, whose getting worse is a regression; none for no metric "
+        "(success_rate,min_clearance_m,time_to_goal_s)",
+    )
+    add(
+        "--tolerance",
+        type=_percentage,
+        default=1.0,
+        metavar="PERCENT",
+        help="smaller changes of a mean are none (1)",
+    )
+    add("--markdown", type=Path, metavar="FILE", help="where the report goes (standard output)")
+    add("--junit", type=Path, metavar="FILE", help="also write JUnit XML")
+    add("--jobs", type=_positive, default=2, help="parallel processes (2)")
+    return parser
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs the command; returns the exit status."""
+    arguments = build_parser().parse_args(argv)
+    from drake_navbench.analysis import compare
+
+    try:
+        comparison = compare.compare_folders(
+            [arguments.baseline, *arguments.others],
+            listed=_listed(arguments.fail_on, compare.DEFAULT_LISTED),
+            tolerance=arguments.tolerance / PERCENT,
+            jobs=arguments.jobs,
+        )
+        text = compare.to_markdown(comparison)
+        _write(arguments.markdown, text)
+        if arguments.junit is not None:
+            _write(arguments.junit, compare.to_junit(comparison))
+    except InputError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return EXIT_WRONG_INPUT
+    for finding in comparison.regressions:
+        print(f"regression: {compare.sentence(finding)}", file=sys.stderr)
+    return EXIT_REGRESSION if comparison.regressions else EXIT_DONE
+
+
+def _listed(text: str | None, default: tuple[str, ...]) -> tuple[str, ...]:
+    if text is None:
+        return default
+    if text == "none":
+        return ()
+    return tuple(name.strip() for name in text.split(",") if name.strip())
+
+
+def _write(path: Path | None, text: str) -> None:
+    if path is None:
+        sys.stdout.write(text)
+        return
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror}") from error
+
+
+def _positive(text: str) -> int:
+    number = int(text) if text.isdecimal() else 0
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"got {text!r}, expected a whole number of at least 1")
+    return number
+
+
+def _percentage(text: str) -> float:
+    try:
+        number = float(text)
+    except ValueError:
+        number = -1.0
+    if not 0.0 <= number < float("inf"):
+        raise argparse.ArgumentTypeError(f"got {text!r}, expected a percentage of at least 0")
+    return number
+
+
+if __name__ == "__main__":
+    sys.exit(main())
