@@ -72,3 +72,17 @@ def band_geometry(poses):
             poses[k], poses[k + 1], length_slopes[k], offset_slopes[k]
         )
     return lengths, offsets, turns, length_slopes, offset_slopes
+
+
+@njit(cache=True)
+def band_rates(lengths, turns, time_steps):
+    """Returns speeds (m,) m/s, turn rates (m,) rad/s and the slopes (m, 6) of the turns."""
+    m = time_steps.shape[0]
+    speeds, turn_rates = np.empty(m), np.empty(m)
+    turn_slopes = np.zeros((m, 6))
+    for k in range(m):
+        speeds[k] = lengths[k] / time_steps[k]
+        turn_rates[k] = turns[k] / time_steps[k]
+        turn_slopes[k, YAW0] = -1.0
+        turn_slopes[k, YAW1] = 1.0
+    return speeds, turn_rates, turn_slopes

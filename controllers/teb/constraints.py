@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from .arcs import band_geometry
+from .arcs import band_geometry, band_rates
 from .layout import pose_columns, row_count, unpack_poses, variable_count
 from .obstacles import DistanceField, sample_distance
 
@@ -124,15 +124,12 @@ def band_constraints(z, interval_count, scene):
     time_steps = z[:m]
     poses = unpack_poses(z, scene.start, scene.goal, m)
     lengths, offsets, turns, length_slopes, offset_slopes = band_geometry(poses)
-    turn_slopes = np.zeros((m, 6))
-    turn_slopes[:, 2] = -1.0
-    turn_slopes[:, 5] = 1.0
+    speeds, turn_rates, turn_slopes = band_rates(lengths, turns, time_steps)
     values = np.empty(row_count(m, scene.discs.shape[0]))
     jacobian = np.zeros((values.shape[0], variable_count(m)))
     for k in range(m):
         values[k] = offsets[k]
         _add_interval_slopes(jacobian[k], offset_slopes[k], 1.0, k, m)
-    speeds, turn_rates = lengths / time_steps, turns / time_steps
     _fill_rates(m, speeds, length_slopes, time_steps, values, jacobian)
     _fill_rates(2 * m, turn_rates, turn_slopes, time_steps, values, jacobian)
     _fill_accelerations(

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from drake_navbench.controller import ControllerSetup, Decision, NoValidControl, Observation
 from drake_navbench.errors import InputError
+from drake_navbench.kernels.angles import wrap
 
 from .band import Band, mean_twist, shift
 from .candidates import Candidate, TebMemory, gather_candidates, ways_past_block
@@ -200,9 +201,12 @@ class TimedElasticBand:
         if memory.band is None:
             return None
         rest = shift(memory.band, observation.time_s - memory.stamp_s)
-        if rest is None or not self._is_free(observation, rest):
+        if rest is None:
             return None
-        return rest
+        from_here = Band(rest.poses.copy(), rest.time_steps)
+        from_here.poses[0, :2] = observation.pose[:2]
+        from_here.poses[0, 2] += wrap(float(observation.pose[2] - rest.poses[0, 2]))
+        return rest if self._is_free(observation, from_here) else None
 
     def _scalars(self, tried: list[Tried], is_blocked: bool) -> dict[str, Any]:
         """Returns what the log keeps of every cycle, of the first candidate where it is one's."""

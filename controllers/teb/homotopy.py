@@ -58,7 +58,8 @@ class Clusters(NamedTuple):
 def _flood(distances, clearance):
     """Returns (labels, deepest cell (C, 2) row and column) of 8-connected cells below clearance."""
     rows, columns = distances.shape
-    labels = np.full((rows, columns), NO_CLUSTER)
+    labels = np.empty((rows, columns), dtype=np.int64)
+    labels[:] = NO_CLUSTER
     deepest = np.empty((rows * columns, 2), dtype=np.int64)
     stack = np.empty(rows * columns, dtype=np.int64)
     count = 0
@@ -84,7 +85,7 @@ def _flood(distances, clearance):
                         labels[near_row, near_column] = count
                         stack[height] = near_row * columns + near_column
                         height += 1
-        deepest[count] = best_row, best_column
+        deepest[count, 0], deepest[count, 1] = best_row, best_column
         count += 1
     return labels, deepest[:count]
 
@@ -127,7 +128,7 @@ def _cut(passable, row, column, step_row, step_column):
     rows, columns = passable.shape
     r, c = row, column
     while True:
-        i, j = int(math.floor(r)), int(math.floor(c))
+        i, j = math.floor(r), math.floor(c)
         if not (0 <= i < rows and 0 <= j < columns):
             return
         passable[i, j] = False

@@ -46,8 +46,9 @@ def unpack_poses(z, start, goal, interval_count):
     """Returns (n, 3) poses: the start, the inner poses held in z, the goal."""
     inner_count = interval_count - 1
     poses = np.empty((interval_count + 1, 3))
-    poses[0] = start
-    poses[interval_count] = goal
+    for axis in range(3):
+        poses[0, axis] = start[axis]
+        poses[interval_count, axis] = goal[axis]
     for i in range(1, interval_count):
         column = interval_count + i - 1
         poses[i, 0] = z[column]

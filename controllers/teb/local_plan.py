@@ -92,9 +92,7 @@ def cut_local_plan(
         goal_index = int(roomy[-1])
     blocked = np.flatnonzero(clearances[: goal_index + 1] < least)
     at_end = goal_index == len(poses) - 1
-    ends_plan = at_end and bool(
-        np.hypot(*(poses[-1, :2] - observation.goal[:2])) < SAME_GOAL_M
-    )
+    ends_plan = at_end and bool(np.hypot(*(poses[-1, :2] - observation.goal[:2])) < SAME_GOAL_M)
     return LocalPlan(
         poses=poses,
         clearances=clearances,
@@ -105,7 +103,7 @@ def cut_local_plan(
 
 
 def via_points(plan: LocalPlan, separation_m: float) -> Array:
-    """Returns (V, 2) m: plan points at least `separation_m` apart; none where it is not positive."""
+    """Returns (V, 2) m: plan points at least `separation_m` apart; none if it is not positive."""
     if separation_m <= 0.0:
         return np.empty((0, 2))
     points = plan.poses[: plan.goal_index, :2]

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from .arcs import band_geometry
+from .arcs import band_geometry, band_rates
 from .layout import pose_columns, unpack_poses
 from .obstacles import sample_distance
 
@@ -114,18 +114,15 @@ def band_objective(z, interval_count, scene, weights):
         i = scene.via_poses[j]
         dx, dy = poses[i, 0] - scene.via_points[j, 0], poses[i, 1] - scene.via_points[j, 1]
         cost += weights.via_point * (dx * dx + dy * dy)
-        _add_to_pose(gradient, i, m, 2.0 * weights.via_point * dx, 2.0 * weights.via_point * dy, 0.0)
+        _add_to_pose(
+            gradient, i, m, 2.0 * weights.via_point * dx, 2.0 * weights.via_point * dy, 0.0
+        )
     if weights.inflation > 0.0:
         cost += _inflation(poses, scene.discs, scene.field, weights, gradient)
     if weights.smoothness > 0.0:
         lengths, _, turns, length_slopes, _ = band_geometry(poses)
-        turn_slopes = np.zeros((m, 6))
-        turn_slopes[:, 2] = -1.0
-        turn_slopes[:, 5] = 1.0
-        cost += _smoothness(
-            lengths / time_steps, length_slopes, time_steps, weights.smoothness, gradient
-        )
-        cost += _smoothness(
-            turns / time_steps, turn_slopes, time_steps, weights.smoothness, gradient
-        )
+        speeds, turn_rates, turn_slopes = band_rates(lengths, turns, time_steps)
+        weight = weights.smoothness
+        cost += _smoothness(speeds, length_slopes, time_steps, weight, gradient)
+        cost += _smoothness(turn_rates, turn_slopes, time_steps, weight, gradient)
     return cost, gradient

@@ -126,9 +126,9 @@ def _spline_weights(t):
 def sample_distance(field, x, y):
     """Returns (distance m, d/dx, d/dy) at the point (x, y) m by quadratic B-splines.
 
-    Exact on straight walls, and smooth where the nearest obstacle changes: bilinear interpolation
-    has a kink at every cell border, at which a line search stalls. Beyond the outermost but one
-    cell centres the point is moved to the nearest one and the derivative across the edge is zero.
+    Exact on straight walls, with slopes that do not jump, as those of bilinear interpolation do
+    at every line between cell centres. Beyond the outermost but one cell centres the point is
+    moved to the nearest one and the derivative across the edge is zero.
     """
     distances = field.distances
     rows, columns = distances.shape

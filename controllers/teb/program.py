@@ -114,7 +114,7 @@ class BandProgram:
         limits: BandLimits,
         iterations: int,
     ) -> BandSolution:
-        """Solves from the guess (N,) and returns what IPOPT ends with, after `iterations` at most."""
+        """Solves from the guess (N,); returns what IPOPT ends with after `iterations` at most."""
         self._scene, self._weights, self._evaluations = scene, weights, 0
         lower, upper = self._set_bounds(limits)
         self._options.SetOption(IpoptSolver.id(), "max_iter", iterations)

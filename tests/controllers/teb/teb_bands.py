@@ -105,5 +105,5 @@ def numeric_jacobian(function, z: np.ndarray, step: float = 1e-6) -> np.ndarray:
         ahead, behind = z.copy(), z.copy()
         ahead[i] += step
         behind[i] -= step
-        columns.append((np.atleast_1d(function(ahead)) - np.atleast_1d(function(behind))))
+        columns.append(np.atleast_1d(function(ahead)) - np.atleast_1d(function(behind)))
     return np.stack(columns, axis=1) / (2.0 * step)

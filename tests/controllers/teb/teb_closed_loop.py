@@ -71,7 +71,11 @@ def plan_from_elements(elements, spacing_m: float = 0.05) -> np.ndarray:
             middle = yaw + 0.5 * curvature * step
             poses.append(
                 np.array(
-                    [x + step * math.cos(middle), y + step * math.sin(middle), yaw + curvature * step]
+                    [
+                        x + step * math.cos(middle),
+                        y + step * math.sin(middle),
+                        yaw + curvature * step,
+                    ]
                 )
             )
     return np.array(poses)

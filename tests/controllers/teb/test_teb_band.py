@@ -54,9 +54,7 @@ def test_yaws_of_a_guess_do_not_jump_by_a_turn():
 def test_warm_start_drives_on_along_the_old_band():
     # After 0.3 s the robot stands on the second pose; the goal has moved on by one step as well.
     old = straight()
-    guess = warm_start(
-        old, 0.3, np.array([0.15, 0.0, 0.0]), np.array([1.65, 0.0, 0.0]), pace=PACE
-    )
+    guess = warm_start(old, 0.3, np.array([0.15, 0.0, 0.0]), np.array([1.65, 0.0, 0.0]), pace=PACE)
     assert len(guess.time_steps) == 10
     assert guess.duration_s == pytest.approx(3.0)
     np.testing.assert_allclose(guess.poses[:, 0], np.linspace(0.15, 1.65, 11), atol=1e-12)
@@ -80,7 +78,7 @@ def test_warm_start_keeps_its_size_until_the_step_leaves_the_hysteresis():
 
 def test_warm_start_takes_the_measured_yaw_with_it_across_the_wrap():
     old = straight()
-    old = Band(old.poses + [0.0, 0.0, math.pi - 0.01], old.time_steps)
+    old = Band(old.poses + np.array([0.0, 0.0, math.pi - 0.01]), old.time_steps)
     start = np.array([0.0, 0.0, -math.pi + 0.01])
     guess = warm_start(old, 0.0, start, np.append(old.poses[-1, :2], start[2]), pace=PACE)
     assert guess.poses[0, 2] == start[2]

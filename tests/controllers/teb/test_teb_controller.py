@@ -71,9 +71,7 @@ def test_mirrored_world_gives_the_mirrored_drive():
     mirrored = [(x0, -y1, x1, -y0) for x0, y0, x1, y1 in boxes]
     first = drive(make(), STRAIGHT, boxes, duration_s=2.0)
     second = drive(make(), STRAIGHT, mirrored, duration_s=2.0)
-    np.testing.assert_allclose(
-        np.array(second.commands) * [1.0, -1.0], first.commands, atol=1e-3
-    )
+    np.testing.assert_allclose(np.array(second.commands) * [1.0, -1.0], first.commands, atol=1e-3)
 
 
 def test_a_wall_across_the_plan_ends_in_no_valid_control_and_never_in_a_collision():
@@ -97,9 +95,7 @@ def test_the_band_switches_sides_only_for_a_shorter_way():
     sides = []
     for step in range(6):
         lateral = 0.02 * (-1.0) ** step
-        decision = controller.step(
-            observe((0.0, lateral, 0.0), boxes, time_s=0.05 * step), memory
-        )
+        decision = controller.step(observe((0.0, lateral, 0.0), boxes, time_s=0.05 * step), memory)
         memory = decision.memory
         band = decision.diagnostics["predicted_trajectory"]
         sides.append(math.copysign(1.0, band[np.argmax(np.abs(band[:, 1])), 1]))

@@ -25,9 +25,7 @@ def field_of(boxes):
     centres = -3.0 + (np.arange(120) + 0.5) * 0.05
     costs = np.full((120, 120), FREE, dtype=np.uint8)
     for x0, y0, x1, y1 in boxes:
-        costs[
-            np.ix_((centres > y0) & (centres < y1), (centres > x0) & (centres < x1))
-        ] = LETHAL
+        costs[np.ix_((centres > y0) & (centres < y1), (centres > x0) & (centres < x1))] = LETHAL
     return distance_field(Costmap(costs, -3.0, -3.0, 0.05))
 
 
@@ -35,9 +33,7 @@ def ways(boxes, cluster=0):
     field = field_of(boxes)
     clusters = find_clusters(field, CLEARANCE_M)
     return clusters, {
-        side: path_past_cluster(
-            field, clusters, cluster=cluster, side=side, start=START, goal=GOAL
-        )
+        side: path_past_cluster(field, clusters, cluster=cluster, side=side, start=START, goal=GOAL)
         for side in (LEFT, RIGHT)
     }
 

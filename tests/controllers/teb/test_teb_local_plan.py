@@ -17,9 +17,7 @@ def costmap(boxes=()):
     centres = -3.0 + (np.arange(120) + 0.5) * 0.05
     costs = np.full((120, 120), FREE, dtype=np.uint8)
     for x0, y0, x1, y1 in boxes:
-        costs[
-            np.ix_((centres > y0) & (centres < y1), (centres > x0) & (centres < x1))
-        ] = LETHAL
+        costs[np.ix_((centres > y0) & (centres < y1), (centres > x0) & (centres < x1))] = LETHAL
     return Costmap(costs, -3.0, -3.0, 0.05)
 
 

@@ -71,7 +71,8 @@ def test_round_obstacle_is_passed_at_the_least_clearance():
     # Held by the true distance as well, not only by the field's: the cells are 5 cm wide.
     discs = [
         solution.poses[1:-1, :2]
-        + offset * np.column_stack([np.cos(solution.poses[1:-1, 2]), np.sin(solution.poses[1:-1, 2])])
+        + offset
+        * np.column_stack([np.cos(solution.poses[1:-1, 2]), np.sin(solution.poses[1:-1, 2])])
         for offset in scene.discs[:, 0]
     ]
     true_clearance = min(np.hypot(*disc.T).min() for disc in discs) - 0.3 - 0.3
