@@ -79,7 +79,8 @@ class SdfModel:
 
     def link_poses(self, motion: BaseMotion, times_s: Array) -> Iterator[dict[str, RigidTransform]]:
         """Yields for each of the times the poses of all links in the base frame."""
-        bodies = [self._plant.GetBodyByName(link) for link in {v.link for v in self.visuals}]
+        links = dict.fromkeys(visual.link for visual in self.visuals)
+        bodies = [self._plant.GetBodyByName(link) for link in links]
         angles = {
             joint: np.interp(times_s, motion.time_s, values)
             for joint, values in self._joint_angles(motion)
