@@ -88,9 +88,10 @@ def compare_folders(
 ) -> FolderComparison:
     """Compares every folder with the first one.
 
-    listed: names of metrics whose getting worse counts as a regression. tolerance: share of the
-    baseline below which a change is none. Raises InputError for a name that is no metric, a folder
-    that is no results folder, or folders that have no trial in common.
+    listed: names of metrics whose getting worse counts as a regression; success_rate is always one
+    of them unless there is none: who fails has no time to the goal that could get worse.
+    tolerance: share of the baseline below which a change is none. Raises InputError for a name
+    that is no metric, a folder that is no results folder, or folders without a common trial.
     """
     known = {entry.name: entry for entry in all_metrics()}
     for name in listed:
@@ -98,6 +99,8 @@ def compare_folders(
             raise InputError(f"metric {name!r} is unknown{nearest_name_hint(name, known)}")
         if known[name].better is Better.NEITHER:
             raise InputError(f"metric {name!r} has no good direction; it cannot get worse")
+    if listed and SUCCESS not in listed:
+        listed = (SUCCESS, *listed)
     analyses = [analyse_folder(folder, jobs=jobs) for folder in folders]
     baseline, *others = analyses
     findings: list[Finding] = []
@@ -265,7 +268,7 @@ def _markdown_table(findings: Sequence[Finding]) -> list[str]:
             f.folder,
             f.scenario,
             f.controller,
-            f"{f.metric} {f'[{f.unit}]' if f.unit else ''}",
+            f"{f.metric} [{f.unit}]" if f.unit else f.metric,
         ]
         cells += [f"{f.baseline_mean:.4g}", f"{f.mean:.4g}", f"{found.difference:+.3g}", span]
         cells += [str(found.pairs), f"{found.p_value:.3g}", f"{found.effect:+.2f}"]
@@ -296,4 +299,4 @@ def _unmatched_cell(
     if cell not in before:
         return [f"{where}: only in {name}"]
     alone = len(before[cell] ^ after[cell])
-    return [f"{where}: {alone} trials of {name} or the baseline have no partner"] if alone else []
+    return [f"{where}: {alone} trial(s) of {name} or the baseline have no partner"] if alone else []

@@ -54,8 +54,8 @@ def analyse_folder(
 ) -> FolderAnalysis:
     """Computes everything from the logs of a results folder.
 
-    writes_figures: also draw them into the folder. Raises InputError where the folder is no
-    results folder or holds no readable log.
+    writes_figures: also draw them into the folder. jobs: processes; 1 stays in this one.
+    Raises InputError where the folder is no results folder or holds no readable log.
     """
     manifest = ResultsFolder(path).read_manifest()
     files: dict[Path, list[Path]] = {}
@@ -66,13 +66,13 @@ def analyse_folder(
     controllers = list(manifest.get("controllers", []))
     # The longest scenarios first: the last worker should not start with the most work.
     order = sorted(files, key=lambda key: -sum(file.stat().st_size for file in files[key]))
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(max_workers=jobs, mp_context=context) as pool:
-        tasks = [
-            pool.submit(_analyse_scenario, path, files[key], controllers, writes_figures)
-            for key in order
-        ]
-        results = [task.result() for task in tasks]
+    tasks = [(path, files[key], controllers, writes_figures) for key in order]
+    if jobs == 1:
+        results = [_analyse_scenario(*task) for task in tasks]
+    else:
+        context = multiprocessing.get_context("spawn")
+        with ProcessPoolExecutor(max_workers=jobs, mp_context=context) as pool:
+            results = list(pool.map(_analyse_scenario, *zip(*tasks, strict=True)))
     wanted = list(manifest.get("scenarios", []))
     results.sort(key=lambda result: _place(result[0].scenario, wanted))
     if not any(analysis.trials for analysis, _ in results):

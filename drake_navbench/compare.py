@@ -41,8 +41,8 @@ def build_parser() -> argparse.ArgumentParser:
     add(
         "--fail-on",
         metavar="LIST",
-        help="metrics, comma-separated, whose getting worse is a regression; none for no metric "
-        "(success_rate,min_clearance_m,time_to_goal_s)",
+        help="metrics, comma-separated, whose getting worse is a regression, success_rate always "
+        "among them; none for no metric (success_rate,min_clearance_m,time_to_goal_s)",
     )
     add(
         "--tolerance",

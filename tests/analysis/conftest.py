@@ -1,0 +1,31 @@
+"""Results folders that several tests read."""
+
+from __future__ import annotations
+
+import pyarrow.parquet as pq
+import pytest
+from results_folders import write_folder
+
+from drake_navbench.analysis.report import ReportResult, build_report
+from drake_navbench.log import METADATA_KEY
+from drake_navbench.results import ResultsFolder
+
+
+@pytest.fixture(scope="session")
+def reported(tmp_path_factory) -> ReportResult:
+    """A folder with one log cut short, one of another schema version and one that is no log."""
+    path = write_folder(tmp_path_factory.mktemp("results") / "campaign", failing=("rpp:v=0.4",))
+    folder = ResultsFolder(path)
+    replay = folder.replay_path("own_corridor")
+    replay.parent.mkdir()
+    replay.write_text("<!DOCTYPE html><title>replay</title>", encoding="utf-8")
+    whole = folder.log_path("empty", "rpp", 0)
+    whole.with_name("trial_007.parquet").write_bytes(whole.read_bytes()[:2000])
+    table = pq.read_table(whole)
+    header = table.schema.metadata[METADATA_KEY].replace(
+        b'"schema_version": 1', b'"schema_version": 99'
+    )
+    other = table.replace_schema_metadata({METADATA_KEY: header})
+    pq.write_table(other, whole.with_name("trial_008.parquet"))
+    pq.write_table(table.replace_schema_metadata({}), whole.with_name("trial_009.parquet"))
+    return build_report(path, jobs=1)

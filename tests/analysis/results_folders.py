@@ -1,0 +1,79 @@
+"""Small results folders made of synthetic logs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from synthetic_logs import log_times, make_log, straight_plan
+
+from drake_navbench.log import TrialLog
+from drake_navbench.results import ResultsFolder
+
+CONTROLLERS = ("rpp", "rpp:v=0.4")
+SPEEDS_MPS = {"rpp": 0.5, "rpp:v=0.4": 0.4}
+SEEDS = (11, 22, 33)
+SCENARIOS = ("empty", "own_corridor")
+LENGTH_M = 3.0
+
+
+def trial_log(
+    scenario: str, controller: str, trial: int, *, slower: float = 1.0, outcome: str = "succeeded"
+) -> TrialLog:
+    """Returns a straight drive whose speed wanders a little with the seed."""
+    speed_mps = SPEEDS_MPS[controller] / slower * (1.0 + 0.002 * trial)
+    end_time_s = round(LENGTH_M / speed_mps, 2)
+    time_s = log_times(end_time_s)
+    ramp = np.minimum(time_s / 0.5, 1.0)
+    x_m = speed_mps * np.cumsum(ramp) * 0.02
+    has_wall = scenario != "empty"
+    log = make_log(
+        time_s,
+        plan=straight_plan(LENGTH_M),
+        outcome=outcome,
+        x_m=x_m,
+        y_m=0.01 * trial * np.sin(time_s),
+        v_mps=speed_mps * ramp,
+        command_v_mps=speed_mps,
+        clearance_m=0.9 - 0.01 * trial if has_wall else np.inf,
+        obstacle_cell_distance_m=1.2 if has_wall else np.inf,
+        cycle_count=np.floor(time_s * 20.0 + 1e-9) + 1,
+        compute_time_ms=1.0 + np.mod(np.floor(time_s * 20.0 + 1e-9), 7),
+        info={
+            "controller": controller,
+            "trial": trial,
+            "seed": SEEDS[trial],
+            "reason": "goal reached" if outcome == "succeeded" else "no valid control <0.2 s>",
+            "end_time_s": float(time_s[-1]),
+        },
+    )
+    log.info["scenario"]["name"] = scenario
+    if has_wall:
+        log.info["scenario"]["world"]["obstacles"] = [
+            {"type": "box", "min": [-1.0, 1.2], "max": [5.0, 1.4]}
+        ]
+    return log
+
+
+def write_folder(path: Path, *, slower: float = 1.0, failing: tuple[str, ...] = ()) -> Path:
+    """Writes a results folder; `failing` controllers abort their last trial."""
+    folder = ResultsFolder(path)
+    folder.write_manifest(
+        {
+            "scenarios": list(SCENARIOS),
+            "controllers": list(CONTROLLERS),
+            "created": "2024-04-01T12:00:00+00:00",
+            "drake_navbench": "0.1.0",
+            "packages": {"drake": "1.51.1"},
+            "request": {"seed": 0, "robot": "wheelchair"},
+        }
+    )
+    for scenario in SCENARIOS:
+        for controller in CONTROLLERS:
+            for trial in range(len(SEEDS)):
+                fails = controller in failing and trial == len(SEEDS) - 1
+                outcome = "aborted" if fails else "succeeded"
+                folder.write_log(
+                    trial_log(scenario, controller, trial, slower=slower, outcome=outcome)
+                )
+    return path

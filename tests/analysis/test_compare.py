@@ -1,0 +1,181 @@
+"""Comparing results folders: what got worse, how sure, and the exit status for CI."""
+
+from __future__ import annotations
+
+from xml.etree import ElementTree
+
+import pandas as pd
+import pytest
+from results_folders import write_folder
+
+from drake_navbench import compare as command
+from drake_navbench.analysis.compare import Change, compare_folders, judge
+from drake_navbench.analysis.metrics import efficiency, safety
+from drake_navbench.analysis.published import success_rate
+from drake_navbench.analysis.statistics import paired_comparison
+from drake_navbench.errors import InputError
+
+
+@pytest.fixture(scope="module")
+def folders(tmp_path_factory):
+    root = tmp_path_factory.mktemp("compared")
+    return {
+        "main": write_folder(root / "main"),
+        "slow": write_folder(root / "slow", slower=1.1),
+        "failing": write_folder(root / "failing", failing=("rpp",)),
+    }
+
+
+def compared(*paths, **kwargs):
+    return compare_folders(paths, jobs=1, **kwargs)
+
+
+def changes(comparison, metric):
+    return {f.change for f in comparison.findings if f.metric == metric}
+
+
+def test_the_same_results_have_changed_in_nothing(folders):
+    comparison = compared(folders["main"], folders["main"])
+    assert {f.change for f in comparison.findings} <= {Change.SAME, Change.UNDEFINED}
+    assert comparison.regressions == []
+
+
+def test_slower_is_worse_with_its_size_and_interval(folders):
+    comparison = compared(folders["main"], folders["slow"])
+    assert changes(comparison, "time_to_goal_s") == {Change.WORSE}
+    finding = next(f for f in comparison.regressions if f.controller == "rpp")
+    # 3 m at 0.5 and at 0.4545 m/s: 6.0 and 6.6 s.
+    assert finding.comparison.difference == pytest.approx(0.6, abs=0.02)
+    assert finding.comparison.pairs == 3
+    assert finding.comparison.interval.excludes(0.0)
+
+
+def test_the_other_way_round_it_is_better_and_no_regression(folders):
+    comparison = compared(folders["slow"], folders["main"])
+    assert changes(comparison, "time_to_goal_s") == {Change.BETTER}
+    assert comparison.regressions == []
+
+
+def test_only_listed_metrics_are_regressions(folders):
+    listed = compared(folders["main"], folders["slow"], listed=["min_clearance_m"])
+    assert listed.regressions == []
+    assert Change.WORSE in changes(listed, "time_to_goal_s")
+
+
+def test_a_tolerance_lets_small_changes_pass(folders):
+    comparison = compared(folders["main"], folders["slow"], tolerance=0.2)
+    assert changes(comparison, "time_to_goal_s") == {Change.SAME}
+
+
+def test_a_seed_that_no_longer_succeeds_is_a_regression_even_if_not_listed(folders):
+    comparison = compared(folders["main"], folders["failing"], listed=["min_clearance_m"])
+    assert {(f.controller, f.metric) for f in comparison.regressions} == {("rpp", "success_rate")}
+
+
+def test_several_folders_are_each_compared_with_the_first(folders):
+    comparison = compared(folders["main"], folders["slow"], folders["failing"])
+    assert {f.folder for f in comparison.findings} == {
+        str(folders["slow"]),
+        str(folders["failing"]),
+    }
+
+
+def test_an_undecided_change_is_no_change():
+    first, second = pd.Series([1.0, 2.0, 3.0]), pd.Series([2.0, 1.0, 4.5])
+    comparison = paired_comparison(first, second)
+    assert judge(efficiency.time_to_goal_s, comparison, 2.0, tolerance=0.01) is Change.UNDECIDED
+
+
+def test_direction_follows_the_metric():
+    first = pd.Series([1.0, 1.0, 1.0])
+    up = paired_comparison(first, first + 1.0)
+    assert judge(efficiency.time_to_goal_s, up, 1.0, tolerance=0.01) is Change.WORSE
+    assert judge(safety.min_clearance_m, up, 1.0, tolerance=0.01) is Change.BETTER
+    assert judge(efficiency.driven_length_m, up, 1.0, tolerance=0.01) is Change.CHANGED
+
+
+def test_success_counts_by_the_trial():
+    before, after = pd.Series([100.0] * 4), pd.Series([100.0, 100.0, 100.0, 0.0])
+    comparison = paired_comparison(before, after)
+    assert not comparison.interval.excludes(0.0)
+    assert judge(success_rate, comparison, 100.0, tolerance=0.01) is Change.WORSE
+
+
+def test_missing_trials_are_noted(folders, tmp_path):
+    other = write_folder(tmp_path / "other")
+    for path in other.glob("trials/empty/rpp/*.parquet"):
+        path.unlink()
+    (other / "trials" / "own_corridor" / "rpp" / "trial_001.parquet").write_bytes(b"PAR1")
+    comparison = compared(folders["main"], other)
+    assert any(note.startswith("empty / rpp: missing in") for note in comparison.notes)
+    assert any("1 trial(s)" in note for note in comparison.notes)
+    assert "trial_001.parquet" in comparison.left_out[0].path
+
+
+def test_the_command_exits_1_on_a_regression_and_writes_junit(folders, tmp_path, capsys):
+    junit, markdown = tmp_path / "junit.xml", tmp_path / "compare.md"
+    arguments = [str(folders["main"]), str(folders["slow"]), "--jobs", "1"]
+    status = command.main([*arguments, "--junit", str(junit), "--markdown", str(markdown)])
+    assert status == 1
+    suite = ElementTree.parse(junit).getroot().find("testsuite")
+    # 3 listed metrics, 2 scenarios, 2 controllers; clearance has no value in `empty`.
+    assert suite.attrib["tests"] == "12"
+    assert suite.attrib["failures"] == "4"
+    assert suite.attrib["skipped"] == "2"
+    failed = [case for case in suite if case.find("failure") is not None]
+    assert {case.attrib["name"] for case in failed} == {"time_to_goal_s"}
+    assert "## Regressions" in markdown.read_text(encoding="utf-8")
+    assert (
+        "regression: empty, rpp: time_to_goal_s worse: 5.993 -> 6.587 s" in capsys.readouterr().err
+    )
+
+
+def test_the_command_exits_0_without_one_and_prints_markdown(folders, capsys):
+    arguments = [str(folders["slow"]), str(folders["main"]), "--jobs", "1"]
+    assert command.main(arguments) == 0
+    assert "## Better" in capsys.readouterr().out
+
+
+def test_nothing_fails_where_nothing_is_listed(folders, capsys):
+    arguments = [str(folders["main"]), str(folders["failing"]), "--jobs", "1"]
+    assert command.main([*arguments, "--fail-on", "none"]) == 0
+
+
+@pytest.mark.parametrize(
+    ("listed", "message"),
+    [
+        ("min_clearence_m", "did you mean 'min_clearance_m'"),
+        ("driven_length_m", "has no good direction"),
+    ],
+)
+def test_wrong_metrics_are_one_line_and_status_2(folders, capsys, listed, message):
+    arguments = [str(folders["main"]), str(folders["slow"]), "--fail-on", listed]
+    assert command.main(arguments) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert message in error
+
+
+def test_a_folder_that_is_no_result_is_status_2(folders, tmp_path, capsys):
+    assert command.main([str(folders["main"]), str(tmp_path), "--jobs", "1"]) == 2
+    assert "not a results folder" in capsys.readouterr().err
+
+
+def test_a_report_that_cannot_be_written_is_status_2(folders, tmp_path, capsys):
+    arguments = [str(folders["main"]), str(folders["main"]), "--jobs", "1"]
+    assert command.main([*arguments, "--junit", str(tmp_path / "no" / "x.xml")]) == 2
+    assert "cannot be written" in capsys.readouterr().err
+
+
+def test_folders_without_a_common_trial_are_refused(folders, tmp_path):
+    other = write_folder(tmp_path / "other")
+    for path in other.glob("trials/*/*/trial_*.parquet"):
+        if path.parent.parent.name == "empty" or "rpp_" in path.parent.name:
+            path.unlink()
+    half = write_folder(tmp_path / "half")
+    for path in half.glob("trials/own_corridor/rpp/trial_*.parquet"):
+        path.unlink()
+    for path in half.glob("trials/empty/*/trial_*.parquet"):
+        path.unlink()
+    with pytest.raises(InputError, match="in common"):
+        compared(other, half)

@@ -1,0 +1,159 @@
+"""The report is made from a folder alone, and says what it had to leave out."""
+
+from __future__ import annotations
+
+import re
+from html.parser import HTMLParser
+
+import pandas as pd
+import pytest
+from results_folders import write_folder
+
+from drake_navbench import report as command
+from drake_navbench.analysis.folder_analysis import analyse_folder
+from drake_navbench.analysis.report import build_report, number
+from drake_navbench.analysis.statistics import Interval
+from drake_navbench.errors import InputError
+from drake_navbench.results import ResultsFolder
+
+
+class Page(HTMLParser):
+    """Collects links, sources and ids of a page, and checks that its tags close."""
+
+    VOID = frozenset({"meta", "link", "img", "input", "br"})
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.links: list[str] = []
+        self.ids: set[str] = set()
+        self.open: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        attributes = dict(attrs)
+        self.links += [attributes[key] for key in ("href", "src") if key in attributes]
+        if "id" in attributes:
+            self.ids.add(attributes["id"])
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+
+@pytest.fixture(scope="module")
+def text(reported):
+    return reported.path.read_text(encoding="utf-8")
+
+
+def test_every_tag_closes_and_every_link_leads_somewhere(reported, text):
+    page = Page(text)
+    assert page.open == []
+    for link in page.links:
+        if link.startswith("#"):
+            assert link[1:] in page.ids
+        elif not link.startswith("data:"):
+            assert (reported.path.parent / link).is_file(), link
+
+
+def test_nothing_comes_from_the_network(text):
+    assert not re.search(r"https?://", text)
+
+
+def test_files_that_cannot_be_read_are_left_out_and_named(reported, text):
+    reasons = {entry.path: entry.reason for entry in reported.left_out}
+    assert reported.trial_count == 12
+    assert set(reasons) == {f"trials/empty/rpp/trial_00{n}.parquet" for n in (7, 8, 9)}
+    assert "not a readable trial log" in reasons["trials/empty/rpp/trial_007.parquet"]
+    assert "schema version 99" in reasons["trials/empty/rpp/trial_008.parquet"]
+    assert "not a trial log" in reasons["trials/empty/rpp/trial_009.parquet"]
+    assert "3 files could not be read" in text
+    for path in reasons:
+        assert path in text
+
+
+def test_failures_are_counted_and_their_reason_is_shown_as_text(text):
+    assert "10 succeeded" in text
+    assert "2 aborted" in text
+    assert "no valid control &lt;0.2 s&gt;" in text
+
+
+def test_empty_cells_have_a_reason(text):
+    assert "no obstacle came within 5 m" in text
+    assert "nan" not in re.sub(r"<script>.*?</script>", "", text, flags=re.S).lower()
+
+
+def test_published_values_stand_beside_ours(text):
+    # RPP in `empty`: 14.512 s published.
+    assert '<span class="published">14.512' in text
+
+
+def test_the_clear_winner_is_named(text):
+    assert "rpp is best" in text
+
+
+def test_the_replay_is_linked_where_there_is_one(text):
+    assert 'href="replays/own_corridor.html"' in text
+    assert "replays/empty.html" not in text
+
+
+def test_tables_and_figures_are_written(reported):
+    folder = ResultsFolder(reported.path.parent)
+    table = pd.read_csv(folder.table_path("empty", ".csv"), index_col=["metric", "unit"])
+    assert table.loc[("success_rate", "%"), "rpp"] == 100.0
+    assert folder.table_path("own_corridor", ".md").read_text(encoding="utf-8").startswith("| ")
+    for kind in ("paths", "metrics", "ranks", "compute", "clearance", "pareto", "motion-rpp"):
+        for suffix in (".svg", ".png"):
+            assert (folder.path / "figures" / "own_corridor" / f"{kind}{suffix}").is_file()
+    # Nothing to be clear of in `empty`.
+    assert not (folder.path / "figures" / "empty" / "clearance.svg").exists()
+
+
+def test_made_again_it_is_the_same(reported, text, tmp_path):
+    figure = reported.path.parent / "figures" / "empty" / "motion-rpp.svg"
+    before = figure.read_bytes()
+    build_report(reported.path.parent, jobs=1)
+    assert reported.path.read_text(encoding="utf-8") == text
+    assert figure.read_bytes() == before
+
+
+def test_two_processes_find_the_same_as_one(reported):
+    folder = reported.path.parent
+    one, two = (analyse_folder(folder, jobs=jobs).trials for jobs in (1, 2))
+    pd.testing.assert_frame_equal(one, two)
+
+
+def test_a_folder_that_is_no_result_is_one_line_and_status_2(tmp_path, capsys):
+    assert command.main([str(tmp_path)]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert "not a results folder" in error
+
+
+def test_a_folder_without_a_readable_log_is_refused(tmp_path):
+    path = write_folder(tmp_path / "results")
+    for log in path.glob("trials/*/*/*.parquet"):
+        log.write_bytes(b"")
+    with pytest.raises(InputError, match="none of its 12 logs can be read"):
+        build_report(path, jobs=1)
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.0, "0.0000"),
+        (14.5123, "14.51"),
+        (0.012345, "0.01235"),
+        (3.2e-7, "3.200e-07"),
+        (12345.6, "12346"),
+        (float("nan"), "–"),
+        (None, "–"),
+    ],
+)
+def test_numbers_have_four_digits_and_nan_is_no_number(value, text):
+    assert number(value) == text
+
+
+def test_intervals_exclude_only_what_lies_outside():
+    assert Interval(1.0, 2.0).excludes(0.0)
+    assert not Interval(-1.0, 2.0).excludes(0.0)
