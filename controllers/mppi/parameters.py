@@ -283,6 +283,9 @@ class MppiParameters(ControllerParameters):
         names = [name for name in critics if name not in cls.model_fields and name in nested]
         for name in names:
             nested.setdefault("user_critics", {})[name] = nested.pop(name)
+        if isinstance(critics, list):
+            # What a validator hands on is Python; there a strict tuple takes no list.
+            nested["critics"] = tuple(critics)
         return nested
 
     @model_validator(mode="after")
