@@ -10,10 +10,8 @@ from pydrake.geometry import Rgba
 from drake_navbench.analysis.replay.ground_texture import textured_square
 from drake_navbench.analysis.replay.rolling import BaseMotion
 from drake_navbench.analysis.replay.stage import Stage, frame_of
-from drake_navbench.kernels.footprint import footprint_radii
-from drake_navbench.kernels.grid import FREE, NO_INFORMATION, Costmap
-from drake_navbench.kernels.inflation import inflate
-from drake_navbench.kernels.obstacle_layer import update_obstacle_layer
+from drake_navbench.kernels.grid import Costmap
+from drake_navbench.layered_costmap import local_layers
 from drake_navbench.log import Scan, TrialLog
 from drake_navbench.robot import Robot
 
@@ -44,44 +42,22 @@ def local_costmaps(
     """Yields about one costmap a period, updated from the logged scans as in the trial.
 
     The log holds no costmaps, but all that they were made of. Each update takes the newest scan and
-    the true pose, which is the odometry, at its own time.
+    the true pose, which is the odometry, at its own time. Filters, a static layer and requests to
+    clear are left out.
     """
     settings = robot.navigation.local_costmap
-    inscribed_radius_m, _ = footprint_radii(robot.padded_outline)
-    default_cost = NO_INFORMATION if settings.track_unknown_space else FREE
-    shape = (
-        int(settings.height / settings.resolution),
-        int(settings.width / settings.resolution),
-    )
-    grid, origin = np.full(shape, default_cost, dtype=np.uint8), (0.0, 0.0)
+    layers = local_layers(settings, lidar=robot.lidar, footprint=robot.padded_outline)
+    state = layers.initial_state()
     stride = max(1, round(period_s * settings.update_frequency))
     updates = _updates(log, 1.0 / settings.update_frequency)
     for count, (time_s, scan) in enumerate(updates):
-        pose = [np.interp(time_s, motion.time_s, c) for c in (motion.x_m, motion.y_m)]
-        pose.append(np.interp(time_s, motion.time_s, motion.yaw_rad))
-        update = update_obstacle_layer(
-            grid,
-            origin,
-            resolution=settings.resolution,
-            robot_pose=np.array(pose),
-            footprint=np.ascontiguousarray(robot.padded_outline),
-            sensor_pose=scan.sensor_pose,
-            angles=scan.angles_rad,
-            ranges=scan.ranges_m,
-            range_min=robot.lidar.range_min_m,
-            range_max=robot.lidar.range_max_m,
-            default_cost=default_cost,
-            **settings.obstacle_layer.model_dump(),
-        )
-        grid, origin = update.costs, (update.origin_x, update.origin_y)
+        pose = [
+            np.interp(time_s, motion.time_s, column)
+            for column in (motion.x_m, motion.y_m, motion.yaw_rad)
+        ]
+        state = layers.updated(state, scan=scan, pose=np.array(pose), time_s=time_s)
         if count % stride == 0:
-            costs = inflate(
-                grid,
-                resolution=settings.resolution,
-                inscribed_radius=inscribed_radius_m,
-                **settings.inflation_layer.model_dump(),
-            )
-            yield Costmap(costs, *origin, settings.resolution, stamp_s=time_s)
+            yield state.costmap
 
 
 def _updates(log: TrialLog, period_s: float) -> Iterator[tuple[float, Scan]]:
