@@ -11,11 +11,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import ClassVar, Literal, Self
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydrake.autodiffutils import AutoDiffXd, ExtractGradient, ExtractValue
 from pydrake.solvers import IpoptSolver, MathematicalProgram, SolverOptions
 from scipy.linalg import cholesky, solve_triangular
@@ -33,6 +32,7 @@ from drake_navbench.kernels.smoothing_knots import (
     path_through_knots,
     select_knots,
 )
+from drake_navbench.smoother_parameters import ConstrainedSmootherParameters, OptimizerParameters
 
 Array = NDArray[np.float64]
 
@@ -55,87 +55,6 @@ class FailedToSmoothPath(NavbenchError):
     """The optimisation has no usable result; `code` is Nav2's SmoothPath error code."""
 
     code: ClassVar[int] = 504
-
-
-class OptimizerParameters(BaseModel):
-    """Parameters `optimizer.*` with Nav2's names and defaults; IPOPT has no use for some."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-    linear_solver_type: Literal["SPARSE_NORMAL_CHOLESKY", "DENSE_QR"] = Field(
-        "SPARSE_NORMAL_CHOLESKY", description="Of Ceres; without effect here [-]"
-    )
-    max_iterations: int = Field(
-        100, ge=1, description="Iterations after which the result is taken as it is [iterations]"
-    )
-    param_tol: float = Field(1e-15, gt=0.0, description="Of Ceres; without effect here [-]")
-    fn_tol: float = Field(
-        1e-7, gt=0.0, description="Stops where a round gains less, relative to the objective [-]"
-    )
-    gradient_tol: float = Field(1e-10, gt=0.0, description="Of Ceres; without effect here [-]")
-    debug_optimizer: bool = Field(False, description="IPOPT prints its iterations [-]")
-
-
-class ConstrainedSmootherParameters(BaseModel):
-    """Parameters of ConstrainedSmoother, with Nav2's names and defaults."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-    minimum_turning_radius: float = Field(
-        0.4, ge=0.0, description="Sharper turns are penalised; 0 penalises none [m]"
-    )
-    w_curve: float = Field(30.0, ge=0.0, description="Weight of excess curvature [m^2]")
-    w_cost: float = Field(0.015, ge=0.0, description="Weight of the costmap's cost [-]")
-    w_cost_cusp_multiplier: float = Field(
-        3.0, ge=0.0, description="Multiplies w_cost at a cusp [-]"
-    )
-    cusp_zone_length: float = Field(
-        2.5, ge=0.0, description="Length around a cusp over which the multiplier fades out [m]"
-    )
-    w_dist: float = Field(0.0, ge=0.0, description="Weight of the distance from the input [1/m^2]")
-    w_smooth: float = Field(
-        2_000_000.0,
-        ge=0.0,
-        description="Weight of second differences; must change with the spacing [1/m^2]",
-    )
-    cost_check_points: tuple[float, ...] = Field(
-        (), description="x [m], y [m], weight [-] of points fixed to the robot, in one row"
-    )
-    path_downsampling_factor: int = Field(1, ge=1, description="Every n-th pose is a knot [poses]")
-    path_upsampling_factor: int = Field(
-        1, ge=0, description="Poses returned per input pose; 0 returns the knots alone [-]"
-    )
-    reversing_enabled: bool = Field(True, description="Headings tell reverse from forward [-]")
-    keep_start_orientation: bool = Field(True, description="The start's heading stays [-]")
-    keep_goal_orientation: bool = Field(True, description="The goal's heading stays [-]")
-    optimizer: OptimizerParameters = OptimizerParameters()
-
-    @model_validator(mode="after")
-    def _check_points_are_triples(self) -> Self:
-        points = self.cost_check_points
-        if len(points) % 3 != 0:
-            raise ValueError(
-                f"cost_check_points: found {len(points)} numbers, expected a multiple of 3"
-            )
-        weights = points[2::3]
-        if points and (min(weights) < 0.0 or max(weights) == 0.0):
-            raise ValueError(
-                f"cost_check_points: found weights {weights}, expected none negative, one above 0"
-            )
-        return self
-
-    @property
-    def normalized_check_points(self) -> Array:
-        """(Q, 3) x m, y m and the square roots of the weights, scaled to a sum of 1.
-
-        Without any, the robot's own origin.
-        """
-        if not self.cost_check_points:
-            return np.array([[0.0, 0.0, 1.0]])
-        points = np.array(self.cost_check_points, dtype=np.float64).reshape(-1, 3)
-        points[:, 2] = np.sqrt(points[:, 2])
-        points[:, 2] /= np.sum(points[:, 2])
-        return points
 
 
 def smooth_path(

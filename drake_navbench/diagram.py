@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,10 +14,13 @@ from pydrake.geometry import Meshcat, MeshcatVisualizer, SceneGraph
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 
 from drake_navbench.controller import Controller
+from drake_navbench.filter_masks import FilterMask
 from drake_navbench.goal_checkers import SimpleGoalChecker
+from drake_navbench.map_file import OccupancyMap
 from drake_navbench.path_handler import PathHandler
 from drake_navbench.progress_checkers import SimpleProgressChecker
-from drake_navbench.robot import Robot
+from drake_navbench.robot import NavigationSettings, Robot
+from drake_navbench.systems.binary_filter import BinaryFilter
 from drake_navbench.systems.clearance import Clearance
 from drake_navbench.systems.controller_server import ControllerServer
 from drake_navbench.systems.lidar import Lidar
@@ -25,6 +28,7 @@ from drake_navbench.systems.local_costmap import LocalCostmap
 from drake_navbench.systems.localization import Localization
 from drake_navbench.systems.navigator import Navigator
 from drake_navbench.systems.recorder import Recorder
+from drake_navbench.systems.speed_filter import SpeedFilter
 from drake_navbench.systems.wheelchair import Wheelchair
 from drake_navbench.world import World
 from drake_navbench.world_geometry import register_obstacles
@@ -51,6 +55,8 @@ class TrialDiagram:
     controller_server: ControllerServer
     clearance: Clearance
     recorder: Recorder
+    speed_filter: SpeedFilter | None = None
+    binary_filter: BinaryFilter | None = None
 
     def create_context(self, start_pose: NDArray[np.float64], seed: int) -> Context:
         """Returns a context with the robot at rest at (3,) x m, y m, yaw rad, and the seed set."""
@@ -68,11 +74,14 @@ def build_trial_diagram(
     controller: Controller,
     *,
     make_plan: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    static_map: OccupancyMap | None = None,
+    filter_masks: Sequence[FilterMask] = (),
     meshcat: Meshcat | None = None,
 ) -> TrialDiagram:
     """Wires one trial.
 
     make_plan: from the start pose (3,) to the plan poses (N, 3); raises PlanningError.
+    static_map, filter_masks: what the layers and filters of the local costmap know beforehand.
     meshcat: where to draw the trial while it runs.
     """
     builder = DiagramBuilder()
@@ -101,6 +110,8 @@ def build_trial_diagram(
             robot.lidar,
             footprint=robot.padded_outline,
             offset_s=COSTMAP_OFFSET_S,
+            static_map=static_map,
+            masks=filter_masks,
         ),
     )
     builder.Connect(state, local_costmap.GetInputPort("state"))
@@ -134,6 +145,15 @@ def build_trial_diagram(
     command = server.GetOutputPort("command")
     builder.Connect(command, wheelchair.GetInputPort("command"))
 
+    speed_filter, binary_filter = _add_filters(builder, navigation, filter_masks)
+    if speed_filter is not None:
+        builder.Connect(estimate, speed_filter.GetInputPort("estimate"))
+        builder.Connect(
+            speed_filter.GetOutputPort("speed_limit"), server.GetInputPort("speed_limit")
+        )
+    if binary_filter is not None:
+        builder.Connect(estimate, binary_filter.GetInputPort("estimate"))
+
     clearance = builder.AddNamedSystem(
         "clearance", Clearance(period_s=CLEARANCE_PERIOD_S, offset_s=CLEARANCE_OFFSET_S)
     )
@@ -164,4 +184,30 @@ def build_trial_diagram(
         controller_server=server,
         clearance=clearance,
         recorder=recorder,
+        speed_filter=speed_filter,
+        binary_filter=binary_filter,
     )
+
+
+def _add_filters(
+    builder: DiagramBuilder, navigation: NavigationSettings, masks: Sequence[FilterMask]
+) -> tuple[SpeedFilter | None, BinaryFilter | None]:
+    """Adds the filters that act elsewhere than in a costmap, where the scenario has any.
+
+    Each runs at the rate of the costmap that lists it, the local one where both do.
+    """
+    speed_filter = binary_filter = None
+    for mask in masks:
+        name = mask.filter_name
+        costmaps = (navigation.local_costmap, navigation.global_costmap)
+        listing = next((costmap for costmap in costmaps if costmap.is_active(name)), None)
+        if listing is None:
+            continue
+        timing = {"period_s": 1.0 / listing.update_frequency, "offset_s": COSTMAP_OFFSET_S}
+        if name == "speed_filter":
+            speed_filter = builder.AddNamedSystem(name, SpeedFilter(mask, **timing))
+        elif name == "binary_filter":
+            binary_filter = builder.AddNamedSystem(
+                name, BinaryFilter(mask, listing.binary_filter, **timing)
+            )
+    return speed_filter, binary_filter

@@ -18,6 +18,7 @@ from pydantic import Field, field_validator, model_validator
 
 from drake_navbench.errors import InputError
 from drake_navbench.immutable import Immutable
+from drake_navbench.kernels.grid import world_to_cell
 from drake_navbench.typed_yaml import FrozenModel, read_yaml, validate
 
 UNKNOWN = -1
@@ -88,6 +89,27 @@ class OccupancyMap(Immutable):
     origin_x: float
     origin_y: float
     origin_yaw: float = 0.0
+
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """min_x, min_y, max_x, max_y of the grid, m."""
+        rows, columns = self.occupancy.shape
+        right = self.origin_x + columns * self.resolution
+        return self.origin_x, self.origin_y, right, self.origin_y + rows * self.resolution
+
+    def value_at(self, position: NDArray[np.float64]) -> int | None:
+        """Returns the occupancy of the cell that holds (2,) m; None off the map."""
+        rows, columns = self.occupancy.shape
+        column, row = world_to_cell(
+            float(position[0]),
+            float(position[1]),
+            self.origin_x,
+            self.origin_y,
+            self.resolution,
+            columns,
+            rows,
+        )
+        return None if column < 0 else int(self.occupancy[row, column])
 
 
 def load_map(path: str | Path) -> OccupancyMap:

@@ -7,20 +7,47 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.kernels.grid import FREE, Costmap
-from drake_navbench.kernels.inflation import inflate
+from drake_navbench import constrained_smoother, simple_smoother
+from drake_navbench.kernels.grid import FREE, LETHAL, Costmap
 from drake_navbench.kernels.path_geometry import path_from_elements, path_from_polyline
 from drake_navbench.kernels.rasterize import mark_polygon
-from drake_navbench.planner import plan_path
+from drake_navbench.layered_costmap import GridGeometry, LayeredCostmap
+from drake_navbench.map_file import OCCUPIED, OccupancyMap
+from drake_navbench.planner import PlanningError, plan_path
 from drake_navbench.robot import Robot
-from drake_navbench.scenario import Arc, ElementsPlan, PolylinePlan, Scenario, Straight
+from drake_navbench.scenario import (
+    Arc,
+    ConstrainedSmoothing,
+    ElementsPlan,
+    GridPlan,
+    PolylinePlan,
+    Scenario,
+    SimpleSmoothing,
+    Straight,
+)
+
+Array = NDArray[np.float64]
 
 
-def make_plan(scenario: Scenario, robot: Robot, start: NDArray[np.float64]) -> NDArray[np.float64]:
+class SmoothingError(PlanningError):
+    """The planner found a path, but its smoother failed; `code` is Nav2's SmoothPath error code."""
+
+    code = constrained_smoother.FailedToSmoothPath.code
+
+
+def make_plan(
+    scenario: Scenario,
+    robot: Robot,
+    start: Array,
+    goal: Array | None = None,
+    *,
+    costmap: Costmap | None = None,
+) -> Array:
     """Returns the global plan (N, 3) x m, y m, yaw rad from a start pose (3,).
 
-    A given plan starts at the scenario's start, whatever the robot's deviation from it. Raises
-    PlanningError where the planner finds nothing.
+    A given plan starts at the scenario's start, whatever the robot's deviation from it. goal: (3,),
+    the scenario's where not given. costmap: to plan on, what is known beforehand where not given.
+    Raises PlanningError where the planner finds nothing or a smoother fails.
     """
     plan = scenario.plan
     if isinstance(plan, ElementsPlan):
@@ -28,41 +55,81 @@ def make_plan(scenario: Scenario, robot: Robot, start: NDArray[np.float64]) -> N
         return path_from_elements(np.array(scenario.start), elements, plan.spacing_m)
     if isinstance(plan, PolylinePlan):
         return path_from_polyline(np.array(plan.points), plan.spacing_m)
-    return plan_path(
-        global_costmap(scenario, robot),
+    if costmap is None:
+        costmap = global_costmap(scenario, robot)
+    path = plan_path(
+        costmap,
         start,
-        np.array(scenario.goal),
+        np.array(scenario.goal) if goal is None else goal,
         robot.navigation.planner,
         footprint=robot.padded_outline,
     )
+    return _smoothed(path, costmap, plan)
+
+
+def _smoothed(path: Array, costmap: Costmap, plan: GridPlan) -> Array:
+    """Returns the planner's path after the smoother that the scenario names."""
+    if isinstance(plan.smoother, SimpleSmoothing):
+        return simple_smoother.smooth_path(path, costmap, plan.smoother)
+    if isinstance(plan.smoother, ConstrainedSmoothing):
+        try:
+            return constrained_smoother.smooth_path(path, costmap, plan.smoother)
+        except constrained_smoother.FailedToSmoothPath as error:
+            raise SmoothingError(str(error)) from error
+    return path
 
 
 def global_costmap(scenario: Scenario, robot: Robot) -> Costmap:
-    """Returns the inflated map of what the planner knows.
+    """Returns the global costmap as it is before anything was seen."""
+    layers = global_layers(scenario, robot)
+    start = np.array(scenario.start)
+    return layers.updated(layers.initial_state(), scan=None, pose=start, time_s=0.0).costmap
 
-    No map file fixes the lattice, so it is laid such that the scenario's start is a cell's centre.
+
+def global_layers(scenario: Scenario, robot: Robot) -> LayeredCostmap:
+    """Returns the layers of the global costmap, on the grid of the known map."""
+    known = known_map(scenario, robot)
+    return LayeredCostmap(
+        robot.navigation.global_costmap,
+        GridGeometry.of_map(known),
+        lidar=robot.lidar,
+        footprint=robot.padded_outline,
+        static_map=known,
+        masks=scenario.filter_masks,
+    )
+
+
+def known_map(scenario: Scenario, robot: Robot) -> OccupancyMap:
+    """Returns what the robot knows of the world beforehand: the map and the known obstacles.
+
+    Without a map file nothing fixes the lattice, so it is laid such that the scenario's start is a
+    cell's centre; all that is not an obstacle is free.
     """
-    settings = robot.navigation.global_costmap
+    grid = scenario.map or _empty_map(scenario, robot)
     known = scenario.known_obstacles
+    if not known.obstacles:
+        return grid
+    marked = np.full(grid.occupancy.shape, FREE, dtype=np.uint8)
+    for obstacle in known.obstacles:
+        mark_polygon(marked, grid.origin_x, grid.origin_y, grid.resolution, obstacle.outline)
+    occupancy = np.where(marked == LETHAL, np.int8(OCCUPIED), grid.occupancy)
+    return OccupancyMap(occupancy, grid.resolution, grid.origin_x, grid.origin_y)
+
+
+def _empty_map(scenario: Scenario, robot: Robot) -> OccupancyMap:
+    settings = robot.navigation.global_costmap
     resolution = settings.resolution
-    min_x, min_y, max_x, max_y = known.bounds([scenario.start, scenario.goal], settings.margin_m)
+    min_x, min_y, max_x, max_y = scenario.known_obstacles.bounds(
+        [scenario.start, scenario.goal], settings.margin_m
+    )
     origin = [
         start - (np.ceil((start - low) / resolution) + 0.5) * resolution
         for start, low in zip(scenario.start[:2], (min_x, min_y), strict=True)
     ]
     columns = int(np.ceil((max_x - origin[0]) / resolution))
     rows = int(np.ceil((max_y - origin[1]) / resolution))
-    costs = np.full((rows, columns), FREE, dtype=np.uint8)
-    for outline in [o.outline for o in known.obstacles] + scenario.world.keepout:
-        mark_polygon(costs, origin[0], origin[1], resolution, np.array(outline, dtype=float))
-    inflated = inflate(
-        costs,
-        resolution=resolution,
-        inscribed_radius=robot.radii[0],
-        inflation_radius=settings.inflation_layer.inflation_radius,
-        cost_scaling_factor=settings.inflation_layer.cost_scaling_factor,
-    )
-    return Costmap(inflated, origin[0], origin[1], resolution)
+    occupancy = np.zeros((rows, columns), dtype=np.int8)
+    return OccupancyMap(occupancy, resolution, float(origin[0]), float(origin[1]))
 
 
 def _as_element(element: Straight | Arc) -> Mapping[str, float]:

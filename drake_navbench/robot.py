@@ -11,6 +11,7 @@ import shapely
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from drake_navbench.costmap_settings import GlobalCostmapSettings, LocalCostmapSettings
 from drake_navbench.errors import InputError
 from drake_navbench.goal_checkers import SimpleGoalCheckerParameters
 from drake_navbench.kernels.footprint import circle_footprint, footprint_radii, pad_footprint
@@ -94,45 +95,6 @@ class ControllerServerSettings(FrozenModel):
     min_theta_velocity_threshold: float = Field(
         0.0001, ge=0.0, description="Measured |w| up to this is taken as 0 [rad/s]."
     )
-
-
-class ObstacleLayerSettings(FrozenModel):
-    """Nav2's obstacle layer with one scan source that marks and clears."""
-
-    obstacle_min_range: float = Field(0.0, ge=0.0, description="Nearest hit that marks [m].")
-    obstacle_max_range: float = Field(2.5, gt=0.0, description="Farthest hit that marks [m].")
-    raytrace_min_range: float = Field(0.0, ge=0.0, description="Where clearing starts [m].")
-    raytrace_max_range: float = Field(3.0, gt=0.0, description="Where clearing ends [m].")
-    footprint_clearing_enabled: bool = Field(True, description="Free the cells under the robot.")
-    inf_is_valid: bool = Field(False, description="Beams without a hit clear up to the range.")
-
-
-class InflationLayerSettings(FrozenModel):
-    """Nav2's inflation layer."""
-
-    inflation_radius: float = Field(0.55, ge=0.0, description="Reach [m].")
-    cost_scaling_factor: float = Field(10.0, gt=0.0, description="Decay of the cost [1/m].")
-
-
-class LocalCostmapSettings(FrozenModel):
-    """Nav2's rolling local costmap."""
-
-    width: int = Field(5, gt=0, le=200, description="Extent along x [m].")
-    height: int = Field(5, gt=0, le=200, description="Extent along y [m].")
-    resolution: float = Field(0.1, gt=0.0, description="Cell edge [m].")
-    update_frequency: float = Field(5.0, gt=0.0, description="Updates [Hz].")
-    track_unknown_space: bool = Field(False, description="Unseen cells are unknown, not free.")
-    footprint_padding: float = Field(0.01, ge=0.0, description="Added to the outline [m].")
-    obstacle_layer: ObstacleLayerSettings = Field(default_factory=ObstacleLayerSettings)
-    inflation_layer: InflationLayerSettings = Field(default_factory=InflationLayerSettings)
-
-
-class GlobalCostmapSettings(FrozenModel):
-    """The grid on which the global planner searches."""
-
-    resolution: float = Field(0.05, gt=0.0, description="Cell edge [m].")
-    margin_m: float = Field(2.0, gt=0.0, description="Free border around everything known [m].")
-    inflation_layer: InflationLayerSettings = Field(default_factory=InflationLayerSettings)
 
 
 class NavigationSettings(FrozenModel):

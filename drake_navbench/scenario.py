@@ -8,12 +8,20 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 import shapely
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator
 
 from drake_navbench.errors import InputError
+from drake_navbench.filter_masks import FilterDescription, FilterMask, load_filter_mask
+from drake_navbench.kernels.rasterize import MASK_FULL
+from drake_navbench.map_file import UNKNOWN, OccupancyMap, load_map
+from drake_navbench.map_world import occupied_boxes
 from drake_navbench.named_files import NamedFiles
 from drake_navbench.noise import NoiseKey, NoiseStream
 from drake_navbench.robot import Robot
+from drake_navbench.smoother_parameters import (
+    ConstrainedSmootherParameters,
+    SimpleSmootherParameters,
+)
 from drake_navbench.typed_yaml import FrozenModel, read_yaml, validate
 from drake_navbench.world import Obstacle, Point, World, place_footprint
 
@@ -26,6 +34,10 @@ PUBLISHED_SCENARIOS = (
     "restricted_small",
     "restricted_large",
 )
+# Fields that a file may not contain.
+SET_BY_LOADING = ("name", "directory")
+# How far masks that are drawn from polygons reach beyond everything else.
+MASK_MARGIN_M = 2.0
 
 Pose = tuple[float, float, float]
 
@@ -43,10 +55,33 @@ class Arc(FrozenModel):
     radius_m: float = Field(gt=0.0, description="Radius [m].")
 
 
+class SimpleSmoothing(SimpleSmootherParameters):
+    """Nav2's simple smoother."""
+
+    type: Literal["simple"]
+
+
+class ConstrainedSmoothing(ConstrainedSmootherParameters):
+    """Nav2's constrained smoother."""
+
+    type: Literal["constrained"]
+
+
 class GridPlan(FrozenModel):
-    """The plan comes from the global planner."""
+    """The plan comes from the global planner, whose settings are the robot's."""
 
     type: Literal["planner"]
+    smoother: (
+        Annotated[SimpleSmoothing | ConstrainedSmoothing, Field(discriminator="type")] | None
+    ) = Field(None, description="What smooths the planner's path; null leaves it as it is.")
+
+    @field_validator("smoother", mode="before")
+    @classmethod
+    def _accept_name(cls, value: Any) -> Any:
+        """Takes a smoother's name alone, or 'none'."""
+        if value == "none":
+            return None
+        return {"type": value} if isinstance(value, str) else value
 
 
 class ElementsPlan(FrozenModel):
@@ -69,12 +104,12 @@ Plan = Annotated[GridPlan | ElementsPlan | PolylinePlan, Field(discriminator="ty
 
 
 class WorldDescription(FrozenModel):
-    """The obstacles."""
+    """What stands in the world: the occupied cells of a map, and shapes."""
 
-    obstacles: list[Obstacle] = Field(default_factory=list, description="Shapes in the world.")
-    keepout: list[list[Point]] = Field(
-        default_factory=list, description="Polygons that the planner must avoid [m]."
+    map: str | None = Field(
+        None, description="Map file of Nav2's map_server, relative to the scenario's folder."
     )
+    obstacles: list[Obstacle] = Field(default_factory=list, description="Shapes in the world.")
 
 
 class Variation(FrozenModel):
@@ -91,6 +126,9 @@ class Scenario(FrozenModel):
     world: WorldDescription = Field(default_factory=WorldDescription)
     start: Pose = Field((0.0, 0.0, 0.0), description="x [m], y [m], yaw [rad].")
     goal: Pose = Field(description="x [m], y [m], yaw [rad].")
+    filters: list[FilterDescription] = Field(
+        default_factory=list, description="Areas of keepout, of limited speed or of a binary state."
+    )
     plan: Plan = Field(default_factory=lambda: GridPlan(type="planner"))
     navigation_mode: Literal["follow_path"] = Field(
         "follow_path", description="follow_path: plan once, abort when the controller fails."
@@ -101,24 +139,58 @@ class Scenario(FrozenModel):
         default_factory=dict, description="Fields of the robot file that this scenario replaces."
     )
     name: str = Field("", description="Set from the file's name.")
+    directory: str = Field("", exclude=True, description="Set from where the file was found.")
 
-    @model_validator(mode="after")
-    def _check(self) -> Scenario:
-        for polygon in self.world.keepout:
-            if len(polygon) < 3 or not shapely.Polygon(polygon).is_valid:
+    @field_validator("filters")
+    @classmethod
+    def _check_one_of_each(cls, filters: list[FilterDescription]) -> list[FilterDescription]:
+        names = [entry.filter_name for entry in filters]
+        for name in ("speed_filter", "binary_filter"):
+            if names.count(name) > 1:
                 raise ValueError(
-                    f"world.keepout: expected simple polygons of 3 points or more, got {polygon}"
+                    f"expected one {name} at most, found {names.count(name)}; give it several areas"
                 )
-        return self
+        return filters
+
+    @cached_property
+    def map(self) -> OccupancyMap | None:
+        """The map; raises InputError where it cannot be read or is turned."""
+        if self.world.map is None:
+            return None
+        path = Path(self.directory) / self.world.map
+        grid = load_map(path)
+        if grid.origin_yaw != 0.0:
+            raise InputError(
+                f"{path}: origin: Nav2's costmaps take no notice of a map's yaw, got "
+                f"{grid.origin_yaw:g} rad, expected 0"
+            )
+        return grid
+
+    @cached_property
+    def filter_masks(self) -> tuple[FilterMask, ...]:
+        """The masks of the filters; raises InputError where one is wrong."""
+        return tuple(
+            load_filter_mask(entry, directory=Path(self.directory), bounds=self._bounds)
+            for entry in self.filters
+        )
+
+    @property
+    def _bounds(self) -> tuple[float, ...]:
+        """min_x, min_y, max_x, max_y of all that matters, m."""
+        points = [self.start[:2], self.goal[:2]]
+        if self.map is not None:
+            points += [self.map.bounds[:2], self.map.bounds[2:]]
+        return World(tuple(self.world.obstacles)).bounds(points, MASK_MARGIN_M)
 
     @cached_property
     def obstacles(self) -> World:
         """Everything that stands in the world."""
-        return World(tuple(self.world.obstacles))
+        walls = occupied_boxes(self.map) if self.map is not None else ()
+        return World((*self.world.obstacles, *walls))
 
     @cached_property
     def known_obstacles(self) -> World:
-        """What the planner's map shows."""
+        """The shapes that the planner's map shows, besides the map itself."""
         return World(tuple(o for o in self.world.obstacles if o.known_to_planner))
 
     def start_pose(self, seed: int) -> np.ndarray:
@@ -137,25 +209,49 @@ def load_scenario(name_or_path: str) -> Scenario:
     """
     path = SCENARIO_FILES.find(name_or_path)
     data = read_yaml(path)
-    if "name" in data:
-        raise InputError(f"{path}: name: unknown field; a scenario is named by its file")
-    return validate(Scenario, data | {"name": path.stem}, str(path))
+    for field in SET_BY_LOADING:
+        if field in data:
+            raise InputError(f"{path}: {field}: unknown field; it follows from the file")
+    scenario = validate(Scenario, data | {"name": path.stem}, str(path))
+    scenario = scenario.model_copy(update={"directory": str(path.parent)})
+    # Maps and masks are read now, so that a wrong one is found before any trial.
+    _ = scenario.map, scenario.filter_masks
+    return scenario
 
 
 def check_task(scenario: Scenario, robot: Robot) -> None:
-    """Raises InputError where the robot cannot stand at the start, or the goal is occupied."""
-    region = scenario.obstacles.region
+    """Raises InputError where the robot cannot stand at the start, or cannot get to the goal.
+
+    On a map the start must not overlap an occupied cell, and the goal must be on the map and known.
+    """
     body = shapely.Polygon(place_footprint(robot.outline, scenario.start))
-    if body.intersects(region):
+    if scenario.obstacles.intersects(body):
         raise InputError(
             f"scenario {scenario.name}: start: the robot's footprint at {list(scenario.start)} "
             "overlaps an obstacle; expected free space"
         )
-    if region.intersects(shapely.Point(scenario.goal[:2])):
+    where = _why_no_goal(scenario, np.array(scenario.goal[:2]))
+    if where:
         raise InputError(
-            f"scenario {scenario.name}: goal: {list(scenario.goal[:2])} lies inside an obstacle; "
+            f"scenario {scenario.name}: goal: {list(scenario.goal[:2])} lies {where}; "
             "expected free space"
         )
+
+
+def _why_no_goal(scenario: Scenario, position: np.ndarray) -> str:
+    """Returns where a goal (2,) m lies that cannot be one, such as 'off the map', or ''."""
+    if scenario.obstacles.intersects(shapely.Point(position)):
+        return "inside an obstacle"
+    if scenario.map is not None:
+        value = scenario.map.value_at(position)
+        if value is None:
+            return "off the map"
+        if value == UNKNOWN:
+            return "in unknown space"
+    for mask in scenario.filter_masks:
+        if mask.type == "keepout" and mask.value_at(position) == MASK_FULL:
+            return "in a keepout"
+    return ""
 
 
 def builtin_scenarios() -> list[Path]:

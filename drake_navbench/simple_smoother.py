@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydantic import BaseModel, ConfigDict, Field
 
 from drake_navbench.errors import InputError
 from drake_navbench.kernels.grid import Costmap
@@ -16,24 +15,7 @@ from drake_navbench.kernels.path_smoothing import (
     directional_segments,
     smooth_segment,
 )
-
-
-class SimpleSmootherParameters(BaseModel):
-    """Parameters of SimpleSmoother, with Nav2's names and defaults."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-    tolerance: float = Field(
-        1e-10, gt=0.0, description="A pass ends when a sweep moves less than this in sum [m]"
-    )
-    max_its: int = Field(1000, ge=0, description="A pass ends before this sweep [sweeps]")
-    w_data: float = Field(0.2, ge=0.0, description="Pull towards the path before smoothing [-]")
-    w_smooth: float = Field(0.3, ge=0.0, description="Pull towards the neighbours' mean [-]")
-    do_refinement: bool = Field(True, description="Smooth the smoothed path again [-]")
-    refinement_num: int = Field(2, ge=0, description="How many times again [passes]")
-    enforce_path_inversion: bool = Field(
-        True, description="Smooth forward and reverse parts apart, keep the poses between [-]"
-    )
+from drake_navbench.smoother_parameters import SimpleSmootherParameters
 
 
 def smooth_path(

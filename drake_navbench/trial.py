@@ -17,11 +17,12 @@ from pydrake.systems.framework import Context, EventStatus
 from drake_navbench.controller import ControllerSetup
 from drake_navbench.diagram import CONTROLLER_OFFSET_S, TrialDiagram, build_trial_diagram
 from drake_navbench.log import COLUMNS, Outcome, TrialLog
-from drake_navbench.planning import make_plan
+from drake_navbench.map_file import OccupancyMap
+from drake_navbench.planning import known_map, make_plan
 from drake_navbench.presets import Preset, load_preset
 from drake_navbench.robot import Robot, load_robot
 from drake_navbench.scenario import Scenario, check_task, load_scenario
-from drake_navbench.systems.navigator import TaskState, TaskStatus
+from drake_navbench.task import TaskState, TaskStatus
 from drake_navbench.systems.recorder import Recording
 
 # A fixed step without error control: drawing or logging more often must not move the numbers.
@@ -88,6 +89,8 @@ def simulate(
         spec.scenario.obstacles,
         controller,
         make_plan=partial(make_plan, spec.scenario, spec.robot),
+        static_map=_static_map(spec),
+        filter_masks=spec.scenario.filter_masks,
         meshcat=meshcat,
     )
     context = trial.create_context(spec.scenario.start_pose(spec.seed), spec.seed)
@@ -98,6 +101,12 @@ def simulate(
     simulator.Initialize()
     simulator.AdvanceTo(spec.scenario.timeout_s)
     return _make_log(spec, trial, context)
+
+
+def _static_map(spec: TrialSpec) -> OccupancyMap | None:
+    """Returns what a static layer of the local costmap shows, where there is one."""
+    settings = spec.robot.navigation.local_costmap
+    return known_map(spec.scenario, spec.robot) if settings.is_active("static_layer") else None
 
 
 def controller_setup(robot: Robot, wants_diagnostics: bool = False) -> ControllerSetup:

@@ -144,9 +144,13 @@ class World:
         return np.array(rows, dtype=float).reshape(-1, 3)
 
     @cached_property
-    def region(self) -> BaseGeometry:
-        """The floor area covered by all obstacles."""
-        return shapely.union_all([o.region for o in self.obstacles])
+    def regions(self) -> NDArray[np.object_]:
+        """(N,) the floor area that each obstacle covers."""
+        return np.array([o.region for o in self.obstacles], dtype=object)
+
+    def intersects(self, geometry: BaseGeometry) -> bool:
+        """Returns whether a point or an area touches any obstacle."""
+        return bool(shapely.intersects(self.regions, geometry).any())
 
     def bounds(self, points: Sequence[Sequence[float]], margin_m: float) -> tuple[float, ...]:
         """Returns (min_x, min_y, max_x, max_y) around all obstacles and `points`, with a margin."""

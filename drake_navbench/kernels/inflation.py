@@ -34,6 +34,16 @@ class CellWindow(NamedTuple):
     first_column: int
     last_column: int
 
+    @classmethod
+    def whole(cls, shape: tuple[int, int]) -> CellWindow:
+        """Returns the window that covers a grid of (rows, columns)."""
+        return cls(0, shape[0], 0, shape[1])
+
+    @property
+    def slices(self) -> tuple[slice, slice]:
+        """The part of an array [row, column]."""
+        return slice(self.first_row, self.last_row), slice(self.first_column, self.last_column)
+
 
 def inflate(
     costs: NDArray[np.uint8],
@@ -68,7 +78,7 @@ def inflate(
         cost_scaling_factor=cost_scaling_factor,
     )
     rows, columns = costs.shape
-    changed = window or CellWindow(0, rows, 0, columns)
+    changed = window or CellWindow.whole(costs.shape)
     seen_rows = slice(max(0, changed.first_row - reach), min(rows, changed.last_row + reach))
     seen_columns = slice(
         max(0, changed.first_column - reach), min(columns, changed.last_column + reach)

@@ -102,9 +102,10 @@ def mask_costs(mask: NDArray[np.int8]) -> NDArray[np.uint8]:
     round(254 m / 100), halves away from zero; MASK_UNKNOWN becomes NO_INFORMATION.
     (CostmapFilter::getMaskCost)
     """
-    values = np.asarray(mask, dtype=np.float64)
-    costs = np.floor(values * LETHAL / MASK_FULL + 0.5)
-    return np.where(values == MASK_UNKNOWN, NO_INFORMATION, costs).astype(np.uint8)
+    table = np.full(MASK_FULL + 2, NO_INFORMATION, dtype=np.uint8)
+    table[: MASK_FULL + 1] = np.floor(np.arange(MASK_FULL + 1) * LETHAL / MASK_FULL + 0.5)
+    # Counted from the end of the table, MASK_UNKNOWN finds its last entry.
+    return table[mask]
 
 
 @njit(cache=True)

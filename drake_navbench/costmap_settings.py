@@ -1,0 +1,159 @@
+"""The settings of the costmaps: their layers and filters under the names of Nav2's parameters.
+
+A costmap lists its layers in `plugins`, in the order in which they write, and what acts on the
+finished costs in `filters`. Each layer and filter has its parameters under its own name.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field, model_validator
+
+from drake_navbench.typed_yaml import FrozenModel
+
+PluginName = Literal[
+    "static_layer", "obstacle_layer", "denoise_layer", "inflation_layer", "keepout_filter"
+]
+FilterName = Literal["keepout_filter", "speed_filter", "binary_filter"]
+
+
+class StaticLayerSettings(FrozenModel):
+    """Nav2's static layer: the map."""
+
+    enabled: bool = Field(True, description="Whether it writes at all.")
+    footprint_clearing_enabled: bool = Field(False, description="Free the cells under the robot.")
+    restore_cleared_footprint: bool = Field(
+        True, description="Cells that were freed come back once the robot has gone."
+    )
+
+
+class ObstacleLayerSettings(FrozenModel):
+    """Nav2's obstacle layer with one scan source that marks and clears."""
+
+    enabled: bool = Field(True, description="Whether it writes at all.")
+    obstacle_min_range: float = Field(0.0, ge=0.0, description="Nearest hit that marks [m].")
+    obstacle_max_range: float = Field(2.5, gt=0.0, description="Farthest hit that marks [m].")
+    raytrace_min_range: float = Field(0.0, ge=0.0, description="Where clearing starts [m].")
+    raytrace_max_range: float = Field(3.0, gt=0.0, description="Where clearing ends [m].")
+    footprint_clearing_enabled: bool = Field(True, description="Free the cells under the robot.")
+    inf_is_valid: bool = Field(False, description="Beams without a hit clear up to the range.")
+    combination_method: Literal[0, 1, 2] = Field(
+        1, description="0 overwrites, 1 takes the larger cost, 2 as 1 but keeps unknown cells."
+    )
+
+
+class DenoiseLayerSettings(FrozenModel):
+    """Nav2's denoise layer; it belongs before the inflation layer."""
+
+    enabled: bool = Field(True, description="Whether it writes at all.")
+    minimal_group_size: int = Field(2, ge=0, description="Smaller groups are freed [cells].")
+    group_connectivity_type: Literal[4, 8] = Field(
+        8, description="4 joins cells along edges, 8 at corners too."
+    )
+
+
+class InflationLayerSettings(FrozenModel):
+    """Nav2's inflation layer."""
+
+    enabled: bool = Field(True, description="Whether it writes at all.")
+    inflation_radius: float = Field(0.55, ge=0.0, description="Reach [m].")
+    cost_scaling_factor: float = Field(10.0, gt=0.0, description="Decay of the cost [1/m].")
+    inflate_unknown: bool = Field(False, description="Graded costs may replace unknown cells.")
+    inflate_around_unknown: bool = Field(False, description="Unknown cells are inflated too.")
+
+
+class KeepoutFilterSettings(FrozenModel):
+    """Nav2's keepout filter; the areas come from the scenario's filters of type keepout."""
+
+    enabled: bool = Field(True, description="Whether it acts at all.")
+    override_lethal_cost: bool = Field(
+        False, description="A robot that stands in a keepout may drive out."
+    )
+    lethal_override_cost: int = Field(
+        252, ge=0, le=252, description="Cost of keepouts while the robot stands in one."
+    )
+
+
+class SpeedFilterSettings(FrozenModel):
+    """Nav2's speed filter; the areas come from filters of type speed_percent or speed_absolute."""
+
+    enabled: bool = Field(True, description="Whether it acts at all.")
+
+
+class BinaryFilterSettings(FrozenModel):
+    """Nav2's binary filter; the areas come from the scenario's filters of type binary."""
+
+    enabled: bool = Field(True, description="Whether it acts at all.")
+    default_state: bool = Field(False, description="State where the mask does not flip it.")
+    flip_threshold: float = Field(50.0, description="Mask values above this flip the state.")
+
+
+class CostmapSettings(FrozenModel):
+    """What the local and the global costmap have in common."""
+
+    track_unknown_space: bool = Field(False, description="Unseen cells are unknown, not free.")
+    update_frequency: float = Field(5.0, gt=0.0, description="Updates [Hz].")
+    lethal_cost_threshold: int = Field(
+        100, ge=0, le=100, description="Occupancy from which a cell of the map is lethal [%]."
+    )
+    trinary_costmap: bool = Field(True, description="Cells of the map are free or lethal only.")
+    unknown_cost_value: int = Field(
+        255, ge=0, le=255, description="Byte that stands for unknown in a map."
+    )
+    inscribed_obstacle_cost_value: int = Field(
+        99, ge=0, le=255, description="Byte that stands for an inscribed cell in a map."
+    )
+    use_maximum: bool = Field(False, description="The map keeps larger costs of layers before it.")
+    static_layer: StaticLayerSettings = Field(default_factory=StaticLayerSettings)
+    obstacle_layer: ObstacleLayerSettings = Field(default_factory=ObstacleLayerSettings)
+    denoise_layer: DenoiseLayerSettings = Field(default_factory=DenoiseLayerSettings)
+    inflation_layer: InflationLayerSettings = Field(default_factory=InflationLayerSettings)
+    keepout_filter: KeepoutFilterSettings = Field(default_factory=KeepoutFilterSettings)
+    speed_filter: SpeedFilterSettings = Field(default_factory=SpeedFilterSettings)
+    binary_filter: BinaryFilterSettings = Field(default_factory=BinaryFilterSettings)
+    plugins: list[PluginName] = Field(
+        ["static_layer", "obstacle_layer", "inflation_layer"],
+        description="Layers in the order in which they write; a filter among them is inflated too.",
+    )
+    filters: list[FilterName] = Field(
+        ["keepout_filter"], description="What acts on the finished costs, in order."
+    )
+
+    @model_validator(mode="after")
+    def _check_each_once(self) -> CostmapSettings:
+        listed = [*self.plugins, *self.filters]
+        for name in listed:
+            if listed.count(name) > 1:
+                raise ValueError(f"plugins and filters: {name} is listed twice, expected once")
+        return self
+
+    def is_active(self, name: PluginName | FilterName) -> bool:
+        """Whether a layer or filter is listed and enabled."""
+        return name in (*self.plugins, *self.filters) and getattr(self, name).enabled
+
+
+class LocalCostmapSettings(CostmapSettings):
+    """Nav2's rolling local costmap. Without a voxel layer, the obstacle layer takes its place."""
+
+    width: int = Field(5, gt=0, le=200, description="Extent along x [m].")
+    height: int = Field(5, gt=0, le=200, description="Extent along y [m].")
+    resolution: float = Field(0.1, gt=0.0, description="Cell edge [m].")
+    footprint_padding: float = Field(0.01, ge=0.0, description="Added to the outline [m].")
+    plugins: list[PluginName] = Field(
+        ["obstacle_layer", "inflation_layer"],
+        description="Layers in the order in which they write; a filter among them is inflated too.",
+    )
+    filters: list[FilterName] = Field(
+        ["keepout_filter", "speed_filter", "binary_filter"],
+        description="What acts on the finished costs, in order.",
+    )
+
+
+class GlobalCostmapSettings(CostmapSettings):
+    """The grid on which the global planner searches: that of the map, where there is one."""
+
+    resolution: float = Field(0.05, gt=0.0, description="Cell edge where there is no map [m].")
+    margin_m: float = Field(
+        2.0, gt=0.0, description="Free border around everything known, where there is no map [m]."
+    )

@@ -1,0 +1,371 @@
+"""A costmap made of layers and filters, as a pure function of what it was and what is seen.
+
+Source: nav2_costmap_2d (LayeredCostmap). A costmap that stays where it is updates, as there, the
+window that the sensors touched, grown by the reach of the inflation; all else is as it was. A
+rolling one is made anew as a whole at every update. Nav2 would leave what lies beyond the sensors'
+reach as it was; the two differ along the edges of the window only, where an obstacle has just
+rolled in or out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.costmap_settings import CostmapSettings, LocalCostmapSettings
+from drake_navbench.filter_masks import FilterMask
+from drake_navbench.immutable import Immutable
+from drake_navbench.kernels.denoise import denoise
+from drake_navbench.kernels.footprint import footprint_radii
+from drake_navbench.kernels.grid import FREE, INSCRIBED, NO_INFORMATION, Costmap
+from drake_navbench.kernels.inflation import CellWindow, inflate
+from drake_navbench.kernels.layer_grid import (
+    MergeRule,
+    fill_outline,
+    merge_layer,
+    place_outline,
+    roll_window,
+)
+from drake_navbench.kernels.obstacle_layer import update_obstacle_layer
+from drake_navbench.kernels.rasterize import MASK_UNKNOWN, apply_keepout, mask_costs
+from drake_navbench.kernels.static_layer import sample_static, static_costs
+from drake_navbench.log import Scan
+from drake_navbench.map_file import OccupancyMap
+from drake_navbench.robot import LidarSettings
+
+Costs = NDArray[np.uint8]
+Array = NDArray[np.float64]
+
+# Where a rolling costmap lies before its first update; it fixes the lattice of its cells.
+FIRST_ORIGIN = (0.0, 0.0)
+NO_OVERRIDE = -1
+# The costmap and the map share one frame.
+SAME_FRAME = np.zeros(3)
+
+
+class GridGeometry(NamedTuple):
+    """Where a costmap's cells lie: cells, lower left corner and cell edge m, whether it follows."""
+
+    rows: int
+    columns: int
+    origin_x: float
+    origin_y: float
+    resolution: float
+    rolling_window: bool
+
+    @classmethod
+    def of_map(cls, grid: OccupancyMap) -> GridGeometry:
+        """Returns the geometry of a costmap that stays on a map's own grid."""
+        return cls(*grid.occupancy.shape, grid.origin_x, grid.origin_y, grid.resolution, False)
+
+
+@dataclass(frozen=True, eq=False)
+class LayersState(Immutable):
+    """All of a costmap that evolves; grids are (rows, columns) uint8.
+
+    origin: lower left corner of cell (0, 0), m. obstacles: the obstacle layer's own grid.
+    static: the map's costs, on its own grid; they change where the footprint is cleared for good.
+    plugged: what the layers made, before the filters; None before the first update.
+    costmap: the result; None before the first update.
+    """
+
+    origin: tuple[float, float]
+    obstacles: Costs
+    static: Costs | None
+    plugged: Costs | None = None
+    costmap: Costmap | None = None
+
+
+class _Cycle(NamedTuple):
+    """What the layers write from in one cycle; `window` is where they may write."""
+
+    pose: Array
+    origin: tuple[float, float]
+    obstacles: Costs
+    static: Costs | None
+    window: CellWindow
+
+
+class LayeredCostmap:
+    """The layers and filters of one costmap; the object itself never changes.
+
+    footprint: (K, 2) padded outline in the base frame, m. static_map: what the static layer shows,
+    in the frame of the costmap. masks: of all filters; those of keepouts are used here.
+    """
+
+    def __init__(
+        self,
+        settings: CostmapSettings,
+        geometry: GridGeometry,
+        *,
+        lidar: LidarSettings,
+        footprint: Array,
+        static_map: OccupancyMap | None = None,
+        masks: Sequence[FilterMask] = (),
+    ) -> None:
+        self._settings = settings
+        self._geometry = geometry
+        self._lidar = lidar
+        self._footprint = np.ascontiguousarray(footprint)
+        self._inscribed_radius, _ = footprint_radii(self._footprint)
+        self._default_cost = NO_INFORMATION if settings.track_unknown_space else FREE
+        self._static_map = static_map
+        self._keepouts = [
+            (mask, mask_costs(mask.grid.occupancy)) for mask in masks if mask.type == "keepout"
+        ]
+        have_input = {"static_layer": static_map is not None, "keepout_filter": self._keepouts}
+        self._plugins = [
+            name
+            for name in settings.plugins
+            if settings.is_active(name) and have_input.get(name, True)
+        ]
+        self._keepout_comes_last = (
+            "keepout_filter" in settings.filters
+            and settings.is_active("keepout_filter")
+            and bool(self._keepouts)
+        )
+
+    def initial_state(self) -> LayersState:
+        """Returns the state before the first update."""
+        geometry = self._geometry
+        shape = (geometry.rows, geometry.columns)
+        return LayersState(
+            origin=(geometry.origin_x, geometry.origin_y),
+            obstacles=np.full(shape, self._default_cost, np.uint8),
+            static=self._static_costs() if "static_layer" in self._plugins else None,
+        )
+
+    def cleared(self, state: LayersState) -> LayersState:
+        """Returns a state in its place that has forgotten all that was seen (clear_entirely)."""
+        return replace(self.initial_state(), origin=state.origin)
+
+    def updated(
+        self, state: LayersState, *, scan: Scan | None, pose: Array, time_s: float
+    ) -> LayersState:
+        """Returns the state after one update cycle.
+
+        scan: the newest one; None leaves the obstacle layer as it is. pose: (3,) of the robot, x m,
+        y m, yaw rad.
+        """
+        cycle = self._observe(state, scan, pose)
+        master = self._reset_window(state, cycle)
+        for name in self._plugins:
+            master = _WRITERS[name](self, master, cycle)
+        costs = master
+        if self._keepout_comes_last:
+            everywhere = cycle._replace(window=CellWindow.whole(master.shape))
+            costs = self._write_keepouts(master.copy(), everywhere)
+        costs.flags.writeable = False
+        costmap = Costmap(
+            costs,
+            *cycle.origin,
+            self._geometry.resolution,
+            tracks_unknown=self._settings.track_unknown_space,
+            stamp_s=time_s,
+        )
+        is_restored = self._settings.static_layer.restore_cleared_footprint
+        static = state.static if is_restored else cycle.static
+        return LayersState(cycle.origin, cycle.obstacles, static, master, costmap)
+
+    def _static_costs(self) -> Costs:
+        settings = self._settings
+        return static_costs(
+            self._static_map.occupancy,
+            track_unknown_space=settings.track_unknown_space,
+            lethal_cost_threshold=settings.lethal_cost_threshold,
+            trinary_costmap=settings.trinary_costmap,
+            unknown_cost_value=settings.unknown_cost_value,
+            inscribed_obstacle_cost_value=settings.inscribed_obstacle_cost_value,
+        )
+
+    def _observe(self, state: LayersState, scan: Scan | None, pose: Array) -> _Cycle:
+        """Moves the grid, takes the scan, frees the footprint, finds the window to be written."""
+        if scan is not None and "obstacle_layer" in self._plugins:
+            obstacles, origin, touched = self._take_scan(state, scan, pose)
+        else:
+            obstacles, origin = self._follow(state, pose)
+            touched = None
+        static = state.static
+        if static is not None and self._settings.static_layer.footprint_clearing_enabled:
+            grid = self._static_map
+            outline = place_outline(self._footprint, pose)
+            touched = _grown(touched, outline)
+            static = static.copy()
+            fill_outline(static, grid.origin_x, grid.origin_y, grid.resolution, outline, FREE)
+        window = CellWindow.whole(obstacles.shape)
+        if state.plugged is not None and not self._geometry.rolling_window:
+            window = self._window_around(touched)
+        return _Cycle(pose, origin, obstacles, static, window)
+
+    def _take_scan(
+        self, state: LayersState, scan: Scan, pose: Array
+    ) -> tuple[Costs, tuple[float, float], Array]:
+        update = update_obstacle_layer(
+            state.obstacles,
+            state.origin,
+            resolution=self._geometry.resolution,
+            robot_pose=pose,
+            footprint=self._footprint,
+            sensor_pose=scan.sensor_pose,
+            angles=scan.angles_rad,
+            ranges=scan.ranges_m,
+            range_min=self._lidar.range_min_m,
+            range_max=self._lidar.range_max_m,
+            default_cost=self._default_cost,
+            rolling_window=self._geometry.rolling_window,
+            **self._settings.obstacle_layer.model_dump(exclude={"enabled", "combination_method"}),
+        )
+        return update.costs, (update.origin_x, update.origin_y), update.bounds
+
+    def _follow(self, state: LayersState, pose: Array) -> tuple[Costs, tuple[float, float]]:
+        geometry = self._geometry
+        if not geometry.rolling_window:
+            return state.obstacles, state.origin
+        costs, origin_x, origin_y = roll_window(
+            state.obstacles,
+            state.origin,
+            resolution=geometry.resolution,
+            wanted=(
+                pose[0] - 0.5 * geometry.columns * geometry.resolution,
+                pose[1] - 0.5 * geometry.rows * geometry.resolution,
+            ),
+            default_cost=self._default_cost,
+        )
+        return costs, (origin_x, origin_y)
+
+    def _window_around(self, touched: Array | None) -> CellWindow:
+        """Returns the cells within the inflation's reach of a box min_x, min_y, max_x, max_y, m."""
+        geometry = self._geometry
+        if touched is None or not np.all(np.isfinite(touched)):
+            return CellWindow(0, 0, 0, 0)
+        reach = self._settings.inflation_layer.inflation_radius
+        origin = np.array([geometry.origin_x, geometry.origin_y])
+        low = np.floor((touched[:2] - reach - origin) / geometry.resolution).astype(int)
+        high = np.floor((touched[2:] + reach - origin) / geometry.resolution).astype(int) + 1
+        limits = np.array([geometry.columns, geometry.rows])
+        first, last = np.clip(low, 0, limits), np.clip(high, 0, limits)
+        return CellWindow(int(first[1]), int(last[1]), int(first[0]), int(last[0]))
+
+    def _reset_window(self, state: LayersState, cycle: _Cycle) -> Costs:
+        if cycle.window == CellWindow.whole(cycle.obstacles.shape):
+            return np.full(cycle.obstacles.shape, self._default_cost, np.uint8)
+        master = state.plugged.copy()
+        master[cycle.window.slices] = self._default_cost
+        return master
+
+    def _write_static(self, master: Costs, cycle: _Cycle) -> Costs:
+        window = cycle.window.slices
+        if not self._geometry.rolling_window:
+            rule = MergeRule.MAX if self._settings.use_maximum else MergeRule.TRUE_OVERWRITE
+            merge_layer(master[window], cycle.static[window], rule)
+            return master
+        grid = self._static_map
+        sample_static(
+            master,
+            *cycle.origin,
+            self._geometry.resolution,
+            cycle.static,
+            grid.origin_x,
+            grid.origin_y,
+            grid.resolution,
+            SAME_FRAME,
+            self._settings.use_maximum,
+        )
+        return master
+
+    def _write_obstacles(self, master: Costs, cycle: _Cycle) -> Costs:
+        window = cycle.window.slices
+        rule = MergeRule(self._settings.obstacle_layer.combination_method)
+        merge_layer(master[window], cycle.obstacles[window], rule)
+        return master
+
+    def _without_noise(self, master: Costs, cycle: _Cycle) -> Costs:
+        window = cycle.window.slices
+        master[window] = denoise(
+            np.ascontiguousarray(master[window]),
+            unknown_is_obstacle=self._default_cost != NO_INFORMATION,
+            **self._settings.denoise_layer.model_dump(exclude={"enabled"}),
+        )
+        return master
+
+    def _inflated(self, master: Costs, cycle: _Cycle) -> Costs:
+        return inflate(
+            master,
+            resolution=self._geometry.resolution,
+            inscribed_radius=self._inscribed_radius,
+            window=cycle.window,
+            **self._settings.inflation_layer.model_dump(exclude={"enabled"}),
+        )
+
+    def _write_keepouts(self, master: Costs, cycle: _Cycle) -> Costs:
+        resolution = self._geometry.resolution
+        part = np.ascontiguousarray(master[cycle.window.slices])
+        for mask, costs in self._keepouts:
+            grid = mask.grid
+            apply_keepout(
+                part,
+                cycle.origin[0] + cycle.window.first_column * resolution,
+                cycle.origin[1] + cycle.window.first_row * resolution,
+                resolution,
+                costs,
+                grid.origin_x,
+                grid.origin_y,
+                grid.resolution,
+                self._override_cost(mask, cycle.pose),
+            )
+        master[cycle.window.slices] = part
+        return master
+
+    def _override_cost(self, mask: FilterMask, pose: Array) -> int:
+        """Returns what is written in place of the mask's costs while the robot stands in it."""
+        settings = self._settings.keepout_filter
+        value = mask.value_at(pose[:2]) if settings.override_lethal_cost else None
+        is_inside = value not in (None, MASK_UNKNOWN) and mask_costs(np.int8(value)) >= INSCRIBED
+        return settings.lethal_override_cost if is_inside else NO_OVERRIDE
+
+
+def local_layers(
+    settings: LocalCostmapSettings,
+    *,
+    lidar: LidarSettings,
+    footprint: Array,
+    static_map: OccupancyMap | None = None,
+    masks: Sequence[FilterMask] = (),
+) -> LayeredCostmap:
+    """Returns the layers of a rolling local costmap; arguments as for `LayeredCostmap`."""
+    geometry = GridGeometry(
+        int(settings.height / settings.resolution),
+        int(settings.width / settings.resolution),
+        *FIRST_ORIGIN,
+        settings.resolution,
+        rolling_window=True,
+    )
+    return LayeredCostmap(
+        settings,
+        geometry,
+        lidar=lidar,
+        footprint=footprint,
+        static_map=static_map,
+        masks=masks,
+    )
+
+
+_WRITERS = {
+    "static_layer": LayeredCostmap._write_static,
+    "obstacle_layer": LayeredCostmap._write_obstacles,
+    "denoise_layer": LayeredCostmap._without_noise,
+    "inflation_layer": LayeredCostmap._inflated,
+    "keepout_filter": LayeredCostmap._write_keepouts,
+}
+
+
+def _grown(box: Array | None, points: Array) -> Array:
+    """Returns the box min_x, min_y, max_x, max_y m around a box and (K, 2) points."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    if box is not None:
+        low, high = np.minimum(low, box[:2]), np.maximum(high, box[2:])
+    return np.concatenate([low, high])

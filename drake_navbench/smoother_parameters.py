@@ -1,0 +1,110 @@
+"""Parameters of Nav2's simple smoother and constrained smoother, with its names and defaults."""
+
+from __future__ import annotations
+
+from typing import Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+Array = NDArray[np.float64]
+
+
+class SimpleSmootherParameters(BaseModel):
+    """Parameters of SimpleSmoother, with Nav2's names and defaults."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    tolerance: float = Field(
+        1e-10, gt=0.0, description="A pass ends when a sweep moves less than this in sum [m]"
+    )
+    max_its: int = Field(1000, ge=0, description="A pass ends before this sweep [sweeps]")
+    w_data: float = Field(0.2, ge=0.0, description="Pull towards the path before smoothing [-]")
+    w_smooth: float = Field(0.3, ge=0.0, description="Pull towards the neighbours' mean [-]")
+    do_refinement: bool = Field(True, description="Smooth the smoothed path again [-]")
+    refinement_num: int = Field(2, ge=0, description="How many times again [passes]")
+    enforce_path_inversion: bool = Field(
+        True, description="Smooth forward and reverse parts apart, keep the poses between [-]"
+    )
+
+
+class OptimizerParameters(BaseModel):
+    """Parameters `optimizer.*` with Nav2's names and defaults; IPOPT has no use for some."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    linear_solver_type: Literal["SPARSE_NORMAL_CHOLESKY", "DENSE_QR"] = Field(
+        "SPARSE_NORMAL_CHOLESKY", description="Of Ceres; without effect here [-]"
+    )
+    max_iterations: int = Field(
+        100, ge=1, description="Iterations after which the result is taken as it is [iterations]"
+    )
+    param_tol: float = Field(1e-15, gt=0.0, description="Of Ceres; without effect here [-]")
+    fn_tol: float = Field(
+        1e-7, gt=0.0, description="Stops where a round gains less, relative to the objective [-]"
+    )
+    gradient_tol: float = Field(1e-10, gt=0.0, description="Of Ceres; without effect here [-]")
+    debug_optimizer: bool = Field(False, description="IPOPT prints its iterations [-]")
+
+
+class ConstrainedSmootherParameters(BaseModel):
+    """Parameters of ConstrainedSmoother, with Nav2's names and defaults."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    minimum_turning_radius: float = Field(
+        0.4, ge=0.0, description="Sharper turns are penalised; 0 penalises none [m]"
+    )
+    w_curve: float = Field(30.0, ge=0.0, description="Weight of excess curvature [m^2]")
+    w_cost: float = Field(0.015, ge=0.0, description="Weight of the costmap's cost [-]")
+    w_cost_cusp_multiplier: float = Field(
+        3.0, ge=0.0, description="Multiplies w_cost at a cusp [-]"
+    )
+    cusp_zone_length: float = Field(
+        2.5, ge=0.0, description="Length around a cusp over which the multiplier fades out [m]"
+    )
+    w_dist: float = Field(0.0, ge=0.0, description="Weight of the distance from the input [1/m^2]")
+    w_smooth: float = Field(
+        2_000_000.0,
+        ge=0.0,
+        description="Weight of second differences; must change with the spacing [1/m^2]",
+    )
+    cost_check_points: tuple[float, ...] = Field(
+        (), description="x [m], y [m], weight [-] of points fixed to the robot, in one row"
+    )
+    path_downsampling_factor: int = Field(1, ge=1, description="Every n-th pose is a knot [poses]")
+    path_upsampling_factor: int = Field(
+        1, ge=0, description="Poses returned per input pose; 0 returns the knots alone [-]"
+    )
+    reversing_enabled: bool = Field(True, description="Headings tell reverse from forward [-]")
+    keep_start_orientation: bool = Field(True, description="The start's heading stays [-]")
+    keep_goal_orientation: bool = Field(True, description="The goal's heading stays [-]")
+    optimizer: OptimizerParameters = OptimizerParameters()
+
+    @model_validator(mode="after")
+    def _check_points_are_triples(self) -> Self:
+        points = self.cost_check_points
+        if len(points) % 3 != 0:
+            raise ValueError(
+                f"cost_check_points: found {len(points)} numbers, expected a multiple of 3"
+            )
+        weights = points[2::3]
+        if points and (min(weights) < 0.0 or max(weights) == 0.0):
+            raise ValueError(
+                f"cost_check_points: found weights {weights}, expected none negative, one above 0"
+            )
+        return self
+
+    @property
+    def normalized_check_points(self) -> Array:
+        """(Q, 3) x m, y m and the square roots of the weights, scaled to a sum of 1.
+
+        Without any, the robot's own origin.
+        """
+        if not self.cost_check_points:
+            return np.array([[0.0, 0.0, 1.0]])
+        points = np.array(self.cost_check_points, dtype=np.float64).reshape(-1, 3)
+        points[:, 2] = np.sqrt(points[:, 2])
+        points[:, 2] /= np.sum(points[:, 2])
+        return points

@@ -1,0 +1,80 @@
+"""Nav2's binary filter: areas in which a switch is thrown, such as that of a warning light."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import Context, LeafSystem, State
+
+from drake_navbench.costmap_settings import BinaryFilterSettings
+from drake_navbench.filter_masks import FilterMask
+from drake_navbench.immutable import Immutable
+from drake_navbench.kernels.rasterize import MASK_UNKNOWN
+
+
+@dataclass(frozen=True)
+class BinaryFilterState(Immutable):
+    """The state of the switch, and every change of it as (time s, state)."""
+
+    is_on: bool = False
+    changes: tuple[tuple[float, bool], ...] = ()
+
+    def as_plain(self) -> list[dict[str, Any]]:
+        """Returns the changes as JSON values, for the log."""
+        return [{"time_s": time_s, "is_on": is_on} for time_s, is_on in self.changes]
+
+
+class BinaryFilter(LeafSystem):
+    """Looks the switch up where the robot believes to be, once a period from `offset_s` on.
+
+    Input `estimate` [x m, y m, ...]. Output `filter_state` (BinaryFilterState). As in Nav2 it
+    starts switched off, whatever the default state.
+    """
+
+    def __init__(
+        self,
+        mask: FilterMask,
+        settings: BinaryFilterSettings,
+        *,
+        period_s: float,
+        offset_s: float,
+    ) -> None:
+        super().__init__()
+        self._mask = mask
+        self._settings = settings
+        self._state = self.DeclareAbstractState(AbstractValue.Make(BinaryFilterState()))
+        self._estimate_port = self.DeclareVectorInputPort("estimate", 5)
+        self.DeclareStateOutputPort("filter_state", self._state)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period_s, offset_s, self._on_update)
+
+    def _on_update(self, context: Context, state: State) -> None:
+        before = context.get_abstract_state(self._state).get_value()
+        position = self._estimate_port.Eval(context)[:2]
+        is_on = binary_state_at(self._mask, self._settings, position, last=before.is_on)
+        if is_on != before.is_on:
+            changes = (*before.changes, (context.get_time(), is_on))
+            after = BinaryFilterState(is_on, changes)
+            state.get_mutable_abstract_state(self._state).set_value(after)
+
+
+def binary_state_at(
+    mask: FilterMask,
+    settings: BinaryFilterSettings,
+    position: NDArray[np.float64],
+    *,
+    last: bool,
+) -> bool:
+    """Returns the state at (2,) m, as Nav2's BinaryFilter.
+
+    Flipped from default_state where base + multiplier * mask value exceeds flip_threshold; off the
+    mask default_state; on unknown cells `last`.
+    """
+    value = mask.value_at(position)
+    if value == MASK_UNKNOWN:
+        return last
+    is_flipped = value is not None and mask.base + mask.multiplier * value > settings.flip_threshold
+    return settings.default_state != is_flipped

@@ -1,0 +1,78 @@
+"""A layered costmap as a system: what the local and the global one share."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import Context, LeafSystem, State
+
+from drake_navbench.immutable import Immutable
+from drake_navbench.layered_costmap import LayeredCostmap, LayersState
+from drake_navbench.task import ClearRequest
+
+
+@dataclass(frozen=True, eq=False)
+class _CostmapState(Immutable):
+    """The layers, and the last request to clear them that was met."""
+
+    layers: LayersState
+    clear_request: ClearRequest | None = None
+
+
+class CostmapSystem(LeafSystem):
+    """Updates a layered costmap once a period, the first time at `offset_s`.
+
+    Inputs `state` [x m, y m, yaw rad, ...], the odometry, `scan` (Scan or None) and `clear_request`
+    (ClearRequest or None; need not be connected). Output `costmap` (Costmap, or None before there
+    is one). Each update takes the newest scan; after a new request to clear, the next one starts
+    from the map alone.
+
+    before_first_scan: the layers as they are until there is a scan; they bring a costmap with them,
+        or none.
+    """
+
+    def __init__(
+        self,
+        layers: LayeredCostmap,
+        *,
+        before_first_scan: LayersState,
+        period_s: float,
+        offset_s: float,
+    ) -> None:
+        super().__init__()
+        self._layers = layers
+        first = _CostmapState(before_first_scan)
+        self._state = self.DeclareAbstractState(AbstractValue.Make(first))
+        self._state_port = self.DeclareVectorInputPort("state", 5)
+        self._scan_port = self.DeclareAbstractInputPort("scan", AbstractValue.Make(object()))
+        self._clear_port = self.DeclareAbstractInputPort(
+            "clear_request", AbstractValue.Make(object())
+        )
+        self.DeclareAbstractOutputPort(
+            "costmap",
+            lambda: AbstractValue.Make(object()),
+            self._calc_costmap,
+            prerequisites_of_calc={self.abstract_state_ticket(self._state)},
+        )
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period_s, offset_s, self._on_update)
+
+    def _calc_costmap(self, context: Context, output: AbstractValue) -> None:
+        output.set_value(context.get_abstract_state(self._state).get_value().layers.costmap)
+
+    def _on_update(self, context: Context, state: State) -> None:
+        scan = self._scan_port.Eval(context)
+        if scan is None:
+            return
+        before = context.get_abstract_state(self._state).get_value()
+        port = self._clear_port
+        request = port.Eval(context) if port.HasValue(context) else None
+        is_new = request is not None and request != before.clear_request
+        layers = self._layers.cleared(before.layers) if is_new else before.layers
+        updated = self._layers.updated(
+            layers,
+            scan=scan,
+            pose=self._state_port.Eval(context)[:3],
+            time_s=context.get_time(),
+        )
+        state.get_mutable_abstract_state(self._state).set_value(_CostmapState(updated, request))

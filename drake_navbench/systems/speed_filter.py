@@ -1,0 +1,89 @@
+"""Nav2's speed filter: areas in which the robot must drive more slowly."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import Context, LeafSystem, State
+
+from drake_navbench.controller import SpeedLimit
+from drake_navbench.filter_masks import FilterMask
+from drake_navbench.immutable import Immutable
+from drake_navbench.kernels.rasterize import MASK_UNKNOWN
+
+FULL_SPEED_PERCENT = 100.0
+
+
+@dataclass(frozen=True)
+class SpeedFilterState(Immutable):
+    """The limit in force, and every change of it as (time s, limit)."""
+
+    limit: SpeedLimit | None = None
+    changes: tuple[tuple[float, SpeedLimit | None], ...] = ()
+
+    def as_plain(self) -> list[dict[str, Any]]:
+        """Returns the changes as JSON values, for the log."""
+        return [
+            {
+                "time_s": time_s,
+                "limit": None if limit is None else limit.value,
+                "is_percentage": limit is not None and limit.is_percentage,
+            }
+            for time_s, limit in self.changes
+        ]
+
+
+class SpeedFilter(LeafSystem):
+    """Looks the speed limit up where the robot believes to be, once a period from `offset_s` on.
+
+    Input `estimate` [x m, y m, ...]. Outputs `speed_limit` (SpeedLimit or None) and `filter_state`
+    (SpeedFilterState). In Nav2 the costmap that lists the filter runs it with each of its updates.
+    """
+
+    def __init__(self, mask: FilterMask, *, period_s: float, offset_s: float) -> None:
+        super().__init__()
+        self._mask = mask
+        self._state = self.DeclareAbstractState(AbstractValue.Make(SpeedFilterState()))
+        self._estimate_port = self.DeclareVectorInputPort("estimate", 5)
+        self.DeclareAbstractOutputPort(
+            "speed_limit",
+            lambda: AbstractValue.Make(object()),
+            self._calc_speed_limit,
+            prerequisites_of_calc={self.abstract_state_ticket(self._state)},
+        )
+        self.DeclareStateOutputPort("filter_state", self._state)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period_s, offset_s, self._on_update)
+
+    def _calc_speed_limit(self, context: Context, output: AbstractValue) -> None:
+        output.set_value(context.get_abstract_state(self._state).get_value().limit)
+
+    def _on_update(self, context: Context, state: State) -> None:
+        before = context.get_abstract_state(self._state).get_value()
+        position = self._estimate_port.Eval(context)[:2]
+        limit = speed_limit_at(self._mask, position, last=before.limit)
+        if limit != before.limit:
+            changes = (*before.changes, (context.get_time(), limit))
+            after = SpeedFilterState(limit, changes)
+            state.get_mutable_abstract_state(self._state).set_value(after)
+
+
+def speed_limit_at(
+    mask: FilterMask, position: NDArray[np.float64], *, last: SpeedLimit | None
+) -> SpeedLimit | None:
+    """Returns the limit at (2,) m: base + multiplier * mask value, None where there is no limit.
+
+    As Nav2's SpeedFilter: mask value 0 is no limit; off the mask and on unknown cells the `last`
+    limit stays in force; a percentage above 100, a negative limit and a limit of 0 are no limit.
+    """
+    value = mask.value_at(position)
+    if value is None or value == MASK_UNKNOWN:
+        return last
+    limit = mask.base + mask.multiplier * value
+    is_percentage = mask.type == "speed_percent"
+    if value == 0 or limit <= 0.0 or (is_percentage and limit > FULL_SPEED_PERCENT):
+        return None
+    return SpeedLimit(limit, is_percentage)

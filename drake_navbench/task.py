@@ -1,0 +1,109 @@
+"""What the systems of the navigation stack tell each other: tasks, how they stand, what to do."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum, auto
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.immutable import Immutable
+
+
+class TaskState(Enum):
+    """The stages of a task: of the whole trial, of the controller server and of behaviours alike."""
+
+    IDLE = auto()
+    RUNNING = auto()
+    SUCCEEDED = auto()
+    ABORTED = auto()
+    CANCELED = auto()
+    ERROR = auto()
+
+    @property
+    def is_final(self) -> bool:
+        """Whether nothing more will happen."""
+        return self not in (TaskState.IDLE, TaskState.RUNNING)
+
+
+@dataclass(frozen=True)
+class TaskStatus(Immutable):
+    """How a task stands.
+
+    error_code: Nav2's code, 0 where there is none. reason: one line for people.
+    details: numbers behind the reason. traceback: of a controller that broke.
+    time_s: when the task ended. task_id: which task, as the one who asked for it numbered it.
+    """
+
+    state: TaskState = TaskState.IDLE
+    error_code: int = 0
+    reason: str = ""
+    details: dict | None = None
+    traceback: str = ""
+    time_s: float = 0.0
+    task_id: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class GlobalPlan(Immutable):
+    """A plan as handed to the controller server: Nav2's FollowPath goal.
+
+    plan_id: grows with every new plan. poses: (N, 3) x m, y m, yaw rad.
+    task_id: a plan with the same task_id as the one before preempts it, a new one starts afresh.
+    cancel_requested: the task is to end.
+    """
+
+    plan_id: int
+    poses: NDArray[np.float64]
+    task_id: int = 1
+    cancel_requested: bool = False
+
+
+@dataclass(frozen=True)
+class BehaviorGoal(Immutable):
+    """What a behaviour is to do: Nav2's Spin, BackUp, DriveOnHeading and Wait goals.
+
+    behavior: its name in `drake_navbench.behaviors.BEHAVIORS`. arguments: of that behaviour.
+    """
+
+    task_id: int
+    behavior: str
+    arguments: Mapping[str, float] = field(default_factory=dict)
+    cancel_requested: bool = False
+
+
+@dataclass(frozen=True)
+class ClearRequest(Immutable):
+    """The wish that a costmap forget what it has marked; time_s: when it was uttered."""
+
+    time_s: float
+
+
+@dataclass(frozen=True)
+class Leg(Immutable):
+    """How the way to one goal went.
+
+    goal: x m, y m, yaw rad. status: how it ended. start_time_s, end_time_s: when.
+    recovery_count: recovery actions that were started, as Nav2's feedback counts them.
+    """
+
+    goal: tuple[float, float, float]
+    status: TaskStatus
+    start_time_s: float
+    end_time_s: float
+    recovery_count: int = 0
+
+    def as_plain(self) -> dict[str, Any]:
+        """Returns it as JSON values, for the log."""
+        return {
+            "goal": list(self.goal),
+            "outcome": self.status.state.name.lower(),
+            "error_code": self.status.error_code,
+            "reason": self.status.reason,
+            "start_time_s": self.start_time_s,
+            "end_time_s": self.end_time_s,
+            "recovery_count": self.recovery_count,
+        }
