@@ -13,7 +13,7 @@ from drake_navbench.kernels.angles import wrap
 
 from .band import Band, mean_twist, shift
 from .candidates import Candidate, TebMemory, gather_candidates, ways_past_block
-from .feasibility import checked_pose_count, first_collision
+from .feasibility import checked_pose_count, is_free
 from .homotopy import Clusters, class_name, find_clusters
 from .local_plan import LEAST_CLEARANCE_RATIO, LocalPlan, cut_local_plan, via_points
 from .obstacles import DistanceField, distance_field
@@ -193,8 +193,7 @@ class TimedElasticBand:
             parameters.feasibility_check_no_poses,
             parameters.feasibility_check_lookahead_distance,
         )
-        poses = band.poses[:count]
-        return first_collision(observation.costmap, self._setup.footprint, poses) is None
+        return is_free(observation.costmap, self._setup.footprint, band.poses[:count])
 
     def _shifted(self, observation: Observation, memory: TebMemory) -> Band | None:
         """Returns the rest of the last driven band if the robot can still drive it, else None."""

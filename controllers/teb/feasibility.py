@@ -11,10 +11,13 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from drake_navbench.kernels.footprint import footprint_cost
+from drake_navbench.kernels.footprint import footprint_cost, pad_footprint
 from drake_navbench.kernels.grid import LETHAL, Costmap
 
 Array = NDArray[np.float64]
+
+# The outline is checked with so much to spare: the error of a pose estimate within a cycle, m.
+OUTLINE_MARGIN_M = 0.02
 
 
 @njit(cache=True)
@@ -45,6 +48,19 @@ def _first_collision(costs, origin_x, origin_y, resolution, footprint, reach, po
             if cost >= LETHAL:
                 return i
     return -1
+
+
+def is_free(costmap: Costmap, footprint: Array, poses: Array) -> bool:
+    """Whether the outline keeps off lethal cells, with a margin for the error of the pose.
+
+    poses: (N, 3), the first is the robot's. Where the robot already stands within the margin, the
+    bare outline must stay free and the last pose must have the margin again.
+    """
+    padded = pad_footprint(footprint, OUTLINE_MARGIN_M)
+    if first_collision(costmap, padded, poses[[0, 0]]) is None:
+        return first_collision(costmap, padded, poses) is None
+    leads_out = first_collision(costmap, padded, poses[[-1, -1]]) is None
+    return leads_out and first_collision(costmap, footprint, poses) is None
 
 
 def checked_pose_count(poses: Array, last_index: int, distance_m: float) -> int:

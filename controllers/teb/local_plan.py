@@ -15,7 +15,8 @@ from .parameters import TebParameters
 
 Array = NDArray[np.float64]
 
-# The plan counts as blocked where not even this share of min_obstacle_dist is left.
+# The plan counts as blocked, and a band as impossible, where not even this share of
+# min_obstacle_dist is left.
 LEAST_CLEARANCE_RATIO = 0.5
 # The local goal moves back so far at most to a pose with all of min_obstacle_dist, m.
 LONGEST_RETREAT_M = 0.5

@@ -13,15 +13,14 @@ from drake_navbench.controller import SpeedLimit
 from .band import Band, Pace, freeze, unwrapped_goal
 from .constraints import BandScene
 from .layout import pack_band
+from .local_plan import LEAST_CLEARANCE_RATIO
 from .objective import Weights
-from .obstacles import DistanceField
+from .obstacles import DistanceField, path_clearance
 from .parameters import TebParameters
 from .program import BandLimits, BandProgram, BandSolution, SolverSettings
 
 Array = NDArray[np.float64]
 
-# The relaxed clearance may fall to zero and, where the robot already stands closer, below it, m.
-SLACK_RESERVE_M = 0.1
 SHORTEST_STEP_RATIO = 0.2
 LONGEST_STEP_RATIO = 4.0
 # A band is good enough to drive while no limit is exceeded by more (m, m/s, rad/s, m/s^2, rad/s^2).
@@ -68,7 +67,7 @@ def band_limits(parameters: TebParameters, speed_limit: SpeedLimit | None) -> Ba
         clearance=parameters.min_obstacle_dist,
         shortest_step=SHORTEST_STEP_RATIO * parameters.dt_ref,
         longest_step=LONGEST_STEP_RATIO * parameters.dt_ref,
-        largest_slack=parameters.min_obstacle_dist + SLACK_RESERVE_M,
+        largest_slack=(1.0 - LEAST_CLEARANCE_RATIO) * parameters.min_obstacle_dist,
         stops_at_goal=not parameters.free_goal_vel,
     )
 
@@ -119,7 +118,12 @@ class BandPlanner:
             self._programs[interval_count] = program
         scene = self._scene(guess, task)
         longest = max(task.limits.longest_step, 2.0 * float(guess.time_steps.max()))
-        limits = task.limits._replace(longest_step=longest)
+        clearance = float(path_clearance(task.field, self._discs, guess.poses[:1])[0])
+        limits = task.limits._replace(
+            longest_step=longest,
+            # A robot that already stands closer may stay as close, not come closer.
+            largest_slack=max(task.limits.largest_slack, task.limits.clearance - clearance),
+        )
         solution = program.solve(
             pack_band(guess.poses, guess.time_steps, 0.0),
             scene=scene,
