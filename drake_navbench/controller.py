@@ -182,6 +182,18 @@ class Controller(Protocol):
         ...
 
 
+@runtime_checkable
+class GracefulController(Protocol):
+    """A controller that slows down by itself before it is cancelled, as Nav2's Controller::cancel.
+
+    One without this method is cancelled at once, and the server commands a stop.
+    """
+
+    def is_at_rest(self, memory: Any) -> bool:
+        """Tells whether a cancelled controller is done, by its memory; it is stepped until then."""
+        ...
+
+
 @dataclass(frozen=True)
 class Registry:
     """The installed controllers by name. Loading a class is put off until it is asked for."""

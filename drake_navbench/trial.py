@@ -22,8 +22,8 @@ from drake_navbench.planning import known_map, make_plan
 from drake_navbench.presets import Preset, load_preset
 from drake_navbench.robot import Robot, load_robot
 from drake_navbench.scenario import Scenario, check_task, load_scenario
-from drake_navbench.task import TaskState, TaskStatus
 from drake_navbench.systems.recorder import Recording
+from drake_navbench.task import TaskState, TaskStatus
 
 # A fixed step without error control: drawing or logging more often must not move the numbers.
 INTEGRATION = SimulatorConfig(
@@ -197,6 +197,9 @@ def _make_log(spec: TrialSpec, trial: TrialDiagram, context: Context) -> TrialLo
 def _info(spec: TrialSpec, outcome: Outcome, status: TaskStatus) -> dict[str, Any]:
     return {
         "scenario": spec.scenario.model_dump(mode="json"),
+        "obstacles": [
+            obstacle.model_dump(mode="json") for obstacle in spec.scenario.obstacles.obstacles
+        ],
         "robot": spec.robot.model_dump(mode="json"),
         "controller": spec.preset.name,
         "controller_plugin": spec.preset.controller,

@@ -108,6 +108,10 @@ class RegulatedPurePursuit:
             self._diagnostics(cycle, observation, has_stopped),
         )
 
+    def is_at_rest(self, memory: Memory) -> bool:
+        """Tells whether a cancelled controller is done: at once without `use_cancel_deceleration`."""
+        return memory.has_stopped or not self._parameters.use_cancel_deceleration
+
     def _run(self, observation: Observation, memory: Memory, is_cancelling: bool) -> Cycle:
         x, y, yaw = observation.pose.tolist()
         measured_v, measured_w = observation.twist.tolist()

@@ -11,27 +11,29 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
+from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem, State
 
 from drake_navbench.controller import (
     Controller,
     ControllerError,
     Decision,
+    GracefulController,
     NoValidControl,
     Observation,
     SpeedLimit,
 )
-from drake_navbench.goal_checkers import SimpleGoalChecker
+from drake_navbench.goal_checkers import GoalChecker
 from drake_navbench.immutable import Immutable
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.noise import NoiseKey, NoiseStream
 from drake_navbench.path_handler import PathHandler
 from drake_navbench.progress_checkers import SimpleProgressChecker
 from drake_navbench.robot import ControllerServerSettings
-from drake_navbench.systems.navigator import GlobalPlan, TaskState, TaskStatus
+from drake_navbench.task import ClearRequest, GlobalPlan, TaskState, TaskStatus
 
 PATIENCE_EXCEEDED = 104
 FAILED_TO_MAKE_PROGRESS = 105
+CONTROLLER_TIMED_OUT = 107
 PATIENT_FOR_EVER = -1.0
 NANOSECOND_DIGITS = 9
 
@@ -43,6 +45,7 @@ class ServerState(Immutable):
     command: (2,) last command published, v m/s, w rad/s. cycle_count: cycles computed so far.
     compute_time_ms: wall-clock time of the last call of the controller.
     diagnostics: what the controller left in that cycle.
+    waiting_since_s: when the wait for a current costmap began, None where there is none.
     """
 
     status: TaskStatus = field(default_factory=TaskStatus)
@@ -56,18 +59,21 @@ class ServerState(Immutable):
     cycle_count: int = 0
     compute_time_ms: float = 0.0
     diagnostics: Mapping[str, Any] = field(default_factory=dict)
+    waiting_since_s: float | None = None
 
 
 class ControllerServer(LeafSystem):
     """Nav2's controller server around one controller, as one unrestricted update a control period.
 
     Inputs `estimate` [x m, y m, yaw rad, v m/s, w rad/s], `costmap` (Costmap or None), `plan`
-    (GlobalPlan or None), `speed_limit` (SpeedLimit or None; not connected: no limit). Outputs
-    `command` [v m/s, w rad/s], `server_state` (ServerState) and `status` (TaskStatus). Abstract
-    parameter `seed_parameter` holds the trial's seed.
+    (GlobalPlan or None), `speed_limit` (SpeedLimit or None; not connected: no limit) and
+    `clear_request` (ClearRequest or None; not connected: none). Outputs `command` [v m/s, w rad/s],
+    `server_state` (ServerState) and `status` (TaskStatus). Abstract parameter `seed_parameter`
+    holds the trial's seed.
 
-    Order of a cycle as in nav2_controller's computeControl: new path, cut of the path, goal test,
-    progress test, command. The first cycle runs at `offset_s`.
+    Order of a cycle as in nav2_controller's computeControl: cancel, new path, wait for a current
+    costmap, cut of the path, goal test, progress test, command. A costmap is not current from the
+    request to clear it until its next update. The first cycle runs at `offset_s`.
     """
 
     def __init__(
@@ -76,7 +82,7 @@ class ControllerServer(LeafSystem):
         settings: ControllerServerSettings,
         *,
         path_handler: PathHandler,
-        goal_checker: SimpleGoalChecker,
+        goal_checker: GoalChecker,
         progress_checker: SimpleProgressChecker,
         offset_s: float,
     ) -> None:
@@ -94,6 +100,9 @@ class ControllerServer(LeafSystem):
         self._plan_port = self.DeclareAbstractInputPort("plan", AbstractValue.Make(object()))
         self._speed_limit_port = self.DeclareAbstractInputPort(
             "speed_limit", AbstractValue.Make(object())
+        )
+        self._clear_port = self.DeclareAbstractInputPort(
+            "clear_request", AbstractValue.Make(object())
         )
         self._state = self.DeclareAbstractState(AbstractValue.Make(ServerState()))
         tickets = {self.abstract_state_ticket(self._state)}
@@ -118,28 +127,55 @@ class ControllerServer(LeafSystem):
     def _on_tick(self, context: Context, state: State) -> None:
         server = context.get_abstract_state(self._state).get_value()
         plan = self._plan_port.Eval(context)
-        costmap = self._costmap_port.Eval(context)
-        if plan is None or costmap is None or server.status.state.is_final:
+        is_new_task = plan is not None and plan.task_id != server.status.task_id
+        if plan is None or (server.status.state.is_final and not is_new_task):
             return
-        seed = context.get_abstract_parameter(self.seed_parameter).get_value()
         now_s = context.get_time()
-        step = round((now_s - self._offset_s) / self._period_s)
-        new = self._cycle(
-            server,
-            plan,
-            costmap,
-            estimate=self._estimate_port.Eval(context),
-            now_s=now_s,
-            speed_limit=self._speed_limit(context),
-            noise_key=NoiseKey(seed, NoiseStream.CONTROLLER, step),
-        )
+        if plan.plan_id != server.plan_id or is_new_task:
+            server = self._take_plan(server, plan, now_s)
+        new = self._cancelled(server) if plan.cancel_requested else None
+        if new is None:
+            new = self._cycle_on_current_costmap(context, server, plan)
         if new.status.state.is_final:
             new = replace(new, status=replace(new.status, time_s=now_s))
         state.get_mutable_abstract_state(self._state).set_value(new)
 
-    def _speed_limit(self, context: Context) -> SpeedLimit | None:
-        port = self._speed_limit_port
-        return port.Eval(context) if port.HasValue(context) else None
+    def _cancelled(self, server: ServerState) -> ServerState | None:
+        """Returns the end of a cancelled task, or None where the controller wants to slow down."""
+        controller = self._controller
+        if isinstance(controller, GracefulController) and not controller.is_at_rest(server.memory):
+            return None
+        return self._end(server, TaskState.CANCELED, 0, "canceled")
+
+    def _cycle_on_current_costmap(
+        self, context: Context, server: ServerState, plan: GlobalPlan
+    ) -> ServerState:
+        """Returns the state after a cycle, or after a period of waiting for the costmap."""
+        now_s = context.get_time()
+        costmap = self._costmap_port.Eval(context)
+        request: ClearRequest | None = _value_or_none(self._clear_port, context)
+        if costmap is None or (request is not None and costmap.stamp_s <= request.time_s):
+            return self._wait_for_costmap(server, now_s)
+        seed = context.get_abstract_parameter(self.seed_parameter).get_value()
+        step = round((now_s - self._offset_s) / self._period_s)
+        return self._cycle(
+            replace(server, waiting_since_s=None),
+            plan,
+            costmap,
+            estimate=self._estimate_port.Eval(context),
+            now_s=now_s,
+            speed_limit=_value_or_none(self._speed_limit_port, context),
+            noise_key=NoiseKey(seed, NoiseStream.CONTROLLER, step),
+        )
+
+    def _wait_for_costmap(self, server: ServerState, now_s: float) -> ServerState:
+        """Keeps the last command while the costmap is not current, up to a limit; 0: no limit."""
+        since_s = now_s if server.waiting_since_s is None else server.waiting_since_s
+        timeout_s = self._settings.costmap_update_timeout
+        if timeout_s > 0.0 and round(now_s - since_s, NANOSECOND_DIGITS) > timeout_s:
+            reason = f"no current costmap for {now_s - since_s:.2f} s"
+            return self._end(server, TaskState.ABORTED, CONTROLLER_TIMED_OUT, reason)
+        return replace(server, waiting_since_s=since_s)
 
     def _cycle(
         self,
@@ -152,8 +188,6 @@ class ControllerServer(LeafSystem):
         speed_limit: SpeedLimit | None,
         noise_key: NoiseKey,
     ) -> ServerState:
-        if plan.plan_id != server.plan_id:
-            server = self._take_plan(server, plan, now_s)
         pose, twist = estimate[:3], self._without_creep(estimate[3:])
         try:
             local_plan, path = self._path_handler.cut(server.path, pose, costmap)
@@ -183,6 +217,7 @@ class ControllerServer(LeafSystem):
             goal_xy_reached=goal_result.xy_reached,
             speed_limit=speed_limit,
             noise_key=noise_key,
+            cancel_requested=plan.cancel_requested,
         )
         server = replace(
             server, path=path, goal_check=goal_result.state, progress_check=progress.state
@@ -190,19 +225,23 @@ class ControllerServer(LeafSystem):
         return self._compute(server, observation)
 
     def _take_plan(self, server: ServerState, plan: GlobalPlan, now_s: float) -> ServerState:
-        is_first = server.plan_id == 0
-        return replace(
+        """Returns the state at the start of a task, or with a path that preempts the one before."""
+        server = replace(
             server,
-            status=TaskStatus(TaskState.RUNNING),
             plan_id=plan.plan_id,
             path=self._path_handler.set_plan(plan.poses),
             goal_check=self._goal_checker.initial_state(),
+        )
+        if plan.task_id == server.status.task_id:
             # Nav2 keeps the progress baseline over a preempting path.
-            progress_check=(
-                self._progress_checker.initial_state() if is_first else server.progress_check
-            ),
-            memory=self._controller.initial_memory() if is_first else server.memory,
-            last_valid_time_s=now_s if is_first else server.last_valid_time_s,
+            return server
+        return replace(
+            server,
+            status=TaskStatus(TaskState.RUNNING, task_id=plan.task_id),
+            progress_check=self._progress_checker.initial_state(),
+            memory=self._controller.initial_memory(),
+            last_valid_time_s=now_s,
+            waiting_since_s=None,
         )
 
     def _without_creep(self, twist: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -278,8 +317,15 @@ class ControllerServer(LeafSystem):
         reason: str,
         details: Mapping[str, Any] | None = None,
     ) -> ServerState:
-        status = TaskStatus(state, code, reason, details=dict(details or {}))
+        status = replace(
+            server.status, state=state, error_code=code, reason=reason, details=dict(details or {})
+        )
         return replace(server, status=status, command=np.zeros(2))
+
+
+def _value_or_none(port: InputPort, context: Context) -> Any:
+    """Returns what an abstract port carries, None where it is not connected."""
+    return port.Eval(context) if port.HasValue(context) else None
 
 
 def _one_line(error: Exception) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import Enum, auto
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,49 +12,7 @@ from pydrake.systems.framework import Context, LeafSystem, State
 
 from drake_navbench.immutable import Immutable
 from drake_navbench.planner import PlanningError
-
-
-class TaskState(Enum):
-    """The stages of a task, of the navigator's and of the controller server's alike."""
-
-    IDLE = auto()
-    RUNNING = auto()
-    SUCCEEDED = auto()
-    ABORTED = auto()
-    ERROR = auto()
-
-    @property
-    def is_final(self) -> bool:
-        """Whether nothing more will happen."""
-        return self in (TaskState.SUCCEEDED, TaskState.ABORTED, TaskState.ERROR)
-
-
-@dataclass(frozen=True)
-class TaskStatus(Immutable):
-    """How a task stands.
-
-    error_code: Nav2's code, 0 where there is none. reason: one line for people.
-    details: numbers behind the reason. traceback: of a controller that broke.
-    time_s: when the task ended.
-    """
-
-    state: TaskState = TaskState.IDLE
-    error_code: int = 0
-    reason: str = ""
-    details: dict | None = None
-    traceback: str = ""
-    time_s: float = 0.0
-
-
-@dataclass(frozen=True, eq=False)
-class GlobalPlan(Immutable):
-    """A plan as handed to the controller server.
-
-    plan_id: grows with every new plan. poses: (N, 3) x m, y m, yaw rad.
-    """
-
-    plan_id: int
-    poses: NDArray[np.float64]
+from drake_navbench.task import GlobalPlan, TaskState, TaskStatus
 
 
 @dataclass(frozen=True)
