@@ -70,7 +70,9 @@ def analyse_folder(
     if jobs == 1:
         results = [_analyse_scenario(*task) for task in tasks]
     else:
-        context = multiprocessing.get_context("spawn")
+        context = multiprocessing.get_context("forkserver")
+        # Imported once, in the server that the workers are forked from.
+        context.set_forkserver_preload([__name__])
         with ProcessPoolExecutor(max_workers=jobs, mp_context=context) as pool:
             results = list(pool.map(_analyse_scenario, *zip(*tasks, strict=True)))
     wanted = list(manifest.get("scenarios", []))

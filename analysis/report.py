@@ -148,6 +148,7 @@ def _scenario(analysis: FolderAnalysis, scenario: ScenarioAnalysis) -> dict[str,
     return {
         "name": scenario.scenario,
         "successes": scenario.successes,
+        "none_succeeded": not any(success.succeeded for success in scenario.successes),
         "verdicts": [(v, units[v.metric]) for v in scenario.verdicts],
         "table": _published_rows(analysis, scenario),
         "has_published": scenario.scenario in set(published_table()["scenario"]),

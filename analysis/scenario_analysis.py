@@ -22,7 +22,7 @@ from drake_navbench.analysis.statistics import (
     summarize_rows,
 )
 from drake_navbench.analysis.tables import trial_identity
-from drake_navbench.analysis.verdicts import Verdict, values_by_seed, verdict
+from drake_navbench.analysis.verdicts import Verdict, comparable_trials, values_by_seed, verdict
 from drake_navbench.errors import InputError
 from drake_navbench.log import Outcome, TrialLog
 
@@ -135,10 +135,11 @@ def analyse(scenario: str, entries: list[TrialEntry], left_out: list[LeftOut]) -
     controllers = list(dict.fromkeys(table["controller"]))
     result.successes = [_success(table, name) for name in controllers]
     result.cells = [cell for name in controllers for cell in _cells(entries, name)]
+    comparable = comparable_trials(table, HEADLINE_METRICS)
     for entry in all_metrics():
         if entry.name in HEADLINE_METRICS:
-            result.pairs += _pairs(table, scenario, entry.name)
-            found = verdict(table, scenario, entry)
+            result.pairs += _pairs(comparable, scenario, entry.name)
+            found = verdict(comparable, scenario, entry)
             if found is not None:
                 result.verdicts.append(found)
     return result

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import pandas as pd
@@ -14,6 +15,7 @@ from drake_navbench.analysis.statistics import (
     paired_comparison,
     trials_needed,
 )
+from drake_navbench.log import Outcome
 
 # A difference below this share of the larger mean is not worth a word, however certain.
 RELEVANT_RATIO = 0.01
@@ -42,6 +44,25 @@ def values_by_seed(trials: pd.DataFrame, scenario: str, metric: str) -> pd.DataF
         index="seed", columns="controller", values=metric, aggfunc="mean", dropna=False
     )
     return table.reindex(columns=list(dict.fromkeys(own["controller"])))
+
+
+def is_failed(trials: pd.DataFrame) -> pd.Series:
+    """Returns which trials did not reach their goal."""
+    return trials["outcome"] != Outcome.SUCCEEDED
+
+
+def comparable_trials(trials: pd.DataFrame, metrics: Iterable[str]) -> pd.DataFrame:
+    """Returns the trials of one scenario with the metrics of failed trials taken out.
+
+    Who gives up at once is neither quick nor smooth nor safe. Where no trial of the scenario
+    reached its goal, all are kept: then the question is how they gave up.
+    """
+    failed = is_failed(trials)
+    if failed.all():
+        return trials
+    kept = trials.copy()
+    kept.loc[failed, list(metrics)] = math.nan
+    return kept
 
 
 def verdict(trials: pd.DataFrame, scenario: str, entry: Metric) -> Verdict | None:
@@ -116,7 +137,9 @@ def _note_on_missing(values: pd.DataFrame, compared: list[str]) -> str:
     partly = [name for name in compared if values[name].isna().any()]
     note = ""
     if partly:
-        note += f"; only trials with a value count ({', '.join(partly)} lack some)"
+        note += (
+            f"; only trials that succeeded and have a value count ({', '.join(partly)} lack some)"
+        )
     if missing:
         note += f"; no value for {', '.join(missing)}"
     return note

@@ -21,6 +21,7 @@ from drake_navbench.analysis.figures.style import Look, figure_style, write_figu
 from drake_navbench.analysis.metrics.definition import Metric
 from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.analysis.scenario_analysis import HEADLINE_METRICS
+from drake_navbench.analysis.verdicts import comparable_trials
 from drake_navbench.log import TrialLog
 from drake_navbench.results import file_name
 
@@ -75,11 +76,12 @@ def _figures(
         return
     look = Look(list(logs))
     metrics = headline_metrics()
+    comparable = comparable_trials(trials, HEADLINE_METRICS)
     compared = {
         "paths": ("Driven paths", paths_figure(drawable, look)),
         "clearance": ("Clearance along the path", clearance_figure(drawable, look)),
         "metrics": ("Metrics, every trial", box_figure(trials, scenario, metrics, look)),
-        "ranks": ("Ranks", rank_figure(trials, scenario, metrics, look)),
+        "ranks": ("Ranks", rank_figure(comparable, scenario, metrics, look)),
         "pareto": ("Time, clearance, jerk", pareto_figure(trials, scenario, look)),
         "compute": ("Compute time", compute_figure(drawable, look)),
     }

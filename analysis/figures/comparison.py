@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from drake_navbench.analysis.figures.style import (
     INK,
@@ -21,7 +22,7 @@ from drake_navbench.analysis.metrics.compute import MS_PER_S, cycle_times_ms
 from drake_navbench.analysis.metrics.definition import Metric, Undefined
 from drake_navbench.analysis.metrics.safety import DANGER_DISTANCE_M
 from drake_navbench.analysis.metrics.signals import column, positions
-from drake_navbench.analysis.verdicts import values_by_seed
+from drake_navbench.analysis.verdicts import is_failed, values_by_seed
 from drake_navbench.log import TrialLog
 
 Logs = Mapping[str, Sequence[TrialLog]]
@@ -29,6 +30,7 @@ BOX_COLUMNS = 3
 BOX_SIZE_IN = (2.9, 1.6)
 WIDE_IN = (7.2, 2.8)
 LONGEST_TICK_LABEL = 9
+COMPUTE_POINTS = 150
 SPREAD = 0.16
 
 
@@ -58,12 +60,16 @@ def clearance_figure(logs: Logs, look: Look) -> Figure | None:
 def box_figure(
     trials: pd.DataFrame, scenario: str, metrics: Sequence[Metric], look: Look
 ) -> Figure | None:
-    """Returns a box plot a metric with every single trial visible; None without any value."""
+    """Returns a box plot a metric with every single trial visible; None without any value.
+
+    Trials that failed are hollow.
+    """
     shown = []
     for entry in metrics:
         values = values_by_seed(trials, scenario, entry.name)
         if values.notna().any(axis=None):
             shown.append((entry, values))
+    failed = values_by_seed(trials.assign(failed=is_failed(trials)), scenario, "failed")
     if not shown:
         return None
     rows = -(-len(shown) // BOX_COLUMNS)
@@ -71,10 +77,14 @@ def box_figure(
         rows, BOX_COLUMNS, axes_size_in=BOX_SIZE_IN, margins=Margins(bottom=0.3, between_rows=0.55)
     )
     for own, (entry, values) in zip(axes, shown, strict=False):
-        _draw_boxes(own, entry, values, look)
+        _draw_boxes(own, entry, values, failed=failed.astype(bool), look=look)
     for unused in axes[len(shown) :]:
         unused.set_axis_off()
-    legend_below(figure, look.marker_keys(shown[0][1].columns))
+    hollow = Line2D(
+        [], [], ls="none", marker="o", ms=7, mfc="white", mec=MUTED, label="hollow: trial failed"
+    )
+    keys = look.marker_keys(shown[0][1].columns)
+    legend_below(figure, [*keys, hollow] if failed.any(axis=None) else keys)
     return figure
 
 
@@ -92,9 +102,9 @@ def compute_figure(logs: Logs, look: Look) -> Figure | None:
             settings = log.info["robot"]["navigation"]["controller_server"]
             period_ms = MS_PER_S / settings["controller_frequency"]
         if found:
-            ordered = np.sort(np.concatenate(found))
-            share = np.arange(len(ordered), 0, -1) / len(ordered)
-            axes.step(ordered, share, where="post", **look.line(controller), label=controller)
+            share = np.geomspace(1.0, 1.0 / sum(map(len, found)), COMPUTE_POINTS)
+            quantiles = np.quantile(np.concatenate(found), 1.0 - share)
+            axes.plot(quantiles, share, **look.line(controller), label=controller)
     if period_ms is None:
         return None
     axes.axvline(period_ms, color=INK, lw=0.9, ls=(0, (4, 3)), label="control period")
@@ -108,11 +118,13 @@ def compute_figure(logs: Logs, look: Look) -> Figure | None:
     return figure
 
 
-def _draw_boxes(axes: Axes, entry: Metric, values: pd.DataFrame, look: Look) -> None:
+def _draw_boxes(
+    axes: Axes, entry: Metric, values: pd.DataFrame, *, failed: pd.DataFrame, look: Look
+) -> None:
     names = list(values.columns)
-    columns = [values[name].dropna().to_numpy() for name in names]
+    columns = [values[name].dropna() for name in names]
     boxes = axes.boxplot(
-        columns,
+        [column.to_numpy() for column in columns],
         widths=0.55,
         showfliers=False,
         patch_artist=True,
@@ -125,7 +137,10 @@ def _draw_boxes(axes: Axes, entry: Metric, values: pd.DataFrame, look: Look) -> 
         box.set(facecolor=color, alpha=0.25, edgecolor=color)
         # Side by side, so that equal trials do not hide one another.
         offsets = np.linspace(-SPREAD, SPREAD, len(own)) if len(own) > 1 else np.zeros(len(own))
-        axes.plot(place + offsets, own, look.marker(name), color=color, ms=4, mec="white", mew=0.5)
+        for offset, (seed, value) in zip(offsets, own.items(), strict=True):
+            is_hollow = failed.loc[seed, name]
+            edge = {"mfc": "white", "mec": color} if is_hollow else {"mfc": color, "mec": "white"}
+            axes.plot(place + offset, value, look.marker(name), ms=4.5, mew=0.7, **edge)
         if len(own) == 0:
             axes.text(place, 0.5, "–", ha="center", transform=axes.get_xaxis_transform())
     is_short = max(map(len, names)) <= LONGEST_TICK_LABEL

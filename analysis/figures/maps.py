@@ -35,7 +35,7 @@ def draw_world(axes: Axes, log: TrialLog) -> None:
             facecolor=OBSTACLE_FACE,
             edgecolor=OBSTACLE_EDGE,
             linewidth=0.8,
-            label="obstacle",
+            label="obstacle" if outlines else None,
         ),
         autolim=False,
     )

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from drake_navbench.analysis.metrics import metric
-from drake_navbench.analysis.verdicts import values_by_seed, verdict
+from drake_navbench.analysis.verdicts import comparable_trials, values_by_seed, verdict
 
 
 @metric(unit="s", better="lower")
@@ -89,3 +89,17 @@ def test_values_keep_the_order_of_the_controllers():
     table = values_by_seed(trials(teb=[1.0], dwb=[np.nan]), "empty", "time_s")
     assert list(table.columns) == ["teb", "dwb"]
     assert np.isnan(table.loc[0, "dwb"])
+
+
+def test_giving_up_early_is_not_being_quick():
+    rows = trials(rpp=[10.0, 10.1, 10.2], dwb=[1.0, 1.1, 11.0])
+    rows["outcome"] = ["succeeded"] * 3 + ["aborted", "aborted", "succeeded"]
+    found = verdict(comparable_trials(rows, ["time_s"]), "empty", time_s)
+    assert found.best != "dwb"
+    assert "dwb lack some" in found.text
+
+
+def test_where_nobody_succeeds_all_trials_are_compared():
+    rows = trials(rpp=[1.0, 1.0], dwb=[2.0, 2.0])
+    rows["outcome"] = "aborted"
+    assert verdict(comparable_trials(rows, ["time_s"]), "empty", time_s).best == "rpp"
