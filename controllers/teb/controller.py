@@ -107,7 +107,8 @@ class TimedElasticBand:
                 return plan, ways
             plan = plan.before_the_block(parameters.min_obstacle_dist)
         ahead = float(np.hypot(*(plan.poses[plan.goal_index, :2] - observation.pose[:2])))
-        if plan.is_cut_short and ahead < parameters.blocked_goal_distance_m:
+        is_used_up = plan.goal_index == 0 or ahead < parameters.blocked_goal_distance_m
+        if plan.is_cut_short and is_used_up:
             raise NoValidControl(
                 "the plan is blocked and nothing of its free part is left at a min_obstacle_dist of"
                 f" {parameters.min_obstacle_dist} m",

@@ -2,7 +2,11 @@ import numpy as np
 import pytest
 
 from drake_navbench.controller import InvalidPath, Observation
-from drake_navbench.controllers.teb.feasibility import checked_pose_count, first_collision
+from drake_navbench.controllers.teb.feasibility import (
+    checked_pose_count,
+    first_collision,
+    is_free,
+)
 from drake_navbench.controllers.teb.local_plan import cut_local_plan, via_points
 from drake_navbench.controllers.teb.obstacles import distance_field
 from drake_navbench.controllers.teb.parameters import TebParameters
@@ -125,3 +129,22 @@ def test_the_check_covers_the_named_poses():
     assert checked_pose_count(poses, 50, -1.0) == 10
     assert checked_pose_count(poses, 5, 0.25) == 3
     assert checked_pose_count(poses, 0, -1.0) == 2
+
+
+def test_the_outline_is_checked_with_a_margin():
+    # The side of the square runs 1 cm or 3 cm beside the box; the margin is 2 cm.
+    poses = np.array([[-1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    grid = costmap([(-0.3, 0.2, 0.0, 0.5)])
+    near, far = poses - [0.0, 0.01, 0.0], poses - [0.0, 0.03, 0.0]
+    assert first_collision(grid, SQUARE, near) is None
+    assert not is_free(grid, SQUARE, near)
+    assert is_free(grid, SQUARE, far)
+
+
+def test_a_robot_inside_the_margin_may_leave_it_but_not_stay():
+    # It stands 1 cm beside the box.
+    grid = costmap([(-0.5, 0.2, 0.5, 0.5)])
+    start = np.array([0.0, -0.01, 0.0])
+    assert is_free(grid, SQUARE, np.array([start, [0.0, -0.1, 0.0]]))
+    assert not is_free(grid, SQUARE, np.array([start, [0.1, -0.01, 0.0]]))
+    assert not is_free(grid, SQUARE, np.array([start, [0.0, 0.1, 0.0]]))

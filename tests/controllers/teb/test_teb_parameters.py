@@ -66,6 +66,10 @@ def test_footprint_models_become_discs():
     assert derived[:, 0].max() + derived[0, 1] == pytest.approx(WHEELCHAIR[:, 0].max())
 
 
+def test_at_least_half_of_the_clearance_is_kept():
+    assert band_limits(TebParameters(min_obstacle_dist=0.3), None).largest_slack == 0.15
+
+
 def test_a_speed_limit_scales_all_speeds():
     parameters = TebParameters(max_vel_x=0.5, max_vel_x_backwards=0.2, max_vel_theta=1.0)
     for limit in (SpeedLimit(0.25), SpeedLimit(50.0, is_percentage=True)):
