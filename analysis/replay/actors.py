@@ -35,7 +35,7 @@ HIT_SIZE_M = 0.16
 HIT_HEIGHT_M = 0.2
 PATH_WIDTH_M = 0.06
 OUTLINE_WIDTH_M = 0.03
-# Keeps the ribbons of controllers that drive the same line from flickering.
+# Keeps what belongs to different controllers from flickering where it lies in one plane.
 LAYER_STEP_M = 0.001
 
 
@@ -84,6 +84,7 @@ def add_robot(
     outline: Array,
     rgba: Rgba,
     pose_stride: int,
+    layer: int = 0,
 ) -> None:
     """Draws a robot and lets it drive; after the motion's end it stays where it is.
 
@@ -97,7 +98,7 @@ def add_robot(
     closed = np.vstack([outline, outline[:1]])
     edge = ribbon(closed, width_m=OUTLINE_WIDTH_M, height_m=PATH_HEIGHT_M)
     stage.flat_mesh(f"{path}/footprint", edge, rgba)
-    _key_base(stage, path, motion, pose_stride)
+    _key_base(stage, path, motion, pose_stride, height_m=layer * LAYER_STEP_M)
     _key_links(stage, path, model, motion, FRAMES_PER_WHEEL_KEY * pose_stride)
 
 
@@ -126,7 +127,7 @@ def add_scans(
     stage.take_turns(shown)
 
 
-def _key_base(stage: Stage, path: str, motion: BaseMotion, stride: int) -> None:
+def _key_base(stage: Stage, path: str, motion: BaseMotion, stride: int, *, height_m: float) -> None:
     frames, times = frames_until(motion.time_s[-1], stride)
     poses = np.column_stack(
         [np.interp(times, motion.time_s, c) for c in (motion.x_m, motion.y_m, motion.yaw_rad)]
@@ -134,7 +135,7 @@ def _key_base(stage: Stage, path: str, motion: BaseMotion, stride: int) -> None:
     for k in _rows_that_matter(poses):
         x, y, yaw = poses[k]
         rotation = RotationMatrix.MakeZRotation(yaw)
-        stage.pose(path, RigidTransform(rotation, [x, y, 0.0]), int(frames[k]))
+        stage.pose(path, RigidTransform(rotation, [x, y, height_m]), int(frames[k]))
 
 
 def _rows_that_matter(poses: Array) -> NDArray[np.int64]:

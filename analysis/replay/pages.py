@@ -109,7 +109,9 @@ def write_trial_replay(log: TrialLog, path: Path, *, model: Path | None) -> None
 
 
 def _scenario_and_robot(log: TrialLog) -> tuple[Scenario, Robot]:
-    return Scenario.model_validate(log.info["scenario"]), Robot.model_validate(log.info["robot"])
+    # A map is not at hand any more; what stood there is.
+    scenario = dict(log.info["scenario"]) | {"world": {"obstacles": log.obstacles}}
+    return Scenario.model_validate(scenario), Robot.model_validate(log.info["robot"])
 
 
 def _add_surroundings(
@@ -146,6 +148,7 @@ def _add_trial(
         outline=robot.outline,
         rgba=rgba,
         pose_stride=pace.pose_stride,
+        layer=layer,
     )
     add_driven_path(stage, _driven_path(name), motion, rgba=rgba, layer=layer)
     add_scans(stage, _scan_path(name), log.scans, rgba=rgba, period_s=pace.turn_period_s)

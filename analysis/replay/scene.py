@@ -43,7 +43,7 @@ START_RADIUS_M = 0.10
 ARROW_SIZE_M = 0.35
 POINT_SPACING_M = 0.05
 
-FLOOR_MARGIN_M = 1.5
+FLOOR_MARGIN_M = 2.0
 COURSE_MARGIN_M = 0.1
 # A slanted view from the south: x runs to the right and y away from the viewer, as on a map.
 CAMERA_ELEVATION_RAD = np.deg2rad(52.0)
