@@ -160,12 +160,18 @@ def _manifest(request: Request, campaign: Campaign) -> dict[str, Any]:
 
 
 def _inputs(campaign: Campaign) -> dict[str, str]:
-    """Returns every resolved input file of a campaign: name in inputs/ -> text."""
+    """Returns every resolved input file of a campaign: name in inputs/ -> text.
+
+    Of maps and masks there are hashes only.
+    """
     texts = {}
     for spec in campaign.specs:
         scenario, preset = spec.scenario, spec.preset
         name = file_name(scenario.name)
         texts[f"scenarios/{name}.yaml"] = _dump(scenario.model_dump(mode="json", exclude={"name"}))
+        if scenario.files:
+            hashes = {str(path): sha256(path.read_bytes()).hexdigest() for path in scenario.files}
+            texts[f"scenarios/{name}.maps.yaml"] = _dump(hashes)
         texts[f"robots/{name}.yaml"] = _dump(spec.robot.model_dump(mode="json"))
         texts[f"controllers/{file_name(preset.name)}.yaml"] = as_yaml(preset)
     return texts

@@ -108,6 +108,11 @@ class TrialLog:
         """When the trial ended, s."""
         return float(self.info["end_time_s"])
 
+    @property
+    def obstacles(self) -> list[Mapping[str, Any]]:
+        """What stood in the world, as shapes of a scenario file: a map's walls as boxes too."""
+        return self.info.get("obstacles", self.info["scenario"]["world"]["obstacles"])
+
     def write(self, path: Path) -> None:
         """Writes the Parquet file; equal logs give equal bytes."""
         pq.write_table(self._table(), path, compression="zstd")

@@ -82,6 +82,7 @@ class OccupancyMap(Immutable):
     resolution: edge of a cell, m, rounded to float32 as in the message.
     origin_x, origin_y: lower left corner of cell (0, 0), m.
     origin_yaw: as in the file, rad; Nav2's costmaps take no notice of it.
+    files: what it was read from, the YAML file and the image.
     """
 
     occupancy: NDArray[np.int8]
@@ -89,6 +90,7 @@ class OccupancyMap(Immutable):
     origin_x: float
     origin_y: float
     origin_yaw: float = 0.0
+    files: tuple[Path, ...] = ()
 
     @property
     def bounds(self) -> tuple[float, float, float, float]:
@@ -132,7 +134,12 @@ def load_map(path: str | Path) -> OccupancyMap:
     # The top row of an image is the one with the highest y.
     occupancy = np.ascontiguousarray(occupancy[::-1])
     occupancy.flags.writeable = False
-    return OccupancyMap(occupancy, float(np.float32(metadata.resolution)), *metadata.origin)
+    return OccupancyMap(
+        occupancy,
+        float(np.float32(metadata.resolution)),
+        *metadata.origin,
+        files=(path, path.parent / metadata.image),
+    )
 
 
 def occupancy_from_grey(

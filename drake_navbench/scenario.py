@@ -175,6 +175,12 @@ class Scenario(FrozenModel):
         )
 
     @property
+    def files(self) -> list[Path]:
+        """The map and mask files that it refers to, with their images."""
+        grids = [self.map, *(mask.grid for mask in self.filter_masks)]
+        return [path for grid in grids if grid is not None for path in grid.files]
+
+    @property
     def _bounds(self) -> tuple[float, ...]:
         """min_x, min_y, max_x, max_y of all that matters, m."""
         points = [self.start[:2], self.goal[:2]]

@@ -93,9 +93,7 @@ def robot_outline(log: TrialLog) -> Array:
 
 def obstacle_outlines(log: TrialLog) -> list[Array]:
     """Returns the corners of every obstacle in the world frame, (K, 2) m each."""
-    obstacles = TypeAdapter(list[Obstacle]).validate_python(
-        log.info["scenario"]["world"]["obstacles"]
-    )
+    obstacles = TypeAdapter(list[Obstacle]).validate_python(log.obstacles)
     return [obstacle.outline for obstacle in obstacles]
 
 
