@@ -31,10 +31,12 @@ _BIT_1 = np.int32(2)
 _NONE = np.int32(0)
 
 # Taylor coefficients: on [-pi/4, pi/4] the remainders are below half a unit in the last place.
-_SIN_3, _SIN_5, _SIN_7, _SIN_9 = (F32(s / math.factorial(k)) for s, k in zip(
-    (-1, 1, -1, 1), (3, 5, 7, 9), strict=True))
-_COS_4, _COS_6, _COS_8, _COS_10 = (F32(s / math.factorial(k)) for s, k in zip(
-    (1, -1, 1, -1), (4, 6, 8, 10), strict=True))
+_SIN_3, _SIN_5, _SIN_7, _SIN_9 = (
+    F32(s / math.factorial(k)) for s, k in zip((-1, 1, -1, 1), (3, 5, 7, 9), strict=True)
+)
+_COS_4, _COS_6, _COS_8, _COS_10 = (
+    F32(s / math.factorial(k)) for s, k in zip((1, -1, 1, -1), (4, 6, 8, 10), strict=True)
+)
 
 
 @njit(cache=True)

@@ -61,9 +61,7 @@ def velocity_lanes(speed, rise, fall, controls, noise, velocities):
     """
     velocities[0, :] = speed
     for t in range(1, velocities.shape[0]):
-        _velocity_row(
-            velocities[t - 1], controls[t - 1], noise[t - 1], rise, fall, velocities[t]
-        )
+        _velocity_row(velocities[t - 1], controls[t - 1], noise[t - 1], rise, fall, velocities[t])
 
 
 @njit(cache=True)
@@ -130,9 +128,7 @@ def pose_lanes(pose, dt, holonomic, vx, vy, wz, x, y, yaw):
     start = np.empty((3, LANES), np.float32)
     for axis in range(3):
         start[axis, :] = pose[axis]
-    _step_row(
-        start[0], start[1], start[2], vx[0], vy[0], wz[0], dt, holonomic, x[0], y[0], yaw[0]
-    )
+    _step_row(start[0], start[1], start[2], vx[0], vy[0], wz[0], dt, holonomic, x[0], y[0], yaw[0])
     for t in range(1, x.shape[0]):
         _step_row(
             x[t - 1], y[t - 1], yaw[t - 1], vx[t], vy[t], wz[t], dt, holonomic, x[t], y[t], yaw[t]

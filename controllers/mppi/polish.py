@@ -92,9 +92,7 @@ class Polish:
         self._points = self._program.NewContinuousVariables(2 * knot_count, "control_points")
         self._program.AddCost(self._cost, vars=self._points)
         everywhere = np.full(2 * knot_count, np.inf)
-        self._bounds = self._program.AddBoundingBoxConstraint(
-            -everywhere, everywhere, self._points
-        )
+        self._bounds = self._program.AddBoundingBoxConstraint(-everywhere, everywhere, self._points)
         self._add_acceleration_rows(knots, limits)
         self._solver = IpoptSolver()
         self._options = _solver_options(max_iterations)

@@ -16,19 +16,19 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from drake_navbench.controller import ControllerSetup, NoValidControl
-from drake_navbench.controllers.mppi.critics.batch import (
-    Batch,
-    Float32Array,
-    Reach,
-    Scene,
-    furthest_point,
-)
 from drake_navbench.controllers.mppi.critics.base import (
     CriticContext,
     MapView,
     PathCritic,
     PointwiseCritic,
     Trajectories,
+)
+from drake_navbench.controllers.mppi.critics.batch import (
+    Batch,
+    Float32Array,
+    Reach,
+    Scene,
+    furthest_point,
 )
 from drake_navbench.controllers.mppi.critics.registry import load_critics
 from drake_navbench.controllers.mppi.float32_math import F32

@@ -139,7 +139,7 @@ class PointwiseCritic:
         raise NotImplementedError
 
     def finish(self, cycle: Any, costs: Float32Array) -> bool:
-        """Turns the raw terms (B,) of the whole batch into costs in place; returns the fail flag."""
+        """Turns the batch's raw terms (B,) into costs in place; returns the fail flag."""
         weigh(costs, F32(self.parameters.cost_weight), self.parameters.cost_power)
         return False
 

@@ -153,7 +153,9 @@ class Batch:
     def reach(self, column_step: int = 1) -> Reach:
         """Returns the samples' ends, lengths and every `column_step`-th column."""
         if column_step not in self._reach:
-            columns = [np.ascontiguousarray(q[:, ::column_step]) for q in (self.x, self.y, self.yaw)]
+            columns = [
+                np.ascontiguousarray(q[:, ::column_step]) for q in (self.x, self.y, self.yaw)
+            ]
             ends = [np.ascontiguousarray(q[:, -1]) for q in (self.x, self.y, self.yaw)]
             lengths = np.zeros_like(ends[0])
             for block in range(len(lengths)):

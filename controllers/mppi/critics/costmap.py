@@ -68,9 +68,7 @@ class CostCritic(PointwiseCritic):
         )
         if not p.consider_footprint:
             score[collides] = INFINITY
-        return CostCycle(
-            MapView.of(scene.costmap, self.context.setup.footprint), score, collides
-        )
+        return CostCycle(MapView.of(scene.costmap, self.context.setup.footprint), score, collides)
 
     def add(self, cycle: CostCycle, chunk: Trajectories, sums: Lanes, *, first_block: int) -> None:
         step = self.parameters.trajectory_point_step
@@ -294,9 +292,7 @@ def _float32_cell_row(view, x, y, cells):
 
 @njit(cache=True)
 def _float64_cell_row(view, x, y, cells):
-    _cell_row(
-        view.origin_x, view.origin_y, view.resolution, view.rows, view.columns, x, y, cells
-    )
+    _cell_row(view.origin_x, view.origin_y, view.resolution, view.rows, view.columns, x, y, cells)
 
 
 @njit(cache=True, error_model="numpy")
