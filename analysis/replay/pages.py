@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import TypeAdapter
 from pydrake.geometry import Rgba
 
 from drake_navbench.analysis.colors import controller_color
@@ -34,6 +35,7 @@ from drake_navbench.analysis.replay.stage import Stage
 from drake_navbench.log import Outcome, TrialLog
 from drake_navbench.robot import Robot
 from drake_navbench.scenario import Scenario
+from drake_navbench.world import Obstacle, World
 
 Array = NDArray[np.float64]
 
@@ -114,6 +116,11 @@ def _scenario_and_robot(log: TrialLog) -> tuple[Scenario, Robot]:
     return Scenario.model_validate(scenario), Robot.model_validate(log.info["robot"])
 
 
+def _world(log: TrialLog) -> World:
+    """Returns everything that stood in the trial's world, walls of a map included."""
+    return World(tuple(TypeAdapter(list[Obstacle]).validate_python(log.info["obstacles"])))
+
+
 def _add_surroundings(
     stage: Stage, scenario: Scenario, robot: Robot, logs: Sequence[TrialLog]
 ) -> None:
@@ -122,7 +129,8 @@ def _add_surroundings(
     ends = np.array([scenario.start[:2], scenario.goal[:2]])
     points = np.vstack([*driven, plan[:, :2], ends])
     reach_m = np.hypot(*robot.outline.T).max()
-    add_scene(stage, scenario, plan=plan, course=Bounds.around(points, reach_m + COURSE_MARGIN_M))
+    course = Bounds.around(points, reach_m + COURSE_MARGIN_M)
+    add_scene(stage, _world(logs[0]), plan=plan, course=course)
     add_task(stage, scenario, robot.navigation.goal_checker.xy_goal_tolerance)
 
 

@@ -12,6 +12,7 @@ from pydrake.math import RigidTransform
 from drake_navbench.analysis.replay.flat_meshes import arrow, dashes, ring, thinned
 from drake_navbench.analysis.replay.stage import Stage
 from drake_navbench.scenario import Scenario
+from drake_navbench.world import World
 from drake_navbench.world_geometry import OBSTACLE_COLOR, obstacle_shapes
 
 Array = NDArray[np.float64]
@@ -76,16 +77,16 @@ class Bounds:
         return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
 
 
-def add_scene(stage: Stage, scenario: Scenario, *, plan: Array, course: Bounds) -> None:
-    """Draws floor, obstacles, start, goal and plan, and points the camera at the course.
+def add_scene(stage: Stage, world: World, *, plan: Array, course: Bounds) -> None:
+    """Draws floor, obstacles and plan, and points the camera at the course.
 
     plan: (N, 3) m, m, rad. course: what the camera must show.
     """
-    outlines = [o.outline for o in scenario.obstacles.obstacles]
+    outlines = [obstacle.outline for obstacle in world.obstacles]
     floor = Bounds.around(np.vstack([course.corners, *outlines]), FLOOR_MARGIN_M)
     _replace_defaults(stage.meshcat)
     _draw_floor(stage.meshcat, floor)
-    _draw_obstacles(stage.meshcat, scenario)
+    _draw_obstacles(stage.meshcat, world)
     points = thinned(plan[:, :2], POINT_SPACING_M) if len(plan) else np.empty((0, 2))
     if len(points) > 1:
         line = dashes(points, dash_m=PLAN_DASH_M, width_m=PLAN_WIDTH_M, height_m=PLAN_HEIGHT_M)
@@ -130,8 +131,8 @@ def _draw_floor(meshcat: Meshcat, bounds: Bounds) -> None:
     )
 
 
-def _draw_obstacles(meshcat: Meshcat, scenario: Scenario) -> None:
-    for index, obstacle in enumerate(scenario.obstacles.obstacles):
+def _draw_obstacles(meshcat: Meshcat, world: World) -> None:
+    for index, obstacle in enumerate(world.obstacles):
         for piece, (pose, shape) in enumerate(obstacle_shapes(obstacle)):
             path = f"/obstacles/{index}/{piece}"
             meshcat.SetObject(path, shape, Rgba(*OBSTACLE_COLOR[:3], OBSTACLE_OPACITY))

@@ -46,11 +46,13 @@ def replay_log(
     **kwargs: Any,
 ) -> TrialLog:
     """Returns a complete log of a straight drive, as a trial writes it."""
+    task = scenario(speed_mps * end_time_s)
     log = straight_log(
         speed_mps=speed_mps,
         end_time_s=end_time_s,
         info={
-            "scenario": scenario(speed_mps * end_time_s).model_dump(mode="json"),
+            "scenario": task.model_dump(mode="json"),
+            "obstacles": [o.model_dump(mode="json") for o in task.obstacles.obstacles],
             "robot": load_robot(robot).model_dump(mode="json"),
             "controller": controller,
         }
