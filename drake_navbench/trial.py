@@ -188,10 +188,21 @@ def _make_log(spec: TrialSpec, trial: TrialDiagram, context: Context) -> TrialLo
     return TrialLog(
         samples=_samples(recording),
         plan=plan.poses if plan is not None else np.empty((0, 3)),
-        info=_info(spec, outcome, status),
+        info=_info(spec, outcome, status) | _filter_changes(trial, context),
         scans=tuple(recording.scans),
         diagnostics=tuple(recording.diagnostics),
     )
+
+
+def _filter_changes(trial: TrialDiagram, context: Context) -> dict[str, Any]:
+    """Returns what the filters of the scenario did: by name, every change with its time."""
+    return {
+        system.get_name(): system.GetOutputPort("filter_state")
+        .Eval(system.GetMyContextFromRoot(context))
+        .as_plain()
+        for system in (trial.speed_filter, trial.binary_filter)
+        if system is not None
+    }
 
 
 def _info(spec: TrialSpec, outcome: Outcome, status: TaskStatus) -> dict[str, Any]:
