@@ -11,15 +11,24 @@ import shapely
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from drake_navbench.behavior_tree.settings import BehaviorTreeSettings
+from drake_navbench.behaviors import BehaviorServerParameters
+from drake_navbench.checker_settings import (
+    GoalCheckerSettings,
+    ProgressCheckerSettings,
+    default_goal_checker,
+    default_progress_checker,
+)
+from drake_navbench.collision_monitor import CollisionMonitorParameters
 from drake_navbench.costmap_settings import GlobalCostmapSettings, LocalCostmapSettings
 from drake_navbench.errors import InputError
-from drake_navbench.goal_checkers import SimpleGoalCheckerParameters
 from drake_navbench.kernels.footprint import circle_footprint, footprint_radii, pad_footprint
 from drake_navbench.named_files import NamedFiles
 from drake_navbench.path_handler import PathHandlerParameters
 from drake_navbench.planner_parameters import PlannerParameters
-from drake_navbench.progress_checkers import SimpleProgressCheckerParameters
 from drake_navbench.typed_yaml import FrozenModel, read_yaml, validate
+from drake_navbench.velocity_smoother import VelocitySmootherParameters
+from drake_navbench.waypoint_follower import WaypointFollowerParameters
 
 ROBOT_FILES = NamedFiles(kind="robot", package="drake_navbench.models")
 
@@ -89,6 +98,9 @@ class ControllerServerSettings(FrozenModel):
     failure_tolerance: float = Field(
         0.0, ge=-1.0, description="Patience with failing cycles [s]; 0 none, -1 for ever."
     )
+    costmap_update_timeout: float = Field(
+        0.30, ge=0.0, description="Patience with a costmap that is not current [s]; 0 for ever."
+    )
     min_x_velocity_threshold: float = Field(
         0.0001, ge=0.0, description="Measured |v| up to this is taken as 0 [m/s]."
     )
@@ -102,13 +114,22 @@ class NavigationSettings(FrozenModel):
 
     controller_server: ControllerServerSettings = Field(default_factory=ControllerServerSettings)
     path_handler: PathHandlerParameters = Field(default_factory=PathHandlerParameters)
-    goal_checker: SimpleGoalCheckerParameters = Field(default_factory=SimpleGoalCheckerParameters)
-    progress_checker: SimpleProgressCheckerParameters = Field(
-        default_factory=SimpleProgressCheckerParameters
-    )
+    goal_checker: GoalCheckerSettings = Field(default_factory=default_goal_checker)
+    progress_checker: ProgressCheckerSettings = Field(default_factory=default_progress_checker)
     local_costmap: LocalCostmapSettings = Field(default_factory=LocalCostmapSettings)
     global_costmap: GlobalCostmapSettings = Field(default_factory=GlobalCostmapSettings)
     planner: PlannerParameters = Field(default_factory=PlannerParameters)
+    behavior_tree: BehaviorTreeSettings = Field(default_factory=BehaviorTreeSettings)
+    behavior_server: BehaviorServerParameters = Field(default_factory=BehaviorServerParameters)
+    waypoint_follower: WaypointFollowerParameters = Field(
+        default_factory=WaypointFollowerParameters
+    )
+    velocity_smoother: VelocitySmootherParameters | None = Field(
+        None, description="Limits every command; null: there is none."
+    )
+    collision_monitor: CollisionMonitorParameters | None = Field(
+        None, description="Checks every command against the scan; null: there is none."
+    )
 
 
 class Robot(FrozenModel):

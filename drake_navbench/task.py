@@ -14,7 +14,7 @@ from drake_navbench.immutable import Immutable
 
 
 class TaskState(Enum):
-    """The stages of a task: of the whole trial, of the controller server and of behaviours alike."""
+    """The stages of a task: the whole trial's, the controller server's, a behaviour's."""
 
     IDLE = auto()
     RUNNING = auto()

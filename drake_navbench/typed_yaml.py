@@ -123,7 +123,7 @@ def _step_into(models: list[type[BaseModel]], part: str) -> list[type[BaseModel]
     tagged = [
         m
         for m in models
-        if "type" in m.model_fields and part in get_args(m.model_fields["type"].annotation)
+        if any(part in get_args(field.annotation) for field in m.model_fields.values())
     ]
     return found or tagged or models
 

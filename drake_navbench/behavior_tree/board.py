@@ -1,0 +1,75 @@
+"""The blackboard: what the leaves of a tree read and write.
+
+py_trees' own blackboard is one dictionary for the whole process, shared by all trees and all
+Contexts; this one is a value.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.immutable import Immutable
+from drake_navbench.kernels.grid import Costmap
+from drake_navbench.task import BehaviorGoal, ClearRequest, GlobalPlan, TaskStatus
+
+Pose = NDArray[np.float64]
+MakePlan = Callable[[Pose, Pose, Costmap], NDArray[np.float64]]
+"""From start and goal (3,) and the global costmap to a plan (N, 3); raises PlanningError."""
+IsPathValid = Callable[[NDArray[np.float64], Costmap], bool]
+"""Whether a path (N, 3) is free of collisions on the global costmap."""
+
+
+@dataclass(frozen=True, eq=False)
+class Blackboard(Immutable):
+    """What evolves besides the nodes.
+
+    goal_id, goal: the present goal, (3,) x m, y m, yaw rad. path: (N, 3), None where there is none;
+    remaining_path: the part of it before the robot.
+    results: how each action ended last, by its key; what was never tried is missing.
+    follow_path, behavior, clear_local, clear_global: what the servers are asked for.
+    plan_count, task_count, recovery_count: how often something was begun.
+    """
+
+    goal_id: int = 0
+    goal: Pose | None = None
+    path: NDArray[np.float64] | None = None
+    remaining_path: NDArray[np.float64] | None = None
+    results: Mapping[str, TaskStatus] = field(default_factory=dict)
+    follow_path: GlobalPlan | None = None
+    behavior: BehaviorGoal | None = None
+    clear_local: ClearRequest | None = None
+    clear_global: ClearRequest | None = None
+    plan_count: int = 0
+    task_count: int = 0
+    recovery_count: int = 0
+
+
+@dataclass
+class Board:
+    """The present tick's view for the leaves: inputs to read, and the blackboard to read and write.
+
+    now_s: time of the tick. pose: (3,) estimate. global_costmap: the latest one.
+    controller_status, behavior_status: of the servers.
+    """
+
+    make_plan: MakePlan
+    is_path_valid: IsPathValid
+    now_s: float = 0.0
+    pose: Pose | None = None
+    global_costmap: Costmap | None = None
+    controller_status: TaskStatus = field(default_factory=TaskStatus)
+    behavior_status: TaskStatus = field(default_factory=TaskStatus)
+    values: Blackboard = field(default_factory=Blackboard)
+
+    def write(self, **changes: Any) -> None:
+        """Changes values of the blackboard."""
+        self.values = replace(self.values, **changes)
+
+    def write_result(self, key: str, status: TaskStatus) -> None:
+        """Keeps how an action ended."""
+        self.write(results={**self.values.results, key: status})

@@ -1,0 +1,255 @@
+"""The leaves of Nav2's NavigateToPose tree: conditions, and actions that talk to the servers.
+
+The planner and the costmap services answer within the tick: no simulated time passes for them. The
+controller server and the behaviours run on their own clocks and are asked at every tick.
+Source: nav2_behavior_tree, branch lyrical.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from py_trees.common import Status
+
+from drake_navbench.behavior_tree.board import Board
+from drake_navbench.behavior_tree.control_nodes import TreeNode
+from drake_navbench.kernels.read_only import read_only
+from drake_navbench.planner import PlanningError
+from drake_navbench.task import BehaviorGoal, ClearRequest, GlobalPlan, TaskState, TaskStatus
+
+COMPUTE_PATH = "compute_path"
+FOLLOW_PATH = "follow_path"
+INVALID_PATH = 103
+RECOVERABLE_CODES: Mapping[str, frozenset[int]] = {
+    COMPUTE_PATH: frozenset({200, 207, 208}),
+    FOLLOW_PATH: frozenset({100, 104, 105, 106}),
+}
+"""Codes of planner and controller after which Nav2 deems a recovery useful, unknown ones first."""
+
+
+class Leaf(TreeNode):
+    """A leaf that reads and writes a board."""
+
+    def __init__(self, name: str, board: Board) -> None:
+        super().__init__(name)
+        self.board = board
+
+
+class GlobalUpdatedGoal(Leaf):
+    """Success when the goal is another one than last time, the first time included."""
+
+    MEMORY = ("goal_id",)
+    goal_id: int | None = None
+
+    def update(self) -> Status:
+        """Compares the goals."""
+        is_new = self.board.values.goal_id != self.goal_id
+        self.goal_id = self.board.values.goal_id
+        return Status.SUCCESS if is_new else Status.FAILURE
+
+
+class GoalUpdated(Leaf):
+    """Success when the goal has changed since the node was first ticked after being idle."""
+
+    MEMORY = ("goal_id",)
+    goal_id: int | None = None
+
+    def update(self) -> Status:
+        """Compares the goals."""
+        is_new = self.is_active and self.board.values.goal_id != self.goal_id
+        self.goal_id = self.board.values.goal_id
+        return Status.SUCCESS if is_new else Status.FAILURE
+
+
+class IsGoalNearby(Leaf):
+    """Success when what is left of the path is shorter than a threshold.
+
+    The robot is looked for on the path from where it was last found, over a limited length.
+    """
+
+    MEMORY = ("path", "begin")
+
+    def __init__(
+        self, name: str, board: Board, *, threshold_m: float, search_distance_m: float
+    ) -> None:
+        super().__init__(name, board)
+        self._threshold_m = threshold_m
+        self._search_distance_m = search_distance_m
+        self.path: NDArray[np.float64] | None = None
+        self.begin = 0
+
+    def update(self) -> Status:
+        """Finds the robot on the path and measures the rest."""
+        path = self.board.values.path
+        if path is None:
+            return Status.FAILURE
+        if path is not self.path:
+            self.path, self.begin = path, 0
+        steps_m = np.hypot(*np.diff(path[self.begin :, :2], axis=0).T)
+        count = 1 + int(np.count_nonzero(np.cumsum(steps_m) <= self._search_distance_m))
+        nearest = nearest_index(path[self.begin : self.begin + count], self.board.pose)
+        self.begin += nearest
+        is_near = steps_m[nearest:].sum() < self._threshold_m
+        return Status.SUCCESS if is_near else Status.FAILURE
+
+
+class TruncatePathLocal(Leaf):
+    """Cuts off the part of the path that the robot has passed."""
+
+    def update(self) -> Status:
+        """Writes the remaining path."""
+        path = self.board.values.path
+        if path is not None:
+            path = path[nearest_index(path, self.board.pose) :]
+        self.board.write(remaining_path=path)
+        return Status.SUCCESS
+
+
+class ValidatePath(Leaf):
+    """Success when the remaining path is free of collisions on the global costmap."""
+
+    def update(self) -> Status:
+        """Asks the planner's validity service; an empty path is not valid."""
+        path = self.board.values.remaining_path
+        is_valid = path is not None and self.board.is_path_valid(path, self.board.global_costmap)
+        return Status.SUCCESS if is_valid else Status.FAILURE
+
+
+class ComputePathToPose(Leaf):
+    """Asks the planner for a path from the robot to the goal; failure empties the path."""
+
+    def update(self) -> Status:
+        """Plans."""
+        board = self.board
+        try:
+            path = board.make_plan(board.pose, board.values.goal, board.global_costmap)
+        except PlanningError as error:
+            board.write(path=None)
+            board.write_result(COMPUTE_PATH, TaskStatus(TaskState.ABORTED, error.code, str(error)))
+            return Status.FAILURE
+        path = read_only(path)
+        board.write(path=path, plan_count=board.values.plan_count + 1)
+        board.write_result(COMPUTE_PATH, TaskStatus(TaskState.SUCCEEDED))
+        return Status.SUCCESS
+
+
+class FollowPath(Leaf):
+    """Has the controller server follow the path; a path that replaces it preempts the task.
+
+    Halting it cancels the task.
+    """
+
+    MEMORY = ("task_id",)
+    task_id = 0
+
+    def initialise(self) -> None:
+        """Sends a new task."""
+        values = self.board.values
+        if values.path is None:
+            return
+        self.task_id = values.task_count + 1
+        goal = GlobalPlan(values.plan_count, values.path, task_id=self.task_id)
+        self.board.write(task_count=self.task_id, follow_path=goal)
+
+    def update(self) -> Status:
+        """Waits for the task's end, and hands on new paths."""
+        board = self.board
+        path, task = board.values.path, board.values.follow_path
+        if task is None or task.task_id != self.task_id:
+            failure = TaskStatus(TaskState.ABORTED, INVALID_PATH, "the path is empty")
+            board.write_result(FOLLOW_PATH, failure)
+            return Status.FAILURE
+        status = board.controller_status
+        if status.task_id == self.task_id and status.state.is_final:
+            board.write_result(FOLLOW_PATH, status)
+            has_failed = status.state is TaskState.ABORTED
+            return Status.FAILURE if has_failed else Status.SUCCESS
+        if path is not None and path is not task.poses:
+            board.write(follow_path=replace(task, plan_id=board.values.plan_count, poses=path))
+        return Status.RUNNING
+
+    def terminate(self, new_status: Status) -> None:
+        """Cancels the task where it is halted."""
+        if new_status == Status.INVALID and self.status == Status.RUNNING:
+            task = self.board.values.follow_path
+            self.board.write(follow_path=replace(task, cancel_requested=True))
+
+
+class WouldRecoveryHelp(Leaf):
+    """Success when an action's last error code is one after which a recovery is useful.
+
+    key: COMPUTE_PATH (Nav2's WouldAPlannerRecoveryHelp) or FOLLOW_PATH
+    (WouldAControllerRecoveryHelp).
+    """
+
+    def __init__(self, name: str, board: Board, *, key: str) -> None:
+        super().__init__(name, board)
+        self._key = key
+
+    def update(self) -> Status:
+        """Looks the code up."""
+        result = self.board.values.results.get(self._key, TaskStatus())
+        is_recoverable = result.error_code in RECOVERABLE_CODES[self._key]
+        return Status.SUCCESS if is_recoverable else Status.FAILURE
+
+
+class ClearEntireCostmap(Leaf):
+    """Asks a costmap to forget what it has marked. field: of the blackboard, for the request."""
+
+    def __init__(self, name: str, board: Board, *, field: str) -> None:
+        super().__init__(name, board)
+        self._field = field
+
+    def update(self) -> Status:
+        """Sends the request."""
+        board = self.board
+        request = ClearRequest(board.now_s)
+        board.write(**{self._field: request}, recovery_count=board.values.recovery_count + 1)
+        return Status.SUCCESS
+
+
+class RunBehavior(Leaf):
+    """Has the behaviour server run a behaviour to its end; halting it cancels the behaviour."""
+
+    MEMORY = ("task_id",)
+    task_id = 0
+
+    def __init__(
+        self, name: str, board: Board, *, behavior: str, arguments: Mapping[str, float]
+    ) -> None:
+        super().__init__(name, board)
+        self._behavior = behavior
+        self._arguments = arguments
+
+    def initialise(self) -> None:
+        """Sends a new task."""
+        values = self.board.values
+        self.task_id = values.task_count + 1
+        self.board.write(
+            task_count=self.task_id,
+            recovery_count=values.recovery_count + 1,
+            behavior=BehaviorGoal(self.task_id, self._behavior, self._arguments),
+        )
+
+    def update(self) -> Status:
+        """Waits for the task's end."""
+        status = self.board.behavior_status
+        if status.task_id != self.task_id or not status.state.is_final:
+            return Status.RUNNING
+        self.board.write_result(self._behavior, status)
+        return Status.SUCCESS if status.state is TaskState.SUCCEEDED else Status.FAILURE
+
+    def terminate(self, new_status: Status) -> None:
+        """Cancels the task where it is halted."""
+        if new_status == Status.INVALID and self.status == Status.RUNNING:
+            goal = self.board.values.behavior
+            self.board.write(behavior=replace(goal, cancel_requested=True))
+
+
+def nearest_index(path: NDArray[np.float64], pose: NDArray[np.float64]) -> int:
+    """Returns the index of the path's pose nearest to `pose`; the last of equals, as in Nav2."""
+    distances_m = np.hypot(path[:, 0] - pose[0], path[:, 1] - pose[1])
+    return len(path) - 1 - int(np.argmin(distances_m[::-1]))

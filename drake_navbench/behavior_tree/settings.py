@@ -1,0 +1,49 @@
+"""What of the behaviour tree a robot file may change: the attributes of Nav2's default tree."""
+
+from __future__ import annotations
+
+from pydantic import Field, field_validator
+
+from drake_navbench.errors import nearest_name_hint
+from drake_navbench.typed_yaml import FrozenModel
+
+RECOVERY_ACTIONS = ("clear", "spin", "wait", "backup")
+"""The recovery actions that a tree may try, in the order of Nav2's default tree."""
+
+
+class BehaviorTreeSettings(FrozenModel):
+    """The attributes of navigate_to_pose_w_replanning_and_recovery.xml, with its values."""
+
+    recovery_actions: tuple[str, ...] = Field(
+        RECOVERY_ACTIONS, min_length=1, description="What to try, one after another."
+    )
+    number_of_retries: int = Field(6, ge=0, description="Successful recoveries before giving up.")
+    wrap_around: bool = Field(
+        False,
+        description="Begin anew after the last recovery action. Nav2's default gives up after it, "
+        "even where it succeeded.",
+    )
+    hz: float = Field(1.0, gt=0.0, description="Rate at which a new path is considered [Hz].")
+    proximity_threshold: float = Field(
+        4.0, ge=0.0, description="A path shorter than this is kept while it is valid [m]."
+    )
+    max_robot_pose_search_dist: float = Field(
+        1.5, gt=0.0, description="Path searched for the robot, for that length [m]."
+    )
+    spin_dist: float = Field(1.57, description="Turn of the recovery, positive to the left [rad].")
+    wait_duration: float = Field(5.0, description="Pause of the recovery, in magnitude [s].")
+    backup_dist: float = Field(0.30, description="Way back of the recovery, in magnitude [m].")
+    backup_speed: float = Field(0.15, description="Speed of it, in magnitude [m/s].")
+    time_allowance: float = Field(
+        10.0, description="Time for a spin or a way back [s]; 0 or less: any."
+    )
+
+    @field_validator("recovery_actions")
+    @classmethod
+    def _check_names(cls, names: tuple[str, ...]) -> tuple[str, ...]:
+        for name in names:
+            if name not in RECOVERY_ACTIONS:
+                raise ValueError(
+                    f"unknown behaviour {name!r}{nearest_name_hint(name, RECOVERY_ACTIONS)}"
+                )
+        return names

@@ -1,0 +1,46 @@
+"""A tree's whole memory as a value, so that a Drake Context can hold it.
+
+py_trees nodes change when they are ticked; Drake copies Contexts and may evaluate one system in any
+number of them. So the tree itself is only a machine: before a tick it is set to the snapshot that
+the Context holds, after the tick a new snapshot is taken.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+from py_trees.common import Status
+
+from drake_navbench.behavior_tree.control_nodes import TreeNode
+
+
+class NodeSnapshot(NamedTuple):
+    """What one node remembers: its status, and the values of its `MEMORY`."""
+
+    status: Status
+    memory: tuple[Any, ...]
+
+
+Snapshot = tuple[NodeSnapshot, ...]
+
+
+def nodes_of(root: TreeNode) -> tuple[TreeNode, ...]:
+    """Returns all nodes in a fixed order."""
+    return tuple(root.iterate())
+
+
+def take_snapshot(nodes: Sequence[TreeNode]) -> Snapshot:
+    """Returns the memory of the nodes. All values that nodes remember are immutable."""
+    return tuple(
+        NodeSnapshot(node.status, tuple(getattr(node, name) for name in node.MEMORY))
+        for node in nodes
+    )
+
+
+def restore(nodes: Sequence[TreeNode], snapshot: Snapshot) -> None:
+    """Sets the nodes to a snapshot of the same tree."""
+    for node, saved in zip(nodes, snapshot, strict=True):
+        node.restore_status(saved.status)
+        for name, value in zip(node.MEMORY, saved.memory, strict=True):
+            setattr(node, name, value)

@@ -1,0 +1,261 @@
+"""Nav2's collision monitor: slows or stops a command by the points a scan sees in shapes around.
+
+Pure functions of an immutable state. Points are (N, 2) m in the base frame, commands (2,) v m/s,
+w rad/s. Source: nav2_collision_monitor, branch lyrical.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Annotated, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from drake_navbench.kernels.points_inside import NO_COLLISION, count_inside, time_to_collision
+from drake_navbench.typed_yaml import FrozenModel
+
+Array = NDArray[np.float64]
+Point = tuple[float, float]
+Corners = Annotated[tuple[Point, ...], Field(min_length=4)]
+
+INVALID_SOURCE = "invalid source"
+WHOLE = ""
+NO_VERTICES = np.empty((0, 2))
+
+
+class _Shape(FrozenModel):
+    action_type: Literal["stop", "slowdown", "limit", "approach", "none"] = Field(
+        "approach", description="What to do when enough points are inside."
+    )
+    min_points: int = Field(4, ge=1, description="Points that are enough.")
+    slowdown_ratio: float = Field(0.5, ge=0.0, le=1.0, description="Share of the command left.")
+    linear_limit: float = Field(0.5, ge=0.0, description="Fastest of a limit [m/s].")
+    angular_limit: float = Field(0.5, ge=0.0, description="Fastest of a limit [rad/s].")
+    time_before_collision: float = Field(2.0, gt=0.0, description="Look-ahead of an approach [s].")
+    simulation_time_step: float = Field(0.1, gt=0.0, description="Step of the look-ahead [s].")
+    trigger_consecutive_points: int = Field(1, ge=1, description="Cycles until it acts.")
+    release_consecutive_points: int = Field(1, ge=1, description="Cycles until it lets go.")
+    enabled: bool = Field(True, description="Whether it is looked at.")
+
+
+class MonitorPolygon(_Shape):
+    """A polygon; an approach without points takes the robot's padded footprint."""
+
+    type: Literal["polygon"]
+    points: Corners | None = Field(None, description="Corners in the base frame [m].")
+
+    @model_validator(mode="after")
+    def _check(self) -> MonitorPolygon:
+        if self.points is None and self.action_type != "approach":
+            raise ValueError(f"points: missing, but required for action_type {self.action_type!r}")
+        return self
+
+
+class MonitorCircle(_Shape):
+    """A circle about the base origin."""
+
+    type: Literal["circle"]
+    radius: float = Field(gt=0.0, description="Radius [m].")
+
+
+class SubPolygon(FrozenModel):
+    """The polygon for a range of commands."""
+
+    points: Corners = Field(description="Corners in the base frame [m].")
+    linear_min: float = Field(description="Least v [m/s].")
+    linear_max: float = Field(description="Largest v [m/s].")
+    theta_min: float = Field(description="Least w [rad/s].")
+    theta_max: float = Field(description="Largest w [rad/s].")
+
+    def covers(self, v: float, w: float) -> bool:
+        """Tells whether a command is in range, bounds included."""
+        return self.theta_min <= w <= self.theta_max and self.linear_min <= v <= self.linear_max
+
+
+class VelocityPolygon(_Shape):
+    """A polygon that depends on the command; one that no sub-polygon covers keeps the last one."""
+
+    type: Literal["velocity_polygon"]
+    velocity_polygons: dict[str, SubPolygon] = Field(
+        min_length=1, description="Sub-polygons; the first that covers the command counts."
+    )
+
+
+MonitorShape = Annotated[
+    MonitorPolygon | MonitorCircle | VelocityPolygon, Field(discriminator="type")
+]
+
+
+class CollisionMonitorParameters(FrozenModel):
+    """Parameters of nav2_collision_monitor with one scan source."""
+
+    polygons: dict[str, MonitorShape] = Field(
+        min_length=1, description="Shapes by name, in the order in which they are looked at."
+    )
+    enabled: bool = Field(True, description="Whether shapes act; a missing scan always stops.")
+    source_timeout: float = Field(
+        2.0, ge=0.0, description="A scan older than this stops the robot [s]; 0: never."
+    )
+    base_shift_correction: bool = Field(
+        True, description="Take the robot's motion since the scan into account."
+    )
+
+
+class ShapeState(NamedTuple):
+    """hits, misses: cycles in a row. is_triggered. sub_polygon: name of the last one chosen."""
+
+    hits: int = 0
+    misses: int = 0
+    is_triggered: bool = False
+    sub_polygon: str | None = None
+
+
+class MonitorState(NamedTuple):
+    """What a monitor remembers: of each shape, and the last action.
+
+    action: of the last command, 'none', 'stop', 'slowdown', 'limit' or 'approach'.
+    polygon: the shape's name, INVALID_SOURCE where there was no scan, '' where nothing acted.
+    """
+
+    shapes: Mapping[str, ShapeState] = {}
+    action: str = "none"
+    polygon: str = ""
+
+
+class CollisionMonitor:
+    """Looks at the shapes in order; the slowest candidate wins, and a stop ends the search.
+
+    A candidate replaces the command only where v^2 + w^2 becomes strictly smaller. An approach ends
+    one step of the look-ahead early, so a collision within the first step stops the robot.
+
+    footprint: (K, 2) padded, m.
+    """
+
+    def __init__(self, parameters: CollisionMonitorParameters, footprint: Array) -> None:
+        self._parameters = parameters
+        self._footprint = np.ascontiguousarray(footprint)
+        self._vertices = {
+            (name, part): np.ascontiguousarray(points, dtype=float)
+            for name, shape in parameters.polygons.items()
+            for part, points in _corners(shape).items()
+        }
+
+    def step(
+        self, state: MonitorState, command: Array, points: Array | None
+    ) -> tuple[MonitorState, Array]:
+        """Returns the state for the next command, and the command (2,) that is let through.
+
+        points: None where the scan is missing or too old, which stops the robot unless
+        source_timeout is 0.
+        """
+        if points is None:
+            if self._parameters.source_timeout > 0.0:
+                stopped = MonitorState(state.shapes, "stop", INVALID_SOURCE)
+                return stopped, np.zeros(2)
+            points = np.empty((0, 2))
+        v, w = float(command[0]), float(command[1])
+        chosen, action, polygon = (v, w), "none", ""
+        shapes = dict(state.shapes)
+        for name, shape in self._parameters.polygons.items():
+            if not (shape.enabled and self._parameters.enabled):
+                continue
+            if action == "stop":
+                break
+            before = shapes.get(name, ShapeState())
+            shapes[name], ratio = self._look_at(name, before, v, w, points)
+            if ratio is None:
+                continue
+            candidate = ratio * v, ratio * w
+            if shape.action_type == "stop" or _speed(candidate) < _speed(chosen):
+                chosen, action, polygon = candidate, shape.action_type, name
+        return MonitorState(shapes, action, polygon), np.array(chosen)
+
+    def _look_at(
+        self, name: str, state: ShapeState, v: float, w: float, points: Array
+    ) -> tuple[ShapeState, float | None]:
+        """Returns the shape's state, and the share of the command it leaves, None for all."""
+        shape = self._parameters.polygons[name]
+        state, vertices, radius = self._geometry(name, state, v, w)
+        if shape.action_type == "none" or (not len(vertices) and radius == 0.0):
+            return state, None
+        if shape.action_type == "approach":
+            time_s = time_to_collision(
+                points,
+                vertices,
+                radius,
+                shape.min_points,
+                v,
+                w,
+                shape.time_before_collision,
+                shape.simulation_time_step,
+            )
+            ratio = time_s / shape.time_before_collision
+            return state, None if time_s == NO_COLLISION else ratio
+        state = _counted(shape, state, count_inside(points, vertices, radius) >= shape.min_points)
+        if not state.is_triggered:
+            return state, None
+        if shape.action_type == "stop":
+            return state, 0.0
+        if shape.action_type == "slowdown":
+            return state, shape.slowdown_ratio
+        return state, _limit_ratio(shape, v, w)
+
+    def _geometry(
+        self, name: str, state: ShapeState, v: float, w: float
+    ) -> tuple[ShapeState, Array, float]:
+        """Returns the state, and the shape as vertices or, without any, as a radius m."""
+        shape = self._parameters.polygons[name]
+        if isinstance(shape, MonitorCircle):
+            return state, NO_VERTICES, shape.radius
+        if isinstance(shape, MonitorPolygon):
+            return state, self._vertices.get((name, WHOLE), self._footprint), 0.0
+        for part, polygon in shape.velocity_polygons.items():
+            if polygon.covers(v, w):
+                state = state._replace(sub_polygon=part)
+                break
+        return state, self._vertices.get((name, state.sub_polygon), NO_VERTICES), 0.0
+
+
+def _corners(shape: MonitorShape) -> Mapping[str, tuple[Point, ...]]:
+    """Returns the given corners of a shape, by the name of the part."""
+    if isinstance(shape, VelocityPolygon):
+        return {part: polygon.points for part, polygon in shape.velocity_polygons.items()}
+    if isinstance(shape, MonitorPolygon) and shape.points is not None:
+        return {WHOLE: shape.points}
+    return {}
+
+
+def _counted(shape: MonitorShape, state: ShapeState, is_hit: bool) -> ShapeState:
+    """Returns the state after a cycle with or without enough points."""
+    if is_hit:
+        hits = state.hits + 1
+        is_triggered = state.is_triggered or hits >= shape.trigger_consecutive_points
+        return state._replace(hits=hits, misses=0, is_triggered=is_triggered)
+    misses = state.misses + 1
+    is_triggered = state.is_triggered and misses < shape.release_consecutive_points
+    return state._replace(hits=0, misses=misses, is_triggered=is_triggered)
+
+
+def _limit_ratio(shape: MonitorShape, v: float, w: float) -> float:
+    """Returns the share of a command that keeps both limits and the curvature."""
+    ratio = 1.0
+    if v != 0.0:
+        ratio = min(ratio, shape.linear_limit / abs(v))
+    if w != 0.0:
+        ratio = min(ratio, shape.angular_limit / abs(w))
+    return ratio
+
+
+def _speed(command: tuple[float, float]) -> float:
+    """Returns by what Nav2 orders commands: the squared sum of unlike units."""
+    return command[0] ** 2 + command[1] ** 2
+
+
+def points_in_base(hits: Array, base_pose: Array) -> Array:
+    """Returns hits (N, 2) of the world frame in the frame of a base at (3,) x m, y m, yaw rad."""
+    cos_yaw, sin_yaw = math.cos(base_pose[2]), math.sin(base_pose[2])
+    delta = hits - base_pose[:2]
+    return np.ascontiguousarray(delta @ np.array([[cos_yaw, -sin_yaw], [sin_yaw, cos_yaw]]))

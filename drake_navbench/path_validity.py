@@ -1,0 +1,38 @@
+"""Whether a path is free of collisions: the validity service of Nav2's planner server."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.kernels.collision_check import OFF_MAP, cost_at
+from drake_navbench.kernels.footprint import footprint_cost
+from drake_navbench.kernels.grid import INSCRIBED, LETHAL, NO_INFORMATION, Costmap
+
+
+def is_path_valid(
+    path: NDArray[np.float64],
+    costmap: Costmap,
+    *,
+    footprint: NDArray[np.float64],
+    is_circle: bool,
+) -> bool:
+    """Tells whether the robot could stand at every pose of a path (N, 3) x m, y m, yaw rad.
+
+    footprint: (K, 2) padded, m; is_circle: look at the cell under the centre instead, which is
+    blocked from INSCRIBED on. Unknown cells count as free, what is off the map as blocked. An empty
+    path is not valid.
+    """
+    if len(path) == 0:
+        return False
+    grid = (costmap.costs, costmap.origin_x, costmap.origin_y, costmap.resolution)
+    blocked_from = INSCRIBED if is_circle else LETHAL
+    for x, y, yaw in path:
+        if is_circle:
+            cost = cost_at(*grid, x, y)
+            cost = LETHAL if cost == OFF_MAP else cost
+        else:
+            cost = footprint_cost(*grid, footprint, x, y, yaw, True)
+        if blocked_from <= cost < NO_INFORMATION:
+            return False
+    return True

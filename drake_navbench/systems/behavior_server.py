@@ -1,0 +1,134 @@
+"""Runs the behaviours of the recoveries, and puts their commands before the controller's."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
+
+from drake_navbench.behaviors import BEHAVIORS, BehaviorServerParameters, Surroundings
+from drake_navbench.immutable import Immutable
+from drake_navbench.task import BehaviorGoal, TaskState, TaskStatus
+
+
+@dataclass(frozen=True, eq=False)
+class _Activity(Immutable):
+    """The task at hand.
+
+    behavior_state: of the behaviour. command: (2,) v m/s, w rad/s, None where the behaviour
+    publishes nothing.
+    """
+
+    status: TaskStatus = field(default_factory=TaskStatus)
+    behavior_state: Any = None
+    command: NDArray[np.float64] | None = None
+
+
+class BehaviorServer(LeafSystem):
+    """Nav2's behaviour server, as one unrestricted update a cycle.
+
+    Inputs `estimate` [x m, y m, yaw rad, v m/s, w rad/s], `costmap` (Costmap or None), `goal`
+    (BehaviorGoal or None) and `controller_command` [v m/s, w rad/s]. Outputs `command`, the running
+    behaviour's where it moves the robot and else the controller's, and `status` (TaskStatus).
+
+    Cycles run at cycle_frequency from `offset_s` on; a new task starts with the next of them, where
+    Nav2 starts a loop of its own at once: it is late by less than a cycle. Both servers of Nav2
+    write to one topic; a behaviour runs only while no controller does.
+
+    footprint: (K, 2) padded outline in the base frame, m.
+    """
+
+    def __init__(
+        self,
+        parameters: BehaviorServerParameters,
+        *,
+        footprint: NDArray[np.float64],
+        offset_s: float,
+    ) -> None:
+        super().__init__()
+        self._footprint = np.ascontiguousarray(footprint)
+        self._behaviors = {name: kind(parameters) for name, kind in BEHAVIORS.items()}
+        self._activity = self.DeclareAbstractState(AbstractValue.Make(_Activity()))
+        self._estimate_port = self.DeclareVectorInputPort("estimate", 5)
+        self._costmap_port = self.DeclareAbstractInputPort("costmap", AbstractValue.Make(object()))
+        self._goal_port = self.DeclareAbstractInputPort("goal", AbstractValue.Make(object()))
+        self._command_port = self.DeclareVectorInputPort("controller_command", 2)
+        state_ticket = self.abstract_state_ticket(self._activity)
+        self.DeclareVectorOutputPort(
+            "command",
+            2,
+            self._calc_command,
+            prerequisites_of_calc={
+                state_ticket,
+                self.input_port_ticket(self._command_port.get_index()),
+            },
+        )
+        self.DeclareAbstractOutputPort(
+            "status",
+            lambda: AbstractValue.Make(object()),
+            self._calc_status,
+            prerequisites_of_calc={state_ticket},
+        )
+        self.DeclarePeriodicUnrestrictedUpdateEvent(
+            1.0 / parameters.cycle_frequency, offset_s, self._on_cycle
+        )
+
+    def _calc_command(self, context: Context, output: BasicVector) -> None:
+        own = context.get_abstract_state(self._activity).get_value().command
+        output.SetFromVector(self._command_port.Eval(context) if own is None else own)
+
+    def _calc_status(self, context: Context, output: AbstractValue) -> None:
+        output.set_value(context.get_abstract_state(self._activity).get_value().status)
+
+    def _on_cycle(self, context: Context, state: State) -> None:
+        goal: BehaviorGoal | None = self._goal_port.Eval(context)
+        activity: _Activity = context.get_abstract_state(self._activity).get_value()
+        is_new = goal is not None and goal.task_id != activity.status.task_id
+        if goal is None or (not is_new and activity.status.state.is_final):
+            return
+        new = self._cycle(
+            goal,
+            activity,
+            pose=self._estimate_port.Eval(context)[:3],
+            surroundings=Surroundings(self._costmap_port.Eval(context), self._footprint),
+            now_s=context.get_time(),
+        )
+        state.get_mutable_abstract_state(self._activity).set_value(new)
+
+    def _cycle(
+        self,
+        goal: BehaviorGoal,
+        activity: _Activity,
+        *,
+        pose: NDArray[np.float64],
+        surroundings: Surroundings,
+        now_s: float,
+    ) -> _Activity:
+        behavior = self._behaviors[goal.behavior]
+        behavior_state = activity.behavior_state
+        if goal.cancel_requested:
+            return _ended(goal, TaskState.CANCELED, now_s)
+        if goal.task_id != activity.status.task_id:
+            try:
+                behavior_state = behavior.start(goal.arguments, pose, now_s)
+            except ValueError as error:
+                code = behavior.invalid_input_code
+                return _ended(goal, TaskState.ABORTED, now_s, code=code, reason=str(error))
+        step = behavior.step(behavior_state, pose, now_s, surroundings)
+        if step.is_final:
+            ended = TaskState.SUCCEEDED if step.is_done else TaskState.ABORTED
+            return _ended(goal, ended, now_s, code=step.error_code, reason=step.reason)
+        running = TaskStatus(TaskState.RUNNING, task_id=goal.task_id)
+        command = None if step.command is None else np.array(step.command)
+        return _Activity(running, step.state, command)
+
+
+def _ended(
+    goal: BehaviorGoal, state: TaskState, now_s: float, *, code: int = 0, reason: str = ""
+) -> _Activity:
+    """Returns the end of a task; the command falls to the controller, which commands a stop."""
+    return _Activity(TaskStatus(state, code, reason, time_s=now_s, task_id=goal.task_id))

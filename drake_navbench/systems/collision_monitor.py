@@ -1,0 +1,86 @@
+"""The last check of a command before the wheels: what the scan sees around the robot."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import Context, LeafSystem, State
+
+from drake_navbench.collision_monitor import (
+    CollisionMonitor,
+    CollisionMonitorParameters,
+    MonitorState,
+    points_in_base,
+)
+from drake_navbench.log import Scan
+from drake_navbench.robot import LidarSettings
+
+
+class CollisionMonitorSystem(LeafSystem):
+    """Nav2's collision monitor, as one update a command period, the first at `offset_s`.
+
+    Inputs `command` [v m/s, w rad/s], `scan` (Scan or None) and `state` [x m, y m, yaw rad, ...],
+    the odometry. Outputs `safe_command` [v m/s, w rad/s] and `monitor_state` (MonitorState).
+
+    period_s: of the commands, each of which is looked at once. footprint: (K, 2) padded, m.
+    """
+
+    def __init__(
+        self,
+        parameters: CollisionMonitorParameters,
+        lidar: LidarSettings,
+        *,
+        footprint: NDArray[np.float64],
+        period_s: float,
+        offset_s: float,
+    ) -> None:
+        super().__init__()
+        self._parameters = parameters
+        self._lidar = lidar
+        self._monitor = CollisionMonitor(parameters, footprint)
+        self._command_port = self.DeclareVectorInputPort("command", 2)
+        self._scan_port = self.DeclareAbstractInputPort("scan", AbstractValue.Make(object()))
+        self._state_port = self.DeclareVectorInputPort("state", 5)
+        self._monitor_state = self.DeclareAbstractState(AbstractValue.Make(MonitorState()))
+        self._output = self.DeclareDiscreteState(2)
+        self.DeclareStateOutputPort("safe_command", self._output)
+        self.DeclareStateOutputPort("monitor_state", self._monitor_state)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period_s, offset_s, self._on_command)
+
+    def _on_command(self, context: Context, state: State) -> None:
+        before = context.get_abstract_state(self._monitor_state).get_value()
+        after, output = self._monitor.step(
+            before, self._command_port.Eval(context), self._points(context)
+        )
+        state.get_mutable_abstract_state(self._monitor_state).set_value(after)
+        state.get_mutable_discrete_state(self._output).SetFromVector(output)
+
+    def _points(self, context: Context) -> NDArray[np.float64] | None:
+        """Returns (N, 2) what the scan hit, base frame, m; None where it is missing or too old."""
+        scan: Scan | None = self._scan_port.Eval(context)
+        timeout_s = self._parameters.source_timeout
+        if scan is None or 0.0 < timeout_s < context.get_time() - scan.time_s:
+            return None
+        if self._parameters.base_shift_correction:
+            base_pose = self._state_port.Eval(context)[:3]
+        else:
+            base_pose = _base_pose(scan.sensor_pose, self._lidar.pose)
+        return points_in_base(scan.hits, base_pose)
+
+
+def _base_pose(
+    sensor_pose: NDArray[np.float64], mount: tuple[float, float, float]
+) -> NDArray[np.float64]:
+    """Returns (3,) where the base was when its sensor, mounted at `mount`, was at `sensor_pose`."""
+    yaw = sensor_pose[2] - mount[2]
+    cos_yaw, sin_yaw = math.cos(yaw), math.sin(yaw)
+    return np.array(
+        [
+            sensor_pose[0] - cos_yaw * mount[0] + sin_yaw * mount[1],
+            sensor_pose[1] - sin_yaw * mount[0] - cos_yaw * mount[1],
+            yaw,
+        ]
+    )

@@ -1,0 +1,240 @@
+"""Brings the robot to its goals as Nav2 does: replanning and recoveries by a behaviour tree."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from py_trees.common import Status
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import Context, LeafSystem, State
+
+from drake_navbench.behavior_tree.board import Blackboard, Board, IsPathValid, MakePlan
+from drake_navbench.behavior_tree.navigate_to_pose import navigate_to_pose_tree
+from drake_navbench.behavior_tree.settings import BehaviorTreeSettings
+from drake_navbench.behavior_tree.snapshot import Snapshot, nodes_of, restore, take_snapshot
+from drake_navbench.immutable import Immutable
+from drake_navbench.task import TaskState, TaskStatus
+from drake_navbench.waypoint_follower import Progress, WaypointFollower
+
+UNKNOWN = 9000
+
+STATUS_NAMES = {
+    Status.INVALID: "idle",
+    Status.RUNNING: "running",
+    Status.SUCCESS: "success",
+    Status.FAILURE: "failure",
+}
+
+Events = tuple[tuple[float, dict[str, Any]], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class NavigatorState(Immutable):
+    """Everything of the navigator that evolves.
+
+    tree: memory of the nodes. values: the blackboard. progress: over the waypoints.
+    events: (time_s, mapping) of the last tick that had any: changes of status, and new plans.
+    route: the last path of every leg so far.
+    """
+
+    tree: Snapshot
+    values: Blackboard
+    progress: Progress
+    events: Events = ()
+    route: tuple[NDArray[np.float64], ...] = ()
+
+
+class TreeNavigator(LeafSystem):
+    """Nav2's bt_navigator with its default tree, and its waypoint follower.
+
+    Inputs `estimate` [x m, y m, yaw rad, ...], `global_costmap` (Costmap), `controller_status` and
+    `behavior_status` (TaskStatus). Outputs `plan` (GlobalPlan or None), `behavior_goal`
+    (BehaviorGoal or None), `clear_local` and `clear_global` (ClearRequest or None), `task_status`
+    (TaskStatus of the whole task) and `navigator_state` (NavigatorState).
+
+    The tree is ticked when the trial starts, and then once a period from `offset_s` on. Nav2 ticks
+    it every 10 ms. Where the period is the controller server's and the offset follows its cycle by
+    10 ms, what the servers see is the same: an end of a task is noticed as soon as by Nav2's next
+    tick, and what is asked for in between takes effect with a server's next cycle anyway.
+
+    The py_trees tree held here is only a machine: a tick first sets it to the Context's snapshot.
+    """
+
+    def __init__(
+        self,
+        settings: BehaviorTreeSettings,
+        follower: WaypointFollower,
+        *,
+        make_plan: MakePlan,
+        is_path_valid: IsPathValid,
+        period_s: float,
+        offset_s: float,
+    ) -> None:
+        super().__init__()
+        self._follower = follower
+        self._tree = _Machine(settings, make_plan, is_path_valid)
+        start = NavigatorState(
+            tree=take_snapshot(self._tree.nodes),
+            values=self._with_goal(Blackboard(), 0),
+            progress=Progress(),
+        )
+        self._estimate_port = self.DeclareVectorInputPort("estimate", 5)
+        self._costmap_port = self.DeclareAbstractInputPort(
+            "global_costmap", AbstractValue.Make(object())
+        )
+        self._controller_port = self.DeclareAbstractInputPort(
+            "controller_status", AbstractValue.Make(object())
+        )
+        self._behavior_port = self.DeclareAbstractInputPort(
+            "behavior_status", AbstractValue.Make(object())
+        )
+        self._state = self.DeclareAbstractState(AbstractValue.Make(start))
+        self._declare_output("plan", lambda state: state.values.follow_path)
+        self._declare_output("behavior_goal", lambda state: state.values.behavior)
+        self._declare_output("clear_local", lambda state: state.values.clear_local)
+        self._declare_output("clear_global", lambda state: state.values.clear_global)
+        self._declare_output("task_status", lambda state: state.progress.status)
+        self.DeclareStateOutputPort("navigator_state", self._state)
+        self.DeclareInitializationUnrestrictedUpdateEvent(self._on_tick)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period_s, offset_s, self._on_tick)
+
+    def _declare_output(self, name: str, select) -> None:
+        """Declares an output that is a part of the state."""
+
+        def calc(context: Context, output: AbstractValue) -> None:
+            output.set_value(select(context.get_abstract_state(self._state).get_value()))
+
+        self.DeclareAbstractOutputPort(
+            name,
+            lambda: AbstractValue.Make(object()),
+            calc,
+            prerequisites_of_calc={self.abstract_state_ticket(self._state)},
+        )
+
+    def _on_tick(self, context: Context, state: State) -> None:
+        before: NavigatorState = context.get_abstract_state(self._state).get_value()
+        if before.progress.status.state.is_final:
+            return
+        now_s = context.get_time()
+        if before.progress.pause_end_s is not None:
+            after = self._pause(before, now_s)
+        else:
+            after = self._navigate(
+                before,
+                now_s,
+                pose=self._estimate_port.Eval(context)[:3],
+                global_costmap=self._costmap_port.Eval(context),
+                controller_status=self._controller_port.Eval(context),
+                behavior_status=self._behavior_port.Eval(context),
+            )
+        state.get_mutable_abstract_state(self._state).set_value(after)
+
+    def _with_goal(self, values: Blackboard, index: int) -> Blackboard:
+        """Returns the blackboard at the start of the way to a waypoint."""
+        return replace(
+            values,
+            goal_id=values.goal_id + 1,
+            goal=np.array(self._follower.waypoints[index]),
+            path=None,
+            results={},
+            recovery_count=0,
+        )
+
+    def _pause(self, state: NavigatorState, now_s: float) -> NavigatorState:
+        progress = self._follower.end_pause(state.progress, now_s)
+        if progress is state.progress:
+            return state
+        return self._advanced(state, progress)
+
+    def _advanced(self, state: NavigatorState, progress: Progress) -> NavigatorState:
+        """Returns the state with new progress, and a new goal where it moved on to one."""
+        values = state.values
+        if progress.index != state.progress.index:
+            values = self._with_goal(values, progress.index)
+        return replace(state, progress=progress, values=values)
+
+    def _navigate(
+        self,
+        state: NavigatorState,
+        now_s: float,
+        *,
+        controller_status: TaskStatus,
+        **inputs: Any,
+    ) -> NavigatorState:
+        if controller_status.state is TaskState.ERROR:
+            return self._end_leg(state, controller_status, now_s)
+        tree, values, events, result = self._tree.tick(
+            state.tree,
+            state.values,
+            now_s=now_s,
+            controller_status=controller_status,
+            **inputs,
+        )
+        new = replace(state, tree=tree, values=values, events=events or state.events)
+        if result is Status.SUCCESS:
+            return self._end_leg(new, TaskStatus(TaskState.SUCCEEDED, reason="goal reached"), now_s)
+        if result is Status.FAILURE:
+            return self._end_leg(new, _failure(values), now_s)
+        return new
+
+    def _end_leg(self, state: NavigatorState, status: TaskStatus, now_s: float) -> NavigatorState:
+        plan = state.values.follow_path
+        route = state.route if plan is None else (*state.route, plan.poses)
+        progress = self._follower.end_leg(
+            state.progress, status, now_s, state.values.recovery_count
+        )
+        return self._advanced(replace(state, route=route), progress)
+
+
+class _Machine:
+    """The py_trees tree with its board; what it remembers between ticks has no effect."""
+
+    def __init__(
+        self, settings: BehaviorTreeSettings, make_plan: MakePlan, is_path_valid: IsPathValid
+    ) -> None:
+        self._board = Board(make_plan, is_path_valid)
+        self._root = navigate_to_pose_tree(self._board, settings)
+        self.nodes = nodes_of(self._root)
+        self._changes: list[dict[str, Any]] = []
+        for node in self.nodes:
+            node.on_change = self._note_change
+
+    def _note_change(self, name: str, status: Status) -> None:
+        self._changes.append({"node": name, "status": STATUS_NAMES[status]})
+
+    def tick(
+        self, tree: Snapshot, values: Blackboard, *, now_s: float, **inputs: Any
+    ) -> tuple[Snapshot, Blackboard, Events, Status]:
+        """Ticks the tree once from a snapshot; a tree that ends is made idle."""
+        board = self._board
+        restore(self.nodes, tree)
+        self._changes.clear()
+        board.values, board.now_s = values, now_s
+        for name, value in inputs.items():
+            setattr(board, name, value)
+        self._root.tick_once()
+        result = self._root.status
+        if result is not Status.RUNNING:
+            self._halt_all()
+        changes = list(self._changes)
+        if board.values.plan_count != values.plan_count and board.values.path is not None:
+            changes.append({"plan_id": board.values.plan_count, "poses": len(board.values.path)})
+        events = tuple((now_s, change) for change in changes)
+        return take_snapshot(self.nodes), board.values, events, result
+
+    def _halt_all(self) -> None:
+        """Makes every node idle, and those that outlive a success begin anew, as Nav2 does."""
+        self._root.stop(Status.INVALID)
+        for node in self.nodes:
+            node.halt()
+
+
+def _failure(values: Blackboard) -> TaskStatus:
+    """Returns the failure with the least code on the blackboard, as Nav2 reports it."""
+    failures = [status for status in values.results.values() if status.error_code != 0]
+    if not failures:
+        return TaskStatus(TaskState.ABORTED, UNKNOWN, "the behaviour tree failed")
+    return min(failures, key=lambda status: status.error_code)

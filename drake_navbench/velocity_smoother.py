@@ -1,0 +1,114 @@
+"""Nav2's velocity smoother: limits on velocity and acceleration, as a pure function of its state.
+
+Source: nav2_velocity_smoother, branch lyrical.
+"""
+
+from __future__ import annotations
+
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from drake_navbench.typed_yaml import FrozenModel
+
+Array = NDArray[np.float64]
+PerAxis = tuple[float, float, float]
+
+# Which entries of Nav2's (x, y, yaw) a differential base has.
+DRIVEN_AXES = [0, 2]
+
+
+class VelocitySmootherParameters(FrozenModel):
+    """Parameters of nav2_velocity_smoother; arrays are (x m/s, y m/s, yaw rad/s) and so on."""
+
+    smoothing_frequency: float = Field(20.0, gt=0.0, description="Rate of the output [Hz].")
+    scale_velocities: bool = Field(
+        False, description="Scale both axes alike, so that the curvature stays."
+    )
+    feedback: Literal["OPEN_LOOP", "CLOSED_LOOP"] = Field(
+        "OPEN_LOOP", description="Start each step from the last output, or from the odometry."
+    )
+    max_velocity: PerAxis = Field((0.5, 0.0, 2.5), description="[m/s, m/s, rad/s]")
+    min_velocity: PerAxis = Field((-0.5, 0.0, -2.5), description="[m/s, m/s, rad/s]")
+    max_accel: PerAxis = Field((2.5, 0.0, 3.2), description="[m/s^2, m/s^2, rad/s^2]")
+    max_decel: PerAxis = Field((-2.5, 0.0, -3.2), description="[m/s^2, m/s^2, rad/s^2]")
+    deadband_velocity: PerAxis = Field(
+        (0.0, 0.0, 0.0), description="Smaller outputs are 0 [m/s, m/s, rad/s]."
+    )
+    velocity_timeout: float = Field(
+        1.0, ge=0.0, description="A command older than this is taken as 0 [s]."
+    )
+
+    @model_validator(mode="after")
+    def _check(self) -> VelocitySmootherParameters:
+        for name in ("max_velocity", "max_accel"):
+            if min(getattr(self, name)) < 0.0:
+                raise ValueError(f"{name}: got {list(getattr(self, name))}, expected no negative")
+        for name in ("min_velocity", "max_decel"):
+            if max(getattr(self, name)) > 0.0:
+                raise ValueError(f"{name}: got {list(getattr(self, name))}, expected no positive")
+        return self
+
+
+class SmootherState(NamedTuple):
+    """last_output: v m/s, w rad/s before the deadband. is_stopped: after a command grew too old."""
+
+    last_output: tuple[float, float] = (0.0, 0.0)
+    is_stopped: bool = False
+
+
+class VelocitySmoother:
+    """Brings each axis towards its command as fast as its limits allow.
+
+    An axis accelerates while its command is at least as fast in the same direction, else it brakes;
+    a reversal therefore brakes with the deceleration limit until it is past zero.
+    """
+
+    def __init__(self, parameters: VelocitySmootherParameters) -> None:
+        self._parameters = parameters
+        self._least, self._largest, accel, decel, self._deadband = (
+            np.array(getattr(parameters, name))[DRIVEN_AXES]
+            for name in (
+                "min_velocity",
+                "max_velocity",
+                "max_accel",
+                "max_decel",
+                "deadband_velocity",
+            )
+        )
+        self._accel_step = accel / parameters.smoothing_frequency
+        self._decel_step = np.abs(decel) / parameters.smoothing_frequency
+
+    def step(
+        self, state: SmootherState, command: Array, *, measured: Array, command_age_s: float = 0.0
+    ) -> tuple[SmootherState, Array | None]:
+        """Returns the state for the next step and the output (2,), None where nothing is sent.
+
+        command, measured: (2,) v m/s, w rad/s. A command that has grown too old is taken as 0,
+        until the output has come to rest.
+        """
+        if command_age_s > self._parameters.velocity_timeout:
+            if state.is_stopped or not any(state.last_output):
+                return state._replace(is_stopped=True), None
+            command = np.zeros(2)
+        is_open_loop = self._parameters.feedback == "OPEN_LOOP"
+        current = np.array(state.last_output) if is_open_loop else np.asarray(measured)
+        wanted = np.clip(command, self._least, self._largest)
+        speeds_up = (np.abs(wanted) >= np.abs(current)) & (current * wanted >= 0.0)
+        limit = np.where(speeds_up, self._accel_step, self._decel_step)
+        change = wanted - current
+        eta = self._scale(change, limit) if self._parameters.scale_velocities else 1.0
+        output = current + np.clip(eta * change, -limit, limit)
+        published = np.where(np.abs(output) < self._deadband, 0.0, output)
+        # The deadband must not feed back, or the output would stay at 0 (navigation2 issue 3690).
+        return SmootherState((float(output[0]), float(output[1]))), published
+
+    @staticmethod
+    def _scale(change: Array, limit: Array) -> float:
+        """Returns the ratio, farthest from 1, by which an axis must shrink its change."""
+        exceeded = np.abs(change) > limit
+        ratios = limit[exceeded] / np.abs(change[exceeded])
+        # Nav2 passes over axes without any acceleration, of which nothing could be left.
+        return float(np.min(ratios[ratios > 0.0], initial=1.0))
