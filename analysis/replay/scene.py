@@ -51,8 +51,8 @@ CAMERA_ELEVATION_RAD = np.deg2rad(52.0)
 CAMERA_FOV_DEG = 35.0
 # Windows narrower than this cut off the sides.
 CAMERA_ASPECT = 1.5
-# Share of the half picture, from its centre, that the course may fill: legend and player need room.
-CAMERA_FILL = 0.94
+# Share of the picture's width and height that the course may fill; the player covers the bottom.
+CAMERA_FILL_X, CAMERA_FILL_Y = 0.94, 0.84
 # The nearer the near plane, the coarser the depth buffer at the floor.
 CAMERA_NEAR_M, CAMERA_FAR_M = 0.2, 400.0
 OBSTACLE_TOP_M = 1.0
@@ -139,13 +139,13 @@ def _draw_obstacles(meshcat: Meshcat, world: World) -> None:
             meshcat.SetTransform(path, pose)
 
 
-def _aim_camera(meshcat: Meshcat, course: Bounds) -> None:
-    """Puts the camera as near as it can be with the whole course in the picture."""
+def camera_view(course: Bounds) -> tuple[Array, Array]:
+    """Returns position and target (3,) m of a camera as near as shows the whole course."""
     toward_camera = np.array([0.0, -np.cos(CAMERA_ELEVATION_RAD), np.sin(CAMERA_ELEVATION_RAD)])
     right = np.array([1.0, 0.0, 0.0])
     up = np.cross(toward_camera, right)
-    half_height = CAMERA_FILL * np.tan(np.deg2rad(CAMERA_FOV_DEG) / 2)
-    half_width = CAMERA_ASPECT * half_height
+    slope = np.tan(np.deg2rad(CAMERA_FOV_DEG) / 2)
+    half_width, half_height = CAMERA_FILL_X * CAMERA_ASPECT * slope, CAMERA_FILL_Y * slope
     target = np.array([*0.5 * (course.low + course.high), 0.0])
     corners = np.array([[*c, z] for c in course.corners for z in (0.0, OBSTACLE_TOP_M)]) - target
     # A point p is in the picture where |p . right| <= (distance - p . toward) * half_width, and
@@ -153,9 +153,13 @@ def _aim_camera(meshcat: Meshcat, course: Bounds) -> None:
     asked = corners @ toward_camera + np.maximum(
         np.abs(corners @ right) / half_width, np.abs(corners @ up) / half_height
     )
+    return target + asked.max() * toward_camera, target
+
+
+def _aim_camera(meshcat: Meshcat, course: Bounds) -> None:
     meshcat.SetCamera(
         Meshcat.PerspectiveCamera(
             fov=CAMERA_FOV_DEG, aspect=CAMERA_ASPECT, near=CAMERA_NEAR_M, far=CAMERA_FAR_M
         )
     )
-    meshcat.SetCameraPose(target + asked.max() * toward_camera, target)
+    meshcat.SetCameraPose(*camera_view(course))

@@ -18,6 +18,14 @@ from drake_navbench.analysis.replay.actors import (
 from drake_navbench.analysis.replay.flat_meshes import arrow, dashes, ribbon, ring, thinned
 from drake_navbench.analysis.replay.robot_model import PrismModel, SdfModel
 from drake_navbench.analysis.replay.rolling import rolled_angle, trailing_heading
+from drake_navbench.analysis.replay.scene import (
+    CAMERA_ASPECT,
+    CAMERA_FILL_X,
+    CAMERA_FILL_Y,
+    CAMERA_FOV_DEG,
+    Bounds,
+    camera_view,
+)
 from drake_navbench.analysis.replay.stage import (
     FRAMES_PER_SECOND,
     Stage,
@@ -175,6 +183,26 @@ def test_robot_without_a_model_is_a_prism():
     (visual,) = model.visuals
     assert isinstance(visual.shape, Convex)
     assert visual.rgba is None
+
+
+# --- camera ---
+
+
+@pytest.mark.parametrize("size", [(16.0, 3.0), (8.0, 9.0), (1.0, 12.0)])
+def test_camera_shows_the_whole_course_and_no_more_than_it_must(size):
+    course = Bounds(np.array([-1.0, -2.0]), np.array([-1.0, -2.0]) + size)
+    position, target = camera_view(course)
+    forward = (target - position) / np.linalg.norm(target - position)
+    right = np.array([1.0, 0.0, 0.0])
+    up = np.cross(right, forward)
+    corners = np.array([[*c, z] for c in course.corners for z in (0.0, 1.0)]) - position
+    half_height = np.tan(np.deg2rad(CAMERA_FOV_DEG) / 2) * (corners @ forward)
+    across = np.abs(corners @ right) / (CAMERA_ASPECT * half_height)
+    along = np.abs(corners @ up) / half_height
+    assert across.max() <= CAMERA_FILL_X + 1e-9
+    assert along.max() <= CAMERA_FILL_Y + 1e-9
+    tightest = max(across.max() / CAMERA_FILL_X, along.max() / CAMERA_FILL_Y)
+    assert tightest == pytest.approx(1.0)
 
 
 # --- animation ---
