@@ -28,6 +28,9 @@ REPORT_NAME = "report.html"
 # Two trials that differ by this share of the mean should be told apart; asked for as `difference`.
 DEFAULT_DIFFERENCE = 0.05
 DIGITS = 4
+# Between these, numbers are written without an exponent; below ROUNDING they are 0.
+PLAIN_FROM, PLAIN_BELOW = 1e-3, 1e6
+ROUNDING = 1e-12
 EMPTY = "–"
 
 
@@ -87,8 +90,10 @@ def number(value: float | None) -> str:
     """Returns a value with 4 significant digits, a dash where it is undefined."""
     if value is None or not math.isfinite(value):
         return EMPTY
-    if value == 0.0 or 1e-3 <= abs(value) < 1e6:
-        digits = DIGITS if value == 0.0 else DIGITS - 1 - math.floor(math.log10(abs(value)))
+    if abs(value) < ROUNDING:
+        return "0"
+    if PLAIN_FROM <= abs(value) < PLAIN_BELOW:
+        digits = DIGITS - 1 - math.floor(math.log10(abs(value)))
         return f"{value:.{max(digits, 0)}f}"
     return f"{value:.{DIGITS - 1}e}"
 

@@ -175,7 +175,12 @@ def signed_rank_p_value(differences: Array) -> float:
 
 
 def rank_biserial(differences: Array) -> float:
-    """Returns the matched-pairs rank-biserial correlation: (W+ - W-)/(W+ + W-), ties dropped."""
+    """Returns the matched-pairs rank-biserial correlation: (W+ - W-)/(W+ + W-).
+
+    Pairs that do not differ are dropped; 0 where none does, NaN without pairs.
+    """
+    if len(differences) == 0:
+        return math.nan
     differences = differences[differences != 0.0]
     if len(differences) == 0:
         return 0.0

@@ -74,7 +74,7 @@ def _figures(
     }
     if not drawable:
         return
-    look = Look(list(logs))
+    look = Look(list(dict.fromkeys([*logs, *trials["controller"]])))
     metrics = headline_metrics()
     comparable = comparable_trials(trials, HEADLINE_METRICS)
     compared = {

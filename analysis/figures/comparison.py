@@ -137,10 +137,14 @@ def _draw_boxes(
         box.set(facecolor=color, alpha=0.25, edgecolor=color)
         # Side by side, so that equal trials do not hide one another.
         offsets = np.linspace(-SPREAD, SPREAD, len(own)) if len(own) > 1 else np.zeros(len(own))
-        for offset, (seed, value) in zip(offsets, own.items(), strict=True):
-            is_hollow = failed.loc[seed, name]
-            edge = {"mfc": "white", "mec": color} if is_hollow else {"mfc": color, "mec": "white"}
-            axes.plot(place + offset, value, look.marker(name), ms=4.5, mew=0.7, **edge)
+        is_hollow = failed.loc[own.index, name].to_numpy(dtype=bool)
+        for chosen, edge in (
+            (~is_hollow, {"mfc": color, "mec": "white"}),
+            (is_hollow, {"mfc": "white", "mec": color}),
+        ):
+            axes.plot(
+                place + offsets[chosen], own[chosen], look.marker(name), ms=4.5, mew=0.7, **edge
+            )
         if len(own) == 0:
             axes.text(place, 0.5, "–", ha="center", transform=axes.get_xaxis_transform())
     is_short = max(map(len, names)) <= LONGEST_TICK_LABEL

@@ -83,7 +83,6 @@ def _draw_derivatives(axes: Axes, signal: Motion, line: Line) -> None:
     axes.plot(grid, signal.jerk_mps3, **SECOND_LINE, label="jerk [m/s³]")
     axes.plot(grid, signal.acceleration_mps2, **line, label="acceleration [m/s²]")
     axes.set_ylabel("m/s², m/s³")
-    axes.set_title("Derivatives")
     legend_above(axes)
 
 

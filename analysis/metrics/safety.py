@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+import shapely
 from pydantic import TypeAdapter
 
 from drake_navbench.analysis.metrics.collision_time import times_to_collision
 from drake_navbench.analysis.metrics.definition import Undefined, metric
-from drake_navbench.analysis.metrics.signals import Array, column, hold_durations, times
+from drake_navbench.analysis.metrics.signals import Array, column, hold_durations, positions, times
 from drake_navbench.kernels.footprint import circle_footprint
 from drake_navbench.log import TrialLog
 from drake_navbench.world import Obstacle
@@ -57,7 +58,7 @@ def time_to_collision_min_s(log: TrialLog) -> float:
     edges = obstacle_edges(log)
     if len(edges) == 0:
         raise Undefined("there is no obstacle")
-    moments = collision_times_s(log, edges)
+    moments = collision_times_s(log, _edges_in_reach(log, edges))
     if moments.min() > COLLISION_TIME_HORIZON_S:
         raise Undefined("no course met an obstacle within 10 s")
     return moments.min()
@@ -101,6 +102,16 @@ def obstacle_edges(log: TrialLog) -> Array:
     """Returns the edges of all obstacles, (E, 4) x0, y0, x1, y1 m."""
     edges = [np.hstack([o, np.roll(o, -1, axis=0)]) for o in obstacle_outlines(log)]
     return np.vstack(edges) if edges else np.empty((0, 4))
+
+
+def _edges_in_reach(log: TrialLog, edges: Array) -> Array:
+    """Returns the edges that the robot could have met within the horizon: few of a whole map."""
+    speed_mps = np.abs(column(log, "v_mps")).max()
+    radius_m = np.hypot(*robot_outline(log).T).max()
+    reach_m = radius_m + speed_mps * COLLISION_TIME_HORIZON_S
+    path = shapely.MultiPoint(positions(log)).convex_hull
+    near = shapely.dwithin(shapely.linestrings(edges.reshape(-1, 2, 2)), path, reach_m)
+    return edges[near]
 
 
 def _clearances_m(log: TrialLog) -> Array:

@@ -141,7 +141,8 @@ def test_a_folder_without_a_readable_log_is_refused(tmp_path):
 @pytest.mark.parametrize(
     ("value", "text"),
     [
-        (0.0, "0.0000"),
+        (0.0, "0"),
+        (3e-17, "0"),
         (14.5123, "14.51"),
         (0.012345, "0.01235"),
         (3.2e-7, "3.200e-07"),

@@ -143,6 +143,15 @@ def test_collision_time_of_a_trial_is_its_shortest():
     assert safety.time_to_collision_min_s(log) == pytest.approx(5.3)
 
 
+def test_obstacles_beyond_the_horizon_change_nothing():
+    near = {"type": "box", "min": [5.0, -1.0], "max": [6.0, 1.0]}
+    far = {"type": "box", "min": [50.0, -1.0], "max": [51.0, 1.0]}
+    log = straight_log(end_time_s=3.0, info={"obstacles": [near, far]})
+    assert safety.time_to_collision_min_s(log) == pytest.approx(5.3)
+    with pytest.raises(Undefined, match="no course met"):
+        safety.time_to_collision_min_s(straight_log(info={"obstacles": [far]}))
+
+
 def test_collision_time_without_a_collision_course_is_undefined_and_no_sentinel():
     with pytest.raises(Undefined, match="there is no obstacle"):
         safety.time_to_collision_min_s(straight_log())

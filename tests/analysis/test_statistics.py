@@ -104,6 +104,7 @@ def test_without_a_common_seed_nothing_is_compared():
     found = statistics.paired_comparison(pd.Series([1.0], [1]), pd.Series([2.0], [2]))
     assert (found.pairs, found.left_out) == (0, 2)
     assert math.isnan(found.p_value)
+    assert math.isnan(found.effect)
 
 
 def test_rank_biserial_weighs_differences_by_rank():

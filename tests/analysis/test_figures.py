@@ -1,0 +1,144 @@
+"""What figures show is computed apart from drawing; drawing is repeatable."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pandas as pd
+import pytest
+from results_folders import CONTROLLERS, SEEDS, trial_log
+from synthetic_logs import log_times, make_log, straight_log
+
+from drake_navbench.analysis.colors import controller_color
+from drake_navbench.analysis.figures.album import headline_metrics, write_scenario_figures
+from drake_navbench.analysis.figures.comparison import box_figure, clearance_figure, compute_figure
+from drake_navbench.analysis.figures.maps import bounds, paths_figure
+from drake_navbench.analysis.figures.motion import motion_figure
+from drake_navbench.analysis.figures.ranking import pareto_figure, pareto_points, ranks_of
+from drake_navbench.analysis.figures.style import Look, figure_style, new_figure, write_figure
+from drake_navbench.analysis.metrics import efficiency
+from drake_navbench.analysis.tables import trial_row
+
+
+@pytest.fixture(scope="module")
+def logs():
+    return {c: [trial_log("own_corridor", c, t) for t in range(len(SEEDS))] for c in CONTROLLERS}
+
+
+@pytest.fixture(scope="module")
+def trials(logs):
+    return pd.DataFrame([trial_row(log) for own in logs.values() for log in own])
+
+
+def test_controllers_differ_in_colour_line_and_marker():
+    names = ["dwb", "rpp", "teb", "mppi", "mppi_nav2"]
+    look = Look(names)
+    assert len({look.line(name)["color"] for name in names}) == 5
+    assert len({str(look.line(name)["linestyle"]) for name in names}) == 5
+    assert len({look.marker(name) for name in names}) == 5
+    assert look.line("rpp")["color"] == controller_color("rpp")
+
+
+def test_a_figure_is_written_twice_to_the_same_bytes(tmp_path):
+    written = []
+    for name in ("a", "b"):
+        with figure_style():
+            figure, (axes,) = new_figure()
+            axes.plot([0.0, 1.0], [1.0, 2.0], label="line")
+            paths = write_figure(figure, tmp_path / name / "figure.of.1")
+        written.append([path.read_bytes() for path in paths])
+        assert [path.name for path in paths] == ["figure.of.1.svg", "figure.of.1.png"]
+    assert written[0] == written[1]
+
+
+def test_the_map_shows_everything_that_was_driven_and_planned():
+    low, high = bounds([straight_log(), straight_log(y_m=3.0)])
+    # Reach of the footprint 0.9014 m and a margin of 0.6 m.
+    reach_m = math.hypot(0.85, 0.3) + 0.6
+    assert low == pytest.approx([-reach_m, -reach_m])
+    assert high == pytest.approx([5.0 + reach_m, 3.0 + reach_m])
+
+
+def test_paths_are_drawn_in_the_controllers_colours(logs):
+    with figure_style():
+        figure = paths_figure(logs, Look(CONTROLLERS))
+    colors = [line.get_color() for line in figure.axes[0].lines]
+    for name in CONTROLLERS:
+        assert colors.count(controller_color(name)) == len(SEEDS)
+
+
+def test_every_single_trial_is_visible_and_failed_ones_are_hollow(trials):
+    some_failed = trials.copy()
+    some_failed.loc[0, "outcome"] = "aborted"
+    with figure_style():
+        figure = box_figure(
+            some_failed, "own_corridor", [efficiency.driven_length_m], Look(CONTROLLERS)
+        )
+    points = [line for line in figure.axes[0].lines if line.get_marker() in ("o", "s")]
+    hollow = [line for line in points if line.get_markerfacecolor() == "white"]
+    assert sum(len(line.get_xdata()) for line in points) == 2 * len(SEEDS)
+    assert sum(len(line.get_xdata()) for line in hollow) == 1
+
+
+def test_without_values_there_is_no_figure(trials):
+    look = Look(["rpp"])
+    empty = {"rpp": [straight_log()]}
+    with figure_style():
+        assert clearance_figure(empty, look) is None
+        assert compute_figure(empty, look) is None
+        assert box_figure(trials.assign(spl=np.nan), "own_corridor", [efficiency.spl], look) is None
+        assert pareto_figure(trials.assign(outcome="aborted"), "own_corridor", look) is None
+
+
+def test_pareto_points_rest_on_successful_trials_only(trials):
+    rows = trials.copy()
+    # A quitter that would be quickest and smoothest.
+    rows.loc[rows["controller"] == "rpp:v=0.4", "outcome"] = "aborted"
+    points = pareto_points(rows, "own_corridor")
+    assert points.names == ["rpp"]
+    assert list(points.is_on_front) == [True]
+
+
+def test_pareto_front_of_faster_and_clearer():
+    rows = pd.DataFrame(
+        {
+            "scenario": "s",
+            "outcome": "succeeded",
+            "controller": ["fast", "clear", "neither"],
+            "time_to_goal_s": [1.0, 2.0, 3.0],
+            "min_clearance_m": [0.1, 0.5, 0.1],
+            "jerk_rms_mps3": [1.0, 1.0, 1.0],
+        }
+    )
+    assert list(pareto_points(rows, "s").is_on_front) == [True, True, False]
+
+
+def test_ranks_over_the_seeds(trials):
+    found = ranks_of(trials, "own_corridor", efficiency.time_to_goal_s)
+    assert found.ranks.to_dict() == {"rpp": 1.0, "rpp:v=0.4": 2.0}
+    assert found.blocks == len(SEEDS)
+    # q = 1.960 for two: 1.960 * sqrt(6 / 18).
+    assert found.critical == pytest.approx(1.960 * math.sqrt(6 / 18), rel=1e-3)
+
+
+def test_a_trial_too_short_for_derivatives_is_still_drawn():
+    log = make_log([0.0, 0.02], x_m=[0.0, 0.01], outcome="error")
+    with figure_style():
+        figure = motion_figure([log], "rpp", Look(["rpp"]))
+    assert any("too few" in text.get_text() for axes in figure.axes for text in axes.texts)
+
+
+def test_a_trial_without_samples_leaves_the_others_drawn(logs, trials, tmp_path):
+    broken = make_log(log_times(0.1), outcome="error")
+    broken = type(broken)(broken.samples.iloc[:0], broken.plan, broken.info)
+    written = write_scenario_figures(
+        tmp_path, "own_corridor", {"rpp": [broken, *logs["rpp"]]}, trials
+    )
+    assert "motion" in {entry.kind for entry in written}
+    assert (tmp_path / "own_corridor" / "paths.svg").is_file()
+
+
+def test_headline_metrics_all_have_a_direction_or_none_on_purpose():
+    undirected = {entry.name for entry in headline_metrics() if entry.better == "neither"}
+    assert undirected == {"driven_length_m"}
