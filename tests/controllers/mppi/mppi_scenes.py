@@ -1,0 +1,113 @@
+"""What the tests of MPPI have in common."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from drake_navbench.controller import ControllerSetup, NoiseKey, Observation
+from drake_navbench.controllers.mppi.critics.base import CriticContext
+from drake_navbench.controllers.mppi.critics.batch import Batch, Scene
+from drake_navbench.controllers.mppi.critics.registry import load_critics
+from drake_navbench.controllers.mppi.motion_models import MotionModel
+from drake_navbench.controllers.mppi.parameters import MppiParameters
+from drake_navbench.controllers.mppi.sampler import limits_of
+from drake_navbench.kernels.footprint import circle_footprint, footprint_radii, pad_footprint
+from drake_navbench.kernels.grid import Costmap
+
+RESOLUTION = 0.05
+CELLS = 60
+BRINGUP = {
+    "batch_size": 2000,
+    "regenerate_noises": True,
+    "critics": [
+        "ConstraintCritic",
+        "CostCritic",
+        "GoalCritic",
+        "GoalAngleCritic",
+        "PathAlignCritic",
+        "PathFollowCritic",
+        "PathAngleCritic",
+        "PreferForwardCritic",
+    ],
+    "CostCritic": {"near_goal_distance": 1.0},
+    "PathAlignCritic": {"cost_weight": 14.0, "max_path_occupancy_ratio": 0.05},
+    "PathFollowCritic": {"offset_from_furthest": 5},
+    "PathAngleCritic": {"cost_weight": 2.0, "max_angle_to_furthest": 1.0},
+}
+
+
+def round_robot(**changes) -> ControllerSetup:
+    """A round robot of radius 0.22 m at 20 Hz, as in nav2_bringup."""
+    footprint = pad_footprint(circle_footprint(0.22), 0.01)
+    inscribed_radius_m, circumscribed_radius_m = footprint_radii(footprint)
+    values = {
+        "control_period_s": 0.05,
+        "footprint": footprint,
+        "inscribed_radius_m": inscribed_radius_m,
+        "circumscribed_radius_m": circumscribed_radius_m,
+        "footprint_is_circle": True,
+        "inflation_radius_m": 0.7,
+    }
+    return ControllerSetup(**{**values, **changes})
+
+
+def costmap(costs=None) -> Costmap:
+    """3 x 3 m around the origin; free, or `costs` (60, 60)."""
+    if costs is None:
+        costs = np.zeros((CELLS, CELLS), np.uint8)
+    return Costmap(costs, -1.5, -1.5, RESOLUTION)
+
+
+def straight_plan(length_m=1.45) -> np.ndarray:
+    """From the origin along x, points 0.05 m apart."""
+    x = np.arange(0.0, length_m + RESOLUTION / 2, RESOLUTION)
+    return np.column_stack([x, np.zeros_like(x), np.zeros_like(x)])
+
+
+def scene_of(plan, *, pose=(0.0, 0.0, 0.0), costs=None) -> Scene:
+    """A scene in the 3 x 3 m map."""
+    return Scene.from_plan(np.asarray(plan, float), pose=pose, costmap=costmap(costs))
+
+
+def batch_of(scene, *, x, y=0.0, yaw=0.0, vx=0.0, vy=0.0, wz=0.0, furthest=None) -> Batch:
+    """One sample from columns (N,), or constants."""
+    columns = np.broadcast_arrays(np.atleast_1d(np.asarray(x, float)), y, yaw, vx, vy, wz)
+    poses = np.stack(columns[:3], axis=1)[None]
+    velocities = np.stack(columns[3:], axis=1)[None]
+    return Batch.from_samples(scene, poses=poses, velocities=velocities, known_furthest=furthest)
+
+
+def critic_of(name, *, setup=None, steps=56, **parameters):
+    """One critic, with `parameters` in its own block and bringup's around it."""
+    everything = MppiParameters(critics=[name], time_steps=steps, **{name: parameters})
+    context = CriticContext(
+        setup or round_robot(),
+        MotionModel.DIFF_DRIVE,
+        limits_of(everything),
+        min_turning_r=0.2,
+        model_dt=0.05,
+        time_steps=steps,
+    )
+    return load_critics(everything, context)[0]
+
+
+def observe(*, pose=(0.0, 0.0, 0.0), twist=(0.0, 0.0), plan=None, step=0, seed=1, costs=None):
+    """An observation in the 3 x 3 m map; the plan is straight where none is given."""
+    plan = straight_plan() if plan is None else np.asarray(plan, float)
+    return Observation(
+        time_s=0.05 * step,
+        pose=np.array(pose),
+        twist=np.array(twist),
+        plan=plan,
+        plan_id=1,
+        costmap=costmap(costs),
+        goal=plan[-1] if len(plan) else np.zeros(3),
+        noise_key=NoiseKey(seed, 0, step),
+    )
+
+
+@pytest.fixture
+def bringup():
+    """nav2_bringup's parameters as keyword arguments."""
+    return dict(BRINGUP)
