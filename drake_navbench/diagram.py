@@ -13,12 +13,17 @@ from numpy.typing import NDArray
 from pydrake.geometry import Meshcat, MeshcatVisualizer, SceneGraph
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 
+from drake_navbench.checker_settings import make_goal_checker, make_progress_checker
 from drake_navbench.controller import Controller
 from drake_navbench.filter_masks import FilterMask
-from drake_navbench.goal_checkers import SimpleGoalChecker
 from drake_navbench.map_file import OccupancyMap
+from drake_navbench.navigation_wiring import (
+    NavigateToPoses,
+    Signals,
+    add_command_chain,
+    add_tree_navigation,
+)
 from drake_navbench.path_handler import PathHandler
-from drake_navbench.progress_checkers import SimpleProgressChecker
 from drake_navbench.robot import NavigationSettings, Robot
 from drake_navbench.systems.binary_filter import BinaryFilter
 from drake_navbench.systems.clearance import Clearance
@@ -29,17 +34,25 @@ from drake_navbench.systems.localization import Localization
 from drake_navbench.systems.navigator import Navigator
 from drake_navbench.systems.recorder import Recorder
 from drake_navbench.systems.speed_filter import SpeedFilter
+from drake_navbench.systems.tree_navigator import TreeNavigator
 from drake_navbench.systems.wheelchair import Wheelchair
+from drake_navbench.timing import CONTROLLER_OFFSET_S, COSTMAP_OFFSET_S
 from drake_navbench.world import World
 from drake_navbench.world_geometry import register_obstacles
 
-# Updates due at one instant all read the state from before it. With these offsets each stage sees
-# what the one before it has just produced: first the scan, then the costmap, then the command.
-COSTMAP_OFFSET_S = 0.01
-CONTROLLER_OFFSET_S = 0.02
 CLEARANCE_PERIOD_S = 0.05
 CLEARANCE_OFFSET_S = CONTROLLER_OFFSET_S
 RECORDER_PERIOD_S = 0.02
+
+
+@dataclass(frozen=True)
+class FollowPlan:
+    """A task in the mode follow_path.
+
+    make_plan: from the start pose (3,) to the plan poses (N, 3); raises PlanningError.
+    """
+
+    make_plan: Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
 
 @dataclass(frozen=True)
@@ -51,7 +64,7 @@ class TrialDiagram:
     lidar: Lidar
     localization: Localization
     local_costmap: LocalCostmap
-    navigator: Navigator
+    navigator: Navigator | TreeNavigator
     controller_server: ControllerServer
     clearance: Clearance
     recorder: Recorder
@@ -73,14 +86,14 @@ def build_trial_diagram(
     world: World,
     controller: Controller,
     *,
-    make_plan: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    task: FollowPlan | NavigateToPoses,
     static_map: OccupancyMap | None = None,
     filter_masks: Sequence[FilterMask] = (),
     meshcat: Meshcat | None = None,
 ) -> TrialDiagram:
     """Wires one trial.
 
-    make_plan: from the start pose (3,) to the plan poses (N, 3); raises PlanningError.
+    task: what the robot is to do, and so which navigator there is.
     static_map, filter_masks: what the layers and filters of the local costmap know beforehand.
     meshcat: where to draw the trial while it runs.
     """
@@ -124,25 +137,32 @@ def build_trial_diagram(
     builder.Connect(state, localization.GetInputPort("state"))
     estimate = localization.GetOutputPort("estimate")
 
-    navigator = builder.AddNamedSystem("navigator", Navigator(make_plan))
-    builder.Connect(estimate, navigator.GetInputPort("estimate"))
-
     server = builder.AddNamedSystem(
         "controller_server",
         ControllerServer(
             controller,
             navigation.controller_server,
             path_handler=PathHandler(navigation.path_handler),
-            goal_checker=SimpleGoalChecker(navigation.goal_checker),
-            progress_checker=SimpleProgressChecker(navigation.progress_checker),
+            goal_checker=make_goal_checker(navigation.goal_checker),
+            progress_checker=make_progress_checker(navigation.progress_checker),
             offset_s=CONTROLLER_OFFSET_S,
         ),
     )
     builder.Connect(estimate, server.GetInputPort("estimate"))
     builder.Connect(costmap, server.GetInputPort("costmap"))
+
+    signals = Signals(state=state, estimate=estimate, scan=scan)
+    if isinstance(task, FollowPlan):
+        navigator = builder.AddNamedSystem("navigator", Navigator(task.make_plan))
+        builder.Connect(estimate, navigator.GetInputPort("estimate"))
+        builder.Connect(server.GetOutputPort("status"), navigator.GetInputPort("controller_status"))
+        command = server.GetOutputPort("command")
+    else:
+        navigator, command = add_tree_navigation(
+            builder, robot, task, signals, local_costmap=local_costmap, server=server
+        )
     builder.Connect(navigator.GetOutputPort("plan"), server.GetInputPort("plan"))
-    builder.Connect(server.GetOutputPort("status"), navigator.GetInputPort("controller_status"))
-    command = server.GetOutputPort("command")
+    command = add_command_chain(builder, robot, signals, command)
     builder.Connect(command, wheelchair.GetInputPort("command"))
 
     speed_filter, binary_filter = _add_filters(builder, navigation, filter_masks)
@@ -168,6 +188,10 @@ def build_trial_diagram(
     builder.Connect(clearance.GetOutputPort("distances"), recorder.GetInputPort("distances"))
     builder.Connect(server.GetOutputPort("server_state"), recorder.GetInputPort("server_state"))
     builder.Connect(scan, recorder.GetInputPort("scan"))
+    if isinstance(navigator, TreeNavigator):
+        builder.Connect(
+            navigator.GetOutputPort("navigator_state"), recorder.GetInputPort("navigator_state")
+        )
 
     if meshcat is not None:
         MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat)

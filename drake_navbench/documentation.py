@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from drake_navbench.diagram import build_trial_diagram
+from drake_navbench.diagram import FollowPlan, build_trial_diagram
 from drake_navbench.log import COLUMNS, SCHEMA_VERSION
 from drake_navbench.presets import PresetFile, default_presets, load_preset
 from drake_navbench.robot import Robot, load_robot
@@ -33,7 +33,7 @@ def write_wiring(folder: Path) -> None:
         robot,
         World(tuple(load_scenario("one_obstacle").world.obstacles)),
         controller,
-        make_plan=lambda start: np.array([start]),
+        task=FollowPlan(lambda start: np.array([start])),
     )
     source = folder / "wiring.dot"
     source.write_text(trial.diagram.GetGraphvizString(max_depth=1), encoding="utf-8")

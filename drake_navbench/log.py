@@ -89,6 +89,8 @@ class TrialLog:
     plan: (N, 3) the global plan x m, y m, yaw rad.
     scans: the lidar scans in order.
     diagnostics: (time_s, mapping) of every control cycle that left any.
+    events: (time_s, mapping) of what the navigator did: `node` and `status` where a node of its
+        behaviour tree changed, `plan_id` and `poses` where there was a new plan.
     info: scenario, robot, controller, parameters, seed, outcome, reason ... as plain JSON values.
     """
 
@@ -97,6 +99,7 @@ class TrialLog:
     info: Mapping[str, Any]
     scans: tuple[Scan, ...] = ()
     diagnostics: tuple[tuple[float, Mapping[str, Any]], ...] = field(default=())
+    events: tuple[tuple[float, Mapping[str, Any]], ...] = field(default=())
 
     @property
     def outcome(self) -> Outcome:
@@ -139,6 +142,7 @@ class TrialLog:
         header = dict(self.info) | {
             "schema_version": SCHEMA_VERSION,
             "plan": self.plan.tolist(),
+            "events": [{"time_s": time_s} | dict(event) for time_s, event in self.events],
             "scan_angles_rad": self.scans[0].angles_rad.tolist() if self.scans else [],
         }
         metadata = {METADATA_KEY: json.dumps(header, sort_keys=True).encode()}
@@ -163,6 +167,7 @@ class TrialLog:
             )
         angles = np.array(info.pop("scan_angles_rad"))
         plan = np.array(info.pop("plan"), dtype=float).reshape(-1, 3)
+        events = info.pop("events", [])
         notes = [json.loads(n) for n in table["diagnostics"].drop_null().to_pylist()]
         return cls(
             samples=table.select(list(COLUMNS)).to_pandas(),
@@ -170,6 +175,7 @@ class TrialLog:
             info=info,
             scans=tuple(_read_scan(s, angles) for s in table["scan"].drop_null().to_pylist()),
             diagnostics=tuple((n.pop("time_s"), n) for n in notes),
+            events=tuple((event.pop("time_s"), event) for event in events),
         )
 
 

@@ -120,7 +120,7 @@ def _empty_map(scenario: Scenario, robot: Robot) -> OccupancyMap:
     settings = robot.navigation.global_costmap
     resolution = settings.resolution
     min_x, min_y, max_x, max_y = scenario.known_obstacles.bounds(
-        [scenario.start, scenario.goal], settings.margin_m
+        [scenario.start, *scenario.goals], settings.margin_m
     )
     origin = [
         start - (np.ceil((start - low) / resolution) + 0.5) * resolution

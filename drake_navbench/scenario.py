@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 import shapely
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 
 from drake_navbench.errors import InputError
 from drake_navbench.filter_masks import FilterDescription, FilterMask, load_filter_mask
@@ -130,8 +130,13 @@ class Scenario(FrozenModel):
         default_factory=list, description="Areas of keepout, of limited speed or of a binary state."
     )
     plan: Plan = Field(default_factory=lambda: GridPlan(type="planner"))
-    navigation_mode: Literal["follow_path"] = Field(
-        "follow_path", description="follow_path: plan once, abort when the controller fails."
+    waypoints: list[Pose] = Field(
+        default_factory=list, description="Goals to reach in order before the last one, `goal`."
+    )
+    navigation_mode: Literal["follow_path", "navigate_to_pose"] = Field(
+        "follow_path",
+        description="follow_path: plan once, abort when the controller fails. navigate_to_pose: "
+        "Nav2's default behaviour tree, with replanning and recoveries.",
     )
     timeout_s: float = Field(120.0, gt=0.0, description="The trial ends as timed_out after this.")
     variation: Variation = Field(default_factory=Variation)
@@ -151,6 +156,24 @@ class Scenario(FrozenModel):
                     f"expected one {name} at most, found {names.count(name)}; give it several areas"
                 )
         return filters
+
+    @model_validator(mode="after")
+    def _check_mode(self) -> Scenario:
+        if self.navigation_mode == "follow_path" and self.waypoints:
+            raise ValueError(
+                "waypoints: expected navigation_mode navigate_to_pose, got follow_path"
+            )
+        if self.navigation_mode == "navigate_to_pose" and self.plan.type != "planner":
+            raise ValueError(
+                "navigation_mode: navigate_to_pose plans again and again, so plan must be of type "
+                f"planner, got {self.plan.type}"
+            )
+        return self
+
+    @property
+    def goals(self) -> tuple[Pose, ...]:
+        """Where to go: the waypoints and then the goal."""
+        return (*self.waypoints, self.goal)
 
     @cached_property
     def map(self) -> OccupancyMap | None:
@@ -183,7 +206,7 @@ class Scenario(FrozenModel):
     @property
     def _bounds(self) -> tuple[float, ...]:
         """min_x, min_y, max_x, max_y of all that matters, m."""
-        points = [self.start[:2], self.goal[:2]]
+        points = [pose[:2] for pose in (self.start, *self.goals)]
         if self.map is not None:
             points += [self.map.bounds[:2], self.map.bounds[2:]]
         return World(tuple(self.world.obstacles)).bounds(points, MASK_MARGIN_M)
@@ -236,12 +259,14 @@ def check_task(scenario: Scenario, robot: Robot) -> None:
             f"scenario {scenario.name}: start: the robot's footprint at {list(scenario.start)} "
             "overlaps an obstacle; expected free space"
         )
-    where = _why_no_goal(scenario, np.array(scenario.goal[:2]))
-    if where:
-        raise InputError(
-            f"scenario {scenario.name}: goal: {list(scenario.goal[:2])} lies {where}; "
-            "expected free space"
-        )
+    names = [*(f"waypoints[{index}]" for index in range(len(scenario.waypoints))), "goal"]
+    for name, goal in zip(names, scenario.goals, strict=True):
+        where = _why_no_goal(scenario, np.array(goal[:2]))
+        if where:
+            raise InputError(
+                f"scenario {scenario.name}: {name}: {list(goal[:2])} lies {where}; "
+                "expected free space"
+            )
 
 
 def _why_no_goal(scenario: Scenario, position: np.ndarray) -> str:

@@ -10,20 +10,27 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
 from pydrake.systems.framework import Context, EventStatus
 
 from drake_navbench.controller import ControllerSetup
-from drake_navbench.diagram import CONTROLLER_OFFSET_S, TrialDiagram, build_trial_diagram
+from drake_navbench.diagram import FollowPlan, TrialDiagram, build_trial_diagram
+from drake_navbench.kernels.grid import Costmap
 from drake_navbench.log import COLUMNS, Outcome, TrialLog
 from drake_navbench.map_file import OccupancyMap
-from drake_navbench.planning import known_map, make_plan
+from drake_navbench.navigation_wiring import NavigateToPoses
+from drake_navbench.planning import global_layers, known_map, make_plan
 from drake_navbench.presets import Preset, load_preset
 from drake_navbench.robot import Robot, load_robot
 from drake_navbench.scenario import Scenario, check_task, load_scenario
 from drake_navbench.systems.recorder import Recording
+from drake_navbench.systems.tree_navigator import TreeNavigator
 from drake_navbench.task import TaskState, TaskStatus
+from drake_navbench.timing import CONTROLLER_OFFSET_S
+
+Array = NDArray[np.float64]
 
 # A fixed step without error control: drawing or logging more often must not move the numbers.
 INTEGRATION = SimulatorConfig(
@@ -88,7 +95,7 @@ def simulate(
         spec.robot,
         spec.scenario.obstacles,
         controller,
-        make_plan=partial(make_plan, spec.scenario, spec.robot),
+        task=_task(spec),
         static_map=_static_map(spec),
         filter_masks=spec.scenario.filter_masks,
         meshcat=meshcat,
@@ -101,6 +108,23 @@ def simulate(
     simulator.Initialize()
     simulator.AdvanceTo(spec.scenario.timeout_s)
     return _make_log(spec, trial, context)
+
+
+def _task(spec: TrialSpec) -> FollowPlan | NavigateToPoses:
+    """Returns what the robot is to do, in the scenario's navigation mode."""
+    scenario, robot = spec.scenario, spec.robot
+    if scenario.navigation_mode == "follow_path":
+        return FollowPlan(partial(make_plan, scenario, robot))
+
+    def plan(start: Array, goal: Array, costmap: Costmap) -> Array:
+        return make_plan(scenario, robot, start, goal, costmap=costmap)
+
+    return NavigateToPoses(
+        goals=scenario.goals,
+        make_plan=plan,
+        global_layers=global_layers(scenario, robot),
+        start_pose=scenario.start_pose(spec.seed),
+    )
 
 
 def _static_map(spec: TrialSpec) -> OccupancyMap | None:
@@ -184,14 +208,32 @@ def _make_log(spec: TrialSpec, trial: TrialDiagram, context: Context) -> TrialLo
     recording = trial.recorder.find_recording(recorder_context)
     if status.time_s == context.get_time():
         trial.recorder.record(recorder_context)
-    plan = trial.navigator.GetOutputPort("plan").Eval(trial.navigator.GetMyContextFromRoot(context))
     return TrialLog(
         samples=_samples(recording),
-        plan=plan.poses if plan is not None else np.empty((0, 3)),
-        info=_info(spec, outcome, status) | _filter_changes(trial, context),
+        plan=_route(trial, context),
+        info=_info(spec, outcome, status) | _filter_changes(trial, context) | _legs(trial, context),
         scans=tuple(recording.scans),
         diagnostics=tuple(recording.diagnostics),
+        events=tuple(recording.events),
     )
+
+
+def _route(trial: TrialDiagram, context: Context) -> Array:
+    """Returns (N, 3) the plan, or the last plans of all legs one behind the other."""
+    own = trial.navigator.GetMyContextFromRoot(context)
+    if isinstance(trial.navigator, TreeNavigator):
+        return trial.navigator.GetOutputPort("navigator_state").Eval(own).whole_route
+    plan = trial.navigator.GetOutputPort("plan").Eval(own)
+    return plan.poses if plan is not None else np.empty((0, 3))
+
+
+def _legs(trial: TrialDiagram, context: Context) -> dict[str, Any]:
+    """Returns how the way to each goal went, where a navigator counts them."""
+    if not isinstance(trial.navigator, TreeNavigator):
+        return {}
+    own = trial.navigator.GetMyContextFromRoot(context)
+    legs = trial.navigator.GetOutputPort("navigator_state").Eval(own).progress.legs
+    return {"legs": [leg.as_plain() for leg in legs]}
 
 
 def _filter_changes(trial: TrialDiagram, context: Context) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -31,6 +31,7 @@ class Recording:
     rows: list[tuple[float | np.ndarray, ...]] = field(default_factory=list)
     scans: list[Scan] = field(default_factory=list)
     diagnostics: list[tuple[float, dict[str, Any]]] = field(default_factory=list)
+    events: list[tuple[float, dict[str, Any]]] = field(default_factory=list)
     noted_cycle: int = 0
     arrays_due_s: float = 0.0
 
@@ -58,7 +59,8 @@ class Recorder(LeafSystem):
     """Samples all signals once a period, before the updates that are due at the same time.
 
     Inputs `state` and `estimate` [x m, y m, yaw rad, v m/s, w rad/s], `command` [v m/s, w rad/s],
-    `distances` [m] (see Clearance), `server_state` (ServerState), `scan` (Scan or None).
+    `distances` [m] (see Clearance), `server_state` (ServerState), `scan` (Scan or None), and
+    `navigator_state` (NavigatorState; need not be connected), whose events are kept.
     """
 
     def __init__(self, *, period_s: float) -> None:
@@ -76,6 +78,9 @@ class Recorder(LeafSystem):
             "server_state", AbstractValue.Make(object())
         )
         self._scan_port = self.DeclareAbstractInputPort("scan", AbstractValue.Make(object()))
+        self._navigator_port = self.DeclareAbstractInputPort(
+            "navigator_state", AbstractValue.Make(object())
+        )
         self.DeclarePeriodicPublishEvent(period_s, 0.0, self.record)
         self.DeclareForcedPublishEvent(self.record)
 
@@ -104,3 +109,13 @@ class Recorder(LeafSystem):
         if scan is not None and (not recording.scans or recording.scans[-1] is not scan):
             recording.scans.append(scan)
         recording.note(time_s, server.cycle_count, server.diagnostics)
+        if self._navigator_port.HasValue(context):
+            _add_new_events(recording.events, self._navigator_port.Eval(context).events)
+
+
+def _add_new_events(
+    recorded: list[tuple[float, dict[str, Any]]], latest: Sequence[tuple[float, dict[str, Any]]]
+) -> None:
+    """Adds the events of a tick, all of one time, unless they are there already."""
+    if latest and (not recorded or recorded[-1][0] < latest[0][0]):
+        recorded.extend(latest)

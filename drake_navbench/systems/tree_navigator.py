@@ -46,6 +46,14 @@ class NavigatorState(Immutable):
     events: Events = ()
     route: tuple[NDArray[np.float64], ...] = ()
 
+    @property
+    def whole_route(self) -> NDArray[np.float64]:
+        """(N, 3) the last paths of all legs so far, x m, y m, yaw rad."""
+        plan = self.values.follow_path
+        is_over = self.progress.status.state.is_final or self.progress.pause_end_s is not None
+        parts = self.route if is_over or plan is None else (*self.route, plan.poses)
+        return np.concatenate(parts) if parts else np.empty((0, 3))
+
 
 class TreeNavigator(LeafSystem):
     """Nav2's bt_navigator with its default tree, and its waypoint follower.

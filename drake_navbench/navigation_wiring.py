@@ -1,0 +1,165 @@
+"""The wiring of what a robot or a scenario may add to the plain way of a command to the wheels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.systems.framework import DiagramBuilder, LeafSystem, OutputPort
+
+from drake_navbench.behavior_tree.board import MakePlan
+from drake_navbench.layered_costmap import LayeredCostmap
+from drake_navbench.path_validity import is_path_valid
+from drake_navbench.robot import Robot
+from drake_navbench.systems.behavior_server import BehaviorServer
+from drake_navbench.systems.collision_monitor import CollisionMonitorSystem
+from drake_navbench.systems.controller_server import ControllerServer
+from drake_navbench.systems.global_costmap import GlobalCostmap
+from drake_navbench.systems.local_costmap import LocalCostmap
+from drake_navbench.systems.tree_navigator import TreeNavigator
+from drake_navbench.systems.velocity_smoother import VelocitySmootherSystem
+from drake_navbench.timing import (
+    BEHAVIOR_OFFSET_S,
+    COSTMAP_OFFSET_S,
+    MONITOR_OFFSET_S,
+    NAVIGATOR_OFFSET_S,
+    SMOOTHER_OFFSET_S,
+)
+from drake_navbench.waypoint_follower import Pose, WaypointFollower
+
+
+@dataclass(frozen=True)
+class NavigateToPoses:
+    """A task in the mode navigate_to_pose.
+
+    goals: one after another. make_plan: from start, goal and global costmap to a plan.
+    global_layers: of the global costmap. start_pose: (3,) x m, y m, yaw rad.
+    """
+
+    goals: tuple[Pose, ...]
+    make_plan: MakePlan
+    global_layers: LayeredCostmap
+    start_pose: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Signals:
+    """What most systems look at: ports of the robot and its senses."""
+
+    state: OutputPort
+    estimate: OutputPort
+    scan: OutputPort
+
+
+def add_tree_navigation(
+    builder: DiagramBuilder,
+    robot: Robot,
+    task: NavigateToPoses,
+    signals: Signals,
+    *,
+    local_costmap: LocalCostmap,
+    server: ControllerServer,
+) -> tuple[TreeNavigator, OutputPort]:
+    """Adds the navigator, the global costmap and the behaviours around a controller server.
+
+    Returns the navigator and the port of the command, the controller's or a behaviour's.
+    """
+    navigation = robot.navigation
+    global_costmap = builder.AddNamedSystem(
+        "global_costmap",
+        GlobalCostmap(
+            task.global_layers,
+            pose=task.start_pose,
+            period_s=1.0 / navigation.global_costmap.update_frequency,
+            offset_s=COSTMAP_OFFSET_S,
+        ),
+    )
+    _connect(builder, global_costmap, state=signals.state, scan=signals.scan)
+
+    control_period_s = 1.0 / navigation.controller_server.controller_frequency
+    behavior_period_s = 1.0 / navigation.behavior_server.cycle_frequency
+    navigator = builder.AddNamedSystem(
+        "navigator",
+        TreeNavigator(
+            navigation.behavior_tree,
+            WaypointFollower(task.goals, navigation.waypoint_follower),
+            make_plan=task.make_plan,
+            is_path_valid=partial(
+                is_path_valid,
+                footprint=robot.padded_outline,
+                is_circle=robot.robot_radius is not None,
+            ),
+            period_s=min(control_period_s, behavior_period_s),
+            offset_s=NAVIGATOR_OFFSET_S,
+        ),
+    )
+    behaviors = builder.AddNamedSystem(
+        "behavior_server",
+        BehaviorServer(
+            navigation.behavior_server,
+            footprint=robot.padded_outline,
+            offset_s=BEHAVIOR_OFFSET_S,
+        ),
+    )
+    _connect(
+        builder,
+        navigator,
+        estimate=signals.estimate,
+        global_costmap=global_costmap.GetOutputPort("costmap"),
+        controller_status=server.GetOutputPort("status"),
+        behavior_status=behaviors.GetOutputPort("status"),
+    )
+    _connect(
+        builder,
+        behaviors,
+        estimate=signals.estimate,
+        costmap=local_costmap.GetOutputPort("costmap"),
+        goal=navigator.GetOutputPort("behavior_goal"),
+        controller_command=server.GetOutputPort("command"),
+    )
+    clear_local = navigator.GetOutputPort("clear_local")
+    _connect(builder, server, clear_request=clear_local)
+    _connect(builder, local_costmap, clear_request=clear_local)
+    _connect(builder, global_costmap, clear_request=navigator.GetOutputPort("clear_global"))
+    return navigator, behaviors.GetOutputPort("command")
+
+
+def add_command_chain(
+    builder: DiagramBuilder, robot: Robot, signals: Signals, command: OutputPort
+) -> OutputPort:
+    """Adds the velocity smoother and the collision monitor, where the robot has them.
+
+    Returns the port of the command for the wheels.
+    """
+    navigation = robot.navigation
+    period_s = 1.0 / navigation.controller_server.controller_frequency
+    if navigation.velocity_smoother is not None:
+        smoother = builder.AddNamedSystem(
+            "velocity_smoother",
+            VelocitySmootherSystem(navigation.velocity_smoother, offset_s=SMOOTHER_OFFSET_S),
+        )
+        _connect(builder, smoother, command=command, estimate=signals.estimate)
+        command = smoother.GetOutputPort("smoothed_command")
+        period_s = 1.0 / navigation.velocity_smoother.smoothing_frequency
+    if navigation.collision_monitor is not None:
+        monitor = builder.AddNamedSystem(
+            "collision_monitor",
+            CollisionMonitorSystem(
+                navigation.collision_monitor,
+                robot.lidar,
+                footprint=robot.padded_outline,
+                period_s=period_s,
+                offset_s=MONITOR_OFFSET_S,
+            ),
+        )
+        _connect(builder, monitor, command=command, scan=signals.scan, state=signals.state)
+        command = monitor.GetOutputPort("safe_command")
+    return command
+
+
+def _connect(builder: DiagramBuilder, system: LeafSystem, **inputs: OutputPort) -> None:
+    """Connects the inputs of a system by name."""
+    for name, port in inputs.items():
+        builder.Connect(port, system.GetInputPort(name))

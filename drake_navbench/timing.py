@@ -1,0 +1,14 @@
+"""When in a cycle each stage of a trial runs.
+
+Updates due at one instant all read the state from before it. With these offsets each stage sees
+what the one before it has just produced: first the scan, then the costmap, then the command, then
+what watches over the command or the task.
+"""
+
+COSTMAP_OFFSET_S = 0.01
+CONTROLLER_OFFSET_S = 0.02
+BEHAVIOR_OFFSET_S = CONTROLLER_OFFSET_S
+# Nav2 ticks the behaviour tree every 10 ms.
+NAVIGATOR_OFFSET_S = CONTROLLER_OFFSET_S + 0.01
+SMOOTHER_OFFSET_S = CONTROLLER_OFFSET_S + 0.005
+MONITOR_OFFSET_S = CONTROLLER_OFFSET_S + 0.01
