@@ -27,7 +27,7 @@ class LegendRow:
     detail: str = ""
     is_failure: bool = False
 
-    def html(self) -> str:
+    def markup(self) -> str:
         """Returns the row's HTML."""
         paths = html.escape(json.dumps(list(self.paths)))
         emphasis = " failed" if self.is_failure else ""
@@ -44,7 +44,7 @@ def assemble(
 ) -> str:
     """Returns Meshcat's static page with title, legend (one block a section) and player."""
     template = Template(files(__package__).joinpath(OVERLAY_FILE).read_text(encoding="utf-8"))
-    blocks = ["\n".join(row.html() for row in section) for section in sections if section]
+    blocks = ["\n".join(row.markup() for row in section) for section in sections if section]
     overlay = template.substitute(
         title=html.escape(title), subtitle=html.escape(subtitle), rows="\n  <hr>\n".join(blocks)
     )
