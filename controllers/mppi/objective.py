@@ -37,7 +37,7 @@ class Situation(NamedTuple):
     pose: (3,) m, m, rad. speed, earlier_speed: (2,) v, w of now and of the cycle before; they only
     enter the jerk. references: (N, 3) points of the path and its heading there. carrot: (2,) m.
     sampled: (N, 2). deviations: (2,) sampling sigma. field: (rows, columns) in [0, 1], see
-    `cost_field`. starts_now: whether column 0 is the present, so that it takes the place of `speed`.
+    `cost_field`. starts_now: whether column 0 is the present and takes the place of `speed`.
     """
 
     pose: Array
@@ -82,8 +82,8 @@ def interpolate(field, origin_x, origin_y, resolution, x, y):
     along_x = (x - origin_x) / resolution - 0.5
     along_y = (y - origin_y) / resolution - 0.5
     if not (0.0 <= along_x < columns - 1 and 0.0 <= along_y < rows - 1):
-        column = min(max(int(round(along_x)), 0), columns - 1)
-        row = min(max(int(round(along_y)), 0), rows - 1)
+        column = min(max(round(along_x), 0), columns - 1)
+        row = min(max(round(along_y), 0), rows - 1)
         return field[row, column], 0.0, 0.0
     column, row = int(along_x), int(along_y)
     a, b = along_x - column, along_y - row
@@ -174,6 +174,7 @@ def _control_terms(situation, weights, sequence, gradient):
             value += weights.deviation * deviation * deviation / (variance * steps)
             gradient[t, axis] += 2.0 * weights.deviation * deviation / (variance * steps)
             if t == 0 and situation.starts_now:
+                now = sequence[t, axis]
                 continue
             bend = sequence[t, axis] - 2.0 * now + before
             value += scale * bend * bend

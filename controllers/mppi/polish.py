@@ -112,7 +112,7 @@ class Polish:
         self._program.AddLinearConstraint(rows, fall, rise, self._points)
 
     def solve(self, situation: Situation, limits: MotionLimits) -> PolishOutcome:
-        """Refines `situation.sampled` within the velocity limits; the splines start at its speed."""
+        """Refines `situation.sampled` within the velocity limits, from its speed on."""
         count = self._knot_count
         self._situation = situation
         self._evaluation_count = 0
@@ -136,7 +136,7 @@ class Polish:
         )
 
     def fit(self, situation: Situation) -> Array:
-        """Returns the control points (K, 2) closest to the sampled sequence that start at `speed`."""
+        """Returns the control points (K, 2), the first at `speed`, closest to the sampled one."""
         speed = np.asarray(situation.speed, dtype=float)
         rest = situation.sampled - self.basis[:, :1] * speed
         return np.vstack([speed, self._fit @ rest])

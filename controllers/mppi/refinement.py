@@ -128,7 +128,7 @@ class Refiner:
 
 
 def path_references(path: Array, trajectory: Array) -> tuple[Array, int]:
-    """Returns the reference of each pose (N, 3), and the index of the path point nearest to the end.
+    """Returns the reference of each pose (N, 3), and the path index nearest to the end.
 
     path, trajectory: (n, 3), (N, 3). A reference is the nearest path point with the heading of the
     path there, turned around where the robot drives backward along it. The heading is that of the

@@ -39,10 +39,8 @@ def _smooth(controls, history, taps):
             total = np.float32(0)
             for k in range(taps.shape[0]):
                 i = t + k - HISTORY
-                if i < 0:
-                    value = history[axis, HISTORY + i]
-                else:
-                    value = controls[axis, min(i, steps - 1)]
+                later = controls[axis, min(max(i, 0), steps - 1)]
+                value = history[axis, HISTORY + i] if i < 0 else later
                 total += taps[k] * value
             smoothed[axis, t] = total
     return smoothed

@@ -37,8 +37,8 @@ def is_trajectory_clear(grid, poses, checked, consider_footprint):
         column, row = world_to_cell(
             x, y, grid.origin_x, grid.origin_y, grid.resolution, columns, rows
         )
-        if column >= 0 and (
-            grid.costs[row, column] == LETHAL or grid.costs[row, column] == INSCRIBED
-        ):
+        if column < 0:
+            continue
+        if grid.costs[row, column] == LETHAL or grid.costs[row, column] == INSCRIBED:
             return False
     return True

@@ -77,7 +77,7 @@ class Scene:
 
     @cached_property
     def path_valid(self) -> NDArray[np.bool_]:
-        """(n - 1,) whether the robot's centre may be at a path point; the last point is left out."""
+        """(n - 1,) whether the robot's centre may be at a path point, the last one left out."""
         costmap = self.costmap
         return _path_valid(
             self.path[:-1].astype(np.float64),

@@ -64,7 +64,7 @@ def test_path_follow_aims_at_the_free_point_ahead_of_the_furthest():
     # Furthest 2, offset 6: point 8 at x = 0.40; occupied, so point 9 at 0.45.
     costs = np.zeros((60, 60), np.uint8)
     costs[:, 38] = 254  # x in [0.40, 0.45)
-    plan = straight_plan() + [0.01, 0.0, 0.0]
+    plan = straight_plan() + np.array([0.01, 0.0, 0.0])
     batch = batch_of(scene_of(plan, costs=costs), x=[0.0, 0.1], furthest=2)
     # Point 9 is at 0.46, 0.36 m ahead of the end; times 5.
     assert score(critic_of("PathFollowCritic", steps=2, threshold_to_consider=1.0), batch)[

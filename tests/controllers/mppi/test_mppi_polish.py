@@ -1,0 +1,179 @@
+"""The polish: its gradient, its solver, its limits and when it is dropped."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from mppi_scenes import BRINGUP, observe, round_robot
+
+from drake_navbench.controllers.mppi import ModelPredictivePathIntegral, MppiParameters
+from drake_navbench.controllers.mppi.objective import (
+    Situation,
+    Weights,
+    cost_field,
+    interpolate,
+    objective,
+)
+from drake_navbench.controllers.mppi.polish import Polish
+from drake_navbench.controllers.mppi.sampler import limits_of
+
+STEPS, DT = 56, 0.05
+WEIGHTS = Weights(
+    path=20.0,
+    heading=2.0,
+    obstacle=2.0,
+    progress=2.0,
+    deviation=0.5,
+    linear_jerk=0.01,
+    angular_jerk=0.002,
+)
+LIMITS = limits_of(MppiParameters())
+
+
+def situation_of(seed=0, *, starts_now=True) -> Situation:
+    """A bend beside a smooth hump of cost, with a rough sampled sequence."""
+    random = np.random.default_rng(seed)
+    t = np.arange(STEPS) * DT
+    sampled = np.column_stack([0.4 + 0.05 * random.normal(size=STEPS), 0.3 * np.sin(t)])
+    references = np.column_stack([0.4 * t, 0.05 * t**2, 0.1 * t])
+    y, x = np.mgrid[0:60, 0:60] * 0.05 - 1.475
+    costs = (200 * np.exp(-4 * ((x - 0.6) ** 2 + (y + 0.2) ** 2))).astype(np.uint8)
+    return Situation(
+        pose=np.array([0.013, 0.021, 0.05]),
+        speed=np.array([0.35, 0.02]),
+        earlier_speed=np.array([0.33, 0.05]),
+        references=references,
+        carrot=np.array([1.2, 0.4]),
+        sampled=sampled,
+        deviations=np.array([0.2, 0.4]),
+        field=cost_field(costs, tracks_unknown=False),
+        origin_x=-1.5,
+        origin_y=-1.5,
+        resolution=0.05,
+        dt=DT,
+        starts_now=starts_now,
+    )
+
+
+def polish_of(**changes) -> Polish:
+    settings = {
+        "first_time_s": 0.0,
+        "knot_count": 8,
+        "max_iterations": 5,
+        "weights": WEIGHTS,
+        "limits": LIMITS,
+    }
+    return Polish(STEPS, DT, **{**settings, **changes})
+
+
+@pytest.mark.parametrize("starts_now", [True, False])
+@pytest.mark.parametrize("seed", range(3))
+def test_gradient_agrees_with_central_differences(seed, starts_now):
+    situation = situation_of(seed, starts_now=starts_now)
+    polish = polish_of()
+    points = polish.fit(situation).T.ravel()
+    _, gradient = polish.value_and_gradient(situation, points)
+    # Small enough that no pose crosses a line between cell centres, where the field has a kink.
+    step = 1e-7
+    for k in range(points.size):
+        moved = np.zeros_like(points)
+        moved[k] = step
+        above, _ = polish.value_and_gradient(situation, points + moved)
+        below, _ = polish.value_and_gradient(situation, points - moved)
+        assert gradient[k] == pytest.approx((above - below) / (2 * step), rel=1e-6, abs=1e-6)
+
+
+def test_interpolation_is_exact_on_a_plane():
+    y, x = np.mgrid[0:4, 0:5] + 0.5
+    value, by_x, by_y = interpolate(0.1 * x + 0.3 * y, 0.0, 0.0, 1.0, 2.2, 1.9)
+    assert (value, by_x, by_y) == pytest.approx((0.1 * 2.2 + 0.3 * 1.9, 0.1, 0.3))
+
+
+def test_jerk_of_a_constant_acceleration_costs_nothing():
+    ramp = np.column_stack([0.35 + 0.02 * np.arange(STEPS), np.full(STEPS, 0.02)])
+    situation = situation_of()._replace(
+        sampled=ramp, earlier_speed=np.array([0.33, 0.02]), speed=np.array([0.35, 0.02])
+    )
+    alone = Weights(0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0)
+    assert objective(situation, alone, ramp)[0] == pytest.approx(0.0, abs=1e-18)
+
+
+def test_ipopt_is_what_ran_and_it_improves_the_sequence():
+    situation = situation_of()
+    outcome = polish_of().solve(situation, LIMITS)
+    assert outcome.solver == "Ipopt"
+    assert outcome.found
+    before, _ = objective(situation, WEIGHTS, situation.sampled)
+    after, _ = objective(situation, WEIGHTS, outcome.sequence)
+    assert after < 0.5 * before
+
+
+def test_five_iterations_reach_most_of_a_converged_solve():
+    situation = situation_of()
+    before, short, long = (
+        objective(situation, WEIGHTS, sequence)[0]
+        for sequence in (
+            situation.sampled,
+            polish_of().solve(situation, LIMITS).sequence,
+            polish_of(max_iterations=300).solve(situation, LIMITS).sequence,
+        )
+    )
+    assert before - short > 0.95 * (before - long)
+
+
+def test_polished_sequence_obeys_velocity_and_acceleration_limits():
+    tight = LIMITS._replace(ax_max=np.float32(0.2), ax_min=np.float32(-0.2), az_max=np.float32(0.3))
+    sequence = polish_of(limits=tight).solve(situation_of(), tight).sequence
+    assert sequence[:, 0].max() <= 0.5 + 1e-4
+    assert np.abs(np.diff(sequence[:, 0])).max() <= 0.2 * DT + 1e-4 * DT
+    assert np.abs(np.diff(sequence[:, 1])).max() <= 0.3 * DT + 1e-4 * DT
+    assert sequence[0] == pytest.approx([0.35, 0.02])
+
+
+def test_solves_do_not_depend_on_what_was_solved_before():
+    fresh, used = polish_of(), polish_of()
+    used.solve(situation_of(5), LIMITS)
+    np.testing.assert_array_equal(
+        fresh.solve(situation_of(), LIMITS).sequence, used.solve(situation_of(), LIMITS).sequence
+    )
+
+
+def test_limits_that_cannot_be_met_keep_the_sampled_sequence():
+    # The speed now is 0.35 m/s; the first knots cannot be at -5 m/s.
+    beyond = LIMITS._replace(vx_max=np.float32(-5.0), vx_min=np.float32(-6.0))
+    situation = situation_of()
+    outcome = polish_of().solve(situation, beyond)
+    assert not outcome.found
+    np.testing.assert_array_equal(outcome.sequence, situation.sampled)
+
+
+def test_controller_reports_the_polish_and_counts_what_it_dropped():
+    parameters = MppiParameters(**{**BRINGUP, "polish": {"enabled": True}})
+    controller = ModelPredictivePathIntegral(parameters, round_robot())
+    decision = controller.step(observe(), controller.initial_memory())
+    assert decision.diagnostics["polish_solver"] == "Ipopt"
+    assert decision.diagnostics["polish_status"] == "accepted"
+    assert decision.diagnostics["polish_fallback_count"] == 0
+
+    # A weightless objective is zero everywhere, so no sequence is better than the sampled one.
+    nothing = dict.fromkeys(
+        (
+            "path_weight",
+            "heading_weight",
+            "obstacle_weight",
+            "progress_weight",
+            "deviation_weight",
+            "jerk_weight",
+            "angular_jerk_weight",
+        ),
+        0.0,
+    )
+    idle = ModelPredictivePathIntegral(
+        MppiParameters(**{**BRINGUP, "polish": {"enabled": True, **nothing}}), round_robot()
+    )
+    plain = ModelPredictivePathIntegral(MppiParameters(**BRINGUP), round_robot())
+    dropped = idle.step(observe(), idle.initial_memory())
+    assert dropped.diagnostics["polish_fallback_count"] == 1
+    np.testing.assert_array_equal(
+        dropped.command, plain.step(observe(), plain.initial_memory()).command
+    )
