@@ -34,8 +34,8 @@ _DEGREE = 3
 # warm start, which often lies on a limit.
 _BOUND_PUSH = 1e-6
 # A barrier that starts this small, and falls monotonically, hardly moves a good start: four
-# iterations then reach 99 % of the gain of a converged solve, where Drake's adaptive barrier needs
-# eight.
+# iterations then reach 99 % of the gain of a converged solve, where Drake's adaptive barrier stops
+# at 97 % after eight (29 situations of two scenarios).
 _BARRIER_START = 1e-5
 _TOLERANCE = 1e-4
 
