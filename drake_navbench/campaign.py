@@ -92,6 +92,8 @@ def plan_campaign(
         scenario = load_scenario(text)
         loaded_robot = load_robot(robot, scenario.robot_overrides)
         check_task(scenario, loaded_robot)
+        for preset in columns.values():
+            preset.robot(loaded_robot)
         for trial in range(trials):
             for preset in columns.values():
                 specs.append(

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Literal, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,6 +64,7 @@ class GoalChecker(Protocol):
 class PositionGoalCheckerParameters(FrozenModel):
     """Parameters of nav2_controller::PositionGoalChecker."""
 
+    plugin: Literal["nav2_controller::PositionGoalChecker"] = "nav2_controller::PositionGoalChecker"
     xy_goal_tolerance: float = Field(0.25, ge=0.0, description="Distance to the goal [m].")
     path_length_tolerance: float = Field(
         1.0, ge=0.0, description="Local plans longer than this are never at the goal [m]."
@@ -77,6 +78,7 @@ class PositionGoalCheckerParameters(FrozenModel):
 class SimpleGoalCheckerParameters(PositionGoalCheckerParameters):
     """Parameters of nav2_controller::SimpleGoalChecker."""
 
+    plugin: Literal["nav2_controller::SimpleGoalChecker"] = "nav2_controller::SimpleGoalChecker"
     yaw_goal_tolerance: float = Field(0.25, ge=0.0, description="Heading error [rad].")
     symmetric_yaw_tolerance: bool = Field(False, description="Facing backwards is as good.")
 
@@ -84,6 +86,7 @@ class SimpleGoalCheckerParameters(PositionGoalCheckerParameters):
 class StoppedGoalCheckerParameters(SimpleGoalCheckerParameters):
     """Parameters of nav2_controller::StoppedGoalChecker."""
 
+    plugin: Literal["nav2_controller::StoppedGoalChecker"] = "nav2_controller::StoppedGoalChecker"
     trans_stopped_velocity: float = Field(0.25, ge=0.0, description="Counts as standing [m/s].")
     rot_stopped_velocity: float = Field(0.25, ge=0.0, description="Counts as standing [rad/s].")
 
@@ -184,6 +187,7 @@ class StoppedGoalChecker(SimpleGoalChecker):
 class AxisGoalCheckerParameters(FrozenModel):
     """Parameters of nav2_controller::AxisGoalChecker."""
 
+    plugin: Literal["nav2_controller::AxisGoalChecker"] = "nav2_controller::AxisGoalChecker"
     along_path_tolerance: float = Field(
         0.25, ge=0.0, description="Error along the end of the path [m]."
     )
@@ -256,6 +260,9 @@ class AxisGoalChecker:
 class AdaptiveToleranceGoalCheckerParameters(FrozenModel):
     """Parameters of nav2_controller::AdaptiveToleranceGoalChecker."""
 
+    plugin: Literal["nav2_controller::AdaptiveToleranceGoalChecker"] = (
+        "nav2_controller::AdaptiveToleranceGoalChecker"
+    )
     fine_xy_goal_tolerance: float = Field(
         0.10, ge=0.0, description="Distance that is always good enough [m]."
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import warnings
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ from pydantic import AliasChoices, Field
 
 from drake_navbench.controller import Controller, ControllerParameters, Registry
 from drake_navbench.errors import InputError, nearest_name_hint
-from drake_navbench.robot import merged
+from drake_navbench.robot import Robot, merged
 from drake_navbench.typed_yaml import FrozenModel, parse_yaml, read_yaml, validate
 
 # The columns of the default benchmark; the others run when named.
@@ -31,6 +31,11 @@ class PresetFile(FrozenModel):
     parameters: dict[str, Any] = Field(
         default_factory=dict, description="Parameters that differ from the controller's defaults."
     )
+    path_handler: dict[str, Any] = Field(
+        default_factory=dict,
+        description="Fields of the robot's path_handler that this controller needs otherwise, such "
+        "as a longer prune_distance.",
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +45,7 @@ class Preset:
     source: where the parameters came from, for errors.
     values: the parameters as given, before defaults.
     ignored: parameters of a Nav2 file that its controller does not have; Nav2 ignores them too.
+    path_handler: fields that replace those of the robot's path handler.
     """
 
     name: str
@@ -48,6 +54,7 @@ class Preset:
     values: Mapping[str, Any]
     source: str
     ignored: tuple[str, ...] = ()
+    path_handler: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def controller_class(self) -> type[Controller]:
@@ -58,6 +65,32 @@ class Preset:
     def parameters(self) -> ControllerParameters:
         """The typed parameters; raises InputError where a value is wrong."""
         return validate(self.controller_class.Parameters, self.values, self.source)
+
+    def robot(self, robot: Robot) -> Robot:
+        """Returns a robot as this column drives it; raises InputError where a field is wrong."""
+        if not self.path_handler:
+            return robot
+        data = robot.model_dump(mode="json")
+        handler = data["navigation"]["path_handler"]
+        data["navigation"]["path_handler"] = merged(handler, self.path_handler)
+        changed = validate(type(robot), data, self.source)
+        return changed.model_copy(update={"directory": robot.directory})
+
+    def checked(self) -> Preset:
+        """Returns itself; raises InputError where a parameter is wrong."""
+        _ = self.parameters
+        return self
+
+
+def _preset_of(content: PresetFile, name: str, source: str) -> Preset:
+    return Preset(
+        name,
+        content.controller,
+        content.description,
+        content.parameters,
+        source,
+        path_handler=content.path_handler,
+    )
 
 
 @cache
@@ -103,9 +136,7 @@ def load_preset(text: str) -> Preset:
         source = f"controller {text}"
         for assignment in assignments:
             values = merged(values, _parse_assignment(assignment, text))
-    preset = Preset(text, content.controller, content.description, values, source)
-    _ = preset.parameters
-    return preset
+    return replace(_preset_of(content, text, source), values=values).checked()
 
 
 def _parse_assignment(assignment: str, text: str) -> dict[str, Any]:
@@ -129,11 +160,7 @@ def load_parameter_file(path: Path) -> list[Preset]:
     if NAV2_SERVER in data:
         return _nav2_presets(data, path)
     content = validate(PresetFile, data, str(path))
-    preset = Preset(
-        path.stem, content.controller, content.description, content.parameters, str(path)
-    )
-    _ = preset.parameters
-    return [preset]
+    return [_preset_of(content, path.stem, str(path)).checked()]
 
 
 def _nav2_presets(data: Mapping[str, Any], path: Path) -> list[Preset]:
@@ -169,16 +196,14 @@ def _nav2_preset(plugin_type: str, values: dict[str, Any], name: str, path: Path
     ignored = tuple(key for key in values if key.partition(".")[0] not in known_names)
     used = {key: value for key, value in values.items() if key not in ignored}
     description = f"{plugin_type} from {path.name}"
-    preset = Preset(name, controller, description, used, str(path), ignored)
-    _ = preset.parameters
-    return preset
+    return Preset(name, controller, description, used, str(path), ignored).checked()
 
 
 def _parameter_names(model: type[ControllerParameters]) -> set[str]:
     """Returns every name under which a model takes a value at its top level."""
     names = set(model.model_fields)
-    for field in model.model_fields.values():
-        alias = field.validation_alias
+    for model_field in model.model_fields.values():
+        alias = model_field.validation_alias
         choices = alias.choices if isinstance(alias, AliasChoices) else [alias]
         names.update(choice for choice in choices if isinstance(choice, str))
     return names
@@ -202,6 +227,7 @@ def as_yaml(preset: Preset) -> str:
             "controller": preset.controller,
             "description": preset.description,
             "parameters": preset.parameters.model_dump(mode="json"),
+            "path_handler": dict(preset.path_handler),
         },
         sort_keys=False,
     )

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,6 +42,9 @@ class ProgressCheck(NamedTuple):
 class SimpleProgressCheckerParameters(FrozenModel):
     """Parameters of nav2_controller::SimpleProgressChecker."""
 
+    plugin: Literal["nav2_controller::SimpleProgressChecker"] = (
+        "nav2_controller::SimpleProgressChecker"
+    )
     required_movement_radius: float = Field(
         0.5, ge=0.0, description="Distance that counts as progress [m]."
     )
@@ -53,6 +56,7 @@ class SimpleProgressCheckerParameters(FrozenModel):
 class PoseProgressCheckerParameters(SimpleProgressCheckerParameters):
     """Parameters of nav2_controller::PoseProgressChecker."""
 
+    plugin: Literal["nav2_controller::PoseProgressChecker"] = "nav2_controller::PoseProgressChecker"
     required_movement_angle: float = Field(
         0.5, ge=0.0, description="Turn that counts as progress [rad]."
     )

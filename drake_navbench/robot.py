@@ -16,16 +16,16 @@ from drake_navbench.behaviors import BehaviorServerParameters
 from drake_navbench.checker_settings import (
     GoalCheckerSettings,
     ProgressCheckerSettings,
-    default_goal_checker,
-    default_progress_checker,
 )
 from drake_navbench.collision_monitor import CollisionMonitorParameters
 from drake_navbench.costmap_settings import GlobalCostmapSettings, LocalCostmapSettings
 from drake_navbench.errors import InputError
+from drake_navbench.goal_checkers import SimpleGoalCheckerParameters
 from drake_navbench.kernels.footprint import circle_footprint, footprint_radii, pad_footprint
 from drake_navbench.named_files import NamedFiles
 from drake_navbench.path_handler import PathHandlerParameters
 from drake_navbench.planner_parameters import PlannerParameters
+from drake_navbench.progress_checkers import SimpleProgressCheckerParameters
 from drake_navbench.typed_yaml import FrozenModel, read_yaml, validate
 from drake_navbench.velocity_smoother import VelocitySmootherParameters
 from drake_navbench.waypoint_follower import WaypointFollowerParameters
@@ -114,8 +114,10 @@ class NavigationSettings(FrozenModel):
 
     controller_server: ControllerServerSettings = Field(default_factory=ControllerServerSettings)
     path_handler: PathHandlerParameters = Field(default_factory=PathHandlerParameters)
-    goal_checker: GoalCheckerSettings = Field(default_factory=default_goal_checker)
-    progress_checker: ProgressCheckerSettings = Field(default_factory=default_progress_checker)
+    goal_checker: GoalCheckerSettings = Field(default_factory=SimpleGoalCheckerParameters)
+    progress_checker: ProgressCheckerSettings = Field(
+        default_factory=SimpleProgressCheckerParameters
+    )
     local_costmap: LocalCostmapSettings = Field(default_factory=LocalCostmapSettings)
     global_costmap: GlobalCostmapSettings = Field(default_factory=GlobalCostmapSettings)
     planner: PlannerParameters = Field(default_factory=PlannerParameters)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -88,6 +88,7 @@ def simulate(
     spec: TrialSpec, *, meshcat: Meshcat | None = None, realtime_rate: float = 0.0
 ) -> TrialLog:
     """Runs the trial of a checked specification; realtime_rate 0 runs as fast as possible."""
+    spec = replace(spec, robot=spec.preset.robot(spec.robot))
     controller = spec.preset.controller_class(
         spec.preset.parameters, controller_setup(spec.robot, spec.wants_diagnostics)
     )

@@ -12,6 +12,7 @@ from drake_navbench.presets import (
     load_preset,
     preset_files,
 )
+from drake_navbench.robot import load_robot
 from drake_navbench.typed_yaml import parse_yaml
 
 
@@ -55,6 +56,29 @@ def test_a_preset_written_with_all_parameters_reads_back_as_the_same(tmp_path: P
     (again,) = load_parameter_file(path)
     assert again.name == "again"
     assert again.parameters == preset.parameters
+
+
+def test_a_preset_may_ask_for_a_longer_local_plan(tmp_path: Path):
+    path = tmp_path / "far.yaml"
+    path.write_text(
+        "controller: rpp\ndescription: sees farther\npath_handler: {prune_distance: 3.0}\n"
+    )
+    (preset,) = load_parameter_file(path)
+    robot = load_robot("wheelchair")
+    assert robot.navigation.path_handler.prune_distance == 2.0
+    changed = preset.robot(robot)
+    assert changed.navigation.path_handler.prune_distance == 3.0
+    assert changed.model_path == robot.model_path
+
+
+def test_a_wrong_field_of_the_path_handler_is_named(tmp_path: Path):
+    path = tmp_path / "far.yaml"
+    path.write_text(
+        "controller: rpp\ndescription: sees farther\npath_handler: {prune_dist: 3.0}\n"
+    )
+    (preset,) = load_parameter_file(path)
+    with pytest.raises(InputError, match=r"prune_dist: unknown field; did you mean"):
+        preset.robot(load_robot("wheelchair"))
 
 
 def nav2_file(tmp_path: Path, text: str) -> Path:

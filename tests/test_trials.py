@@ -155,6 +155,9 @@ class _StubPreset:
     def controller_class(self, parameters, setup):
         return _Stub(self._step)
 
+    def robot(self, robot):
+        return robot
+
 
 def simulate_stub(step, scenario: str | Scenario = "empty", **changes) -> TrialLog:
     """Runs a controller that is one function."""
