@@ -231,7 +231,9 @@ def changed_parameters(folder: Path, first: str, second: str) -> list[Change]:
     """Returns where two presets of a run differ, from the resolved files beside its results."""
     fields = [
         _flat(yaml.safe_load(path.read_text(encoding="utf-8"))["parameters"])
-        for path in (folder / "inputs/controllers" / f"{file_name(p)}.yaml" for p in (first, second))
+        for path in (
+            folder / "inputs/controllers" / f"{file_name(p)}.yaml" for p in (first, second)
+        )
     ]
     names = sorted(set(fields[0]) | set(fields[1]))
     changes = [Change(name, fields[0].get(name), fields[1].get(name)) for name in names]
@@ -305,7 +307,7 @@ def _comparison_rows(
 ) -> list[tuple[str, str, str, list[tuple[Comparison, list[Comparison]]]]]:
     """Returns a row a published metric: scenario, metric, unit, and a cell a controller.
 
-    A cell holds the published lineup's comparison and those of the others with a preset of their own.
+    A cell holds the comparison of the published lineup, then those of the others.
     """
     rows: dict[tuple[str, str, str], list[tuple[Comparison, list[Comparison]]]] = {}
     main = compared[PUBLISHED_SETTINGS.name]
