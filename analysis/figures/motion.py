@@ -9,7 +9,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from drake_navbench.analysis.figures.maps import bounds, draw_robot, draw_world
-from drake_navbench.analysis.figures.style import MUTED, Look, Margins, legend_above, new_figure
+from drake_navbench.analysis.figures.style import (
+    MUTED,
+    Look,
+    Margins,
+    legend_above,
+    new_figure,
+    place_labels,
+)
 from drake_navbench.analysis.metrics.definition import Undefined
 from drake_navbench.analysis.metrics.efficiency import drive_power_w
 from drake_navbench.analysis.metrics.signals import Motion, column, motion, positions, times
@@ -117,6 +124,7 @@ def _draw_energy(axes: Axes, signal: Motion, line: Line) -> None:
     other.grid(visible=False)
     other.spines["right"].set_visible(True)
     other.set_ylabel("velocity [m/s]", color=MUTED)
+    place_labels(other, is_right=True)
     other.plot(grid, signal.v_mps, **SECOND_LINE)
     axes.plot([], [], **SECOND_LINE, label="velocity")
     axes.set_title("Energy")

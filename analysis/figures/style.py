@@ -14,6 +14,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.transforms import ScaledTranslation
 
 from drake_navbench.analysis.colors import controller_color
 
@@ -24,6 +25,7 @@ OBSTACLE_FACE, OBSTACLE_EDGE = "#c9ced4", "#6b7480"
 PLAN_COLOR = "#1f2933"
 # Together with the colour: tells controllers apart in a black and white print.
 LINE_STYLES = ("-", (0, (6, 2)), (0, (2, 1.4)), (0, (7, 2, 1.5, 2)), (0, (1, 1.2)))
+X_LABEL_BELOW_IN, Y_LABEL_BESIDE_IN = 0.3, 0.5
 # Room in a legend, at its font size.
 CHARACTER_IN, LEGEND_KEY_IN, LEGEND_LINE_IN = 0.075, 0.6, 0.2
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
@@ -39,6 +41,8 @@ STYLE = {
     "axes.spines.top": False,
     "axes.titlelocation": "left",
     "axes.titlesize": 10,
+    # A fixed height; by default every label is measured to keep clear of them.
+    "axes.titley": 1.0,
     "axes.titleweight": "bold",
     "figure.facecolor": "white",
     "font.size": 9,
@@ -138,7 +142,19 @@ def new_figure(
             "hspace": margins.between_rows / height,
         },
     )
+    for axes in grid.flat:
+        place_labels(axes)
     return figure, list(grid.flat)
+
+
+def place_labels(axes: Axes, *, is_right: bool = False) -> None:
+    """Fixes where the labels of the axes stand; finding room for them takes long."""
+    inches = axes.get_figure().dpi_scale_trans
+    below = axes.transAxes + ScaledTranslation(0.0, -X_LABEL_BELOW_IN, inches)
+    beside_in = Y_LABEL_BESIDE_IN if is_right else -Y_LABEL_BESIDE_IN
+    beside = axes.transAxes + ScaledTranslation(beside_in, 0.0, inches)
+    axes.xaxis.set_label_coords(0.5, 0.0, transform=below)
+    axes.yaxis.set_label_coords(1.0 if is_right else 0.0, 0.5, transform=beside)
 
 
 def legend_below(figure: Figure, handles: Sequence[Artist]) -> None:

@@ -70,6 +70,11 @@ def all_metrics() -> tuple[Metric, ...]:
     return tuple(entry for metrics in installed_metrics().values() for entry in metrics)
 
 
+def unrepeatable_names() -> list[str]:
+    """Returns the metrics that depend on the machine: two equal runs agree in all others."""
+    return [entry.name for entry in all_metrics() if not entry.is_repeatable]
+
+
 def measure_all(log: TrialLog) -> dict[str, Measurement]:
     """Returns every installed metric of a trial by name, with the reasons of undefined ones."""
     return {entry.name: entry.measure(log) for entry in all_metrics()}

@@ -17,6 +17,7 @@ from drake_navbench.analysis.metrics.registry import (
     installed_metrics,
     measure_all,
     metrics_in,
+    unrepeatable_names,
 )
 from drake_navbench.errors import InputError
 
@@ -69,6 +70,11 @@ def test_a_broken_metric_leaves_an_empty_cell_with_the_reason():
 def test_every_undefined_value_has_a_reason():
     for name, measured in measure_all(straight_log(outcome="aborted")).items():
         assert math.isnan(measured.value) == bool(measured.reason), name
+
+
+def test_only_compute_times_depend_on_the_machine():
+    compute = {entry.name for entry in installed_metrics()["compute"]}
+    assert set(unrepeatable_names()) == compute
 
 
 @pytest.mark.parametrize("entry", all_metrics(), ids=lambda entry: entry.name)

@@ -19,7 +19,7 @@ BROWSER = shutil.which("chromium") or shutil.which("chromium-browser")
 TIMEOUT_S = 120
 MODEL = load_robot("wheelchair").model_path
 # Longer than the probe waits; the browser's clock then runs ahead of the wall's.
-VIRTUAL_TIME_MS = 1500
+VIRTUAL_TIME_MS = 3000
 
 # Only what the page itself carries may load; whatever else it asks for is refused and reported.
 PROBE_HEAD = """
@@ -52,8 +52,11 @@ PROBE_BODY = """
   }
   // Headless browsers may skip frames; asking for one moves the animation to the clock's time.
   function time_now() { viewer.animate(); return viewer.animator.time; }
-  setTimeout(() => { probe.time_early = time_now(); }, 500);
-  setTimeout(() => {
+  function when_loaded(action) {
+    viewer.animator.duration > 0 ? action() : setTimeout(when_loaded, 50, action);
+  }
+  when_loaded(() => setTimeout(() => { probe.time_early = time_now(); }, 200));
+  when_loaded(() => setTimeout(() => {
     probe.time_late = time_now();
     probe.label = document.querySelector("#navbench-player button").textContent;
     const early = seek(0.5), late = seek(3.0);
@@ -67,7 +70,7 @@ PROBE_BODY = """
     output.id = "probe";
     output.textContent = JSON.stringify(probe);
     document.body.append(output);
-  }, 1000);
+  }, 600));
 </script>
 """
 
