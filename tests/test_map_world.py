@@ -7,7 +7,6 @@ import pytest
 import shapely
 import yaml
 from hypothesis import given
-from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from PIL import Image
 
