@@ -16,6 +16,7 @@ import yaml
 from rich.console import Console
 
 from drake_navbench import __version__
+from drake_navbench.analysis.report import build_report
 from drake_navbench.analysis.tables import scenario_table, table_to_markdown
 from drake_navbench.campaign import Campaign, available_jobs, plan_campaign, run_campaign
 from drake_navbench.errors import InputError
@@ -134,10 +135,12 @@ def _run(
     if request.replay != "none":
         console.print("Writing the replays ...")
         write_replays(folder, campaign, each=request.replay == "each", jobs=jobs)
+    console.print("Writing the report ...")
+    build_report(folder.path, jobs=jobs)
     driven_s = float(trials["simulated_time_s"].sum())
     console.print(
         f"{len(trials)} trials, {driven_s:.0f} s of driving, in {wall_s:.0f} s. "
-        f"Results: {folder.path}"
+        f"Open {folder.path / 'report.html'}"
     )
     errors = trials[trials["outcome"] == Outcome.ERROR]
     for row in errors.itertuples():

@@ -159,11 +159,19 @@ class TrialLog:
         metadata = (table.schema.metadata or {}).get(METADATA_KEY)
         if metadata is None:
             raise InputError(f"{path}: a Parquet file, but not a trial log")
-        info = json.loads(metadata)
+        try:
+            info = json.loads(metadata)
+        except ValueError as error:
+            raise InputError(f"{path}: a trial log with unreadable metadata: {error}") from error
         version = info.pop("schema_version", None)
         if version != SCHEMA_VERSION:
             raise InputError(
                 f"{path}: schema version {version}, expected {SCHEMA_VERSION}; run the trial again"
+            )
+        missing = {*COLUMNS, "scan", "diagnostics"} - set(table.column_names)
+        if missing:
+            raise InputError(
+                f"{path}: a trial log without the columns {', '.join(sorted(missing))}"
             )
         angles = np.array(info.pop("scan_angles_rad"))
         plan = np.array(info.pop("plan"), dtype=float).reshape(-1, 3)
