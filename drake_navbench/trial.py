@@ -96,7 +96,7 @@ def simulate(
         spec.robot,
         spec.scenario.obstacles,
         controller,
-        task=_task(spec),
+        task=trial_task(spec),
         static_map=_static_map(spec),
         filter_masks=spec.scenario.filter_masks,
         meshcat=meshcat,
@@ -111,7 +111,7 @@ def simulate(
     return _make_log(spec, trial, context)
 
 
-def _task(spec: TrialSpec) -> FollowPlan | NavigateToPoses:
+def trial_task(spec: TrialSpec) -> FollowPlan | NavigateToPoses:
     """Returns what the robot is to do, in the scenario's navigation mode."""
     scenario, robot = spec.scenario, spec.robot
     if scenario.navigation_mode == "follow_path":

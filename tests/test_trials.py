@@ -5,10 +5,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from stub_controller import StubPreset, straight_ahead
 
 from drake_navbench import run_trial
 from drake_navbench.analysis.published import published_metrics
-from drake_navbench.controller import ControllerParameters, Decision, NoValidControl
+from drake_navbench.controller import Decision, NoValidControl
 from drake_navbench.kernels.path_geometry import path_length
 from drake_navbench.log import Outcome, TrialLog
 from drake_navbench.presets import load_preset
@@ -122,54 +123,13 @@ def test_a_log_read_back_is_the_log_that_was_written(rpp_logs, tmp_path: Path):
     np.testing.assert_array_equal(again.scans[-1].ranges_m, log.scans[-1].ranges_m)
 
 
-class _Parameters(ControllerParameters):
-    pass
-
-
-class _Stub:
-    """A controller made of one function."""
-
-    Parameters = _Parameters
-    nav2_plugin = None
-
-    def __init__(self, step):
-        self._step = step
-
-    def initial_memory(self):
-        return 0
-
-    def step(self, observation, memory):
-        return self._step(observation, memory)
-
-
-class _StubPreset:
-    """Stands for a preset whose controller is a stub."""
-
-    name = "stub"
-    controller = "stub"
-    parameters = _Parameters()
-
-    def __init__(self, step):
-        self._step = step
-
-    def controller_class(self, parameters, setup):
-        return _Stub(self._step)
-
-    def robot(self, robot):
-        return robot
-
-
 def simulate_stub(step, scenario: str | Scenario = "empty", **changes) -> TrialLog:
     """Runs a controller that is one function."""
     if isinstance(scenario, str):
         scenario = load_scenario(scenario)
     scenario = scenario.model_copy(update=changes)
     robot = load_robot("wheelchair", scenario.robot_overrides)
-    return simulate(TrialSpec(scenario, robot, _StubPreset(step), seed=0))
-
-
-def straight_ahead(observation, memory):
-    return Decision(np.array([0.5, 0.0]), memory + 1)
+    return simulate(TrialSpec(scenario, robot, StubPreset(step), seed=0))
 
 
 def test_a_controller_that_ignores_a_wall_collides():

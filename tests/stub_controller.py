@@ -1,0 +1,46 @@
+"""Controllers made of one function, for tests of what stands around a controller."""
+
+import numpy as np
+
+from drake_navbench.controller import ControllerParameters, Decision
+
+
+class _Parameters(ControllerParameters):
+    pass
+
+
+class _Stub:
+    """A controller made of one function."""
+
+    Parameters = _Parameters
+    nav2_plugin = None
+
+    def __init__(self, step):
+        self._step = step
+
+    def initial_memory(self):
+        return 0
+
+    def step(self, observation, memory):
+        return self._step(observation, memory)
+
+
+class StubPreset:
+    """Stands for a preset whose controller is a stub."""
+
+    name = "stub"
+    controller = "stub"
+    parameters = _Parameters()
+
+    def __init__(self, step):
+        self._step = step
+
+    def controller_class(self, parameters, setup):
+        return _Stub(self._step)
+
+    def robot(self, robot):
+        return robot
+
+
+def straight_ahead(observation, memory):
+    return Decision(np.array([0.5, 0.0]), memory + 1)
