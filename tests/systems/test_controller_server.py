@@ -1,0 +1,166 @@
+"""The controller server as the navigator sees it: tasks, preemption, cancelling, waiting."""
+
+import numpy as np
+import pytest
+from pydrake.systems.analysis import Simulator
+
+from drake_navbench.controller import Decision, SpeedLimit
+from drake_navbench.goal_checkers import SimpleGoalChecker, SimpleGoalCheckerParameters
+from drake_navbench.kernels.grid import Costmap
+from drake_navbench.path_handler import PathHandler, PathHandlerParameters
+from drake_navbench.progress_checkers import (
+    SimpleProgressChecker,
+    SimpleProgressCheckerParameters,
+)
+from drake_navbench.robot import ControllerServerSettings
+from drake_navbench.systems.controller_server import ControllerServer
+from drake_navbench.task import ClearRequest, GlobalPlan, TaskState
+
+PERIOD_S = 0.05
+
+
+class Counter:
+    """A controller that counts its steps in its memory and keeps what it observed."""
+
+    def __init__(self):
+        self.seen = []
+
+    def initial_memory(self):
+        return 0
+
+    def step(self, observation, memory):
+        self.seen.append(observation)
+        return Decision(np.array([0.1 * (memory + 1), 0.0]), memory + 1)
+
+
+class Gentle(Counter):
+    """One that wants three steps before it is cancelled."""
+
+    def is_at_rest(self, memory):
+        return memory >= 3
+
+
+def plan(task_id=1, plan_id=1, length_m=3.0, **more) -> GlobalPlan:
+    x = np.arange(0.0, length_m, 0.05)
+    return GlobalPlan(plan_id, np.column_stack([x, 0 * x, 0 * x]), task_id=task_id, **more)
+
+
+def costmap(stamp_s=0.0) -> Costmap:
+    return Costmap(np.zeros((120, 120), dtype=np.uint8), -3.0, -3.0, 0.05, stamp_s=stamp_s)
+
+
+class Rig:
+    """A server with a cycle every 0.05 s from t = 0 on, whose inputs a test sets."""
+
+    def __init__(self, controller, **settings):
+        self.server = ControllerServer(
+            controller,
+            ControllerServerSettings(**settings),
+            path_handler=PathHandler(PathHandlerParameters()),
+            goal_checker=SimpleGoalChecker(SimpleGoalCheckerParameters()),
+            progress_checker=SimpleProgressChecker(SimpleProgressCheckerParameters()),
+            offset_s=0.0,
+        )
+        self.simulator = Simulator(self.server)
+        self.context = self.simulator.get_mutable_context()
+        self.cycle_count = 0
+        self.give(estimate=np.zeros(5), costmap=costmap(), plan=None)
+
+    def give(self, **inputs):
+        for name, value in inputs.items():
+            port = self.server.GetInputPort(name)
+            port.FixValue(self.context, value)
+
+    def run(self, cycles):
+        """Runs some cycles and returns the state after them."""
+        self.cycle_count += cycles
+        # Shortly before the cycle after the last one.
+        self.simulator.AdvanceTo(PERIOD_S * (self.cycle_count - 0.5))
+        return self.state
+
+    @property
+    def state(self):
+        return self.server.GetOutputPort("server_state").Eval(self.context)
+
+
+def test_without_a_plan_it_does_nothing():
+    controller = Counter()
+    assert Rig(controller).run(4).status.state is TaskState.IDLE
+    assert controller.seen == []
+
+
+def test_a_preempting_plan_keeps_the_memory_and_a_new_task_starts_afresh():
+    rig = Rig(Counter())
+    rig.give(plan=plan())
+    assert rig.run(2).memory == 2
+    rig.give(plan=plan(plan_id=2))
+    state = rig.run(2)
+    assert (state.memory, state.plan_id) == (4, 2)
+    rig.give(plan=plan(plan_id=2, task_id=2))
+    state = rig.run(1)
+    assert (state.memory, state.status.task_id) == (1, 2)
+
+
+def test_a_task_that_has_ended_waits_for_the_next_one():
+    rig = Rig(Counter())
+    rig.give(plan=plan(length_m=0.1))
+    state = rig.run(3)
+    assert state.status.state is TaskState.SUCCEEDED
+    assert state.memory == 0
+    rig.give(plan=plan(task_id=2))
+    assert rig.run(1).status.state is TaskState.RUNNING
+
+
+def test_cancelling_stops_at_once():
+    rig = Rig(Counter())
+    rig.give(plan=plan())
+    rig.run(2)
+    rig.give(plan=plan(cancel_requested=True))
+    state = rig.run(1)
+    assert state.status.state is TaskState.CANCELED
+    np.testing.assert_array_equal(state.command, [0.0, 0.0])
+
+
+def test_a_controller_that_slows_down_is_cancelled_when_it_is_at_rest():
+    controller = Gentle()
+    rig = Rig(controller)
+    rig.give(plan=plan())
+    rig.run(1)
+    rig.give(plan=plan(cancel_requested=True))
+    assert rig.run(2).status.state is TaskState.RUNNING
+    assert controller.seen[-1].cancel_requested
+    assert rig.run(1).status.state is TaskState.CANCELED
+    assert len(controller.seen) == 3
+
+
+def test_after_a_request_to_clear_it_waits_for_the_next_costmap_and_keeps_the_command():
+    controller = Counter()
+    rig = Rig(controller)
+    rig.give(plan=plan(), clear_request=None)
+    rig.run(2)
+    rig.give(clear_request=ClearRequest(time_s=0.06))
+    state = rig.run(3)
+    assert len(controller.seen) == 2
+    np.testing.assert_allclose(state.command, [0.2, 0.0])
+    rig.give(costmap=costmap(stamp_s=0.2))
+    assert rig.run(1).memory == 3
+
+
+@pytest.mark.parametrize(("timeout_s", "code"), [(0.3, 107), (0.0, 0)])
+def test_it_gives_up_on_a_costmap_that_never_becomes_current(timeout_s, code):
+    rig = Rig(Counter(), costmap_update_timeout=timeout_s)
+    rig.give(plan=plan(), clear_request=ClearRequest(time_s=0.0))
+    # The first cycle waits for 0 s, the seventh for 0.30 s, the eighth for more.
+    assert rig.run(7).status.state is TaskState.RUNNING
+    assert rig.run(1).status.error_code == code
+
+
+def test_the_controller_is_told_the_speed_limit():
+    controller = Counter()
+    rig = Rig(controller)
+    rig.give(plan=plan())
+    rig.run(1)
+    rig.give(speed_limit=SpeedLimit(50.0, is_percentage=True))
+    rig.run(1)
+    assert controller.seen[0].speed_limit is None
+    assert controller.seen[1].speed_limit == SpeedLimit(50.0, is_percentage=True)
