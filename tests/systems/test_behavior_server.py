@@ -14,7 +14,7 @@ BACK = {"target_x": 0.3, "speed": 0.15, "time_allowance": 10.0}
 
 
 class Rig:
-    """A server with a cycle every 0.1 s from t = 0 on, beside a controller that commands 0.4 m/s."""
+    """A server with a cycle every 0.1 s from t = 0 on; the controller commands 0.4 m/s."""
 
     def __init__(self):
         self.server = BehaviorServer(BehaviorServerParameters(), footprint=FOOTPRINT, offset_s=0.0)
