@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 import shapely
@@ -28,8 +28,7 @@ FILTER_NAMES: Mapping[FilterType, FilterName] = {
     "binary": "binary_filter",
 }
 Point = tuple[float, float]
-# Cell edge of the masks that are drawn from polygons, m.
-DRAWN_RESOLUTION_M = 0.05
+ROUNDING_CELLS = 1e-6
 
 
 class FilterArea(FrozenModel):
@@ -94,17 +93,30 @@ class FilterMask(Immutable):
         return self.grid.value_at(position)
 
 
+class Lattice(NamedTuple):
+    """Where the cells of drawn masks lie: one corner of any cell and the cell edge, m."""
+
+    corner_x: float
+    corner_y: float
+    resolution: float
+
+
 def load_filter_mask(
-    description: FilterDescription, *, directory: Path, bounds: tuple[float, float, float, float]
+    description: FilterDescription,
+    *,
+    directory: Path,
+    bounds: tuple[float, float, float, float],
+    lattice: Lattice,
 ) -> FilterMask:
     """Returns the mask of a filter.
 
     directory: what a relative mask path starts from. bounds: min_x, min_y, max_x, max_y m of the
-    world: polygons are drawn on a grid that covers it, a mask from a file must meet it. Raises
-    InputError, one line, where the mask cannot be read or lies elsewhere.
+    world: polygons are drawn on a grid that covers it, a mask from a file must meet it. lattice:
+    of the cells of drawn masks; that of the costmap, where it is to show them as they were drawn.
+    Raises InputError, one line, where the mask cannot be read or lies elsewhere.
     """
     if description.mask is None:
-        grid = _draw_areas(description.areas, bounds)
+        grid = _draw_areas(description.areas, bounds, lattice)
     else:
         path = directory / description.mask
         grid = load_map(path)
@@ -121,17 +133,23 @@ def load_filter_mask(
     return FilterMask(description.type, grid, description.base, description.multiplier)
 
 
-def _draw_areas(areas: list[FilterArea], bounds: tuple[float, ...]) -> OccupancyMap:
-    corners = np.vstack([np.array(area.polygon) for area in areas] + [np.reshape(bounds, (2, 2))])
-    low = np.floor(corners.min(axis=0) / DRAWN_RESOLUTION_M) * DRAWN_RESOLUTION_M
-    columns, rows = np.ceil((corners.max(axis=0) - low) / DRAWN_RESOLUTION_M).astype(int)
+def _draw_areas(
+    areas: list[FilterArea], bounds: tuple[float, ...], lattice: Lattice
+) -> OccupancyMap:
+    points = np.vstack([np.array(area.polygon) for area in areas] + [np.reshape(bounds, (2, 2))])
+    corner, resolution = np.array([lattice.corner_x, lattice.corner_y]), lattice.resolution
+    # A bound that lies on the lattice, but for rounding, needs no further cell.
+    first = np.floor((points.min(axis=0) - corner) / resolution + ROUNDING_CELLS)
+    last = np.ceil((points.max(axis=0) - corner) / resolution - ROUNDING_CELLS)
+    columns, rows = (last - first).astype(int)
+    origin_x, origin_y = (corner + first * resolution).tolist()
     mask = np.zeros((rows, columns), dtype=np.int8)
     for area in areas:
         drawn = np.full((rows, columns), FREE, dtype=np.uint8)
-        mark_polygon(drawn, *low, DRAWN_RESOLUTION_M, np.array(area.polygon, dtype=float))
+        mark_polygon(drawn, origin_x, origin_y, resolution, np.array(area.polygon, dtype=float))
         mask[drawn == LETHAL] = area.value
     mask.flags.writeable = False
-    return OccupancyMap(mask, DRAWN_RESOLUTION_M, float(low[0]), float(low[1]))
+    return OccupancyMap(mask, resolution, origin_x, origin_y)
 
 
 def _rectangle(bounds: tuple[float, ...]) -> str:

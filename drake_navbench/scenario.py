@@ -11,7 +11,7 @@ import shapely
 from pydantic import Field, field_validator, model_validator
 
 from drake_navbench.errors import InputError
-from drake_navbench.filter_masks import FilterDescription, FilterMask, load_filter_mask
+from drake_navbench.filter_masks import FilterDescription, FilterMask, Lattice, load_filter_mask
 from drake_navbench.kernels.rasterize import MASK_FULL
 from drake_navbench.map_file import UNKNOWN, OccupancyMap, load_map
 from drake_navbench.map_world import occupied_boxes
@@ -38,6 +38,7 @@ PUBLISHED_SCENARIOS = (
 SET_BY_LOADING = ("name", "directory")
 # How far masks that are drawn from polygons reach beyond everything else.
 MASK_MARGIN_M = 2.0
+MASK_RESOLUTION_M = 0.05
 
 Pose = tuple[float, float, float]
 
@@ -193,7 +194,9 @@ class Scenario(FrozenModel):
     def filter_masks(self) -> tuple[FilterMask, ...]:
         """The masks of the filters; raises InputError where one is wrong."""
         return tuple(
-            load_filter_mask(entry, directory=Path(self.directory), bounds=self._bounds)
+            load_filter_mask(
+                entry, directory=Path(self.directory), bounds=self._bounds, lattice=self._lattice
+            )
             for entry in self.filters
         )
 
@@ -202,6 +205,14 @@ class Scenario(FrozenModel):
         """The map and mask files that it refers to, with their images."""
         grids = [self.map, *(mask.grid for mask in self.filter_masks)]
         return [path for grid in grids if grid is not None for path in grid.files]
+
+    @property
+    def _lattice(self) -> Lattice:
+        """The cells of masks that are drawn: the map's, else such that the start is a centre."""
+        if self.map is not None:
+            return Lattice(self.map.origin_x, self.map.origin_y, self.map.resolution)
+        half = 0.5 * MASK_RESOLUTION_M
+        return Lattice(self.start[0] - half, self.start[1] - half, MASK_RESOLUTION_M)
 
     @property
     def _bounds(self) -> tuple[float, ...]:
