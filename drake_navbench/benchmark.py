@@ -91,7 +91,14 @@ def run_from_command_line(arguments: argparse.Namespace) -> bool:
     if not resumed:
         folder.write_manifest(_manifest(request, campaign))
         _write_inputs(folder, campaign)
-    return _run(request, campaign, folder, jobs=arguments.jobs or available_jobs(), console=console)
+    jobs = arguments.jobs or available_jobs()
+    try:
+        return _run(request, campaign, folder, jobs=jobs, console=console)
+    except KeyboardInterrupt:
+        console.print(
+            f"Go on with: python -m drake_navbench.run --resume {folder.path}", soft_wrap=True
+        )
+        raise
 
 
 def default_results_path() -> Path:

@@ -26,4 +26,6 @@ def show_live(campaign: Campaign, console: Console) -> bool:
         log = simulate(spec, meshcat=meshcat, realtime_rate=REAL_TIME)
         console.print(f"  {log.outcome} after {log.end_time_s:.1f} s: {log.info['reason']}")
         any_error |= log.outcome is Outcome.ERROR
+    if console.is_terminal:
+        console.input("Enter closes the page. ")
     return any_error

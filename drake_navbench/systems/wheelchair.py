@@ -11,6 +11,7 @@ from pydrake.geometry import (
     FramePoseVector,
     GeometryFrame,
     GeometryInstance,
+    MakePhongIllustrationProperties,
     ProximityProperties,
     SceneGraph,
 )
@@ -23,6 +24,7 @@ from drake_navbench.world_geometry import prism
 STATE_SIZE = 5
 # Tall enough to meet every obstacle, whatever its height: contact is judged in the plane.
 FOOTPRINT_HEIGHT_M = 1.0
+FOOTPRINT_COLOR = (0.0, 0.45, 0.7, 0.8)
 
 
 class Wheelchair(LeafSystem):
@@ -72,6 +74,9 @@ class Wheelchair(LeafSystem):
         instance = GeometryInstance(RigidTransform(), shape, "footprint")
         geometry_id = scene_graph.RegisterGeometry(self.source_id, self.frame_id, instance)
         scene_graph.AssignRole(self.source_id, geometry_id, ProximityProperties())
+        scene_graph.AssignRole(
+            self.source_id, geometry_id, MakePhongIllustrationProperties(FOOTPRINT_COLOR)
+        )
         return geometry_id
 
     def set_pose(self, context: Context, pose: NDArray[np.float64]) -> None:
