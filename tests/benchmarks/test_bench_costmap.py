@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from drake_navbench.costmap_settings import GlobalCostmapSettings, LocalCostmapSettings
+from drake_navbench.filter_masks import FilterMask
 from drake_navbench.kernels.denoise import denoise
 from drake_navbench.kernels.footprint import circle_footprint, footprint_cost
 from drake_navbench.kernels.grid import LETHAL
@@ -11,6 +13,10 @@ from drake_navbench.kernels.layer_grid import MergeRule, merge_layer
 from drake_navbench.kernels.obstacle_layer import update_obstacle_layer
 from drake_navbench.kernels.rasterize import mark_polygon
 from drake_navbench.kernels.ray_casting import cast_rays
+from drake_navbench.layered_costmap import GridGeometry, LayeredCostmap
+from drake_navbench.log import Scan
+from drake_navbench.map_file import OccupancyMap
+from drake_navbench.robot import LidarSettings
 
 BEAMS = np.linspace(-np.pi, np.pi, 360, endpoint=False)
 FOOTPRINT = circle_footprint(0.3)
@@ -100,3 +106,46 @@ def test_polygon_on_a_large_map(benchmark):
     )
     benchmark(mark_polygon, costs, 0.0, 0.0, 0.05, star)
     assert costs.any()
+
+
+@pytest.mark.parametrize("size", [60, 120])
+def test_update_of_a_local_costmap_with_every_layer_and_filter(benchmark, size):
+    occupancy = np.where(walls(1000) == LETHAL, 100, 0).astype(np.int8)
+    known = OccupancyMap(occupancy, 0.05, -25.0, -25.0)
+    settings = LocalCostmapSettings(
+        inflation_layer={"inflation_radius": 0.9, "cost_scaling_factor": 3.0},
+        plugins=["static_layer", "obstacle_layer", "denoise_layer", "inflation_layer"],
+    )
+    layers = LayeredCostmap(
+        settings,
+        GridGeometry(size, size, 0.0, 0.0, 0.05, rolling_window=True),
+        lidar=LidarSettings(),
+        footprint=FOOTPRINT,
+        static_map=known,
+        masks=[FilterMask("keepout", known)],
+    )
+    pose = np.array([0.3, 0.1, 0.2])
+    scan = Scan(0.0, pose, BEAMS, scan_of_a_room(0.4 * size * 0.05).astype(np.float32))
+    state = layers.updated(layers.initial_state(), scan=scan, pose=pose, time_s=0.0)
+    state = benchmark(layers.updated, state, scan=scan, pose=pose, time_s=0.0)
+    assert state.costmap.costs.any()
+
+
+def test_update_of_a_global_costmap_of_a_large_map(benchmark):
+    occupancy = np.where(walls(1000) == LETHAL, 100, 0).astype(np.int8)
+    known = OccupancyMap(occupancy, 0.05, -25.0, -25.0)
+    settings = GlobalCostmapSettings(
+        inflation_layer={"inflation_radius": 0.9, "cost_scaling_factor": 3.0}
+    )
+    layers = LayeredCostmap(
+        settings,
+        GridGeometry.of_map(known),
+        lidar=LidarSettings(),
+        footprint=FOOTPRINT,
+        static_map=known,
+    )
+    pose = np.array([0.3, 0.1, 0.2])
+    scan = Scan(0.0, pose, BEAMS, scan_of_a_room(3.0).astype(np.float32))
+    state = layers.updated(layers.initial_state(), scan=None, pose=pose, time_s=0.0)
+    state = benchmark(layers.updated, state, scan=scan, pose=pose, time_s=0.0)
+    assert state.costmap.costs.any()
