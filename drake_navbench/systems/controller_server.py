@@ -158,8 +158,10 @@ class ControllerServer(LeafSystem):
             return self._wait_for_costmap(server, now_s)
         seed = context.get_abstract_parameter(self.seed_parameter).get_value()
         step = round((now_s - self._offset_s) / self._period_s)
+        if server.waiting_since_s is not None:
+            server = replace(server, waiting_since_s=None)
         return self._cycle(
-            replace(server, waiting_since_s=None),
+            server,
             plan,
             costmap,
             estimate=self._estimate_port.Eval(context),
