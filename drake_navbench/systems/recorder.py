@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -116,6 +117,6 @@ class Recorder(LeafSystem):
 def _add_new_events(
     recorded: list[tuple[float, dict[str, Any]]], latest: Sequence[tuple[float, dict[str, Any]]]
 ) -> None:
-    """Adds the events of a tick, all of one time, unless they are there already."""
-    if latest and (not recorded or recorded[-1][0] < latest[0][0]):
-        recorded.extend(latest)
+    """Adds those events that are newer than all that are there."""
+    newest_s = recorded[-1][0] if recorded else -math.inf
+    recorded.extend(event for event in latest if event[0] > newest_s)

@@ -20,6 +20,8 @@ from drake_navbench.task import TaskState, TaskStatus
 from drake_navbench.waypoint_follower import Progress, WaypointFollower
 
 UNKNOWN = 9000
+# Longer than any recorder's period, so that none misses an event between two looks.
+EVENT_MEMORY_S = 0.2
 
 STATUS_NAMES = {
     Status.INVALID: "idle",
@@ -36,7 +38,7 @@ class NavigatorState(Immutable):
     """Everything of the navigator that evolves.
 
     tree: memory of the nodes. values: the blackboard. progress: over the waypoints.
-    events: (time_s, mapping) of the last tick that had any: changes of status, and new plans.
+    events: (time_s, mapping) of the last ticks that had any: changes of status, and new plans.
     route: the last path of every leg so far.
     """
 
@@ -181,6 +183,9 @@ class TreeNavigator(LeafSystem):
             controller_status=controller_status,
             **inputs,
         )
+        if events:
+            recent = (event for event in state.events if now_s - event[0] < EVENT_MEMORY_S)
+            events = (*recent, *events)
         new = replace(state, tree=tree, values=values, events=events or state.events)
         if result is Status.SUCCESS:
             return self._end_leg(new, TaskStatus(TaskState.SUCCEEDED, reason="goal reached"), now_s)

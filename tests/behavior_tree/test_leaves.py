@@ -1,0 +1,178 @@
+"""The leaves of the tree on a board that a test sets."""
+
+import numpy as np
+import pytest
+from py_trees.common import Status
+
+from drake_navbench.behavior_tree.board import Board
+from drake_navbench.behavior_tree.leaves import (
+    COMPUTE_PATH,
+    FOLLOW_PATH,
+    ComputePathToPose,
+    FollowPath,
+    GlobalUpdatedGoal,
+    GoalUpdated,
+    IsGoalNearby,
+    RunBehavior,
+    TruncatePathLocal,
+    ValidatePath,
+    WouldRecoveryHelp,
+    nearest_index,
+)
+from drake_navbench.planner import NoValidPathCouldBeFound
+from drake_navbench.task import TaskState, TaskStatus
+
+
+def straight(length_m: float) -> np.ndarray:
+    """Returns a path along x with a pose every 0.1 m."""
+    x = np.linspace(0.0, length_m, round(length_m / 0.1) + 1)
+    return np.column_stack([x, 0 * x, 0 * x])
+
+
+def plan_straight(start, goal, costmap):
+    return straight(goal[0])
+
+
+def board(**values) -> Board:
+    made = Board(plan_straight, lambda path, costmap: True)
+    made.pose = np.zeros(3)
+    made.write(goal_id=1, goal=np.array([6.0, 0.0, 0.0]), **values)
+    return made
+
+
+def tick(node) -> Status:
+    node.tick_once()
+    return node.status
+
+
+def test_a_goal_is_new_at_first_and_when_it_changes():
+    shared = board()
+    node = GlobalUpdatedGoal("n", shared)
+    assert [tick(node), tick(node)] == [Status.SUCCESS, Status.FAILURE]
+    shared.write(goal_id=2)
+    assert [tick(node), tick(node)] == [Status.SUCCESS, Status.FAILURE]
+
+
+def test_a_goal_is_updated_only_while_the_node_is_active():
+    shared = board()
+    node = GoalUpdated("n", shared)
+    assert tick(node) == Status.FAILURE
+    shared.write(goal_id=2)
+    assert tick(node) == Status.SUCCESS
+    node.stop(Status.INVALID)
+    shared.write(goal_id=3)
+    assert tick(node) == Status.FAILURE
+
+
+@pytest.mark.parametrize(
+    ("x", "status"), [(1.9, Status.FAILURE), (2.1, Status.SUCCESS), (5.9, Status.SUCCESS)]
+)
+def test_the_goal_is_nearby_when_less_than_the_threshold_is_left_of_the_path(x, status):
+    shared = board(path=straight(6.0))
+    node = IsGoalNearby("n", shared, threshold_m=4.0, search_distance_m=10.0)
+    shared.pose = np.array([x, 0.3, 0.0])
+    assert tick(node) == status
+
+
+def test_the_robot_is_looked_for_from_where_it_was_last_found():
+    # There and back again: 3 m out, 3 m home, 0.2 m to the side.
+    out = straight(3.0)
+    back = out[::-1] + np.array([0.0, 0.2, np.pi])
+    shared = board(path=np.vstack([out, back]))
+    node = IsGoalNearby("n", shared, threshold_m=4.0, search_distance_m=1.5)
+    # 0.5 m from the start on the way out 5.7 m are left, on the way home only 0.5 m.
+    shared.pose = np.array([0.5, 0.19, 0.0])
+    assert tick(node) == Status.FAILURE
+
+
+def test_without_a_path_the_goal_is_not_nearby():
+    node = IsGoalNearby("n", board(), threshold_m=4.0, search_distance_m=1.5)
+    assert tick(node) == Status.FAILURE
+
+
+def test_the_remaining_path_begins_at_the_pose_nearest_to_the_robot():
+    shared = board(path=straight(6.0))
+    shared.pose = np.array([2.04, 0.5, 0.0])
+    assert tick(TruncatePathLocal("n", shared)) == Status.SUCCESS
+    np.testing.assert_allclose(shared.values.remaining_path[0], [2.0, 0.0, 0.0])
+
+
+def test_of_equally_near_poses_the_last_one_counts():
+    path = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 0.0]])
+    assert nearest_index(path, np.array([0.3, 0.0, 0.0])) == 3
+
+
+def test_only_a_path_that_is_there_and_free_is_valid():
+    shared = board()
+    assert tick(ValidatePath("n", shared)) == Status.FAILURE
+    shared.write(remaining_path=straight(1.0))
+    assert tick(ValidatePath("n", shared)) == Status.SUCCESS
+    shared.is_path_valid = lambda path, costmap: False
+    assert tick(ValidatePath("n", shared)) == Status.FAILURE
+
+
+def test_a_failed_plan_empties_the_path_and_keeps_the_code():
+    shared = board(path=straight(1.0))
+
+    def no_way(start, goal, costmap):
+        raise NoValidPathCouldBeFound("no way")
+
+    shared.make_plan = no_way
+    assert tick(ComputePathToPose("n", shared)) == Status.FAILURE
+    assert shared.values.path is None
+    assert shared.values.results[COMPUTE_PATH].error_code == 208
+
+
+@pytest.mark.parametrize(
+    ("key", "code", "status"),
+    [
+        (FOLLOW_PATH, 106, Status.SUCCESS),
+        (FOLLOW_PATH, 105, Status.SUCCESS),
+        (FOLLOW_PATH, 104, Status.SUCCESS),
+        (FOLLOW_PATH, 100, Status.SUCCESS),
+        (FOLLOW_PATH, 103, Status.FAILURE),
+        (FOLLOW_PATH, 107, Status.FAILURE),
+        (COMPUTE_PATH, 208, Status.SUCCESS),
+        (COMPUTE_PATH, 207, Status.SUCCESS),
+        (COMPUTE_PATH, 206, Status.FAILURE),
+        (COMPUTE_PATH, 0, Status.FAILURE),
+    ],
+)
+def test_a_recovery_helps_after_nav2s_recoverable_codes_only(key, code, status):
+    shared = board()
+    shared.write_result(key, TaskStatus(TaskState.ABORTED, code))
+    assert tick(WouldRecoveryHelp("n", shared, key=key)) == status
+
+
+def test_a_new_path_preempts_the_task_and_the_same_path_does_not():
+    shared = board(path=straight(6.0), plan_count=1)
+    node = FollowPath("n", shared)
+    assert tick(node) == Status.RUNNING
+    first = shared.values.follow_path
+    assert tick(node) == Status.RUNNING
+    assert shared.values.follow_path is first
+    shared.write(path=straight(6.0), plan_count=2)
+    tick(node)
+    assert (shared.values.follow_path.task_id, shared.values.follow_path.plan_id) == (1, 2)
+
+
+def test_the_status_of_an_older_task_is_not_the_present_ones():
+    shared = board(path=straight(6.0), task_count=4)
+    node = FollowPath("n", shared)
+    shared.controller_status = TaskStatus(TaskState.ABORTED, 106, task_id=4)
+    assert tick(node) == Status.RUNNING
+    shared.controller_status = TaskStatus(TaskState.ABORTED, 106, task_id=5)
+    assert tick(node) == Status.FAILURE
+    assert shared.values.results[FOLLOW_PATH].error_code == 106
+
+
+def test_halting_cancels_what_runs_at_a_server():
+    shared = board(path=straight(6.0))
+    follow = FollowPath("n", shared)
+    spin = RunBehavior("n", shared, behavior="spin", arguments={"target_yaw": 1.0})
+    for node in (follow, spin):
+        tick(node)
+        node.stop(Status.INVALID)
+    assert shared.values.follow_path.cancel_requested
+    assert shared.values.behavior.cancel_requested
+    assert shared.values.behavior.task_id == 2
