@@ -7,12 +7,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
-
-from drake_navbench.analysis.colors import controller_color
 from drake_navbench.analysis.folder_analysis import FIGURES_FOLDER, FolderAnalysis, analyse_folder
+from drake_navbench.analysis.html import page_environment
 from drake_navbench.analysis.metrics.definition import Better
 from drake_navbench.analysis.metrics.registry import all_metrics, installed_metrics
+from drake_navbench.analysis.reproduction import (
+    PAGE_NAME,
+    has_published_scenarios,
+    write_reproduction,
+)
 from drake_navbench.analysis.scenario_analysis import HEADLINE_METRICS, LeftOut, ScenarioAnalysis
 from drake_navbench.analysis.statistics import BOOTSTRAP_RESAMPLES, Interval, trials_needed
 from drake_navbench.analysis.tables import (
@@ -56,6 +59,7 @@ def build_report(
 ) -> ReportResult:
     """Computes tables, figures and report.html of a results folder from its logs, and writes them.
 
+    With trials of the published scenarios comes the reproduction of the publication, too.
     difference: share of the mean for which the needed number of trials is told. Raises InputError
     where the folder is no results folder.
     """
@@ -67,6 +71,8 @@ def build_report(
             table = scenario_table(trials, scenario.scenario)
             write_text(results.table_path(scenario.scenario, ".csv"), table.to_csv())
             write_text(results.table_path(scenario.scenario, ".md"), table_to_markdown(table))
+    if has_published_scenarios(trials["scenario"]):
+        write_reproduction(folder, trials)
     path = folder / REPORT_NAME
     write_text(path, render(analysis, difference=difference))
     return ReportResult(path, len(trials), analysis.left_out)
@@ -74,14 +80,8 @@ def build_report(
 
 def render(analysis: FolderAnalysis, *, difference: float = DEFAULT_DIFFERENCE) -> str:
     """Returns the page's HTML."""
-    environment = Environment(
-        loader=PackageLoader("drake_navbench.analysis", "templates"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.globals.update(color=controller_color, figures_folder=FIGURES_FOLDER)
+    environment = page_environment()
+    environment.globals.update(figures_folder=FIGURES_FOLDER)
     environment.filters.update(number=number, interval=interval)
     return environment.get_template("report.html").render(page=_page(analysis, difference))
 
@@ -111,6 +111,7 @@ def _page(analysis: FolderAnalysis, difference: float) -> dict[str, Any]:
     outcomes = trials["outcome"].value_counts()
     return {
         "manifest": analysis.manifest,
+        "reproduction": _relative(analysis.path, analysis.path / PAGE_NAME),
         "folder": analysis.path.resolve().name,
         "trial_count": len(trials),
         "outcomes": [

@@ -13,9 +13,7 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 import yaml
-from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from drake_navbench.analysis.colors import controller_color
 from drake_navbench.analysis.findings import (
     ALL_SCENARIOS,
     GOAL_SCENARIOS,
@@ -30,6 +28,7 @@ from drake_navbench.analysis.findings import (
     judge,
     trial_values,
 )
+from drake_navbench.analysis.html import page_environment
 from drake_navbench.analysis.statistics import BOOTSTRAP_RESAMPLES
 from drake_navbench.analysis.tables import (
     PUBLISHED_CONTROLLERS,
@@ -86,15 +85,17 @@ def has_published_scenarios(scenarios: Iterable[str]) -> bool:
     return not set(published_table()["scenario"]).isdisjoint(scenarios)
 
 
-def write_reproduction(folder: Path) -> Path:
+def write_reproduction(folder: Path, trials: pd.DataFrame | None = None) -> Path:
     """Writes tables/findings.csv, tables/published_vs_ours.csv and reproduction.html.
 
-    Rests on the folder's table of trials, manifest and inputs. Returns the page's path; raises
-    InputError where the folder is no results folder.
+    trials: rows as from `tables.trial_row`; the folder's own table if not given. Manifest and
+    inputs are the folder's. Returns the page's path; raises InputError where the folder is no
+    results folder.
     """
     results = ResultsFolder(folder)
     manifest = results.read_manifest()
-    trials = pd.read_parquet(results.trials_path)
+    if trials is None:
+        trials = pd.read_parquet(results.trials_path)
     lineups = present_lineups(trials)
     judged = {lineup.name: judge_all(trials, lineup) for lineup in lineups}
     compared = {lineup.name: compare_numbers(trials, lineup) for lineup in lineups}
@@ -217,23 +218,24 @@ def comparison_table(compared: Mapping[str, Sequence[Comparison]]) -> pd.DataFra
 
 def command_line(request: Mapping[str, Any]) -> str:
     """Returns the command that repeats a run, from the request in its manifest."""
-    words = [*request["scenarios"]]
-    if request["controllers"]:
-        words += ["--controllers", ",".join(request["controllers"])]
-    for path in request["parameter_files"]:
+    words = [*request.get("scenarios", ())]
+    if controllers := request.get("controllers"):
+        words += ["--controllers", ",".join(controllers)]
+    for path in request.get("parameter_files", ()):
         words += ["--params", path]
-    words += ["--trials", str(request["trials"]), "--seed", str(request["seed"])]
-    words += ["--robot", request["robot"]]
+    for option in ("trials", "seed", "robot"):
+        if option in request:
+            words += [f"--{option}", str(request[option])]
     return f"{COMMAND} {shlex.join(words)}"
 
 
 def changed_parameters(folder: Path, first: str, second: str) -> list[Change]:
     """Returns where two presets of a run differ, from the resolved files beside its results."""
     fields = [
-        _flat(yaml.safe_load(path.read_text(encoding="utf-8"))["parameters"])
-        for path in (
-            folder / "inputs/controllers" / f"{file_name(p)}.yaml" for p in (first, second)
+        _flat(
+            yaml.safe_load(_preset_path(folder, preset).read_text(encoding="utf-8"))["parameters"]
         )
+        for preset in (first, second)
     ]
     names = sorted(set(fields[0]) | set(fields[1]))
     changes = [Change(name, fields[0].get(name), fields[1].get(name)) for name in names]
@@ -250,23 +252,15 @@ def render(
     compared: Mapping[str, Sequence[Comparison]],
 ) -> str:
     """Returns the page's HTML."""
-    environment = Environment(
-        loader=PackageLoader("drake_navbench.analysis", "templates"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.globals.update(color=controller_color)
+    environment = page_environment()
     environment.filters.update(number=_number, span=_span, duration=_duration)
     main = judged[PUBLISHED_SETTINGS.name]
     page = {
         "folder": folder.resolve().name,
-        "command": command_line(manifest["request"]),
-        "trials_per_cell": int(manifest["request"]["trials"]),
+        "command": command_line(manifest["request"]) if "request" in manifest else "",
+        "trials_per_cell": int(trials.groupby(["scenario", "controller"]).size().min()),
         "few_trials": FEW_TRIALS,
         "resamples": BOOTSTRAP_RESAMPLES,
-        "seed": manifest["request"]["seed"],
         "trial_count": len(trials),
         "driven_s": float(trials["duration_s"].sum()),
         "wall_clock_s": manifest.get("wall_clock_s"),
@@ -282,7 +276,6 @@ def render(
         "all_scenarios": ALL_SCENARIOS,
         "comparison": _comparison_rows(compared, lineups),
         "changes": _changes(folder, trials, lineups),
-        "has_report": (folder / "report.html").is_file(),
     }
     return environment.get_template("reproduction.html").render(page=page)
 
@@ -332,7 +325,13 @@ def _changes(
         (first, second, changed_parameters(folder, first, second))
         for first, second in pairs
         if {first, second} <= driven
+        and all(_preset_path(folder, preset).is_file() for preset in (first, second))
     ]
+
+
+def _preset_path(folder: Path, preset: str) -> Path:
+    """Returns where the resolved parameters of a preset are."""
+    return folder / "inputs" / "controllers" / f"{file_name(preset)}.yaml"
 
 
 def _flat(fields: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:

@@ -134,6 +134,7 @@ def _run(
     with CampaignProgress(console) as progress:
         trials = run_campaign(campaign, folder, jobs=jobs, on_progress=progress.update)
     wall_s = time.perf_counter() - started
+    _add_wall_clock(folder, wall_s)
     for scenario in campaign.scenarios:
         table = scenario_table(trials, scenario)
         write_text(folder.table_path(scenario, ".csv"), table.to_csv())
@@ -153,6 +154,13 @@ def _run(
     for row in errors.itertuples():
         console.print(f"error: {row.scenario}, {row.controller}, trial {row.trial}: {row.reason}")
     return not errors.empty
+
+
+def _add_wall_clock(folder: ResultsFolder, wall_s: float) -> None:
+    """Adds the time that the trials took to the manifest; a resumed run took both times."""
+    manifest = folder.read_manifest()
+    manifest["wall_clock_s"] = manifest.get("wall_clock_s", 0.0) + wall_s
+    folder.write_manifest(manifest)
 
 
 def _manifest(request: Request, campaign: Campaign) -> dict[str, Any]:

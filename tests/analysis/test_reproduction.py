@@ -281,7 +281,7 @@ def folder(tmp_path):
 
 def test_tables_and_page_are_written(folder):
     page = write_reproduction(folder).read_text()
-    assert "57 of 57 published findings hold with 32 trials" in page
+    assert "57 of 57 published findings hold with 2 trials" in page
     assert "--trials 32 --seed 1" in page
     # 5 scenarios x 4 presets x 2 trials of 30 s; computed in 63 s.
     assert "driving them in real time takes 20 min, computing them took 63 s" in page
