@@ -91,7 +91,7 @@ def add_tree_navigation(
                 footprint=robot.padded_outline,
                 is_circle=robot.robot_radius is not None,
             ),
-            period_s=min(control_period_s, behavior_period_s),
+            period_s=navigation.behavior_tree.tick_period_s(control_period_s, behavior_period_s),
             offset_s=NAVIGATOR_OFFSET_S,
         ),
     )

@@ -209,32 +209,25 @@ def _make_log(spec: TrialSpec, trial: TrialDiagram, context: Context) -> TrialLo
     recording = trial.recorder.find_recording(recorder_context)
     if status.time_s == context.get_time():
         trial.recorder.record(recorder_context)
+    info = _info(spec, outcome, status) | _filter_changes(trial, context)
+    navigator_context = trial.navigator.GetMyContextFromRoot(context)
+    if isinstance(trial.navigator, TreeNavigator):
+        navigator = trial.navigator.GetOutputPort("navigator_state").Eval(navigator_context)
+        # The last tick may be too young for the recorder's clock.
+        recording.add_events(navigator.events)
+        info["legs"] = [leg.as_plain() for leg in navigator.progress.legs]
+        plan = navigator.whole_route
+    else:
+        follow_path = trial.navigator.GetOutputPort("plan").Eval(navigator_context)
+        plan = follow_path.poses if follow_path is not None else np.empty((0, 3))
     return TrialLog(
         samples=_samples(recording),
-        plan=_route(trial, context),
-        info=_info(spec, outcome, status) | _filter_changes(trial, context) | _legs(trial, context),
+        plan=plan,
+        info=info,
         scans=tuple(recording.scans),
         diagnostics=tuple(recording.diagnostics),
         events=tuple(recording.events),
     )
-
-
-def _route(trial: TrialDiagram, context: Context) -> Array:
-    """Returns (N, 3) the plan, or the last plans of all legs one behind the other."""
-    own = trial.navigator.GetMyContextFromRoot(context)
-    if isinstance(trial.navigator, TreeNavigator):
-        return trial.navigator.GetOutputPort("navigator_state").Eval(own).whole_route
-    plan = trial.navigator.GetOutputPort("plan").Eval(own)
-    return plan.poses if plan is not None else np.empty((0, 3))
-
-
-def _legs(trial: TrialDiagram, context: Context) -> dict[str, Any]:
-    """Returns how the way to each goal went, where a navigator counts them."""
-    if not isinstance(trial.navigator, TreeNavigator):
-        return {}
-    own = trial.navigator.GetMyContextFromRoot(context)
-    legs = trial.navigator.GetOutputPort("navigator_state").Eval(own).progress.legs
-    return {"legs": [leg.as_plain() for leg in legs]}
 
 
 def _filter_changes(trial: TrialDiagram, context: Context) -> dict[str, Any]:
@@ -252,7 +245,7 @@ def _info(spec: TrialSpec, outcome: Outcome, status: TaskStatus) -> dict[str, An
     return {
         "scenario": spec.scenario.model_dump(mode="json"),
         "obstacles": [
-            obstacle.model_dump(mode="json") for obstacle in spec.scenario.obstacles.obstacles
+            obstacle.model_dump(mode="json") for obstacle in spec.scenario.obstacles.shapes
         ],
         "robot": spec.robot.model_dump(mode="json"),
         "controller": spec.preset.name,

@@ -121,6 +121,29 @@ def test_events_survive_the_log_file(dead_end, tmp_path):
     assert TrialLog.read(path).events == dead_end.events
 
 
+def test_a_tick_of_10_ms_as_in_nav2_changes_nothing_that_the_servers_see():
+    def fails_for_a_while(observation, memory):
+        if 1.0 < observation.time_s < 3.0:
+            raise NoValidControl("not yet")
+        return straight_ahead(observation, memory)
+
+    begins_and_ends = []
+    for duration_ms in (None, 10):
+        settings = {"bt_loop_duration": duration_ms, "recovery_actions": ["clear", "wait"]}
+        settings |= {"wait_duration": 0.5, "wrap_around": True, "number_of_retries": 20}
+        task = scenario(robot_overrides={"navigation": {"behavior_tree": settings}})
+        log = simulate_stub(fails_for_a_while, task)
+        begins_and_ends.append(
+            [
+                (event["node"], event["status"], round(time_s, 6))
+                for time_s, event in log.events
+                if event.get("node") in ("FollowPath", "Wait")
+            ]
+        )
+    assert len(begins_and_ends[0]) > 10
+    assert begins_and_ends[0] == begins_and_ends[1]
+
+
 def test_far_from_the_goal_it_plans_every_second_and_near_it_keeps_the_path():
     log = run_trial(scenario(goal=[7.0, 0.0, 0.0]), "rpp", seed=1)
     assert log.outcome is Outcome.SUCCEEDED

@@ -305,7 +305,8 @@ class RoundRobinNode(ControlNode):
 class RateController(ControlNode):
     """Ticks its one child at first, while it runs, and once 1/hz has passed since its success.
 
-    In between it reports that it runs.
+    In between it reports that it runs. Nav2 measures the period on the wall clock, even in a
+    simulation; here it is simulated time.
     """
 
     MEMORY = ("is_first", "last_success_s")

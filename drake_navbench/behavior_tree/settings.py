@@ -11,6 +11,9 @@ RECOVERY_ACTIONS = ("clear", "spin", "wait", "backup")
 """The recovery actions that a tree may try, in the order of Nav2's default tree."""
 
 
+MILLISECONDS_PER_SECOND = 1e3
+
+
 class BehaviorTreeSettings(FrozenModel):
     """The attributes of navigate_to_pose_w_replanning_and_recovery.xml, with its values."""
 
@@ -22,6 +25,12 @@ class BehaviorTreeSettings(FrozenModel):
         False,
         description="Begin anew after the last recovery action. Nav2's default gives up after it, "
         "even where it succeeded.",
+    )
+    bt_loop_duration: int | None = Field(
+        None,
+        ge=1,
+        description="Time between two ticks [ms], in Nav2 10; null takes the shorter one of the "
+        "controller server's and the behaviours' periods, to the same effect.",
     )
     hz: float = Field(1.0, gt=0.0, description="Rate at which a new path is considered [Hz].")
     proximity_threshold: float = Field(
@@ -37,6 +46,12 @@ class BehaviorTreeSettings(FrozenModel):
     time_allowance: float = Field(
         10.0, description="Time for a spin or a way back [s]; 0 or less: any."
     )
+
+    def tick_period_s(self, *server_periods_s: float) -> float:
+        """Returns the time between two ticks, s; server_periods_s: of what the tree talks to."""
+        if self.bt_loop_duration is None:
+            return min(server_periods_s)
+        return self.bt_loop_duration / MILLISECONDS_PER_SECOND
 
     @field_validator("recovery_actions")
     @classmethod

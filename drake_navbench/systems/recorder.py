@@ -49,6 +49,11 @@ class Recording:
         else:
             self.diagnostics.append((time_s, without_arrays(diagnostics)))
 
+    def add_events(self, latest: Sequence[tuple[float, dict[str, Any]]]) -> None:
+        """Adds those events that are newer than all that are there."""
+        newest_s = self.events[-1][0] if self.events else -math.inf
+        self.events.extend(event for event in latest if event[0] > newest_s)
+
     def table(self) -> np.ndarray:
         """Returns (samples, columns) all rows."""
         if not self.rows:
@@ -111,12 +116,4 @@ class Recorder(LeafSystem):
             recording.scans.append(scan)
         recording.note(time_s, server.cycle_count, server.diagnostics)
         if self._navigator_port.HasValue(context):
-            _add_new_events(recording.events, self._navigator_port.Eval(context).events)
-
-
-def _add_new_events(
-    recorded: list[tuple[float, dict[str, Any]]], latest: Sequence[tuple[float, dict[str, Any]]]
-) -> None:
-    """Adds those events that are newer than all that are there."""
-    newest_s = recorded[-1][0] if recorded else -math.inf
-    recorded.extend(event for event in latest if event[0] > newest_s)
+            recording.add_events(self._navigator_port.Eval(context).events)
