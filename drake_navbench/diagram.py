@@ -175,7 +175,13 @@ def build_trial_diagram(
         builder.Connect(estimate, binary_filter.GetInputPort("estimate"))
 
     clearance = builder.AddNamedSystem(
-        "clearance", Clearance(period_s=CLEARANCE_PERIOD_S, offset_s=CLEARANCE_OFFSET_S)
+        "clearance",
+        Clearance(
+            footprint=robot.outline,
+            wall_edges=world.wall_edges,
+            period_s=CLEARANCE_PERIOD_S,
+            offset_s=CLEARANCE_OFFSET_S,
+        ),
     )
     builder.Connect(scene_graph.get_query_output_port(), clearance.GetInputPort("geometry_query"))
     builder.Connect(state, clearance.GetInputPort("state"))

@@ -226,7 +226,7 @@ class Scenario(FrozenModel):
     def obstacles(self) -> World:
         """Everything that stands in the world."""
         walls = occupied_boxes(self.map) if self.map is not None else ()
-        return World((*self.world.obstacles, *walls))
+        return World(tuple(self.world.obstacles), walls)
 
     @cached_property
     def known_obstacles(self) -> World:

@@ -22,7 +22,7 @@ def warm_up() -> None:
     from drake_navbench.trial import DEFAULT_ROBOT, TrialSpec, simulate
 
     scenario = load_scenario("one_obstacle").model_copy(update={"timeout_s": 0.5})
-    planned = load_scenario("empty").model_copy(update={"timeout_s": 0.1})
+    planned = load_scenario("speed_zone").model_copy(update={"timeout_s": 0.1})
     robot = load_robot(DEFAULT_ROBOT)
     for name in default_presets():
         simulate(TrialSpec(scenario, robot, load_preset(name), seed=0))

@@ -123,19 +123,25 @@ Obstacle = Annotated[Box | Wall | Polygon | Cylinder, Field(discriminator="type"
 
 @dataclass(frozen=True)
 class World:
-    """The obstacles of a scenario."""
+    """What stands in a scenario: its obstacles, and the walls of its map as many small boxes."""
 
     obstacles: tuple[Box | Wall | Polygon | Cylinder, ...]
+    walls: tuple[Box, ...] = ()
+
+    @property
+    def shapes(self) -> tuple[Box | Wall | Polygon | Cylinder, ...]:
+        """Obstacles and walls."""
+        return (*self.obstacles, *self.walls)
 
     @cached_property
     def segments(self) -> Array:
         """(N, 4) straight edges x0, y0, x1, y1 of everything but cylinders, m."""
-        edges = [
-            np.hstack([o.outline, np.roll(o.outline, -1, axis=0)])
-            for o in self.obstacles
-            if not isinstance(o, Cylinder)
-        ]
-        return np.ascontiguousarray(np.vstack(edges)) if edges else np.empty((0, 4))
+        return _edges([o for o in self.shapes if not isinstance(o, Cylinder)])
+
+    @cached_property
+    def wall_edges(self) -> Array:
+        """(N, 4) edges x0, y0, x1, y1 of the walls alone, m."""
+        return _edges(self.walls)
 
     @cached_property
     def circles(self) -> Array:
@@ -145,11 +151,11 @@ class World:
 
     @cached_property
     def regions(self) -> NDArray[np.object_]:
-        """(N,) the floor area that each obstacle covers."""
-        return np.array([o.region for o in self.obstacles], dtype=object)
+        """(N,) the floor area that each shape covers."""
+        return np.array([o.region for o in self.shapes], dtype=object)
 
     def intersects(self, geometry: BaseGeometry) -> bool:
-        """Returns whether a point or an area touches any obstacle."""
+        """Returns whether a point or an area touches any shape."""
         return bool(shapely.intersects(self.regions, geometry).any())
 
     def bounds(self, points: Sequence[Sequence[float]], margin_m: float) -> tuple[float, ...]:
@@ -158,6 +164,11 @@ class World:
         stacked = np.vstack(corners)
         low, high = stacked.min(axis=0) - margin_m, stacked.max(axis=0) + margin_m
         return (*low, *high)
+
+
+def _edges(shapes: Sequence[_Shape]) -> Array:
+    edges = [np.hstack([s.outline, np.roll(s.outline, -1, axis=0)]) for s in shapes]
+    return np.ascontiguousarray(np.vstack(edges)) if edges else np.empty((0, 4))
 
 
 def place_footprint(footprint: Array, pose: Sequence[float]) -> Array:

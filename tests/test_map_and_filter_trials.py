@@ -7,7 +7,7 @@ import shapely
 from drake_navbench import run_trial
 from drake_navbench.analysis.metrics.safety import obstacle_outlines
 from drake_navbench.log import Outcome, TrialLog
-from drake_navbench.scenario import load_scenario
+from drake_navbench.scenario import PolylinePlan, load_scenario
 from drake_navbench.world import place_footprint
 
 
@@ -69,3 +69,21 @@ def test_the_log_holds_the_walls_of_the_map(ward):
     assert not np.isfinite(ahead)
     behind = ward.scans[0].ranges_m[np.argmax(np.abs(ward.scans[0].angles_rad))]
     assert behind == pytest.approx(1.4, abs=1e-3)
+
+
+def test_clearance_is_measured_to_the_walls_of_the_map_and_ends_a_trial(ward):
+    first = ward.samples.iloc[5]
+    # The back of the chair is at x = -0.25, the wall's face at -1.4.
+    assert first.clearance_m == pytest.approx(1.4 - 0.25, abs=0.01)
+    # Driven straight at a bed by a controller that does not look, the chair collides.
+    into_the_bed = load_scenario("speed_zone").model_copy(
+        update={
+            "plan": PolylinePlan(type="polyline", points=[(1.45, -1.0), (1.45, 2.0)]),
+            "start": (1.45, -1.0, np.pi / 2),
+            "filters": [],
+        }
+    )
+    log = run_trial(into_the_bed, "rpp:use_collision_detection=false", seed=1)
+    assert log.outcome is Outcome.COLLIDED
+    # The front reaches 0.85 m ahead of the axle, the bed's foot is at y = 0.9.
+    assert log.samples.iloc[-1].y_m == pytest.approx(0.9 - 0.85, abs=0.03)

@@ -100,7 +100,8 @@ def test_the_truth_is_the_maps_occupied_cells(tmp_path):
     assert not world.intersects(shapely.Point(3.3, 0.0))
     # Nothing is known to stand in unknown space.
     assert not world.intersects(shapely.Point(4.5, 0.0))
-    assert len(world.obstacles) == 1
+    assert len(world.walls) == 1
+    assert world.obstacles == ()
 
 
 def test_the_planner_sees_the_map_on_its_own_grid_with_its_unknown_cells(tmp_path):
@@ -132,7 +133,7 @@ def test_known_obstacles_are_drawn_into_the_map_and_hidden_ones_are_not(tmp_path
     grid = known_map(scenario, ROBOT)
     assert grid.value_at(np.array([1.1, 0.6])) == OCCUPIED
     assert grid.value_at(np.array([1.1, -0.6])) == 0
-    assert len(scenario.obstacles.obstacles) == 3
+    assert len(scenario.obstacles.shapes) == 3
 
 
 def refuse(capsys, tmp_path: Path, scenario: Path) -> str:

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.geometry import QueryObject
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from drake_navbench.kernels.grid import nearest_distance
+from drake_navbench.kernels.layer_grid import place_outline
+from drake_navbench.kernels.outline_distance import outline_to_edges
 
 # Pairs farther apart are not looked at; the clearance then reads +inf.
 MAX_DISTANCE_M = 5.0
@@ -22,10 +26,22 @@ class Clearance(LeafSystem):
     nearest obstacle (negative when they overlap), the truth about collisions; then the distance
     from the reference point to the nearest lethal cell's centre, the published measure. +inf where
     nothing is near.
+
+    wall_edges: (N, 4) x0, y0, x1, y1 m of the walls of a map, which SceneGraph does not measure;
+        a footprint that overlaps one is at 0. footprint: (K, 2) true outline, base frame, m.
     """
 
-    def __init__(self, *, period_s: float, offset_s: float) -> None:
+    def __init__(
+        self,
+        *,
+        footprint: NDArray[np.float64],
+        wall_edges: NDArray[np.float64],
+        period_s: float,
+        offset_s: float,
+    ) -> None:
         super().__init__()
+        self._footprint = np.ascontiguousarray(footprint)
+        self._wall_edges = wall_edges
         self._query_port = self.DeclareAbstractInputPort(
             "geometry_query", AbstractValue.Make(QueryObject())
         )
@@ -40,9 +56,13 @@ class Clearance(LeafSystem):
         query = self._query_port.Eval(context)
         pairs = query.ComputeSignedDistancePairwiseClosestPoints(MAX_DISTANCE_M)
         clearance = min((pair.distance for pair in pairs), default=math.inf)
+        pose = self._state_port.Eval(context)[:3]
+        if len(self._wall_edges):
+            outline = place_outline(self._footprint, pose)
+            to_walls = outline_to_edges(outline, self._wall_edges, MAX_DISTANCE_M)
+            clearance = min(clearance, to_walls)
         costmap = self._costmap_port.Eval(context)
         cell_distance = math.inf
         if costmap is not None and len(costmap.lethal_centres):
-            position = self._state_port.Eval(context)[:2]
-            cell_distance = nearest_distance(costmap.lethal_centres, position)
+            cell_distance = nearest_distance(costmap.lethal_centres, pose[:2])
         discrete_state.get_mutable_vector(self._distances).SetFromVector([clearance, cell_distance])
