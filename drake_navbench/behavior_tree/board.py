@@ -49,21 +49,31 @@ class Blackboard(Immutable):
     recovery_count: int = 0
 
 
-@dataclass
-class Board:
-    """The present tick's view for the leaves: inputs to read, and the blackboard to read and write.
+@dataclass(frozen=True, eq=False)
+class TickInputs:
+    """What a tick sees.
 
     now_s: time of the tick. pose: (3,) estimate. global_costmap: the latest one.
     controller_status, behavior_status: of the servers.
     """
 
-    make_plan: MakePlan
-    is_path_valid: IsPathValid
-    now_s: float = 0.0
-    pose: Pose | None = None
-    global_costmap: Costmap | None = None
+    now_s: float
+    pose: Pose
+    global_costmap: Costmap
     controller_status: TaskStatus = field(default_factory=TaskStatus)
     behavior_status: TaskStatus = field(default_factory=TaskStatus)
+
+
+@dataclass
+class Board:
+    """What the leaves of a tree share: inputs to read, and values to read and write.
+
+    inputs: of the present tick; None before the first.
+    """
+
+    make_plan: MakePlan
+    is_path_valid: IsPathValid
+    inputs: TickInputs | None = None
     values: Blackboard = field(default_factory=Blackboard)
 
     def write(self, **changes: Any) -> None:

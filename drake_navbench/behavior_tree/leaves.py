@@ -90,7 +90,7 @@ class IsGoalNearby(Leaf):
             self.path, self.begin = path, 0
         steps_m = np.hypot(*np.diff(path[self.begin :, :2], axis=0).T)
         count = 1 + int(np.count_nonzero(np.cumsum(steps_m) <= self._search_distance_m))
-        nearest = nearest_index(path[self.begin : self.begin + count], self.board.pose)
+        nearest = nearest_index(path[self.begin : self.begin + count], self.board.inputs.pose)
         self.begin += nearest
         is_near = steps_m[nearest:].sum() < self._threshold_m
         return Status.SUCCESS if is_near else Status.FAILURE
@@ -103,7 +103,7 @@ class TruncatePathLocal(Leaf):
         """Writes the remaining path."""
         path = self.board.values.path
         if path is not None:
-            path = path[nearest_index(path, self.board.pose) :]
+            path = path[nearest_index(path, self.board.inputs.pose) :]
         self.board.write(remaining_path=path)
         return Status.SUCCESS
 
@@ -114,7 +114,9 @@ class ValidatePath(Leaf):
     def update(self) -> Status:
         """Asks the planner's validity service; an empty path is not valid."""
         path = self.board.values.remaining_path
-        is_valid = path is not None and self.board.is_path_valid(path, self.board.global_costmap)
+        is_valid = path is not None and self.board.is_path_valid(
+            path, self.board.inputs.global_costmap
+        )
         return Status.SUCCESS if is_valid else Status.FAILURE
 
 
@@ -125,7 +127,9 @@ class ComputePathToPose(Leaf):
         """Plans."""
         board = self.board
         try:
-            path = board.make_plan(board.pose, board.values.goal, board.global_costmap)
+            path = board.make_plan(
+                board.inputs.pose, board.values.goal, board.inputs.global_costmap
+            )
         except PlanningError as error:
             board.write(path=None)
             board.write_result(COMPUTE_PATH, TaskStatus(TaskState.ABORTED, error.code, str(error)))
@@ -162,7 +166,7 @@ class FollowPath(Leaf):
             failure = TaskStatus(TaskState.ABORTED, INVALID_PATH, "the path is empty")
             board.write_result(FOLLOW_PATH, failure)
             return Status.FAILURE
-        status = board.controller_status
+        status = board.inputs.controller_status
         if status.task_id == self.task_id and status.state.is_final:
             board.write_result(FOLLOW_PATH, status)
             has_failed = status.state is TaskState.ABORTED
@@ -206,7 +210,7 @@ class ClearEntireCostmap(Leaf):
     def update(self) -> Status:
         """Sends the request."""
         board = self.board
-        request = ClearRequest(board.now_s)
+        request = ClearRequest(board.inputs.now_s)
         board.write(**{self._field: request}, recovery_count=board.values.recovery_count + 1)
         return Status.SUCCESS
 
@@ -236,7 +240,7 @@ class RunBehavior(Leaf):
 
     def update(self) -> Status:
         """Waits for the task's end."""
-        status = self.board.behavior_status
+        status = self.board.inputs.behavior_status
         if status.task_id != self.task_id or not status.state.is_final:
             return Status.RUNNING
         self.board.write_result(self._behavior, status)

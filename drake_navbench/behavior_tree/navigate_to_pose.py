@@ -41,7 +41,10 @@ GLOBAL = "clear_global"
 def navigate_to_pose_tree(board: Board, settings: BehaviorTreeSettings) -> TreeNode:
     """Returns the root of the tree; its leaves read and write `board`."""
     planning = RateController(
-        "RateController", _compute_path(board, settings), hz=settings.hz, now_s=lambda: board.now_s
+        "RateController",
+        _compute_path(board, settings),
+        hz=settings.hz,
+        now_s=lambda: board.inputs.now_s,
     )
     navigate = PipelineSequence("NavigateWithReplanning", [planning, _follow_path(board)])
     recover = SequenceNode(

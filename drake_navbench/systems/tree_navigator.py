@@ -11,7 +11,13 @@ from py_trees.common import Status
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, State
 
-from drake_navbench.behavior_tree.board import Blackboard, Board, IsPathValid, MakePlan
+from drake_navbench.behavior_tree.board import (
+    Blackboard,
+    Board,
+    IsPathValid,
+    MakePlan,
+    TickInputs,
+)
 from drake_navbench.behavior_tree.navigate_to_pose import navigate_to_pose_tree
 from drake_navbench.behavior_tree.settings import BehaviorTreeSettings
 from drake_navbench.behavior_tree.snapshot import Snapshot, nodes_of, restore, take_snapshot
@@ -134,14 +140,14 @@ class TreeNavigator(LeafSystem):
         if before.progress.pause_end_s is not None:
             after = self._pause(before, now_s)
         else:
-            after = self._navigate(
-                before,
-                now_s,
+            inputs = TickInputs(
+                now_s=now_s,
                 pose=self._estimate_port.Eval(context)[:3],
                 global_costmap=self._costmap_port.Eval(context),
                 controller_status=self._controller_port.Eval(context),
                 behavior_status=self._behavior_port.Eval(context),
             )
+            after = self._navigate(before, inputs)
         state.get_mutable_abstract_state(self._state).set_value(after)
 
     def _with_goal(self, values: Blackboard, index: int) -> Blackboard:
@@ -168,23 +174,11 @@ class TreeNavigator(LeafSystem):
             values = self._with_goal(values, progress.index)
         return replace(state, progress=progress, values=values)
 
-    def _navigate(
-        self,
-        state: NavigatorState,
-        now_s: float,
-        *,
-        controller_status: TaskStatus,
-        **inputs: Any,
-    ) -> NavigatorState:
-        if controller_status.state is TaskState.ERROR:
-            return self._end_leg(state, controller_status, now_s)
-        tree, values, events, result = self._tree.tick(
-            state.tree,
-            state.values,
-            now_s=now_s,
-            controller_status=controller_status,
-            **inputs,
-        )
+    def _navigate(self, state: NavigatorState, inputs: TickInputs) -> NavigatorState:
+        now_s = inputs.now_s
+        if inputs.controller_status.state is TaskState.ERROR:
+            return self._end_leg(state, inputs.controller_status, now_s)
+        tree, values, events, result = self._tree.tick(state.tree, state.values, inputs)
         if events:
             recent = (event for event in state.events if now_s - event[0] < EVENT_MEMORY_S)
             events = (*recent, *events)
@@ -221,15 +215,13 @@ class _Machine:
         self._changes.append({"node": name, "status": STATUS_NAMES[status]})
 
     def tick(
-        self, tree: Snapshot, values: Blackboard, *, now_s: float, **inputs: Any
+        self, tree: Snapshot, values: Blackboard, inputs: TickInputs
     ) -> tuple[Snapshot, Blackboard, Events, Status]:
         """Ticks the tree once from a snapshot; a tree that ends is made idle."""
         board = self._board
         restore(self.nodes, tree)
         self._changes.clear()
-        board.values, board.now_s = values, now_s
-        for name, value in inputs.items():
-            setattr(board, name, value)
+        board.values, board.inputs = values, inputs
         self._root.tick_once()
         result = self._root.status
         if result is not Status.RUNNING:
@@ -237,7 +229,7 @@ class _Machine:
         changes = list(self._changes)
         if board.values.plan_count != values.plan_count and board.values.path is not None:
             changes.append({"plan_id": board.values.plan_count, "poses": len(board.values.path)})
-        events = tuple((now_s, change) for change in changes)
+        events = tuple((inputs.now_s, change) for change in changes)
         return take_snapshot(self.nodes), board.values, events, result
 
     def _halt_all(self) -> None:

@@ -1,10 +1,12 @@
 """The leaves of the tree on a board that a test sets."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from py_trees.common import Status
 
-from drake_navbench.behavior_tree.board import Board
+from drake_navbench.behavior_tree.board import Board, TickInputs
 from drake_navbench.behavior_tree.leaves import (
     COMPUTE_PATH,
     FOLLOW_PATH,
@@ -35,9 +37,14 @@ def plan_straight(start, goal, costmap):
 
 def board(**values) -> Board:
     made = Board(plan_straight, lambda path, costmap: True)
-    made.pose = np.zeros(3)
+    made.inputs = TickInputs(now_s=0.0, pose=np.zeros(3), global_costmap=None)
     made.write(goal_id=1, goal=np.array([6.0, 0.0, 0.0]), **values)
     return made
+
+
+def see(shared: Board, **inputs) -> None:
+    """Changes what the next tick sees."""
+    shared.inputs = replace(shared.inputs, **inputs)
 
 
 def tick(node) -> Status:
@@ -70,7 +77,7 @@ def test_a_goal_is_updated_only_while_the_node_is_active():
 def test_the_goal_is_nearby_when_less_than_the_threshold_is_left_of_the_path(x, status):
     shared = board(path=straight(6.0))
     node = IsGoalNearby("n", shared, threshold_m=4.0, search_distance_m=10.0)
-    shared.pose = np.array([x, 0.3, 0.0])
+    see(shared, pose=np.array([x, 0.3, 0.0]))
     assert tick(node) == status
 
 
@@ -81,7 +88,7 @@ def test_the_robot_is_looked_for_from_where_it_was_last_found():
     shared = board(path=np.vstack([out, back]))
     node = IsGoalNearby("n", shared, threshold_m=4.0, search_distance_m=1.5)
     # 0.5 m from the start on the way out 5.7 m are left, on the way home only 0.5 m.
-    shared.pose = np.array([0.5, 0.19, 0.0])
+    see(shared, pose=np.array([0.5, 0.19, 0.0]))
     assert tick(node) == Status.FAILURE
 
 
@@ -92,7 +99,7 @@ def test_without_a_path_the_goal_is_not_nearby():
 
 def test_the_remaining_path_begins_at_the_pose_nearest_to_the_robot():
     shared = board(path=straight(6.0))
-    shared.pose = np.array([2.04, 0.5, 0.0])
+    see(shared, pose=np.array([2.04, 0.5, 0.0]))
     assert tick(TruncatePathLocal("n", shared)) == Status.SUCCESS
     np.testing.assert_allclose(shared.values.remaining_path[0], [2.0, 0.0, 0.0])
 
@@ -159,9 +166,9 @@ def test_a_new_path_preempts_the_task_and_the_same_path_does_not():
 def test_the_status_of_an_older_task_is_not_the_present_ones():
     shared = board(path=straight(6.0), task_count=4)
     node = FollowPath("n", shared)
-    shared.controller_status = TaskStatus(TaskState.ABORTED, 106, task_id=4)
+    see(shared, controller_status=TaskStatus(TaskState.ABORTED, 106, task_id=4))
     assert tick(node) == Status.RUNNING
-    shared.controller_status = TaskStatus(TaskState.ABORTED, 106, task_id=5)
+    see(shared, controller_status=TaskStatus(TaskState.ABORTED, 106, task_id=5))
     assert tick(node) == Status.FAILURE
     assert shared.values.results[FOLLOW_PATH].error_code == 106
 
