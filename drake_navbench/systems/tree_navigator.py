@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -57,10 +58,16 @@ class NavigatorState(Immutable):
     @property
     def whole_route(self) -> NDArray[np.float64]:
         """(N, 3) the last paths of all legs so far, x m, y m, yaw rad."""
-        plan = self.values.follow_path
-        is_over = self.progress.status.state.is_final or self.progress.pause_end_s is not None
-        parts = self.route if is_over or plan is None else (*self.route, plan.poses)
+        parts = self.route_with_plan
         return np.concatenate(parts) if parts else np.empty((0, 3))
+
+    @property
+    def route_with_plan(self) -> tuple[NDArray[np.float64], ...]:
+        """The route with the latest plan at its end, unless that is there already."""
+        plan = self.values.follow_path
+        if plan is None or (self.route and self.route[-1] is plan.poses):
+            return self.route
+        return (*self.route, plan.poses)
 
 
 class TreeNavigator(LeafSystem):
@@ -119,7 +126,7 @@ class TreeNavigator(LeafSystem):
         self.DeclareInitializationUnrestrictedUpdateEvent(self._on_tick)
         self.DeclarePeriodicUnrestrictedUpdateEvent(period_s, offset_s, self._on_tick)
 
-    def _declare_output(self, name: str, select) -> None:
+    def _declare_output(self, name: str, select: Callable[[NavigatorState], Any]) -> None:
         """Declares an output that is a part of the state."""
 
         def calc(context: Context, output: AbstractValue) -> None:
@@ -190,12 +197,10 @@ class TreeNavigator(LeafSystem):
         return new
 
     def _end_leg(self, state: NavigatorState, status: TaskStatus, now_s: float) -> NavigatorState:
-        plan = state.values.follow_path
-        route = state.route if plan is None else (*state.route, plan.poses)
         progress = self._follower.end_leg(
             state.progress, status, now_s, state.values.recovery_count
         )
-        return self._advanced(replace(state, route=route), progress)
+        return self._advanced(replace(state, route=state.route_with_plan), progress)
 
 
 class _Machine:
