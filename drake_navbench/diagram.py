@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,10 +18,12 @@ from drake_navbench.controller import Controller
 from drake_navbench.filter_masks import FilterMask
 from drake_navbench.map_file import OccupancyMap
 from drake_navbench.navigation_wiring import (
+    FollowPlan,
     NavigateToPoses,
     Signals,
     add_command_chain,
-    add_tree_navigation,
+    add_navigation,
+    connect_inputs,
 )
 from drake_navbench.path_handler import PathHandler
 from drake_navbench.robot import NavigationSettings, Robot
@@ -43,16 +45,6 @@ from drake_navbench.world_geometry import register_obstacles
 CLEARANCE_PERIOD_S = 0.05
 CLEARANCE_OFFSET_S = CONTROLLER_OFFSET_S
 RECORDER_PERIOD_S = 0.02
-
-
-@dataclass(frozen=True)
-class FollowPlan:
-    """A task in the mode follow_path.
-
-    make_plan: from the start pose (3,) to the plan poses (N, 3); raises PlanningError.
-    """
-
-    make_plan: Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
 
 @dataclass(frozen=True)
@@ -113,7 +105,7 @@ def build_trial_diagram(
     )
 
     lidar = builder.AddNamedSystem("lidar", Lidar(robot.lidar, world))
-    builder.Connect(state, lidar.GetInputPort("state"))
+    connect_inputs(builder, lidar, state=state)
     scan = lidar.GetOutputPort("scan")
 
     local_costmap = builder.AddNamedSystem(
@@ -127,52 +119,31 @@ def build_trial_diagram(
             masks=filter_masks,
         ),
     )
-    builder.Connect(state, local_costmap.GetInputPort("state"))
-    builder.Connect(scan, local_costmap.GetInputPort("scan"))
+    connect_inputs(builder, local_costmap, state=state, scan=scan)
     costmap = local_costmap.GetOutputPort("costmap")
 
     localization = builder.AddNamedSystem(
         "localization", Localization(robot.localization, offset_s=CONTROLLER_OFFSET_S)
     )
-    builder.Connect(state, localization.GetInputPort("state"))
+    connect_inputs(builder, localization, state=state)
     estimate = localization.GetOutputPort("estimate")
 
-    server = builder.AddNamedSystem(
-        "controller_server",
-        ControllerServer(
-            controller,
-            navigation.controller_server,
-            path_handler=PathHandler(navigation.path_handler),
-            goal_checker=make_goal_checker(navigation.goal_checker),
-            progress_checker=make_progress_checker(navigation.progress_checker),
-            offset_s=CONTROLLER_OFFSET_S,
-        ),
-    )
-    builder.Connect(estimate, server.GetInputPort("estimate"))
-    builder.Connect(costmap, server.GetInputPort("costmap"))
+    server = _add_controller_server(builder, navigation, controller)
+    connect_inputs(builder, server, estimate=estimate, costmap=costmap)
 
     signals = Signals(state=state, estimate=estimate, scan=scan)
-    if isinstance(task, FollowPlan):
-        navigator = builder.AddNamedSystem("navigator", Navigator(task.make_plan))
-        builder.Connect(estimate, navigator.GetInputPort("estimate"))
-        builder.Connect(server.GetOutputPort("status"), navigator.GetInputPort("controller_status"))
-        command = server.GetOutputPort("command")
-    else:
-        navigator, command = add_tree_navigation(
-            builder, robot, task, signals, local_costmap=local_costmap, server=server
-        )
-    builder.Connect(navigator.GetOutputPort("plan"), server.GetInputPort("plan"))
+    navigator, command = add_navigation(
+        builder, robot, task, signals, local_costmap=local_costmap, server=server
+    )
     command = add_command_chain(builder, robot, signals, command)
-    builder.Connect(command, wheelchair.GetInputPort("command"))
+    connect_inputs(builder, wheelchair, command=command)
 
     speed_filter, binary_filter = _add_filters(builder, navigation, filter_masks)
     if speed_filter is not None:
-        builder.Connect(estimate, speed_filter.GetInputPort("estimate"))
-        builder.Connect(
-            speed_filter.GetOutputPort("speed_limit"), server.GetInputPort("speed_limit")
-        )
+        connect_inputs(builder, speed_filter, estimate=estimate)
+        connect_inputs(builder, server, speed_limit=speed_filter.GetOutputPort("speed_limit"))
     if binary_filter is not None:
-        builder.Connect(estimate, binary_filter.GetInputPort("estimate"))
+        connect_inputs(builder, binary_filter, estimate=estimate)
 
     clearance = builder.AddNamedSystem(
         "clearance",
@@ -183,21 +154,16 @@ def build_trial_diagram(
             offset_s=CLEARANCE_OFFSET_S,
         ),
     )
-    builder.Connect(scene_graph.get_query_output_port(), clearance.GetInputPort("geometry_query"))
-    builder.Connect(state, clearance.GetInputPort("state"))
-    builder.Connect(costmap, clearance.GetInputPort("costmap"))
+    geometry_query = scene_graph.get_query_output_port()
+    connect_inputs(builder, clearance, geometry_query=geometry_query, state=state, costmap=costmap)
 
     recorder = builder.AddNamedSystem("recorder", Recorder(period_s=RECORDER_PERIOD_S))
-    builder.Connect(state, recorder.GetInputPort("state"))
-    builder.Connect(estimate, recorder.GetInputPort("estimate"))
-    builder.Connect(command, recorder.GetInputPort("command"))
-    builder.Connect(clearance.GetOutputPort("distances"), recorder.GetInputPort("distances"))
-    builder.Connect(server.GetOutputPort("server_state"), recorder.GetInputPort("server_state"))
-    builder.Connect(scan, recorder.GetInputPort("scan"))
+    connect_inputs(builder, recorder, state=state, estimate=estimate, scan=scan, command=command)
+    connect_inputs(builder, recorder, distances=clearance.GetOutputPort("distances"))
+    connect_inputs(builder, recorder, server_state=server.GetOutputPort("server_state"))
     if isinstance(navigator, TreeNavigator):
-        builder.Connect(
-            navigator.GetOutputPort("navigator_state"), recorder.GetInputPort("navigator_state")
-        )
+        navigator_state = navigator.GetOutputPort("navigator_state")
+        connect_inputs(builder, recorder, navigator_state=navigator_state)
 
     if meshcat is not None:
         MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat)
@@ -216,6 +182,23 @@ def build_trial_diagram(
         recorder=recorder,
         speed_filter=speed_filter,
         binary_filter=binary_filter,
+    )
+
+
+def _add_controller_server(
+    builder: DiagramBuilder, navigation: NavigationSettings, controller: Controller
+) -> ControllerServer:
+    """Adds the server that hosts the controller."""
+    return builder.AddNamedSystem(
+        "controller_server",
+        ControllerServer(
+            controller,
+            navigation.controller_server,
+            path_handler=PathHandler(navigation.path_handler),
+            goal_checker=make_goal_checker(navigation.goal_checker),
+            progress_checker=make_progress_checker(navigation.progress_checker),
+            offset_s=CONTROLLER_OFFSET_S,
+        ),
     )
 
 

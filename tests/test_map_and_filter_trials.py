@@ -80,7 +80,6 @@ def test_clearance_is_measured_to_the_walls_of_the_map_and_ends_a_trial(ward):
         update={
             "plan": PolylinePlan(type="polyline", points=[(1.45, -1.0), (1.45, 2.0)]),
             "start": (1.45, -1.0, np.pi / 2),
-            "filters": [],
         }
     )
     log = run_trial(into_the_bed, "rpp:use_collision_detection=false", seed=1)
