@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
@@ -18,6 +19,7 @@ from drake_navbench.systems.collision_monitor import CollisionMonitorSystem
 from drake_navbench.systems.controller_server import ControllerServer
 from drake_navbench.systems.global_costmap import GlobalCostmap
 from drake_navbench.systems.local_costmap import LocalCostmap
+from drake_navbench.systems.navigator import Navigator
 from drake_navbench.systems.tree_navigator import TreeNavigator
 from drake_navbench.systems.velocity_smoother import VelocitySmootherSystem
 from drake_navbench.timing import (
@@ -28,6 +30,16 @@ from drake_navbench.timing import (
     SMOOTHER_OFFSET_S,
 )
 from drake_navbench.waypoint_follower import Pose, WaypointFollower
+
+
+@dataclass(frozen=True)
+class FollowPlan:
+    """A task in the mode follow_path.
+
+    make_plan: from the start pose (3,) to the plan poses (N, 3); raises PlanningError.
+    """
+
+    make_plan: Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
 
 @dataclass(frozen=True)
@@ -53,7 +65,39 @@ class Signals:
     scan: OutputPort
 
 
-def add_tree_navigation(
+def connect_inputs(builder: DiagramBuilder, system: LeafSystem, **inputs: OutputPort) -> None:
+    """Connects the inputs of a system by name."""
+    for name, port in inputs.items():
+        builder.Connect(port, system.GetInputPort(name))
+
+
+def add_navigation(
+    builder: DiagramBuilder,
+    robot: Robot,
+    task: FollowPlan | NavigateToPoses,
+    signals: Signals,
+    *,
+    local_costmap: LocalCostmap,
+    server: ControllerServer,
+) -> tuple[Navigator | TreeNavigator, OutputPort]:
+    """Adds the navigator of a task, and what belongs to it, around a controller server.
+
+    Returns the navigator and the port of the command.
+    """
+    if isinstance(task, FollowPlan):
+        navigator = builder.AddNamedSystem("navigator", Navigator(task.make_plan))
+        status = server.GetOutputPort("status")
+        connect_inputs(builder, navigator, estimate=signals.estimate, controller_status=status)
+        command = server.GetOutputPort("command")
+    else:
+        navigator, command = _add_tree_navigation(
+            builder, robot, task, signals, local_costmap=local_costmap, server=server
+        )
+    connect_inputs(builder, server, plan=navigator.GetOutputPort("plan"))
+    return navigator, command
+
+
+def _add_tree_navigation(
     builder: DiagramBuilder,
     robot: Robot,
     task: NavigateToPoses,
@@ -76,7 +120,7 @@ def add_tree_navigation(
             offset_s=COSTMAP_OFFSET_S,
         ),
     )
-    _connect(builder, global_costmap, state=signals.state, scan=signals.scan)
+    connect_inputs(builder, global_costmap, state=signals.state, scan=signals.scan)
 
     control_period_s = 1.0 / navigation.controller_server.controller_frequency
     behavior_period_s = 1.0 / navigation.behavior_server.cycle_frequency
@@ -103,7 +147,7 @@ def add_tree_navigation(
             offset_s=BEHAVIOR_OFFSET_S,
         ),
     )
-    _connect(
+    connect_inputs(
         builder,
         navigator,
         estimate=signals.estimate,
@@ -111,7 +155,7 @@ def add_tree_navigation(
         controller_status=server.GetOutputPort("status"),
         behavior_status=behaviors.GetOutputPort("status"),
     )
-    _connect(
+    connect_inputs(
         builder,
         behaviors,
         estimate=signals.estimate,
@@ -120,9 +164,9 @@ def add_tree_navigation(
         controller_command=server.GetOutputPort("command"),
     )
     clear_local = navigator.GetOutputPort("clear_local")
-    _connect(builder, server, clear_request=clear_local)
-    _connect(builder, local_costmap, clear_request=clear_local)
-    _connect(builder, global_costmap, clear_request=navigator.GetOutputPort("clear_global"))
+    connect_inputs(builder, server, clear_request=clear_local)
+    connect_inputs(builder, local_costmap, clear_request=clear_local)
+    connect_inputs(builder, global_costmap, clear_request=navigator.GetOutputPort("clear_global"))
     return navigator, behaviors.GetOutputPort("command")
 
 
@@ -140,7 +184,7 @@ def add_command_chain(
             "velocity_smoother",
             VelocitySmootherSystem(navigation.velocity_smoother, offset_s=SMOOTHER_OFFSET_S),
         )
-        _connect(builder, smoother, command=command, estimate=signals.estimate)
+        connect_inputs(builder, smoother, command=command, estimate=signals.estimate)
         command = smoother.GetOutputPort("smoothed_command")
         period_s = 1.0 / navigation.velocity_smoother.smoothing_frequency
     if navigation.collision_monitor is not None:
@@ -154,12 +198,6 @@ def add_command_chain(
                 offset_s=MONITOR_OFFSET_S,
             ),
         )
-        _connect(builder, monitor, command=command, scan=signals.scan, state=signals.state)
+        connect_inputs(builder, monitor, command=command, scan=signals.scan, state=signals.state)
         command = monitor.GetOutputPort("safe_command")
     return command
-
-
-def _connect(builder: DiagramBuilder, system: LeafSystem, **inputs: OutputPort) -> None:
-    """Connects the inputs of a system by name."""
-    for name, port in inputs.items():
-        builder.Connect(port, system.GetInputPort(name))
