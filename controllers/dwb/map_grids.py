@@ -28,29 +28,29 @@ def split_hole(distance_squared, resolution):
 
 
 @njit(cache=True)
-def densify_plan(plan, end_x, end_y, resolution):
+def densify_plan(plan, resolution):
     """Returns a plan's points with the larger holes filled (nav_2d_utils adjustPlanResolution).
 
-    plan: (M, 3) poses, M >= 1. end_x, end_y m: position taken for the last pose. Returns (P, 2) m.
+    plan: (M, 3) poses, M >= 1. Returns (P, 2) m.
     """
     count = plan.shape[0]
-    xy = plan[:, :2].copy()
-    xy[count - 1, 0], xy[count - 1, 1] = end_x, end_y
-    intervals = np.ones(count, dtype=np.int64)
+    intervals = np.empty(count, dtype=np.int64)
+    point_count = 1
     for i in range(1, count):
-        dx, dy = xy[i, 0] - xy[i - 1, 0], xy[i, 1] - xy[i - 1, 1]
+        dx, dy = plan[i, 0] - plan[i - 1, 0], plan[i, 1] - plan[i - 1, 1]
         intervals[i] = split_hole(dx * dx + dy * dy, resolution)
-    points = np.empty((intervals.sum(), 2))
-    points[0] = xy[0]
+        point_count += intervals[i]
+    points = np.empty((point_count, 2))
+    points[0, 0], points[0, 1] = plan[0, 0], plan[0, 1]
     filled = 1
     for i in range(1, count):
-        step_x = (xy[i, 0] - xy[i - 1, 0]) / intervals[i]
-        step_y = (xy[i, 1] - xy[i - 1, 1]) / intervals[i]
+        step_x = (plan[i, 0] - plan[i - 1, 0]) / intervals[i]
+        step_y = (plan[i, 1] - plan[i - 1, 1]) / intervals[i]
         for j in range(1, intervals[i]):
-            points[filled, 0] = xy[i - 1, 0] + j * step_x
-            points[filled, 1] = xy[i - 1, 1] + j * step_y
+            points[filled, 0] = plan[i - 1, 0] + j * step_x
+            points[filled, 1] = plan[i - 1, 1] + j * step_y
             filled += 1
-        points[filled] = xy[i]
+        points[filled, 0], points[filled, 1] = plan[i, 0], plan[i, 1]
         filled += 1
     return points
 

@@ -37,13 +37,13 @@ class Situation:
     goal: tuple[float, float, float]
     costmap: Costmap
 
-    def plan_cells(self, end_x: float, end_y: float) -> NDArray[np.int32]:
-        """Returns the flat indices of the cells under the local plan while it is on known cells.
+    def cells_under(self, plan: Array) -> NDArray[np.int32]:
+        """Returns the flat indices of the cells under a plan while it is on known cells.
 
-        end_x, end_y m: position taken for the plan's last pose.
+        plan: (M, 3) read-only, M >= 1.
         """
         costmap = self.costmap
-        points = densify_plan(self.plan, end_x, end_y, costmap.resolution)
+        points = densify_plan(plan, costmap.resolution)
         return first_run_of_cells(
             points, costmap.costs, costmap.origin_x, costmap.origin_y, costmap.resolution
         )
@@ -55,7 +55,7 @@ class Situation:
     @cached_property
     def path_cells(self) -> NDArray[np.int32]:
         """The cells under the local plan, first to last."""
-        return self.plan_cells(self.plan[-1, 0], self.plan[-1, 1])
+        return self.cells_under(self.plan)
 
     @cached_property
     def path_distances(self) -> NDArray[np.int32]:

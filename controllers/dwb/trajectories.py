@@ -82,33 +82,29 @@ def count_steps(twists, simulation, step_counts, step_s):
 
 
 @njit(cache=True)
-def roll_out(
-    pose,
-    twist,
-    kinematics,
-    simulation,
-    twists,
-    step_counts,
-    step_s,
-    velocities,
-    poses,
-    headings,
-):
-    """Simulates every twist from a pose and a measured twist; writes what the last three name.
+def roll_out(pose, twist, kinematics, simulation, window):
+    """Simulates every twist from a pose and a measured twist.
 
-    pose: (x m, y m, yaw rad). twist: (vx, vy, wz). Euler steps with the new velocity and the old
-    yaw. Cosine and sine follow the yaw by rotating them, which costs no trigonometry while the
-    yaw rate is constant and differs from theirs by about 1e-16 a step.
+    pose: (x m, y m, yaw rad). twist: (vx, vy, wz). window: Trajectories, whose velocities, poses
+    and headings are written. Euler steps with the new velocity and the old yaw. Cosine and sine
+    follow the yaw by rotating them, which costs no trigonometry while the yaw rate is constant and
+    differs from theirs by about 1e-16 a step.
     """
+    twists, velocities, poses, headings = (
+        window.twists,
+        window.velocities,
+        window.poses,
+        window.headings,
+    )
     for k in range(twists.shape[0]):
         x, y, yaw = pose
         vx, vy, wz = twist
         cos_yaw, sin_yaw = math.cos(yaw), math.sin(yaw)
         turn, cos_turn, sin_turn = 0.0, 1.0, 0.0
-        step = step_s[k]
+        step, step_count = window.step_s[k], window.step_counts[k]
         poses[k, 0, 0], poses[k, 0, 1], poses[k, 0, 2] = x, y, yaw
         headings[k, 0, 0], headings[k, 0, 1] = cos_yaw, sin_yaw
-        for i in range(step_counts[k]):
+        for i in range(step_count):
             if simulation.limits_acceleration:
                 vx = project_velocity(
                     vx, kinematics.acc_lim_x, kinematics.decel_lim_x, step, twists[k, 0]
@@ -136,11 +132,12 @@ def roll_out(
             poses[k, i + 1, 0], poses[k, i + 1, 1], poses[k, i + 1, 2] = x, y, yaw
             headings[k, i + 1, 0], headings[k, i + 1, 1] = cos_yaw, sin_yaw
         if simulation.include_last_point:
-            end = step_counts[k] + 1
+            end = step_count + 1
             poses[k, end, 0], poses[k, end, 1], poses[k, end, 2] = x, y, yaw
             headings[k, end, 0], headings[k, end, 1] = cos_yaw, sin_yaw
         if not simulation.limit_vel_cmd_in_traj:
-            velocities[k] = twists[k]
+            for axis in range(twists.shape[1]):
+                velocities[k, axis] = twists[k, axis]
 
 
 class TrajectoryGenerator:
@@ -203,20 +200,9 @@ class TrajectoryGenerator:
             self._poses = np.empty((len(self._twists), most_steps + 2, 3))
             self._headings = np.empty((len(self._twists), most_steps + 2, 2))
         poses, headings = self._poses[:count], self._headings[:count]
-        roll_out(
-            pose,
-            twist,
-            kinematics,
-            self._simulation,
-            twists,
-            step_counts,
-            step_s,
-            velocities,
-            poses,
-            headings,
-        )
         pose_counts = step_counts + (2 if self._simulation.include_last_point else 1)
         window = Trajectories(twists, velocities, poses, headings, pose_counts, step_counts, step_s)
+        roll_out(pose, twist, kinematics, self._simulation, window)
         for array in window:
             array.flags.writeable = False
         return window

@@ -25,7 +25,7 @@ def project_velocity(velocity, accel, decel, duration_s, target):
 
 @njit(cache=True)
 def sample_axis(current, minimum, maximum, accel, decel, window_s, sample_count, samples):
-    """Writes the velocities tried on one axis, ascending; returns how many.
+    """Writes the velocities tried on one axis, ascending; returns how many (0: minimum > maximum).
 
     samples: (2 * max(2, sample_count) + 1,) output; the longest list occurs on an axis barely
     wider than AXIS_TOLERANCE. Samples come from repeated addition, as in Nav2, and between the
@@ -44,7 +44,7 @@ def sample_axis(current, minimum, maximum, accel, decel, window_s, sample_count,
     increment = (highest - lowest) / (max(FEWEST_SAMPLES, sample_count) - 1)
     end = highest + AXIS_TOLERANCE
     count = 0
-    velocity = lowest
+    velocity = samples[0] = lowest
     while velocity <= end:
         samples[count] = velocity
         count += 1
@@ -107,7 +107,9 @@ def sample_axes(kinematics, vx, vy, wz, window_s, sample_counts, axes):
         sample_counts[2],
         axes[2],
     )
-    return count_x, count_y, count_theta
+    # Nav2 reads an inner axis before it asks whether it has ended; a speed limit below min_vel_y
+    # leaves such an axis.
+    return count_x, max(1, count_y), count_theta
 
 
 @njit(cache=True)

@@ -55,11 +55,19 @@ class Verdict(NamedTuple):
     scores: Array
     violations: NDArray[np.uint8] | None = None
 
+    @classmethod
+    def blank(cls, count: int) -> Verdict:
+        """Returns a verdict of undefined content for a kernel to write to."""
+        return cls(np.empty(count), np.empty(count, dtype=np.uint8))
+
 
 class Critic(ABC):
     """Judges every trajectory of the window in one call; what evolves is in its memory.
 
     Called per cycle: `prepare`, `scale`, `score` (unless the scale is 0), `debrief`.
+
+    A subclass finds its own block in `self._parameters`, the whole namespace in
+    `self._controller_parameters` and the trial's settings, footprint included, in `self._setup`.
 
     Parameters: its parameter model.
     reasons: texts for the rules a trajectory may break, by which Nav2 counts illegal ones.
@@ -76,6 +84,8 @@ class Critic(ABC):
         setup: ControllerSetup,
     ) -> None:
         self._parameters = parameters
+        self._controller_parameters = controller_parameters
+        self._setup = setup
 
     def initial_memory(self) -> Any:
         """Returns the memory at the start of a trial; it must be immutable."""

@@ -19,6 +19,7 @@ from pydantic import Field
 from drake_navbench.controllers.dwb.critics.base import Critic, CriticParameters, Verdict
 from drake_navbench.controllers.dwb.scene import Scene, Situation
 from drake_navbench.kernels.grid import world_to_cell
+from drake_navbench.kernels.read_only import read_only
 
 # Positions in the critics' reasons, counted from 1.
 OFF_GRID, UNREACHABLE = 1, 2
@@ -149,8 +150,7 @@ class MapGridCritic(Critic):
 
     def score(self, scene: Scene, memory: Any) -> Verdict:
         """Returns the distances of the robot's centre; see `score_centres`."""
-        count = len(scene.cells)
-        verdict = Verdict(np.empty(count), np.empty(count, dtype=np.uint8))
+        verdict = Verdict.blank(len(scene.cells))
         score_centres(
             scene.cells,
             scene.on_map_counts,
@@ -170,8 +170,7 @@ class AlignCritic(MapGridCritic):
     def score(self, scene: Scene, memory: Any) -> Verdict:
         """Returns the distances of the forward point; see `score_forward_points`."""
         costmap, window = scene.costmap, scene.trajectories
-        count = len(window.poses)
-        verdict = Verdict(np.empty(count), np.empty(count, dtype=np.uint8))
+        verdict = Verdict.blank(len(window.poses))
         score_forward_points(
             window.poses,
             window.headings,
@@ -230,6 +229,7 @@ class GoalAlign(AlignCritic):
         bearing = math.atan2(
             situation.goal[1] - situation.pose[1], situation.goal[0] - situation.pose[0]
         )
-        end_x = situation.plan[-1, 0] + forward_m * math.cos(bearing)
-        end_y = situation.plan[-1, 1] + forward_m * math.sin(bearing)
-        return situation.distances_to(situation.plan_cells(end_x, end_y)[-1:])
+        plan = situation.plan.copy()
+        plan[-1, 0] += forward_m * math.cos(bearing)
+        plan[-1, 1] += forward_m * math.sin(bearing)
+        return situation.distances_to(situation.cells_under(read_only(plan))[-1:])

@@ -5,14 +5,12 @@ Nav2's OscillationCritic. The ban ends when the robot has moved, turned or waite
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from pydantic import Field
 
-from drake_navbench.controller import ControllerSetup
 from drake_navbench.controllers.dwb.critics.base import Array, Critic, CriticParameters, Verdict
-from drake_navbench.controllers.dwb.parameters import DynamicWindowApproachParameters
 from drake_navbench.controllers.dwb.scene import Scene, Situation
 from drake_navbench.kernels.angles import wrap
 
@@ -76,16 +74,6 @@ class Oscillation(Critic):
     Parameters: ClassVar[type[CriticParameters]] = OscillationParameters
     reasons: ClassVar[tuple[str, ...]] = ("Trajectory is oscillating.",)
 
-    def __init__(
-        self,
-        parameters: Any,
-        controller_parameters: DynamicWindowApproachParameters,
-        *,
-        setup: ControllerSetup,
-    ) -> None:
-        super().__init__(parameters, controller_parameters, setup=setup)
-        self._reset_time_ns = int(parameters.oscillation_reset_time * NANOSECONDS_PER_SECOND)
-
     def initial_memory(self) -> OscillationMemory:
         """Returns the memory without trends."""
         return OscillationMemory()
@@ -132,11 +120,13 @@ class Oscillation(Critic):
         least_rad = self._parameters.oscillation_reset_angle
         moved = (x - flip_x) ** 2 + (y - flip_y) ** 2 > least_m**2
         turned = abs(wrap(flip_yaw - yaw)) > least_rad
-        waited = _nanoseconds(situation.time_s) - memory.flip_time_ns > self._reset_time_ns
+        # Nav2 cuts its parameter to whole nanoseconds.
+        reset_time_ns = int(self._parameters.oscillation_reset_time * NANOSECONDS_PER_SECOND)
+        waited = _nanoseconds(situation.time_s) - memory.flip_time_ns > reset_time_ns
         return (
             (least_m >= 0.0 and moved)
             or (least_rad >= 0.0 and turned)
-            or (self._reset_time_ns >= 0 and waited)
+            or (reset_time_ns >= 0 and waited)
         )
 
 

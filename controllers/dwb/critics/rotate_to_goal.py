@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numba import njit
 from pydantic import Field
 
-from drake_navbench.controller import ControllerSetup
 from drake_navbench.controllers.dwb.critics.base import Array, Critic, CriticParameters, Verdict
-from drake_navbench.controllers.dwb.parameters import DynamicWindowApproachParameters
 from drake_navbench.controllers.dwb.scene import Scene, Situation
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.path_pruning import arc_length
@@ -82,17 +80,6 @@ class RotateToGoal(Critic):
         "Nonrotation command near goal.",
     )
 
-    def __init__(
-        self,
-        parameters: Any,
-        controller_parameters: DynamicWindowApproachParameters,
-        *,
-        setup: ControllerSetup,
-    ) -> None:
-        super().__init__(parameters, controller_parameters, setup=setup)
-        self._xy_tolerance_squared = controller_parameters.xy_goal_tolerance**2
-        self._stopped_speed_squared = controller_parameters.trans_stopped_velocity**2
-
     def initial_memory(self) -> RotateToGoalMemory:
         """Returns the memory far from the goal."""
         return RotateToGoalMemory()
@@ -103,12 +90,13 @@ class RotateToGoal(Critic):
 
     def prepare(self, situation: Situation, memory: RotateToGoalMemory) -> RotateToGoalMemory:
         """Returns the flags after this cycle's pose and speed."""
+        limits = self._controller_parameters
         dx, dy = situation.pose[0] - situation.goal[0], situation.pose[1] - situation.goal[1]
         in_window = memory.in_window or (
-            dx * dx + dy * dy <= self._xy_tolerance_squared
+            dx * dx + dy * dy <= limits.xy_goal_tolerance**2
             and arc_length(situation.plan) <= PATH_LENGTH_TOLERANCE_M
         )
-        is_slow = _speed_squared(situation) <= self._stopped_speed_squared
+        is_slow = _speed_squared(situation) <= limits.trans_stopped_velocity**2
         return RotateToGoalMemory(in_window, memory.rotating or (in_window and is_slow))
 
     def score(self, scene: Scene, memory: RotateToGoalMemory) -> Verdict:

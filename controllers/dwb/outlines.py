@@ -1,0 +1,221 @@
+"""The robot's outline on the costmap: what it costs, and which rule it breaks where.
+
+Kernels of the ObstacleFootprint critic (Nav2's dwb_critics, ObstacleFootprintCritic).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from drake_navbench.kernels.grid import LETHAL, line_max_cost, world_to_cell
+
+# Positions in ObstacleFootprint.reasons, counted from 1; BaseObstacle has the first two.
+OFF_GRID, HITS_OBSTACLE, FOOTPRINT_OFF_GRID, HITS_UNKNOWN = 1, 2, 3, 4
+# Cells by which rounding to cells and Bresenham's line may carry an outline out of its circle.
+ROUNDING_CELLS = 3
+
+
+@njit(cache=True)
+def clearances_of(costs):
+    """Returns each cell's Chebyshev distance to the nearest LETHAL or unknown cell, in cells.
+
+    Shape (rows, columns), int32; where there is no such cell, rows + columns everywhere.
+    """
+    rows, columns = costs.shape
+    farthest = rows + columns
+    # A margin of one cell saves the questions at the border.
+    distances = np.full((rows + 2, columns + 2), farthest, dtype=np.int32)
+    has_forbidden = False
+    for row in range(rows):
+        for column in range(columns):
+            if costs[row, column] >= LETHAL:
+                distances[row + 1, column + 1] = 0
+                has_forbidden = True
+    if has_forbidden:
+        for row in range(1, rows + 1):
+            for column in range(1, columns + 1):
+                above = min(distances[row - 1, column - 1], distances[row - 1, column + 1])
+                above = min(above, distances[row - 1, column])
+                nearest = min(above, distances[row, column - 1]) + 1
+                distances[row, column] = min(distances[row, column], nearest)
+        for row in range(rows, 0, -1):
+            for column in range(columns, 0, -1):
+                below = min(distances[row + 1, column - 1], distances[row + 1, column + 1])
+                below = min(below, distances[row + 1, column])
+                nearest = min(below, distances[row, column + 1]) + 1
+                distances[row, column] = min(distances[row, column], nearest)
+    return distances[1:-1, 1:-1].copy()
+
+
+@njit(cache=True)
+def place_outline(
+    footprint, x, y, cos_yaw, sin_yaw, origin_x, origin_y, resolution, rows, columns, vertices
+):
+    """Writes the cells of a footprint's vertices at a pose; returns how many lie on the map
+    before one does not.
+
+    footprint: (V, 2) m in the base frame. x, y m. vertices: (V, 2) column and row, output.
+    """
+    for v in range(footprint.shape[0]):
+        vertex_x = x + footprint[v, 0] * cos_yaw - footprint[v, 1] * sin_yaw
+        vertex_y = y + footprint[v, 0] * sin_yaw + footprint[v, 1] * cos_yaw
+        column, row = world_to_cell(
+            vertex_x, vertex_y, origin_x, origin_y, resolution, columns, rows
+        )
+        if column < 0:
+            return v
+        vertices[v, 0], vertices[v, 1] = column, row
+    return footprint.shape[0]
+
+
+@njit(cache=True)
+def find_forbidden_cell(costs, clearances, column_0, row_0, column_1, row_1):
+    """Returns the code of the first LETHAL or unknown cell on a line of cells; 0 without one.
+
+    The cells are those of `line_max_cost`. A step along the line is one cell in the Chebyshev
+    distance, so as many cells can be skipped as the clearance says.
+    """
+    delta_column, delta_row = abs(column_1 - column_0), abs(row_1 - row_0)
+    step_column = 1 if column_1 >= column_0 else -1
+    step_row = 1 if row_1 >= row_0 else -1
+    along_x = delta_column >= delta_row
+    major, minor = (delta_column, delta_row) if along_x else (delta_row, delta_column)
+    i = 0
+    while i <= major:
+        # Bresenham's minor steps after i major ones, his error starting at half the extent.
+        across = (major // 2 + i * minor) // max(1, major)
+        if along_x:
+            column, row = column_0 + i * step_column, row_0 + across * step_row
+        else:
+            column, row = column_0 + across * step_column, row_0 + i * step_row
+        clearance = clearances[row, column]
+        if clearance == 0:
+            return HITS_OBSTACLE if costs[row, column] == LETHAL else HITS_UNKNOWN
+        i += clearance
+    return 0
+
+
+@njit(cache=True)
+def find_violation(costs, clearances, vertices, on_map_count):
+    """Returns the code of the first rule that an outline breaks, edge by edge; 0 if none.
+
+    vertices, on_map_count: from `place_outline`. The last edge runs from the last to the first
+    vertex.
+    """
+    vertex_count = vertices.shape[0]
+    for v in range(vertex_count):
+        following = (v + 1) % vertex_count
+        if max(v, following) >= on_map_count:
+            return FOOTPRINT_OFF_GRID
+        code = find_forbidden_cell(
+            costs,
+            clearances,
+            vertices[v, 0],
+            vertices[v, 1],
+            vertices[following, 0],
+            vertices[following, 1],
+        )
+        if code != 0:
+            return code
+    return 0
+
+
+@njit(cache=True)
+def outline_cost(costs, vertices):
+    """Returns the largest cost on the edges of an outline that lies on the map."""
+    vertex_count = vertices.shape[0]
+    largest = 0
+    for v in range(vertex_count):
+        following = (v + 1) % vertex_count
+        edge = line_max_cost(
+            costs,
+            vertices[v, 0],
+            vertices[v, 1],
+            vertices[following, 0],
+            vertices[following, 1],
+            LETHAL,
+        )
+        largest = max(largest, edge)
+    return largest
+
+
+@njit(cache=True)
+def is_clear_of_everything(clearances, x, y, radius_m, origin_x, origin_y, resolution):
+    """Tells whether an outline inside a circle surely meets nothing forbidden and no border.
+
+    x, y m: centre of the circle. The answer no means that the outline has to be looked at.
+    """
+    rows, columns = clearances.shape
+    column, row = world_to_cell(x, y, origin_x, origin_y, resolution, columns, rows)
+    reach = int(radius_m / resolution) + ROUNDING_CELLS
+    if column < reach or column >= columns - reach or row < reach or row >= rows - reach:
+        return False
+    return clearances[row, column] > reach
+
+
+@njit(cache=True)
+def score_outlines(
+    poses,
+    headings,
+    on_map_counts,
+    pose_counts,
+    footprint,
+    circle,
+    costs,
+    clearances,
+    origin_x,
+    origin_y,
+    resolution,
+    sum_scores,
+    scores,
+    violations,
+):
+    """Writes the largest cost under the outline: at the last pose, or summed over all.
+
+    poses, headings, on_map_counts, pose_counts: of the scene. footprint: (V, 2) m. circle: its
+    enclosing circle in the base frame, (x, y, radius) m. clearances: from `clearances_of`. The
+    first pose that breaks a rule names it.
+    """
+    rows, columns = costs.shape
+    vertices = np.empty((footprint.shape[0], 2), dtype=np.int64)
+    centre_x, centre_y, radius_m = circle
+    for k in range(poses.shape[0]):
+        score, violation = 0, 0
+        for i in range(pose_counts[k]):
+            if i == on_map_counts[k]:
+                violation = OFF_GRID
+                break
+            x, y = poses[k, i, 0], poses[k, i, 1]
+            cos_yaw, sin_yaw = headings[k, i, 0], headings[k, i, 1]
+            is_scored = sum_scores or i == pose_counts[k] - 1
+            if not is_scored and is_clear_of_everything(
+                clearances,
+                x + centre_x * cos_yaw - centre_y * sin_yaw,
+                y + centre_x * sin_yaw + centre_y * cos_yaw,
+                radius_m,
+                origin_x,
+                origin_y,
+                resolution,
+            ):
+                continue
+            on_map = place_outline(
+                footprint,
+                x,
+                y,
+                cos_yaw,
+                sin_yaw,
+                origin_x,
+                origin_y,
+                resolution,
+                rows,
+                columns,
+                vertices,
+            )
+            violation = find_violation(costs, clearances, vertices, on_map)
+            if violation != 0:
+                break
+            if is_scored:
+                score += outline_cost(costs, vertices)
+        scores[k] = score
+        violations[k] = violation
