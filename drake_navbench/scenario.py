@@ -272,7 +272,7 @@ def check_task(scenario: Scenario, robot: Robot) -> None:
         )
     names = [*(f"waypoints[{index}]" for index in range(len(scenario.waypoints))), "goal"]
     for name, goal in zip(names, scenario.goals, strict=True):
-        where = _why_no_goal(scenario, np.array(goal[:2]))
+        where = _why_no_goal(scenario, robot, np.array(goal[:2]))
         if where:
             raise InputError(
                 f"scenario {scenario.name}: {name}: {list(goal[:2])} lies {where}; "
@@ -280,7 +280,7 @@ def check_task(scenario: Scenario, robot: Robot) -> None:
             )
 
 
-def _why_no_goal(scenario: Scenario, position: np.ndarray) -> str:
+def _why_no_goal(scenario: Scenario, robot: Robot, position: np.ndarray) -> str:
     """Returns where a goal (2,) m lies that cannot be one, such as 'off the map', or ''."""
     if scenario.obstacles.intersects(shapely.Point(position)):
         return "inside an obstacle"
@@ -290,8 +290,9 @@ def _why_no_goal(scenario: Scenario, position: np.ndarray) -> str:
             return "off the map"
         if value == UNKNOWN:
             return "in unknown space"
-    for mask in scenario.filter_masks:
-        if mask.type == "keepout" and mask.value_at(position) == MASK_FULL:
+    if robot.navigation.global_costmap.is_active("keepout_filter"):
+        keepouts = [mask for mask in scenario.filter_masks if mask.type == "keepout"]
+        if any(mask.value_at(position) == MASK_FULL for mask in keepouts):
             return "in a keepout"
     return ""
 
