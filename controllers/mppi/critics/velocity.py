@@ -80,7 +80,7 @@ class TwirlingCritic(PointwiseCritic):
     """Mean |wz|, while the goal tolerance is not reached."""
 
     def begin(self, scene: Scene, blocks: int) -> tuple | None:
-        return None if scene.path_length < F32(scene.goal_xy_tolerance_m) else ()
+        return None if float(scene.path_length) < scene.goal_xy_tolerance_m else ()
 
     def add(self, cycle: tuple, chunk: Trajectories, sums: Lanes, *, first_block: int) -> None:
         add_excess(chunk.wz, ZERO, ZERO, sums)
