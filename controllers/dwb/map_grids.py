@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from drake_navbench.kernels.grid import NO_INFORMATION, world_to_cell
 
@@ -56,14 +57,13 @@ def densify_plan(plan, resolution):
 
 
 @njit(cache=True)
-def first_run_of_cells(points, costs, origin_x, origin_y, resolution):
-    """Returns the flat cell indices of the first run of points on known cells of the map.
+def first_run_of_cells(points, costs, origin_x, origin_y, resolution, cells):
+    """Writes the flat cell indices of the first run of points on known cells; returns how many.
 
     Points before the map are skipped; the run ends at the first point off the map or on a cell
-    without information. Empty where no point lies on a known cell.
+    without information. points: (P, 2) m. cells: (P,) output.
     """
     rows, columns = costs.shape
-    cells = np.empty(points.shape[0], dtype=np.int32)
     count = 0
     for i in range(points.shape[0]):
         column, row = world_to_cell(
@@ -74,21 +74,25 @@ def first_run_of_cells(points, costs, origin_x, origin_y, resolution):
             count += 1
         elif count > 0:
             break
-    return cells[:count]
+    return count
 
 
-@njit(cache=True)
-def manhattan_distances(rows, columns, seeds):
+def manhattan_distances(rows: int, columns: int, seeds: NDArray[np.integer]) -> NDArray[np.int32]:
     """Returns each cell's L1 distance to the nearest seed, in cells: (rows, columns) int32.
 
     seeds: (S,) flat cell indices. Without a seed every cell is rows * columns + 1: unreachable.
     """
-    unreachable = rows * columns + 1
-    distances = np.full((rows, columns), unreachable, dtype=np.int32)
-    if seeds.size == 0:
-        return distances
-    for seed in seeds:
-        distances[seed // columns, seed % columns] = 0
+    distances = np.full((rows, columns), rows * columns + 1, dtype=np.int32)
+    if seeds.size > 0:
+        distances.ravel()[seeds] = 0
+        spread_distances(distances)
+    return distances
+
+
+@njit(cache=True)
+def spread_distances(distances):
+    """Lowers each of the (rows, columns) distances to what its neighbours' allow: theirs plus 1."""
+    rows, columns = distances.shape
     for row in range(1, rows):
         for column in range(columns):
             through = distances[row - 1, column] + 1
@@ -105,20 +109,16 @@ def manhattan_distances(rows, columns, seeds):
         for column in range(columns - 2, -1, -1):
             nearest = min(distances[row, column], nearest + 1)
             distances[row, column] = nearest
-    return distances
 
 
 @njit(cache=True)
-def locate(poses, pose_counts, origin_x, origin_y, resolution, rows, columns):
-    """Returns where the poses of all trajectories lie on a map.
+def locate(poses, pose_counts, origin_x, origin_y, resolution, rows, columns, cells, on_map_counts):
+    """Writes where the poses of all trajectories lie on a map.
 
-    poses: (K, N, 3). pose_counts: (K,). Returns cells (K, N) int32, the flat cell index of each
+    poses: (K, N, 3). pose_counts: (K,). Output: cells (K, N) int32, the flat cell index of each
     pose as far as the first one off the map, and its index there or else pose_counts: (K,) int64.
     """
-    count = poses.shape[0]
-    cells = np.empty((count, poses.shape[1]), dtype=np.int32)
-    on_map_counts = np.empty(count, dtype=np.int64)
-    for k in range(count):
+    for k in range(poses.shape[0]):
         on_map = pose_counts[k]
         for i in range(pose_counts[k]):
             column, row = world_to_cell(
@@ -129,4 +129,3 @@ def locate(poses, pose_counts, origin_x, origin_y, resolution, rows, columns):
                 break
             cells[k, i] = row * columns + column
         on_map_counts[k] = on_map
-    return cells, on_map_counts

@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
+from drake_navbench.controllers.dwb.map_grids import manhattan_distances
 from drake_navbench.kernels.grid import LETHAL, line_max_cost, world_to_cell
 
 # Positions in ObstacleFootprint.reasons, counted from 1; BaseObstacle has the first two.
@@ -16,36 +18,14 @@ OFF_GRID, HITS_OBSTACLE, FOOTPRINT_OFF_GRID, HITS_UNKNOWN = 1, 2, 3, 4
 ROUNDING_CELLS = 3
 
 
-@njit(cache=True)
-def clearances_of(costs):
-    """Returns each cell's Chebyshev distance to the nearest LETHAL or unknown cell, in cells.
+def clearances_of(costs: NDArray[np.uint8]) -> NDArray[np.int32]:
+    """Returns how far each cell is at least from every LETHAL or unknown one, in cells.
 
-    Shape (rows, columns), int32; where there is no such cell, rows + columns everywhere.
+    Shape (rows, columns), in the Chebyshev distance, which is no less than half the Manhattan
+    distance. 0 on these cells alone; larger than the map where there are none.
     """
-    rows, columns = costs.shape
-    farthest = rows + columns
-    # A margin of one cell saves the questions at the border.
-    distances = np.full((rows + 2, columns + 2), farthest, dtype=np.int32)
-    has_forbidden = False
-    for row in range(rows):
-        for column in range(columns):
-            if costs[row, column] >= LETHAL:
-                distances[row + 1, column + 1] = 0
-                has_forbidden = True
-    if has_forbidden:
-        for row in range(1, rows + 1):
-            for column in range(1, columns + 1):
-                above = min(distances[row - 1, column - 1], distances[row - 1, column + 1])
-                above = min(above, distances[row - 1, column])
-                nearest = min(above, distances[row, column - 1]) + 1
-                distances[row, column] = min(distances[row, column], nearest)
-        for row in range(rows, 0, -1):
-            for column in range(columns, 0, -1):
-                below = min(distances[row + 1, column - 1], distances[row + 1, column + 1])
-                below = min(below, distances[row + 1, column])
-                nearest = min(below, distances[row, column + 1]) + 1
-                distances[row, column] = min(distances[row, column], nearest)
-    return distances[1:-1, 1:-1].copy()
+    forbidden = np.flatnonzero(costs >= LETHAL)
+    return (manhattan_distances(*costs.shape, forbidden) + 1) // 2
 
 
 @njit(cache=True)
@@ -97,47 +77,28 @@ def find_forbidden_cell(costs, clearances, column_0, row_0, column_1, row_1):
 
 
 @njit(cache=True)
-def find_violation(costs, clearances, vertices, on_map_count):
-    """Returns the code of the first rule that an outline breaks, edge by edge; 0 if none.
+def judge_outline(costs, clearances, vertices, on_map_count, is_scored):
+    """Returns the code of the first rule that an outline breaks, edge by edge, 0 if none, and,
+    where `is_scored` and no rule is broken, the largest cost on its edges, else 0.
 
     vertices, on_map_count: from `place_outline`. The last edge runs from the last to the first
     vertex.
     """
     vertex_count = vertices.shape[0]
-    for v in range(vertex_count):
-        following = (v + 1) % vertex_count
-        if max(v, following) >= on_map_count:
-            return FOOTPRINT_OFF_GRID
-        code = find_forbidden_cell(
-            costs,
-            clearances,
-            vertices[v, 0],
-            vertices[v, 1],
-            vertices[following, 0],
-            vertices[following, 1],
-        )
-        if code != 0:
-            return code
-    return 0
-
-
-@njit(cache=True)
-def outline_cost(costs, vertices):
-    """Returns the largest cost on the edges of an outline that lies on the map."""
-    vertex_count = vertices.shape[0]
     largest = 0
     for v in range(vertex_count):
         following = (v + 1) % vertex_count
-        edge = line_max_cost(
-            costs,
-            vertices[v, 0],
-            vertices[v, 1],
-            vertices[following, 0],
-            vertices[following, 1],
-            LETHAL,
-        )
-        largest = max(largest, edge)
-    return largest
+        if max(v, following) >= on_map_count:
+            return FOOTPRINT_OFF_GRID, 0
+        column_0, row_0 = vertices[v, 0], vertices[v, 1]
+        column_1, row_1 = vertices[following, 0], vertices[following, 1]
+        code = find_forbidden_cell(costs, clearances, column_0, row_0, column_1, row_1)
+        if code != 0:
+            return code, 0
+        if is_scored:
+            edge = line_max_cost(costs, column_0, row_0, column_1, row_1, LETHAL)
+            largest = max(largest, edge)
+    return 0, largest
 
 
 @njit(cache=True)
@@ -212,10 +173,9 @@ def score_outlines(
                 columns,
                 vertices,
             )
-            violation = find_violation(costs, clearances, vertices, on_map)
+            violation, cost = judge_outline(costs, clearances, vertices, on_map, is_scored)
             if violation != 0:
                 break
-            if is_scored:
-                score += outline_cost(costs, vertices)
+            score += cost
         scores[k] = score
         violations[k] = violation

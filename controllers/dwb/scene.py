@@ -44,9 +44,11 @@ class Situation:
         """
         costmap = self.costmap
         points = densify_plan(plan, costmap.resolution)
-        return first_run_of_cells(
-            points, costmap.costs, costmap.origin_x, costmap.origin_y, costmap.resolution
+        cells = np.empty(len(points), dtype=np.int32)
+        count = first_run_of_cells(
+            points, costmap.costs, costmap.origin_x, costmap.origin_y, costmap.resolution, cells
         )
+        return cells[:count]
 
     def distances_to(self, seeds: NDArray[np.int32]) -> NDArray[np.int32]:
         """Returns the Manhattan distance of every cell to the nearest seed, in cells."""
@@ -78,14 +80,19 @@ class Scene(Situation):
     @cached_property
     def _located(self) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
         costmap, window = self.costmap, self.trajectories
-        return locate(
+        cells = np.empty(window.poses.shape[:2], dtype=np.int32)
+        on_map_counts = np.empty(len(cells), dtype=np.int64)
+        locate(
             window.poses,
             window.pose_counts,
             costmap.origin_x,
             costmap.origin_y,
             costmap.resolution,
             *costmap.costs.shape,
+            cells,
+            on_map_counts,
         )
+        return cells, on_map_counts
 
     @property
     def cells(self) -> NDArray[np.int32]:

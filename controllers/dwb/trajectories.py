@@ -187,7 +187,9 @@ class TrajectoryGenerator:
         kinematics: Kinematics,
     ) -> Trajectories:
         """Returns the window from a pose (x m, y m, yaw rad) and a measured twist (vx, vy, wz)."""
-        counts = sample_axes(kinematics, *twist, self._window_s, self._sample_counts, self._axes)
+        counts = sample_axes(
+            kinematics, twist, self._window_s, sample_counts=self._sample_counts, axes=self._axes
+        )
         most_twists = counts[0] * counts[1] * counts[2]
         if most_twists > len(self._twists):
             self._resize(most_twists, self._poses.shape[1])

@@ -6,8 +6,14 @@ velocity; the twists are the product of the axes, less those that the planar spe
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from drake_navbench.controllers.dwb.kinematics import Kinematics
 
 # Nav2's tolerances: a narrower axis has one sample; the last sample may pass the end by as much.
 AXIS_TOLERANCE = 1e-5
@@ -71,41 +77,26 @@ def is_valid_speed(kinematics, vx, vy, wz):
     return speed_squared != 0.0 or wz != 0.0
 
 
-@njit(cache=True)
-def sample_axes(kinematics, vx, vy, wz, window_s, sample_counts, axes):
+def sample_axes(
+    kinematics: Kinematics,
+    twist: tuple[float, float, float],
+    window_s: float,
+    *,
+    sample_counts: tuple[int, int, int],
+    axes: NDArray[np.float64],
+) -> tuple[int, int, int]:
     """Writes the samples of x, y and theta into the rows of `axes`; returns the three counts.
 
-    vx, vy m/s, wz rad/s: the measured twist. sample_counts: three wanted numbers of samples.
+    twist: measured vx, vy m/s, wz rad/s. sample_counts: wanted numbers of samples.
     """
-    count_x = sample_axis(
-        vx,
-        kinematics.min_vel_x,
-        kinematics.max_vel_x,
-        kinematics.acc_lim_x,
-        kinematics.decel_lim_x,
-        window_s,
-        sample_counts[0],
-        axes[0],
-    )
-    count_y = sample_axis(
-        vy,
-        kinematics.min_vel_y,
-        kinematics.max_vel_y,
-        kinematics.acc_lim_y,
-        kinematics.decel_lim_y,
-        window_s,
-        sample_counts[1],
-        axes[1],
-    )
-    count_theta = sample_axis(
-        wz,
-        -kinematics.max_vel_theta,
-        kinematics.max_vel_theta,
-        kinematics.acc_lim_theta,
-        kinematics.decel_lim_theta,
-        window_s,
-        sample_counts[2],
-        axes[2],
+    limits = kinematics
+    x = (limits.min_vel_x, limits.max_vel_x, limits.acc_lim_x, limits.decel_lim_x)
+    y = (limits.min_vel_y, limits.max_vel_y, limits.acc_lim_y, limits.decel_lim_y)
+    top = limits.max_vel_theta
+    theta = (-top, top, limits.acc_lim_theta, limits.decel_lim_theta)
+    count_x, count_y, count_theta = (
+        sample_axis(twist[i], *axis, window_s, sample_counts[i], axes[i])
+        for i, axis in enumerate((x, y, theta))
     )
     # Nav2 reads an inner axis before it asks whether it has ended; a speed limit below min_vel_y
     # leaves such an axis.

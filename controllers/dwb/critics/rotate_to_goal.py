@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -10,7 +11,7 @@ from pydantic import Field
 
 from drake_navbench.controllers.dwb.critics.base import Array, Critic, CriticParameters, Verdict
 from drake_navbench.controllers.dwb.scene import Scene, Situation
-from drake_navbench.kernels.angles import wrap
+from drake_navbench.kernels.angles import TWO_PI, wrap
 from drake_navbench.kernels.path_pruning import arc_length
 
 NOT_SLOWING, NOT_ROTATING = 1, 2
@@ -38,13 +39,9 @@ class RotateToGoalMemory(NamedTuple):
     rotating: bool = False
 
 
-@njit(cache=True)
-def yaw_errors(yaws, goal_yaw):
-    """Returns |wrap(goal yaw - yaw)| for every yaw, rad."""
-    errors = np.empty(yaws.size)
-    for k in range(yaws.size):
-        errors[k] = abs(wrap(goal_yaw - yaws[k]))
-    return errors
+def yaw_errors(yaws: Array, goal_yaw: float) -> Array:
+    """Returns the absolute turn left from every yaw to the goal's, rad."""
+    return np.abs(np.remainder(goal_yaw - yaws + math.pi, TWO_PI) - math.pi)
 
 
 @njit(cache=True)
