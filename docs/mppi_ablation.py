@@ -31,9 +31,9 @@ SIGNIFICANT_DIGITS = 3
 HEADER = """\
 # What the polish adds to MPPI
 
-Made by `python docs/mppi_ablation.py`: `mppi_nav2` is Nav2's sampler alone, `mppi` the same sampler
-with the nonlinear program behind it. {trials} trials each in {scenarios}. Trials are paired by seed,
-so both controllers meet the same noise. A difference is `mppi` minus `mppi_nav2`, with Student's 95%
+Made by `python docs/mppi_ablation.py`. `mppi_nav2` is Nav2's sampler alone, `mppi` the same
+sampler with the nonlinear program behind it. {trials} trials each in {scenarios}, paired by seed:
+both controllers meet the same noise. A difference is `mppi` minus `mppi_nav2`, with Student's 95%
 interval of the mean of the paired differences; p is Wilcoxon's signed-rank test. Bold: the interval
 leaves zero out.
 """

@@ -15,7 +15,6 @@ from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydrake.autodiffutils import AutoDiffXd, ExtractGradient, ExtractValue
 from pydrake.solvers import IpoptSolver, MathematicalProgram, SolverOptions
 from scipy.linalg import cholesky, solve_triangular
 
@@ -32,6 +31,7 @@ from drake_navbench.kernels.smoothing_knots import (
     path_through_knots,
     select_knots,
 )
+from drake_navbench.program_function import cost_function
 from drake_navbench.smoother_parameters import ConstrainedSmootherParameters, OptimizerParameters
 
 Array = NDArray[np.float64]
@@ -191,16 +191,9 @@ def _minimize(
     optimizer: OptimizerParameters,
 ) -> Array:
     """Returns the (count,) iterate at which IPOPT, started from zero, stops."""
-
-    def objective(z):
-        if z.dtype != object:
-            return value_and_gradient_at(z)[0]
-        value, gradient = value_and_gradient_at(ExtractValue(z).ravel())
-        return AutoDiffXd(value, gradient @ ExtractGradient(z))
-
     program = MathematicalProgram()
     z = program.NewContinuousVariables(count, "z")
-    program.AddCost(objective, vars=z)
+    program.AddCost(cost_function(value_and_gradient_at), vars=z)
     options = SolverOptions()
     for name, option in {
         "tol": GRADIENT_TOLERANCE,

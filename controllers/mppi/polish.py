@@ -11,23 +11,16 @@ never on time.
 
 from __future__ import annotations
 
-import logging
-from collections.abc import Iterator
-from contextlib import contextmanager
 from enum import StrEnum
 from typing import NamedTuple
 
 import numpy as np
-from pydrake.autodiffutils import AutoDiffXd, ExtractGradient, ExtractValue
-from pydrake.solvers import (
-    IpoptSolver,
-    MathematicalProgram,
-    SolverOptions,
-)
+from pydrake.solvers import IpoptSolver, MathematicalProgram, SolverOptions
 from scipy.interpolate import BSpline
 
 from drake_navbench.controllers.mppi.motion_models import MotionLimits
 from drake_navbench.controllers.mppi.objective import Array, Situation, Weights, objective
+from drake_navbench.program_function import cost_function, solver_warnings_off
 
 _DEGREE = 3
 # The iterates may start this close to their bounds; IPOPT's default of 1e-2 would throw away a
@@ -90,7 +83,7 @@ class Polish:
         self._knot_count = knot_count
         self._program = MathematicalProgram()
         self._points = self._program.NewContinuousVariables(2 * knot_count, "control_points")
-        self._program.AddCost(self._cost, vars=self._points)
+        self._program.AddCost(cost_function(self._cost), vars=self._points)
         everywhere = np.full(2 * knot_count, np.inf)
         self._bounds = self._program.AddBoundingBoxConstraint(-everywhere, everywhere, self._points)
         self._add_acceleration_rows(knots, limits)
@@ -122,7 +115,7 @@ class Polish:
         lowest[now] = highest[now] = situation.speed
         self._bounds.evaluator().set_bounds(lowest, highest)
         start = np.clip(self.fit(situation).T.ravel(), lowest, highest)
-        with _iteration_warnings_off():
+        with solver_warnings_off():
             result = self._solver.Solve(self._program, start, self._options)
         points = result.get_x_val()
         found = bool(np.all(np.isfinite(points))) and self._is_feasible(points)
@@ -147,14 +140,9 @@ class Polish:
         value, by_sequence = objective(situation, self.weights, sequence)
         return value, (self.basis.T @ by_sequence).T.ravel()
 
-    def _cost(self, points: np.ndarray) -> float | AutoDiffXd:
-        """The objective in the calling convention of Drake's AddCost."""
+    def _cost(self, points: Array) -> tuple[float, Array]:
         self._evaluation_count += 1
-        if points.dtype != object:
-            return self.value_and_gradient(self._situation, points)[0]
-        values = ExtractValue(points).ravel()
-        value, gradient = self.value_and_gradient(self._situation, values)
-        return AutoDiffXd(value, gradient @ ExtractGradient(points))
+        return self.value_and_gradient(self._situation, points)
 
     def _is_feasible(self, points: Array) -> bool:
         return self._program.CheckSatisfied(
@@ -180,18 +168,3 @@ def _solver_options(max_iterations: int) -> SolverOptions:
     options.SetOption(solver, "print_level", 0)
     options.SetOption(solver, "sb", "yes")
     return options
-
-
-@contextmanager
-def _iteration_warnings_off() -> Iterator[None]:
-    """Keeps Drake from warning at every solve that meets its iteration limit: that is the design.
-
-    What became of every solve is in the cycle's diagnostics.
-    """
-    logger = logging.getLogger("drake")
-    level = logger.level
-    logger.setLevel(logging.ERROR)
-    try:
-        yield
-    finally:
-        logger.setLevel(level)

@@ -7,15 +7,17 @@ derivatives, so it builds its own (limited-memory BFGS): few variables and few e
 
 from __future__ import annotations
 
-import logging
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.autodiffutils import AutoDiffXd, ExtractGradient, ExtractValue, InitializeAutoDiff
 from pydrake.solvers import IpoptSolver, MathematicalProgram, SolverOptions
+
+from drake_navbench.program_function import (
+    constraint_function,
+    cost_function,
+    solver_warnings_off,
+)
 
 from .constraints import BandScene, band_constraints, sparsity_pattern
 from .layout import row_count, row_slices, unpack_poses, variable_count
@@ -91,13 +93,16 @@ class BandProgram:
         self._evaluations = 0
         self._rows = row_slices(interval_count, disc_count)
         size, rows = variable_count(interval_count), row_count(interval_count, disc_count)
-        self._identity = np.eye(size)
         self._program = MathematicalProgram()
         self._variables = self._program.NewContinuousVariables(size, "z")
         self._bounds = self._program.AddBoundingBoxConstraint(-1.0, 1.0, self._variables)
-        self._program.AddCost(self._evaluate_objective, vars=self._variables)
+        self._program.AddCost(cost_function(self._objective), vars=self._variables)
         self._constraint = self._program.AddConstraint(
-            self._evaluate_constraints, np.zeros(rows), np.zeros(rows), self._variables, "band"
+            constraint_function(self._constraints),
+            np.zeros(rows),
+            np.zeros(rows),
+            self._variables,
+            "band",
         )
         self._constraint.evaluator().SetGradientSparsityPattern(
             sparsity_pattern(interval_count, disc_count)
@@ -118,7 +123,7 @@ class BandProgram:
         self._scene, self._weights, self._evaluations = scene, weights, 0
         lower, upper = self._set_bounds(limits)
         self._options.SetOption(IpoptSolver.id(), "max_iter", iterations)
-        with _solver_warnings_off():
+        with solver_warnings_off():
             result = self._solver.Solve(self._program, guess, self._options)
         z = result.get_x_val()
         m = self._interval_count
@@ -159,44 +164,12 @@ class BandProgram:
         self._bounds.evaluator().set_bounds(z_lower, z_upper)
         return lower, upper
 
-    def _evaluate_objective(self, z):
-        if z.dtype != object:
-            return band_objective(z, self._interval_count, self._scene, self._weights)[0]
-        cost, gradient = band_objective(
-            ExtractValue(z).ravel(), self._interval_count, self._scene, self._weights
-        )
-        return AutoDiffXd(cost, self._chain(z, gradient))
+    def _objective(self, z: Array) -> tuple[float, Array]:
+        return band_objective(z, self._interval_count, self._scene, self._weights)
 
-    def _evaluate_constraints(self, z):
+    def _constraints(self, z: Array) -> tuple[Array, Array]:
         self._evaluations += 1
-        if z.dtype != object:
-            return band_constraints(z, self._interval_count, self._scene)[0]
-        values, jacobian = band_constraints(
-            ExtractValue(z).ravel(), self._interval_count, self._scene
-        )
-        return InitializeAutoDiff(values, self._chain(z, jacobian)).ravel()
-
-    def _chain(self, z, slopes: Array) -> Array:
-        """Applies the chain rule; IPOPT differentiates by z itself, which saves the product."""
-        outer = ExtractGradient(z)
-        if outer.shape == self._identity.shape and np.array_equal(outer, self._identity):
-            return slopes
-        return slopes @ outer
-
-
-@contextmanager
-def _solver_warnings_off() -> Iterator[None]:
-    """Keeps Drake from warning at every solve that meets its iteration limit: that is the design.
-
-    The status of every solve is in the cycle's diagnostics.
-    """
-    logger = logging.getLogger("drake")
-    level = logger.level
-    logger.setLevel(logging.ERROR)
-    try:
-        yield
-    finally:
-        logger.setLevel(level)
+        return band_constraints(z, self._interval_count, self._scene)
 
 
 def ipopt_options(settings: SolverSettings) -> SolverOptions:
