@@ -108,17 +108,7 @@ def build_trial_diagram(
     connect_inputs(builder, lidar, state=state)
     scan = lidar.GetOutputPort("scan")
 
-    local_costmap = builder.AddNamedSystem(
-        "local_costmap",
-        LocalCostmap(
-            navigation.local_costmap,
-            robot.lidar,
-            footprint=robot.padded_outline,
-            offset_s=COSTMAP_OFFSET_S,
-            static_map=static_map,
-            masks=filter_masks,
-        ),
-    )
+    local_costmap = _add_local_costmap(builder, robot, static_map, filter_masks)
     connect_inputs(builder, local_costmap, state=state, scan=scan)
     costmap = local_costmap.GetOutputPort("costmap")
 
@@ -145,15 +135,7 @@ def build_trial_diagram(
     if binary_filter is not None:
         connect_inputs(builder, binary_filter, estimate=estimate)
 
-    clearance = builder.AddNamedSystem(
-        "clearance",
-        Clearance(
-            footprint=robot.outline,
-            wall_edges=world.wall_edges,
-            period_s=CLEARANCE_PERIOD_S,
-            offset_s=CLEARANCE_OFFSET_S,
-        ),
-    )
+    clearance = _add_clearance(builder, robot, world)
     geometry_query = scene_graph.get_query_output_port()
     connect_inputs(builder, clearance, geometry_query=geometry_query, state=state, costmap=costmap)
 
@@ -182,6 +164,39 @@ def build_trial_diagram(
         recorder=recorder,
         speed_filter=speed_filter,
         binary_filter=binary_filter,
+    )
+
+
+def _add_local_costmap(
+    builder: DiagramBuilder,
+    robot: Robot,
+    static_map: OccupancyMap | None,
+    filter_masks: Sequence[FilterMask],
+) -> LocalCostmap:
+    """Adds the local costmap."""
+    return builder.AddNamedSystem(
+        "local_costmap",
+        LocalCostmap(
+            robot.navigation.local_costmap,
+            robot.lidar,
+            footprint=robot.padded_outline,
+            offset_s=COSTMAP_OFFSET_S,
+            static_map=static_map,
+            masks=filter_masks,
+        ),
+    )
+
+
+def _add_clearance(builder: DiagramBuilder, robot: Robot, world: World) -> Clearance:
+    """Adds what measures the distance to the obstacles."""
+    return builder.AddNamedSystem(
+        "clearance",
+        Clearance(
+            footprint=robot.outline,
+            wall_edges=world.wall_edges,
+            period_s=CLEARANCE_PERIOD_S,
+            offset_s=CLEARANCE_OFFSET_S,
+        ),
     )
 
 

@@ -43,16 +43,13 @@ class Recording:
         self.noted_cycle = cycle
         if not diagnostics:
             return
-        if time_s >= self.arrays_due_s and any(map(is_array, diagnostics.values())):
+        if not any(map(is_array, diagnostics.values())):
+            self.diagnostics.append((time_s, diagnostics))
+        elif time_s >= self.arrays_due_s:
             self.arrays_due_s = time_s + ARRAY_PERIOD_S
             self.diagnostics.append((time_s, with_thinned_arrays(diagnostics)))
         else:
             self.diagnostics.append((time_s, without_arrays(diagnostics)))
-
-    def add_events(self, latest: Sequence[tuple[float, dict[str, Any]]]) -> None:
-        """Adds those events that are newer than all that are there."""
-        newest_s = self.events[-1][0] if self.events else -math.inf
-        self.events.extend(event for event in latest if event[0] > newest_s)
 
     def table(self) -> np.ndarray:
         """Returns (samples, columns) all rows."""
