@@ -71,7 +71,7 @@ class DynamicWindowApproach:
         sample_count = len(evaluation.totals)
         if evaluation.best == NONE_CHOSEN:
             raise NoValidControl(
-                f"Could not find a legal trajectory: No valid trajectories out of {sample_count}!",
+                f"Could not find a legal trajectory: {_why_none_is_chosen(evaluation)}",
                 details=self._planner.rejections(evaluation),
                 memory=evaluation.memory,
             )
@@ -125,6 +125,19 @@ def _situation(observation: Observation) -> Situation:
         plan=read_only(observation.plan),
         goal=tuple(observation.goal.tolist()),
         costmap=observation.costmap,
+    )
+
+
+def _why_none_is_chosen(evaluation: Evaluation) -> str:
+    """Returns Nav2's text, and what it leaves open where there are legal trajectories."""
+    sample_count = len(evaluation.totals)
+    legal_count = int(np.count_nonzero(evaluation.is_legal))
+    if legal_count == 0:
+        return f"No valid trajectories out of {sample_count}!"
+    share = legal_count / sample_count
+    return (
+        f"{legal_count} valid trajectories found ({share:.0%} of {sample_count}), "
+        "but with a total below zero, which counts as none"
     )
 
 

@@ -232,6 +232,17 @@ def test_start_in_an_obstacle_rejects_every_trajectory_and_says_why():
     assert caught.value.details == {"BaseObstacle/Trajectory Hits Obstacle.": 419}
 
 
+def test_total_below_zero_counts_as_none_and_the_error_says_so():
+    # The last sample, at 1 rad/s, scores -1 * 1: less than any before it.
+    block = {"penalty": 0.0, "theta_scale": -1.0}
+    controller = controller_of(critics=["PreferForward"], PreferForward=block)
+    with pytest.raises(
+        NoValidControl, match=r"419 valid .*\(100% of 419\), .* below zero"
+    ) as caught:
+        step(controller)
+    assert caught.value.details == {}
+
+
 def test_failed_cycle_hands_on_the_memory_after_a_zero_command():
     controller = controller_of(critics=["Oscillation", "BaseObstacle"])
     memory = controller.initial_memory()

@@ -142,6 +142,13 @@ class TestObstacleFootprint:
         costmap = map_of(np.zeros((70, 70)), resolution=0.1)
         assert judge(critic, poses, costmap) == expected
 
+    def test_outline_of_two_vertices_is_a_line(self):
+        # Nav2 gives such an outline no radius; it still may not cross an obstacle.
+        critic = footprint_critic(np.array([[2.0, 0.0], [-2.0, 0.0]]))
+        poses = [at(3, 3), at(3, 4)]
+        assert judge(critic, poses, with_cost(0))[0] == 0.0
+        assert judge(critic, poses, with_cost(254, (5, 3)))[1] == "Trajectory Hits Obstacle."
+
     def test_closing_edge_runs_from_the_last_to_the_first_vertex(self):
         # Vertices (0,0) (4,0) (4,1): from (4,1) to (0,0) the line is cells (4,1) (3,1) (2,0) ...;
         # error 2: 3, 4 -> step after two cells. From (0,0) it would be (0,0) (1,0) (2,1) ...

@@ -57,6 +57,21 @@ def test_measured_velocity_beyond_the_range_is_taken_to_its_end():
     np.testing.assert_allclose(samples, [0.5, 1.0])
 
 
+def test_axis_whose_ends_are_swapped_has_no_samples():
+    assert len(axis(low=0.3, high=0.1)) == 0
+
+
+def test_swapped_lateral_axis_is_read_once_but_a_forward_one_not_at_all():
+    # At 20 % the range [0.1, 0.3] becomes [0.1, 0.06]: from rest it starts at 0.1.
+    base = Kinematics.from_parameters(parameters())
+    lateral = base._replace(min_vel_y=0.1, max_vel_y=0.06, max_speed_xy=-1.0)
+    generator = TrajectoryGenerator(parameters(), 0.05)
+    twists = generator.generate((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), lateral).twists
+    assert set(twists[:, 1]) == {0.1}
+    forward = base._replace(min_vel_x=0.1, max_vel_x=0.06)
+    assert len(generator.generate((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), forward).twists) == 0
+
+
 def test_axis_without_width_has_one_sample():
     np.testing.assert_array_equal(axis(low=0.0, high=0.0), [0.0])
 
