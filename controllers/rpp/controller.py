@@ -109,7 +109,7 @@ class RegulatedPurePursuit:
         )
 
     def is_at_rest(self, memory: Memory) -> bool:
-        """Tells whether a cancelled controller is done: at once without `use_cancel_deceleration`."""
+        """Tells whether a cancelled controller is done; without deceleration it is at once."""
         return memory.has_stopped or not self._parameters.use_cancel_deceleration
 
     def _run(self, observation: Observation, memory: Memory, is_cancelling: bool) -> Cycle:
