@@ -1,7 +1,7 @@
 """Distances on the costmap's cells: Nav2's map grids (dwb_critics MapGridCritic, costmap_queue).
 
 Nav2 propagates Manhattan distances from seed cells over all cells, obstacles or not. On a
-rectangle without barriers that is the exact L1 distance transform, which two passes per axis give.
+rectangle without barriers that is the exact L1 distance transform, which two passes give.
 """
 
 from __future__ import annotations
@@ -77,38 +77,45 @@ def first_run_of_cells(points, costs, origin_x, origin_y, resolution, cells):
     return count
 
 
-def manhattan_distances(rows: int, columns: int, seeds: NDArray[np.integer]) -> NDArray[np.int32]:
-    """Returns each cell's L1 distance to the nearest seed, in cells: (rows, columns) int32.
+def cell_distances(
+    rows: int, columns: int, seeds: NDArray[np.integer], *, diagonal: bool = False
+) -> NDArray[np.int32]:
+    """Returns each cell's distance to the nearest seed, in cells: (rows, columns) int32.
 
-    seeds: (S,) flat cell indices. Without a seed every cell is rows * columns + 1: unreachable.
+    seeds: (S,) flat cell indices. diagonal: whether a diagonal step counts as one (Chebyshev
+    distance), not as two (Manhattan distance). Without a seed every cell is rows * columns + 1:
+    unreachable.
     """
-    distances = np.full((rows, columns), rows * columns + 1, dtype=np.int32)
+    # A margin of one cell saves the questions at the border.
+    distances = np.full((rows + 2, columns + 2), rows * columns + 1, dtype=np.int32)
     if seeds.size > 0:
-        distances.ravel()[seeds] = 0
-        spread_distances(distances)
-    return distances
+        distances[1 + seeds // columns, 1 + seeds % columns] = 0
+        spread_distances(distances, diagonal)
+    return distances[1:-1, 1:-1].copy()
 
 
 @njit(cache=True)
-def spread_distances(distances):
-    """Lowers each of the (rows, columns) distances to what its neighbours' allow: theirs plus 1."""
+def spread_distances(distances, diagonal):
+    """Lowers each distance inside a margin to what its neighbours allow: theirs plus 1.
+
+    Two passes over the grid are exact for both distances (Rosenfeld and Pfaltz: Sequential
+    operations in digital picture processing, 1966).
+    """
     rows, columns = distances.shape
-    for row in range(1, rows):
-        for column in range(columns):
-            through = distances[row - 1, column] + 1
-            distances[row, column] = min(distances[row, column], through)
-    for row in range(rows - 2, -1, -1):
-        for column in range(columns):
-            through = distances[row + 1, column] + 1
-            distances[row, column] = min(distances[row, column], through)
-    for row in range(rows):
-        nearest = distances[row, 0]
-        for column in range(1, columns):
-            nearest = min(distances[row, column], nearest + 1)
-            distances[row, column] = nearest
-        for column in range(columns - 2, -1, -1):
-            nearest = min(distances[row, column], nearest + 1)
-            distances[row, column] = nearest
+    for row in range(1, rows - 1):
+        for column in range(1, columns - 1):
+            nearest = min(distances[row - 1, column], distances[row, column - 1])
+            if diagonal:
+                corners = min(distances[row - 1, column - 1], distances[row - 1, column + 1])
+                nearest = min(nearest, corners)
+            distances[row, column] = min(distances[row, column], nearest + 1)
+    for row in range(rows - 2, 0, -1):
+        for column in range(columns - 2, 0, -1):
+            nearest = min(distances[row + 1, column], distances[row, column + 1])
+            if diagonal:
+                corners = min(distances[row + 1, column - 1], distances[row + 1, column + 1])
+                nearest = min(nearest, corners)
+            distances[row, column] = min(distances[row, column], nearest + 1)
 
 
 @njit(cache=True)

@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from drake_navbench.controllers.dwb.map_grids import manhattan_distances
+from drake_navbench.controllers.dwb.map_grids import cell_distances
 from drake_navbench.kernels.grid import LETHAL, line_max_cost, world_to_cell
 
 # Positions in ObstacleFootprint.reasons, counted from 1; BaseObstacle has the first two.
@@ -19,13 +19,11 @@ ROUNDING_CELLS = 3
 
 
 def clearances_of(costs: NDArray[np.uint8]) -> NDArray[np.int32]:
-    """Returns how far each cell is at least from every LETHAL or unknown one, in cells.
+    """Returns each cell's Chebyshev distance to the nearest LETHAL or unknown cell, in cells.
 
-    Shape (rows, columns), in the Chebyshev distance, which is no less than half the Manhattan
-    distance. 0 on these cells alone; larger than the map where there are none.
+    Shape (rows, columns); larger than the map where there is no such cell.
     """
-    forbidden = np.flatnonzero(costs >= LETHAL)
-    return (manhattan_distances(*costs.shape, forbidden) + 1) // 2
+    return cell_distances(*costs.shape, np.flatnonzero(costs >= LETHAL), diagonal=True)
 
 
 @njit(cache=True)

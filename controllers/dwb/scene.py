@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.controllers.dwb.map_grids import (
+    cell_distances,
     densify_plan,
     first_run_of_cells,
     locate,
-    manhattan_distances,
 )
 from drake_navbench.controllers.dwb.trajectories import Trajectories
 from drake_navbench.kernels.grid import Costmap
@@ -52,7 +52,7 @@ class Situation:
 
     def distances_to(self, seeds: NDArray[np.int32]) -> NDArray[np.int32]:
         """Returns the Manhattan distance of every cell to the nearest seed, in cells."""
-        return manhattan_distances(*self.costmap.costs.shape, seeds)
+        return cell_distances(*self.costmap.costs.shape, seeds)
 
     @cached_property
     def path_cells(self) -> NDArray[np.int32]:

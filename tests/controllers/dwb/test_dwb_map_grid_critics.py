@@ -19,7 +19,7 @@ from drake_navbench.controllers.dwb.critics.map_grid import (
     PathAlign,
     PathDist,
 )
-from drake_navbench.controllers.dwb.map_grids import densify_plan, manhattan_distances
+from drake_navbench.controllers.dwb.map_grids import cell_distances, densify_plan
 
 OFF_GRID, UNREACHABLE = 1, 2
 # Five columns, four rows; a plan along the lowest row, whose poses are one cell apart.
@@ -174,4 +174,4 @@ def test_distances_are_those_of_a_breadth_first_flood(shape, picks):
     flooded = dwb_reference.flood(
         map_of(np.zeros(shape)), [(int(s) % columns, int(s) // columns) for s in seeds]
     )
-    np.testing.assert_array_equal(manhattan_distances(rows, columns, seeds), flooded)
+    np.testing.assert_array_equal(cell_distances(rows, columns, seeds), flooded)

@@ -54,14 +54,14 @@ def at(x, y, yaw=0.0):
     return (x + 0.5, y + 0.5, yaw)
 
 
-def test_clearance_is_at_most_the_larger_of_the_ways_in_x_and_y_to_the_nearest_forbidden_cell():
+def test_clearance_is_the_larger_of_the_ways_in_x_and_y_to_the_nearest_forbidden_cell():
     costs = with_cost(254, (1, 1)).costs.copy()
     costs[5, 6] = 255
     clearances = clearances_of(map_of(costs).costs)
     for row in range(7):
         for column in range(7):
             ways = [max(abs(column - c), abs(row - r)) for c, r in ((1, 1), (6, 5))]
-            assert 0.5 * min(ways) <= clearances[row, column] <= min(ways)
+            assert clearances[row, column] == min(ways)
     assert (clearances_of(with_cost(0).costs) > 7).all()
 
 
