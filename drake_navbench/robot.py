@@ -143,6 +143,9 @@ class Robot(FrozenModel):
         None, min_length=3, description="Outline in the base frame, x forward, y left [m]."
     )
     robot_radius: float | None = Field(None, gt=0.0, description="Outline of a round robot [m].")
+    mass_kg: float | None = Field(
+        None, gt=0.0, description="Mass with its load, for the energy metric only [kg]."
+    )
     directory: str = Field("", exclude=True, description="Set from where the file was found.")
     drive: Drive = Field(default_factory=Drive)
     lidar: LidarSettings = Field(default_factory=LidarSettings)

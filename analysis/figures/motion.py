@@ -18,7 +18,7 @@ from drake_navbench.analysis.figures.style import (
     place_labels,
 )
 from drake_navbench.analysis.metrics.definition import Undefined
-from drake_navbench.analysis.metrics.efficiency import drive_power_w
+from drake_navbench.analysis.metrics.efficiency import drive_power_w, robot_mass_kg
 from drake_navbench.analysis.metrics.signals import Motion, column, motion, positions, times
 from drake_navbench.log import Outcome, TrialLog
 
@@ -50,7 +50,7 @@ def motion_figure(logs: Sequence[TrialLog], controller: str, look: Look) -> Figu
             axes.text(0.5, 0.5, str(reason), ha="center", transform=axes.transAxes)
     else:
         _draw_derivatives(derivatives, signal, line)
-        _draw_energy(energy, signal, line)
+        _draw_energy(energy, signal, line, mass_kg=robot_mass_kg(shown))
     for axes in panels[1:]:
         axes.set_xlabel("time [s]")
     info = shown.info
@@ -109,13 +109,14 @@ def _draw_sideways(axes: Axes, log: TrialLog, line: Line) -> None:
     axes.set_title("Centripetal acceleration")
 
 
-def _draw_energy(axes: Axes, signal: Motion, line: Line) -> None:
+def _draw_energy(axes: Axes, signal: Motion, line: Line, *, mass_kg: float) -> None:
     grid = signal.period_s * np.arange(len(signal.v_mps))
     power_w = drive_power_w(
         signal.smooth_v_mps,
         signal.acceleration_mps2,
         signal.smooth_w_radps,
         signal.angular_acceleration_radps2,
+        mass_kg=mass_kg,
     )
     energy_j = np.cumsum(np.maximum(power_w, 0.0)) * signal.period_s
     axes.plot(grid, energy_j, **line, label="energy")

@@ -24,8 +24,9 @@ BARN_REFERENCE_SPEED_MPS = 2.0
 BARN_CLOCK_STARTS_AFTER_M = 0.1
 BARN_FASTEST = 2.0
 BARN_SLOWEST = 8.0
-# A powered chair of about 100 kg with a person of 80 kg, on a hard floor.
-MASS_KG = 180.0
+# For a robot file without a mass: a powered chair of about 100 kg with a person of 80 kg.
+ASSUMED_MASS_KG = 180.0
+# Wheels with tyres on a hard floor.
 ROLLING_RESISTANCE_RATIO = 0.015
 GRAVITY_MPS2 = 9.81
 # Frontal area 0.8 m^2, drag coefficient 1, air of 1.2 kg/m^3.
@@ -152,9 +153,9 @@ def stopped_time_s(log: TrialLog) -> float:
 def mechanical_energy_j(log: TrialLog) -> float:
     """Work of the drive against inertia, rolling resistance and air; braking gives nothing back.
 
-    Formula: integral max(0, m a v + I dw/dt w + c m g |v| + 0.5 rho A |v|^3) dt with m = 180 kg
-    (chair and person), I = m 0.131 m^2, c = 0.015, rho A = 0.96 kg/m. Losses of the motors are
-    not in it.
+    Formula: integral max(0, m a v + I dw/dt w + c m g |v| + 0.5 rho A |v|^3) dt with m of the
+    robot file (`mass_kg`; 180 kg where it has none), I = m 0.131 m^2, c = 0.015,
+    rho A = 0.96 kg/m. Losses of the motors are not in it.
     """
     signal = motion(log)
     power_w = drive_power_w(
@@ -162,8 +163,14 @@ def mechanical_energy_j(log: TrialLog) -> float:
         signal.acceleration_mps2,
         signal.smooth_w_radps,
         signal.angular_acceleration_radps2,
+        mass_kg=robot_mass_kg(log),
     )
     return float(np.trapezoid(np.maximum(power_w, 0.0), dx=signal.period_s))
+
+
+def robot_mass_kg(log: TrialLog) -> float:
+    """Returns the mass of the robot file with its load; ASSUMED_MASS_KG where it has none."""
+    return log.info["robot"].get("mass_kg") or ASSUMED_MASS_KG
 
 
 def drive_power_w(
@@ -172,7 +179,7 @@ def drive_power_w(
     w_radps: Array,
     angular_acceleration_radps2: Array,
     *,
-    mass_kg: float = MASS_KG,
+    mass_kg: float,
 ) -> Array:
     """Returns the power that drives a wheelchair with its occupant on a flat floor, (N,) W."""
     translation = mass_kg * acceleration_mps2 * v_mps

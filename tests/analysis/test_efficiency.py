@@ -99,3 +99,12 @@ def test_energy_of_spinning_up_is_half_inertia_times_rate_squared():
     time_s = log_times(4.0)
     log = make_log(time_s, w_radps=0.25 * time_s)
     assert efficiency.mechanical_energy_j(log) == pytest.approx(0.5 * 180.0 * 0.131, rel=1e-3)
+
+
+def test_energy_grows_with_the_mass_in_the_robot_file():
+    log = straight_log()
+    # 0.015 * 100 * 9.81 = 14.715 N of rolling resistance; that of the air stays 0.12 N.
+    log.info["robot"]["mass_kg"] = 100.0
+    assert efficiency.mechanical_energy_j(log) == pytest.approx((14.715 + 0.12) * 5.0)
+    log.info["robot"]["mass_kg"] = None
+    assert efficiency.mechanical_energy_j(log) == pytest.approx((26.487 + 0.12) * 5.0)
