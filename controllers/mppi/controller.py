@@ -17,13 +17,13 @@ from drake_navbench.controller import (
 )
 from drake_navbench.controllers.mppi.critics.batch import Scene
 from drake_navbench.controllers.mppi.lanes import frozen
-from drake_navbench.controllers.mppi.motion_models import MotionLimits
+from drake_navbench.controllers.mppi.motion_models import VX, WZ, MotionLimits
 from drake_navbench.controllers.mppi.noise import Noise
 from drake_navbench.controllers.mppi.objective import Array
 from drake_navbench.controllers.mppi.parameters import MppiParameters
 from drake_navbench.controllers.mppi.polish import PolishStatus
 from drake_navbench.controllers.mppi.refinement import Refinement, Refiner
-from drake_navbench.controllers.mppi.sampler import VX, WZ, CycleResult, Sampler, SamplerState
+from drake_navbench.controllers.mppi.sampler import CycleResult, Sampler, SamplerState
 from drake_navbench.errors import InputError
 from drake_navbench.kernels.speed_limit import speed_limit_ratio
 
@@ -87,7 +87,7 @@ class ModelPredictivePathIntegral:
             goal_xy_tolerance_m=observation.goal_xy_tolerance_m,
         )
         v, w = observation.twist
-        limits = limited(self._sampler.base_limits, observation.speed_limit)
+        limits = limited(self._sampler.rules.base_limits, observation.speed_limit)
         try:
             result = self._sampler.run(
                 scene,

@@ -17,6 +17,10 @@ from numba import njit
 from drake_navbench.controllers.mppi.float32_math import ZERO, clamp32, sin_cos
 from drake_navbench.controllers.mppi.lanes import LANES
 
+# Axes of controls and velocities.
+AXES = 3
+VX, VY, WZ = range(AXES)
+
 
 class MotionModel(IntEnum):
     """The three motion models of Nav2."""
@@ -59,7 +63,8 @@ def velocity_lanes(speed, rise, fall, controls, noise, velocities):
     noise: (N, LANES). velocities: (N, LANES), written; column 0 is `speed`, the last control has
     no influence.
     """
-    velocities[0, :] = speed
+    for lane in range(LANES):
+        velocities[0, lane] = speed
     for t in range(1, velocities.shape[0]):
         _velocity_row(velocities[t - 1], controls[t - 1], noise[t - 1], rise, fall, velocities[t])
 
@@ -127,7 +132,8 @@ def pose_lanes(pose, dt, holonomic, vx, vy, wz, x, y, yaw):
     """
     start = np.empty((3, LANES), np.float32)
     for axis in range(3):
-        start[axis, :] = pose[axis]
+        for lane in range(LANES):
+            start[axis, lane] = pose[axis]
     _step_row(start[0], start[1], start[2], vx[0], vy[0], wz[0], dt, holonomic, x[0], y[0], yaw[0])
     for t in range(1, x.shape[0]):
         _step_row(

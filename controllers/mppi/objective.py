@@ -128,7 +128,8 @@ def _roll_out(situation, sequence):
     """Returns the poses (N + 1, 3), the first one where the robot is."""
     steps = sequence.shape[0]
     poses = np.empty((steps + 1, 3))
-    poses[0, :] = situation.pose
+    for k in range(3):
+        poses[0, k] = situation.pose[k]
     for t in range(steps):
         v, w = sequence[t, 0], sequence[t, 1]
         yaw = poses[t, 2]
@@ -164,9 +165,10 @@ def _control_terms(situation, weights, sequence, gradient):
     steps = sequence.shape[0]
     value = 0.0
     for axis in range(2):
-        variance = situation.deviations[axis] ** 2
+        variance = situation.deviations[axis] * situation.deviations[axis]
         jerk_weight = weights.linear_jerk if axis == 0 else weights.angular_jerk
-        scale = jerk_weight / (steps * situation.dt**4)
+        dt_squared = situation.dt * situation.dt
+        scale = jerk_weight / (steps * dt_squared * dt_squared)
         before = situation.earlier_speed[axis]
         now = situation.speed[axis]
         for t in range(steps):

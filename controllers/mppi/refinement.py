@@ -9,7 +9,12 @@ import numpy as np
 from drake_navbench.controllers.mppi.critics.base import MapView
 from drake_navbench.controllers.mppi.critics.batch import Float32Array, Scene
 from drake_navbench.controllers.mppi.lanes import frozen
-from drake_navbench.controllers.mppi.motion_models import MotionLimits, integrate_controls
+from drake_navbench.controllers.mppi.motion_models import (
+    VX,
+    WZ,
+    MotionLimits,
+    integrate_controls,
+)
 from drake_navbench.controllers.mppi.objective import (
     Array,
     Situation,
@@ -19,7 +24,7 @@ from drake_navbench.controllers.mppi.objective import (
 )
 from drake_navbench.controllers.mppi.parameters import MppiParameters
 from drake_navbench.controllers.mppi.polish import Polish, PolishOutcome, PolishStatus
-from drake_navbench.controllers.mppi.sampler import VX, WZ, CycleResult, Sampler, SamplerState
+from drake_navbench.controllers.mppi.sampler import CycleResult, Sampler, SamplerState
 from drake_navbench.controllers.mppi.validator import is_trajectory_clear
 from drake_navbench.kernels.angles import wrap
 
@@ -60,11 +65,11 @@ class Refiner:
         self._polish = Polish(
             p.time_steps,
             p.model_dt,
-            first_time_s=0.0 if sampler.shifts else sampler.setup.control_period_s,
+            first_time_s=0.0 if sampler.rules.shifts else sampler.setup.control_period_s,
             knot_count=polish.knot_count,
             max_iterations=polish.max_iterations,
             weights=self._weights,
-            limits=sampler.base_limits,
+            limits=sampler.rules.base_limits,
         )
         critics = [getattr(p, name) for name in _COLLISION_CRITICS if name in p.critics]
         self._checks_outline = p.TrajectoryValidator.consider_footprint or any(
@@ -86,7 +91,8 @@ class Refiner:
             return self._keep(sampled, PolishStatus.INFEASIBLE, outcome)
         controls = np.zeros_like(sampled.controls)
         controls[[VX, WZ]] = outcome.sequence.T
-        self._sampler.constrain(controls, sampled.speed, limits)
+        self._sampler.rules.constrain(controls, sampled.speed, limits)
+        controls = frozen(controls)
         before, _ = objective(situation, self._weights, situation.sampled)
         after, _ = objective(situation, self._weights, _as_sequence(controls))
         if not after < before:
@@ -96,7 +102,7 @@ class Refiner:
         view = MapView.of(scene.costmap, self._sampler.setup.footprint)
         if not is_trajectory_clear(view, trajectory, len(trajectory), self._checks_outline):
             return self._keep(sampled, PolishStatus.COLLIDES, outcome)
-        state = sampled.solved._replace(controls=frozen(controls))
+        state = sampled.solved._replace(controls=controls)
         return Refinement(state, trajectory, PolishStatus.ACCEPTED, outcome)
 
     def _keep(
@@ -123,7 +129,7 @@ class Refiner:
             origin_y=float(grid.origin_y),
             resolution=float(grid.resolution),
             dt=p.model_dt,
-            starts_now=self._sampler.shifts,
+            starts_now=self._sampler.rules.shifts,
         )
 
 

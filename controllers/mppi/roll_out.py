@@ -12,6 +12,8 @@ from drake_navbench.controllers.mppi.critics.batch import length_lanes
 from drake_navbench.controllers.mppi.float32_math import ZERO
 from drake_navbench.controllers.mppi.lanes import LANES
 from drake_navbench.controllers.mppi.motion_models import (
+    AXES,
+    VY,
     clamp_noise_lanes,
     delay_lanes,
     pose_lanes,
@@ -42,33 +44,33 @@ class RollOutSetting(NamedTuple):
 
 
 @njit(cache=True)
-def _roll_axis(setting, axis, controls, noise, clamped, velocities):
+def _roll_axis(setting, axis, controls, noise, clamped, velocities, costs):
+    """Rolls out one axis of one block: velocities (N, LANES) and control costs (LANES,)."""
     velocity_lanes(
-        setting.speed[axis],
-        setting.rise[axis],
-        setting.fall[axis],
-        controls[axis],
-        noise,
-        velocities,
+        setting.speed[axis], setting.rise[axis], setting.fall[axis], controls, noise, velocities
     )
     if setting.clamp_raw_controls:
-        clamp_noise_lanes(controls[axis], velocities, noise, clamped)
+        clamp_noise_lanes(controls, velocities, noise, clamped)
+    source = clamped if setting.clamp_raw_controls else noise
+    _control_cost_lanes(setting.cost_factors[axis], controls, source, costs)
     used = setting.delays[axis]
     delay_lanes(velocities, setting.delayed[axis, setting.delayed.shape[1] - used :])
 
 
 @njit(cache=True)
 def _control_cost_lanes(factor, controls, noise, costs):
-    """Adds factor sum of u (c - u) to `costs` (LANES,), where c = u + noise is what was sampled."""
-    if factor == ZERO:
-        return
-    sums = np.full(LANES, ZERO)
+    """Writes factor sum of u (c - u) to `costs` (LANES,), where c = u + noise is what was sampled.
+
+    The difference is taken from c as it was rounded to float32.
+    """
+    for lane in range(LANES):
+        costs[lane] = ZERO
     for t in range(noise.shape[0]):
         control = controls[t]
         for lane in range(LANES):
-            sums[lane] += control * ((control + noise[t, lane]) - control)
+            costs[lane] += control * ((control + noise[t, lane]) - control)
     for lane in range(LANES):
-        costs[lane] += factor * sums[lane]
+        costs[lane] *= factor
 
 
 @njit(cache=True)
@@ -96,22 +98,23 @@ def roll_out(setting, controls, noise, clamped, first_block, chunk, reach, contr
     `clamp_raw_controls`, else not touched. chunk: Trajectories, reach: Reach of the whole batch
     and control_costs (3, blocks, LANES) by axis are written.
     """
-    source = clamped if setting.clamp_raw_controls else noise
     for slot in range(chunk.x.shape[0]):
         block = first_block + slot
         vx, vy, wz = chunk.vx[slot], chunk.vy[slot], chunk.wz[slot]
         x, y, yaw = chunk.x[slot], chunk.y[slot], chunk.yaw[slot]
-        for axis in range(3):
-            for lane in range(LANES):
-                control_costs[axis, block, lane] = ZERO
-        _roll_axis(setting, 0, controls, noise.vx[block], clamped.vx[block], vx)
-        _roll_axis(setting, 2, controls, noise.wz[block], clamped.wz[block], wz)
-        factors = setting.cost_factors
-        _control_cost_lanes(factors[0], controls[0], source.vx[block], control_costs[0, block])
-        _control_cost_lanes(factors[2], controls[2], source.wz[block], control_costs[2, block])
-        if setting.holonomic:
-            _roll_axis(setting, 1, controls, noise.vy[block], clamped.vy[block], vy)
-            _control_cost_lanes(factors[1], controls[1], source.vy[block], control_costs[1, block])
+        velocities = (vx, vy, wz)
+        for axis in range(AXES):
+            if axis == VY and not setting.holonomic:
+                continue
+            _roll_axis(
+                setting,
+                axis,
+                controls[axis],
+                noise[axis][block],
+                clamped[axis][block],
+                velocities[axis],
+                control_costs[axis, block],
+            )
         pose_lanes(setting.pose, setting.dt, setting.holonomic, vx, vy, wz, x, y, yaw)
         _keep_reach(setting.column_step, block, x, y, yaw, reach)
 
@@ -119,7 +122,9 @@ def roll_out(setting, controls, noise, clamped, first_block, chunk, reach, contr
 @njit(cache=True)
 def softmax_weights(costs, temperature):
     """Returns exp(-(J - min J) / temperature) over its sum: costs, weights (B,) float32."""
-    least = np.min(costs)
+    least = costs[0]
+    for cost in costs:
+        least = min(least, cost)
     weights = np.empty_like(costs)
     total = ZERO
     for b in range(costs.shape[0]):

@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from drake_navbench.controllers.mppi.float32_math import ONE
+from drake_navbench.controllers.mppi.float32_math import ONE, ZERO
 from drake_navbench.controllers.mppi.lanes import LANES, Lanes, pack, unpack
 from drake_navbench.kernels.grid import INSCRIBED, LETHAL, NO_INFORMATION, Costmap, world_to_cell
 
@@ -244,9 +244,11 @@ def _furthest_point(path_x, path_y, arc_lengths, reach, size):
 @njit(cache=True)
 def _nearest_row(path_x, path_y, arc_lengths, end_x, end_y, length, best, nearest):
     """Finds, lane by lane, the first closest path point among those within the sample's length."""
-    best[:] = np.inf
-    nearest[:] = 0
-    longest = np.max(length)
+    longest = ZERO
+    for lane in range(LANES):
+        best[lane] = np.inf
+        nearest[lane] = 0
+        longest = max(longest, length[lane])
     reached_before = -ONE
     for k in range(path_x.shape[0]):
         # Point k counts where the point before it is not yet as far as the sample is long.

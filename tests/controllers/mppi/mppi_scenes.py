@@ -11,7 +11,7 @@ from drake_navbench.controllers.mppi.critics.batch import Batch, Scene
 from drake_navbench.controllers.mppi.critics.registry import load_critics
 from drake_navbench.controllers.mppi.motion_models import MotionModel
 from drake_navbench.controllers.mppi.parameters import MppiParameters
-from drake_navbench.controllers.mppi.sampler import limits_of
+from drake_navbench.controllers.mppi.sequence_rules import limits_of
 from drake_navbench.kernels.footprint import circle_footprint, footprint_radii, pad_footprint
 from drake_navbench.kernels.grid import Costmap
 

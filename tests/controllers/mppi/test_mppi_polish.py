@@ -15,7 +15,7 @@ from drake_navbench.controllers.mppi.objective import (
     objective,
 )
 from drake_navbench.controllers.mppi.polish import Polish
-from drake_navbench.controllers.mppi.sampler import limits_of
+from drake_navbench.controllers.mppi.sequence_rules import limits_of
 
 STEPS, DT = 56, 0.05
 WEIGHTS = Weights(

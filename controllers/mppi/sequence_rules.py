@@ -1,0 +1,131 @@
+"""What a control sequence must obey: where it starts, how fast it may change, what is sent."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.controllers.mppi.critics.batch import Float32Array
+from drake_navbench.controllers.mppi.float32_math import F32
+from drake_navbench.controllers.mppi.motion_models import (
+    AXES,
+    VX,
+    VY,
+    WZ,
+    MotionLimits,
+    MotionModel,
+    constrain_axis,
+    limit_curvature,
+    reachable,
+)
+from drake_navbench.controllers.mppi.parameters import MppiParameters
+from drake_navbench.errors import InputError
+
+# Control periods this close to model_dt count as equal (Optimizer::setOffset), s.
+_PERIOD_TOLERANCE_S = 1e-6
+
+
+class SequenceRules:
+    """The constraints of one motion model at one control period.
+
+    shifts: whether the sequence moves on by one column a cycle, so that column 0 is the present
+    and column 1 is sent; else column 0 is sent. base_limits: without a speed limit.
+
+    Raises InputError where `model_dt` is smaller than the control period.
+    """
+
+    def __init__(
+        self, parameters: MppiParameters, model: MotionModel, control_period_s: float
+    ) -> None:
+        self._parameters = parameters
+        self._model = model
+        self._control_period_s = control_period_s
+        self.base_limits = limits_of(parameters)
+        self.shifts = _shifts(parameters.model_dt, control_period_s)
+        self.sent_column = 1 if self.shifts else 0
+
+    @property
+    def holonomic(self) -> bool:
+        """Whether vy counts."""
+        return self._model is MotionModel.OMNI
+
+    def initial_speed(
+        self, measured: NDArray[np.float64], last_command: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Returns the speed (3,) that roll-outs start from.
+
+        The last command, as far as the robot can have reached it from the measured speed within
+        one control period; with `open_loop` the last command itself.
+        """
+        if self._parameters.open_loop:
+            return last_command.copy()
+        rise, fall = self.rates(self._control_period_s)
+        speed = np.minimum(measured + rise, np.maximum(last_command, measured + fall))
+        if not self.holonomic:
+            speed[VY] = measured[VY]
+        return speed
+
+    def rates(self, step_s: float) -> tuple[Float32Array, Float32Array]:
+        """Returns the largest rise and fall (negative) of each axis within `step_s`."""
+        limits = self.base_limits
+        rise = np.array([limits.ax_max, limits.ay_max, limits.az_max])
+        fall = np.array([limits.ax_min, limits.ay_min, -limits.az_max])
+        return rise * F32(step_s), fall * F32(step_s)
+
+    def pinned(self, controls: Float32Array, speed: Float32Array) -> Float32Array:
+        """Returns a copy of the sequence whose first column the robot can be at."""
+        pinned = controls.copy()
+        if self.shifts:
+            pinned[:, 0] = speed
+        else:
+            rise, fall = self.rates(self._control_period_s)
+            for axis in range(AXES):
+                wanted = controls[axis, 0]
+                pinned[axis, 0] = reachable(speed[axis], wanted, rise[axis], fall[axis])
+        if not self.holonomic:
+            pinned[VY] = 0
+        return pinned
+
+    def constrain(self, controls: Float32Array, speed: Float32Array, limits: MotionLimits) -> None:
+        """Makes a sequence (3, N) obey the limits, in place (applyControlSequenceConstraints)."""
+        min_turning_r = F32(self._parameters.AckermannConstraints.min_turning_r)
+        if self._model is MotionModel.ACKERMANN:
+            limit_curvature(controls, min_turning_r)
+        lowest = (limits.vx_min, -limits.vy_max, -limits.wz_max)
+        highest = (limits.vx_max, limits.vy_max, limits.wz_max)
+        rise, fall = self.rates(self._parameters.model_dt)
+        ratio = F32(self._control_period_s / self._parameters.model_dt)
+        for axis in (VX, VY, WZ) if self.holonomic else (VX, WZ):
+            if self.shifts:
+                controls[axis, 0] = speed[axis]
+            bounds = (lowest[axis], highest[axis], rise[axis], fall[axis])
+            constrain_axis(controls[axis], speed[axis], *bounds, ratio)
+        if self._model is MotionModel.ACKERMANN:
+            limit_curvature(controls, min_turning_r)
+
+
+def limits_of(parameters: MppiParameters) -> MotionLimits:
+    """Returns the limits in float32; accelerations get the sign that they must have."""
+    p = parameters
+    return MotionLimits(
+        F32(p.vx_max),
+        F32(p.vx_min),
+        F32(p.vy_max),
+        F32(p.wz_max),
+        F32(abs(p.ax_max)),
+        F32(-abs(p.ax_min)),
+        F32(abs(p.ay_max)),
+        F32(-abs(p.ay_min)),
+        F32(abs(p.az_max)),
+    )
+
+
+def _shifts(model_dt: float, control_period_s: float) -> bool:
+    """Whether the sequence moves on by one column a cycle; raises InputError if it would lag."""
+    if abs(control_period_s - model_dt) < _PERIOD_TOLERANCE_S:
+        return True
+    if model_dt < control_period_s:
+        raise InputError(
+            f"model_dt: found {model_dt}, expected at least the control period {control_period_s} s"
+        )
+    return False
