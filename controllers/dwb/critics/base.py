@@ -7,10 +7,11 @@ subclass of `Critic`, installed under the entry point group `drake_navbench.dwb_
         reasons = ("Trajectory ends right of the start.",)
 
         def score(self, scene, memory):
-            ends_y = scene.end_poses[:, 1]
-            return Verdict(np.abs(ends_y), np.where(ends_y < scene.pose[1], 1, 0))
+            left_m = scene.end_poses[:, 1] - scene.pose[1]
+            return Verdict(np.abs(left_m), np.where(left_m < 0.0, 1, 0))
 
 and then named in a parameter file: `critics: [KeepLeft, PathDist]`, `KeepLeft: {scale: 2.0}`.
+docs/controllers.md goes through it step by step.
 """
 
 from __future__ import annotations
