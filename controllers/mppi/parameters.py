@@ -171,7 +171,7 @@ class PolishParameters(Block):
     deviation_weight: float = Field(
         0.5, ge=0, description="of the mean squared deviation over the sampling variance [1]"
     )
-    jerk_weight: float = Field(0.01, ge=0, description="of the mean squared jerk [s^6/m^2]")
+    jerk_weight: float = Field(0.2, ge=0, description="of the mean squared jerk [s^6/m^2]")
     angular_jerk_weight: float = Field(
         0.002, ge=0, description="of the mean squared angular jerk [s^6/rad^2]"
     )
