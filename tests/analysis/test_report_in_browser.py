@@ -1,124 +1,153 @@
-"""The report in a real browser: opens from disk, asks nothing of the network, sorts, filters.
+"""A report in a real browser: opened from disk, sorted, filtered, and a replay's link followed.
 
-Skipped where there is no Chromium. The page is driven by a script appended to a copy of it, whose
-findings the browser prints with the document.
+The screenshots are kept, see `browser.artifacts_folder`. Skipped where there is no Chromium.
 """
 
 from __future__ import annotations
 
-import json
-import re
-import shutil
-import subprocess
+import time
 
+import numpy as np
 import pytest
+from browser import CHROMIUM, NO_CHROMIUM, Browser
+from PIL import Image
+from replay_logs import replay_log
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-TIMEOUT_S = 120.0
+from drake_navbench.analysis.replay import write_race_replay
+from drake_navbench.analysis.report import build_report
+from drake_navbench.results import ResultsFolder
+from drake_navbench.robot import load_robot
 
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium")
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)
 
-WATCH_ERRORS = """<script>
-window.errors = [];
-addEventListener("error", (event) => errors.push(String(event.message || event.target.src)), true);
-addEventListener("unhandledrejection", (event) => errors.push(String(event.reason)));
-</script>"""
-
-DRIVE = """<script>
-addEventListener("load", () => {
-  const table = document.getElementById("metrics-table");
-  const column = Array.from(table.tHead.rows[0].cells, (c) => c.textContent).indexOf("mean");
-  const values = () => Array.from(table.tBodies[0].rows, (r) => r.cells[column].dataset.value);
-  const press = () => table.tHead.rows[0].cells[column].querySelector("button").click();
-  press();
-  const ascending = values();
-  press();
-  const descending = values();
-  const filters = document.querySelector('.filters[data-table="metrics-table"]');
-  filters.querySelector("select").value = "own_corridor";
-  filters.querySelector("input").value = "min_clearance_m";
-  filters.dispatchEvent(new Event("input"));
-  const shown = Array.from(table.tBodies[0].rows).filter((r) => !r.hidden).length;
-  const images = Array.from(document.images).filter((i) => i.getClientRects().length);
-  images.forEach((i) => { i.loading = "eager"; });
-  Promise.all(images.map((i) => i.decode().then(() => i.naturalWidth, () => 0))).then((widths) => {
-    const found = {
-      errors, ascending, descending, shown, widths,
-      said: filters.querySelector("output").textContent,
-      sort: table.tHead.rows[0].cells[column].getAttribute("aria-sort"),
-      urls: Array.from(document.querySelectorAll("[src], link[href]"), (e) => e.src || e.href),
-      replay: document.querySelector("a.replay").href,
-    };
-    const output = document.createElement("pre");
-    output.id = "findings";
-    output.textContent = JSON.stringify(found);
-    document.body.append(output);
-  });
-});
-</script>"""
+SCENARIO = "beside_a_box"
+SPEEDS_MPS = {"dwb": 0.5, "rpp": 0.3}
+SEEDS = (11, 22)
+ON_DISK = ("file:", "data:", "blob:", "about:")
+TABLE = "document.getElementById('metrics-table')"
+MEAN = "th:nth-child(7)"
 
 
 @pytest.fixture(scope="module")
-def findings(reported, tmp_path_factory):
-    text = reported.path.read_text(encoding="utf-8")
-    text = text.replace("<head>", f"<head>{WATCH_ERRORS}", 1)
-    text = text.replace("</body>", f"{DRIVE}</body>", 1)
-    page = reported.path.with_name("driven.html")
-    page.write_text(text, encoding="utf-8")
-    document = subprocess.run(
-        [
-            CHROMIUM,
-            "--headless",
-            "--no-sandbox",
-            "--disable-gpu",
-            "--disable-background-networking",
-            "--no-first-run",
-            # What the page might still ask of a server would be an error.
-            "--host-resolver-rules=MAP * ~NOTFOUND",
-            f"--user-data-dir={tmp_path_factory.mktemp('profile')}",
-            "--virtual-time-budget=20000",
-            "--dump-dom",
-            page.as_uri(),
-        ],
-        capture_output=True,
-        text=True,
-        timeout=TIMEOUT_S,
-        check=True,
-    ).stdout
-    page.unlink()
-    found = re.search(r'<pre id="findings">(.*?)</pre>', document, re.S)
-    assert found, "the page's script did not finish"
-    return json.loads(
-        found.group(1).replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&")
+def report(tmp_path_factory):
+    """The report of two controllers, of which one never arrives, with a replay."""
+    folder = ResultsFolder(tmp_path_factory.mktemp("results") / "campaign")
+    folder.write_manifest({"scenarios": [SCENARIO], "controllers": list(SPEEDS_MPS)})
+    logs = [
+        replay_log(
+            controller,
+            speed_mps=speed_mps,
+            outcome="succeeded" if controller == "dwb" else "timed_out",
+            info={"trial": trial, "seed": seed},
+        )
+        for controller, speed_mps in SPEEDS_MPS.items()
+        for trial, seed in enumerate(SEEDS)
+    ]
+    for log in logs:
+        folder.write_log(log)
+    replay = folder.replay_path(SCENARIO)
+    replay.parent.mkdir()
+    write_race_replay(logs[:: len(SEEDS)], replay, model=load_robot("wheelchair").model_path)
+    return build_report(folder.path, jobs=1).path
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    with Browser(tmp_path_factory.mktemp("profile")) as running:
+        yield running
+
+
+@pytest.fixture
+def opened(browser, report):
+    """The report, newly opened."""
+    browser.errors.clear()
+    browser.requests.clear()
+    browser.open(report.as_uri())
+    return browser
+
+
+def color_count(picture, box=None):
+    pixels = np.asarray(Image.open(picture).convert("RGB").crop(box), dtype=np.uint32)
+    return len(np.unique(pixels @ np.array([1 << 16, 1 << 8, 1], dtype=np.uint32)))
+
+
+def test_it_opens_from_disk_without_errors_or_requests(opened):
+    # Figures are loaded when they come into sight; here all of them at once.
+    widths = opened.evaluate(
+        """Promise.all(Array.from(document.images).map((image) => {
+          image.loading = "eager";
+          for (let e = image; e; e = e.parentElement) if (e.tagName === "DETAILS") e.open = true;
+          return image.decode().then(() => image.naturalWidth);
+        }))"""
+    )
+    assert len(widths) >= 5
+    assert min(widths) > 0
+    assert color_count(opened.screenshot("report")) > 20
+    assert opened.errors == []
+    assert opened.requests
+    assert [url for url in opened.requests if not url.startswith(ON_DISK)] == []
+
+
+def mean_column(browser):
+    return browser.evaluate(
+        f"Array.from({TABLE}.tBodies[0].rows, (row) => row.cells[6].dataset.value)"
     )
 
 
-def test_there_are_no_errors_and_every_figure_is_drawn(findings):
-    assert findings["errors"] == []
-    assert findings["widths"]
-    assert min(findings["widths"]) > 0
-
-
-def test_everything_comes_from_the_disk(findings):
-    assert findings["urls"]
-    assert all(url.startswith(("file:", "data:")) for url in findings["urls"])
-
-
-def test_a_click_sorts_by_number_and_another_turns_it_round(findings):
-    for name, reverse in (("ascending", False), ("descending", True)):
-        filled = [float(value) for value in findings[name] if value]
+def test_a_click_sorts_by_number_and_another_turns_it_round(opened):
+    assert opened.evaluate(f"{TABLE}.querySelector('{MEAN}').textContent") == "mean"
+    for reverse, said in ((False, "ascending"), (True, "descending")):
+        opened.click(f"#metrics-table {MEAN} button")
+        values = mean_column(opened)
+        filled = [float(value) for value in values if value]
         assert filled == sorted(filled, reverse=reverse)
         # Empty cells come last in both directions.
-        assert findings[name][len(filled) :] == [""] * (len(findings[name]) - len(filled))
-        assert len(filled) < len(findings[name])
-    assert findings["sort"] == "descending"
+        assert values[len(filled) :] == [""] * (len(values) - len(filled))
+        assert 0 < len(filled) < len(values)
+        assert opened.evaluate(f"{TABLE}.querySelector('{MEAN}').ariaSort") == said
+    opened.screenshot("report-sorted")
 
 
-def test_filters_leave_the_rows_that_fit(findings):
-    # One scenario, one metric, two controllers.
-    assert findings["shown"] == 2
-    assert findings["said"].startswith("2 of ")
+def test_filters_leave_the_rows_that_fit(opened):
+    opened.evaluate(
+        """(() => {
+          const filters = document.querySelector('.filters[data-table="metrics-table"]');
+          filters.querySelectorAll("select")[1].value = "rpp";
+          filters.querySelector("input").value = "min_clearance_m";
+          filters.dispatchEvent(new Event("input"));
+        })()"""
+    )
+    shown = f"Array.from({TABLE}.tBodies[0].rows).filter((row) => !row.hidden).length"
+    assert opened.evaluate(shown) == 1
+    said = "document.querySelector('.filters[data-table=\"metrics-table\"] output').textContent"
+    assert opened.evaluate(said).startswith("1 of ")
 
 
-def test_the_replay_link_leads_to_the_file(findings):
-    assert findings["replay"].endswith("/replays/own_corridor.html")
+def test_an_address_with_an_anchor_shows_that_section(browser, report):
+    browser.open(report.as_uri() + "#metrics")
+    top = browser.evaluate("document.getElementById('metrics').getBoundingClientRect().top")
+    assert 0 <= top < 200
+    assert color_count(browser.screenshot("report-metrics")) > 20
+
+
+def test_a_click_on_the_replay_link_opens_a_replay_that_is_drawn_and_moves(opened, report):
+    opened.click("a.replay")
+    replay = report.parent / "replays" / f"{SCENARIO}.html"
+    opened.wait_for(f"location.href === {replay.as_uri()!r}")
+    opened.wait_for("viewer.animator.duration > 0")
+    canvas = opened.evaluate(
+        """(() => {
+          const box = viewer.renderer.domElement.getBoundingClientRect();
+          return [box.left, box.top, box.right, box.bottom];
+        })()"""
+    )
+    early_s = opened.evaluate("viewer.animator.time")
+    first = opened.screenshot("replay-early")
+    # Floor, grid, sky, box, chairs and paths; a blank canvas has one colour.
+    assert color_count(first, canvas) > 100
+    opened.wait_for(f"viewer.animator.time > {early_s} + 0.5")
+    time.sleep(0.1)
+    second = opened.screenshot("replay-late")
+    assert first.read_bytes() != second.read_bytes()
+    assert opened.errors == []
+    assert [url for url in opened.requests if not url.startswith(ON_DISK)] == []
