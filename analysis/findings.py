@@ -158,11 +158,14 @@ def trial_values(
         for part in parts[1:]:
             total = total + part
         return total / len(parts)
-    own = trials[trials["scenario"] == scenario]
-    columns = {
-        name: own[own["controller"] == preset].set_index("trial").get(metric)
-        for name, preset in lineup.presets.items()
-    }
+    # As arrays: selecting rows of a frame copies all of its columns.
+    values = trials[metric].to_numpy(float) if metric in trials else np.full(len(trials), math.nan)
+    is_own = (trials["scenario"] == scenario).to_numpy()
+    numbers, controllers = trials["trial"].to_numpy(), trials["controller"].to_numpy(object)
+    columns = {}
+    for name, preset in lineup.presets.items():
+        rows = is_own & (controllers == preset)
+        columns[name] = pd.Series(values[rows], index=numbers[rows])
     return pd.DataFrame(columns, columns=list(columns), dtype=float)
 
 

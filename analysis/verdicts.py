@@ -39,7 +39,9 @@ class Verdict(NamedTuple):
 
 def values_by_seed(trials: pd.DataFrame, scenario: str, metric: str) -> pd.DataFrame:
     """Returns one row a seed and one column a controller, in the order of the trials."""
-    own = trials[trials["scenario"] == scenario]
+    # These columns alone: selecting rows of a frame copies all that it has.
+    narrow = trials[["scenario", "seed", "controller", metric]]
+    own = narrow[narrow["scenario"] == scenario]
     table = own.pivot_table(
         index="seed", columns="controller", values=metric, aggfunc="mean", dropna=False
     )

@@ -15,7 +15,7 @@ from drake_navbench.analysis.figures.comparison import (
     compute_figure,
 )
 from drake_navbench.analysis.figures.maps import paths_figure
-from drake_navbench.analysis.figures.motion import motion_figure
+from drake_navbench.analysis.figures.motion import MotionSheet
 from drake_navbench.analysis.figures.ranking import pareto_figure, rank_figure
 from drake_navbench.analysis.figures.style import Look, figure_style, write_figure
 from drake_navbench.analysis.metrics.definition import Metric
@@ -89,7 +89,8 @@ def _figures(
         if figure is not None:
             stem = f"{file_name(scenario)}/{kind}"
             yield FigureEntry(scenario, "", kind, title, stem), figure
+    sheet = MotionSheet()
     for controller, own in drawable.items():
         stem = f"{file_name(scenario)}/motion-{file_name(controller)}"
         entry = FigureEntry(scenario, controller, "motion", controller, stem)
-        yield entry, motion_figure(own, controller, look)
+        yield entry, sheet.draw(own, controller, look)

@@ -13,6 +13,7 @@ from drake_navbench.analysis.figures.style import (
     MUTED,
     Look,
     Margins,
+    clear_data,
     legend_above,
     new_figure,
     place_labels,
@@ -28,40 +29,60 @@ PANEL_SIZE_IN = (3.2, 2.1)
 SECOND_LINE: Line = {"color": MUTED, "lw": 1.0}
 
 
-def motion_figure(logs: Sequence[TrialLog], controller: str, look: Look) -> Figure:
-    """Returns path, velocity, yaw rate and energy of a controller; curves of one trial.
+class MotionSheet:
+    """Path, velocity, yaw rate and energy of one controller after the other, on one figure.
 
-    The trial shown is the first that succeeded, else the first; the map shows all of them.
+    To make axes and their ticks takes longer than to draw the curves; so they are used again.
     """
-    shown = next((log for log in logs if log.outcome is Outcome.SUCCEEDED), logs[0])
-    figure, panels = new_figure(
-        2, 3, axes_size_in=PANEL_SIZE_IN, margins=Margins(top=0.65, right=0.65)
-    )
-    line = look.line(controller) | {"linestyle": "-"}
-    path, velocity, derivatives, turning, sideways, energy = panels
-    _draw_path(path, logs, shown, line)
-    _draw_velocity(velocity, shown, line)
-    _draw_turning(turning, shown, line)
-    _draw_sideways(sideways, shown, line)
-    try:
-        signal = motion(shown)
-    except Undefined as reason:
-        for axes in (derivatives, energy):
-            axes.text(0.5, 0.5, str(reason), ha="center", transform=axes.transAxes)
-    else:
-        _draw_derivatives(derivatives, signal, line)
-        _draw_energy(energy, signal, line, mass_kg=robot_mass_kg(shown))
-    for axes in panels[1:]:
-        axes.set_xlabel("time [s]")
-    info = shown.info
-    figure.suptitle(
-        f"{info['scenario']['name']}: {controller}, curves of trial {info['trial']} "
-        f"({str(shown.outcome).replace('_', ' ')})",
-        x=0.01,
-        ha="left",
-        fontsize=11,
-    )
-    return figure
+
+    def __init__(self) -> None:
+        self._figure, self._panels = new_figure(
+            2, 3, axes_size_in=PANEL_SIZE_IN, margins=Margins(top=0.65, right=0.65)
+        )
+        self._speed = _add_speed_axis(self._panels[-1])
+        for axes in self._panels[1:]:
+            axes.set_xlabel("time [s]")
+
+    def draw(self, logs: Sequence[TrialLog], controller: str, look: Look) -> Figure:
+        """Returns the figure, which the next call draws anew; the curves are those of one trial.
+
+        The trial shown is the first that succeeded, else the first; the map shows all of them.
+        """
+        shown = next((log for log in logs if log.outcome is Outcome.SUCCEEDED), logs[0])
+        line = look.line(controller) | {"linestyle": "-"}
+        path, velocity, derivatives, turning, sideways, energy = self._panels
+        for axes in self._figure.axes:
+            clear_data(axes)
+        _draw_path(path, logs, shown, line)
+        _draw_velocity(velocity, shown, line)
+        _draw_turning(turning, shown, line)
+        _draw_sideways(sideways, shown, line)
+        try:
+            signal = motion(shown)
+        except Undefined as reason:
+            for axes in (derivatives, energy):
+                axes.text(0.5, 0.5, str(reason), ha="center", transform=axes.transAxes)
+        else:
+            _draw_derivatives(derivatives, signal, line)
+            _draw_energy(energy, self._speed, signal, line, mass_kg=robot_mass_kg(shown))
+        info = shown.info
+        self._figure.suptitle(
+            f"{info['scenario']['name']}: {controller}, curves of trial {info['trial']} "
+            f"({str(shown.outcome).replace('_', ' ')})",
+            x=0.01,
+            ha="left",
+            fontsize=11,
+        )
+        return self._figure
+
+
+def _add_speed_axis(axes: Axes) -> Axes:
+    other = axes.twinx()
+    other.grid(visible=False)
+    other.spines["right"].set_visible(True)
+    other.set_ylabel("velocity [m/s]", color=MUTED)
+    place_labels(other, is_right=True)
+    return other
 
 
 def _draw_path(axes: Axes, logs: Sequence[TrialLog], shown: TrialLog, line: Line) -> None:
@@ -109,7 +130,9 @@ def _draw_sideways(axes: Axes, log: TrialLog, line: Line) -> None:
     axes.set_title("Centripetal acceleration")
 
 
-def _draw_energy(axes: Axes, signal: Motion, line: Line, *, mass_kg: float) -> None:
+def _draw_energy(
+    axes: Axes, speed_axes: Axes, signal: Motion, line: Line, *, mass_kg: float
+) -> None:
     grid = signal.period_s * np.arange(len(signal.v_mps))
     power_w = drive_power_w(
         signal.smooth_v_mps,
@@ -121,12 +144,7 @@ def _draw_energy(axes: Axes, signal: Motion, line: Line, *, mass_kg: float) -> N
     energy_j = np.cumsum(np.maximum(power_w, 0.0)) * signal.period_s
     axes.plot(grid, energy_j, **line, label="energy")
     axes.set_ylabel("mechanical energy [J]")
-    other = axes.twinx()
-    other.grid(visible=False)
-    other.spines["right"].set_visible(True)
-    other.set_ylabel("velocity [m/s]", color=MUTED)
-    place_labels(other, is_right=True)
-    other.plot(grid, signal.v_mps, **SECOND_LINE)
+    speed_axes.plot(grid, signal.v_mps, **SECOND_LINE)
     axes.plot([], [], **SECOND_LINE, label="velocity")
     axes.set_title("Energy")
     legend_above(axes)

@@ -14,7 +14,7 @@ from drake_navbench.analysis.colors import controller_color
 from drake_navbench.analysis.figures.album import headline_metrics, write_scenario_figures
 from drake_navbench.analysis.figures.comparison import box_figure, clearance_figure, compute_figure
 from drake_navbench.analysis.figures.maps import bounds, paths_figure
-from drake_navbench.analysis.figures.motion import motion_figure
+from drake_navbench.analysis.figures.motion import MotionSheet
 from drake_navbench.analysis.figures.ranking import pareto_figure, pareto_points, ranks_of
 from drake_navbench.analysis.figures.style import Look, figure_style, new_figure, write_figure
 from drake_navbench.analysis.metrics import efficiency
@@ -125,8 +125,19 @@ def test_ranks_over_the_seeds(trials):
 def test_a_trial_too_short_for_derivatives_is_still_drawn():
     log = make_log([0.0, 0.02], x_m=[0.0, 0.01], outcome="error")
     with figure_style():
-        figure = motion_figure([log], "rpp", Look(["rpp"]))
+        figure = MotionSheet().draw([log], "rpp", Look(["rpp"]))
     assert any("too few" in text.get_text() for axes in figure.axes for text in axes.texts)
+
+
+def test_a_sheet_used_again_is_drawn_as_a_new_one(logs, tmp_path):
+    look = Look(CONTROLLERS)
+    long = [straight_log(speed_mps=0.2, end_time_s=30.0)]
+    with figure_style():
+        sheet = MotionSheet()
+        sheet.draw(long, "rpp:v=0.4", look)
+        again = write_figure(sheet.draw(logs["rpp"], "rpp", look), tmp_path / "again")
+        new = write_figure(MotionSheet().draw(logs["rpp"], "rpp", look), tmp_path / "new")
+    assert [path.read_bytes() for path in again] == [path.read_bytes() for path in new]
 
 
 def test_a_trial_without_samples_leaves_the_others_drawn(logs, trials, tmp_path):
