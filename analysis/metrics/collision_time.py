@@ -8,6 +8,8 @@ are taken into the robot's frame, where they move on circles the other way round
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,37 +18,67 @@ Array = NDArray[np.float64]
 # Slower turning bends the path by less than 1e-5 m over 10 m.
 STRAIGHT_BELOW_RADPS = 1e-6
 TWO_PI = 2.0 * np.pi
+# What rounding may add to a distance, with plenty to spare.
+ROUNDING_RATIO = 1e-9
 # Pairs of a corner and an edge handled at once, which bounds the memory to some 20 MB.
 BATCH_PAIRS = 200_000
 
 
-def times_to_collision(poses: Array, twists: Array, footprint: Array, edges: Array) -> Array:
+def times_to_collision(
+    poses: Array, twists: Array, footprint: Array, edges: Array, *, horizon_s: float = math.inf
+) -> Array:
     """Returns when the footprint first touches an edge if a twist is kept, (T,) s; inf if never.
 
     poses: (T, 3) x m, y m, yaw rad. twists: (T, 2) v m/s, w rad/s. footprint: (K, 2) corners in the
-    base frame, m. edges: (E, 4) x0, y0, x1, y1 of the obstacles' outlines in the world frame, m.
+    base frame, m. edges: (E, 4) x0, y0, x1, y1 of the obstacles' closed outlines in the world
+    frame, m. horizon_s: later contacts may be missed, which saves looking at edges out of reach.
     The footprint must not touch an edge to begin with.
     """
     result = np.full(len(poses), np.inf)
     moving = np.flatnonzero(np.any(twists != 0.0, axis=1))
     if len(edges) == 0 or len(moving) == 0:
         return result
-    size = max(BATCH_PAIRS // (len(edges) * len(footprint)), 1)
+    reach_m = _reach_m(twists[moving], footprint, horizon_s)
+    near = _distances_m(poses[moving, :2], edges) <= reach_m[:, None]
     outline = np.hstack([footprint, np.roll(footprint, -1, axis=0)])[None]
-    for batch in np.split(moving, range(size, len(moving), size)):
-        local = _to_base_frame(edges.reshape(-1, 2), poses[batch]).reshape(len(batch), -1, 4)
-        own_corners = _first_meeting(footprint[None], local, twists[batch])
+    pose_rows, edge_rows = np.nonzero(near)
+    pose_rows = moving[pose_rows]
+    size = max(BATCH_PAIRS // len(footprint), 1)
+    for first in range(0, len(pose_rows), size):
+        rows = pose_rows[first : first + size]
+        local = _to_base_frame(edges[edge_rows[first : first + size]], poses[rows])
+        own_corners = _first_meeting(footprint[None], local, twists[rows])
         # Seen from the robot the world moves the other way.
-        their_corners = _first_meeting(local[..., :2], outline, -twists[batch])
-        result[batch] = np.minimum(own_corners, their_corners)
+        their_corners = _first_meeting(local[..., :2], outline, -twists[rows])
+        np.minimum.at(result, rows, np.minimum(own_corners, their_corners))
     return result
 
 
-def _to_base_frame(points: Array, poses: Array) -> Array:
-    """Returns points (N, 2) seen from each of the poses (T, 3): (T, N, 2)."""
+def _reach_m(twists: Array, footprint: Array, horizon_s: float) -> Array:
+    """Returns how far from the reference point the footprint can come to lie, (T,) m."""
+    v, w = np.abs(twists).T
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        diameter_m = np.where(w < STRAIGHT_BELOW_RADPS, np.inf, 2.0 * v / w)
+        driven_m = np.where(v == 0.0, 0.0, v * horizon_s)
+    reach_m = np.hypot(*footprint.T).max() + np.minimum(driven_m, diameter_m)
+    return reach_m * (1.0 + ROUNDING_RATIO)
+
+
+def _distances_m(points: Array, edges: Array) -> Array:
+    """Returns the distance of every point (T, 2) from every edge (E, 4), (T, E) m."""
+    start, along = edges[:, :2], edges[:, 2:] - edges[:, :2]
+    squared_m2 = np.maximum((along**2).sum(axis=1), np.finfo(float).tiny)
+    offset = points[:, None, :] - start
+    share = np.clip((offset * along).sum(axis=2) / squared_m2, 0.0, 1.0)
+    return np.hypot(*np.moveaxis(offset - share[..., None] * along, -1, 0))
+
+
+def _to_base_frame(edges: Array, poses: Array) -> Array:
+    """Returns every edge (P, 4) as seen from the pose (P, 3) of the same row: (P, 1, 4)."""
     cos_yaw, sin_yaw = np.cos(poses[:, 2]), np.sin(poses[:, 2])
     rotations = np.array([[cos_yaw, -sin_yaw], [sin_yaw, cos_yaw]]).transpose(2, 0, 1)
-    return (points[None] - poses[:, None, :2]) @ rotations
+    ends = edges.reshape(-1, 2, 2) - poses[:, None, :2]
+    return (ends @ rotations).reshape(-1, 1, 4)
 
 
 def _first_meeting(points: Array, edges: Array, twists: Array) -> Array:

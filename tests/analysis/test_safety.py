@@ -137,6 +137,20 @@ def test_batches_of_many_edges_give_the_same_as_each_pose_alone():
     assert np.isfinite(together).any()
 
 
+def test_a_horizon_misses_only_what_lies_beyond_it():
+    edges = np.vstack([box_edges(x, y, x + 0.5, y + 0.5) for x in range(-9, 9) for y in (-3, 1, 4)])
+    poses = np.column_stack([np.zeros(40), np.full(40, -1.0), np.linspace(-3.0, 3.0, 40)])
+    twists = np.column_stack([np.linspace(-0.5, 0.5, 40), np.tile([0.0, 0.05, -0.3, 1.0], 10)])
+    whole = times_to_collision(poses, twists, CAR, edges)
+    for horizon_s in (1.0, 4.0, 20.0):
+        limited = times_to_collision(poses, twists, CAR, edges, horizon_s=horizon_s)
+        early = whole <= horizon_s
+        np.testing.assert_array_equal(limited[early], whole[early])
+        assert (limited[~early] > horizon_s).all()
+    assert (whole <= 4.0).any()
+    assert (whole > 4.0).any()
+
+
 def test_collision_time_of_a_trial_is_its_shortest():
     # Starts 4.15 m from the wall at 0.5 m/s; after 3 s the gap is 2.65 m: 5.3 s.
     log = with_box(straight_log(end_time_s=3.0), [5.0, -1.0], [6.0, 1.0])
