@@ -82,8 +82,8 @@ def interpolate(field, origin_x, origin_y, resolution, x, y):
     along_x = (x - origin_x) / resolution - 0.5
     along_y = (y - origin_y) / resolution - 0.5
     if not (0.0 <= along_x < columns - 1 and 0.0 <= along_y < rows - 1):
-        column = min(max(round(along_x), 0), columns - 1)
-        row = min(max(round(along_y), 0), rows - 1)
+        column = int(min(max(along_x + 0.5, 0.0), columns - 1.0))
+        row = int(min(max(along_y + 0.5, 0.0), rows - 1.0))
         return field[row, column], 0.0, 0.0
     column, row = int(along_x), int(along_y)
     a, b = along_x - column, along_y - row
