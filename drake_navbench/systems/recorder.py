@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -49,6 +50,11 @@ class Recording:
             self.diagnostics.append((time_s, with_thinned_arrays(diagnostics)))
         else:
             self.diagnostics.append((time_s, without_arrays(diagnostics)))
+
+    def add_events(self, latest: Sequence[tuple[float, dict[str, Any]]]) -> None:
+        """Adds those events that are newer than all that are there."""
+        newest_s = self.events[-1][0] if self.events else -math.inf
+        self.events.extend(event for event in latest if event[0] > newest_s)
 
     def table(self) -> np.ndarray:
         """Returns (samples, columns) all rows."""
