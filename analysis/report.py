@@ -162,6 +162,8 @@ def _scenario(analysis: FolderAnalysis, scenario: ScenarioAnalysis) -> dict[str,
         "comparisons": [f for f in figures if not f.controller],
         "sheets": [f for f in figures if f.controller],
         "replay": _relative(analysis.path, replay),
+        "journeys": [entry for entry in scenario.trials if len(entry.legs) > 1],
+        "narrated": [entry for entry in scenario.trials if entry.deeds],
     }
 
 

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
+from drake_navbench.analysis.journey import Deed, Leg, deeds_of, legs_of
 from drake_navbench.analysis.metrics.registry import all_metrics, measure_all
 from drake_navbench.analysis.statistics import (
     Interval,
@@ -48,11 +49,16 @@ class LeftOut(NamedTuple):
 
 
 class TrialEntry(NamedTuple):
-    """A trial that was read: its row, the reasons of undefined metrics, where its log is."""
+    """A trial that was read: its row, the reasons of undefined metrics, where its log is.
+
+    legs, deeds: of trials with a navigator.
+    """
 
     row: dict[str, object]
     reasons: dict[str, str]
     path: str
+    legs: Sequence[Leg] = ()
+    deeds: Sequence[Deed] = ()
 
 
 class Cell(NamedTuple):
@@ -122,7 +128,7 @@ def read_trials(
         row.update({key: value.value for key, value in measured.items()})
         reasons = {key: value.reason for key, value in measured.items() if value.reason}
         logs.append(log)
-        entries.append(TrialEntry(row, reasons, name))
+        entries.append(TrialEntry(row, reasons, name, legs_of(log), deeds_of(log)))
     return logs, entries, left_out
 
 

@@ -9,6 +9,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import NullLocator
 
 from drake_navbench.analysis.figures.style import (
     INK,
@@ -110,6 +111,9 @@ def compute_figure(logs: Logs, look: Look) -> Figure | None:
     axes.axvline(period_ms, color=INK, lw=0.9, ls=(0, (4, 3)), label="control period")
     axes.set_xscale("log")
     axes.set_yscale("log")
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_formatter("{x:g}")
+        axis.set_minor_locator(NullLocator())
     axes.set_xlabel("compute time of a control cycle [ms]")
     axes.set_ylabel("share of cycles at least as long")
     axes.set_title("Compute time, all cycles of all trials")

@@ -1,0 +1,103 @@
+"""How a trial went leg by leg, and what the navigator did when: for trials with a navigator."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import groupby
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from drake_navbench.analysis.metrics.signals import polyline_length, positions, times
+from drake_navbench.log import TrialLog
+
+# The nodes of Nav2's trees that act; the others only decide which of these is next. A node's name
+# may end in where it stands, such as ClearLocalCostmap-Context.
+ACTIONS = frozenset(
+    {
+        "BackUp",
+        "ClearGlobalCostmap",
+        "ClearLocalCostmap",
+        "ComputePathToPose",
+        "DriveOnHeading",
+        "FollowPath",
+        "SmoothPath",
+        "Spin",
+        "Wait",
+    }
+)
+STATUS_WORDS = {"running": "begins", "success": "succeeds", "failure": "fails"}
+NEW_PLAN = "new plan"
+
+
+class Leg(NamedTuple):
+    """The way to one goal.
+
+    goal: x m, y m, yaw rad. driven_m: length of the true path. recoveries: actions started.
+    """
+
+    goal: tuple[float, ...]
+    outcome: str
+    reason: str
+    start_s: float
+    duration_s: float
+    driven_m: float
+    recoveries: int
+
+
+class Deed(NamedTuple):
+    """What the navigator did, `count` times in a row from first_s to last_s."""
+
+    first_s: float
+    last_s: float
+    text: str
+    count: int
+
+
+def legs_of(log: TrialLog) -> list[Leg]:
+    """Returns the legs that ended, in order; none where the trial had no navigator."""
+    return [
+        Leg(
+            goal=tuple(leg["goal"]),
+            outcome=leg["outcome"],
+            reason=leg["reason"],
+            start_s=leg["start_time_s"],
+            duration_s=leg["end_time_s"] - leg["start_time_s"],
+            driven_m=_driven_between(log, leg["start_time_s"], leg["end_time_s"]),
+            recoveries=leg["recovery_count"],
+        )
+        for leg in log.info.get("legs", [])
+    ]
+
+
+def deeds_of(log: TrialLog) -> list[Deed]:
+    """Returns what the navigator's actions did, equal deeds in a row as one."""
+    told = [(time_s, text) for time_s, event in log.events if (text := _text(event))]
+    deeds = []
+    for text, group in groupby(told, key=lambda pair: pair[1]):
+        moments = [time_s for time_s, _ in group]
+        deeds.append(Deed(moments[0], moments[-1], text, len(moments)))
+    return deeds
+
+
+def _text(event: Mapping[str, Any]) -> str:
+    """Returns an event in words, '' for one not worth telling."""
+    if "plan_id" in event:
+        return NEW_PLAN
+    name, status = event["node"], event["status"]
+    # That a path was computed is told as the new plan.
+    is_told_otherwise = name == "ComputePathToPose" and status == "success"
+    if name.partition("-")[0] not in ACTIONS or status not in STATUS_WORDS or is_told_otherwise:
+        return ""
+    return f"{name} {STATUS_WORDS[status]}"
+
+
+def _driven_between(log: TrialLog, start_s: float, end_s: float) -> float:
+    """Returns the driven length between two moments, linear between samples, m."""
+    if len(log.samples) == 0:
+        return 0.0
+    time_s, path = times(log), positions(log)
+    inside = time_s[(time_s > start_s) & (time_s < end_s)]
+    moments = np.concatenate([[start_s], inside, [end_s]])
+    points = [np.interp(moments, time_s, path[:, axis]) for axis in range(2)]
+    return polyline_length(np.column_stack(points))
