@@ -11,24 +11,24 @@ import shapely
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from drake_navbench.behavior_tree.settings import BehaviorTreeSettings
-from drake_navbench.behaviors import BehaviorServerParameters
-from drake_navbench.checker_settings import (
+from drake_navbench.costmaps.costmap_settings import GlobalCostmapSettings, LocalCostmapSettings
+from drake_navbench.errors import InputError
+from drake_navbench.kernels.footprint import circle_footprint, footprint_radii, pad_footprint
+from drake_navbench.named_files import NamedFiles
+from drake_navbench.navigation.behavior_tree.settings import BehaviorTreeSettings
+from drake_navbench.navigation.behaviors import BehaviorServerParameters
+from drake_navbench.navigation.checker_settings import (
     GoalCheckerSettings,
     ProgressCheckerSettings,
 )
-from drake_navbench.collision_monitor import CollisionMonitorParameters
-from drake_navbench.costmap_settings import GlobalCostmapSettings, LocalCostmapSettings
-from drake_navbench.errors import InputError
-from drake_navbench.goal_checkers import SimpleGoalCheckerParameters
-from drake_navbench.kernels.footprint import circle_footprint, footprint_radii, pad_footprint
-from drake_navbench.named_files import NamedFiles
-from drake_navbench.path_handler import PathHandlerParameters
-from drake_navbench.planner_parameters import PlannerParameters
-from drake_navbench.progress_checkers import SimpleProgressCheckerParameters
+from drake_navbench.navigation.collision_monitor import CollisionMonitorParameters
+from drake_navbench.navigation.goal_checkers import SimpleGoalCheckerParameters
+from drake_navbench.navigation.path_handler import PathHandlerParameters
+from drake_navbench.navigation.planner_parameters import PlannerParameters
+from drake_navbench.navigation.progress_checkers import SimpleProgressCheckerParameters
+from drake_navbench.navigation.velocity_smoother import VelocitySmootherParameters
+from drake_navbench.navigation.waypoint_follower import WaypointFollowerParameters
 from drake_navbench.typed_yaml import FrozenModel, read_yaml, validate
-from drake_navbench.velocity_smoother import VelocitySmootherParameters
-from drake_navbench.waypoint_follower import WaypointFollowerParameters
 
 ROBOT_FILES = NamedFiles(kind="robot", package="drake_navbench.models")
 

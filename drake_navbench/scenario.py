@@ -10,18 +10,23 @@ import numpy as np
 import shapely
 from pydantic import Field, field_validator, model_validator
 
+from drake_navbench.costmaps.filter_masks import (
+    FilterDescription,
+    FilterMask,
+    Lattice,
+    load_filter_mask,
+)
+from drake_navbench.costmaps.map_file import UNKNOWN, OccupancyMap, load_map
+from drake_navbench.costmaps.map_world import occupied_boxes
 from drake_navbench.errors import InputError
-from drake_navbench.filter_masks import FilterDescription, FilterMask, Lattice, load_filter_mask
 from drake_navbench.kernels.rasterize import MASK_FULL
-from drake_navbench.map_file import UNKNOWN, OccupancyMap, load_map
-from drake_navbench.map_world import occupied_boxes
 from drake_navbench.named_files import NamedFiles
-from drake_navbench.noise import NoiseKey, NoiseStream
-from drake_navbench.robot import Robot
-from drake_navbench.smoother_parameters import (
+from drake_navbench.navigation.smoother_parameters import (
     ConstrainedSmootherParameters,
     SimpleSmootherParameters,
 )
+from drake_navbench.noise import NoiseKey, NoiseStream
+from drake_navbench.robot import Robot
 from drake_navbench.typed_yaml import FrozenModel, read_yaml, validate
 from drake_navbench.world import Obstacle, Point, World, place_footprint
 

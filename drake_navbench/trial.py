@@ -16,18 +16,18 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorC
 from pydrake.systems.framework import Context, EventStatus
 
 from drake_navbench.controller import ControllerSetup
+from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.diagram import TrialDiagram, build_trial_diagram
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.log import COLUMNS, Outcome, TrialLog
-from drake_navbench.map_file import OccupancyMap
-from drake_navbench.navigation_wiring import FollowPlan, NavigateToPoses
-from drake_navbench.planning import global_layers, known_map, make_plan
+from drake_navbench.navigation.navigation_wiring import FollowPlan, NavigateToPoses
+from drake_navbench.navigation.planning import global_layers, known_map, make_plan
+from drake_navbench.navigation.task import TaskState, TaskStatus
 from drake_navbench.presets import Preset, load_preset
 from drake_navbench.robot import Robot, load_robot
 from drake_navbench.scenario import Scenario, check_task, load_scenario
 from drake_navbench.systems.recorder import Recording
 from drake_navbench.systems.tree_navigator import TreeNavigator
-from drake_navbench.task import TaskState, TaskStatus
 from drake_navbench.timing import CONTROLLER_OFFSET_S
 
 Array = NDArray[np.float64]

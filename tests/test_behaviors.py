@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from drake_navbench.behaviors import (
+from drake_navbench.kernels.grid import LETHAL, NO_INFORMATION, Costmap
+from drake_navbench.navigation.behaviors import (
     BackUp,
     BehaviorServerParameters,
     DriveOnHeading,
@@ -13,7 +14,6 @@ from drake_navbench.behaviors import (
     Surroundings,
     Wait,
 )
-from drake_navbench.kernels.grid import LETHAL, NO_INFORMATION, Costmap
 
 PARAMETERS = BehaviorServerParameters()
 # A robot of 1.0 m x 0.4 m about its reference point.

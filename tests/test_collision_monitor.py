@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from drake_navbench.collision_monitor import (
+from drake_navbench.errors import InputError
+from drake_navbench.navigation.collision_monitor import (
     INVALID_SOURCE,
     CollisionMonitor,
     CollisionMonitorParameters,
     MonitorState,
     points_in_base,
 )
-from drake_navbench.errors import InputError
 from drake_navbench.robot import load_robot
 
 FOOTPRINT = np.array([[0.5, 0.25], [0.5, -0.25], [-0.5, -0.25], [-0.5, 0.25]])

@@ -8,12 +8,6 @@ from pydantic import ValidationError
 from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import least_squares
 
-from drake_navbench.constrained_smoother import (
-    ConstrainedSmootherParameters,
-    FailedToSmoothPath,
-    knot_problem,
-    smooth_path,
-)
 from drake_navbench.errors import InputError
 from drake_navbench.kernels.constrained_smoothing import (
     gauss_newton_hessian,
@@ -25,6 +19,12 @@ from drake_navbench.kernels.constrained_smoothing import (
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.kernels.path_geometry import path_from_elements, path_from_polyline
 from drake_navbench.kernels.smoothing_knots import driving_signs, select_knots
+from drake_navbench.navigation.constrained_smoother import (
+    ConstrainedSmootherParameters,
+    FailedToSmoothPath,
+    knot_problem,
+    smooth_path,
+)
 
 RESOLUTION_M = 0.05
 DEFAULT = ConstrainedSmootherParameters()

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from drake_navbench.goal_checkers import (
+from drake_navbench.navigation.goal_checkers import (
     GOAL_CHECKERS,
     AdaptiveToleranceGoalChecker,
     AxisGoalChecker,

@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis.extra.numpy import arrays
 from PIL import Image
 
+from drake_navbench.costmaps.map_file import OCCUPIED, UNKNOWN, OccupancyMap
+from drake_navbench.costmaps.map_world import occupied_boxes
 from drake_navbench.kernels.grid import FREE, LETHAL, NO_INFORMATION
-from drake_navbench.map_file import OCCUPIED, UNKNOWN, OccupancyMap
-from drake_navbench.map_world import occupied_boxes
-from drake_navbench.planning import global_costmap, known_map
+from drake_navbench.navigation.planning import global_costmap, known_map
 from drake_navbench.robot import Robot
 from drake_navbench.run import EXIT_WRONG_INPUT, main
 from drake_navbench.scenario import load_scenario

@@ -9,7 +9,7 @@ from pydantic import ValidationError
 from drake_navbench.errors import InputError, NavbenchError
 from drake_navbench.kernels.footprint import circle_footprint
 from drake_navbench.kernels.grid import Costmap
-from drake_navbench.planner import (
+from drake_navbench.navigation.planner import (
     GoalOccupied,
     GoalOutsideMapBounds,
     NoValidPathCouldBeFound,
@@ -19,7 +19,7 @@ from drake_navbench.planner import (
     downsample,
     plan_path,
 )
-from drake_navbench.planner_parameters import PlannerParameters
+from drake_navbench.navigation.planner_parameters import PlannerParameters
 
 RESOLUTION_M = 0.05
 LETHAL, UNKNOWN = 254, 255

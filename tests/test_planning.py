@@ -5,8 +5,8 @@ import pytest
 
 from drake_navbench.errors import InputError
 from drake_navbench.kernels.path_geometry import path_length
-from drake_navbench.planner import GoalOccupied, PlanningError
-from drake_navbench.planning import global_costmap, make_plan
+from drake_navbench.navigation.planner import GoalOccupied, PlanningError
+from drake_navbench.navigation.planning import global_costmap, make_plan
 from drake_navbench.robot import Robot, load_robot
 from drake_navbench.scenario import Scenario, load_scenario
 from drake_navbench.typed_yaml import validate

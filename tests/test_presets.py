@@ -73,9 +73,7 @@ def test_a_preset_may_ask_for_a_longer_local_plan(tmp_path: Path):
 
 def test_a_wrong_field_of_the_path_handler_is_named(tmp_path: Path):
     path = tmp_path / "far.yaml"
-    path.write_text(
-        "controller: rpp\ndescription: sees farther\npath_handler: {prune_dist: 3.0}\n"
-    )
+    path.write_text("controller: rpp\ndescription: sees farther\npath_handler: {prune_dist: 3.0}\n")
     (preset,) = load_parameter_file(path)
     with pytest.raises(InputError, match=r"prune_dist: unknown field; did you mean"):
         preset.robot(load_robot("wheelchair"))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from drake_navbench.progress_checkers import (
+from drake_navbench.navigation.progress_checkers import (
     PROGRESS_CHECKERS,
     PoseProgressChecker,
     PoseProgressCheckerParameters,

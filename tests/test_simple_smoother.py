@@ -7,7 +7,7 @@ import pytest
 
 from drake_navbench.errors import InputError
 from drake_navbench.kernels.grid import Costmap
-from drake_navbench.simple_smoother import SimpleSmootherParameters, smooth_path
+from drake_navbench.navigation.simple_smoother import SimpleSmootherParameters, smooth_path
 
 EMPTY = Costmap(np.zeros((100, 100), dtype=np.uint8), 0.0, 0.0, 0.05)
 DEFAULT = SimpleSmootherParameters()

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from drake_navbench.velocity_smoother import (
+from drake_navbench.navigation.velocity_smoother import (
     SmootherState,
     VelocitySmoother,
     VelocitySmootherParameters,

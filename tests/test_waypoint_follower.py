@@ -2,8 +2,8 @@
 
 import pytest
 
-from drake_navbench.task import TaskState, TaskStatus
-from drake_navbench.waypoint_follower import (
+from drake_navbench.navigation.task import TaskState, TaskStatus
+from drake_navbench.navigation.waypoint_follower import (
     Progress,
     WaypointFollower,
     WaypointFollowerParameters,

@@ -10,8 +10,8 @@ from pydrake.geometry import Rgba
 from drake_navbench.analysis.replay.ground_texture import textured_square
 from drake_navbench.analysis.replay.rolling import BaseMotion
 from drake_navbench.analysis.replay.stage import Stage, frame_of
+from drake_navbench.costmaps.layered_costmap import local_layers
 from drake_navbench.kernels.grid import Costmap
-from drake_navbench.layered_costmap import local_layers
 from drake_navbench.log import Scan, TrialLog
 from drake_navbench.robot import Robot
 

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 
-from drake_navbench.behaviors import BEHAVIORS, BehaviorServerParameters, Surroundings
 from drake_navbench.immutable import Immutable
-from drake_navbench.task import BehaviorGoal, TaskState, TaskStatus
+from drake_navbench.navigation.behaviors import BEHAVIORS, BehaviorServerParameters, Surroundings
+from drake_navbench.navigation.task import BehaviorGoal, TaskState, TaskStatus
 
 
 @dataclass(frozen=True, eq=False)

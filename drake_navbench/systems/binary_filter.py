@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, State
 
-from drake_navbench.costmap_settings import BinaryFilterSettings
-from drake_navbench.filter_masks import FilterMask
+from drake_navbench.costmaps.costmap_settings import BinaryFilterSettings
+from drake_navbench.costmaps.filter_masks import FilterMask
 from drake_navbench.immutable import Immutable
 from drake_navbench.kernels.rasterize import MASK_UNKNOWN
 

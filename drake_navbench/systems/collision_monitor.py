@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, State
 
-from drake_navbench.collision_monitor import (
+from drake_navbench.log import Scan
+from drake_navbench.navigation.collision_monitor import (
     CollisionMonitor,
     CollisionMonitorParameters,
     MonitorState,
     points_in_base,
 )
-from drake_navbench.log import Scan
 from drake_navbench.robot import LidarSettings
 
 

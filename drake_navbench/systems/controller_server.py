@@ -22,14 +22,14 @@ from drake_navbench.controller import (
     Observation,
     SpeedLimit,
 )
-from drake_navbench.goal_checkers import GoalChecker
 from drake_navbench.immutable import Immutable
 from drake_navbench.kernels.grid import Costmap
+from drake_navbench.navigation.goal_checkers import GoalChecker
+from drake_navbench.navigation.path_handler import PathHandler
+from drake_navbench.navigation.progress_checkers import SimpleProgressChecker
+from drake_navbench.navigation.task import ClearRequest, GlobalPlan, TaskState, TaskStatus
 from drake_navbench.noise import NoiseKey, NoiseStream
-from drake_navbench.path_handler import PathHandler
-from drake_navbench.progress_checkers import SimpleProgressChecker
 from drake_navbench.robot import ControllerServerSettings
-from drake_navbench.task import ClearRequest, GlobalPlan, TaskState, TaskStatus
 
 PATIENCE_EXCEEDED = 104
 FAILED_TO_MAKE_PROGRESS = 105

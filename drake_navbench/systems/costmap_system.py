@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, State
 
+from drake_navbench.costmaps.layered_costmap import LayeredCostmap, LayersState
 from drake_navbench.immutable import Immutable
-from drake_navbench.layered_costmap import LayeredCostmap, LayersState
-from drake_navbench.task import ClearRequest
+from drake_navbench.navigation.task import ClearRequest
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.layered_costmap import LayeredCostmap
+from drake_navbench.costmaps.layered_costmap import LayeredCostmap
 from drake_navbench.systems.costmap_system import CostmapSystem
 
 

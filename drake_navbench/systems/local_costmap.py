@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.costmap_settings import LocalCostmapSettings
-from drake_navbench.filter_masks import FilterMask
-from drake_navbench.layered_costmap import local_layers
-from drake_navbench.map_file import OccupancyMap
+from drake_navbench.costmaps.costmap_settings import LocalCostmapSettings
+from drake_navbench.costmaps.filter_masks import FilterMask
+from drake_navbench.costmaps.layered_costmap import local_layers
+from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.robot import LidarSettings
 from drake_navbench.systems.costmap_system import CostmapSystem
 

@@ -11,8 +11,8 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, State
 
 from drake_navbench.immutable import Immutable
-from drake_navbench.planner import PlanningError
-from drake_navbench.task import GlobalPlan, TaskState, TaskStatus
+from drake_navbench.navigation.planner import PlanningError
+from drake_navbench.navigation.task import GlobalPlan, TaskState, TaskStatus
 
 
 @dataclass(frozen=True)

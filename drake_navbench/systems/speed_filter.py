@@ -11,7 +11,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, State
 
 from drake_navbench.controller import SpeedLimit
-from drake_navbench.filter_masks import FilterMask
+from drake_navbench.costmaps.filter_masks import FilterMask
 from drake_navbench.immutable import Immutable
 from drake_navbench.kernels.rasterize import MASK_UNKNOWN
 

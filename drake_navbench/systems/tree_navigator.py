@@ -12,19 +12,24 @@ from py_trees.common import Status
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, State
 
-from drake_navbench.behavior_tree.board import (
+from drake_navbench.immutable import Immutable
+from drake_navbench.navigation.behavior_tree.board import (
     Blackboard,
     Board,
     IsPathValid,
     MakePlan,
     TickInputs,
 )
-from drake_navbench.behavior_tree.navigate_to_pose import navigate_to_pose_tree
-from drake_navbench.behavior_tree.settings import BehaviorTreeSettings
-from drake_navbench.behavior_tree.snapshot import Snapshot, nodes_of, restore, take_snapshot
-from drake_navbench.immutable import Immutable
-from drake_navbench.task import TaskState, TaskStatus
-from drake_navbench.waypoint_follower import Progress, WaypointFollower
+from drake_navbench.navigation.behavior_tree.navigate_to_pose import navigate_to_pose_tree
+from drake_navbench.navigation.behavior_tree.settings import BehaviorTreeSettings
+from drake_navbench.navigation.behavior_tree.snapshot import (
+    Snapshot,
+    nodes_of,
+    restore,
+    take_snapshot,
+)
+from drake_navbench.navigation.task import TaskState, TaskStatus
+from drake_navbench.navigation.waypoint_follower import Progress, WaypointFollower
 
 UNKNOWN = 9000
 # Longer than any recorder's period, so that none misses an event between two looks.

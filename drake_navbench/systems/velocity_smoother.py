@@ -6,7 +6,7 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, State
 
-from drake_navbench.velocity_smoother import (
+from drake_navbench.navigation.velocity_smoother import (
     SmootherState,
     VelocitySmoother,
     VelocitySmootherParameters,

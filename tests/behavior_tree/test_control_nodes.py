@@ -6,7 +6,7 @@ S, F, R stand for success, failure, running.
 import pytest
 from py_trees.common import Status
 
-from drake_navbench.behavior_tree.control_nodes import (
+from drake_navbench.navigation.behavior_tree.control_nodes import (
     FallbackNode,
     InverterNode,
     PipelineSequence,
@@ -18,7 +18,7 @@ from drake_navbench.behavior_tree.control_nodes import (
     SequenceNode,
     TreeNode,
 )
-from drake_navbench.behavior_tree.snapshot import nodes_of, restore, take_snapshot
+from drake_navbench.navigation.behavior_tree.snapshot import nodes_of, restore, take_snapshot
 
 STATUS = {"S": Status.SUCCESS, "F": Status.FAILURE, "R": Status.RUNNING}
 LETTER = {status: letter for letter, status in STATUS.items()}

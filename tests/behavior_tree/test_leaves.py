@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from py_trees.common import Status
 
-from drake_navbench.behavior_tree.board import Board, TickInputs
-from drake_navbench.behavior_tree.leaves import (
+from drake_navbench.navigation.behavior_tree.board import Board, TickInputs
+from drake_navbench.navigation.behavior_tree.leaves import (
     COMPUTE_PATH,
     FOLLOW_PATH,
     ComputePathToPose,
@@ -21,8 +21,8 @@ from drake_navbench.behavior_tree.leaves import (
     WouldRecoveryHelp,
     nearest_index,
 )
-from drake_navbench.planner import NoValidPathCouldBeFound
-from drake_navbench.task import TaskState, TaskStatus
+from drake_navbench.navigation.planner import NoValidPathCouldBeFound
+from drake_navbench.navigation.task import TaskState, TaskStatus
 
 
 def straight(length_m: float) -> np.ndarray:

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from scipy.ndimage import distance_transform_edt
 
-from drake_navbench import constrained_smoother
-from drake_navbench.constrained_smoother import ConstrainedSmootherParameters
 from drake_navbench.kernels.astar import FOUND, search
 from drake_navbench.kernels.grid import Costmap
-from drake_navbench.planner import plan_path
-from drake_navbench.planner_parameters import PlannerParameters
-from drake_navbench.simple_smoother import SimpleSmootherParameters, smooth_path
+from drake_navbench.navigation import constrained_smoother
+from drake_navbench.navigation.constrained_smoother import ConstrainedSmootherParameters
+from drake_navbench.navigation.planner import plan_path
+from drake_navbench.navigation.planner_parameters import PlannerParameters
+from drake_navbench.navigation.simple_smoother import SimpleSmootherParameters, smooth_path
 
 RESOLUTION_M = 0.05
 ROOMS = 10

@@ -11,10 +11,10 @@ import pytest
 
 from drake_navbench.controller import ControllerSetup, Observation
 from drake_navbench.controllers.rpp import RegulatedPurePursuit, RegulatedPurePursuitParameters
-from drake_navbench.goal_checkers import SimpleGoalChecker, SimpleGoalCheckerParameters
 from drake_navbench.kernels.footprint import footprint_radii
 from drake_navbench.kernels.grid import Costmap
-from drake_navbench.path_handler import PathHandler, PathHandlerParameters
+from drake_navbench.navigation.goal_checkers import SimpleGoalChecker, SimpleGoalCheckerParameters
+from drake_navbench.navigation.path_handler import PathHandler, PathHandlerParameters
 
 PLAN = np.column_stack([np.arange(0.0, 15.0, 0.05), np.zeros((300, 2))])
 POSE = np.array([0.01, 0.05, 0.05])

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from drake_navbench.controller import InvalidPath
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.kernels.path_pruning import arc_length
-from drake_navbench.path_handler import PathHandler, PathHandlerParameters
+from drake_navbench.navigation.path_handler import PathHandler, PathHandlerParameters
 
 RESOLUTION = 0.0625  # exact in binary, so that moving by whole cells moves every number exactly
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from drake_navbench.behaviors import BehaviorServerParameters
 from drake_navbench.kernels.grid import Costmap
+from drake_navbench.navigation.behaviors import BehaviorServerParameters
+from drake_navbench.navigation.task import BehaviorGoal, TaskState
 from drake_navbench.systems.behavior_server import BehaviorServer
-from drake_navbench.task import BehaviorGoal, TaskState
 
 FOOTPRINT = np.array([[0.5, 0.2], [0.5, -0.2], [-0.5, -0.2], [-0.5, 0.2]])
 BACK = {"target_x": 0.3, "speed": 0.15, "time_allowance": 10.0}

@@ -5,16 +5,16 @@ import pytest
 from pydrake.systems.analysis import Simulator
 
 from drake_navbench.controller import Decision, SpeedLimit
-from drake_navbench.goal_checkers import SimpleGoalChecker, SimpleGoalCheckerParameters
 from drake_navbench.kernels.grid import Costmap
-from drake_navbench.path_handler import PathHandler, PathHandlerParameters
-from drake_navbench.progress_checkers import (
+from drake_navbench.navigation.goal_checkers import SimpleGoalChecker, SimpleGoalCheckerParameters
+from drake_navbench.navigation.path_handler import PathHandler, PathHandlerParameters
+from drake_navbench.navigation.progress_checkers import (
     SimpleProgressChecker,
     SimpleProgressCheckerParameters,
 )
+from drake_navbench.navigation.task import ClearRequest, GlobalPlan, TaskState
 from drake_navbench.robot import ControllerServerSettings
 from drake_navbench.systems.controller_server import ControllerServer
-from drake_navbench.task import ClearRequest, GlobalPlan, TaskState
 
 PERIOD_S = 0.05
 

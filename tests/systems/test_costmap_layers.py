@@ -9,17 +9,17 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
-from drake_navbench.costmap_settings import GlobalCostmapSettings, LocalCostmapSettings
-from drake_navbench.filter_masks import FilterMask
+from drake_navbench.costmaps.costmap_settings import GlobalCostmapSettings, LocalCostmapSettings
+from drake_navbench.costmaps.filter_masks import FilterMask
+from drake_navbench.costmaps.layered_costmap import GridGeometry, LayeredCostmap
+from drake_navbench.costmaps.map_file import OCCUPIED, UNKNOWN, OccupancyMap
 from drake_navbench.kernels.grid import FREE, INSCRIBED, LETHAL, NO_INFORMATION
-from drake_navbench.layered_costmap import GridGeometry, LayeredCostmap
-from drake_navbench.map_file import OCCUPIED, UNKNOWN, OccupancyMap
+from drake_navbench.navigation.task import ClearRequest
 from drake_navbench.robot import LidarSettings
 from drake_navbench.systems.costmap_system import CostmapSystem
 from drake_navbench.systems.global_costmap import GlobalCostmap
 from drake_navbench.systems.lidar import Lidar
 from drake_navbench.systems.local_costmap import LocalCostmap
-from drake_navbench.task import ClearRequest
 from drake_navbench.world import Box, World
 
 # A square of 0.2 m: it covers the cells of 0.1 m within 0.1 m of the robot.

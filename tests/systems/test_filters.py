@@ -7,15 +7,15 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
 from drake_navbench.controller import SpeedLimit
-from drake_navbench.costmap_settings import BinaryFilterSettings
-from drake_navbench.filter_masks import (
+from drake_navbench.costmaps.costmap_settings import BinaryFilterSettings
+from drake_navbench.costmaps.filter_masks import (
     FilterArea,
     FilterDescription,
     FilterMask,
     Lattice,
     load_filter_mask,
 )
-from drake_navbench.map_file import UNKNOWN, OccupancyMap
+from drake_navbench.costmaps.map_file import UNKNOWN, OccupancyMap
 from drake_navbench.systems.binary_filter import BinaryFilter
 from drake_navbench.systems.speed_filter import SpeedFilter
 

@@ -6,8 +6,8 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
+from drake_navbench.costmaps.costmap_settings import LocalCostmapSettings
 from drake_navbench.kernels.grid import FREE, INSCRIBED, LETHAL
-from drake_navbench.costmap_settings import LocalCostmapSettings
 from drake_navbench.robot import LidarSettings
 from drake_navbench.systems.lidar import Lidar
 from drake_navbench.systems.local_costmap import LocalCostmap

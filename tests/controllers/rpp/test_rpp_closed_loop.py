@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 
 from drake_navbench.controller import ControllerSetup, NoValidControl, Observation
 from drake_navbench.controllers.rpp import RegulatedPurePursuit, RegulatedPurePursuitParameters
-from drake_navbench.goal_checkers import SimpleGoalChecker, SimpleGoalCheckerParameters
 from drake_navbench.kernels.grid import Costmap
-from drake_navbench.path_handler import PathHandler, PathHandlerParameters
+from drake_navbench.navigation.goal_checkers import SimpleGoalChecker, SimpleGoalCheckerParameters
+from drake_navbench.navigation.path_handler import PathHandler, PathHandlerParameters
 
 PERIOD_S = 0.05
 RESOLUTION = 0.0625  # exact in binary: moving by whole cells moves every number exactly

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from pydantic import Field
 
 from drake_navbench.immutable import Immutable
-from drake_navbench.task import Leg, TaskState, TaskStatus
+from drake_navbench.navigation.task import Leg, TaskState, TaskStatus
 from drake_navbench.typed_yaml import FrozenModel
 
 STOP_ON_MISSED_WAYPOINT = 603

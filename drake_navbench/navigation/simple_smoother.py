@@ -15,7 +15,7 @@ from drake_navbench.kernels.path_smoothing import (
     directional_segments,
     smooth_segment,
 )
-from drake_navbench.smoother_parameters import SimpleSmootherParameters
+from drake_navbench.navigation.smoother_parameters import SimpleSmootherParameters
 
 
 def smooth_path(

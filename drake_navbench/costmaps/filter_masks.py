@@ -12,12 +12,12 @@ import shapely
 from numpy.typing import NDArray
 from pydantic import Field, field_validator, model_validator
 
-from drake_navbench.costmap_settings import FilterName
+from drake_navbench.costmaps.costmap_settings import FilterName
+from drake_navbench.costmaps.map_file import OccupancyMap, load_map
 from drake_navbench.errors import InputError
 from drake_navbench.immutable import Immutable
 from drake_navbench.kernels.grid import FREE, LETHAL
 from drake_navbench.kernels.rasterize import MASK_FULL, mark_polygon
-from drake_navbench.map_file import OccupancyMap, load_map
 from drake_navbench.typed_yaml import FrozenModel
 
 FilterType = Literal["keepout", "speed_percent", "speed_absolute", "binary"]

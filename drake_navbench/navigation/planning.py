@@ -7,13 +7,13 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench import constrained_smoother, simple_smoother
+from drake_navbench.costmaps.layered_costmap import GridGeometry, LayeredCostmap
+from drake_navbench.costmaps.map_file import OCCUPIED, OccupancyMap
 from drake_navbench.kernels.grid import FREE, LETHAL, Costmap
 from drake_navbench.kernels.path_geometry import path_from_elements, path_from_polyline
 from drake_navbench.kernels.rasterize import mark_polygon
-from drake_navbench.layered_costmap import GridGeometry, LayeredCostmap
-from drake_navbench.map_file import OCCUPIED, OccupancyMap
-from drake_navbench.planner import PlanningError, plan_path
+from drake_navbench.navigation import constrained_smoother, simple_smoother
+from drake_navbench.navigation.planner import PlanningError, plan_path
 from drake_navbench.robot import Robot
 from drake_navbench.scenario import (
     Arc,

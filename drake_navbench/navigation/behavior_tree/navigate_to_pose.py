@@ -5,8 +5,8 @@ The selectors of plugins, which choose nothing here, are left out.
 
 from __future__ import annotations
 
-from drake_navbench.behavior_tree.board import Board
-from drake_navbench.behavior_tree.control_nodes import (
+from drake_navbench.navigation.behavior_tree.board import Board
+from drake_navbench.navigation.behavior_tree.control_nodes import (
     FallbackNode,
     InverterNode,
     PipelineSequence,
@@ -18,7 +18,7 @@ from drake_navbench.behavior_tree.control_nodes import (
     SequenceNode,
     TreeNode,
 )
-from drake_navbench.behavior_tree.leaves import (
+from drake_navbench.navigation.behavior_tree.leaves import (
     COMPUTE_PATH,
     FOLLOW_PATH,
     ClearEntireCostmap,
@@ -32,7 +32,7 @@ from drake_navbench.behavior_tree.leaves import (
     ValidatePath,
     WouldRecoveryHelp,
 )
-from drake_navbench.behavior_tree.settings import BehaviorTreeSettings
+from drake_navbench.navigation.behavior_tree.settings import BehaviorTreeSettings
 
 LOCAL = "clear_local"
 GLOBAL = "clear_global"

@@ -19,7 +19,7 @@ from drake_navbench.kernels import astar
 from drake_navbench.kernels.footprint import footprint_cost
 from drake_navbench.kernels.grid import LETHAL, NO_INFORMATION, Costmap
 from drake_navbench.kernels.path_smoothing import smooth_grid_path, with_headings
-from drake_navbench.planner_parameters import PlannerParameters
+from drake_navbench.navigation.planner_parameters import PlannerParameters
 
 Array = NDArray[np.float64]
 

@@ -66,7 +66,7 @@ class GlobalPlan(Immutable):
 class BehaviorGoal(Immutable):
     """What a behaviour is to do: Nav2's Spin, BackUp, DriveOnHeading and Wait goals.
 
-    behavior: its name in `drake_navbench.behaviors.BEHAVIORS`. arguments: of that behaviour.
+    behavior: its name in `behaviors.BEHAVIORS`. arguments: of that behaviour.
     """
 
     task_id: int

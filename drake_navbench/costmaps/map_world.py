@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from drake_navbench.map_file import OCCUPIED, OccupancyMap
+from drake_navbench.costmaps.map_file import OCCUPIED, OccupancyMap
 from drake_navbench.world import Box
 
 # Rectangles of cells: first row, past the last row, first column, past the last column.

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from drake_navbench.immutable import Immutable
 from drake_navbench.kernels.grid import Costmap
-from drake_navbench.task import BehaviorGoal, ClearRequest, GlobalPlan, TaskStatus
+from drake_navbench.navigation.task import BehaviorGoal, ClearRequest, GlobalPlan, TaskStatus
 
 Pose = NDArray[np.float64]
 MakePlan = Callable[[Pose, Pose, Costmap], NDArray[np.float64]]

@@ -8,8 +8,8 @@ from typing import Annotated, Any, Union
 from pydantic import BaseModel, BeforeValidator, Discriminator, Tag
 
 from drake_navbench.errors import nearest_name_hint
-from drake_navbench.goal_checkers import GOAL_CHECKERS, GoalChecker, SimpleGoalChecker
-from drake_navbench.progress_checkers import PROGRESS_CHECKERS, SimpleProgressChecker
+from drake_navbench.navigation.goal_checkers import GOAL_CHECKERS, GoalChecker, SimpleGoalChecker
+from drake_navbench.navigation.progress_checkers import PROGRESS_CHECKERS, SimpleProgressChecker
 
 
 def _choice(checkers: Mapping[str, Any], default: str) -> Any:

@@ -31,8 +31,11 @@ from drake_navbench.kernels.smoothing_knots import (
     path_through_knots,
     select_knots,
 )
+from drake_navbench.navigation.smoother_parameters import (
+    ConstrainedSmootherParameters,
+    OptimizerParameters,
+)
 from drake_navbench.program_function import cost_function
-from drake_navbench.smoother_parameters import ConstrainedSmootherParameters, OptimizerParameters
 
 Array = NDArray[np.float64]
 

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.framework import DiagramBuilder, LeafSystem, OutputPort
 
-from drake_navbench.behavior_tree.board import MakePlan
-from drake_navbench.layered_costmap import LayeredCostmap
-from drake_navbench.path_validity import is_path_valid
+from drake_navbench.costmaps.layered_costmap import LayeredCostmap
+from drake_navbench.navigation.behavior_tree.board import MakePlan
+from drake_navbench.navigation.path_validity import is_path_valid
+from drake_navbench.navigation.waypoint_follower import Pose, WaypointFollower
 from drake_navbench.robot import Robot
 from drake_navbench.systems.behavior_server import BehaviorServer
 from drake_navbench.systems.collision_monitor import CollisionMonitorSystem
@@ -29,7 +30,6 @@ from drake_navbench.timing import (
     NAVIGATOR_OFFSET_S,
     SMOOTHER_OFFSET_S,
 )
-from drake_navbench.waypoint_follower import Pose, WaypointFollower
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ which Nav2's nodes would take that a child still runs; BehaviorTree.CPP makes th
 the parent ends. Idle is `Status.INVALID` here.
 
 Everything that a node remembers beyond its status is named in its `MEMORY`, so that a snapshot can
-take it (see `drake_navbench.behavior_tree.snapshot`).
+take it (see `drake_navbench.navigation.behavior_tree.snapshot`).
 Source: nav2_behavior_tree (RecoveryNode, PipelineSequence, RoundRobinNode, RateController) of
 branch lyrical, and BehaviorTree.CPP 4.
 """

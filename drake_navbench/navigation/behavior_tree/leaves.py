@@ -14,11 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 from py_trees.common import Status
 
-from drake_navbench.behavior_tree.board import Board
-from drake_navbench.behavior_tree.control_nodes import TreeNode
 from drake_navbench.kernels.read_only import read_only
-from drake_navbench.planner import PlanningError
-from drake_navbench.task import BehaviorGoal, ClearRequest, GlobalPlan, TaskState, TaskStatus
+from drake_navbench.navigation.behavior_tree.board import Board
+from drake_navbench.navigation.behavior_tree.control_nodes import TreeNode
+from drake_navbench.navigation.planner import PlanningError
+from drake_navbench.navigation.task import (
+    BehaviorGoal,
+    ClearRequest,
+    GlobalPlan,
+    TaskState,
+    TaskStatus,
+)
 
 COMPUTE_PATH = "compute_path"
 FOLLOW_PATH = "follow_path"

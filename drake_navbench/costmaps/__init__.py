@@ -1,0 +1,1 @@
+"""What costmaps are made of: settings, layers in order, maps and filter masks."""
