@@ -128,7 +128,8 @@ def test_an_address_with_an_anchor_shows_that_section(browser, report):
     browser.open("about:blank")
     browser.open(report.as_uri() + "#metrics")
     top = browser.evaluate("document.getElementById('metrics').getBoundingClientRect().top")
-    assert 0 <= top < 200
+    # Browsers scroll by fractions of a pixel.
+    assert -1 < top < 200
     assert color_count(browser.screenshot("report-metrics")) > 20
 
 
