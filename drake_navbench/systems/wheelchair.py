@@ -15,7 +15,7 @@ from pydrake.geometry import (
     ProximityProperties,
     SceneGraph,
 )
-from pydrake.math import RigidTransform, RollPitchYaw
+from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.framework import BasicVector, Context, ContinuousState, LeafSystem
 
 from drake_navbench.robot import Drive
@@ -85,7 +85,7 @@ class Wheelchair(LeafSystem):
 
     def _calc_geometry_pose(self, context: Context, output: AbstractValue) -> None:
         state = context.get_continuous_state_vector()
-        pose = RigidTransform(RollPitchYaw(0.0, 0.0, state[2]), [state[0], state[1], 0.0])
+        pose = RigidTransform(RotationMatrix.MakeZRotation(state[2]), [state[0], state[1], 0.0])
         poses = FramePoseVector()
         poses.set_value(self.frame_id, pose)
         output.set_value(poses)
