@@ -129,23 +129,19 @@ def build_trial_diagram(
     connect_inputs(builder, wheelchair, command=command)
 
     speed_filter, binary_filter = _add_filters(builder, navigation, filter_masks)
+    for system in filter(None, (speed_filter, binary_filter)):
+        connect_inputs(builder, system, estimate=estimate)
     if speed_filter is not None:
-        connect_inputs(builder, speed_filter, estimate=estimate)
         connect_inputs(builder, server, speed_limit=speed_filter.GetOutputPort("speed_limit"))
-    if binary_filter is not None:
-        connect_inputs(builder, binary_filter, estimate=estimate)
 
     clearance = _add_clearance(builder, robot, world)
     geometry_query = scene_graph.get_query_output_port()
     connect_inputs(builder, clearance, geometry_query=geometry_query, state=state, costmap=costmap)
 
-    recorder = builder.AddNamedSystem("recorder", Recorder(period_s=RECORDER_PERIOD_S))
+    recorder = _add_recorder(builder, navigator)
     connect_inputs(builder, recorder, state=state, estimate=estimate, scan=scan, command=command)
     connect_inputs(builder, recorder, distances=clearance.GetOutputPort("distances"))
     connect_inputs(builder, recorder, server_state=server.GetOutputPort("server_state"))
-    if isinstance(navigator, TreeNavigator):
-        navigator_state = navigator.GetOutputPort("navigator_state")
-        connect_inputs(builder, recorder, navigator_state=navigator_state)
 
     if meshcat is not None:
         MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat)
@@ -198,6 +194,15 @@ def _add_clearance(builder: DiagramBuilder, robot: Robot, world: World) -> Clear
             offset_s=CLEARANCE_OFFSET_S,
         ),
     )
+
+
+def _add_recorder(builder: DiagramBuilder, navigator: Navigator | TreeNavigator) -> Recorder:
+    """Adds the recorder, which listens to a behaviour tree where there is one."""
+    recorder = builder.AddNamedSystem("recorder", Recorder(period_s=RECORDER_PERIOD_S))
+    if isinstance(navigator, TreeNavigator):
+        navigator_state = navigator.GetOutputPort("navigator_state")
+        connect_inputs(builder, recorder, navigator_state=navigator_state)
+    return recorder
 
 
 def _add_controller_server(

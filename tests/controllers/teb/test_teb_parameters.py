@@ -46,7 +46,8 @@ def test_defaults_are_those_of_upstream():
 
 
 def test_upstream_parameters_without_effect_are_accepted():
-    TebParameters(penalty_epsilon=0.1, weight_obstacle=50.0, costmap_converter_plugin="")
+    given = {"penalty_epsilon": 0.1, "weight_obstacle": 50.0, "costmap_converter_plugin": ""}
+    assert TebParameters(**given) == TebParameters()
 
 
 def test_used_and_unused_names_are_disjoint():
