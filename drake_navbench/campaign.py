@@ -24,7 +24,7 @@ from drake_navbench.presets import Preset, default_presets, load_preset
 from drake_navbench.results import ResultsFolder
 from drake_navbench.robot import load_robot
 from drake_navbench.scenario import PUBLISHED_SCENARIOS, check_task, load_scenario
-from drake_navbench.trial import DEFAULT_ROBOT, TrialSpec, failed_log, simulate
+from drake_navbench.trial import DEFAULT_ROBOT, TrialSpec, failed_log, make_controller, simulate
 from drake_navbench.warm_up import PRELOAD_MODULE
 
 DEFAULT_TRIALS = 4
@@ -93,7 +93,8 @@ def plan_campaign(
         loaded_robot = load_robot(robot, scenario.robot_overrides)
         check_task(scenario, loaded_robot)
         for preset in columns.values():
-            preset.robot(loaded_robot)
+            # Some parameters are wrong only for this robot or its control period.
+            make_controller(preset, preset.robot(loaded_robot))
         for trial in range(trials):
             for preset in columns.values():
                 specs.append(

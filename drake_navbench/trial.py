@@ -15,9 +15,10 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
 from pydrake.systems.framework import Context, EventStatus
 
-from drake_navbench.controller import ControllerSetup
+from drake_navbench.controller import Controller, ControllerSetup
 from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.diagram import TrialDiagram, build_trial_diagram
+from drake_navbench.errors import InputError
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.log import COLUMNS, Outcome, TrialLog
 from drake_navbench.navigation.navigation_wiring import FollowPlan, NavigateToPoses
@@ -89,9 +90,7 @@ def simulate(
 ) -> TrialLog:
     """Runs the trial of a checked specification; realtime_rate 0 runs as fast as possible."""
     spec = replace(spec, robot=spec.preset.robot(spec.robot))
-    controller = spec.preset.controller_class(
-        spec.preset.parameters, controller_setup(spec.robot, spec.wants_diagnostics)
-    )
+    controller = make_controller(spec.preset, spec.robot, wants_diagnostics=spec.wants_diagnostics)
     trial = build_trial_diagram(
         spec.robot,
         spec.scenario.obstacles,
@@ -132,6 +131,15 @@ def _static_map(spec: TrialSpec) -> OccupancyMap | None:
     """Returns what a static layer of the local costmap shows, where there is one."""
     settings = spec.robot.navigation.local_costmap
     return known_map(spec.scenario, spec.robot) if settings.is_active("static_layer") else None
+
+
+def make_controller(preset: Preset, robot: Robot, *, wants_diagnostics: bool = False) -> Controller:
+    """Returns a column's controller; raises InputError where it does not fit the robot."""
+    setup = controller_setup(robot, wants_diagnostics)
+    try:
+        return preset.controller_class(preset.parameters, setup)
+    except InputError as error:
+        raise InputError(f"{preset.source}: {error}") from error
 
 
 def controller_setup(robot: Robot, wants_diagnostics: bool = False) -> ControllerSetup:

@@ -95,6 +95,14 @@ WRONG_INPUTS = {
         ["empty", "--controllers", "rppp"],
         "controller 'rppp' is not known; did you mean 'rpp'?",
     ),
+    "parameter that does not fit the robot": (
+        ["empty", "--controllers", "dwb:max_vel_y=0.1"],
+        "controller dwb:max_vel_y=0.1: max_vel_y: got 0.1, expected 0",
+    ),
+    "parameter that does not fit the control period": (
+        ["empty", "--controllers", "mppi_nav2:model_dt=0.01"],
+        "model_dt: found 0.01, expected at least the control period 0.05 s",
+    ),
     "unknown robot": (["empty", "--robot", "wheelchar"], "did you mean 'wheelchair'?"),
     "unreadable file": (["empty", "--params", "none.yaml"], "none.yaml: cannot be read"),
     "no results folder": (["--resume", "."], "not a results folder"),
