@@ -23,7 +23,7 @@ class NoiseStream(IntEnum):
     CONTROLLER = 4
 
 
-# Philox is a counter-based generator with a key of two words: the seed, and the rest in 32 bits each.
+# Philox is a counter-based generator with a key of two words: here the seed, and the rest.
 STEP_SHIFT = 32
 
 
