@@ -35,6 +35,7 @@ from drake_navbench.analysis.tables import (
     STD_HEADING_ERROR,
     published_table,
 )
+from drake_navbench.presets import as_yaml, load_preset
 from drake_navbench.results import ResultsFolder, file_name, write_text
 
 PAGE_NAME = "reproduction.html"
@@ -230,13 +231,12 @@ def command_line(request: Mapping[str, Any]) -> str:
 
 
 def changed_parameters(folder: Path, first: str, second: str) -> list[Change]:
-    """Returns where two presets of a run differ, from the resolved files beside its results."""
-    fields = [
-        _flat(
-            yaml.safe_load(_preset_path(folder, preset).read_text(encoding="utf-8"))["parameters"]
-        )
-        for preset in (first, second)
-    ]
+    """Returns where two presets differ.
+
+    Of a preset that was driven the resolved file beside the results counts, of another what is
+    installed.
+    """
+    fields = [_flat(_parameters(folder, preset)) for preset in (first, second)]
     names = sorted(set(fields[0]) | set(fields[1]))
     changes = [Change(name, fields[0].get(name), fields[1].get(name)) for name in names]
     return [change for change in changes if change.first != change.second]
@@ -275,7 +275,7 @@ def render(
         "goal_scenarios": GOAL_SCENARIOS,
         "all_scenarios": ALL_SCENARIOS,
         "comparison": _comparison_rows(compared, lineups),
-        "changes": _changes(folder, trials, lineups),
+        "changes": _changes(folder),
     }
     return environment.get_template("reproduction.html").render(page=page)
 
@@ -310,23 +310,21 @@ def _comparison_rows(
     return [(*key, cells) for key, cells in rows.items()]
 
 
-def _changes(
-    folder: Path, trials: pd.DataFrame, lineups: Sequence[Lineup]
-) -> list[tuple[str, str, list[Change]]]:
+def _changes(folder: Path) -> list[tuple[str, str, list[Change]]]:
     """Returns (preset, other preset, parameters that differ) for all that stand in for another."""
-    driven = set(trials["controller"])
     pairs = dict.fromkeys(
         (PUBLISHED_SETTINGS.presets[name], lineup.presets[name])
-        for lineup in lineups[1:]
+        for lineup in LINEUPS[1:]
         for name in PUBLISHED_CONTROLLERS
         if lineup.presets[name] != PUBLISHED_SETTINGS.presets[name]
     )
-    return [
-        (first, second, changed_parameters(folder, first, second))
-        for first, second in pairs
-        if {first, second} <= driven
-        and all(_preset_path(folder, preset).is_file() for preset in (first, second))
-    ]
+    return [(first, second, changed_parameters(folder, first, second)) for first, second in pairs]
+
+
+def _parameters(folder: Path, preset: str) -> Mapping[str, Any]:
+    path = _preset_path(folder, preset)
+    text = path.read_text(encoding="utf-8") if path.is_file() else as_yaml(load_preset(preset))
+    return yaml.safe_load(text)["parameters"]
 
 
 def _preset_path(folder: Path, preset: str) -> Path:

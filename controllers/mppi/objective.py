@@ -6,8 +6,8 @@ driven for `dt` from the pose before it, as in `motion_models`:
     yaw_t = yaw_{t-1} + w_t dt,   x_t = x_{t-1} + v_t cos(yaw_{t-1}) dt,   y_t likewise,
 
     J = mean_t [ k_path e_t^2 + k_heading (1 - cos(yaw_t - h_t)) + k_obstacle g(x_t, y_t)^2
-                 + k_deviation ((v_t - v'_t)^2 / s_v^2 + (w_t - w'_t)^2 / s_w^2)
-                 + k_jerk (second differences of v and w over dt^2)^2 ] + k_progress |p_N - carrot|
+                 + k_deviation (v_t - v'_t)^2 + k_jerk (second difference of v over dt^2)^2
+                 + likewise of w ] + k_progress |p_N - carrot|
 
 with e_t the distance from the line through the reference point t along its heading h_t, g the cost
 field interpolated between cell centres, 1 at an inscribed cell, and primes for the sampled
@@ -36,8 +36,8 @@ class Situation(NamedTuple):
 
     pose: (3,) m, m, rad. speed, earlier_speed: (2,) v, w of now and of the cycle before; they only
     enter the jerk. references: (N, 3) points of the path and its heading there. carrot: (2,) m.
-    sampled: (N, 2). deviations: (2,) sampling sigma. field: (rows, columns) in [0, 1], see
-    `cost_field`. starts_now: whether column 0 is the present and takes the place of `speed`.
+    sampled: (N, 2). field: (rows, columns) in [0, 1], see `cost_field`. starts_now: whether column 0
+    is the present and takes the place of `speed`.
     """
 
     pose: Array
@@ -46,7 +46,6 @@ class Situation(NamedTuple):
     references: Array
     carrot: Array
     sampled: Array
-    deviations: Array
     field: Array
     origin_x: float
     origin_y: float
@@ -62,7 +61,8 @@ class Weights(NamedTuple):
     heading: float
     obstacle: float
     progress: float
-    deviation: float
+    linear_deviation: float
+    angular_deviation: float
     linear_jerk: float
     angular_jerk: float
 
@@ -165,16 +165,17 @@ def _control_terms(situation, weights, sequence, gradient):
     steps = sequence.shape[0]
     value = 0.0
     for axis in range(2):
-        variance = situation.deviations[axis] * situation.deviations[axis]
+        deviation_weight = weights.linear_deviation if axis == 0 else weights.angular_deviation
         jerk_weight = weights.linear_jerk if axis == 0 else weights.angular_jerk
         dt_squared = situation.dt * situation.dt
+        pull = deviation_weight / steps
         scale = jerk_weight / (steps * dt_squared * dt_squared)
         before = situation.earlier_speed[axis]
         now = situation.speed[axis]
         for t in range(steps):
             deviation = sequence[t, axis] - situation.sampled[t, axis]
-            value += weights.deviation * deviation * deviation / (variance * steps)
-            gradient[t, axis] += 2.0 * weights.deviation * deviation / (variance * steps)
+            value += pull * deviation * deviation
+            gradient[t, axis] += 2.0 * pull * deviation
             if t == 0 and situation.starts_now:
                 now = sequence[t, axis]
                 continue

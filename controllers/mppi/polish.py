@@ -1,21 +1,26 @@
 """The polish: a small nonlinear program that refines the sampled control sequence.
 
 Sampling finds the basin; the program makes the result feasible and smooth. Its variables are the
-control points of two clamped cubic B-splines, v and w over the horizon, started at the
-least-squares fit of the sampled sequence: their deviation from it is the correction. A B-spline
-stays in the hull of its control points and its derivative in the hull of their scaled differences,
-so bounds on the points and one linear row a difference bound velocity and acceleration. Built as
-a Drake MathematicalProgram once, updated in place, solved by IPOPT with a limit on iterations,
-never on time.
+control points of two clamped cubic B-splines, v and w over the horizon, but for each one's first,
+which is the speed now. They start at the least-squares fit of the sampled sequence: their deviation
+from it is the correction. A B-spline stays in the hull of its control points and its derivative in
+the hull of their scaled differences, so bounds on the points and one linear row a difference bound
+velocity and acceleration. Built as a Drake MathematicalProgram once, updated in place, solved by
+IPOPT with a limit on iterations, never on time.
+
+IPOPT is given no second derivatives; it learns them from one gradient after the other. So that it
+starts from a good guess, a variable is a control point in units in which the objective's second
+derivative is about one: its curvature along that point in a straight drive at full speed.
 """
 
 from __future__ import annotations
 
+import math
 from enum import StrEnum
 from typing import NamedTuple
 
 import numpy as np
-from pydrake.solvers import IpoptSolver, MathematicalProgram, SolverOptions
+from pydrake.solvers import Binding, IpoptSolver, MathematicalProgram, SolverOptions
 from scipy.interpolate import BSpline
 
 from drake_navbench.controllers.mppi.motion_models import MotionLimits
@@ -26,11 +31,11 @@ _DEGREE = 3
 # The iterates may start this close to their bounds; IPOPT's default of 1e-2 would throw away a
 # warm start, which often lies on a limit.
 _BOUND_PUSH = 1e-6
-# A barrier that starts this small, and falls monotonically, hardly moves a good start: four
-# iterations then reach 99 % of the gain of a converged solve, where Drake's adaptive barrier stops
-# at 97 % after eight (29 situations of two scenarios).
+# A barrier that starts this small, and falls monotonically, hardly moves a good start.
 _BARRIER_START = 1e-5
 _TOLERANCE = 1e-4
+# Step of the control points for second derivatives, m/s and rad/s; the gradient is smooth.
+_CURVATURE_STEP = 1e-3
 
 
 class PolishStatus(StrEnum):
@@ -60,8 +65,8 @@ class Polish:
     """A program for one controller; solves are independent of each other.
 
     steps: N. dt_s: step of the horizon. first_time_s: when column 0 is driven, 0 for now.
-    knot_count: control points a spline. max_iterations: IPOPT's limit. weights: of the objective.
-    limits: accelerations.
+    knot_count: K, control points a spline. max_iterations: IPOPT's limit. weights: of the
+    objective. limits: accelerations, and the velocities at no speed limit.
     """
 
     def __init__(
@@ -81,47 +86,71 @@ class Polish:
         self._fit = np.linalg.pinv(self.basis[:, 1:])
         self.weights = weights
         self._knot_count = knot_count
+        # Of the control points (2 K,), v before w: the two that are the speed now, and the others.
+        self._now = np.array([0, knot_count])
+        self._free = np.delete(np.arange(2 * knot_count), self._now)
+        straight = _straight_drive(steps, dt_s, float(limits.vx_max))
+        self._units = self._curvature_units(straight)
         self._program = MathematicalProgram()
-        self._points = self._program.NewContinuousVariables(2 * knot_count, "control_points")
-        self._program.AddCost(cost_function(self._cost), vars=self._points)
-        everywhere = np.full(2 * knot_count, np.inf)
-        self._bounds = self._program.AddBoundingBoxConstraint(-everywhere, everywhere, self._points)
-        self._add_acceleration_rows(knots, limits)
+        self._variables = self._program.NewContinuousVariables(self._free.size, "control_points")
+        self._program.AddCost(cost_function(self._cost), vars=self._variables)
+        everywhere = np.full(self._free.size, np.inf)
+        self._bounds = self._program.AddBoundingBoxConstraint(
+            -everywhere, everywhere, self._variables
+        )
+        self._accelerations = _acceleration_rows(knots, limits)
+        self._rows = self._add_rows()
         self._solver = IpoptSolver()
         self._options = _solver_options(max_iterations)
         # Scratch of the solve under way; set at its start, so that no result depends on it.
-        self._situation: Situation | None = None
+        self._situation = straight
         self._evaluation_count = 0
 
-    def _add_acceleration_rows(self, knots: Array, limits: MotionLimits) -> None:
-        """Adds fall <= 3 (c_{i+1} - c_i) / (knot_{i+4} - knot_{i+1}) <= rise for v and for w."""
-        count = self._knot_count
-        spans = knots[_DEGREE + 1 : _DEGREE + count] - knots[1:count]
-        differences = (np.eye(count)[1:] - np.eye(count)[:-1]) * (_DEGREE / spans)[:, None]
-        rows = np.kron(np.eye(2), differences)
-        per_axis = count - 1
-        fall = np.repeat([limits.ax_min, -limits.az_max], per_axis).astype(float)
-        rise = np.repeat([limits.ax_max, limits.az_max], per_axis).astype(float)
-        self._program.AddLinearConstraint(rows, fall, rise, self._points)
+    def _curvature_units(self, situation: Situation) -> Array:
+        """Returns the units of the variables: 1 / sqrt of the objective's second derivatives."""
+        points = self.fit(situation).T.ravel()
+        _, gradient = self.value_and_gradient(situation, points)
+        units = np.ones(self._free.size)
+        for variable, point in enumerate(self._free):
+            moved = points.copy()
+            moved[point] += _CURVATURE_STEP
+            _, there = self.value_and_gradient(situation, moved)
+            curvature = (there[point] - gradient[point]) / _CURVATURE_STEP
+            if curvature > 0:
+                units[variable] = 1.0 / math.sqrt(curvature)
+        return units
+
+    def _add_rows(self) -> Binding | None:
+        """Adds the acceleration rows of the variables; their bounds depend on the speed now."""
+        rows, fall, rise = self._accelerations
+        if not len(rows):
+            return None
+        return self._program.AddLinearConstraint(
+            rows[:, self._free] * self._units, fall, rise, self._variables
+        )
 
     def solve(self, situation: Situation, limits: MotionLimits) -> PolishOutcome:
         """Refines `situation.sampled` within the velocity limits, from its speed on."""
-        count = self._knot_count
+        free_count = self._knot_count - 1
         self._situation = situation
         self._evaluation_count = 0
-        lowest = np.repeat([limits.vx_min, -limits.wz_max], count).astype(float)
-        highest = np.repeat([limits.vx_max, limits.wz_max], count).astype(float)
-        now = [0, count]
-        lowest[now] = highest[now] = situation.speed
+        lowest = np.repeat([limits.vx_min, -limits.wz_max], free_count) / self._units
+        highest = np.repeat([limits.vx_max, limits.wz_max], free_count) / self._units
         self._bounds.evaluator().set_bounds(lowest, highest)
-        start = np.clip(self.fit(situation).T.ravel(), lowest, highest)
+        if self._rows is not None:
+            rows, fall, rise = self._accelerations
+            from_now = rows[:, self._now] @ situation.speed
+            self._rows.evaluator().set_bounds(fall - from_now, rise - from_now)
+        fitted = self.fit(situation).T.ravel()[self._free] / self._units
         with solver_warnings_off():
-            result = self._solver.Solve(self._program, start, self._options)
-        points = result.get_x_val()
-        found = bool(np.all(np.isfinite(points))) and self._is_feasible(points)
-        sequence = self.basis @ points.reshape(2, count).T if found else situation.sampled
+            result = self._solver.Solve(
+                self._program, np.clip(fitted, lowest, highest), self._options
+            )
+        variables = result.get_x_val()
+        found = bool(np.all(np.isfinite(variables))) and self._is_feasible(variables)
+        sequence = self._sequence(self._control_points(variables)) if found else situation.sampled
         return PolishOutcome(
-            np.ascontiguousarray(sequence),
+            sequence,
             found,
             result.get_solver_id().name(),
             result.get_solution_result().name,
@@ -136,17 +165,27 @@ class Polish:
 
     def value_and_gradient(self, situation: Situation, points: Array) -> tuple[float, Array]:
         """Returns the objective and its gradient (2 K,) at control points (2 K,), v before w."""
-        sequence = np.ascontiguousarray(self.basis @ points.reshape(2, -1).T)
-        value, by_sequence = objective(situation, self.weights, sequence)
+        value, by_sequence = objective(situation, self.weights, self._sequence(points))
         return value, (self.basis.T @ by_sequence).T.ravel()
 
-    def _cost(self, points: Array) -> tuple[float, Array]:
+    def _cost(self, variables: Array) -> tuple[float, Array]:
         self._evaluation_count += 1
-        return self.value_and_gradient(self._situation, points)
+        value, by_points = self.value_and_gradient(self._situation, self._control_points(variables))
+        return value, by_points[self._free] * self._units
 
-    def _is_feasible(self, points: Array) -> bool:
+    def _control_points(self, variables: Array) -> Array:
+        """Returns all control points (2 K,), v before w."""
+        points = np.empty(2 * self._knot_count)
+        points[self._now] = self._situation.speed
+        points[self._free] = variables * self._units
+        return points
+
+    def _sequence(self, points: Array) -> Array:
+        return np.ascontiguousarray(self.basis @ points.reshape(2, -1).T)
+
+    def _is_feasible(self, variables: Array) -> bool:
         return self._program.CheckSatisfied(
-            self._program.GetAllConstraints(), points, tol=_TOLERANCE
+            self._program.GetAllConstraints(), variables, tol=_TOLERANCE
         )
 
 
@@ -156,15 +195,67 @@ def _clamped_knots(count: int, end_s: float) -> Array:
     return np.concatenate([np.zeros(_DEGREE), inner, np.full(_DEGREE, end_s)])
 
 
+def _acceleration_rows(knots: Array, limits: MotionLimits) -> tuple[Array, Array, Array]:
+    """Returns (rows (M, 2 K), fall (M,), rise (M,)): fall <= rows @ control points <= rise.
+
+    A row is the acceleration 3 (c_{i+1} - c_i) / (knot_{i+4} - knot_{i+1}) of v or w. Those whose
+    bounds are out of reach between any two velocities are left out: a program without rows is
+    solved in half the time.
+    """
+    count = len(knots) - _DEGREE - 1
+    spans = knots[_DEGREE + 1 : _DEGREE + count] - knots[1:count]
+    differences = (np.eye(count)[1:] - np.eye(count)[:-1]) * (_DEGREE / spans)[:, None]
+    rows = np.kron(np.eye(2), differences)
+    fall, rise, width = (
+        np.repeat(np.asarray(pair, dtype=float), count - 1)
+        for pair in (
+            (limits.ax_min, -limits.az_max),
+            (limits.ax_max, limits.az_max),
+            (limits.vx_max - limits.vx_min, 2 * limits.wz_max),
+        )
+    )
+    binds = rows.max(axis=1) * width > np.minimum(rise, -fall)
+    return rows[binds], fall[binds], rise[binds]
+
+
+def _straight_drive(steps: int, dt_s: float, speed_mps: float) -> Situation:
+    """Returns a drive along a straight path in the open, its carrot one horizon beyond its end."""
+    sampled = np.column_stack([np.full(steps, speed_mps), np.zeros(steps)])
+    x = speed_mps * dt_s * np.arange(1, steps + 1)
+    return Situation(
+        pose=np.zeros(3),
+        speed=sampled[0].copy(),
+        earlier_speed=sampled[0].copy(),
+        references=np.column_stack([x, np.zeros((steps, 2))]),
+        carrot=np.array([2 * x[-1], 0.0]),
+        sampled=sampled,
+        field=np.zeros((1, 1)),
+        origin_x=0.0,
+        origin_y=0.0,
+        resolution=1.0,
+        dt=dt_s,
+        starts_now=True,
+    )
+
+
 def _solver_options(max_iterations: int) -> SolverOptions:
     options = SolverOptions()
-    solver = IpoptSolver.id()
-    options.SetOption(solver, "max_iter", max_iterations)
-    options.SetOption(solver, "tol", _TOLERANCE)
-    options.SetOption(solver, "bound_push", _BOUND_PUSH)
-    options.SetOption(solver, "bound_frac", _BOUND_PUSH)
-    options.SetOption(solver, "mu_strategy", "monotone")
-    options.SetOption(solver, "mu_init", _BARRIER_START)
-    options.SetOption(solver, "print_level", 0)
-    options.SetOption(solver, "sb", "yes")
+    for name, value in {
+        "max_iter": max_iterations,
+        "tol": _TOLERANCE,
+        "bound_push": _BOUND_PUSH,
+        "bound_frac": _BOUND_PUSH,
+        "mu_strategy": "monotone",
+        "mu_init": _BARRIER_START,
+        # The variables' units make the first guess of the Hessian one.
+        "limited_memory_initialization": "constant",
+        "limited_memory_init_val": 1.0,
+        # The program is well scaled, and so small that looking for a better scale takes a third of
+        # the time.
+        "nlp_scaling_method": "none",
+        "spral_scaling": "none",
+        "print_level": 0,
+        "sb": "yes",
+    }.items():
+        options.SetOption(IpoptSolver.id(), name, value)
     return options

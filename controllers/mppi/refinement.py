@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 
 from drake_navbench.controllers.mppi.critics.base import MapView
 from drake_navbench.controllers.mppi.critics.batch import Float32Array, Scene
@@ -58,7 +60,8 @@ class Refiner:
             heading=polish.heading_weight,
             obstacle=polish.obstacle_weight,
             progress=polish.progress_weight,
-            deviation=polish.deviation_weight,
+            linear_deviation=polish.deviation_weight / p.vx_std**2,
+            angular_deviation=polish.deviation_weight / max(p.wz_std, _LEAST_DEVIATION) ** 2,
             linear_jerk=polish.jerk_weight,
             angular_jerk=polish.angular_jerk_weight,
         )
@@ -123,7 +126,6 @@ class Refiner:
             references=references,
             carrot=np.ascontiguousarray(path[carrot, :2]),
             sampled=_as_sequence(sampled.controls),
-            deviations=np.array([p.vx_std, max(p.wz_std, _LEAST_DEVIATION)]),
             field=cost_field(grid.costs, tracks_unknown=grid.tracks_unknown),
             origin_x=float(grid.origin_x),
             origin_y=float(grid.origin_y),
@@ -133,24 +135,40 @@ class Refiner:
         )
 
 
-def path_references(path: Array, trajectory: Array) -> tuple[Array, int]:
+@njit(cache=True)
+def path_references(path, trajectory):
     """Returns the reference of each pose (N, 3), and the path index nearest to the end.
 
     path, trajectory: (n, 3), (N, 3). A reference is the nearest path point with the heading of the
     path there, turned around where the robot drives backward along it. The heading is that of the
     chord between the neighbouring points; a path of one point keeps its yaw.
     """
-    offsets = trajectory[:, None, :2] - path[None, :, :2]
-    nearest = np.argmin(np.sum(offsets**2, axis=2), axis=1)
-    ahead = np.minimum(nearest + 1, len(path) - 1)
-    behind = np.maximum(nearest - 1, 0)
-    chords = path[ahead, :2] - path[behind, :2]
-    headings = np.arctan2(chords[:, 1], chords[:, 0])
-    still = np.all(chords == 0, axis=1)
-    headings[still] = path[nearest[still], 2]
-    turns = np.array([wrap(turn) for turn in trajectory[:, 2] - headings])
-    headings[np.abs(turns) > np.pi / 2] += np.pi
-    return np.column_stack([path[nearest, :2], headings]), int(nearest[-1])
+    references = np.empty_like(trajectory)
+    nearest = 0
+    for t in range(len(trajectory)):
+        nearest = _nearest_point(path, trajectory[t])
+        ahead = path[min(nearest + 1, len(path) - 1)]
+        behind = path[max(nearest - 1, 0)]
+        along_x, along_y = ahead[0] - behind[0], ahead[1] - behind[1]
+        is_still = along_x == 0.0 and along_y == 0.0
+        heading = path[nearest, 2] if is_still else math.atan2(along_y, along_x)
+        if abs(wrap(trajectory[t, 2] - heading)) > math.pi / 2:
+            heading += math.pi
+        references[t, 0], references[t, 1] = path[nearest, 0], path[nearest, 1]
+        references[t, 2] = heading
+    return references, nearest
+
+
+@njit(cache=True)
+def _nearest_point(path, pose):
+    """Returns the index of the path point closest to a pose; of equal ones the first."""
+    nearest, least = 0, np.inf
+    for index in range(len(path)):
+        x, y = path[index, 0] - pose[0], path[index, 1] - pose[1]
+        squared = x * x + y * y
+        if squared < least:
+            nearest, least = index, squared
+    return nearest
 
 
 def _as_sequence(controls: Float32Array) -> Array:
