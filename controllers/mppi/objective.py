@@ -36,8 +36,8 @@ class Situation(NamedTuple):
 
     pose: (3,) m, m, rad. speed, earlier_speed: (2,) v, w of now and of the cycle before; they only
     enter the jerk. references: (N, 3) points of the path and its heading there. carrot: (2,) m.
-    sampled: (N, 2). field: (rows, columns) in [0, 1], see `cost_field`. starts_now: whether column 0
-    is the present and takes the place of `speed`.
+    sampled: (N, 2). field: (rows, columns) in [0, 1], see `cost_field`. starts_now: whether
+    column 0 is the present and takes the place of `speed`.
     """
 
     pose: Array

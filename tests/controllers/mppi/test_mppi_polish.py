@@ -23,7 +23,8 @@ WEIGHTS = Weights(
     heading=2.0,
     obstacle=2.0,
     progress=2.0,
-    deviation=0.5,
+    linear_deviation=0.5 / 0.2**2,
+    angular_deviation=0.5 / 0.4**2,
     linear_jerk=0.01,
     angular_jerk=0.002,
 )
@@ -45,7 +46,6 @@ def situation_of(seed=0, *, starts_now=True) -> Situation:
         references=references,
         carrot=np.array([1.2, 0.4]),
         sampled=sampled,
-        deviations=np.array([0.2, 0.4]),
         field=cost_field(costs, tracks_unknown=False),
         origin_x=-1.5,
         origin_y=-1.5,
@@ -94,7 +94,7 @@ def test_jerk_of_a_constant_acceleration_costs_nothing():
     situation = situation_of()._replace(
         sampled=ramp, earlier_speed=np.array([0.33, 0.02]), speed=np.array([0.35, 0.02])
     )
-    alone = Weights(0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0)
+    alone = Weights(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0)
     assert objective(situation, alone, ramp)[0] == pytest.approx(0.0, abs=1e-18)
 
 
