@@ -54,18 +54,23 @@ class PublishedSamples:
         return self.duration_s / len(self.time_s)
 
 
-def published_samples(log: TrialLog) -> PublishedSamples:
+def published_samples(
+    log: TrialLog,
+    *,
+    first_after_start_s: float = FIRST_SAMPLE_AFTER_START_S,
+    period_s: float = SAMPLING_PERIOD_S,
+) -> PublishedSamples:
     """Samples a trial as the publication did: every 0.115 s from 0.06 s after the start.
 
     The last sample lies strictly before the end. Raises Undefined where there is no sample.
     """
-    first_s = float(log.info["start_time_s"]) + FIRST_SAMPLE_AFTER_START_S
+    first_s = float(log.info["start_time_s"]) + first_after_start_s
     span_s = log.end_time_s - first_s - TIME_TOLERANCE_S
-    count = int(np.ceil(span_s / SAMPLING_PERIOD_S))
+    count = int(np.ceil(span_s / period_s))
     rows = log.samples
     if count < 1 or len(rows) == 0:
         raise Undefined("the trial ended before the first published sample")
-    times = first_s + SAMPLING_PERIOD_S * np.arange(count)
+    times = first_s + period_s * np.arange(count)
     logged = rows["time_s"].to_numpy()
     pose = [np.interp(times, logged, rows[name].to_numpy()) for name in ("x_m", "y_m", "yaw_rad")]
     held = np.searchsorted(logged, times + TIME_TOLERANCE_S, side="right") - 1

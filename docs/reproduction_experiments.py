@@ -1,29 +1,43 @@
-"""Experiments behind docs/reproduction.md that no parameter can make.
+"""The experiments behind docs/reproduction.md: each changes one suspected cause and drives again.
 
-`python docs/reproduction_experiments.py` prints the published metrics of each.
+`python docs/reproduction_experiments.py` prints the published metrics of all of them, with names of
+experiments only those; four trials each, as published.
 """
 
 from __future__ import annotations
 
+import argparse
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
-from drake_navbench.analysis.published import published_metrics
+from drake_navbench.analysis.published import published_metrics, published_samples
+from drake_navbench.campaign import DEFAULT_TRIALS, trial_seed
 from drake_navbench.controller import Controller, Decision, Observation
 from drake_navbench.controllers.mppi import ModelPredictivePathIntegral
+from drake_navbench.kernels.path_geometry import path_length
+from drake_navbench.log import TrialLog
 from drake_navbench.presets import Preset, load_preset
+from drake_navbench.robot import merged
 from drake_navbench.scenario import Scenario, load_scenario
 from drake_navbench.trial import run_trial
 
-SHOWN = ("time_taken", "avg_linear_speed", "avg_heading_error", "rms_linear_jerk", "abort_time")
-SEED = 1
-
+CAMPAIGN_SEED = 0
+BENDS = ("static_obstacles", "one_obstacle")
+RESTRICTED = ("restricted_small", "restricted_large")
+SLOW_RESPONSE = {"drive": {"response_time_constant_s": 0.3}}
+TWICE_THE_NOISE = {"localization": {"xy_std_m": 0.01, "yaw_std_rad": 0.01}}
 # When the wall is out of MPPI's sight, s: shortly before the published trials end.
 BLIND_FROM_S = {"restricted_small": 4.8, "restricted_large": 11.3}
 BLIND_FOR_S = 0.3
 # The side walls of restricted_small are longer than this along x, m; the others are not.
 SHORTEST_SIDE_WALL_M = 1.0
+# Another reading of the publication's sample times, within what its numbers allow, s.
+OTHER_FIRST_SAMPLE_S = 0.08
+OTHER_PERIOD_S = 0.12
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +68,12 @@ def blinded_mppi(blind_from_s: float) -> PresetOf:
     return PresetOf(**values, plugin=BlindMppi)
 
 
+def with_robot(scenario: str, overrides: Mapping[str, Any]) -> Scenario:
+    """Returns a published scenario whose robot differs in the given fields."""
+    loaded = load_scenario(scenario)
+    return loaded.model_copy(update={"robot_overrides": merged(loaded.robot_overrides, overrides)})
+
+
 def without_side_walls() -> Scenario:
     """Returns restricted_small with its front and back walls only."""
     scenario = load_scenario("restricted_small")
@@ -67,21 +87,113 @@ def without_side_walls() -> Scenario:
     )
 
 
-def show(title: str, scenario: str | Scenario, preset: str | Preset) -> None:
-    """Drives one trial and prints its published metrics and its end."""
-    log = run_trial(scenario, preset, SEED)
-    metrics = published_metrics(log)
-    numbers = ", ".join(f"{name} {metrics[name]:.3f}" for name in SHOWN)
-    print(f"{title}: {numbers}; {log.info['reason']}")
+def logs(scenario: str | Scenario, preset: str | Preset) -> list[TrialLog]:
+    """Drives the trials of the default run, with its seeds."""
+    name = scenario if isinstance(scenario, str) else scenario.name
+    seeds = [trial_seed(CAMPAIGN_SEED, name, trial) for trial in range(DEFAULT_TRIALS)]
+    return [run_trial(scenario, preset, seed) for seed in seeds]
+
+
+def means(
+    title: str, scenario: str | Scenario, preset: str | Preset, metrics: tuple[str, ...]
+) -> dict[str, object]:
+    """Returns a row of the table: mean metrics of an experiment, and how its first trial ended."""
+    driven = logs(scenario, preset)
+    values = pd.DataFrame([published_metrics(log) for log in driven])[list(metrics)].mean()
+    name = scenario if isinstance(scenario, str) else scenario.name
+    return {"scenario": name, "": title, **values, "end": driven[0].info["reason"]}
+
+
+def turning() -> pd.DataFrame:
+    """Findings 17 and 26: what decides whose centripetal acceleration is the largest."""
+    metrics = ("max_centripetal_acceleration", "rms_linear_jerk", "max_path_error")
+    presets = ("dwb", "dwb:sim_time=1.3", "dwb:sim_time=1.0", "dwb:vtheta_samples=40")
+    rows = [
+        means(preset, scenario, preset, metrics)
+        for scenario in BENDS
+        for preset in (*presets, "rpp", "rpp:lookahead_dist=0.8")
+    ]
+    for label, change in (("lag of 0.3 s", SLOW_RESPONSE), ("twice the noise", TWICE_THE_NOISE)):
+        for scenario in BENDS:
+            changed = with_robot(scenario, change)
+            rows += [means(f"{p}, {label}", changed, p, metrics) for p in ("dwb", "rpp")]
+    return pd.DataFrame(rows)
+
+
+def teb_acceleration() -> pd.DataFrame:
+    """Findings 10 and 29, and what they cost: TEB's own limit of acceleration."""
+    metrics = ("time_taken", "energy", "rms_linear_jerk", "avg_linear_speed")
+    presets = ("dwb", "mppi_nav2", "teb", "teb:acc_lim_x=0.5")
+    return pd.DataFrame([means(p, s, p, metrics) for s in ("empty", *BENDS) for p in presets])
+
+
+def hidden_wall() -> pd.DataFrame:
+    """Findings 32, 33, 44 and 45: MPPI loses the wall from sight for a moment."""
+    metrics = ("time_taken", "avg_linear_speed", "abort_time", "rms_linear_jerk")
+    rows = []
+    for scenario in RESTRICTED:
+        rows.append(means("dwb", scenario, "dwb", metrics))
+        rows.append(means("mppi_nav2", scenario, "mppi_nav2", metrics))
+        blinded = blinded_mppi(BLIND_FROM_S[scenario])
+        rows.append(means("mppi_nav2, blind for 0.3 s", scenario, blinded, metrics))
+    return pd.DataFrame(rows)
+
+
+def open_box() -> pd.DataFrame:
+    """Finding 37: TEB in a box without side walls."""
+    metrics = ("time_taken", "avg_heading_error")
+    return pd.DataFrame(
+        [
+            means("teb", "restricted_small", "teb", metrics),
+            means("teb, no side walls", without_side_walls(), "teb", metrics),
+        ]
+    )
+
+
+def latency() -> pd.DataFrame:
+    """What a slower base changes in the bend."""
+    metrics = ("max_centripetal_acceleration", "max_path_error", "time_taken")
+    slow = with_robot("one_obstacle", SLOW_RESPONSE)
+    rows = []
+    for preset in ("rpp", "dwb", "mppi_nav2"):
+        rows.append(means(preset, "one_obstacle", preset, metrics))
+        rows.append(means(f"{preset}, lag of 0.3 s", slow, preset, metrics))
+    return pd.DataFrame(rows)
+
+
+def sampling() -> pd.DataFrame:
+    """RPP's half second in the small box, read at other instants."""
+    readings = {"as everywhere": {}, "every 0.12 s from 0.08 s": {
+        "first_after_start_s": OTHER_FIRST_SAMPLE_S, "period_s": OTHER_PERIOD_S}}  # fmt: skip
+    rows = []
+    for scenario in RESTRICTED:
+        log = logs(scenario, "rpp")[0]
+        for title, reading in readings.items():
+            samples = published_samples(log, **reading)
+            length_m, time_s = path_length(samples.pose), samples.duration_s
+            rows.append(
+                {"scenario": scenario, "": title, "path_length": length_m, "time_taken": time_s}
+            )
+    return pd.DataFrame(rows)
+
+
+EXPERIMENTS: dict[str, Callable[[], pd.DataFrame]] = {
+    function.__name__: function
+    for function in (turning, teb_acceleration, hidden_wall, open_box, latency, sampling)
+}
 
 
 def main() -> None:
-    """Runs every experiment."""
-    for name, blind_from_s in BLIND_FROM_S.items():
-        show(f"mppi_nav2 in {name}", name, "mppi_nav2")
-        show(f"mppi_nav2 in {name}, blind for 0.3 s", name, blinded_mppi(blind_from_s))
-    show("teb in restricted_small", "restricted_small", "teb")
-    show("teb in restricted_small without side walls", without_side_walls(), "teb")
+    """Runs the experiments that are named, or all."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(EXPERIMENTS))
+    names = parser.parse_args().names or list(EXPERIMENTS)
+    for name in names:
+        if name not in EXPERIMENTS:
+            parser.error(f"experiment {name!r} is not known: {', '.join(EXPERIMENTS)}")
+    for name in names:
+        print(f"\n{name}: {EXPERIMENTS[name].__doc__}")
+        print(EXPERIMENTS[name]().to_string(index=False, float_format="{:.3f}".format), flush=True)
 
 
 if __name__ == "__main__":
