@@ -129,18 +129,20 @@ def _measure_columns(distances, sources, margin):
     largest distance that matters.
     """
     rows, columns = sources.shape
-    for row in range(rows):
-        for column in range(columns):
-            nearest = distances[row, margin + column]
-            if row > 0:
-                nearest = min(nearest, np.int32(distances[row - 1, margin + column] + 1))
-            if sources[row, column]:
-                nearest = np.int32(0)
-            distances[row, margin + column] = nearest
+    inner = distances[:, margin : margin + columns]
+    _lower_to_neighbours(inner[0], inner[0], sources[0])
+    for row in range(1, rows):
+        _lower_to_neighbours(inner[row], inner[row - 1], sources[row])
     for row in range(rows - 2, -1, -1):
-        for column in range(margin, margin + columns):
-            above = np.int32(distances[row + 1, column] + 1)
-            distances[row, column] = min(distances[row, column], above)
+        _lower_to_neighbours(inner[row], inner[row + 1], sources[row])
+
+
+@njit(cache=True)
+def _lower_to_neighbours(distances, neighbours, sources):
+    """Lowers a row's distances to 0 at sources, elsewhere to one more than in the row beside it."""
+    for column in range(distances.shape[0]):
+        nearest = min(distances[column], np.int32(neighbours[column] + 1))
+        distances[column] = np.int32(0) if sources[column] else nearest
 
 
 @njit(cache=True)
