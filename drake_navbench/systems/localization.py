@@ -4,18 +4,39 @@ from __future__ import annotations
 
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, DiscreteValues, LeafSystem
+from pydrake.systems.primitives import Adder
 
 from drake_navbench.noise import NoiseKey, NoiseStream
 from drake_navbench.robot import LocalizationSettings
 
 
-class Localization(LeafSystem):
+class Localization(Diagram):
     """The true state plus white noise that holds for one period; without noise, the truth itself.
 
     Input `state` and output `estimate` are [x m, y m, yaw rad, v m/s, w rad/s] in the world frame.
-    Abstract parameter `seed_parameter` holds the trial's seed; the discrete state is the present
-    noise, a function of seed and step alone. It changes at `offset_s` and once a period after that.
+    Abstract parameter `seed_parameter` holds the trial's seed. The noise is drawn at the start, at
+    `offset_s` and once a period after that.
+    """
+
+    def __init__(self, settings: LocalizationSettings, *, offset_s: float) -> None:
+        super().__init__()
+        builder = DiagramBuilder()
+        noise = builder.AddNamedSystem("noise", HeldNoise(settings, offset_s=offset_s))
+        self.seed_parameter = noise.seed_parameter
+        truth_and_noise = builder.AddNamedSystem(
+            "truth_and_noise", Adder(num_inputs=2, size=noise.get_output_port().size())
+        )
+        builder.Connect(noise.get_output_port(), truth_and_noise.get_input_port(1))
+        builder.ExportInput(truth_and_noise.get_input_port(0), "state")
+        builder.ExportOutput(truth_and_noise.get_output_port(), "estimate")
+        builder.BuildInto(self)
+
+
+class HeldNoise(LeafSystem):
+    """White noise on [x m, y m, yaw rad, v m/s, w rad/s] that holds for one period.
+
+    Output `noise` is the discrete state, a function of the seed and the step alone.
     """
 
     def __init__(self, settings: LocalizationSettings, *, offset_s: float) -> None:
@@ -33,16 +54,7 @@ class Localization(LeafSystem):
         )
         self.seed_parameter = self.DeclareAbstractParameter(AbstractValue.Make(0))
         self._noise = self.DeclareDiscreteState(self._std.size)
-        self._state_port = self.DeclareVectorInputPort("state", self._std.size)
-        self.DeclareVectorOutputPort(
-            "estimate",
-            self._std.size,
-            self._calc_estimate,
-            prerequisites_of_calc={
-                self.input_port_ticket(self._state_port.get_index()),
-                self.xd_ticket(),
-            },
-        )
+        self.DeclareStateOutputPort("noise", self._noise)
         if self._std.any():
             self.DeclareInitializationDiscreteUpdateEvent(self._on_start)
             self.DeclarePeriodicDiscreteUpdateEvent(settings.period_s, offset_s, self._on_period)
@@ -59,7 +71,3 @@ class Localization(LeafSystem):
         generator = NoiseKey(seed, NoiseStream.LOCALIZATION, step).generator()
         noise = self._std * generator.standard_normal(self._std.size)
         discrete_state.get_mutable_vector(self._noise).SetFromVector(noise)
-
-    def _calc_estimate(self, context: Context, output: BasicVector) -> None:
-        noise = context.get_discrete_state(self._noise).value()
-        output.SetFromVector(self._state_port.Eval(context) + noise)
