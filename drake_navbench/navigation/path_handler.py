@@ -105,7 +105,7 @@ class PathHandler:
             raise InvalidPath("plan: found no poses, expected at least one")
         if self.parameters.reject_unit_path and end - begin == 1:
             raise InvalidPath("plan: found one pose, expected two or more (reject_unit_path)")
-        x, y, yaw = (float(value) for value in pose)
+        x, y, yaw = map(float, pose)
         rows, columns = costmap.costs.shape
         first, stop = local_plan_range(
             plan,

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import time
 import traceback
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from typing import Any
+from dataclasses import replace
+from types import MappingProxyType
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,8 +24,8 @@ from drake_navbench.controller import (
     Observation,
     SpeedLimit,
 )
-from drake_navbench.immutable import Immutable
 from drake_navbench.kernels.grid import Costmap
+from drake_navbench.kernels.read_only import read_only
 from drake_navbench.navigation.goal_checkers import GoalChecker
 from drake_navbench.navigation.path_handler import PathHandler
 from drake_navbench.navigation.progress_checkers import SimpleProgressChecker
@@ -36,10 +38,10 @@ FAILED_TO_MAKE_PROGRESS = 105
 CONTROLLER_TIMED_OUT = 107
 PATIENT_FOR_EVER = -1.0
 NANOSECOND_DIGITS = 9
+STANDSTILL = read_only(np.zeros(2))
 
 
-@dataclass(frozen=True, eq=False)
-class ServerState(Immutable):
+class ServerState(NamedTuple):
     """Everything of the server that evolves.
 
     command: (2,) last command published, v m/s, w rad/s. cycle_count: cycles computed so far.
@@ -48,18 +50,22 @@ class ServerState(Immutable):
     waiting_since_s: when the wait for a current costmap began, None where there is none.
     """
 
-    status: TaskStatus = field(default_factory=TaskStatus)
+    status: TaskStatus = TaskStatus()
     plan_id: int = 0
     path: Any = None
     goal_check: Any = None
     progress_check: Any = None
     memory: Any = None
     last_valid_time_s: float = 0.0
-    command: NDArray[np.float64] = field(default_factory=lambda: np.zeros(2))
+    command: NDArray[np.float64] = STANDSTILL
     cycle_count: int = 0
     compute_time_ms: float = 0.0
-    diagnostics: Mapping[str, Any] = field(default_factory=dict)
+    diagnostics: Mapping[str, Any] = MappingProxyType({})
     waiting_since_s: float | None = None
+
+    def __deepcopy__(self, memo: dict) -> Self:
+        """Returns itself: a state never changes, so Drake's copies cost nothing."""
+        return self
 
 
 class ControllerServer(LeafSystem):
@@ -137,7 +143,7 @@ class ControllerServer(LeafSystem):
         if new is None:
             new = self._cycle_on_current_costmap(context, server, plan)
         if new.status.state.is_final:
-            new = replace(new, status=replace(new.status, time_s=now_s))
+            new = new._replace(status=replace(new.status, time_s=now_s))
         state.get_mutable_abstract_state(self._state).set_value(new)
 
     def _cancelled(self, server: ServerState) -> ServerState | None:
@@ -159,7 +165,7 @@ class ControllerServer(LeafSystem):
         seed = context.get_abstract_parameter(self.seed_parameter).get_value()
         step = round((now_s - self._offset_s) / self._period_s)
         if server.waiting_since_s is not None:
-            server = replace(server, waiting_since_s=None)
+            server = server._replace(waiting_since_s=None)
         return self._cycle(
             server,
             plan,
@@ -177,7 +183,7 @@ class ControllerServer(LeafSystem):
         if timeout_s > 0.0 and round(now_s - since_s, NANOSECOND_DIGITS) > timeout_s:
             reason = f"no current costmap for {now_s - since_s:.2f} s"
             return self._end(server, TaskState.ABORTED, CONTROLLER_TIMED_OUT, reason)
-        return replace(server, waiting_since_s=since_s)
+        return server._replace(waiting_since_s=since_s)
 
     def _cycle(
         self,
@@ -221,15 +227,14 @@ class ControllerServer(LeafSystem):
             noise_key=noise_key,
             cancel_requested=plan.cancel_requested,
         )
-        server = replace(
-            server, path=path, goal_check=goal_result.state, progress_check=progress.state
+        server = server._replace(
+            path=path, goal_check=goal_result.state, progress_check=progress.state
         )
         return self._compute(server, observation)
 
     def _take_plan(self, server: ServerState, plan: GlobalPlan, now_s: float) -> ServerState:
         """Returns the state at the start of a task, or with a path that preempts the one before."""
-        server = replace(
-            server,
+        server = server._replace(
             plan_id=plan.plan_id,
             path=self._path_handler.set_plan(plan.poses),
             goal_check=self._goal_checker.initial_state(),
@@ -237,8 +242,7 @@ class ControllerServer(LeafSystem):
         if plan.task_id == server.status.task_id:
             # Nav2 keeps the progress baseline over a preempting path.
             return server
-        return replace(
-            server,
+        return server._replace(
             status=TaskStatus(TaskState.RUNNING, task_id=plan.task_id),
             progress_check=self._progress_checker.initial_state(),
             memory=self._controller.initial_memory(),
@@ -269,9 +273,8 @@ class ControllerServer(LeafSystem):
             # A plugin may break in any way; its own trial ends, never the campaign.
             ended = self._end(server, TaskState.ERROR, ControllerError.code, _one_line(error))
             status = replace(ended.status, traceback=traceback.format_exc())
-            return replace(ended, status=status)
-        return replace(
-            server,
+            return ended._replace(status=status)
+        return server._replace(
             memory=decision.memory,
             command=command,
             last_valid_time_s=observation.time_s,
@@ -283,7 +286,7 @@ class ControllerServer(LeafSystem):
     @staticmethod
     def _checked_command(decision: Decision) -> NDArray[np.float64]:
         command = np.array(decision.command, dtype=float)
-        if command.shape != (2,) or not np.isfinite(command).all():
+        if command.shape != (2,) or not all(map(math.isfinite, command.tolist())):
             raise ValueError(
                 f"the controller returned the command {decision.command!r}; "
                 "expected two finite numbers, v m/s and w rad/s"
@@ -294,8 +297,7 @@ class ControllerServer(LeafSystem):
         self, server: ServerState, error: NoValidControl, now_s: float, started: float
     ) -> ServerState:
         """Stops for a cycle without control, or gives up where the patience has run out."""
-        server = replace(
-            server,
+        server = server._replace(
             memory=server.memory if error.memory is None else error.memory,
             cycle_count=server.cycle_count + 1,
             compute_time_ms=1e3 * (time.perf_counter() - started),
@@ -309,7 +311,7 @@ class ControllerServer(LeafSystem):
         if tolerance_s != PATIENT_FOR_EVER and waited_s > tolerance_s:
             reason = f"no valid control for {waited_s:.2f} s: {error}"
             return self._end(server, TaskState.ABORTED, PATIENCE_EXCEEDED, reason, error.details)
-        return replace(server, command=np.zeros(2))
+        return server._replace(command=STANDSTILL)
 
     @staticmethod
     def _end(
@@ -322,7 +324,7 @@ class ControllerServer(LeafSystem):
         status = replace(
             server.status, state=state, error_code=code, reason=reason, details=dict(details or {})
         )
-        return replace(server, status=status, command=np.zeros(2))
+        return server._replace(status=status, command=STANDSTILL)
 
 
 def _value_or_none(port: InputPort, context: Context) -> Any:
