@@ -28,6 +28,8 @@ from drake_navbench.controllers.mppi.objective import Array, Situation, Weights,
 from drake_navbench.program_function import cost_function, solver_warnings_off
 
 _DEGREE = 3
+# v and w.
+_AXES = 2
 # The iterates may start this close to their bounds; IPOPT's default of 1e-2 would throw away a
 # warm start, which often lies on a limit.
 _BOUND_PUSH = 1e-6
@@ -82,19 +84,20 @@ class Polish:
     ) -> None:
         times = first_time_s + dt_s * np.arange(steps)
         knots = _clamped_knots(knot_count, float(times[-1]))
-        self.basis = BSpline.design_matrix(times, knots, _DEGREE).toarray()
-        self._fit = np.linalg.pinv(self.basis[:, 1:])
+        basis = BSpline.design_matrix(times, knots, _DEGREE).toarray()
+        # Sequences (2 N,) and control points (2 K,) one after the other, v and w in turn.
+        spline = np.kron(basis, np.eye(_AXES))
         self.weights = weights
-        self._knot_count = knot_count
-        # Of the control points (2 K,), v before w: the two that are the speed now, and the others.
-        self._now = np.array([0, knot_count])
-        self._free = np.delete(np.arange(2 * knot_count), self._now)
+        self._by_speed = np.ascontiguousarray(spline[:, :_AXES])
+        self._by_variables = np.ascontiguousarray(spline[:, _AXES:])
         straight = _straight_drive(steps, dt_s, float(limits.vx_max))
         self._units = self._curvature_units(straight)
+        self._by_variables *= self._units
+        self._fit = np.linalg.pinv(self._by_variables)
         self._program = MathematicalProgram()
-        self._variables = self._program.NewContinuousVariables(self._free.size, "control_points")
+        self._variables = self._program.NewContinuousVariables(self._units.size, "control_points")
         self._program.AddCost(cost_function(self._cost), vars=self._variables)
-        everywhere = np.full(self._free.size, np.inf)
+        everywhere = np.full(self._units.size, np.inf)
         self._bounds = self._program.AddBoundingBoxConstraint(
             -everywhere, everywhere, self._variables
         )
@@ -108,16 +111,16 @@ class Polish:
 
     def _curvature_units(self, situation: Situation) -> Array:
         """Returns the units of the variables: 1 / sqrt of the objective's second derivatives."""
-        points = self.fit(situation).T.ravel()
+        points = np.tile(situation.speed, self._by_variables.shape[1] // _AXES)
         _, gradient = self.value_and_gradient(situation, points)
-        units = np.ones(self._free.size)
-        for variable, point in enumerate(self._free):
+        units = np.ones(points.size)
+        for k in range(points.size):
             moved = points.copy()
-            moved[point] += _CURVATURE_STEP
+            moved[k] += _CURVATURE_STEP
             _, there = self.value_and_gradient(situation, moved)
-            curvature = (there[point] - gradient[point]) / _CURVATURE_STEP
+            curvature = (there[k] - gradient[k]) / _CURVATURE_STEP
             if curvature > 0:
-                units[variable] = 1.0 / math.sqrt(curvature)
+                units[k] = 1.0 / math.sqrt(curvature)
         return units
 
     def _add_rows(self) -> Binding | None:
@@ -126,31 +129,28 @@ class Polish:
         if not len(rows):
             return None
         return self._program.AddLinearConstraint(
-            rows[:, self._free] * self._units, fall, rise, self._variables
+            rows[:, _AXES:] * self._units, fall, rise, self._variables
         )
 
     def solve(self, situation: Situation, limits: MotionLimits) -> PolishOutcome:
         """Refines `situation.sampled` within the velocity limits, from its speed on."""
-        free_count = self._knot_count - 1
         self._situation = situation
         self._evaluation_count = 0
-        lowest = np.repeat([limits.vx_min, -limits.wz_max], free_count) / self._units
-        highest = np.repeat([limits.vx_max, limits.wz_max], free_count) / self._units
+        free_count = self._units.size // _AXES
+        lowest = np.tile([limits.vx_min, -limits.wz_max], free_count) / self._units
+        highest = np.tile([limits.vx_max, limits.wz_max], free_count) / self._units
         self._bounds.evaluator().set_bounds(lowest, highest)
         if self._rows is not None:
             rows, fall, rise = self._accelerations
-            from_now = rows[:, self._now] @ situation.speed
+            from_now = rows[:, :_AXES] @ situation.speed
             self._rows.evaluator().set_bounds(fall - from_now, rise - from_now)
-        fitted = self.fit(situation).T.ravel()[self._free] / self._units
+        start = np.clip(self.fit(situation), lowest, highest)
         with solver_warnings_off():
-            result = self._solver.Solve(
-                self._program, np.clip(fitted, lowest, highest), self._options
-            )
+            result = self._solver.Solve(self._program, start, self._options)
         variables = result.get_x_val()
         found = bool(np.all(np.isfinite(variables))) and self._is_feasible(variables)
-        sequence = self._sequence(self._control_points(variables)) if found else situation.sampled
         return PolishOutcome(
-            sequence,
+            self.sequence(situation, variables) if found else situation.sampled,
             found,
             result.get_solver_id().name(),
             result.get_solution_result().name,
@@ -158,30 +158,23 @@ class Polish:
         )
 
     def fit(self, situation: Situation) -> Array:
-        """Returns the control points (K, 2), the first at `speed`, closest to the sampled one."""
-        speed = np.asarray(situation.speed, dtype=float)
-        rest = situation.sampled - self.basis[:, :1] * speed
-        return np.vstack([speed, self._fit @ rest])
+        """Returns the variables (2 K - 2,) whose sequence is closest to the sampled one."""
+        return self._fit @ (situation.sampled.ravel() - self._by_speed @ situation.speed)
 
-    def value_and_gradient(self, situation: Situation, points: Array) -> tuple[float, Array]:
-        """Returns the objective and its gradient (2 K,) at control points (2 K,), v before w."""
-        value, by_sequence = objective(situation, self.weights, self._sequence(points))
-        return value, (self.basis.T @ by_sequence).T.ravel()
+    def sequence(self, situation: Situation, variables: Array) -> Array:
+        """Returns the sequence (N, 2) of variables (2 K - 2,), from the speed now on."""
+        flat = self._by_speed @ situation.speed + self._by_variables @ variables
+        return flat.reshape(-1, _AXES)
+
+    def value_and_gradient(self, situation: Situation, variables: Array) -> tuple[float, Array]:
+        """Returns the objective and its gradient (2 K - 2,) at variables (2 K - 2,)."""
+        sequence = self.sequence(situation, variables)
+        value, by_sequence = objective(situation, self.weights, sequence)
+        return value, by_sequence.ravel() @ self._by_variables
 
     def _cost(self, variables: Array) -> tuple[float, Array]:
         self._evaluation_count += 1
-        value, by_points = self.value_and_gradient(self._situation, self._control_points(variables))
-        return value, by_points[self._free] * self._units
-
-    def _control_points(self, variables: Array) -> Array:
-        """Returns all control points (2 K,), v before w."""
-        points = np.empty(2 * self._knot_count)
-        points[self._now] = self._situation.speed
-        points[self._free] = variables * self._units
-        return points
-
-    def _sequence(self, points: Array) -> Array:
-        return np.ascontiguousarray(self.basis @ points.reshape(2, -1).T)
+        return self.value_and_gradient(self._situation, variables)
 
     def _is_feasible(self, variables: Array) -> bool:
         return self._program.CheckSatisfied(
@@ -205,9 +198,9 @@ def _acceleration_rows(knots: Array, limits: MotionLimits) -> tuple[Array, Array
     count = len(knots) - _DEGREE - 1
     spans = knots[_DEGREE + 1 : _DEGREE + count] - knots[1:count]
     differences = (np.eye(count)[1:] - np.eye(count)[:-1]) * (_DEGREE / spans)[:, None]
-    rows = np.kron(np.eye(2), differences)
+    rows = np.kron(differences, np.eye(_AXES))
     fall, rise, width = (
-        np.repeat(np.asarray(pair, dtype=float), count - 1)
+        np.tile(np.asarray(pair, dtype=float), count - 1)
         for pair in (
             (limits.ax_min, -limits.az_max),
             (limits.ax_max, limits.az_max),
@@ -252,6 +245,7 @@ def _solver_options(max_iterations: int) -> SolverOptions:
         "limited_memory_init_val": 1.0,
         # The program is well scaled, and so small that looking for a better scale takes a third of
         # the time.
+        "max_soc": 0,
         "nlp_scaling_method": "none",
         "spral_scaling": "none",
         "print_level": 0,
