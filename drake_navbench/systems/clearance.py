@@ -16,6 +16,8 @@ from drake_navbench.kernels.outline_distance import outline_to_edges
 
 # Pairs farther apart are not looked at; the clearance then reads +inf.
 MAX_DISTANCE_M = 5.0
+# Asked for first: where something is that near, what is farther need not be measured.
+NEAR_DISTANCE_M = 1.0
 
 
 class Clearance(LeafSystem):
@@ -53,9 +55,7 @@ class Clearance(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(period_s, offset_s, self._on_period)
 
     def _on_period(self, context: Context, discrete_state: DiscreteValues) -> None:
-        query = self._query_port.Eval(context)
-        pairs = query.ComputeSignedDistancePairwiseClosestPoints(MAX_DISTANCE_M)
-        clearance = min((pair.distance for pair in pairs), default=math.inf)
+        clearance = _nearest_geometry(self._query_port.Eval(context))
         pose = self._state_port.Eval(context)[:3]
         if len(self._wall_edges):
             outline = place_outline(self._footprint, pose)
@@ -66,3 +66,12 @@ class Clearance(LeafSystem):
         if costmap is not None and len(costmap.lethal_centres):
             cell_distance = nearest_distance(costmap.lethal_centres, pose[:2])
         discrete_state.get_mutable_vector(self._distances).SetFromVector([clearance, cell_distance])
+
+
+def _nearest_geometry(query: QueryObject) -> float:
+    """Returns the signed distance of the nearest pair of geometries, m; inf where none is near."""
+    for reach_m in (NEAR_DISTANCE_M, MAX_DISTANCE_M):
+        pairs = query.ComputeSignedDistancePairwiseClosestPoints(reach_m)
+        if pairs:
+            return min(pair.distance for pair in pairs)
+    return math.inf
