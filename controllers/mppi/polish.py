@@ -10,7 +10,9 @@ IPOPT with a limit on iterations, never on time.
 
 IPOPT is given no second derivatives; it learns them from one gradient after the other. So that it
 starts from a good guess, a variable is a control point in units in which the objective's second
-derivative is about one: its curvature along that point in a straight drive at full speed.
+derivative by it is one in a straight drive at full speed. Four iterations then reach 99.6 % of the
+gain of converged solves, for which control points as they are take five (126 situations of four
+scenarios).
 """
 
 from __future__ import annotations
@@ -23,6 +25,7 @@ import numpy as np
 from pydrake.solvers import Binding, IpoptSolver, MathematicalProgram, SolverOptions
 from scipy.interpolate import BSpline
 
+from drake_navbench.controllers.mppi.lanes import frozen
 from drake_navbench.controllers.mppi.motion_models import MotionLimits
 from drake_navbench.controllers.mppi.objective import Array, Situation, Weights, objective
 from drake_navbench.program_function import cost_function, solver_warnings_off
@@ -192,8 +195,8 @@ def _acceleration_rows(knots: Array, limits: MotionLimits) -> tuple[Array, Array
     """Returns (rows (M, 2 K), fall (M,), rise (M,)): fall <= rows @ control points <= rise.
 
     A row is the acceleration 3 (c_{i+1} - c_i) / (knot_{i+4} - knot_{i+1}) of v or w. Those whose
-    bounds are out of reach between any two velocities are left out: a program without rows is
-    solved in half the time.
+    bounds are out of reach between any two velocities are left out: an iteration without rows
+    takes less time.
     """
     count = len(knots) - _DEGREE - 1
     spans = knots[_DEGREE + 1 : _DEGREE + count] - knots[1:count]
@@ -213,15 +216,16 @@ def _acceleration_rows(knots: Array, limits: MotionLimits) -> tuple[Array, Array
 
 def _straight_drive(steps: int, dt_s: float, speed_mps: float) -> Situation:
     """Returns a drive along a straight path in the open, its carrot one horizon beyond its end."""
-    sampled = np.column_stack([np.full(steps, speed_mps), np.zeros(steps)])
+    speed = np.array([speed_mps, 0.0])
     x = speed_mps * dt_s * np.arange(1, steps + 1)
     return Situation(
         pose=np.zeros(3),
-        speed=sampled[0].copy(),
-        earlier_speed=sampled[0].copy(),
+        speed=speed,
+        # Read-only like a memory's, so that `objective` is compiled once.
+        earlier_speed=frozen(speed.copy()),
         references=np.column_stack([x, np.zeros((steps, 2))]),
         carrot=np.array([2 * x[-1], 0.0]),
-        sampled=sampled,
+        sampled=np.tile(speed, (steps, 1)),
         field=np.zeros((1, 1)),
         origin_x=0.0,
         origin_y=0.0,
@@ -240,12 +244,12 @@ def _solver_options(max_iterations: int) -> SolverOptions:
         "bound_frac": _BOUND_PUSH,
         "mu_strategy": "monotone",
         "mu_init": _BARRIER_START,
-        # The variables' units make the first guess of the Hessian one.
+        # The first guess of the Hessian, by the variables' units.
         "limited_memory_initialization": "constant",
         "limited_memory_init_val": 1.0,
-        # The program is well scaled, and so small that looking for a better scale takes a third of
-        # the time.
+        # Steps within linear constraints need no second-order correction.
         "max_soc": 0,
+        # The units are the scale; looking for another one takes a quarter of the time.
         "nlp_scaling_method": "none",
         "spral_scaling": "none",
         "print_level": 0,
