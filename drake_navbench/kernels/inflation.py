@@ -129,12 +129,12 @@ def _measure_columns(distances, sources, margin):
     largest distance that matters.
     """
     rows, columns = sources.shape
-    inner = distances[:, margin : margin + columns]
-    _lower_to_neighbours(inner[0], inner[0], sources[0])
-    for row in range(1, rows):
-        _lower_to_neighbours(inner[row], inner[row - 1], sources[row])
+    inner = slice(margin, margin + columns)
+    for row in range(rows):
+        beside = distances[max(row - 1, 0), inner]
+        _lower_to_neighbours(distances[row, inner], beside, sources[row])
     for row in range(rows - 2, -1, -1):
-        _lower_to_neighbours(inner[row], inner[row + 1], sources[row])
+        _lower_to_neighbours(distances[row, inner], distances[row + 1, inner], sources[row])
 
 
 @njit(cache=True)
