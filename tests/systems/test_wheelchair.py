@@ -77,3 +77,19 @@ def test_a_mirrored_command_gives_the_mirrored_path():
     x, y, yaw, v, w = drive([0.5, 0.3], 3.0)
     mirrored = drive([0.5, -0.3], 3.0)
     np.testing.assert_allclose(mirrored, [x, -y, -yaw, v, -w], atol=1e-12)
+
+
+def test_the_footprint_stands_where_the_state_says():
+    scene_graph = SceneGraph()
+    wheelchair = Wheelchair(Drive(), scene_graph, footprint=FOOTPRINT)
+    context = wheelchair.CreateDefaultContext()
+    wheelchair.set_pose(context, np.array([1.0, 2.0, 0.5 * np.pi]))
+    poses = wheelchair.GetOutputPort("geometry_pose").Eval(context)
+    front = poses.value(wheelchair.frame_id) @ np.array([0.85, 0.3, 0.0])
+    # Facing along y: ahead is up, left is to smaller x.
+    np.testing.assert_allclose(front, [1.0 - 0.3, 2.0 + 0.85, 0.0], atol=1e-12)
+
+
+def test_the_state_does_not_jump_with_the_command():
+    wheelchair = Wheelchair(Drive(), SceneGraph(), footprint=FOOTPRINT)
+    assert not wheelchair.HasAnyDirectFeedthrough()

@@ -1,0 +1,84 @@
+"""Clearance is the signed distance of the footprint to the nearest thing, however far."""
+
+import numpy as np
+import pytest
+from pydrake.common.value import AbstractValue
+from pydrake.geometry import SceneGraph
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import ConstantVectorSource
+
+from drake_navbench.kernels.grid import LETHAL, Costmap
+from drake_navbench.robot import Drive
+from drake_navbench.systems.clearance import MAX_DISTANCE_M, NEAR_DISTANCE_M, Clearance
+from drake_navbench.systems.wheelchair import Wheelchair
+from drake_navbench.world import Box, Cylinder, World
+from drake_navbench.world_geometry import register_obstacles
+
+# The front reaches 0.85 m ahead of the reference point, which stands at the origin.
+FOOTPRINT = np.array([[0.85, 0.3], [0.85, -0.3], [-0.25, -0.3], [-0.25, 0.3]])
+FRONT_M = 0.85
+
+
+def distances(*obstacles, walls=(), costmap=None):
+    """Returns what is measured at the start."""
+    world = World(obstacles, walls)
+    builder = DiagramBuilder()
+    scene_graph = builder.AddSystem(SceneGraph())
+    register_obstacles(scene_graph, world)
+    wheelchair = builder.AddSystem(Wheelchair(Drive(), scene_graph, footprint=FOOTPRINT))
+    clearance = builder.AddSystem(
+        Clearance(footprint=FOOTPRINT, wall_edges=world.wall_edges, period_s=0.05, offset_s=0.02)
+    )
+    standstill = builder.AddSystem(ConstantVectorSource([0.0, 0.0]))
+    builder.Connect(standstill.get_output_port(), wheelchair.GetInputPort("command"))
+    builder.Connect(
+        wheelchair.GetOutputPort("geometry_pose"),
+        scene_graph.get_source_pose_port(wheelchair.source_id),
+    )
+    builder.Connect(scene_graph.get_query_output_port(), clearance.GetInputPort("geometry_query"))
+    builder.Connect(wheelchair.GetOutputPort("state"), clearance.GetInputPort("state"))
+    simulator = Simulator(builder.Build())
+    own = clearance.GetMyMutableContextFromRoot(simulator.get_mutable_context())
+    clearance.GetInputPort("costmap").FixValue(own, AbstractValue.Make(costmap))
+    simulator.Initialize()
+    return clearance.GetOutputPort("distances").Eval(own)
+
+
+def box_ahead(gap_m):
+    """Returns a box whose near face lies a gap ahead of the front."""
+    return Box(
+        type="box", min=(FRONT_M + gap_m, -1.0), max=(FRONT_M + gap_m + 0.5, 1.0), height_m=1.0
+    )
+
+
+@pytest.mark.parametrize("gap_m", [0.01, 0.5 * NEAR_DISTANCE_M, 2.0 * NEAR_DISTANCE_M])
+def test_the_gap_ahead_is_measured_near_and_far(gap_m):
+    assert distances(box_ahead(gap_m))[0] == pytest.approx(gap_m, abs=1e-6)
+
+
+def test_the_nearest_of_several_counts():
+    pillar = Cylinder(type="cylinder", centre=(0.0, 0.3 + 0.2 + 0.4), radius_m=0.2)
+    assert distances(box_ahead(3.0), pillar, box_ahead(0.6))[0] == pytest.approx(0.4, abs=1e-6)
+
+
+def test_an_overlap_is_negative():
+    assert distances(box_ahead(-0.05))[0] == pytest.approx(-0.05, abs=1e-6)
+
+
+def test_beyond_reach_there_is_nothing():
+    assert distances(box_ahead(MAX_DISTANCE_M + 0.1))[0] == np.inf
+    assert distances()[0] == np.inf
+
+
+def test_a_wall_of_a_map_counts_as_an_obstacle_does():
+    assert distances(box_ahead(0.8), walls=(box_ahead(0.3),))[0] == pytest.approx(0.3)
+
+
+def test_the_published_distance_is_to_the_nearest_lethal_cell():
+    costs = np.zeros((20, 20), np.uint8)
+    costs[10, 13] = LETHAL
+    costmap = Costmap(costs, -0.5, -0.5, 0.05)
+    # The cell's centre: x = -0.5 + 13.5 * 0.05 = 0.175, y = -0.5 + 10.5 * 0.05 = 0.025.
+    assert distances(costmap=costmap)[1] == pytest.approx(np.hypot(0.175, 0.025))
+    assert distances()[1] == np.inf
