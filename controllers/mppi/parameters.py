@@ -162,7 +162,7 @@ class PolishParameters(Block):
 
     enabled: bool = Field(False, description="whether to refine; Nav2 does not")
     knot_count: int = Field(8, ge=MIN_KNOT_COUNT, description="B-spline knots each for v and w")
-    max_iterations: int = Field(4, ge=1, description="IPOPT's iteration limit")
+    max_iterations: int = Field(5, ge=1, description="IPOPT's iteration limit")
     carrot_offset: int = Field(5, ge=0, description="carrot ahead of the sampled end [index]")
     path_weight: float = Field(20.0, ge=0, description="of the mean squared path distance [1/m^2]")
     heading_weight: float = Field(2.0, ge=0, description="of the mean of 1 - cos(yaw error) [1]")

@@ -10,9 +10,9 @@ IPOPT with a limit on iterations, never on time.
 
 IPOPT is given no second derivatives; it learns them from one gradient after the other. So that it
 starts from a good guess, a variable is a control point in units in which the objective's second
-derivative by it is one in a straight drive at full speed. Four iterations then reach 99.6 % of the
-gain of converged solves, for which control points as they are take five (126 situations of four
-scenarios).
+derivative by it is one in a straight drive at full speed. Five iterations then reach 99.9 % of the
+gain of converged solves, and at least 99 % in each (126 situations of four scenarios); a trial's
+path and jerk are those of converged solves.
 """
 
 from __future__ import annotations

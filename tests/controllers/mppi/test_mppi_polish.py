@@ -60,7 +60,7 @@ def polish_of(**changes) -> Polish:
     settings = {
         "first_time_s": 0.0,
         "knot_count": 8,
-        "max_iterations": 4,
+        "max_iterations": 5,
         "weights": WEIGHTS,
         "limits": LIMITS,
     }
@@ -138,17 +138,17 @@ def test_ipopt_is_what_ran_and_it_improves_the_sequence():
     assert after < 0.5 * before
 
 
-def test_four_iterations_reach_most_of_a_converged_solve():
+def test_five_iterations_reach_nearly_all_of_a_converged_solve():
     situation = situation_of()
     before, short, long = (
         objective(situation, WEIGHTS, sequence)[0]
         for sequence in (
             situation.sampled,
-            polish_of(max_iterations=4).solve(situation, LIMITS).sequence,
+            polish_of().solve(situation, LIMITS).sequence,
             polish_of(max_iterations=300).solve(situation, LIMITS).sequence,
         )
     )
-    assert before - short > 0.99 * (before - long)
+    assert before - short > 0.995 * (before - long)
 
 
 def test_polished_sequence_obeys_velocity_and_acceleration_limits():
