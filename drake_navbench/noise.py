@@ -47,7 +47,7 @@ class _PhiloxKey(ISeedSequence):
     """Hands Philox its key as it is.
 
     Philox(key=...) gives the same generator, but asks the operating system for entropy first, which
-    takes three times as long as all the rest.
+    takes several times as long as the rest.
     """
 
     def __init__(self, words: tuple[int, int]) -> None:

@@ -45,7 +45,7 @@ class Costmap:
             costs = costs.copy()
         costs.flags.writeable = False
         object.__setattr__(self, "costs", costs)
-        # A search of the flat array is ten times as fast as one of the two axes.
+        # Searching the flat array is several times as fast as searching two axes.
         rows, columns = np.divmod(np.flatnonzero(costs == LETHAL), costs.shape[1])
         centres = np.empty((rows.size, 2))
         centres[:, 0] = self.origin_x + (columns + 0.5) * self.resolution
