@@ -25,16 +25,31 @@ from .parameters import TebParameters
 
 Array = NDArray[np.float64]
 
+# A band that lost against another class is optimised again only after so long: neither changes
+# much in a cycle.
+REVISIT_PERIOD_S = 0.25
+
+
+class Alternative(NamedTuple):
+    """A band of another class than the driven one, perhaps not yet converged.
+
+    stamp_s: when it was optimised. accepted: it obeyed the limits then.
+    """
+
+    band: Band
+    stamp_s: float
+    accepted: bool
+
 
 class TebMemory(NamedTuple):
     """What one cycle leaves to the next.
 
-    band: the last band that was driven, or None. alternatives: bands of other classes, perhaps not
-    yet converged. stamp_s: when they were planned. switched_s: when the class last changed.
+    band: the last band that was driven, or None. alternatives: bands of other classes. stamp_s:
+    when the driven one was planned. switched_s: when the class last changed.
     """
 
     band: Band | None = None
-    alternatives: tuple[Band, ...] = ()
+    alternatives: tuple[Alternative, ...] = ()
     stamp_s: float = 0.0
     switched_s: float = -np.inf
 
@@ -43,14 +58,24 @@ class Candidate(NamedTuple):
     """A guess for a band and what is known of its class.
 
     angles: (C,) swept about the clusters, rad. is_driven: it continues the band driven so far.
-    follows_plan: it has the class of the global plan. is_cold: it has no predecessor.
+    follows_plan: it has the class of the global plan. predecessor: the alternative it continues.
     """
 
     guess: Band
     angles: Array
     is_driven: bool
     follows_plan: bool
-    is_cold: bool
+    predecessor: Alternative | None
+
+    @property
+    def is_cold(self) -> bool:
+        """Whether it has no predecessor."""
+        return self.predecessor is None and not self.is_driven
+
+    def lost_lately(self, time_s: float) -> bool:
+        """Whether it obeyed the limits and was not chosen, less than REVISIT_PERIOD_S ago."""
+        known = self.predecessor
+        return known is not None and known.accepted and time_s - known.stamp_s < REVISIT_PERIOD_S
 
     @property
     def length_m(self) -> float:
@@ -93,7 +118,7 @@ def gather_candidates(
     *,
     start: Array,
     goal: Array,
-    elapsed_s: float,
+    time_s: float,
     clusters: Clusters,
     pace: Pace,
     parameters: TebParameters,
@@ -104,25 +129,27 @@ def gather_candidates(
     ]
     found: list[Candidate] = []
 
-    def add(guess: Band, *, is_driven: bool, is_cold: bool) -> None:
+    def add(guess: Band, *, is_driven: bool = False, known: Alternative | None = None) -> None:
         angles = swept_angles(guess.poses, clusters.anchors)
         if len(found) < parameters.max_number_classes and not any(
             same_class(angles, other.angles) for other in found
         ):
             follows = len(plan_angles) == 1 and same_class(angles, plan_angles[0])
-            found.append(Candidate(guess, angles, is_driven, follows, is_cold))
+            found.append(Candidate(guess, angles, is_driven, follows, known))
 
-    known = [(memory.band, True)] if memory.band is not None else []
+    def continued(band: Band, stamp_s: float) -> Band:
+        return warm_start(band, time_s - stamp_s, start, goal, pace=pace)
+
+    if memory.band is not None and not _goal_jumped(memory.band, goal, parameters):
+        add(continued(memory.band, memory.stamp_s), is_driven=True)
     if parameters.enable_homotopy_class_planning:
-        known += [(band, False) for band in memory.alternatives]
-    for band, is_driven in known:
-        if not _goal_jumped(band, goal, parameters):
-            guess = warm_start(band, elapsed_s, start, goal, pace=pace)
-            add(guess, is_driven=is_driven, is_cold=False)
+        for known in memory.alternatives:
+            if not _goal_jumped(known.band, goal, parameters):
+                add(continued(known.band, known.stamp_s), known=known)
     for path in paths:
         if found and not parameters.enable_homotopy_class_planning:
             break
-        add(initialise(path, start, goal, pace=pace), is_driven=False, is_cold=True)
+        add(initialise(path, start, goal, pace=pace))
     return found
 
 

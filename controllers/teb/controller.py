@@ -12,7 +12,7 @@ from drake_navbench.errors import InputError
 from drake_navbench.kernels.angles import wrap
 
 from .band import Band, mean_twist, shift
-from .candidates import Candidate, TebMemory, gather_candidates, ways_past_block
+from .candidates import Alternative, Candidate, TebMemory, gather_candidates, ways_past_block
 from .feasibility import checked_pose_count, is_free
 from .homotopy import Clusters, class_name, find_clusters
 from .local_plan import LEAST_CLEARANCE_RATIO, LocalPlan, cut_local_plan, via_points
@@ -79,13 +79,20 @@ class TimedElasticBand:
             paths,
             start=task.start,
             goal=task.goal,
-            elapsed_s=observation.time_s - memory.stamp_s,
+            time_s=observation.time_s,
             clusters=clusters,
             pace=pace,
             parameters=parameters,
         )
-        tried = self._optimise(candidates, task)
-        return self._decide(observation, memory, tried, limits=limits, is_blocked=plan.is_cut_short)
+        tried, postponed = self._optimise(candidates, task, observation.time_s)
+        return self._decide(
+            observation,
+            memory,
+            tried,
+            postponed=postponed,
+            limits=limits,
+            is_blocked=plan.is_cut_short,
+        )
 
     def _settle_block(
         self, observation: Observation, plan: LocalPlan, field: DistanceField, clusters: Clusters
@@ -117,21 +124,30 @@ class TimedElasticBand:
             )
         return plan, [plan.path]
 
-    def _optimise(self, candidates: list[Candidate], task: Task) -> list[Tried]:
-        """Optimises the candidates that can pay: no guess can be driven faster than its length."""
+    def _optimise(
+        self, candidates: list[Candidate], task: Task, time_s: float
+    ) -> tuple[list[Tried], list[Alternative]]:
+        """Optimises the candidates that can pay; returns them and those to look at again later.
+
+        No guess can be driven faster than its length, and what lost a moment ago loses again.
+        """
         parameters = self._parameters
         warm = parameters.no_inner_iterations * parameters.no_outer_iterations
         tried: list[Tried] = []
+        postponed: list[Alternative] = []
         for candidate in candidates:
-            costs = [self._cost(*other) for other in tried]
-            if tried and candidate.length_m / task.limits.forward_speed > min(costs):
+            best = min((self._cost(*other) for other in tried), default=np.inf)
+            if np.isfinite(best) and candidate.lost_lately(time_s):
+                postponed.append(candidate.predecessor)
                 continue
-            is_first = candidate.is_cold and not any(other.accepted for _, other in tried)
+            if candidate.length_m / task.limits.forward_speed > best:
+                continue
+            is_first = candidate.is_cold and not np.isfinite(best)
             iterations = parameters.cold_start_iterations if is_first else warm
             tried.append(
                 (candidate, self._planner.optimise(candidate.guess, task, iterations=iterations))
             )
-        return tried
+        return tried, postponed
 
     def _cost(self, candidate: Candidate, planned: PlannedBand) -> float:
         """Returns what a band is chosen by: its duration, weighed, and its missing clearance."""
@@ -158,6 +174,7 @@ class TimedElasticBand:
         memory: TebMemory,
         tried: list[Tried],
         *,
+        postponed: list[Alternative],
         limits: BandLimits,
         is_blocked: bool,
     ) -> Decision:
@@ -165,11 +182,15 @@ class TimedElasticBand:
         for candidate, planned in self._ranked(tried, memory, observation.time_s):
             if not self._is_free(observation, planned.band):
                 continue
-            others = tuple(other.band for kept, other in tried if kept is not candidate)
+            others = [
+                Alternative(other.band, observation.time_s, other.accepted)
+                for kept, other in tried
+                if kept is not candidate
+            ]
             switched = memory.band is not None and not candidate.is_driven
             new_memory = TebMemory(
                 band=planned.band,
-                alternatives=others,
+                alternatives=(*others, *postponed),
                 stamp_s=observation.time_s,
                 switched_s=observation.time_s if switched else memory.switched_s,
             )
