@@ -45,6 +45,13 @@ def test_derivatives_by_something_else_go_through_the_chain_rule():
     assert cost_function(square)(by_s).derivatives() == pytest.approx([30.0])
 
 
+def test_derivatives_by_the_variables_in_another_order_are_not_taken_for_the_jacobian():
+    # x = t and y = s: the slopes y = 5 by x and x = 2 by y change places.
+    swapped = InitializeAutoDiff([2.0, 5.0], np.array([[0.0, 1.0], [1.0, 0.0]])).ravel()
+    slopes = ExtractGradient(constraint_function(product)(swapped))
+    np.testing.assert_array_equal(slopes, [[2.0, 5.0]])
+
+
 def test_a_constraint_carries_values_and_jacobian():
     values = constraint_function(product)(InitializeAutoDiff([2.0, 5.0]).ravel())
     np.testing.assert_array_equal(ExtractValue(values), [[10.0]])

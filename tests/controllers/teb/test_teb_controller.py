@@ -10,7 +10,7 @@ from teb_closed_loop import drive, plan_from_elements, wheelchair_setup, window
 from drake_navbench.controller import NoValidControl, Observation, Registry, SpeedLimit
 from drake_navbench.controllers.teb import TimedElasticBand
 from drake_navbench.controllers.teb import program as program_module
-from drake_navbench.controllers.teb.candidates import TebMemory
+from drake_navbench.controllers.teb.candidates import REVISIT_PERIOD_S, TebMemory
 from drake_navbench.controllers.teb.planner import ACCEPTED_VIOLATION
 from drake_navbench.presets import load_preset
 
@@ -115,6 +115,47 @@ def test_a_band_on_the_wrong_side_is_left_for_a_much_shorter_way():
         memory = decision.memory
     # The plan runs straight, below the box that is there now.
     assert decision.diagnostics["predicted_trajectory"][:, 1].max() < 0.35
+
+
+def with_a_lost_alternative(controller, observation):
+    """Returns a memory in which a band past the other side of a box was optimised and lost."""
+    memory = controller.step(observation, TebMemory()).memory
+    if not memory.alternatives[0].accepted:
+        memory = controller.step(observation, memory).memory
+    assert memory.alternatives[0].accepted
+    return memory
+
+
+def test_a_band_that_lost_is_kept_and_optimised_again_only_after_a_while():
+    controller = make()
+    box = observe((0, 0, 0), [(1.0, -0.32, 1.3, 0.3)])
+    memory = with_a_lost_alternative(controller, box)
+    (lost,) = memory.alternatives
+    soon = controller.step(replace(box, time_s=0.5 * REVISIT_PERIOD_S), memory)
+    assert soon.diagnostics["candidate_count"] == 1
+    assert soon.memory.alternatives == (lost,)
+    due = controller.step(replace(box, time_s=REVISIT_PERIOD_S), soon.memory)
+    assert due.diagnostics["candidate_count"] == 2
+    assert due.memory.alternatives[0].stamp_s == REVISIT_PERIOD_S
+
+
+def test_a_band_that_lost_is_optimised_at_once_where_the_driven_one_breaks_a_limit(monkeypatch):
+    controller = make()
+    box = observe((0, 0, 0), [(1.0, -0.32, 1.3, 0.3)])
+    memory = with_a_lost_alternative(controller, box)
+    solve = program_module.BandProgram.solve
+    violations = iter([1.0])
+
+    def driven_one_fails(self, *args, **kwargs):
+        solution = solve(self, *args, **kwargs)
+        return solution._replace(violation=next(violations, solution.violation))
+
+    monkeypatch.setattr(program_module.BandProgram, "solve", driven_one_fails)
+    decision = controller.step(replace(box, time_s=0.05), memory)
+    assert decision.diagnostics["candidate_count"] == 2
+    assert not decision.diagnostics["is_fallback"]
+    was, now = memory.band.poses[:, 1].sum(), decision.memory.band.poses[:, 1].sum()
+    assert was * now < 0.0
 
 
 def _dense(corners):
