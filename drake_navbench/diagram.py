@@ -98,9 +98,9 @@ def build_trial_diagram(
     wheelchair = builder.AddNamedSystem(
         "wheelchair", Wheelchair(robot.drive, scene_graph, footprint=robot.outline)
     )
-    state = wheelchair.GetOutputPort("state")
+    state = wheelchair.get_state_output_port()
     builder.Connect(
-        wheelchair.GetOutputPort("geometry_pose"),
+        wheelchair.get_geometry_pose_output_port(),
         scene_graph.get_source_pose_port(wheelchair.source_id),
     )
 
@@ -126,7 +126,7 @@ def build_trial_diagram(
         builder, robot, task, signals, local_costmap=local_costmap, server=server
     )
     command = add_command_chain(builder, robot, signals, command)
-    connect_inputs(builder, wheelchair, command=command)
+    builder.Connect(command, wheelchair.get_command_input_port())
 
     speed_filter, binary_filter = _add_filters(builder, navigation, filter_masks)
     for system in filter(None, (speed_filter, binary_filter)):

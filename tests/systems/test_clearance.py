@@ -31,13 +31,13 @@ def distances(*obstacles, walls=(), costmap=None):
         Clearance(footprint=FOOTPRINT, wall_edges=world.wall_edges, period_s=0.05, offset_s=0.02)
     )
     standstill = builder.AddSystem(ConstantVectorSource([0.0, 0.0]))
-    builder.Connect(standstill.get_output_port(), wheelchair.GetInputPort("command"))
+    builder.Connect(standstill.get_output_port(), wheelchair.get_command_input_port())
     builder.Connect(
-        wheelchair.GetOutputPort("geometry_pose"),
+        wheelchair.get_geometry_pose_output_port(),
         scene_graph.get_source_pose_port(wheelchair.source_id),
     )
     builder.Connect(scene_graph.get_query_output_port(), clearance.GetInputPort("geometry_query"))
-    builder.Connect(wheelchair.GetOutputPort("state"), clearance.GetInputPort("state"))
+    builder.Connect(wheelchair.get_state_output_port(), clearance.GetInputPort("state"))
     simulator = Simulator(builder.Build())
     own = clearance.GetMyMutableContextFromRoot(simulator.get_mutable_context())
     clearance.GetInputPort("costmap").FixValue(own, AbstractValue.Make(costmap))

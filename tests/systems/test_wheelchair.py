@@ -21,9 +21,9 @@ def drive(command, duration_s, *, settings=None, start=(0.0, 0.0, 0.0), step_s=0
         Wheelchair(settings or Drive(), scene_graph, footprint=FOOTPRINT)
     )
     source = builder.AddSystem(ConstantVectorSource(command))
-    builder.Connect(source.get_output_port(), wheelchair.GetInputPort("command"))
+    builder.Connect(source.get_output_port(), wheelchair.get_command_input_port())
     builder.Connect(
-        wheelchair.GetOutputPort("geometry_pose"),
+        wheelchair.get_geometry_pose_output_port(),
         scene_graph.get_source_pose_port(wheelchair.source_id),
     )
     simulator = Simulator(builder.Build())
@@ -34,7 +34,7 @@ def drive(command, duration_s, *, settings=None, start=(0.0, 0.0, 0.0), step_s=0
     context = wheelchair.GetMyMutableContextFromRoot(simulator.get_mutable_context())
     wheelchair.set_pose(context, np.array(start))
     simulator.AdvanceTo(duration_s)
-    return wheelchair.GetOutputPort("state").Eval(context)
+    return wheelchair.get_state_output_port().Eval(context)
 
 
 FREE = Drive(max_linear_acceleration_mps2=None, max_angular_acceleration_radps2=None)
@@ -84,7 +84,7 @@ def test_the_footprint_stands_where_the_state_says():
     wheelchair = Wheelchair(Drive(), scene_graph, footprint=FOOTPRINT)
     context = wheelchair.CreateDefaultContext()
     wheelchair.set_pose(context, np.array([1.0, 2.0, 0.5 * np.pi]))
-    poses = wheelchair.GetOutputPort("geometry_pose").Eval(context)
+    poses = wheelchair.get_geometry_pose_output_port().Eval(context)
     front = poses.value(wheelchair.frame_id) @ np.array([0.85, 0.3, 0.0])
     # Facing along y: ahead is up, left is to smaller x.
     np.testing.assert_allclose(front, [1.0 - 0.3, 2.0 + 0.85, 0.0], atol=1e-12)
