@@ -74,8 +74,6 @@ def _chained(slopes: Array, variables: np.ndarray) -> Array:
 
 def _is_identity(matrix: Array) -> bool:
     size = len(matrix)
-    return (
-        matrix.shape == (size, size)
-        and np.count_nonzero(matrix) == size
-        and bool(np.all(matrix.diagonal() == 1.0))
-    )
+    if matrix.shape != (size, size) or np.count_nonzero(matrix) != size:
+        return False
+    return np.count_nonzero(matrix.diagonal() == 1.0) == size

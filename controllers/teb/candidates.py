@@ -146,10 +146,11 @@ def gather_candidates(
         for known in memory.alternatives:
             if not _goal_jumped(known.band, goal, parameters):
                 add(continued(known.band, known.stamp_s), known=known)
-    for path in paths:
+    for path, path_angles in zip(paths, plan_angles, strict=True):
         if found and not parameters.enable_homotopy_class_planning:
             break
-        add(initialise(path, start, goal, pace=pace))
+        if not any(same_class(path_angles, other.angles) for other in found):
+            add(initialise(path, start, goal, pace=pace))
     return found
 
 

@@ -108,10 +108,10 @@ def via_points(plan: LocalPlan, separation_m: float) -> Array:
     if separation_m <= 0.0:
         return np.empty((0, 2))
     points = plan.poses[: plan.goal_index, :2]
-    chosen: list[Array] = []
-    last = plan.poses[0, :2]
-    for point in points[1:]:
-        if np.hypot(*(point - last)) >= separation_m:
-            chosen.append(point)
-            last = point
-    return np.array(chosen).reshape(-1, 2)
+    chosen = [0]
+    while True:
+        offsets = points[chosen[-1] + 1 :] - plan.poses[chosen[-1], :2]
+        far = np.flatnonzero(np.hypot(offsets[:, 0], offsets[:, 1]) >= separation_m)
+        if far.size == 0:
+            return points[chosen[1:]]
+        chosen.append(chosen[-1] + 1 + int(far[0]))

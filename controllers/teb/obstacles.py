@@ -64,23 +64,42 @@ def _squared_distance_1d(samples, result, sites, borders):
 def _squared_cell_distance(is_source, far_squared):
     """Returns (rows, columns) squared distances in cells to the nearest source cell."""
     rows, columns = is_source.shape
-    longest = max(rows, columns)
     squared = np.empty((rows, columns))
-    samples, result = np.empty(longest), np.empty(longest)
-    sites, borders = np.empty(longest, dtype=np.int64), np.empty(longest + 1)
     for column in range(columns):
+        # Along a column the nearest source is the last one met on the way down or on the way up.
+        steps = rows + columns
         for row in range(rows):
-            samples[row] = 0.0 if is_source[row, column] else far_squared
-        _squared_distance_1d(samples[:rows], result, sites, borders)
-        for row in range(rows):
-            squared[row, column] = result[row]
+            steps = 0 if is_source[row, column] else steps + 1
+            squared[row, column] = min(float(steps * steps), far_squared)
+        steps = rows + columns
+        for row in range(rows - 1, -1, -1):
+            steps = 0 if is_source[row, column] else steps + 1
+            squared[row, column] = min(float(steps * steps), squared[row, column])
+    result = np.empty(columns)
+    sites, borders = np.empty(columns, dtype=np.int64), np.empty(columns + 1)
     for row in range(rows):
-        for column in range(columns):
-            samples[column] = squared[row, column]
-        _squared_distance_1d(samples[:columns], result, sites, borders)
+        _squared_distance_1d(squared[row], result, sites, borders)
         for column in range(columns):
             squared[row, column] = min(result[column], far_squared)
     return squared
+
+
+@njit(cache=True)
+def _bounds(is_member):
+    """Returns (first row, end row, first column, end column) of a window around all members.
+
+    One cell wider than the members where the map is; all zero without a member.
+    """
+    rows, columns = is_member.shape
+    top, bottom, left, right = rows, -1, columns, -1
+    for row in range(rows):
+        for column in range(columns):
+            if is_member[row, column]:
+                top, bottom = min(top, row), row
+                left, right = min(left, column), max(right, column)
+    if bottom < 0:
+        return 0, 0, 0, 0
+    return max(top - 1, 0), min(bottom + 2, rows), max(left - 1, 0), min(right + 2, columns)
 
 
 @njit(cache=True)
@@ -93,14 +112,18 @@ def signed_distances(costs, lethal_cost, resolution):
     """
     rows, columns = costs.shape
     far_squared = float(rows * rows + columns * columns)
+    distances = np.full((rows, columns), (math.sqrt(far_squared) - 0.5) * resolution)
     lethal = costs == lethal_cost
+    top, bottom, left, right = _bounds(lethal)
+    if bottom == 0:
+        return distances
     outside = _squared_cell_distance(lethal, far_squared)
-    inside = _squared_cell_distance(~lethal, far_squared)
-    distances = np.empty((rows, columns))
+    # The free cell nearest to a lethal one is never beyond the ring around all of them.
+    inside = _squared_cell_distance(~lethal[top:bottom, left:right], far_squared)
     for row in range(rows):
         for column in range(columns):
             if lethal[row, column]:
-                cells = 0.5 - math.sqrt(inside[row, column])
+                cells = 0.5 - math.sqrt(inside[row - top, column - left])
             else:
                 cells = math.sqrt(outside[row, column]) - 0.5
             distances[row, column] = cells * resolution
