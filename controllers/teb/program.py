@@ -27,8 +27,7 @@ Array = NDArray[np.float64]
 
 # An interior-point method pushes its guess away from the bounds; a warm start must stay there.
 BOUND_PUSH = 1e-6
-# IPOPT's own bound on complementarity, 1e-4, would ask for a smaller barrier than the first one;
-# `tol` alone decides.
+# IPOPT's own bound on complementarity, 1e-4, would ask for a smaller barrier than the first one.
 COMPLEMENTARITY_TOLERANCE = 1e-2
 # Pairs of steps and gradient changes that the approximated second derivatives are built from. A
 # warm start takes few steps, and each pair costs two more solutions of the linear system in each.
