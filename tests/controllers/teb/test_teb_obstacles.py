@@ -25,9 +25,12 @@ def wall():
     return distance_field(costmap_with([(r, c) for r in range(40) for c in range(30, 40)]))
 
 
-def test_field_agrees_with_brute_force():
-    rng = np.random.default_rng(3)
-    cells = [tuple(cell) for cell in rng.integers(0, 40, (60, 2))]
+SCATTERED = [tuple(cell) for cell in np.random.default_rng(3).integers(0, 40, (60, 2))]
+BLOCK_IN_THE_CORNER = [(row, column) for row in range(31, 40) for column in range(12)]
+
+
+@pytest.mark.parametrize("cells", [SCATTERED, BLOCK_IN_THE_CORNER])
+def test_field_agrees_with_brute_force(cells):
     field = distance_field(costmap_with(cells))
     rows, columns = np.mgrid[0:40, 0:40]
     lethal = np.zeros((40, 40), dtype=bool)
