@@ -16,7 +16,6 @@ import yaml
 from rich.console import Console
 
 from drake_navbench import __version__
-from drake_navbench.analysis.report import build_report
 from drake_navbench.analysis.tables import scenario_table, table_to_markdown
 from drake_navbench.campaign import Campaign, available_jobs, plan_campaign, run_campaign
 from drake_navbench.errors import InputError
@@ -26,7 +25,7 @@ from drake_navbench.progress import CampaignProgress, print_scenario
 from drake_navbench.replays import write_replays
 from drake_navbench.results import ResultsFolder, file_name, require_writable, write_text
 from drake_navbench.terminal import terminal
-from drake_navbench.warm_up import kernels_are_cold, warm_up
+from drake_navbench.warm_up import kernels_are_cold, start_worker_server, warm_up
 
 PACKAGES_IN_MANIFEST = ("drake", "numba", "numpy", "pandas", "pyarrow", "scipy")
 
@@ -131,6 +130,10 @@ def _run(
         console.print("Compiling the kernels, once for this installation (about half a minute) ...")
         warm_up()
     started = time.perf_counter()
+    start_worker_server()
+    # The report and its figures take as long to import as the server of the workers to start.
+    from drake_navbench.analysis.report import build_report
+
     with CampaignProgress(console) as progress:
         trials = run_campaign(campaign, folder, jobs=jobs, on_progress=progress.update)
     wall_s = time.perf_counter() - started

@@ -25,7 +25,7 @@ from drake_navbench.results import ResultsFolder
 from drake_navbench.robot import load_robot
 from drake_navbench.scenario import PUBLISHED_SCENARIOS, check_task, load_scenario
 from drake_navbench.trial import DEFAULT_ROBOT, TrialSpec, failed_log, make_controller, simulate
-from drake_navbench.warm_up import PRELOAD_MODULE
+from drake_navbench.warm_up import start_worker_server
 
 DEFAULT_TRIALS = 4
 # Drake's bindings never free Python systems, so a worker is replaced after this many trials.
@@ -33,7 +33,6 @@ TRIALS_PER_WORKER = 24
 # A trial that takes this much longer than the time it simulates hangs.
 WALL_CLOCK_PER_SIMULATED_SECOND = 5.0
 MIN_WALL_CLOCK_S = 120.0
-BLAS_THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")
 
 Row = dict[str, object]
 
@@ -191,16 +190,12 @@ def wall_clock_limit_s(spec: TrialSpec) -> float:
 
 def worker_pool(jobs: int) -> ProcessPool:
     """Returns a pool whose workers are forked from a server that has everything loaded."""
-    for variable in BLAS_THREAD_VARIABLES:
-        # Each worker has one core; threads of a linear algebra library would only fight for it.
-        os.environ.setdefault(variable, "1")
-    context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload([PRELOAD_MODULE])
+    start_worker_server()
     return ProcessPool(
         max_workers=jobs,
         max_tasks=TRIALS_PER_WORKER,
         initializer=_ignore_interrupts,
-        context=context,
+        context=multiprocessing.get_context("forkserver"),
     )
 
 
