@@ -121,10 +121,20 @@ def turning() -> pd.DataFrame:
 
 
 def teb_acceleration() -> pd.DataFrame:
-    """Findings 10 and 29, and what they cost: TEB's own limit of acceleration."""
+    """Findings 10 and 29, and what they cost: the acceleration limit of TEB."""
     metrics = ("time_taken", "energy", "rms_linear_jerk", "avg_linear_speed")
-    presets = ("dwb", "mppi_nav2", "teb", "teb:acc_lim_x=0.5")
-    return pd.DataFrame([means(p, s, p, metrics) for s in ("empty", *BENDS) for p in presets])
+    limits = [f"teb:acc_lim_x={limit}" for limit in (0.5, 1.0, 2.0)]
+    rows = [means(preset, "empty", preset, metrics) for preset in ("teb", *limits)]
+    compared = ("dwb", "mppi_nav2", "teb", limits[0])
+    rows += [means(preset, scenario, preset, metrics) for scenario in BENDS for preset in compared]
+    return pd.DataFrame(rows)
+
+
+def teb_via_points() -> pd.DataFrame:
+    """The settings of TEB: how far it cuts corners without points of the plan to pass by."""
+    metrics = ("max_path_error", "min_obstacle_distance")
+    presets = ("teb", "teb:global_plan_viapoint_sep=-1.0", "mppi_nav2")
+    return pd.DataFrame([means(p, "static_obstacles", p, metrics) for p in presets])
 
 
 def hidden_wall() -> pd.DataFrame:
@@ -179,7 +189,15 @@ def sampling() -> pd.DataFrame:
 
 EXPERIMENTS: dict[str, Callable[[], pd.DataFrame]] = {
     function.__name__: function
-    for function in (turning, teb_acceleration, hidden_wall, open_box, latency, sampling)
+    for function in (
+        turning,
+        teb_acceleration,
+        teb_via_points,
+        hidden_wall,
+        open_box,
+        latency,
+        sampling,
+    )
 }
 
 
