@@ -1,6 +1,6 @@
 """The wiring of one trial, one paragraph a system.
 
-`python -m drake_navbench.diagram` writes the picture of it, as Drake draws it, to docs/.
+`make docs` writes the picture of it, as Drake draws it, to docs/.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.geometry import Meshcat, MeshcatVisualizer, SceneGraph
-from pydrake.systems.framework import Context, Diagram, DiagramBuilder
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPort
 
 from drake_navbench.controller import Controller
 from drake_navbench.costmaps.filter_masks import FilterMask
@@ -90,19 +90,12 @@ def build_trial_diagram(
     meshcat: where to draw the trial while it runs.
     """
     builder = DiagramBuilder()
-    navigation = robot.navigation
 
     scene_graph = builder.AddNamedSystem("scene_graph", SceneGraph())
     register_obstacles(scene_graph, world)
 
-    wheelchair = builder.AddNamedSystem(
-        "wheelchair", Wheelchair(robot.drive, scene_graph, footprint=robot.outline)
-    )
+    wheelchair = _add_wheelchair(builder, robot, scene_graph)
     state = wheelchair.get_state_output_port()
-    builder.Connect(
-        wheelchair.get_geometry_pose_output_port(),
-        scene_graph.get_source_pose_port(wheelchair.source_id),
-    )
 
     lidar = builder.AddNamedSystem("lidar", Lidar(robot.lidar, world))
     connect_inputs(builder, lidar, state=state)
@@ -118,7 +111,7 @@ def build_trial_diagram(
     connect_inputs(builder, localization, state=state)
     estimate = localization.GetOutputPort("estimate")
 
-    server = _add_controller_server(builder, navigation, controller)
+    server = _add_controller_server(builder, robot.navigation, controller)
     connect_inputs(builder, server, estimate=estimate, costmap=costmap)
 
     signals = Signals(state=state, estimate=estimate, scan=scan)
@@ -128,9 +121,7 @@ def build_trial_diagram(
     command = add_command_chain(builder, robot, signals, command)
     builder.Connect(command, wheelchair.get_command_input_port())
 
-    speed_filter, binary_filter = _add_filters(builder, navigation, filter_masks)
-    for system in filter(None, (speed_filter, binary_filter)):
-        connect_inputs(builder, system, estimate=estimate)
+    speed_filter, binary_filter = _add_filters(builder, robot.navigation, filter_masks, estimate)
     if speed_filter is not None:
         connect_inputs(builder, server, speed_limit=speed_filter.GetOutputPort("speed_limit"))
 
@@ -161,6 +152,18 @@ def build_trial_diagram(
         speed_filter=speed_filter,
         binary_filter=binary_filter,
     )
+
+
+def _add_wheelchair(builder: DiagramBuilder, robot: Robot, scene_graph: SceneGraph) -> Wheelchair:
+    """Adds the robot's base and carries its outline along in SceneGraph."""
+    wheelchair = builder.AddNamedSystem(
+        "wheelchair", Wheelchair(robot.drive, scene_graph, footprint=robot.outline)
+    )
+    builder.Connect(
+        wheelchair.get_geometry_pose_output_port(),
+        scene_graph.get_source_pose_port(wheelchair.source_id),
+    )
+    return wheelchair
 
 
 def _add_local_costmap(
@@ -223,7 +226,10 @@ def _add_controller_server(
 
 
 def _add_filters(
-    builder: DiagramBuilder, navigation: NavigationSettings, masks: Sequence[FilterMask]
+    builder: DiagramBuilder,
+    navigation: NavigationSettings,
+    masks: Sequence[FilterMask],
+    estimate: OutputPort,
 ) -> tuple[SpeedFilter | None, BinaryFilter | None]:
     """Adds the filters that act elsewhere than in a costmap, where the scenario has any.
 
@@ -243,4 +249,6 @@ def _add_filters(
             binary_filter = builder.AddNamedSystem(
                 name, BinaryFilter(mask, listing.binary_filter, **timing)
             )
+    for system in filter(None, (speed_filter, binary_filter)):
+        connect_inputs(builder, system, estimate=estimate)
     return speed_filter, binary_filter
