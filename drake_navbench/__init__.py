@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from drake_navbench.campaign import run_benchmark
+    from drake_navbench.benchmark import run_benchmark
     from drake_navbench.log import TrialLog
     from drake_navbench.trial import run_trial
 
@@ -17,7 +17,7 @@ __all__ = ["TrialLog", "__version__", "run_benchmark", "run_trial"]
 
 _HOMES = {
     "TrialLog": "drake_navbench.log",
-    "run_benchmark": "drake_navbench.campaign",
+    "run_benchmark": "drake_navbench.benchmark",
     "run_trial": "drake_navbench.trial",
 }
 

@@ -1,23 +1,32 @@
-"""From parsed arguments to a finished results folder: trials, tables, replays, what is printed."""
+"""From what is asked for, in a shell or in Python, to a results folder and what is printed."""
 
 from __future__ import annotations
 
 import argparse
 import platform
+import tempfile
 import time
-from dataclasses import asdict, dataclass
+from collections.abc import Sequence
 from datetime import datetime
 from hashlib import sha256
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
+import pandas as pd
 import yaml
+from pydantic import ConfigDict, Field
 from rich.console import Console
 
 from drake_navbench import __version__
 from drake_navbench.analysis.tables import scenario_table, table_to_markdown
-from drake_navbench.campaign import Campaign, available_jobs, plan_campaign, run_campaign
+from drake_navbench.campaign import (
+    DEFAULT_TRIALS,
+    Campaign,
+    available_jobs,
+    plan_campaign,
+    run_campaign,
+)
 from drake_navbench.errors import InputError
 from drake_navbench.log import Outcome
 from drake_navbench.presets import Preset, as_yaml, load_parameter_file
@@ -25,13 +34,14 @@ from drake_navbench.progress import CampaignProgress, print_scenario
 from drake_navbench.replays import write_replays
 from drake_navbench.results import ResultsFolder, file_name, require_writable, write_text
 from drake_navbench.terminal import terminal
+from drake_navbench.trial import DEFAULT_ROBOT
+from drake_navbench.typed_yaml import FrozenModel, validate
 from drake_navbench.warm_up import kernels_are_cold, start_worker_server, warm_up
 
 PACKAGES_IN_MANIFEST = ("drake", "numba", "numpy", "pandas", "pyarrow", "scipy")
 
 
-@dataclass(frozen=True)
-class Request:
+class Request(FrozenModel):
     """What was asked for; it is kept in the manifest, so that a run can be resumed.
 
     controllers: presets and variants by name. parameter_files: more columns, from files.
@@ -40,15 +50,15 @@ class Request:
     scenarios: tuple[str, ...]
     controllers: tuple[str, ...]
     parameter_files: tuple[str, ...]
-    trials: int
-    seed: int
+    trials: int = Field(ge=1)
+    seed: int = Field(ge=0)
     robot: str
-    replay: str
+    replay: Literal["race", "each", "none"]
 
     def campaign(self) -> Campaign:
         """Returns the trials of this request, all input checked; raises InputError."""
         presets: list[str | Preset] = list(self.controllers)
-        for path in self.parameter_files:
+        for path in dict.fromkeys(self.parameter_files):
             presets += load_parameter_file(Path(path))
         return plan_campaign(
             self.scenarios,
@@ -60,6 +70,52 @@ class Request:
         )
 
 
+class _Begun(FrozenModel):
+    """What a manifest must tell of a run that is to be resumed."""
+
+    model_config = ConfigDict(extra="ignore")
+
+    request: Request
+    inputs: dict[str, str]
+    drake_navbench: str
+    wall_clock_s: float = 0.0
+
+
+def run_benchmark(
+    scenarios: Sequence[str] = (),
+    controllers: Sequence[str | Preset] = (),
+    *,
+    trials: int = DEFAULT_TRIALS,
+    seed: int = 0,
+    jobs: int | None = None,
+    robot: str = DEFAULT_ROBOT,
+    out: str | Path | None = None,
+) -> pd.DataFrame:
+    """Runs a benchmark and returns one row a trial: outcome, reason and the metrics.
+
+    The arguments are those of the command line. `out` keeps the logs in a new folder, of which
+    `python -m drake_navbench.report` makes a report; `--resume` goes on with it unless a
+    controller was a Preset, which a manifest cannot name. Raises InputError where one is wrong.
+    """
+    names = [c if isinstance(c, str) else c.name for c in controllers]
+    asked = {
+        "scenarios": list(scenarios),
+        "controllers": names,
+        "parameter_files": [],
+        "trials": trials,
+        "seed": seed,
+        "robot": robot,
+        "replay": "none",
+    }
+    request = validate(Request, asked, "run_benchmark")
+    campaign = plan_campaign(scenarios, controllers, trials=trials, seed=seed, robot=robot)
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = ResultsFolder(Path(temporary if out is None else out))
+        require_writable(folder.path)
+        _begin(folder, campaign, request if names == list(controllers) else None)
+        return run_campaign(campaign, folder, jobs=jobs or available_jobs())
+
+
 def run_from_command_line(arguments: argparse.Namespace) -> bool:
     """Does what the command line asks; returns whether any trial ended in an error.
 
@@ -69,9 +125,10 @@ def run_from_command_line(arguments: argparse.Namespace) -> bool:
     resumed = arguments.resume is not None
     if resumed:
         folder = ResultsFolder(arguments.resume)
-        request = _request_from_manifest(folder)
+        begun = validate(_Begun, folder.read_manifest(), str(folder.manifest_path))
+        request = begun.request
         campaign = request.campaign()
-        _require_same_inputs(folder, campaign)
+        _require_same_inputs(folder, campaign, begun)
     else:
         request = _request_from_arguments(arguments)
         campaign = request.campaign()
@@ -88,8 +145,7 @@ def run_from_command_line(arguments: argparse.Namespace) -> bool:
                 f"{', '.join(preset.ignored)}"
             )
     if not resumed:
-        folder.write_manifest(_manifest(request, campaign))
-        _write_inputs(folder, campaign)
+        _begin(folder, campaign, request)
     jobs = arguments.jobs or available_jobs()
     try:
         return _run(request, campaign, folder, jobs=jobs, console=console)
@@ -118,11 +174,6 @@ def _request_from_arguments(arguments: argparse.Namespace) -> Request:
     )
 
 
-def _request_from_manifest(folder: ResultsFolder) -> Request:
-    asked = folder.read_manifest()["request"]
-    return Request(**{k: tuple(v) if isinstance(v, list) else v for k, v in asked.items()})
-
-
 def _run(
     request: Request, campaign: Campaign, folder: ResultsFolder, *, jobs: int, console: Console
 ) -> bool:
@@ -145,7 +196,9 @@ def _run(
         print_scenario(console, table, scenario)
     if request.replay != "none":
         console.print("Writing the replays ...")
-        write_replays(folder, campaign, each=request.replay == "each", jobs=jobs)
+        failures = write_replays(folder, campaign, each=request.replay == "each", jobs=jobs)
+        for scenario, reason in failures.items():
+            _print_line(console, f"no replay: {scenario}: {reason}")
     console.print("Writing the report ...")
     build_report(folder.path, jobs=jobs)
     driven_s = float(trials["simulated_time_s"].sum())
@@ -155,8 +208,14 @@ def _run(
     )
     errors = trials[trials["outcome"] == Outcome.ERROR]
     for row in errors.itertuples():
-        console.print(f"error: {row.scenario}, {row.controller}, trial {row.trial}: {row.reason}")
+        where = f"{row.scenario}, {row.controller}, trial {row.trial}"
+        _print_line(console, f"error: {where}: {row.reason}")
     return not errors.empty
+
+
+def _print_line(console: Console, text: str) -> None:
+    """Prints a line that may hold anything, as it is."""
+    console.print(text, markup=False, soft_wrap=True)
 
 
 def _add_wall_clock(folder: ResultsFolder, wall_s: float) -> None:
@@ -166,12 +225,20 @@ def _add_wall_clock(folder: ResultsFolder, wall_s: float) -> None:
     folder.write_manifest(manifest)
 
 
-def _manifest(request: Request, campaign: Campaign) -> dict[str, Any]:
+def _begin(folder: ResultsFolder, campaign: Campaign, request: Request | None) -> None:
+    """Writes the manifest and the resolved inputs; without a request it cannot be resumed."""
+    inputs = _inputs(campaign)
+    asked = {} if request is None else {"request": request.model_dump(mode="json")}
+    folder.write_manifest(asked | _manifest(campaign, inputs))
+    for name, text in inputs.items():
+        write_text(folder.path / "inputs" / name, text)
+
+
+def _manifest(campaign: Campaign, inputs: dict[str, str]) -> dict[str, Any]:
     return {
-        "request": asdict(request),
         "scenarios": campaign.scenarios,
         "controllers": campaign.columns,
-        "inputs": _input_hashes(campaign),
+        "inputs": _hashes(inputs),
         "drake_navbench": __version__,
         "python": platform.python_version(),
         "packages": {name: version(name) for name in PACKAGES_IN_MANIFEST},
@@ -202,26 +269,19 @@ def _dump(data: dict[str, Any]) -> str:
     return yaml.safe_dump(data, sort_keys=False)
 
 
-def _input_hashes(campaign: Campaign) -> dict[str, str]:
-    return {name: sha256(text.encode()).hexdigest() for name, text in _inputs(campaign).items()}
+def _hashes(inputs: dict[str, str]) -> dict[str, str]:
+    return {name: sha256(text.encode()).hexdigest() for name, text in inputs.items()}
 
 
-def _write_inputs(folder: ResultsFolder, campaign: Campaign) -> None:
-    for name, text in _inputs(campaign).items():
-        write_text(folder.path / "inputs" / name, text)
-
-
-def _require_same_inputs(folder: ResultsFolder, campaign: Campaign) -> None:
-    manifest = folder.read_manifest()
-    before = manifest["inputs"]
-    for name, digest in _input_hashes(campaign).items():
-        if before.get(name) != digest:
+def _require_same_inputs(folder: ResultsFolder, campaign: Campaign, begun: _Begun) -> None:
+    for name, digest in _hashes(_inputs(campaign)).items():
+        if begun.inputs.get(name) != digest:
             raise InputError(
                 f"--resume {folder.path}: inputs/{name} is no longer what the run began with; "
                 "expected unchanged scenarios, robots and parameters"
             )
-    if manifest["drake_navbench"] != __version__:
+    if begun.drake_navbench != __version__:
         raise InputError(
-            f"--resume {folder.path}: begun with version {manifest['drake_navbench']}, "
+            f"--resume {folder.path}: begun with version {begun.drake_navbench}, "
             f"this is {__version__}"
         )

@@ -5,20 +5,20 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
-import tempfile
 import traceback
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import TimeoutError as FutureTimeoutError
 from concurrent.futures import as_completed
+from contextlib import contextmanager
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from pebble import ProcessExpired, ProcessPool
 
 from drake_navbench.analysis.tables import trial_row
+from drake_navbench.errors import InputError
 from drake_navbench.log import Outcome, TrialLog
 from drake_navbench.presets import Preset, default_presets, load_preset
 from drake_navbench.results import ResultsFolder
@@ -81,21 +81,28 @@ def plan_campaign(
 ) -> Campaign:
     """Returns every trial of a campaign, all input checked; raises InputError.
 
-    Empty sequences stand for the five published scenarios and the default presets.
+    Empty sequences stand for the five published scenarios and the default presets. What is given
+    twice runs once; different ones of the same name are refused.
     """
     scenario_texts = tuple(dict.fromkeys(scenarios)) or PUBLISHED_SCENARIOS
-    loaded = [p if isinstance(p, Preset) else load_preset(p) for p in presets or default_presets()]
-    columns = {preset.name: preset for preset in loaded}
+    loaded = [load_scenario(text) for text in scenario_texts]
+    _require_different_names(
+        "scenario", [(s.name, text) for s, text in zip(loaded, scenario_texts, strict=True)]
+    )
+    columns = [
+        preset if isinstance(preset, Preset) else load_preset(preset)
+        for preset in dict.fromkeys(presets or default_presets())
+    ]
+    _require_different_names("controller", [(preset.name, preset.source) for preset in columns])
     specs = []
-    for text in scenario_texts:
-        scenario = load_scenario(text)
+    for scenario in loaded:
         loaded_robot = load_robot(robot, scenario.robot_overrides)
         check_task(scenario, loaded_robot)
-        for preset in columns.values():
+        for preset in columns:
             # Some parameters are wrong only for this robot or its control period.
             make_controller(preset, preset.robot(loaded_robot))
         for trial in range(trials):
-            for preset in columns.values():
+            for preset in columns:
                 specs.append(
                     TrialSpec(
                         scenario,
@@ -107,6 +114,17 @@ def plan_campaign(
                     )
                 )
     return Campaign(tuple(specs))
+
+
+def _require_different_names(kind: str, names_and_sources: Iterable[tuple[str, str]]) -> None:
+    """Raises InputError where two have one name: their logs would overwrite each other."""
+    sources: dict[str, str] = {}
+    for name, source in names_and_sources:
+        if name in sources:
+            raise InputError(
+                f"{kind} {name!r}: expected one of this name, got {sources[name]} and {source}"
+            )
+        sources[name] = source
 
 
 def run_campaign(
@@ -141,41 +159,16 @@ def run_campaign(
             ): index
             for index in waiting
         }
-        try:
-            for future in as_completed(futures):
-                index = futures.pop(future)
-                rows[index] = _row_of(future, campaign.specs[index], folder)
-                progress.done += 1
-                progress.failed += rows[index]["outcome"] == Outcome.ERROR
-                progress.running = min(jobs, len(futures))
-                on_progress(progress)
-        except BaseException:
-            pool.stop()
-            raise
+        for future in as_completed(futures):
+            index = futures.pop(future)
+            rows[index] = _row_of(future, campaign.specs[index], folder)
+            progress.done += 1
+            progress.failed += rows[index]["outcome"] == Outcome.ERROR
+            progress.running = min(jobs, len(futures))
+            on_progress(progress)
     trials = pd.DataFrame([rows[index] for index in range(len(campaign.specs))])
     folder.write_trials(trials)
     return trials
-
-
-def run_benchmark(
-    scenarios: Sequence[str] = (),
-    controllers: Sequence[str | Preset] = (),
-    *,
-    trials: int = DEFAULT_TRIALS,
-    seed: int = 0,
-    jobs: int | None = None,
-    robot: str = DEFAULT_ROBOT,
-    out: str | Path | None = None,
-) -> pd.DataFrame:
-    """Runs a benchmark and returns one row a trial: outcome, reason and the metrics.
-
-    The arguments are those of the command line; `out` keeps the logs in a new folder. Raises
-    InputError where one is wrong.
-    """
-    campaign = plan_campaign(scenarios, controllers, trials=trials, seed=seed, robot=robot)
-    with tempfile.TemporaryDirectory() as temporary:
-        folder = ResultsFolder(Path(out) if out is not None else Path(temporary))
-        return run_campaign(campaign, folder, jobs=jobs or available_jobs())
 
 
 def available_jobs() -> int:
@@ -188,15 +181,24 @@ def wall_clock_limit_s(spec: TrialSpec) -> float:
     return max(MIN_WALL_CLOCK_S, WALL_CLOCK_PER_SIMULATED_SECOND * spec.scenario.timeout_s)
 
 
-def worker_pool(jobs: int) -> ProcessPool:
-    """Returns a pool whose workers are forked from a server that has everything loaded."""
+@contextmanager
+def worker_pool(jobs: int) -> Iterator[ProcessPool]:
+    """Gives a pool whose workers are forked from a server that has everything loaded.
+
+    The end of the block waits for what is scheduled; an exception in it stops the workers at once.
+    """
     start_worker_server()
-    return ProcessPool(
+    with ProcessPool(
         max_workers=jobs,
         max_tasks=TRIALS_PER_WORKER,
         initializer=_ignore_interrupts,
         context=multiprocessing.get_context("forkserver"),
-    )
+    ) as pool:
+        try:
+            yield pool
+        except BaseException:
+            pool.stop()
+            raise
 
 
 def _ignore_interrupts() -> None:
@@ -208,8 +210,10 @@ def _run_and_write(spec: TrialSpec, folder: ResultsFolder) -> Row:
     """Runs one trial in a worker, writes its log, returns its row of the table."""
     try:
         log = simulate(spec)
+        folder.write_log(log)
+        return _table_row(log)
     except (Exception, SystemExit) as error:
-        # Drake reports a failed C++ check as SystemExit.
+        # Drake reports a failed C++ check as SystemExit. A log may hold what a plugin left in it.
         log = failed_log(spec, f"{type(error).__name__}: {error}", traceback.format_exc())
     folder.write_log(log)
     return _table_row(log)

@@ -36,7 +36,13 @@ class NamedFiles:
             return self.folder / f"{name_or_path}.yaml"
         path = Path(name_or_path)
         if path.suffix in {".yaml", ".yml"} or path.parent != Path():
-            if not path.is_file():
+            try:
+                is_file = path.is_file()
+            except OSError as error:
+                raise InputError(
+                    f"{self.kind} file {name_or_path}: cannot be read: {error.strerror}"
+                ) from error
+            if not is_file:
                 raise InputError(f"{self.kind} file {name_or_path}: no such file")
             return path.resolve()
         raise InputError(

@@ -10,18 +10,29 @@ from drake_navbench.log import TrialLog
 from drake_navbench.results import ResultsFolder, write_whole
 
 
-def write_replays(folder: ResultsFolder, campaign: Campaign, *, each: bool, jobs: int) -> None:
-    """Writes one race a scenario, of each controller's first trial; with `each` every one alone."""
+def write_replays(
+    folder: ResultsFolder, campaign: Campaign, *, each: bool, jobs: int
+) -> dict[str, str]:
+    """Writes one race a scenario, of each controller's first trial; with `each` every one alone.
+
+    Returns the scenarios whose replays could not be written, with the reason.
+    """
     models = {spec.scenario.name: spec.robot.model_path for spec in campaign.specs}
     with worker_pool(jobs) as pool:
-        futures = [
-            pool.schedule(
+        futures = {
+            scenario: pool.schedule(
                 _write_scenario, args=[folder, scenario, campaign.columns, models[scenario], each]
             )
             for scenario in campaign.scenarios
-        ]
-        for future in futures:
-            future.result()
+        }
+        failures = {}
+        for scenario, future in futures.items():
+            try:
+                future.result()
+            except (Exception, SystemExit) as error:
+                # Such as a model that cannot be parsed; Drake reports a failed check as SystemExit.
+                failures[scenario] = " ".join(f"{type(error).__name__}: {error}".split())
+    return failures
 
 
 def _write_scenario(

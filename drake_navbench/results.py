@@ -21,19 +21,27 @@ from drake_navbench.errors import InputError
 from drake_navbench.log import TrialLog
 
 MANIFEST_VERSION = 1
+# Of 255 bytes that a file system takes: a replay has two names in one, and a suffix.
+MAX_NAME_LENGTH = 100
 
 
 def write_whole(path: Path, write: Callable[[Path], None]) -> None:
-    """Makes a file appear whole or not at all: written under another name, synced, renamed."""
-    path.parent.mkdir(parents=True, exist_ok=True)
+    """Makes a file appear whole or not at all: written under another name, synced, renamed.
+
+    Raises InputError where it cannot be written, as on a full disk.
+    """
     unfinished = path.with_name(f".{path.name}.{os.getpid()}")
     try:
-        write(unfinished)
-        with unfinished.open("rb") as file:
-            os.fsync(file.fileno())
-        unfinished.replace(path)
-    finally:
-        unfinished.unlink(missing_ok=True)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            write(unfinished)
+            with unfinished.open("rb") as file:
+                os.fsync(file.fileno())
+            unfinished.replace(path)
+        finally:
+            unfinished.unlink(missing_ok=True)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error}") from error
 
 
 def write_text(path: Path, text: str) -> None:
@@ -42,11 +50,11 @@ def write_text(path: Path, text: str) -> None:
 
 
 def file_name(name: str) -> str:
-    """Returns a column's name as a file name: anything unusual becomes '_'.
+    """Returns a column's name as a file name: anything unusual becomes '_', a long one is cut.
 
     Names that would collide after that are told apart by a piece of their hash.
     """
-    plain = re.sub(r"[^A-Za-z0-9._-]", "_", name)
+    plain = re.sub(r"[^A-Za-z0-9._-]", "_", name)[:MAX_NAME_LENGTH]
     if plain == name:
         return plain
     return f"{plain}-{hashlib.sha256(name.encode()).hexdigest()[:6]}"
@@ -101,8 +109,12 @@ class ResultsFolder:
             raise InputError(
                 f"{self.path}: not a results folder: no readable {self.manifest_path.name}"
             ) from error
-        except json.JSONDecodeError as error:
+        except ValueError as error:
             raise InputError(f"{self.manifest_path}: not valid JSON: {error}") from error
+        if not isinstance(manifest, dict):
+            raise InputError(
+                f"{self.manifest_path}: expected a JSON object, got {type(manifest).__name__}"
+            )
         version = manifest.pop("manifest_version", None)
         if version != MANIFEST_VERSION:
             raise InputError(
@@ -117,14 +129,17 @@ class ResultsFolder:
 
 def require_writable(path: Path) -> None:
     """Raises InputError unless a folder can be made, or written to, at `path`."""
-    if path.exists() and not path.is_dir():
-        raise InputError(f"--out {path}: exists and is not a folder")
-    if path.is_dir() and any(path.iterdir()):
-        raise InputError(
-            f"--out {path}: is not empty; name a new folder, or continue with --resume"
-        )
-    existing = path
-    while not existing.exists():
-        existing = existing.parent
-    if not existing.is_dir() or not os.access(existing, os.W_OK | os.X_OK):
-        raise InputError(f"--out {path}: {existing} is not a folder that can be written to")
+    try:
+        if path.exists() and not path.is_dir():
+            raise InputError(f"--out {path}: exists and is not a folder")
+        if path.is_dir() and any(path.iterdir()):
+            raise InputError(
+                f"--out {path}: is not empty; name a new folder, or continue with --resume"
+            )
+        existing = path
+        while not existing.exists():
+            existing = existing.parent
+        if not existing.is_dir() or not os.access(existing, os.W_OK | os.X_OK):
+            raise InputError(f"--out {path}: {existing} is not a folder that can be written to")
+    except OSError as error:
+        raise InputError(f"--out {path}: cannot be used: {error.strerror}") from error

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from drake_navbench import run_benchmark
 from drake_navbench.analysis.findings import PUBLISHED_SETTINGS, Verdict
 from drake_navbench.analysis.reproduction import judge_all
-from drake_navbench.campaign import run_benchmark
 
 PAGE = Path(__file__).parents[1] / "docs" / "reproduction.md"
 TRIALS = 2

@@ -1,0 +1,116 @@
+"""A results folder: where files go, and what is said where they cannot."""
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from drake_navbench.errors import InputError
+from drake_navbench.named_files import NamedFiles
+from drake_navbench.results import ResultsFolder, file_name, require_writable, write_text
+from drake_navbench.run import main
+
+TOO_LONG = "n" * 300
+
+
+def test_a_folder_name_that_is_too_long_is_refused(tmp_path):
+    with pytest.raises(InputError, match=r"--out .*: cannot be used: File name too long"):
+        require_writable(tmp_path / TOO_LONG)
+
+
+def test_a_file_name_that_is_too_long_is_no_scenario():
+    files = NamedFiles(kind="scenario", package="drake_navbench.scenarios")
+    with pytest.raises(InputError, match=r"scenario file .*: cannot be read: File name too long"):
+        files.find(f"{TOO_LONG}.yaml")
+
+
+def test_a_file_that_cannot_be_written_is_named(tmp_path):
+    # A dangling link is no folder, and none can be made in its place.
+    (tmp_path / "link").symlink_to(tmp_path / "nowhere" / "else")
+    with pytest.raises(InputError, match=r"link/manifest\.json: cannot be written: .*File exists"):
+        write_text(tmp_path / "link" / "manifest.json", "{}")
+
+
+def test_a_variant_of_many_parameters_has_a_file_name_that_fits():
+    names = [f"rpp:{'a' * 300}={value}" for value in (1, 2)]
+    shortened = [file_name(name) for name in names]
+    # 100 characters of the name, '-' and 6 of its hash.
+    assert [len(name) for name in shortened] == [107, 107]
+    assert shortened[0] != shortened[1]
+
+
+@pytest.fixture(scope="module")
+def manifest() -> dict:
+    """The manifest of a run that was interrupted before its first trial."""
+    return {
+        "manifest_version": 1,
+        "request": {
+            "scenarios": ["empty"],
+            "controllers": ["rpp"],
+            "parameter_files": [],
+            "trials": 1,
+            "seed": 0,
+            "robot": "wheelchair",
+            "replay": "none",
+        },
+        "inputs": {},
+        "drake_navbench": "0.1.0",
+    }
+
+
+def without(mapping: dict, key: str) -> dict:
+    return {k: v for k, v in mapping.items() if k != key}
+
+
+WRONG_MANIFESTS = {
+    "no object": (lambda m: [m], "expected a JSON object, got list"),
+    "no request": (lambda m: without(m, "request"), "request: missing, but required"),
+    "no inputs": (lambda m: without(m, "inputs"), "inputs: missing, but required"),
+    "no version": (
+        lambda m: without(m, "drake_navbench"),
+        "drake_navbench: missing, but required",
+    ),
+    "field that a request does not have": (
+        lambda m: m | {"request": m["request"] | {"speed": 2.0}},
+        "request.speed: unknown field; did you mean 'seed'?",
+    ),
+    "field of a request missing": (
+        lambda m: m | {"request": without(m["request"], "seed")},
+        "request.seed: missing, but required",
+    ),
+    "request of no trials": (
+        lambda m: m | {"request": m["request"] | {"trials": 0}},
+        "request.trials: input should be greater than or equal to 1, got 0",
+    ),
+    "other inputs": (lambda m: m, "is no longer what the run began with"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG_MANIFESTS)
+def test_a_manifest_that_cannot_be_resumed_is_one_line_and_exit_2(case, manifest, tmp_path, capsys):
+    change, expected = WRONG_MANIFESTS[case]
+    (tmp_path / "manifest.json").write_text(json.dumps(change(manifest)))
+    assert main(["--resume", str(tmp_path)]) == 2
+    message = capsys.readouterr().err
+    assert expected in message
+    assert len(message.strip().splitlines()) == 1
+
+
+def test_a_manifest_that_is_no_text_is_refused(tmp_path):
+    (tmp_path / "manifest.json").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(InputError, match=r"manifest\.json: not valid JSON"):
+        ResultsFolder(tmp_path).read_manifest()
+
+
+def test_a_replay_that_cannot_be_drawn_is_a_line_and_the_report_is_written(tmp_path, capsys):
+    models = Path(__file__).parents[1] / "models"
+    shutil.copy(models / "wheelchair.yaml", tmp_path / "robot.yaml")
+    (tmp_path / "wheelchair.sdf").write_text("<sdf>")
+    out = tmp_path / "out"
+    arguments = ["restricted_small", "--controllers", "rpp", "--trials", "1", "--jobs", "1"]
+    robot = str(tmp_path / "robot.yaml")
+    assert main([*arguments, "--robot", robot, "--out", str(out)]) == 0
+    printed = capsys.readouterr().out
+    assert "no replay: restricted_small: " in printed
+    assert (out / "report.html").is_file()
