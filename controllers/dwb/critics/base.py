@@ -7,7 +7,8 @@ subclass of `Critic`, installed under the entry point group `drake_navbench.dwb_
         reasons = ("Trajectory ends right of the start.",)
 
         def score(self, scene, memory):
-            left_m = scene.end_poses[:, 1] - scene.pose[1]
+            dx, dy = (scene.end_poses[:, :2] - scene.pose[:2]).T
+            left_m = np.cos(scene.pose[2]) * dy - np.sin(scene.pose[2]) * dx
             return Verdict(np.abs(left_m), np.where(left_m < 0.0, 1, 0))
 
 and then named in a parameter file: `critics: [KeepLeft, PathDist]`, `KeepLeft: {scale: 2.0}`.
