@@ -21,3 +21,10 @@ def nearest_name_hint(name: str, known_names: Iterable[str]) -> str:
     if close:
         return f"; did you mean {close[0]!r}?"
     return f"; known: {', '.join(known)}" if known else ""
+
+
+def one_line(error: BaseException) -> str:
+    """Returns the type of any exception and the first line of its text: 'KeyError: name'."""
+    lines = str(error).strip().splitlines()
+    name = type(error).__name__
+    return f"{name}: {lines[0]}" if lines else name

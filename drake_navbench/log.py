@@ -135,9 +135,7 @@ class TrialLog:
         notes: list[str | None] = [None] * len(times)
         for time_s, diagnostics in self.diagnostics:
             row = _first_row_at(times, time_s)
-            notes[row] = json.dumps(
-                {"time_s": time_s} | dict(diagnostics), sort_keys=True, default=_as_plain
-            )
+            notes[row] = as_json({"time_s": time_s} | dict(diagnostics))
         columns["diagnostics"] = pa.array(notes, type=pa.string())
         header = dict(self.info) | {
             "schema_version": SCHEMA_VERSION,
@@ -205,11 +203,19 @@ def _read_scan(row: Mapping[str, Any], angles_rad: NDArray[np.float64]) -> Scan:
     )
 
 
+def as_json(values: Mapping[str, Any]) -> str:
+    """Returns what a controller left as JSON text.
+
+    Raises TypeError or ValueError where it is more than numbers, text, flags and arrays of them.
+    """
+    return json.dumps(dict(values), sort_keys=True, default=_as_plain)
+
+
 def _as_plain(value: Any) -> Any:
     """Turns numpy values, which json does not know, into plain ones."""
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
-    raise TypeError(f"diagnostics may hold numbers, text and arrays, got {type(value).__name__}")
+    raise TypeError(f"a log may hold numbers, text, flags and arrays, got {type(value).__name__}")
 
 
 def _first_row_at(times: NDArray[np.float64], time_s: float) -> int:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import time
 import traceback
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from types import MappingProxyType
 from typing import Any, NamedTuple, Self
@@ -24,8 +25,11 @@ from drake_navbench.controller import (
     Observation,
     SpeedLimit,
 )
+from drake_navbench.diagnostics import is_array, without_arrays
+from drake_navbench.errors import one_line
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.kernels.read_only import read_only
+from drake_navbench.log import as_json
 from drake_navbench.navigation.goal_checkers import GoalChecker
 from drake_navbench.navigation.path_handler import PathHandler
 from drake_navbench.navigation.progress_checkers import SimpleProgressChecker
@@ -39,6 +43,8 @@ CONTROLLER_TIMED_OUT = 107
 PATIENT_FOR_EVER = -1.0
 NANOSECOND_DIGITS = 9
 STANDSTILL = read_only(np.zeros(2))
+# Of the arrays that a log can hold: flags, whole numbers, numbers, text.
+LOGGABLE_KINDS = "biufU"
 
 
 class ServerState(NamedTuple):
@@ -80,6 +86,9 @@ class ControllerServer(LeafSystem):
     Order of a cycle as in nav2_controller's computeControl: cancel, new path, wait for a current
     costmap, cut of the path, goal test, progress test, command. A costmap is not current from the
     request to clear it until its next update. The first cycle runs at `offset_s`.
+
+    A controller that raises anything but a ControllerError from its `step`, or returns what is no
+    command or what no log can hold, ends its task in the state ERROR.
     """
 
     def __init__(
@@ -136,22 +145,29 @@ class ControllerServer(LeafSystem):
         is_new_task = plan is not None and plan.task_id != server.status.task_id
         if plan is None or (server.status.state.is_final and not is_new_task):
             return
-        now_s = context.get_time()
-        if plan.plan_id != server.plan_id or is_new_task:
-            server = self._take_plan(server, plan, now_s)
-        new = self._cancelled(server) if plan.cancel_requested else None
-        if new is None:
-            new = self._cycle_on_current_costmap(context, server, plan)
+        try:
+            new = self._advanced(context, server, plan, is_new_task=is_new_task)
+        except _PluginBroke as broken:
+            new = self._broken(server, plan.task_id, broken.__cause__)
         if new.status.state.is_final:
-            new = new._replace(status=replace(new.status, time_s=now_s))
+            new = new._replace(status=replace(new.status, time_s=context.get_time()))
         state.get_mutable_abstract_state(self._state).set_value(new)
 
-    def _cancelled(self, server: ServerState) -> ServerState | None:
-        """Returns the end of a cancelled task, or None where the controller wants to slow down."""
+    def _advanced(
+        self, context: Context, server: ServerState, plan: GlobalPlan, *, is_new_task: bool
+    ) -> ServerState:
+        """Returns the state after a cycle; raises _PluginBroke."""
+        if plan.plan_id != server.plan_id or is_new_task:
+            server = self._take_plan(server, plan, context.get_time())
+        if plan.cancel_requested and self._may_end(server.memory):
+            return self._end(server, TaskState.CANCELED, 0, "canceled")
+        return self._cycle_on_current_costmap(context, server, plan)
+
+    def _may_end(self, memory: Any) -> bool:
+        """Returns whether a cancelled task ends now: not while the controller slows down."""
         controller = self._controller
-        if isinstance(controller, GracefulController) and not controller.is_at_rest(server.memory):
-            return None
-        return self._end(server, TaskState.CANCELED, 0, "canceled")
+        with _plugin_code():
+            return not isinstance(controller, GracefulController) or controller.is_at_rest(memory)
 
     def _cycle_on_current_costmap(
         self, context: Context, server: ServerState, plan: GlobalPlan
@@ -242,10 +258,12 @@ class ControllerServer(LeafSystem):
         if plan.task_id == server.status.task_id:
             # Nav2 keeps the progress baseline over a preempting path.
             return server
+        with _plugin_code():
+            memory = self._controller.initial_memory()
         return server._replace(
             status=TaskStatus(TaskState.RUNNING, task_id=plan.task_id),
             progress_check=self._progress_checker.initial_state(),
-            memory=self._controller.initial_memory(),
+            memory=memory,
             last_valid_time_s=now_s,
             waiting_since_s=None,
         )
@@ -262,36 +280,25 @@ class ControllerServer(LeafSystem):
 
     def _compute(self, server: ServerState, observation: Observation) -> ServerState:
         started = time.perf_counter()
-        try:
-            decision = self._controller.step(observation, server.memory)
-            command = self._checked_command(decision)
-        except NoValidControl as error:
-            return self._wait(server, error, observation.time_s, started)
-        except ControllerError as error:
-            return self._end(server, TaskState.ABORTED, error.code, str(error), error.details)
-        except Exception as error:
-            # A plugin may break in any way; its own trial ends, never the campaign.
-            ended = self._end(server, TaskState.ERROR, ControllerError.code, _one_line(error))
-            status = replace(ended.status, traceback=traceback.format_exc())
-            return ended._replace(status=status)
+        with _plugin_code():
+            try:
+                decision = self._controller.step(observation, server.memory)
+            except ControllerError as error:
+                _require_loggable("details", error.details)
+                if isinstance(error, NoValidControl):
+                    return self._wait(server, error, observation.time_s, started)
+                return self._end(server, TaskState.ABORTED, error.code, str(error), error.details)
+            compute_time_ms = 1e3 * (time.perf_counter() - started)
+            command = _checked_command(decision)
+            _require_loggable("diagnostics", decision.diagnostics)
         return server._replace(
             memory=decision.memory,
             command=command,
             last_valid_time_s=observation.time_s,
             cycle_count=server.cycle_count + 1,
-            compute_time_ms=1e3 * (time.perf_counter() - started),
+            compute_time_ms=compute_time_ms,
             diagnostics=decision.diagnostics,
         )
-
-    @staticmethod
-    def _checked_command(decision: Decision) -> NDArray[np.float64]:
-        command = np.array(decision.command, dtype=float)
-        if command.shape != (2,) or not all(map(math.isfinite, command.tolist())):
-            raise ValueError(
-                f"the controller returned the command {decision.command!r}; "
-                "expected two finite numbers, v m/s and w rad/s"
-            )
-        return command
 
     def _wait(
         self, server: ServerState, error: NoValidControl, now_s: float, started: float
@@ -313,6 +320,12 @@ class ControllerServer(LeafSystem):
             return self._end(server, TaskState.ABORTED, PATIENCE_EXCEEDED, reason, error.details)
         return server._replace(command=STANDSTILL)
 
+    def _broken(self, server: ServerState, task_id: int, error: BaseException) -> ServerState:
+        """Returns the end of the task of a plugin that broke."""
+        ended = self._end(server, TaskState.ERROR, ControllerError.code, one_line(error))
+        text = "".join(traceback.format_exception(error))
+        return ended._replace(status=replace(ended.status, task_id=task_id, traceback=text))
+
     @staticmethod
     def _end(
         server: ServerState,
@@ -332,6 +345,43 @@ def _value_or_none(port: InputPort, context: Context) -> Any:
     return port.Eval(context) if port.HasValue(context) else None
 
 
-def _one_line(error: Exception) -> str:
-    text = str(error).strip().splitlines()
-    return f"{type(error).__name__}: {text[0]}" if text else type(error).__name__
+class _PluginBroke(Exception):
+    """A plugin did what it may not; the cause tells what."""
+
+
+@contextmanager
+def _plugin_code() -> Iterator[None]:
+    """Guards calls of a plugin, which may break in any way: its own trial ends, never the campaign.
+
+    Raises _PluginBroke.
+    """
+    try:
+        yield
+    except (Exception, SystemExit) as error:
+        # Drake reports a failed C++ check as SystemExit.
+        raise _PluginBroke from error
+
+
+def _checked_command(decision: Decision) -> NDArray[np.float64]:
+    """Returns (2,) the command; raises ValueError where it is none."""
+    command = np.array(decision.command, dtype=float)
+    if command.shape != (2,) or not all(map(math.isfinite, command.tolist())):
+        raise ValueError(
+            f"the controller returned the command {decision.command!r}; "
+            "expected two finite numbers, v m/s and w rad/s"
+        )
+    return command
+
+
+def _require_loggable(name: str, values: Mapping[str, Any]) -> None:
+    """Raises TypeError or ValueError where a log could not hold what a controller left."""
+    if not isinstance(values, Mapping):
+        raise TypeError(f"{name}: expected a mapping, got {type(values).__name__}")
+    for key, value in values.items():
+        if not isinstance(key, str):
+            raise TypeError(f"{name}: expected text as keys, got {key!r}")
+        if is_array(value) and value.dtype.kind not in LOGGABLE_KINDS:
+            raise TypeError(
+                f"{name}: {key}: expected numbers or text, got an array of {value.dtype}"
+            )
+    as_json(without_arrays(values))

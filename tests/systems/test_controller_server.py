@@ -1,10 +1,12 @@
 """The controller server as the navigator sees it: tasks, preemption, cancelling, waiting."""
 
+import re
+
 import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from drake_navbench.controller import Decision, SpeedLimit
+from drake_navbench.controller import Decision, NoValidControl, SpeedLimit
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.navigation.goal_checkers import SimpleGoalChecker, SimpleGoalCheckerParameters
 from drake_navbench.navigation.path_handler import PathHandler, PathHandlerParameters
@@ -164,3 +166,82 @@ def test_the_controller_is_told_the_speed_limit():
     rig.run(1)
     assert controller.seen[0].speed_limit is None
     assert controller.seen[1].speed_limit == SpeedLimit(50.0, is_percentage=True)
+
+
+class Broken(Counter):
+    """One whose first call of a method raises."""
+
+    def __init__(self, method):
+        super().__init__()
+        setattr(self, method, self._break)
+
+    def is_at_rest(self, memory):
+        return True
+
+    def _break(self, *arguments):
+        raise ZeroDivisionError("one over nothing\nand more")
+
+
+@pytest.mark.parametrize("method", ["initial_memory", "step", "is_at_rest"])
+def test_a_plugin_that_breaks_ends_its_task_with_the_traceback(method):
+    rig = Rig(Broken(method))
+    rig.give(plan=plan(cancel_requested=method == "is_at_rest"))
+    status = rig.run(2).status
+    assert status.state is TaskState.ERROR
+    assert status.reason == "ZeroDivisionError: one over nothing"
+    assert "_break" in status.traceback
+    assert (status.task_id, status.time_s) == (1, 0.0)
+
+
+class Talkative(Counter):
+    """One that leaves what it is given as diagnostics."""
+
+    def __init__(self, diagnostics):
+        super().__init__()
+        self._diagnostics = diagnostics
+
+    def step(self, observation, memory):
+        return Decision(np.zeros(2), memory, self._diagnostics)
+
+
+LOGGABLE = {
+    "nothing": {},
+    "plain": {"count": 3, "cost": 0.5, "why": "slow", "is_near": True, "none": None},
+    "numpy": {"count": np.int64(3), "cost": np.float32(0.5), "path": np.zeros((4, 3))},
+    "nested": {"costs": {"goal": [1.0, np.float64(2.0)]}},
+}
+UNLOGGABLE = {
+    "a set": ({"seen": {1, 2}}, "got set"),
+    "an array of objects": ({"seen": np.array([{}, None])}, "seen: .* got an array of object"),
+    "keys that are no text": ({1: 0.5}, "text as keys, got 1"),
+    "no mapping": (["seen"], "a mapping, got list"),
+}
+
+
+@pytest.mark.parametrize("case", LOGGABLE)
+def test_diagnostics_are_kept_as_the_controller_left_them(case):
+    rig = Rig(Talkative(LOGGABLE[case]))
+    rig.give(plan=plan())
+    state = rig.run(1)
+    assert state.status.state is TaskState.RUNNING
+    assert state.diagnostics is LOGGABLE[case]
+
+
+@pytest.mark.parametrize("case", UNLOGGABLE)
+def test_diagnostics_that_no_log_can_hold_end_the_task(case):
+    diagnostics, reason = UNLOGGABLE[case]
+    rig = Rig(Talkative(diagnostics))
+    rig.give(plan=plan())
+    status = rig.run(1).status
+    assert status.state is TaskState.ERROR
+    assert re.search(reason, status.reason)
+
+
+def test_details_of_a_failure_that_no_log_can_hold_end_the_task():
+    class Failing(Counter):
+        def step(self, observation, memory):
+            raise NoValidControl("no way", details={("a", 1): 3})
+
+    rig = Rig(Failing())
+    rig.give(plan=plan())
+    assert rig.run(1).status.state is TaskState.ERROR
