@@ -11,7 +11,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from drake_navbench.errors import InputError
+from drake_navbench.errors import InputError, NavbenchError
 
 EXIT_DONE = 0
 EXIT_TRIAL_ERROR = 1
@@ -133,6 +133,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     except InputError as error:
         print(error, file=sys.stderr)
         return EXIT_WRONG_INPUT
+    except NavbenchError as error:
+        print(error, file=sys.stderr)
+        return EXIT_TRIAL_ERROR
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         return EXIT_INTERRUPTED

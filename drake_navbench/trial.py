@@ -12,13 +12,18 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 from pydrake.geometry import Meshcat
-from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
+from pydrake.systems.analysis import (
+    ApplySimulatorConfig,
+    Simulator,
+    SimulatorConfig,
+    SimulatorStatus,
+)
 from pydrake.systems.framework import Context, EventStatus
 
 from drake_navbench.controller import Controller, ControllerSetup
 from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.diagram import TrialDiagram, build_trial_diagram
-from drake_navbench.errors import InputError
+from drake_navbench.errors import InputError, one_line
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.log import COLUMNS, Outcome, TrialLog
 from drake_navbench.navigation.navigation_wiring import FollowPlan, NavigateToPoses
@@ -42,6 +47,7 @@ OUTCOME_OF_TASK = {
     TaskState.ABORTED: Outcome.ABORTED,
     TaskState.ERROR: Outcome.ERROR,
 }
+HAS_ENDED = SimulatorStatus.ReturnReason.kReachedTerminationCondition
 DEFAULT_ROBOT = "wheelchair"
 
 
@@ -105,8 +111,8 @@ def simulate(
     ApplySimulatorConfig(INTEGRATION, simulator)
     simulator.set_target_realtime_rate(realtime_rate)
     simulator.set_monitor(_end_of_trial(trial, context))
-    simulator.Initialize()
-    simulator.AdvanceTo(spec.scenario.timeout_s)
+    if simulator.Initialize().reason() != HAS_ENDED:
+        simulator.AdvanceTo(spec.scenario.timeout_s)
     return _make_log(spec, trial, context)
 
 
@@ -134,12 +140,15 @@ def _static_map(spec: TrialSpec) -> OccupancyMap | None:
 
 
 def make_controller(preset: Preset, robot: Robot, *, wants_diagnostics: bool = False) -> Controller:
-    """Returns a column's controller; raises InputError where it does not fit the robot."""
+    """Returns a column's controller; raises InputError where it cannot be built for the robot."""
     setup = controller_setup(robot, wants_diagnostics)
     try:
         return preset.controller_class(preset.parameters, setup)
     except InputError as error:
         raise InputError(f"{preset.source}: {error}") from error
+    except (Exception, SystemExit) as error:
+        # A plugin may break in any way; Drake reports a failed C++ check as SystemExit.
+        raise InputError(f"{preset.source}: {one_line(error)}") from error
 
 
 def controller_setup(robot: Robot, wants_diagnostics: bool = False) -> ControllerSetup:
@@ -215,14 +224,12 @@ def _make_log(spec: TrialSpec, trial: TrialDiagram, context: Context) -> TrialLo
     outcome, status = _outcome(trial, context)
     recorder_context = trial.recorder.GetMyContextFromRoot(context)
     recording = trial.recorder.find_recording(recorder_context)
-    if status.time_s == context.get_time():
-        trial.recorder.record(recorder_context)
+    # The last cycle, or the navigator's last tick, may be too young for the recorder's clock.
+    trial.recorder.record(recorder_context)
     info = _info(spec, outcome, status) | _filter_changes(trial, context)
     navigator_context = trial.navigator.GetMyContextFromRoot(context)
     if isinstance(trial.navigator, TreeNavigator):
         navigator = trial.navigator.GetOutputPort("navigator_state").Eval(navigator_context)
-        # The last tick may be too young for the recorder's clock.
-        recording.add_events(navigator.events)
         info["legs"] = [leg.as_plain() for leg in navigator.progress.legs]
         plan = navigator.whole_route
     else:
@@ -266,7 +273,8 @@ def _info(spec: TrialSpec, outcome: Outcome, status: TaskStatus) -> dict[str, An
         "error_code": status.error_code,
         "details": json.loads(json.dumps(status.details or {}, default=str)),
         "traceback": status.traceback,
-        "start_time_s": CONTROLLER_OFFSET_S,
+        # A trial may end before its first control cycle.
+        "start_time_s": min(CONTROLLER_OFFSET_S, status.time_s),
         "end_time_s": status.time_s,
     }
 

@@ -8,7 +8,9 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from drake_navbench import benchmark
 from drake_navbench.analysis.metrics.registry import unrepeatable_names
+from drake_navbench.errors import NavbenchError
 from drake_navbench.log import TrialLog
 from drake_navbench.run import main
 
@@ -154,6 +156,15 @@ def test_a_wrong_scenario_is_one_line_and_exit_2(case, tmp_path, monkeypatch, ca
     Path("mine.yaml").write_text(text)
     check_refused(["mine.yaml"], expected, capsys)
     assert [path.name for path in tmp_path.iterdir()] == ["mine.yaml"]
+
+
+def test_an_error_fit_to_be_shown_is_one_line_and_exit_1(monkeypatch, capsys):
+    def fail(arguments):
+        raise NavbenchError("nothing to be done")
+
+    monkeypatch.setattr(benchmark, "run_from_command_line", fail)
+    assert main(["empty"]) == 1
+    assert capsys.readouterr().err == "nothing to be done\n"
 
 
 def test_an_output_folder_that_is_not_empty_is_refused(finished, capsys):

@@ -8,14 +8,16 @@ import pytest
 from stub_controller import StubPreset, straight_ahead
 
 from drake_navbench import run_trial
+from drake_navbench.analysis.metrics.efficiency import duration_s
 from drake_navbench.analysis.published import published_metrics
 from drake_navbench.controller import Decision, NoValidControl
+from drake_navbench.errors import InputError
 from drake_navbench.kernels.path_geometry import path_length
 from drake_navbench.log import Outcome, TrialLog
 from drake_navbench.presets import load_preset
 from drake_navbench.robot import load_robot
-from drake_navbench.scenario import PUBLISHED_SCENARIOS, Scenario, load_scenario
-from drake_navbench.trial import TrialSpec, simulate
+from drake_navbench.scenario import PUBLISHED_SCENARIOS, Scenario, check_task, load_scenario
+from drake_navbench.trial import TrialSpec, failed_log, make_controller, simulate
 from drake_navbench.typed_yaml import validate
 
 PUBLISHED_RPP = {
@@ -182,6 +184,41 @@ def test_a_command_that_is_not_a_number_ends_the_trial():
     assert "expected two finite numbers" in log.info["reason"]
 
 
+def test_diagnostics_that_no_log_can_hold_end_the_trial_and_the_rest_is_logged(tmp_path):
+    def fails_at_third(observation, memory):
+        left = {"seen": {1}} if memory == 2 else {"seen": 1}
+        return Decision(np.zeros(2), memory + 1, left)
+
+    log = simulate_stub(fails_at_third)
+    assert log.outcome is Outcome.ERROR
+    assert "got set" in log.info["reason"]
+    log.write(tmp_path / "log.parquet")
+    assert [left for _, left in log.diagnostics] == [{"seen": 1}] * 2
+
+
+class UnfitPreset(StubPreset):
+    """Stands for a preset whose plugin refuses to be built."""
+
+    source = "unfit.yaml"
+
+    def controller_class(self, parameters, setup):
+        raise self._step
+
+
+@pytest.mark.parametrize(
+    ("error", "line"),
+    [
+        (InputError("speed: got 9"), "unfit.yaml: speed: got 9"),
+        (ValueError("no such speed\nat all"), "unfit.yaml: ValueError: no such speed"),
+        (KeyError("speed"), "unfit.yaml: KeyError: 'speed'"),
+    ],
+)
+def test_a_controller_that_cannot_be_built_is_wrong_input_in_one_line(error, line):
+    with pytest.raises(InputError) as caught:
+        make_controller(UnfitPreset(error), load_robot("wheelchair"))
+    assert str(caught.value) == line
+
+
 def test_without_patience_the_first_cycle_without_control_aborts():
     def fails_at_third(observation, memory):
         if memory == 2:
@@ -205,6 +242,19 @@ def test_with_patience_the_server_waits_and_then_gives_up():
     # More than 0.3 s after the start at 0.02 s: the seventh tick of 0.05 s.
     assert log.end_time_s == pytest.approx(0.02 + 0.35, abs=1e-6)
     assert (log.samples["command_v_mps"] == 0.0).all()
+
+
+@pytest.mark.parametrize(("patience_s", "cycles"), [(0.0, 1), (0.06, 3)])
+def test_the_last_cycle_is_in_the_log_where_the_trial_ends_between_two_samples(patience_s, cycles):
+    def never(observation, memory):
+        raise NoValidControl("no way")
+
+    # The smoother runs 5 ms after the cycle, and there the simulation stops.
+    server = {"failure_tolerance": patience_s}
+    overrides = {"navigation": {"controller_server": server, "velocity_smoother": {}}}
+    log = simulate_stub(never, robot_overrides=overrides)
+    assert log.samples.iloc[-1].cycle_count == cycles
+    assert [left for _, left in log.diagnostics] == [{"failure": "no way"}] * cycles
 
 
 def test_patience_ends_with_the_next_valid_command():
@@ -244,6 +294,39 @@ def test_a_goal_without_a_way_aborts_with_the_planners_code():
     assert log.outcome is Outcome.ABORTED
     assert log.info["error_code"] in (206, 208)
     assert len(log.plan) == 0
+    assert duration_s(log) == 0.0
+
+
+BESIDE_THE_START = {"type": "box", "min": [0.0, 0.35], "max": [0.5, 0.6]}
+WALLED_START = {
+    "name": "walled",
+    "description": "a wall 5 cm beside the robot, which may start in it",
+    "world": {"obstacles": [BESIDE_THE_START]},
+    "goal": [4.0, 0.0, 0.0],
+    "variation": {"start_xy_std_m": 0.2},
+}
+
+
+@pytest.mark.parametrize("mode", ["follow_path", "navigate_to_pose"])
+def test_a_trial_that_starts_in_contact_has_collided_before_its_first_cycle(mode):
+    scenario = validate(Scenario, WALLED_START | {"navigation_mode": mode}, "walled.yaml")
+    # The outline reaches 0.3 m to the side.
+    seed = next(s for s in range(100) if scenario.start_pose(s)[1] > 0.1)
+    robot = load_robot("wheelchair")
+    check_task(scenario, robot)
+    log = simulate(TrialSpec(scenario, robot, StubPreset(straight_ahead), seed=seed))
+    assert log.outcome is Outcome.COLLIDED
+    assert log.info["reason"] == "the footprint touched an obstacle"
+    assert log.end_time_s == duration_s(log) == 0.0
+    assert log.samples["time_s"].tolist() == [0.0]
+    assert log.samples["cycle_count"].tolist() == [0]
+
+
+def test_a_trial_that_never_ran_has_no_duration():
+    spec = TrialSpec(load_scenario("empty"), load_robot("wheelchair"), load_preset("rpp"), seed=0)
+    log = failed_log(spec, "the worker died")
+    assert log.outcome is Outcome.ERROR
+    assert duration_s(log) == 0.0
 
 
 def test_every_controller_meets_the_same_noise():
