@@ -32,7 +32,7 @@ def obstacle_shapes(obstacle: world.Obstacle) -> Iterator[tuple[RigidTransform, 
         pose = RigidTransform([*obstacle.centre, 0.5 * height])
         yield pose, Cylinder(obstacle.radius_m, height)
     elif isinstance(obstacle, world.Polygon):
-        for piece in _convex_pieces(obstacle.outline):
+        for piece in convex_pieces(obstacle.outline):
             yield RigidTransform(), prism(piece, height)
     else:
         yield _upright_box(obstacle.outline, height)
@@ -72,7 +72,8 @@ def _upright_box(outline: NDArray[np.float64], height_m: float) -> tuple[RigidTr
     return pose, Box(np.hypot(*along), np.hypot(*across), height_m)
 
 
-def _convex_pieces(outline: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+def convex_pieces(outline: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+    """Returns convex outlines that cover a simple polygon (K, 2): itself, or its triangles."""
     polygon = shapely.Polygon(outline)
     if polygon.equals(polygon.convex_hull):
         return [outline]

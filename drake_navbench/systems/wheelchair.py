@@ -21,7 +21,7 @@ from pydrake.systems.framework import Context, InputPort, OutputPort
 from pydrake.systems.primitives import SymbolicVectorSystem
 
 from drake_navbench.robot import Drive
-from drake_navbench.world_geometry import prism
+from drake_navbench.world_geometry import convex_pieces, prism
 
 STATE_SIZE = 5
 # Tall enough to meet every obstacle, whatever its height: contact is judged in the plane.
@@ -48,7 +48,7 @@ class Wheelchair(SymbolicVectorSystem):
         )
         self.source_id = scene_graph.RegisterSource("wheelchair")
         self.frame_id = scene_graph.RegisterFrame(self.source_id, GeometryFrame("base_link"))
-        self.footprint_id = self._register_footprint(scene_graph, footprint)
+        self._register_footprint(scene_graph, footprint)
         self._geometry_pose_port = self.DeclareAbstractOutputPort(
             "geometry_pose",
             lambda: AbstractValue.Make(FramePoseVector()),
@@ -68,15 +68,16 @@ class Wheelchair(SymbolicVectorSystem):
         """Returns the port for SceneGraph's source pose port."""
         return self._geometry_pose_port
 
-    def _register_footprint(self, scene_graph: SceneGraph, footprint: NDArray[np.float64]):
-        shape = prism(footprint, FOOTPRINT_HEIGHT_M)
-        instance = GeometryInstance(RigidTransform(), shape, "footprint")
-        geometry_id = scene_graph.RegisterGeometry(self.source_id, self.frame_id, instance)
-        scene_graph.AssignRole(self.source_id, geometry_id, ProximityProperties())
-        scene_graph.AssignRole(
-            self.source_id, geometry_id, MakePhongIllustrationProperties(FOOTPRINT_COLOR)
-        )
-        return geometry_id
+    def _register_footprint(self, scene_graph: SceneGraph, footprint: NDArray[np.float64]) -> None:
+        # SceneGraph measures convex shapes, and none against another of the same frame.
+        for index, piece in enumerate(convex_pieces(footprint)):
+            shape = prism(piece, FOOTPRINT_HEIGHT_M)
+            instance = GeometryInstance(RigidTransform(), shape, f"footprint_{index}")
+            geometry_id = scene_graph.RegisterGeometry(self.source_id, self.frame_id, instance)
+            scene_graph.AssignRole(self.source_id, geometry_id, ProximityProperties())
+            scene_graph.AssignRole(
+                self.source_id, geometry_id, MakePhongIllustrationProperties(FOOTPRINT_COLOR)
+            )
 
     def set_pose(self, context: Context, pose: NDArray[np.float64]) -> None:
         """Puts the robot at rest at pose (3,) x m, y m, yaw rad."""

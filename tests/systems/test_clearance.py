@@ -18,17 +18,30 @@ from drake_navbench.world_geometry import register_obstacles
 # The front reaches 0.85 m ahead of the reference point, which stands at the origin.
 FOOTPRINT = np.array([[0.85, 0.3], [0.85, -0.3], [-0.25, -0.3], [-0.25, 0.3]])
 FRONT_M = 0.85
+# Two arms ahead, 0.5 m apart, about a notch whose bottom lies at x = 0.1 m.
+FORK = np.array(
+    [
+        [-0.3, -0.4],
+        [0.6, -0.4],
+        [0.6, -0.25],
+        [0.1, -0.25],
+        [0.1, 0.25],
+        [0.6, 0.25],
+        [0.6, 0.4],
+        [-0.3, 0.4],
+    ]
+)
 
 
-def distances(*obstacles, walls=(), costmap=None):
+def distances(*obstacles, walls=(), costmap=None, footprint=FOOTPRINT):
     """Returns what is measured at the start."""
     world = World(obstacles, walls)
     builder = DiagramBuilder()
     scene_graph = builder.AddSystem(SceneGraph())
     register_obstacles(scene_graph, world)
-    wheelchair = builder.AddSystem(Wheelchair(Drive(), scene_graph, footprint=FOOTPRINT))
+    wheelchair = builder.AddSystem(Wheelchair(Drive(), scene_graph, footprint=footprint))
     clearance = builder.AddSystem(
-        Clearance(footprint=FOOTPRINT, wall_edges=world.wall_edges, period_s=0.05, offset_s=0.02)
+        Clearance(footprint=footprint, wall_edges=world.wall_edges, period_s=0.05, offset_s=0.02)
     )
     standstill = builder.AddSystem(ConstantVectorSource([0.0, 0.0]))
     builder.Connect(standstill.get_output_port(), wheelchair.get_command_input_port())
@@ -73,6 +86,23 @@ def test_beyond_reach_there_is_nothing():
 
 def test_a_wall_of_a_map_counts_as_an_obstacle_does():
     assert distances(box_ahead(0.8), walls=(box_ahead(0.3),))[0] == pytest.approx(0.3)
+
+
+def post(low_y_m):
+    """Returns a post of 0.1 x 0.1 m in the fork's notch, 0.2 m from its bottom."""
+    return Box(type="box", min=(0.3, low_y_m), max=(0.4, low_y_m + 0.1))
+
+
+# 0.2 m to the bottom; then 0.25 - 0.15 m to the left arm; then overlapping that arm by 0.05 m.
+@pytest.mark.parametrize(("low_y_m", "gap_m"), [(-0.05, 0.2), (0.05, 0.1), (0.2, -0.05)])
+def test_a_post_in_a_notch_of_the_footprint_is_measured_to_the_outline(low_y_m, gap_m):
+    assert distances(post(low_y_m), footprint=FORK)[0] == pytest.approx(gap_m, abs=1e-6)
+    wall = distances(walls=(post(low_y_m),), footprint=FORK)[0]
+    assert wall == pytest.approx(max(gap_m, 0.0))
+
+
+def test_the_pieces_of_a_footprint_are_not_measured_against_each_other():
+    assert distances(footprint=FORK)[0] == np.inf
 
 
 def test_the_published_distance_is_to_the_nearest_lethal_cell():
