@@ -6,7 +6,7 @@ import argparse
 import platform
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from datetime import datetime
 from hashlib import sha256
 from importlib.metadata import version
@@ -138,7 +138,7 @@ def run_from_command_line(arguments: argparse.Namespace) -> bool:
         from drake_navbench.live import show_live
 
         return show_live(campaign, console)
-    for preset in {spec.preset.name: spec.preset for spec in campaign.specs}.values():
+    for preset in _presets(campaign):
         if preset.ignored:
             console.print(
                 f"{preset.source}: {preset.name}: has no use here and is ignored: "
@@ -253,16 +253,20 @@ def _inputs(campaign: Campaign) -> dict[str, str]:
     Of maps and masks there are hashes only.
     """
     texts = {}
-    for spec in campaign.specs:
-        scenario, preset = spec.scenario, spec.preset
-        name = file_name(scenario.name)
+    for spec in {spec.scenario.name: spec for spec in campaign.specs}.values():
+        scenario, name = spec.scenario, file_name(spec.scenario.name)
         texts[f"scenarios/{name}.yaml"] = _dump(scenario.model_dump(mode="json", exclude={"name"}))
         if scenario.files:
             hashes = {str(path): sha256(path.read_bytes()).hexdigest() for path in scenario.files}
             texts[f"scenarios/{name}.maps.yaml"] = _dump(hashes)
         texts[f"robots/{name}.yaml"] = _dump(spec.robot.model_dump(mode="json"))
+    for preset in _presets(campaign):
         texts[f"controllers/{file_name(preset.name)}.yaml"] = as_yaml(preset)
     return texts
+
+
+def _presets(campaign: Campaign) -> Iterable[Preset]:
+    return {spec.preset.name: spec.preset for spec in campaign.specs}.values()
 
 
 def _dump(data: dict[str, Any]) -> str:

@@ -10,17 +10,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib.metadata import entry_points
+from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict
 
-from drake_navbench.errors import InputError, NavbenchError, nearest_name_hint
+from drake_navbench.errors import InputError, NavbenchError, nearest_name_hint, one_line
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.noise import NO_NOISE, NoiseKey
 
 ENTRY_POINT_GROUP = "drake_navbench.controllers"
+# What a class must have to be a Controller.
+CONTROLLER_MEMBERS = ("Parameters", "nav2_plugin", "initial_memory", "step")
 
 Array = NDArray[np.float64]
 
@@ -109,7 +112,7 @@ class Decision(NamedTuple):
 
     command: Array
     memory: Any = None
-    diagnostics: Mapping[str, Any] = {}
+    diagnostics: Mapping[str, Any] = MappingProxyType({})
 
 
 class ControllerError(NavbenchError):
@@ -210,7 +213,8 @@ class Registry:
     def load(self, name: str) -> type[Controller]:
         """Returns the controller class registered as `name`.
 
-        Raises InputError where there is none, or where it cannot be imported.
+        Raises InputError where there is none, where it breaks when imported, or where it is no
+        controller.
         """
         if name not in self._entry_points:
             raise InputError(
@@ -218,8 +222,17 @@ class Registry:
             )
         entry_point = self._entry_points[name]
         try:
-            return entry_point.load()
-        except (ImportError, AttributeError) as error:
+            loaded = entry_point.load()
+        except (Exception, SystemExit) as error:
+            # The module is somebody's code: anything can happen in it.
             raise InputError(
-                f"controller {name!r}: entry point {entry_point.value} cannot be loaded: {error}"
+                f"controller {name!r}: entry point {entry_point.value} cannot be loaded: "
+                f"{one_line(error)}"
             ) from error
+        missing = [member for member in CONTROLLER_MEMBERS if not hasattr(loaded, member)]
+        if missing or not isinstance(loaded, type):
+            raise InputError(
+                f"controller {name!r}: {entry_point.value} is no class with "
+                f"{', '.join(missing or CONTROLLER_MEMBERS)}, as docs/controllers.md describes it"
+            )
+        return loaded

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import sys
+import inspect
 import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -98,21 +98,27 @@ def _registry() -> Registry:
     return Registry()
 
 
-def preset_files() -> dict[str, Path]:
-    """Returns the preset files that come with the installed controllers, by name."""
+def _loaded_controllers() -> dict[str, type[Controller]]:
+    """Returns the controllers that can be loaded, by name; warns of the others."""
     registry = _registry()
-    found: dict[str, Path] = {}
+    loaded = {}
     for name in registry.names:
         try:
-            module = sys.modules[registry.load(name).__module__]
+            loaded[name] = registry.load(name)
         except InputError as error:
             # A plugin that is broken must not keep the others from running.
-            warnings.warn(str(error), stacklevel=2)
-            continue
-        package = sys.modules[module.__package__] if module.__package__ else module
-        folder = Path(package.__file__).parent / "presets"
+            warnings.warn(str(error), stacklevel=3)
+    return loaded
+
+
+def preset_files() -> dict[str, Path]:
+    """Returns the preset files that come with the installed controllers, by name."""
+    found: dict[str, Path] = {}
+    for controller in _loaded_controllers().values():
+        folder = Path(inspect.getfile(controller)).parent / "presets"
         for path in sorted(folder.glob("*.yaml")):
-            if path.stem in found:
+            # Controllers of one package share its presets.
+            if found.get(path.stem, path) != path:
                 raise InputError(
                     f"{path}: a preset {path.stem!r} exists already: {found[path.stem]}"
                 )
@@ -168,14 +174,21 @@ def _nav2_presets(data: Mapping[str, Any], path: Path) -> list[Preset]:
     parameters = server.get("ros__parameters") if isinstance(server, dict) else None
     if not isinstance(parameters, dict):
         raise InputError(f"{path}: {NAV2_SERVER}: expected a mapping with ros__parameters")
+    where = f"{path}: {NAV2_SERVER}.ros__parameters"
     plugins = parameters.get("controller_plugins", ["FollowPath"])
+    if not isinstance(plugins, list) or not all(isinstance(name, str) for name in plugins):
+        raise InputError(f"{where}.controller_plugins: expected a list of names, got {plugins!r}")
     presets = []
     for plugin in plugins:
         block = parameters.get(plugin)
         if not isinstance(block, dict) or "plugin" not in block:
             raise InputError(
-                f"{path}: {NAV2_SERVER}.ros__parameters.{plugin}: missing, but listed in "
-                "controller_plugins; expected a mapping with a plugin type"
+                f"{where}.{plugin}: missing, but listed in controller_plugins; "
+                "expected a mapping with a plugin type"
+            )
+        if not isinstance(block["plugin"], str):
+            raise InputError(
+                f"{where}.{plugin}.plugin: expected a plugin type, got {block['plugin']!r}"
             )
         values = {key: value for key, value in block.items() if key != "plugin"}
         presets.append(_nav2_preset(block["plugin"], values, f"{path.stem}/{plugin}", path))
@@ -183,16 +196,15 @@ def _nav2_presets(data: Mapping[str, Any], path: Path) -> list[Preset]:
 
 
 def _nav2_preset(plugin_type: str, values: dict[str, Any], name: str, path: Path) -> Preset:
-    registry = _registry()
-    by_type = {registry.load(n).nav2_plugin: n for n in registry.names}
-    known = [t for t in by_type if t]
+    controllers = _loaded_controllers()
+    by_type = {c.nav2_plugin: key for key, c in controllers.items() if c.nav2_plugin}
     if plugin_type not in by_type:
         raise InputError(
             f"{path}: plugin {plugin_type!r} has no counterpart here"
-            f"{nearest_name_hint(plugin_type, known)}"
+            f"{nearest_name_hint(plugin_type, by_type)}"
         )
     controller = by_type[plugin_type]
-    known_names = _parameter_names(registry.load(controller).Parameters)
+    known_names = _parameter_names(controllers[controller].Parameters)
     ignored = tuple(key for key in values if key.partition(".")[0] not in known_names)
     used = {key: value for key, value in values.items() if key not in ignored}
     description = f"{plugin_type} from {path.name}"
