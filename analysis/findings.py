@@ -67,7 +67,7 @@ LINEUPS = (
     ),
     Lineup(
         "bringup settings",
-        "what Nav2 ships today; TEB is no part of Nav2 and stays as it is",
+        "what nav2_bringup ships, for DWB what it shipped until Iron; TEB is no part of Nav2 and stays",
         {"dwb": "dwb_bringup", "rpp": "rpp_bringup", "teb": "teb", "mppi": "mppi_bringup"},
     ),
 )

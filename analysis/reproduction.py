@@ -253,7 +253,7 @@ def render(
 ) -> str:
     """Returns the page's HTML."""
     environment = page_environment()
-    environment.filters.update(number=_number, span=_span, duration=_duration)
+    environment.filters.update(number=_number, span=_span, duration=_duration, change=_change)
     main = judged[PUBLISHED_SETTINGS.name]
     page = {
         "folder": folder.resolve().name,
@@ -272,6 +272,7 @@ def render(
         ],
         "scenarios": list(dict.fromkeys(j.finding.scenario for j in main)),
         "controllers": PUBLISHED_CONTROLLERS,
+        "labels": [PUBLISHED_SETTINGS.presets[name] for name in PUBLISHED_CONTROLLERS],
         "goal_scenarios": GOAL_SCENARIOS,
         "all_scenarios": ALL_SCENARIOS,
         "comparison": _comparison_rows(compared, lineups),
@@ -351,6 +352,12 @@ def _number(value: float) -> str:
 def _span(ours: Estimate) -> str:
     low, high = ours.interval
     return f"[{low:.3f}, {high:.3f}]" if math.isfinite(low) else ""
+
+
+def _change(relative_difference: float) -> str:
+    """Returns a relative difference in percent with its sign, without one where it rounds to 0."""
+    percent = f"{100.0 * relative_difference:+.1f}"
+    return "0%" if percent in ("+0.0", "-0.0") else f"{percent}%"
 
 
 def _duration(seconds: float) -> str:
