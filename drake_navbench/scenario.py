@@ -228,13 +228,13 @@ class Scenario(FrozenModel):
         return World(tuple(self.world.obstacles)).bounds(points, MASK_MARGIN_M)
 
     @cached_property
-    def obstacles(self) -> World:
+    def true_world(self) -> World:
         """Everything that stands in the world."""
         walls = occupied_boxes(self.map) if self.map is not None else ()
         return World(tuple(self.world.obstacles), walls)
 
     @cached_property
-    def known_obstacles(self) -> World:
+    def known_world(self) -> World:
         """The shapes that the planner's map shows, besides the map itself."""
         return World(tuple(o for o in self.world.obstacles if o.known_to_planner))
 
@@ -270,7 +270,7 @@ def check_task(scenario: Scenario, robot: Robot) -> None:
     On a map the start must not overlap an occupied cell, and the goal must be on the map and known.
     """
     body = shapely.Polygon(place_footprint(robot.outline, scenario.start))
-    if scenario.obstacles.intersects(body):
+    if scenario.true_world.intersects(body):
         raise InputError(
             f"scenario {scenario.name}: start: the robot's footprint at {list(scenario.start)} "
             "overlaps an obstacle; expected free space"
@@ -287,7 +287,7 @@ def check_task(scenario: Scenario, robot: Robot) -> None:
 
 def _why_no_goal(scenario: Scenario, robot: Robot, position: np.ndarray) -> str:
     """Returns where a goal (2,) m lies that cannot be one, such as 'off the map', or ''."""
-    if scenario.obstacles.intersects(shapely.Point(position)):
+    if scenario.true_world.intersects(shapely.Point(position)):
         return "inside an obstacle"
     if scenario.map is not None:
         value = scenario.map.value_at(position)

@@ -99,7 +99,7 @@ def simulate(
     controller = make_controller(spec.preset, spec.robot, wants_diagnostics=spec.wants_diagnostics)
     trial = build_trial_diagram(
         spec.robot,
-        spec.scenario.obstacles,
+        spec.scenario.true_world,
         controller,
         task=trial_task(spec),
         static_map=_static_map(spec),
@@ -260,7 +260,7 @@ def _info(spec: TrialSpec, outcome: Outcome, status: TaskStatus) -> dict[str, An
     return {
         "scenario": spec.scenario.model_dump(mode="json"),
         "obstacles": [
-            obstacle.model_dump(mode="json") for obstacle in spec.scenario.obstacles.shapes
+            obstacle.model_dump(mode="json") for obstacle in spec.scenario.true_world.shapes
         ],
         "robot": spec.robot.model_dump(mode="json"),
         "controller": spec.preset.name,

@@ -95,7 +95,7 @@ ROBOT = Robot(
 
 
 def test_the_truth_is_the_maps_occupied_cells(tmp_path):
-    world = load_scenario(str(write_scenario(tmp_path))).obstacles
+    world = load_scenario(str(write_scenario(tmp_path))).true_world
     assert world.intersects(shapely.Point(3.0, 0.0))
     assert not world.intersects(shapely.Point(3.3, 0.0))
     # Nothing is known to stand in unknown space.
@@ -133,7 +133,7 @@ def test_known_obstacles_are_drawn_into_the_map_and_hidden_ones_are_not(tmp_path
     grid = known_map(scenario, ROBOT)
     assert grid.value_at(np.array([1.1, 0.6])) == OCCUPIED
     assert grid.value_at(np.array([1.1, -0.6])) == 0
-    assert len(scenario.obstacles.shapes) == 3
+    assert len(scenario.true_world.shapes) == 3
 
 
 def refuse(capsys, tmp_path: Path, scenario: Path) -> str:

@@ -213,7 +213,7 @@ def built(task: Scenario, preset: str = "rpp"):
     loaded = load_preset(preset)
     controller = loaded.controller_class(loaded.parameters, controller_setup(robot))
     spec = TrialSpec(task, robot, loaded, seed=1)
-    trial = build_trial_diagram(robot, task.obstacles, controller, task=trial_task(spec))
+    trial = build_trial_diagram(robot, task.true_world, controller, task=trial_task(spec))
     return trial, simulator_of(trial, trial.create_context(task.start_pose(1), 1))
 
 

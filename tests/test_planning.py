@@ -55,7 +55,7 @@ def test_a_plan_is_made_on_the_costmap_that_is_handed_in():
 
 def test_a_keepout_is_gone_around_though_nothing_stands_there():
     scenario = scenario_of(filters=[KEEPOUT])
-    assert scenario.obstacles.obstacles == ()
+    assert scenario.true_world.obstacles == ()
     plan = plan_of(filters=[KEEPOUT])
     beside = (plan[:, 0] > 2.0) & (plan[:, 0] < 2.5)
     # The filter acts after the inflation: the path may touch the edge, as in Nav2.

@@ -106,7 +106,7 @@ def known_map(scenario: Scenario, robot: Robot) -> OccupancyMap:
     cell's centre; all that is not an obstacle is free.
     """
     grid = scenario.map or _empty_map(scenario, robot)
-    known = scenario.known_obstacles
+    known = scenario.known_world
     if not known.obstacles:
         return grid
     marked = np.full(grid.occupancy.shape, FREE, dtype=np.uint8)
@@ -119,7 +119,7 @@ def known_map(scenario: Scenario, robot: Robot) -> OccupancyMap:
 def _empty_map(scenario: Scenario, robot: Robot) -> OccupancyMap:
     settings = robot.navigation.global_costmap
     resolution = settings.resolution
-    min_x, min_y, max_x, max_y = scenario.known_obstacles.bounds(
+    min_x, min_y, max_x, max_y = scenario.known_world.bounds(
         [scenario.start, *scenario.goals], settings.margin_m
     )
     origin = [

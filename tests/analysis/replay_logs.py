@@ -52,7 +52,7 @@ def replay_log(
         end_time_s=end_time_s,
         info={
             "scenario": task.model_dump(mode="json"),
-            "obstacles": [o.model_dump(mode="json") for o in task.obstacles.obstacles],
+            "obstacles": [o.model_dump(mode="json") for o in task.true_world.obstacles],
             "robot": load_robot(robot).model_dump(mode="json"),
             "controller": controller,
         }
