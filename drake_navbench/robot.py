@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from drake_navbench.costmaps.costmap_settings import GlobalCostmapSettings, LocalCostmapSettings
 from drake_navbench.errors import InputError
@@ -29,6 +29,9 @@ from drake_navbench.navigation.progress_checkers import SimpleProgressCheckerPar
 from drake_navbench.navigation.velocity_smoother import VelocitySmootherParameters
 from drake_navbench.navigation.waypoint_follower import WaypointFollowerParameters
 from drake_navbench.typed_yaml import FrozenModel, read_yaml, validate
+
+# A failure tolerance, s.
+PATIENT_FOR_EVER = -1.0
 
 ROBOT_FILES = NamedFiles(kind="robot", package="drake_navbench.models")
 
@@ -96,7 +99,7 @@ class ControllerServerSettings(FrozenModel):
 
     controller_frequency: float = Field(20.0, gt=0.0, description="Control rate [Hz].")
     failure_tolerance: float = Field(
-        0.0, ge=-1.0, description="Patience with failing cycles [s]; 0 none, -1 for ever."
+        0.0, description="Patience with failing cycles [s]; 0 none, -1 for ever."
     )
     costmap_update_timeout: float = Field(
         0.30, ge=0.0, description="Patience with a costmap that is not current [s]; 0 for ever."
@@ -107,6 +110,13 @@ class ControllerServerSettings(FrozenModel):
     min_theta_velocity_threshold: float = Field(
         0.0001, ge=0.0, description="Measured |w| up to this is taken as 0 [rad/s]."
     )
+
+    @field_validator("failure_tolerance")
+    @classmethod
+    def _check_tolerance(cls, value: float) -> float:
+        if value < 0.0 and value != PATIENT_FOR_EVER:
+            raise ValueError(f"expected {PATIENT_FOR_EVER:g} or at least 0")
+        return value
 
 
 class NavigationSettings(FrozenModel):

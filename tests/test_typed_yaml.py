@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from drake_navbench.errors import InputError
-from drake_navbench.robot import Robot
+from drake_navbench.robot import ControllerServerSettings, Robot
 from drake_navbench.scenario import Scenario
 from drake_navbench.typed_yaml import parse_yaml, read_yaml, validate
 
@@ -56,6 +56,18 @@ def test_a_negative_size_names_the_bound():
     world = {"obstacles": [{"type": "cylinder", "centre": [3, 3], "radius_m": -0.1}]}
     (line,) = lines_of(MINIMAL | {"world": world})
     assert line.endswith("radius_m: input should be greater than 0, got -0.1")
+
+
+@pytest.mark.parametrize(("patience_s", "is_fine"), [(-1.0, True), (0.0, True), (-0.5, False)])
+def test_patience_is_minus_one_or_not_negative(patience_s, is_fine):
+    data = {"failure_tolerance": patience_s}
+    if is_fine:
+        assert (
+            validate(ControllerServerSettings, data, "robot.yaml").failure_tolerance == patience_s
+        )
+    else:
+        (line,) = lines_of(data, ControllerServerSettings)
+        assert line == "task.yaml: failure_tolerance: expected -1 or at least 0, got -0.5"
 
 
 def test_infinity_is_refused():

@@ -35,12 +35,11 @@ from drake_navbench.navigation.path_handler import PathHandler
 from drake_navbench.navigation.progress_checkers import SimpleProgressChecker
 from drake_navbench.navigation.task import ClearRequest, GlobalPlan, TaskState, TaskStatus
 from drake_navbench.noise import NoiseKey, NoiseStream
-from drake_navbench.robot import ControllerServerSettings
+from drake_navbench.robot import PATIENT_FOR_EVER, ControllerServerSettings
 
 PATIENCE_EXCEEDED = 104
 FAILED_TO_MAKE_PROGRESS = 105
 CONTROLLER_TIMED_OUT = 107
-PATIENT_FOR_EVER = -1.0
 NANOSECOND_DIGITS = 9
 STANDSTILL = read_only(np.zeros(2))
 # Of the arrays that a log can hold: flags, whole numbers, numbers, text.

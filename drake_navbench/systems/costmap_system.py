@@ -43,8 +43,8 @@ class CostmapSystem(LeafSystem):
         super().__init__()
         self._layers = layers
         first = _CostmapState(before_first_scan)
-        self._state = self.DeclareAbstractState(AbstractValue.Make(first))
-        self._state_port = self.DeclareVectorInputPort("state", 5)
+        self._layers_state = self.DeclareAbstractState(AbstractValue.Make(first))
+        self._odometry_port = self.DeclareVectorInputPort("state", 5)
         self._scan_port = self.DeclareAbstractInputPort("scan", AbstractValue.Make(object()))
         self._clear_port = self.DeclareAbstractInputPort(
             "clear_request", AbstractValue.Make(object())
@@ -53,18 +53,18 @@ class CostmapSystem(LeafSystem):
             "costmap",
             lambda: AbstractValue.Make(object()),
             self._calc_costmap,
-            prerequisites_of_calc={self.abstract_state_ticket(self._state)},
+            prerequisites_of_calc={self.abstract_state_ticket(self._layers_state)},
         )
         self.DeclarePeriodicUnrestrictedUpdateEvent(period_s, offset_s, self._on_update)
 
     def _calc_costmap(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(context.get_abstract_state(self._state).get_value().layers.costmap)
+        output.set_value(context.get_abstract_state(self._layers_state).get_value().layers.costmap)
 
     def _on_update(self, context: Context, state: State) -> None:
         scan = self._scan_port.Eval(context)
         if scan is None:
             return
-        before = context.get_abstract_state(self._state).get_value()
+        before = context.get_abstract_state(self._layers_state).get_value()
         port = self._clear_port
         request = port.Eval(context) if port.HasValue(context) else None
         is_new = request is not None and request != before.clear_request
@@ -72,7 +72,9 @@ class CostmapSystem(LeafSystem):
         updated = self._layers.updated(
             layers,
             scan=scan,
-            pose=self._state_port.Eval(context)[:3],
+            pose=self._odometry_port.Eval(context)[:3],
             time_s=context.get_time(),
         )
-        state.get_mutable_abstract_state(self._state).set_value(_CostmapState(updated, request))
+        state.get_mutable_abstract_state(self._layers_state).set_value(
+            _CostmapState(updated, request)
+        )

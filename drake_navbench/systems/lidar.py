@@ -10,6 +10,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, State
 
 from drake_navbench.kernels.ray_casting import cast_rays
+from drake_navbench.kernels.read_only import read_only
 from drake_navbench.log import Scan
 from drake_navbench.noise import NoiseKey, NoiseStream
 from drake_navbench.robot import LidarSettings
@@ -34,8 +35,8 @@ class Lidar(LeafSystem):
         full_turn = math.isclose(settings.angle_span_rad, 2.0 * math.pi)
         gaps = settings.beam_count if full_turn else max(settings.beam_count - 1, 1)
         increment = settings.angle_span_rad / gaps
-        self._angles = settings.angle_min_rad + increment * np.arange(settings.beam_count)
-        self._angles.flags.writeable = False
+        angles = settings.angle_min_rad + increment * np.arange(settings.beam_count)
+        self._angles = read_only(angles)
         self.world_parameter = self.DeclareAbstractParameter(
             AbstractValue.Make((world.segments, world.circles))
         )
@@ -68,7 +69,9 @@ class Lidar(LeafSystem):
         self._add_noise(context, ranges)
         ranges[ranges < settings.range_min_m] = -np.inf
         ranges[ranges > settings.range_max_m] = np.inf
-        scan = Scan(context.get_time(), sensor_pose, self._angles, ranges.astype(np.float32))
+        ranges_m = ranges.astype(np.float32)
+        ranges_m.flags.writeable = False
+        scan = Scan(context.get_time(), read_only(sensor_pose), self._angles, ranges_m)
         state.get_mutable_abstract_state(self._scan).set_value(scan)
 
     def _add_noise(self, context: Context, ranges: NDArray[np.float64]) -> None:

@@ -16,7 +16,8 @@ class Localization(Diagram):
 
     Input `state` and output `estimate` are [x m, y m, yaw rad, v m/s, w rad/s] in the world frame.
     Abstract parameter `seed_parameter` holds the trial's seed. The noise is drawn at the start, at
-    `offset_s` and once a period after that.
+    `offset_s` and once a period after that. What looks at the estimate in an unrestricted update of
+    the initialization, as the navigators do, sees the truth: Drake runs those before discrete ones.
     """
 
     def __init__(self, settings: LocalizationSettings, *, offset_s: float) -> None:
@@ -36,7 +37,8 @@ class Localization(Diagram):
 class HeldNoise(LeafSystem):
     """White noise on [x m, y m, yaw rad, v m/s, w rad/s] that holds for one period.
 
-    Output `noise` is the discrete state, a function of the seed and the step alone.
+    Output `noise` is the discrete state, a function of the seed and the step alone. It is zero
+    until the discrete updates of the initialization.
     """
 
     def __init__(self, settings: LocalizationSettings, *, offset_s: float) -> None:

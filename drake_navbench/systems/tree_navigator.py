@@ -83,12 +83,13 @@ class TreeNavigator(LeafSystem):
     (BehaviorGoal or None), `clear_local` and `clear_global` (ClearRequest or None), `task_status`
     (TaskStatus of the whole task) and `navigator_state` (NavigatorState).
 
-    The tree is ticked when the trial starts, and then once a period from `offset_s` on. Nav2 ticks
-    it every 10 ms. Where the period is the controller server's and the offset follows its cycle by
-    10 ms, what the servers see is the same: an end of a task is noticed as soon as by Nav2's next
-    tick, and what is asked for in between takes effect with a server's next cycle anyway. In the
-    scenario dead_end every task then begins and ends at the same time as with a tick of 10 ms, but
-    for decisions that hang on rounding, in two thirds of the computing time.
+    The tree is ticked when the trial starts, and then once a period from `offset_s` on. The first
+    tick sees the true pose: the localization draws its first noise after it. Nav2 ticks it every 10
+    ms. Where the period is the controller server's and the offset follows its cycle by 10 ms, what
+    the servers see is the same: an end of a task is noticed as soon as by Nav2's next tick, and
+    what is asked for in between takes effect with a server's next cycle anyway. In the scenario
+    dead_end every task then begins and ends at the same time as with a tick of 10 ms, but for
+    decisions that hang on rounding, in two thirds of the computing time.
 
     The py_trees tree held here is only a machine: a tick first sets it to the Context's snapshot.
     """

@@ -227,6 +227,13 @@ def test_diagnostics_are_kept_as_the_controller_left_them(case):
     assert state.diagnostics is LOGGABLE[case]
 
 
+def test_the_default_diagnostics_are_empty_and_cannot_be_changed():
+    diagnostics = Decision(np.zeros(2)).diagnostics
+    assert diagnostics == {}
+    with pytest.raises(TypeError):
+        diagnostics["seen"] = 1
+
+
 @pytest.mark.parametrize("case", UNLOGGABLE)
 def test_diagnostics_that_no_log_can_hold_end_the_task(case):
     diagnostics, reason = UNLOGGABLE[case]

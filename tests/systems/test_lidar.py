@@ -36,6 +36,12 @@ def test_the_beam_ahead_measures_the_distance_to_the_wall():
     assert beam(scan, np.pi / 4) == pytest.approx(2.0 * np.sqrt(2.0))
 
 
+def test_a_scan_cannot_be_changed():
+    scan = scan_from((1.0, 0.0, 0.0))
+    for array in (scan.sensor_pose, scan.angles_rad, scan.ranges_m):
+        assert not array.flags.writeable
+
+
 def test_nothing_behind_is_plus_infinity():
     assert beam(scan_from((1.0, 0.0, 0.0)), -np.pi) == np.inf
 
