@@ -6,6 +6,7 @@ from pathlib import Path
 
 from drake_navbench.analysis.replay import write_race_replay, write_trial_replay
 from drake_navbench.campaign import Campaign, worker_pool
+from drake_navbench.errors import one_line
 from drake_navbench.log import TrialLog
 from drake_navbench.results import ResultsFolder, write_whole
 
@@ -31,7 +32,7 @@ def write_replays(
                 future.result()
             except (Exception, SystemExit) as error:
                 # Such as a model that cannot be parsed; Drake reports a failed check as SystemExit.
-                failures[scenario] = " ".join(f"{type(error).__name__}: {error}".split())
+                failures[scenario] = one_line(error)
     return failures
 
 
