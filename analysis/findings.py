@@ -67,7 +67,7 @@ LINEUPS = (
     ),
     Lineup(
         "bringup settings",
-        "what nav2_bringup ships, for DWB what it shipped until Iron; TEB is no part of Nav2 and stays",
+        "what nav2_bringup ships (DWB: until Iron); TEB is no part of Nav2 and stays as it is",
         {"dwb": "dwb_bringup", "rpp": "rpp_bringup", "teb": "teb", "mppi": "mppi_bringup"},
     ),
 )
