@@ -21,6 +21,7 @@ from drake_navbench.analysis.metrics.definition import Better, Metric
 from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.analysis.scenario_analysis import LeftOut
 from drake_navbench.analysis.statistics import (
+    ROUNDING,
     PairedComparison,
     paired_comparison,
 )
@@ -30,7 +31,6 @@ SUCCESS = "success_rate"
 DEFAULT_LISTED = (SUCCESS, "min_clearance_m", "time_to_goal_s")
 # A change below this share of the baseline is none, however certain.
 DEFAULT_TOLERANCE = 0.01
-ROUNDING = 1e-9
 IDENTITY = ["scenario", "controller", "seed"]
 
 
@@ -299,4 +299,7 @@ def _unmatched_cell(
     if cell not in before:
         return [f"{where}: only in {name}"]
     alone = len(before[cell] ^ after[cell])
-    return [f"{where}: {alone} trial(s) of {name} or the baseline have no partner"] if alone else []
+    if not alone:
+        return []
+    have = "trial has" if alone == 1 else "trials have"
+    return [f"{where}: {alone} {have} no partner in {name} or in the baseline"]

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from drake_navbench.analysis.findings import PUBLISHED_SETTINGS
 from drake_navbench.analysis.folder_analysis import FIGURES_FOLDER, FolderAnalysis, analyse_folder
 from drake_navbench.analysis.html import page_environment
 from drake_navbench.analysis.metrics.definition import Better
@@ -18,12 +19,7 @@ from drake_navbench.analysis.reproduction import (
 )
 from drake_navbench.analysis.scenario_analysis import HEADLINE_METRICS, LeftOut, ScenarioAnalysis
 from drake_navbench.analysis.statistics import BOOTSTRAP_RESAMPLES, Interval, trials_needed
-from drake_navbench.analysis.tables import (
-    PUBLISHED_CONTROLLERS,
-    published_table,
-    scenario_table,
-    table_to_markdown,
-)
+from drake_navbench.analysis.tables import published_table, scenario_table, table_to_markdown
 from drake_navbench.log import Outcome
 from drake_navbench.results import ResultsFolder, write_text
 
@@ -35,6 +31,7 @@ DIGITS = 4
 PLAIN_FROM, PLAIN_BELOW = 1e-3, 1e6
 ROUNDING = 1e-12
 EMPTY = "–"
+PERCENT = 100.0
 
 
 class ReportResult(NamedTuple):
@@ -105,6 +102,13 @@ def interval(bounds: Interval) -> str:
     return f"[{number(bounds.low)}, {number(bounds.high)}]"
 
 
+def relative_change(ratio: float) -> str:
+    """Returns a signed share in percent, with one decimal below 1% and no sign where it is 0."""
+    percent = PERCENT * ratio
+    text = f"{percent:+.0f}" if abs(percent) >= 1.0 else f"{percent:+.1f}"
+    return f"{text}%" if float(text) != 0.0 else "0%"
+
+
 def _page(analysis: FolderAnalysis, difference: float) -> dict[str, Any]:
     scenarios = [s for s in analysis.scenarios if s.trials]
     trials = analysis.trials
@@ -121,6 +125,7 @@ def _page(analysis: FolderAnalysis, difference: float) -> dict[str, Any]:
         "controllers": list(dict.fromkeys(trials["controller"])),
         "scenarios": [_scenario(analysis, entry) for entry in scenarios],
         "headlines": _headlines(scenarios),
+        "without_arrival": [s.scenario for s in scenarios if not s.anyone_arrived],
         "left_out": analysis.left_out,
         "metric_rows": [row for entry in scenarios for row in _metric_rows(entry)],
         "themes": list(installed_metrics()),
@@ -151,14 +156,21 @@ def _scenario(analysis: FolderAnalysis, scenario: ScenarioAnalysis) -> dict[str,
     units = {entry.name: entry.unit for entry in all_metrics()}
     results = ResultsFolder(analysis.path)
     replay = results.replay_path(scenario.scenario)
+    controllers = [success.controller for success in scenario.successes]
+    table = _published_rows(analysis, scenario)
     return {
         "name": scenario.scenario,
         "successes": scenario.successes,
-        "none_succeeded": not any(success.succeeded for success in scenario.successes),
+        "none_succeeded": not scenario.anyone_arrived,
         "verdicts": [(v, units[v.metric]) for v in scenario.verdicts],
-        "table": _published_rows(analysis, scenario),
-        "has_published": scenario.scenario in set(published_table()["scenario"]),
-        "controllers": [success.controller for success in scenario.successes],
+        "table": table,
+        "has_published": any(column.published for *_, columns in table for column in columns),
+        "stand_ins": [
+            (name, preset)
+            for name, preset in PUBLISHED_SETTINGS.presets.items()
+            if name != preset and name in controllers
+        ],
+        "controllers": controllers,
         "comparisons": [f for f in figures if not f.controller],
         "sheets": [f for f in figures if f.controller],
         "replay": _relative(analysis.path, replay),
@@ -173,14 +185,18 @@ def _published_rows(
     table = scenario_table(analysis.trials, scenario.scenario)
     published = published_table()
     published = published[published["scenario"] == scenario.scenario].set_index("metric")
+    # A preset may have the name of a published controller and yet be another one.
+    published_names = {preset: name for name, preset in PUBLISHED_SETTINGS.presets.items()}
     rows = []
     for (name, unit), cells in table.iterrows():
         if unit == "trials" and not cells.any():
             continue
         columns = []
         for controller, ours in cells.items():
-            is_known = name in published.index and controller in PUBLISHED_CONTROLLERS
-            theirs = float(published.loc[name, controller]) if is_known else math.nan
+            is_known = name in published.index and controller in published_names
+            theirs = (
+                float(published.loc[name, published_names[controller]]) if is_known else math.nan
+            )
             is_count = unit == "trials" and math.isfinite(ours)
             columns.append(
                 Column(ours, f"{ours:.0f}" if is_count else number(ours), *_against(ours, theirs))
@@ -195,7 +211,7 @@ def _against(ours: float, published: float) -> tuple[str, str]:
         return "", ""
     if published == 0.0 or not math.isfinite(ours):
         return f"{published:g}", ""
-    return f"{published:g}", f"{ours / published - 1.0:+.0%}"
+    return f"{published:g}", relative_change(ours / published - 1.0)
 
 
 def _metric_rows(scenario: ScenarioAnalysis) -> list[dict[str, Any]]:

@@ -106,6 +106,11 @@ class ScenarioAnalysis:
         """The rows of the trials, as in trials.parquet."""
         return pd.DataFrame([entry.row for entry in self.trials])
 
+    @property
+    def anyone_arrived(self) -> bool:
+        """Whether a trial reached its goal."""
+        return any(success.succeeded for success in self.successes)
+
 
 def read_trials(
     paths: Sequence[Path], root: Path
@@ -145,7 +150,7 @@ def analyse(scenario: str, entries: list[TrialEntry], left_out: list[LeftOut]) -
     for entry in all_metrics():
         if entry.name in HEADLINE_METRICS:
             result.pairs += _pairs(comparable, scenario, entry.name)
-            found = verdict(comparable, scenario, entry)
+            found = verdict(comparable, scenario, entry, anyone_arrived=result.anyone_arrived)
             if found is not None:
                 result.verdicts.append(found)
     return result

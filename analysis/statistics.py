@@ -24,6 +24,8 @@ POWER = 0.8
 BOOTSTRAP_RESAMPLES = 2000
 BOOTSTRAP_SEED = 0
 MAX_TRIALS_NEEDED = 1_000_000
+# Nothing measured in SI units here differs by less for another reason than rounding.
+ROUNDING = 1e-9
 
 
 class Interval(NamedTuple):
@@ -135,10 +137,12 @@ def paired_comparison(
 ) -> PairedComparison:
     """Returns how `second` differs from `first`, both indexed by what pairs them.
 
-    The interval is Student's: honest for few pairs, where a bootstrap is too narrow.
+    The interval is Student's: honest for few pairs, where a bootstrap is too narrow. Differences
+    up to ROUNDING count as 0: repeated exactly, rounding would be the surest of all results.
     """
     by_seed = (second - first).to_numpy(dtype=float)
     differences = by_seed[np.isfinite(by_seed)]
+    differences = np.where(np.abs(differences) <= ROUNDING, 0.0, differences)
     count = len(differences)
     mean = float(differences.mean()) if count else math.nan
     sd = float(differences.std(ddof=1)) if count > 1 else math.nan
@@ -199,10 +203,11 @@ def holm(p_values: Sequence[float]) -> Array:
     return adjusted
 
 
-def trials_needed(sd: float, difference: float) -> int:
-    """Returns how many pairs show a mean difference at 95% confidence with 80% power (paired t).
+def trials_needed(sd: float, difference: float, *, confidence: float = CONFIDENCE) -> int:
+    """Returns how many pairs show a mean difference with 80% power (two-sided paired t-test).
 
-    sd: of the paired differences. At least 2, at most MAX_TRIALS_NEEDED.
+    sd: of the paired differences. confidence: of the interval that shall exclude zero. At least 2,
+    at most MAX_TRIALS_NEEDED.
     """
     if not (sd >= 0.0 and difference > 0.0):
         raise ValueError(f"expected sd >= 0 and difference > 0, got {sd} and {difference}")
@@ -210,13 +215,13 @@ def trials_needed(sd: float, difference: float) -> int:
         return 2
     effect = difference / sd
     # The normal approximation is at most a few trials off.
-    quantiles = stats.norm.ppf(0.5 + 0.5 * CONFIDENCE) + stats.norm.ppf(POWER)
+    quantiles = stats.norm.ppf(0.5 + 0.5 * confidence) + stats.norm.ppf(POWER)
     count = max(math.ceil((quantiles / effect) ** 2), 2)
     if count > MAX_TRIALS_NEEDED:
         return MAX_TRIALS_NEEDED
-    while _power(count, effect) < POWER:
+    while _power(count, effect, confidence) < POWER:
         count += 1
-    while count > 2 and _power(count - 1, effect) >= POWER:
+    while count > 2 and _power(count - 1, effect, confidence) >= POWER:
         count -= 1
     return count
 
@@ -256,8 +261,8 @@ def _summary(values: Array, left_out: int, interval: Interval) -> Summary:
     return Summary(count, left_out, float(values.mean()), sd, float(np.median(values)), interval)
 
 
-def _power(count: int, effect: float) -> float:
+def _power(count: int, effect: float, confidence: float) -> float:
     freedom = count - 1
-    critical = stats.t.ppf(0.5 + 0.5 * CONFIDENCE, freedom)
+    critical = stats.t.ppf(0.5 + 0.5 * confidence, freedom)
     shift = effect * math.sqrt(count)
     return float(stats.nct.sf(critical, freedom, shift) + stats.nct.cdf(-critical, freedom, shift))

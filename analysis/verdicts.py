@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
+from enum import StrEnum
 from typing import NamedTuple
 
 import pandas as pd
@@ -11,6 +12,7 @@ import pandas as pd
 from drake_navbench.analysis.metrics.definition import Better, Metric
 from drake_navbench.analysis.statistics import (
     CONFIDENCE,
+    ROUNDING,
     PairedComparison,
     paired_comparison,
     trials_needed,
@@ -19,22 +21,38 @@ from drake_navbench.log import Outcome
 
 # A difference below this share of the larger mean is not worth a word, however certain.
 RELEVANT_RATIO = 0.01
-# Nothing measured in SI units here differs by less for another reason than rounding.
-ROUNDING = 1e-9
 SIGNIFICANT_DIGITS = 3
+EXTREMES = {Better.LOWER: "lowest", Better.HIGHER: "highest"}
+
+
+class Standing(StrEnum):
+    """What the trials say of the first place in a metric."""
+
+    BEST = "best"
+    LEVEL = "level"
+    UNDECIDED = "not decided"
+    NO_CONTEST = "no contest"
 
 
 class Verdict(NamedTuple):
     """What can be said of one metric in one scenario.
 
-    best: the controller whose mean is best and better than every other with 95% confidence in
-    all comparisons together; None where the trials do not show one. text: one sentence.
+    standing: BEST where the leader's mean is better than every other with 95% confidence in all
+    comparisons together; LEVEL where the others in front differ from it by less than
+    RELEVANT_RATIO; NO_CONTEST where nobody reached the goal. leaders: the controller with the best
+    mean and those that are not shown to be worse, by their means. text: one sentence.
     """
 
     scenario: str
     metric: str
-    best: str | None
+    standing: Standing
+    leaders: tuple[str, ...]
     text: str
+
+    @property
+    def best(self) -> str | None:
+        """The controller that is shown to be best; None where the trials do not show one."""
+        return self.leaders[0] if self.standing is Standing.BEST else None
 
 
 def values_by_seed(trials: pd.DataFrame, scenario: str, metric: str) -> pd.DataFrame:
@@ -67,10 +85,13 @@ def comparable_trials(trials: pd.DataFrame, metrics: Iterable[str]) -> pd.DataFr
     return kept
 
 
-def verdict(trials: pd.DataFrame, scenario: str, entry: Metric) -> Verdict | None:
+def verdict(
+    trials: pd.DataFrame, scenario: str, entry: Metric, *, anyone_arrived: bool = True
+) -> Verdict | None:
     """Returns what the trials show about a metric; None where there is nothing to compare.
 
-    The metric needs a good direction and a value for at least two controllers.
+    The metric needs a good direction and a value for at least two controllers. anyone_arrived:
+    whether a trial of the scenario reached its goal; else nobody is best, whatever the values.
     """
     if entry.better is Better.NEITHER:
         return None
@@ -87,42 +108,67 @@ def verdict(trials: pd.DataFrame, scenario: str, entry: Metric) -> Verdict | Non
         other: paired_comparison(values[leader], values[other], confidence=confidence)
         for other in others
     }
-    level = [other for other in others if not _is_shown(comparisons[other], means, leader, other)]
-    note = _note_on_missing(values, list(means.index))
-    if not level:
-        runner_up = others[0]
-        text = (
-            f"{leader} is best: {_number(means[leader], entry.unit)}; "
-            f"next {runner_up}, {_gap(comparisons[runner_up], entry.unit)}"
-        )
-        return Verdict(scenario, entry.name, leader, text + note)
-    text = _undecided(means, level, comparisons, entry.unit)
-    return Verdict(scenario, entry.name, None, text + note)
+    equal = [other for other in others if _is_equal(comparisons[other], means, leader, other)]
+    leaders = [leader]
+    for other in others:
+        if other in equal or not _is_behind(comparisons[other], entry.better):
+            leaders.append(other)
+    if len(leaders) == 1:
+        standing = Standing.BEST
+        place = "best" if anyone_arrived else EXTREMES[entry.better]
+        text = f"{leader} is {place}: {_number(means[leader], entry.unit)}; "
+        text += f"next {others[0]}, {_gap(comparisons[others[0]], entry.unit)}"
+    elif leaders == [leader, *equal]:
+        standing = Standing.LEVEL
+        text = f"level: {', '.join(leaders)} {_how_close(comparisons, equal)}"
+    else:
+        standing = Standing.UNDECIDED
+        text = _undecided(leaders, equal, comparisons, unit=entry.unit, confidence=confidence)
+    if not anyone_arrived:
+        standing = Standing.NO_CONTEST
+    text += _note_on_missing(values, list(means.index), anyone_arrived=anyone_arrived)
+    return Verdict(scenario, entry.name, standing, tuple(leaders), text)
 
 
-def _is_shown(comparison: PairedComparison, means: pd.Series, leader: str, other: str) -> bool:
+def _is_equal(comparison: PairedComparison, means: pd.Series, leader: str, other: str) -> bool:
+    """Whether a difference is too small for a word; never without a pair."""
     scale = max(abs(means[leader]), abs(means[other]))
-    return _is_relevant(comparison, scale) and comparison.interval.excludes(0.0)
+    return abs(comparison.difference) <= max(RELEVANT_RATIO * scale, ROUNDING)
 
 
-def _is_relevant(comparison: PairedComparison, scale: float) -> bool:
-    return abs(comparison.difference) > max(RELEVANT_RATIO * scale, ROUNDING)
+def _is_behind(comparison: PairedComparison, better: Better) -> bool:
+    """Whether the pairs show it: where values are missing, they may contradict the means."""
+    low, high = comparison.interval
+    return low > 0.0 if better is Better.LOWER else high < 0.0
+
+
+def _how_close(comparisons: Mapping[str, PairedComparison], equal: Sequence[str]) -> str:
+    if all(abs(comparisons[name].difference) <= ROUNDING for name in equal):
+        return "are equal"
+    return f"differ by less than {RELEVANT_RATIO:.0%}"
 
 
 def _undecided(
-    means: pd.Series, level: list[str], comparisons: dict[str, PairedComparison], unit: str
+    leaders: Sequence[str],
+    equal: Sequence[str],
+    comparisons: Mapping[str, PairedComparison],
+    *,
+    unit: str,
+    confidence: float,
 ) -> str:
-    leader = means.index[0]
-    together = ", ".join([leader, *level])
-    nearest = comparisons[level[0]]
-    if nearest.pairs == 0:
-        return f"not decided between {together}: no trial in which both have a value"
-    if all(not _is_relevant(comparisons[name], abs(means[name])) for name in level):
-        return f"level: {together} differ by less than {RELEVANT_RATIO:.0%}"
-    text = f"not decided between {together}: {level[0]} {_gap(nearest, unit)}"
-    if nearest.pairs > 1 and nearest.sd > 0.0 and nearest.difference != 0.0:
-        needed = trials_needed(nearest.sd, abs(nearest.difference))
-        text += f"; a difference of this size needs about {needed} trials"
+    text = f"not decided between {', '.join(leaders)}"
+    paired = [name for name in leaders[1:] if name not in equal and comparisons[name].pairs > 0]
+    if paired:
+        nearest = comparisons[paired[0]]
+        text += f": {paired[0]} {_gap(nearest, unit)}"
+        if nearest.pairs > 1:
+            needed = trials_needed(nearest.sd, abs(nearest.difference), confidence=confidence)
+            if needed > nearest.pairs:
+                text += f"; a difference of this size needs about {needed} trials"
+    else:
+        text += ": no trial in which both have a value"
+    if equal:
+        text += f"; {', '.join([leaders[0], *equal])} {_how_close(comparisons, equal)}"
     return text
 
 
@@ -134,14 +180,14 @@ def _gap(comparison: PairedComparison, unit: str) -> str:
     return f"{difference} [{low}, {high}] in {comparison.pairs} trials"
 
 
-def _note_on_missing(values: pd.DataFrame, compared: list[str]) -> str:
+def _note_on_missing(values: pd.DataFrame, compared: Sequence[str], *, anyone_arrived: bool) -> str:
     missing = [name for name in values.columns if name not in compared]
     partly = [name for name in compared if values[name].isna().any()]
     note = ""
     if partly:
-        note += (
-            f"; only trials that succeeded and have a value count ({', '.join(partly)} lack some)"
-        )
+        which = "that succeeded and have" if anyone_arrived else "that have"
+        lack = "lacks" if len(partly) == 1 else "lack"
+        note += f"; only trials {which} a value count ({', '.join(partly)} {lack} some)"
     if missing:
         note += f"; no value for {', '.join(missing)}"
     return note
@@ -149,5 +195,5 @@ def _note_on_missing(values: pd.DataFrame, compared: list[str]) -> str:
 
 def _number(value: float, unit: str, *, signed: bool = False) -> str:
     sign = "+" if signed else ""
-    text = f"{value:{sign}.{SIGNIFICANT_DIGITS}g}"
+    text = f"{value:{sign}.{SIGNIFICANT_DIGITS}g}" if abs(value) > ROUNDING else "0"
     return f"{text} {unit}".rstrip()

@@ -108,7 +108,7 @@ def test_missing_trials_are_noted(folders, tmp_path):
     (other / "trials" / "own_corridor" / "rpp" / "trial_001.parquet").write_bytes(b"PAR1")
     comparison = compared(folders["main"], other)
     assert any(note.startswith("empty / rpp: missing in") for note in comparison.notes)
-    assert any("1 trial(s)" in note for note in comparison.notes)
+    assert any("1 trial has no partner" in note for note in comparison.notes)
     assert "trial_001.parquet" in comparison.left_out[0].path
 
 

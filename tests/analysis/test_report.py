@@ -8,10 +8,11 @@ from html.parser import HTMLParser
 import pandas as pd
 import pytest
 from results_folders import write_folder
+from synthetic_logs import straight_log
 
 from drake_navbench import report as command
 from drake_navbench.analysis.folder_analysis import analyse_folder
-from drake_navbench.analysis.report import build_report, number
+from drake_navbench.analysis.report import build_report, number, relative_change, render
 from drake_navbench.analysis.statistics import Interval
 from drake_navbench.errors import InputError
 from drake_navbench.results import ResultsFolder
@@ -86,6 +87,74 @@ def test_empty_cells_have_a_reason(text):
 def test_published_values_stand_beside_ours(text):
     # RPP in `empty`: 14.512 s published.
     assert '<span class="published">14.512' in text
+
+
+def rendered(path, *, scenario="empty", **speeds_mps):
+    """Returns the report on straight drives by these controllers, four trials each."""
+    folder = ResultsFolder(path)
+    folder.write_manifest({"scenarios": [scenario], "controllers": list(speeds_mps)})
+    outcome = "succeeded" if scenario == "empty" else "aborted"
+    for controller, speed_mps in speeds_mps.items():
+        for trial in range(4):
+            info = {"controller": controller, "trial": trial, "seed": trial}
+            log = straight_log(speed_mps=speed_mps, outcome=outcome, info=info)
+            log.info["scenario"]["name"] = scenario
+            folder.write_log(log)
+    return render(analyse_folder(path, jobs=1))
+
+
+def row_of(text, title):
+    """Returns the cells of the first row with this title, without its unit."""
+    row = re.search(rf'<tr><th scope="row">(?:<span[^>]*>)?{title}<.*?</tr>', text, re.S)
+    return re.findall(r"<td(?: class=\"n\"[^>]*)?>(.*?)</td>", row.group())
+
+
+def test_a_published_value_stands_with_the_preset_that_has_the_published_settings(tmp_path):
+    text = rendered(tmp_path, mppi=0.4, mppi_nav2=0.45)
+    # Published for MPPI in `empty`: 0.459 m/s; 0.45 is 2% less.
+    assert row_of(text, "avg_linear_speed") == [
+        "0.4000",
+        '0.4500<span class="published">0.459 (-2%)</span>',
+    ]
+    assert "The published mppi is compared with mppi_nav2" in text
+
+
+def test_presets_without_published_settings_have_no_published_values(tmp_path):
+    text = rendered(tmp_path, mppi=0.4, rpp_bringup=0.45)
+    assert row_of(text, "avg_linear_speed") == ["0.4000", "0.4500"]
+    assert "The published" not in text
+
+
+def test_the_summary_names_who_is_level(tmp_path):
+    text = rendered(tmp_path, dwb=0.4, rpp=0.5)
+    (cell,) = row_of(text, "cross_track_error_mean_m")
+    assert cell.endswith(">level: rpp, dwb</span>")
+
+
+def test_where_nobody_arrives_the_summary_crowns_nobody(tmp_path):
+    text = rendered(tmp_path, scenario="restricted_small", dwb=0.4, rpp=0.5)
+    (cell,) = row_of(text, "jerk_rms_mps3")
+    assert cell.startswith('<span class="muted" title="nobody reached the goal: ')
+    assert cell.endswith(">–</span>")
+    assert " is best:" not in text
+    assert "In restricted_small nobody reached the goal" in text
+
+
+@pytest.mark.parametrize(
+    ("ratio", "text"),
+    [
+        (0.73, "+73%"),
+        (-0.123, "-12%"),
+        (0.0042, "+0.4%"),
+        (-0.0042, "-0.4%"),
+        (0.0004, "0%"),
+        (-0.0004, "0%"),
+        (0.0, "0%"),
+        (-1.0, "-100%"),
+    ],
+)
+def test_small_changes_have_a_decimal_and_none_has_no_sign(ratio, text):
+    assert relative_change(ratio) == text
 
 
 def test_the_clear_winner_is_named(text):

@@ -100,6 +100,14 @@ def test_what_never_differs_has_p_one_and_no_effect():
     assert (found.p_value, found.effect, found.interval) == (1.0, 0.0, (0.0, 0.0))
 
 
+def test_rounding_repeated_is_no_difference():
+    # Without noise its interval would exclude zero.
+    first, second = pd.Series([0.0] * 4), pd.Series([8e-19] * 4)
+    found = statistics.paired_comparison(first, second)
+    assert (found.difference, found.interval) == (0.0, (0.0, 0.0))
+    assert (found.p_value, found.effect) == (1.0, 0.0)
+
+
 def test_without_a_common_seed_nothing_is_compared():
     found = statistics.paired_comparison(pd.Series([1.0], [1]), pd.Series([2.0], [2]))
     assert (found.pairs, found.left_out) == (0, 2)
@@ -131,6 +139,12 @@ def test_holm_does_not_count_undefined_p_values():
 )
 def test_trials_needed_for_a_difference(sd, difference, trials):
     assert statistics.trials_needed(sd, difference) == trials
+
+
+def test_more_confidence_needs_more_trials():
+    # Guenther (1981): ((z_a + z_b) / effect)^2 + z_a^2 / 2 with z_a = 2.498, z_b = 0.842:
+    # 44.6 + 3.1 = 47.7.
+    assert statistics.trials_needed(1.0, 0.5, confidence=0.9875) == 48
 
 
 def test_trials_needed_refuses_no_difference():

@@ -8,7 +8,8 @@ import numpy as np
 import pandas as pd
 
 from drake_navbench.analysis.metrics import metric
-from drake_navbench.analysis.verdicts import comparable_trials, values_by_seed, verdict
+from drake_navbench.analysis.statistics import trials_needed
+from drake_navbench.analysis.verdicts import Standing, comparable_trials, values_by_seed, verdict
 
 
 @metric(unit="s", better="lower")
@@ -42,23 +43,74 @@ def test_a_lead_within_the_noise_is_not_claimed_and_the_trials_needed_are_told()
 
 def test_a_lead_over_some_names_those_that_are_level():
     found = verdict(
-        trials(rpp=[10.0, 12.0, 11.0], dwb=[10.5, 11.5, 11.2], teb=[20.0, 22.0, 21.0]),
+        trials(rpp=[10.0, 12.0, 11.0], dwb=[10.5, 12.0, 11.4], teb=[20.0, 22.0, 21.0]),
         "empty",
         time_s,
     )
     assert found.best is None
+    assert (found.standing, found.leaders) == (Standing.UNDECIDED, ("rpp", "dwb"))
     assert "teb" not in found.text
 
 
 def test_a_certain_but_tiny_difference_is_no_lead():
     found = verdict(trials(rpp=[10.0] * 4, dwb=[10.01] * 4), "empty", time_s)
     assert found.best is None
+    assert found.standing is Standing.LEVEL
     assert found.text == "level: rpp, dwb differ by less than 1%"
+
+
+def test_only_those_in_front_are_level():
+    rows = trials(dwb=[12.0, 12.1, 12.2], teb=[10.05, 10.15, 10.25], rpp=[10.0, 10.1, 10.2])
+    found = verdict(rows, "empty", time_s)
+    assert (found.standing, found.leaders) == (Standing.LEVEL, ("rpp", "teb"))
 
 
 def test_rounding_is_no_difference():
     found = verdict(trials(rpp=[1e-19] * 4, dwb=[2e-19] * 4), "empty", time_s)
     assert found.best is None
+    assert found.text == "level: rpp, dwb are equal"
+
+
+def test_the_nearest_is_one_that_differs_by_more_than_rounding():
+    rows = trials(rpp=[0.0] * 3, teb=[1e-17] * 3, mppi=[0.0, 0.001, 0.005])
+    found = verdict(rows, "empty", time_s)
+    assert found.leaders == ("rpp", "teb", "mppi")
+    assert found.text.startswith("not decided between rpp, teb, mppi: mppi +0.002 s [")
+    assert found.text.endswith("; rpp, teb are equal")
+
+
+def test_the_trials_needed_are_more_than_there_are():
+    # Differences 0, 1, 2 and 1: mean 1, sd 0.816, t = 2.449. t(0.975, 3) = 3.18.
+    columns = {"rpp": [10.0] * 4, "dwb": [10.0, 11.0, 12.0, 11.0]}
+    alone = verdict(trials(**columns), "empty", time_s)
+    assert alone.text.endswith(f"needs about {trials_needed(math.sqrt(2 / 3), 1.0)} trials")
+    # One of four comparisons with the leader: each is made at 98.75% confidence.
+    others = {name: [20.0, 20.5, 21.0, 20.2] for name in ("teb", "mppi", "mppi_nav2")}
+    found = verdict(trials(**columns, **others), "empty", time_s)
+    assert found.leaders == ("rpp", "dwb")
+    needed = trials_needed(math.sqrt(2 / 3), 1.0, confidence=0.9875)
+    assert needed > 4
+    assert found.text.endswith(f"needs about {needed} trials")
+
+
+def test_who_was_lucky_with_the_seeds_is_not_best():
+    # rpp never arrived with seeds 0 and 1, which take long; with the others dwb is quicker.
+    rows = trials(rpp=[math.nan, math.nan, 11.0, 11.1], dwb=[20.0, 20.0, 10.0, 10.1])
+    found = verdict(rows, "empty", time_s)
+    assert (found.standing, found.leaders) == (Standing.UNDECIDED, ("rpp", "dwb"))
+    assert "dwb -1 s" in found.text
+    assert "needs" not in found.text
+
+
+def test_without_a_common_trial_nothing_is_level():
+    rows = trials(rpp=[1.0, math.nan, 1.0], dwb=[1.001, math.nan, 1.001], teb=[math.nan, 5.0, 5.0])
+    rows.loc[(rows["controller"] == "teb") & (rows["seed"] == 2), "time_s"] = math.nan
+    found = verdict(rows, "empty", time_s)
+    assert found.standing is Standing.UNDECIDED
+    assert found.text.startswith(
+        "not decided between rpp, dwb, teb: no trial in which both have a value; "
+        "rpp, dwb differ by less than 1%"
+    )
 
 
 def test_a_repeated_difference_without_noise_is_certain():
@@ -76,7 +128,7 @@ def test_missing_values_are_mentioned():
         trials(rpp=[1.0, 1.0, math.nan], dwb=[2.0, 2.0, 2.0], teb=[math.nan] * 3), "empty", time_s
     )
     assert found.best == "rpp"
-    assert "rpp lack some" in found.text
+    assert "rpp lacks some" in found.text
     assert "no value for teb" in found.text
 
 
@@ -96,10 +148,12 @@ def test_giving_up_early_is_not_being_quick():
     rows["outcome"] = ["succeeded"] * 3 + ["aborted", "aborted", "succeeded"]
     found = verdict(comparable_trials(rows, ["time_s"]), "empty", time_s)
     assert found.best != "dwb"
-    assert "dwb lack some" in found.text
+    assert "dwb lacks some" in found.text
 
 
-def test_where_nobody_succeeds_all_trials_are_compared():
+def test_where_nobody_succeeds_all_trials_are_compared_but_nobody_is_best():
     rows = trials(rpp=[1.0, 1.0], dwb=[2.0, 2.0])
     rows["outcome"] = "aborted"
-    assert verdict(comparable_trials(rows, ["time_s"]), "empty", time_s).best == "rpp"
+    found = verdict(comparable_trials(rows, ["time_s"]), "empty", time_s, anyone_arrived=False)
+    assert (found.standing, found.best) == (Standing.NO_CONTEST, None)
+    assert found.text.startswith("rpp is lowest: 1 s; next dwb, +1 s")
