@@ -98,8 +98,9 @@ def _registry() -> Registry:
     return Registry()
 
 
-def _loaded_controllers() -> dict[str, type[Controller]]:
-    """Returns the controllers that can be loaded, by name; warns of the others."""
+@cache
+def _loaded_controllers() -> Mapping[str, type[Controller]]:
+    """Returns the controllers that can be loaded, by name; warns of the others, once."""
     registry = _registry()
     loaded = {}
     for name in registry.names:
@@ -107,7 +108,7 @@ def _loaded_controllers() -> dict[str, type[Controller]]:
             loaded[name] = registry.load(name)
         except InputError as error:
             # A plugin that is broken must not keep the others from running.
-            warnings.warn(str(error), stacklevel=3)
+            warnings.warn(str(error), stacklevel=1)
     return loaded
 
 

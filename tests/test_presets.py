@@ -159,6 +159,11 @@ class Plugin:
 """
 
 
+def forget_installed() -> None:
+    presets._registry.cache_clear()
+    presets._loaded_controllers.cache_clear()
+
+
 @pytest.fixture
 def install(tmp_path, monkeypatch) -> Iterator[Callable[..., Path]]:
     """A function that installs a controller as a package of its own, for the length of a test."""
@@ -176,11 +181,11 @@ def install(tmp_path, monkeypatch) -> Iterator[Callable[..., Path]]:
         (metadata / "entry_points.txt").write_text(
             f"[drake_navbench.controllers]\n{name} = {value}\n"
         )
-        presets._registry.cache_clear()
+        forget_installed()
         return folder
 
     yield install_plugin
-    presets._registry.cache_clear()
+    forget_installed()
     for name in set(sys.modules) - before:
         if name.partition(".")[0].endswith("_package"):
             del sys.modules[name]
@@ -206,11 +211,11 @@ def test_a_broken_plugin_is_named_and_leaves_the_others_alone(case, install, tmp
     module, reason = BROKEN_PLUGINS[case]
     install("broken", module)
     path = nav2_file(tmp_path, NAV2_RPP)
-    for load in (lambda: load_preset("rpp"), lambda: load_parameter_file(path)[0]):
-        with pytest.warns(UserWarning, match="controller 'broken': ") as warned:
-            preset = load()
-        assert preset.controller == "rpp"
-        assert reason in str(warned[0].message)
+    with pytest.warns(UserWarning, match="controller 'broken': ") as warned:
+        assert load_preset("rpp").controller == "rpp"
+    (warning,) = warned
+    assert reason in str(warning.message)
+    assert load_parameter_file(path)[0].controller == "rpp"
     with pytest.raises(InputError, match="controller 'broken': ") as caught:
         Registry().load("broken")
     assert reason in str(caught.value)
