@@ -23,18 +23,32 @@ class FrozenModel(BaseModel):
 
 
 class _UniqueKeyLoader(yaml.SafeLoader):
-    """A safe loader that refuses a key given twice, where YAML would let the last one win."""
+    """A safe loader that refuses a key given twice, where YAML would let the last one win.
+
+    Every fault in the text is a YAMLError that knows its line.
+    """
+
+    def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
+        try:
+            return super().construct_object(node, deep)
+        except ValueError as error:
+            # It looks like a date or a number, but is none.
+            raise _fault(f"{node.value!r}: {error}", node) from error
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict:
         seen = []
         for key_node, _ in node.value:
             key = self.construct_object(key_node, deep=True)
+            if not isinstance(key, str | int | float | None):
+                raise _fault(f"key {key}: expected text, got {type(key).__name__}", key_node)
             if key in seen:
-                raise yaml.constructor.ConstructorError(
-                    None, None, f"key {key!r} is given twice", key_node.start_mark
-                )
+                raise _fault(f"key {key!r} is given twice", key_node)
             seen.append(key)
         return super().construct_mapping(node, deep)
+
+
+def _fault(text: str, node: yaml.Node) -> yaml.YAMLError:
+    return yaml.constructor.ConstructorError(None, None, text, node.start_mark)
 
 
 def read_yaml(path: Path) -> dict[str, Any]:
@@ -56,6 +70,8 @@ def parse_yaml(text: str, source: str) -> dict[str, Any]:
         line = f", line {mark.line + 1}" if mark else ""
         problem = getattr(error, "problem", None) or "not YAML"
         raise InputError(f"{source}{line}: {problem}") from error
+    except RecursionError as error:
+        raise InputError(f"{source}: nested too deeply") from error
     if not isinstance(data, dict):
         raise InputError(
             f"{source}: expected a mapping of fields to values, got {type(data).__name__}"
@@ -69,7 +85,11 @@ def validate(model: type[Model], data: Mapping[str, Any], source: str) -> Model:
     Types are taken strictly: text is no number, and neither is true.
     """
     try:
-        return model.model_validate_json(json.dumps(data, default=str), strict=True)
+        text = json.dumps(data, default=str)
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{source}: {error}; expected plain values") from error
+    try:
+        return model.model_validate_json(text, strict=True)
     except ValidationError as error:
         lines = [_describe(fault, model, source) for fault in error.errors()]
         raise InputError("\n".join(dict.fromkeys(lines))) from error

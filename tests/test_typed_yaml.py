@@ -93,6 +93,33 @@ def test_broken_yaml_names_the_line():
         parse_yaml("a: [1, 2", "task.yaml")
 
 
+NO_VALUES = {
+    "a day that does not exist": (
+        "description: 2024-02-30",
+        "task.yaml, line 1: '2024-02-30': day is out of range for month",
+    ),
+    "a number without digits": ("a: 1\nb: 0x_", "task.yaml, line 2: '0x_': "),
+    "a date as key": ("a: 1\n2024-02-28: 3", "task.yaml, line 2: key 2024-02-28: expected text"),
+    "a list as key": ("? [1, 2]\n: 3", "task.yaml, line 1: key [1, 2]: expected text"),
+    "lists without end": ("a: " + 5000 * "[", "task.yaml: nested too deeply"),
+}
+
+
+@pytest.mark.parametrize("case", NO_VALUES)
+def test_what_is_no_value_is_refused_in_one_line(case):
+    text, start = NO_VALUES[case]
+    with pytest.raises(InputError) as caught:
+        parse_yaml(text, "task.yaml")
+    (line,) = str(caught.value).splitlines()
+    assert line.startswith(start)
+
+
+@pytest.mark.parametrize("text", ["goal: &a [*a]", "world: &a {map: *a}"])
+def test_a_value_that_contains_itself_is_refused_in_one_line(text):
+    (line,) = lines_of(parse_yaml(text, "task.yaml"))
+    assert line == "task.yaml: Circular reference detected; expected plain values"
+
+
 def test_a_list_at_the_top_is_refused():
     with pytest.raises(InputError, match="expected a mapping of fields to values, got list"):
         parse_yaml("- 1", "task.yaml")
