@@ -22,7 +22,6 @@ from drake_navbench.errors import InputError
 from drake_navbench.log import Outcome, TrialLog
 from drake_navbench.presets import Preset, default_presets, load_preset
 from drake_navbench.results import ResultsFolder
-from drake_navbench.robot import load_robot
 from drake_navbench.scenario import PUBLISHED_SCENARIOS, check_task, load_scenario
 from drake_navbench.trial import DEFAULT_ROBOT, TrialSpec, failed_log, make_controller, simulate
 from drake_navbench.warm_up import start_worker_server
@@ -96,7 +95,7 @@ def plan_campaign(
     _require_different_names("controller", [(preset.name, preset.source) for preset in columns])
     specs = []
     for scenario in loaded:
-        loaded_robot = load_robot(robot, scenario.robot_overrides)
+        loaded_robot = scenario.load_robot(robot)
         check_task(scenario, loaded_robot)
         for preset in columns:
             # Some parameters are wrong only for this robot or its control period.

@@ -198,19 +198,31 @@ class Robot(FrozenModel):
         return footprint_radii(self.padded_outline)
 
 
-def load_robot(name_or_path: str, overrides: Mapping[str, Any] | None = None) -> Robot:
+def load_robot(
+    name_or_path: str,
+    overrides: Mapping[str, Any] | None = None,
+    *,
+    overrides_source: str = "overrides",
+) -> Robot:
     """Returns a built-in robot by name, or one from a file; `overrides` replace single fields.
 
-    Raises InputError where the name is unknown or the file is wrong.
+    Raises InputError where the name is unknown, or the file or an override is wrong;
+    `overrides_source` names the overrides in it.
     """
     path = ROBOT_FILES.find(name_or_path)
-    data = merged(read_yaml(path), overrides or {})
+    data = read_yaml(path)
+    robot = _robot_of(data, str(path), path.parent)
+    if not overrides:
+        return robot
+    return _robot_of(merged(data, overrides), overrides_source, path.parent)
+
+
+def _robot_of(data: Mapping[str, Any], source: str, directory: Path) -> Robot:
     if "directory" in data:
-        raise InputError(f"{path}: directory: unknown field; it follows from where the file is")
-    robot = validate(Robot, data, str(path))
-    robot = robot.model_copy(update={"directory": str(path.parent)})
+        raise InputError(f"{source}: directory: unknown field; it follows from where the file is")
+    robot = validate(Robot, data, source).model_copy(update={"directory": str(directory)})
     if robot.model_path is not None and not robot.model_path.is_file():
-        raise InputError(f"{path}: model: no such file: {robot.model_path}")
+        raise InputError(f"{source}: model: no such file: {robot.model_path}")
     return robot
 
 

@@ -26,7 +26,7 @@ from drake_navbench.navigation.smoother_parameters import (
     SimpleSmootherParameters,
 )
 from drake_navbench.noise import NoiseKey, NoiseStream
-from drake_navbench.robot import Robot
+from drake_navbench.robot import Robot, load_robot
 from drake_navbench.typed_yaml import FrozenModel, read_yaml, validate
 from drake_navbench.world import Obstacle, Point, World, place_footprint
 
@@ -237,6 +237,11 @@ class Scenario(FrozenModel):
     def known_world(self) -> World:
         """The shapes that the planner's map shows, besides the map itself."""
         return World(tuple(o for o in self.world.obstacles if o.known_to_planner))
+
+    def load_robot(self, name_or_path: str) -> Robot:
+        """Returns a robot by name or from a file, changed by the overrides; raises InputError."""
+        source = f"scenario {self.name}: robot_overrides"
+        return load_robot(name_or_path, self.robot_overrides, overrides_source=source)
 
     def start_pose(self, seed: int) -> np.ndarray:
         """Returns (3,) the start pose of the trial with this seed, the same for all controllers."""

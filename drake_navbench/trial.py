@@ -30,7 +30,7 @@ from drake_navbench.navigation.navigation_wiring import FollowPlan, NavigateToPo
 from drake_navbench.navigation.planning import global_layers, known_map, make_plan
 from drake_navbench.navigation.task import TaskState, TaskStatus
 from drake_navbench.presets import Preset, load_preset
-from drake_navbench.robot import Robot, load_robot
+from drake_navbench.robot import Robot
 from drake_navbench.scenario import Scenario, check_task, load_scenario
 from drake_navbench.systems.recorder import Recording
 from drake_navbench.systems.tree_navigator import TreeNavigator
@@ -78,13 +78,14 @@ def run_trial(
     """Runs one trial and returns its log.
 
     scenario, controller, robot: names of built-in ones, paths of files (not for `controller`, which
-    may be a variant such as 'rpp:lookahead_dist=0.9'), or loaded objects. Raises InputError where
-    one of them is wrong; a controller that breaks is an outcome, not an exception.
+    may be a variant such as 'rpp:lookahead_dist=0.9'), or loaded objects. A loaded robot is taken
+    as it is: the scenario's robot_overrides do not change it. Raises InputError where one of them
+    is wrong; a controller that breaks is an outcome, not an exception.
     """
     scenario = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
     preset = controller if isinstance(controller, Preset) else load_preset(controller)
     if isinstance(robot, str):
-        robot = load_robot(robot, scenario.robot_overrides)
+        robot = scenario.load_robot(robot)
     check_task(scenario, robot)
     return simulate(
         TrialSpec(scenario, robot, preset, seed=seed, wants_diagnostics=wants_diagnostics)

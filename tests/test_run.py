@@ -127,6 +127,18 @@ WRONG_SCENARIOS = {
         SCENARIO + "start: [1.5, 0.0, 0.0]\n",
         "scenario mine: start: the robot's footprint at [1.5, 0.0, 0.0] overlaps an obstacle",
     ),
+    "override of no field of the robot": (
+        SCENARIO + "robot_overrides: {drive: {max_speed: 1.0}}\n",
+        "scenario mine: robot_overrides: drive.max_speed: unknown field",
+    ),
+    "override that contradicts the robot": (
+        SCENARIO + "robot_overrides: {robot_radius: 0.3}\n",
+        "scenario mine: robot_overrides: expected either footprint or robot_radius, and not both",
+    ),
+    "override of where the robot is": (
+        SCENARIO + "robot_overrides: {directory: here}\n",
+        "scenario mine: robot_overrides: directory: unknown field",
+    ),
     "goal in occupied space": (
         SCENARIO.replace("4.0, 0.0", "2.2, 0.0"),
         "scenario mine: goal: [2.2, 0.0] lies inside an obstacle; expected free space",
