@@ -90,8 +90,9 @@ def number(value: float | None) -> str:
     if abs(value) < ROUNDING:
         return "0"
     if PLAIN_FROM <= abs(value) < PLAIN_BELOW:
-        digits = DIGITS - 1 - math.floor(math.log10(abs(value)))
-        return f"{value:.{max(digits, 0)}f}"
+        # The exponent of what is shown: 99.9999 is shown as 100.0.
+        exponent = int(f"{value:.{DIGITS - 1}e}".partition("e")[2])
+        return f"{value:.{max(DIGITS - 1 - exponent, 0)}f}"
     return f"{value:.{DIGITS - 1}e}"
 
 
