@@ -273,6 +273,7 @@ def check_task(scenario: Scenario, robot: Robot) -> None:
     """Raises InputError where the robot cannot stand at the start, or cannot get to the goal.
 
     On a map the start must not overlap an occupied cell, and the goal must be on the map and known.
+    The start is looked at without its variation: a trial that begins in contact ends as collided.
     """
     body = shapely.Polygon(place_footprint(robot.outline, scenario.start))
     if scenario.true_world.intersects(body):
