@@ -140,10 +140,10 @@ def run_from_command_line(arguments: argparse.Namespace) -> bool:
         return show_live(campaign, console)
     for preset in _presets(campaign):
         if preset.ignored:
-            console.print(
-                f"{preset.source}: {preset.name}: has no use here and is ignored: "
-                f"{', '.join(preset.ignored)}"
-            )
+            named = preset.name in preset.source
+            where = preset.source if named else f"{preset.source}: {preset.name}"
+            ignored = ", ".join(preset.ignored)
+            console.print(f"{where}: has no use here and is ignored: {ignored}", markup=False)
     if not resumed:
         _begin(folder, campaign, request)
     jobs = arguments.jobs or available_jobs()
@@ -198,24 +198,25 @@ def _run(
         console.print("Writing the replays ...")
         failures = write_replays(folder, campaign, each=request.replay == "each", jobs=jobs)
         for scenario, reason in failures.items():
-            _print_line(console, f"no replay: {scenario}: {reason}")
+            _print_error(f"no replay: {scenario}: {reason}")
     console.print("Writing the report ...")
     build_report(folder.path, jobs=jobs)
     driven_s = float(trials["simulated_time_s"].sum())
+    count = f"{len(trials)} trial{'s' if len(trials) > 1 else ''}"
     console.print(
-        f"{len(trials)} trials, {driven_s:.0f} s of driving, in {wall_s:.0f} s. "
+        f"{count}, {driven_s:.0f} s of driving, in {wall_s:.0f} s. "
         f"Open {folder.path / 'report.html'}"
     )
     errors = trials[trials["outcome"] == Outcome.ERROR]
     for row in errors.itertuples():
         where = f"{row.scenario}, {row.controller}, trial {row.trial}"
-        _print_line(console, f"error: {where}: {row.reason}")
+        _print_error(f"error: {where}: {row.reason}")
     return not errors.empty
 
 
-def _print_line(console: Console, text: str) -> None:
-    """Prints a line that may hold anything, as it is."""
-    console.print(text, markup=False, soft_wrap=True)
+def _print_error(text: str) -> None:
+    """Prints a line that may hold anything, as it is, however quiet the run is."""
+    terminal(stderr=True).print(text, markup=False, soft_wrap=True)
 
 
 def _add_wall_clock(folder: ResultsFolder, wall_s: float) -> None:

@@ -155,7 +155,12 @@ class CollisionAhead(NoValidControl):
 
 
 class ControllerParameters(BaseModel):
-    """Base of every parameter model: unknown names refused, values checked, frozen."""
+    """Base of every parameter model: unknown names refused, values checked, frozen.
+
+    WITHOUT_EFFECT: names that the model accepts and drops; whoever gives one is told.
+    """
+
+    WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset()
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import inspect
 import warnings
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -44,7 +44,8 @@ class Preset:
 
     source: where the parameters came from, for errors.
     values: the parameters as given, before defaults.
-    ignored: parameters of a Nav2 file that its controller does not have; Nav2 ignores them too.
+    ignored: parameters that the controller accepts without effect, and those of a Nav2 file that it
+    does not have; Nav2 ignores the latter, too.
     path_handler: fields that replace those of the robot's path handler.
     """
 
@@ -82,13 +83,19 @@ class Preset:
         return self
 
 
-def _preset_of(content: PresetFile, name: str, source: str) -> Preset:
+def _preset_of(
+    content: PresetFile, name: str, source: str, values: Mapping[str, Any] | None = None
+) -> Preset:
+    """Returns the preset of a file's content; values: in place of its parameters."""
+    values = content.parameters if values is None else values
+    without_effect = _registry().load(content.controller).Parameters.WITHOUT_EFFECT
     return Preset(
         name,
         content.controller,
         content.description,
-        content.parameters,
+        values,
         source,
+        ignored=tuple(key for key in values if key in without_effect),
         path_handler=content.path_handler,
     )
 
@@ -143,7 +150,7 @@ def load_preset(text: str) -> Preset:
         source = f"controller {text}"
         for assignment in assignments:
             values = merged(values, _parse_assignment(assignment, text))
-    return replace(_preset_of(content, text, source), values=values).checked()
+    return _preset_of(content, text, source, values).checked()
 
 
 def _parse_assignment(assignment: str, text: str) -> dict[str, Any]:
@@ -226,11 +233,6 @@ def default_presets() -> list[str]:
     """Returns the names of the default columns among the installed presets."""
     files = preset_files()
     return [name for name in DEFAULT_PRESETS if name in files]
-
-
-def describe(names: Iterable[str]) -> dict[str, str]:
-    """Returns the description of each named preset."""
-    return {name: load_preset(name).description for name in names}
 
 
 def as_yaml(preset: Preset) -> str:

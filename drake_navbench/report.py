@@ -51,7 +51,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return EXIT_WRONG_INPUT
     for entry in result.left_out:
         print(f"left out: {entry.path}: {entry.reason}", file=sys.stderr)
-    print(f"{result.path}: {result.trial_count} trials")
+    print(f"{result.path}: {result.trial_count} trial{'s' if result.trial_count > 1 else ''}")
     return EXIT_DONE
 
 

@@ -8,9 +8,9 @@ from rich.console import Console
 PIPE_WIDTH = 160
 
 
-def terminal(*, quiet: bool = False) -> Console:
-    """Returns the console that everything is printed to."""
-    console = Console(quiet=quiet, highlight=False)
+def terminal(*, quiet: bool = False, stderr: bool = False) -> Console:
+    """Returns the console that everything is printed to; stderr: the one for errors."""
+    console = Console(quiet=quiet, stderr=stderr, highlight=False)
     if not console.is_terminal:
         console.width = PIPE_WIDTH
     return console

@@ -264,3 +264,8 @@ def test_a_nav2_parameter_file_of_another_shape_is_one_line(block, message, tmp_
     with pytest.raises(InputError) as caught:
         load_parameter_file(path)
     assert f"{path}: controller_server.ros__parameters.{message}" in str(caught.value)
+
+
+def test_a_parameter_without_effect_is_named_and_one_with_effect_is_not():
+    preset = load_preset("teb:weight_obstacle=500:max_vel_x=0.4")
+    assert preset.ignored == ("weight_obstacle",)

@@ -94,7 +94,8 @@ def _draw_path(axes: Axes, logs: Sequence[TrialLog], shown: TrialLog, line: Line
     low, high = bounds(logs)
     axes.set_xlim(low[0], high[0])
     axes.set_ylim(low[1], high[1])
-    axes.set_title(f"Plan (dashed) and paths of {len(logs)} trials")
+    count = f"{len(logs)} trial{'s' if len(logs) > 1 else ''}"
+    axes.set_title(f"Plan (dashed) and paths of {count}")
 
 
 def _draw_velocity(axes: Axes, log: TrialLog, line: Line) -> None:
