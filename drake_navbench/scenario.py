@@ -306,9 +306,3 @@ def _why_no_goal(scenario: Scenario, robot: Robot, position: np.ndarray) -> str:
         if any(mask.value_at(position) == MASK_FULL for mask in keepouts):
             return "in a keepout"
     return ""
-
-
-def builtin_scenarios() -> list[Path]:
-    """Returns the built-in scenario files: the published ones first, then the others by name."""
-    others = [name for name in SCENARIO_FILES.names if name not in PUBLISHED_SCENARIOS]
-    return [SCENARIO_FILES.find(name) for name in (*PUBLISHED_SCENARIOS, *others)]

@@ -149,29 +149,3 @@ def path_from_polyline(points: ArrayLike, spacing_m: float) -> Array:
     path[:, 2] = yaws[segment]
     path[-1, :2] = corners[-1]
     return path
-
-
-def resample(path: ArrayLike, spacing_m: float) -> Array:
-    """Samples a path at equal arc length, headings turned evenly (the short way) between poses.
-
-    path: (M, 3), M >= 1. Returns (N, 3), both end poses included; a path without length is returned
-    as its last pose alone. Poses that repeat a position (a turn in place) count with their last
-    heading. Raises InputError on a wrong spacing.
-    """
-    poses = np.asarray(path, dtype=np.float64)
-    length_m = path_length(poses)
-    if length_m == 0.0:
-        return poses[-1:].copy()
-    at_pose = _stations_of_points(poses)
-    stations = _sample_stations(length_m, spacing_m)
-    before = np.minimum(np.searchsorted(at_pose, stations, side="right") - 1, len(poses) - 2)
-    gap = np.diff(at_pose)[before]
-    ratio = np.divide(stations - at_pose[before], gap, out=np.ones_like(gap), where=gap > 0.0)
-    sampled = np.empty((len(stations), 3))
-    sampled[:, :2] = poses[before, :2] + ratio[:, None] * (
-        poses[before + 1, :2] - poses[before, :2]
-    )
-    turns = _wrapped(poses[before + 1, 2] - poses[before, 2])
-    sampled[:, 2] = _wrapped(poses[before, 2] + ratio * turns)
-    sampled[-1] = poses[-1]
-    return sampled

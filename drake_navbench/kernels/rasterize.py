@@ -79,23 +79,6 @@ def _mark_edge(costs, row, origin_x, resolution, x0, y0, x1, y1):
         costs[row, column] = LETHAL
 
 
-@njit(cache=True)
-def mark_circle(costs, origin_x, origin_y, resolution, x, y, radius):
-    """Marks, in place, the cells of `costs` whose centres lie in a circle, m, as LETHAL.
-
-    Centres on the rim count as inside. Parts off the grid are ignored.
-    """
-    rows, columns = costs.shape
-    limit = radius + EDGE_TOLERANCE
-    for row in range(rows):
-        above = origin_y + (row + 0.5) * resolution - y
-        if abs(above) > limit:
-            continue
-        for column in range(columns):
-            if math.hypot(origin_x + (column + 0.5) * resolution - x, above) <= limit:
-                costs[row, column] = LETHAL
-
-
 def mask_costs(mask: NDArray[np.int8]) -> NDArray[np.uint8]:
     """Returns (rows, columns) uint8 costs of a keepout mask (rows, columns) int8, -1 to 100.
 

@@ -12,7 +12,6 @@ from drake_navbench.kernels.path_geometry import (
     path_from_elements,
     path_from_polyline,
     path_length,
-    resample,
 )
 
 ORIGIN = (0.0, 0.0, 0.0)
@@ -182,21 +181,3 @@ def test_a_polyline_without_two_points_is_refused(points):
 def test_the_length_of_a_path_is_the_sum_of_its_chords():
     assert path_length([[0.0, 0.0], [3.0, 4.0], [3.0, 6.0]]) == 7.0
     assert path_length([[1.0, 1.0, 0.0]]) == 0.0
-
-
-def test_resampling_turns_headings_the_short_way():
-    path = np.array([[0.0, 0.0, 3.0], [1.0, 0.0, -3.0]])
-    sampled = resample(path, 0.5)
-    # From 3 to -3 rad the short way is 2 pi - 6 = 0.283 rad; half of it is pi.
-    assert abs(sampled[1, 2]) == pytest.approx(math.pi)
-    np.testing.assert_array_equal(sampled[[0, -1]], path)
-
-
-def test_resampling_at_the_spacing_of_a_straight_changes_nothing():
-    path = path_from_elements((0.3, -0.2, 0.7), [{"s": 2.0}], 0.1)
-    np.testing.assert_allclose(resample(path, 0.1), path, atol=1e-12)
-
-
-def test_resampling_a_path_without_length_keeps_its_last_pose():
-    path = np.array([[1.0, 1.0, 0.0], [1.0, 1.0, 1.0]])
-    np.testing.assert_array_equal(resample(path, 0.1), [[1.0, 1.0, 1.0]])

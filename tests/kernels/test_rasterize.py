@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_navbench.kernels.grid import LETHAL, NO_INFORMATION
-from drake_navbench.kernels.rasterize import apply_keepout, mark_circle, mark_polygon, mask_costs
+from drake_navbench.kernels.rasterize import apply_keepout, mark_polygon, mask_costs
 
 L = LETHAL
 TRIANGLE = np.array([[0.5, 0.5], [4.5, 0.5], [4.5, 4.5]])
@@ -90,18 +90,6 @@ def test_marking_leaves_other_cells_alone():
     mark_polygon(costs, 0.0, 0.0, 1.0, TRIANGLE)
     assert set(np.unique(costs)) == {7, LETHAL}
     assert costs[5, 5] == 7
-
-
-def test_circle_covers_centres_up_to_its_rim():
-    costs = np.zeros((7, 7), dtype=np.uint8)
-    mark_circle(costs, 0.0, 0.0, 1.0, 3.5, 3.5, 2.0)
-    # 2^2 = 4 >= dx^2 + dy^2, so (2, 0), (1, 1), (0, 2) are in and (2, 1) is out.
-    expected = np.zeros((7, 7), dtype=np.uint8)
-    for dx, dy in np.ndindex(5, 5):
-        if (dx - 2) ** 2 + (dy - 2) ** 2 <= 4:
-            expected[1 + dy, 1 + dx] = L
-    np.testing.assert_array_equal(costs, expected)
-    assert np.count_nonzero(costs) == 13
 
 
 @pytest.mark.parametrize(
