@@ -17,7 +17,8 @@ from drake_navbench.controller import Controller
 from drake_navbench.costmaps.filter_masks import FilterMask
 from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.navigation.checker_settings import make_goal_checker, make_progress_checker
-from drake_navbench.navigation.navigation_wiring import (
+from drake_navbench.navigation.path_handler import PathHandler
+from drake_navbench.navigation_wiring import (
     FollowPlan,
     NavigateToPoses,
     Signals,
@@ -25,7 +26,6 @@ from drake_navbench.navigation.navigation_wiring import (
     add_navigation,
     connect_inputs,
 )
-from drake_navbench.navigation.path_handler import PathHandler
 from drake_navbench.robot import NavigationSettings, Robot
 from drake_navbench.systems.binary_filter import BinaryFilter
 from drake_navbench.systems.clearance import Clearance

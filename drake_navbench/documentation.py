@@ -15,7 +15,7 @@ import numpy as np
 
 from drake_navbench.diagram import build_trial_diagram
 from drake_navbench.log import COLUMNS, SCHEMA_VERSION
-from drake_navbench.navigation.navigation_wiring import FollowPlan
+from drake_navbench.navigation_wiring import FollowPlan
 from drake_navbench.presets import PresetFile, default_presets, load_preset
 from drake_navbench.robot import Robot, load_robot
 from drake_navbench.scenario import Scenario, load_scenario

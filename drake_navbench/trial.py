@@ -26,9 +26,9 @@ from drake_navbench.diagram import TrialDiagram, build_trial_diagram
 from drake_navbench.errors import InputError, one_line
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.log import COLUMNS, Outcome, TrialLog
-from drake_navbench.navigation.navigation_wiring import FollowPlan, NavigateToPoses
 from drake_navbench.navigation.planning import global_layers, known_map, make_plan
 from drake_navbench.navigation.task import TaskState, TaskStatus
+from drake_navbench.navigation_wiring import FollowPlan, NavigateToPoses
 from drake_navbench.presets import Preset, load_preset
 from drake_navbench.robot import Robot
 from drake_navbench.scenario import Scenario, check_task, load_scenario
