@@ -21,7 +21,7 @@ from drake_navbench.analysis.figures.style import Look, figure_style, write_figu
 from drake_navbench.analysis.metrics.definition import Metric
 from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.analysis.scenario_analysis import HEADLINE_METRICS
-from drake_navbench.analysis.verdicts import comparable_trials
+from drake_navbench.analysis.verdicts import comparable_trials, is_failed
 from drake_navbench.log import TrialLog
 from drake_navbench.results import file_name
 
@@ -77,11 +77,13 @@ def _figures(
     look = Look(list(dict.fromkeys([*logs, *trials["controller"]])))
     metrics = headline_metrics()
     comparable = comparable_trials(trials, HEADLINE_METRICS)
+    # Where nobody arrived there is no best.
+    ranked = None if is_failed(trials).all() else rank_figure(comparable, scenario, metrics, look)
     compared = {
         "paths": ("Driven paths", paths_figure(drawable, look)),
         "clearance": ("Clearance along the path", clearance_figure(drawable, look)),
         "metrics": ("Metrics, every trial", box_figure(trials, scenario, metrics, look)),
-        "ranks": ("Ranks", rank_figure(comparable, scenario, metrics, look)),
+        "ranks": ("Ranks", ranked),
         "pareto": ("Time, clearance, jerk", pareto_figure(trials, scenario, look)),
         "compute": ("Compute time", compute_figure(drawable, look)),
     }

@@ -153,3 +153,12 @@ def test_a_trial_without_samples_leaves_the_others_drawn(logs, trials, tmp_path)
 def test_headline_metrics_all_have_a_direction_or_none_on_purpose():
     undirected = {entry.name for entry in headline_metrics() if entry.better == "neither"}
     assert undirected == {"driven_length_m"}
+
+
+def test_there_are_ranks_only_where_somebody_arrived(logs, trials, tmp_path):
+    def kinds(table):
+        written = write_scenario_figures(tmp_path, "own_corridor", logs, table)
+        return {entry.kind for entry in written}
+
+    assert "ranks" in kinds(trials)
+    assert "ranks" not in kinds(trials.assign(outcome="aborted"))
