@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from drake_navbench.analysis.findings import PUBLISHED_SETTINGS
 from drake_navbench.analysis.folder_analysis import FIGURES_FOLDER, FolderAnalysis, analyse_folder
-from drake_navbench.analysis.html import page_environment
+from drake_navbench.analysis.html import page_environment, relative_change
 from drake_navbench.analysis.metrics.definition import Better
 from drake_navbench.analysis.metrics.registry import all_metrics, installed_metrics
 from drake_navbench.analysis.reproduction import (
@@ -31,7 +31,6 @@ DIGITS = 4
 PLAIN_FROM, PLAIN_BELOW = 1e-3, 1e6
 ROUNDING = 1e-12
 EMPTY = "–"
-PERCENT = 100.0
 
 
 class ReportResult(NamedTuple):
@@ -101,13 +100,6 @@ def interval(bounds: Interval) -> str:
     if not math.isfinite(bounds.low):
         return EMPTY
     return f"[{number(bounds.low)}, {number(bounds.high)}]"
-
-
-def relative_change(ratio: float) -> str:
-    """Returns a signed share in percent, with one decimal below 1% and no sign where it is 0."""
-    percent = PERCENT * ratio
-    text = f"{percent:+.0f}" if abs(percent) >= 1.0 else f"{percent:+.1f}"
-    return f"{text}%" if float(text) != 0.0 else "0%"
 
 
 def _page(analysis: FolderAnalysis, difference: float) -> dict[str, Any]:

@@ -28,7 +28,7 @@ from drake_navbench.analysis.findings import (
     judge,
     trial_values,
 )
-from drake_navbench.analysis.html import page_environment
+from drake_navbench.analysis.html import page_environment, relative_change
 from drake_navbench.analysis.statistics import BOOTSTRAP_RESAMPLES
 from drake_navbench.analysis.tables import (
     PUBLISHED_CONTROLLERS,
@@ -253,7 +253,9 @@ def render(
 ) -> str:
     """Returns the page's HTML."""
     environment = page_environment()
-    environment.filters.update(number=_number, span=_span, duration=_duration, change=_change)
+    environment.filters.update(
+        number=_number, span=_span, duration=_duration, change=relative_change
+    )
     main = judged[PUBLISHED_SETTINGS.name]
     page = {
         "folder": folder.resolve().name,
@@ -352,12 +354,6 @@ def _number(value: float) -> str:
 def _span(ours: Estimate) -> str:
     low, high = ours.interval
     return f"[{low:.3f}, {high:.3f}]" if math.isfinite(low) else ""
-
-
-def _change(relative_difference: float) -> str:
-    """Returns a relative difference in percent with its sign, without one where it rounds to 0."""
-    percent = f"{100.0 * relative_difference:+.1f}"
-    return "0%" if percent in ("+0.0", "-0.0") else f"{percent}%"
 
 
 def _duration(seconds: float) -> str:

@@ -27,7 +27,8 @@ DEFAULT_ARTIFACTS = Path(__file__).parents[2] / "test-artifacts"
 # The descriptors by which Chromium listens and answers.
 LISTENS_AT, ANSWERS_AT, FIRST_FREE = 3, 4, 10
 WINDOW = (1280, 900)
-FLAGS = (
+# No window, no processor for graphics, no talk with the network.
+HEADLESS_FLAGS = (
     "--headless",
     "--no-sandbox",
     "--disable-gpu",
@@ -38,6 +39,9 @@ FLAGS = (
     "--disable-component-update",
     "--disable-sync",
     "--no-first-run",
+)
+FLAGS = (
+    *HEADLESS_FLAGS,
     # What a page might ask of a server would fail at once, and be seen.
     "--host-resolver-rules=MAP * ~NOTFOUND",
     "--remote-debugging-pipe",

@@ -5,17 +5,16 @@ from __future__ import annotations
 import html
 import json
 import re
-import shutil
 import subprocess
 from pathlib import Path
 
 import pytest
+from browser import CHROMIUM, HEADLESS_FLAGS, NO_CHROMIUM
 from replay_logs import replay_log, with_diagnostics
 
 from drake_navbench.analysis.replay import write_race_replay, write_trial_replay
 from drake_navbench.robot import load_robot
 
-BROWSER = shutil.which("chromium") or shutil.which("chromium-browser")
 TIMEOUT_S = 120
 MODEL = load_robot("wheelchair").model_path
 # Longer than the probe waits; the browser's clock then runs ahead of the wall's.
@@ -74,7 +73,7 @@ PROBE_BODY = """
 </script>
 """
 
-pytestmark = pytest.mark.skipif(BROWSER is None, reason="chromium is not installed")
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)
 
 
 def opened(page: Path, folder: Path) -> dict:
@@ -84,17 +83,8 @@ def opened(page: Path, folder: Path) -> dict:
     probed = folder / "probed.html"
     probed.write_text(body + PROBE_BODY + end + rest, encoding="utf-8")
     command = [
-        BROWSER,
-        "--headless",
-        "--no-sandbox",
-        "--disable-gpu",
-        "--use-gl=angle",
-        "--use-angle=swiftshader",
-        "--enable-unsafe-swiftshader",
-        "--disable-background-networking",
-        "--disable-component-update",
-        "--disable-sync",
-        "--no-first-run",
+        CHROMIUM,
+        *HEADLESS_FLAGS,
         f"--user-data-dir={folder / 'profile'}",
         "--window-size=640,400",
         f"--virtual-time-budget={VIRTUAL_TIME_MS}",

@@ -12,7 +12,8 @@ from synthetic_logs import straight_log
 
 from drake_navbench import report as command
 from drake_navbench.analysis.folder_analysis import analyse_folder
-from drake_navbench.analysis.report import build_report, number, relative_change, render
+from drake_navbench.analysis.html import relative_change
+from drake_navbench.analysis.report import build_report, number, render
 from drake_navbench.analysis.statistics import Interval
 from drake_navbench.errors import InputError
 from drake_navbench.results import ResultsFolder

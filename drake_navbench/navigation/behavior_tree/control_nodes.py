@@ -95,10 +95,15 @@ def _reset(node: Behaviour) -> None:
         node.stop(Status.INVALID)
 
 
-class SequenceNode(ControlNode):
-    """Success when all children succeeded in order; goes on where a child still runs."""
+class InOrderNode(ControlNode):
+    """Ticks its children in order, one after the other; goes on where a child still runs.
+
+    GOES_ON_AFTER: the status with which a child lets the next one begin, and with which the node
+    ends after the last; with any other final status of a child it ends at once.
+    """
 
     MEMORY = ("index",)
+    GOES_ON_AFTER: ClassVar[Status]
 
     def __init__(self, name: str, children: Sequence[TreeNode]) -> None:
         super().__init__(name, children)
@@ -108,37 +113,26 @@ class SequenceNode(ControlNode):
         while self.index < len(self.children):
             child = self.children[self.index]
             yield from child.tick()
-            if child.status != Status.SUCCESS:
+            if child.status != self.GOES_ON_AFTER:
                 return child.status
             self.index += 1
-        return Status.SUCCESS
+        return self.GOES_ON_AFTER
 
     def terminate(self, new_status: Status) -> None:
         """Begins with the first child next time."""
         self.index = 0
 
 
-class FallbackNode(ControlNode):
-    """Success with the first child that succeeds; goes on where a child still runs."""
+class SequenceNode(InOrderNode):
+    """Success when all children succeeded in order."""
 
-    MEMORY = ("index",)
+    GOES_ON_AFTER = Status.SUCCESS
 
-    def __init__(self, name: str, children: Sequence[TreeNode]) -> None:
-        super().__init__(name, children)
-        self.index = 0
 
-    def _run(self) -> Generator[Behaviour, None, Status]:
-        while self.index < len(self.children):
-            child = self.children[self.index]
-            yield from child.tick()
-            if child.status != Status.FAILURE:
-                return child.status
-            self.index += 1
-        return Status.FAILURE
+class FallbackNode(InOrderNode):
+    """Success with the first child that succeeds."""
 
-    def terminate(self, new_status: Status) -> None:
-        """Begins with the first child next time."""
-        self.index = 0
+    GOES_ON_AFTER = Status.FAILURE
 
 
 class ReactiveSequenceNode(ControlNode):
