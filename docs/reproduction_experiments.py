@@ -87,10 +87,9 @@ def without_side_walls() -> Scenario:
     )
 
 
-def logs(scenario: str | Scenario, preset: str | Preset) -> list[TrialLog]:
+def logs(scenario: Scenario, preset: str | Preset) -> list[TrialLog]:
     """Drives the trials of the default run, with its seeds."""
-    name = scenario if isinstance(scenario, str) else scenario.name
-    seeds = [trial_seed(CAMPAIGN_SEED, name, trial) for trial in range(DEFAULT_TRIALS)]
+    seeds = [trial_seed(CAMPAIGN_SEED, scenario.name, trial) for trial in range(DEFAULT_TRIALS)]
     return [run_trial(scenario, preset, seed) for seed in seeds]
 
 
@@ -98,10 +97,10 @@ def means(
     title: str, scenario: str | Scenario, preset: str | Preset, metrics: tuple[str, ...]
 ) -> dict[str, object]:
     """Returns a row of the table: mean metrics of an experiment, and how its first trial ended."""
+    scenario = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
     driven = logs(scenario, preset)
     values = pd.DataFrame([published_metrics(log) for log in driven])[list(metrics)].mean()
-    name = scenario if isinstance(scenario, str) else scenario.name
-    return {"scenario": name, "": title, **values, "end": driven[0].info["reason"]}
+    return {"scenario": scenario.name, "": title, **values, "end": driven[0].info["reason"]}
 
 
 def turning() -> pd.DataFrame:
@@ -177,7 +176,7 @@ def sampling() -> pd.DataFrame:
         "first_after_start_s": OTHER_FIRST_SAMPLE_S, "period_s": OTHER_PERIOD_S}}  # fmt: skip
     rows = []
     for scenario in RESTRICTED:
-        log = logs(scenario, "rpp")[0]
+        log = logs(load_scenario(scenario), "rpp")[0]
         for title, reading in readings.items():
             samples = published_samples(log, **reading)
             length_m, time_s = path_length(samples.pose), samples.duration_s
