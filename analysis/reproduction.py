@@ -35,7 +35,7 @@ from drake_navbench.analysis.tables import (
     STD_HEADING_ERROR,
     published_table,
 )
-from drake_navbench.presets import as_yaml, load_preset
+from drake_navbench.inputs.presets import as_yaml, load_preset
 from drake_navbench.results import ResultsFolder, file_name, write_text
 
 PAGE_NAME = "reproduction.html"

@@ -13,7 +13,7 @@ import pandas as pd
 from drake_navbench import run_benchmark
 from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.analysis.statistics import paired_comparison
-from drake_navbench.scenario import PUBLISHED_SCENARIOS
+from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS
 
 SAMPLED, POLISHED = "mppi_nav2", "mppi"
 SCENARIOS = PUBLISHED_SCENARIOS[:3]

@@ -15,15 +15,15 @@ import numpy as np
 import pandas as pd
 
 from drake_navbench.analysis.published import published_metrics, published_samples
-from drake_navbench.campaign import DEFAULT_TRIALS, trial_seed
+from drake_navbench.campaign.campaign import DEFAULT_TRIALS, trial_seed
 from drake_navbench.controller import Controller, Decision, Observation
 from drake_navbench.controllers.mppi import ModelPredictivePathIntegral
+from drake_navbench.inputs.presets import Preset, load_preset
+from drake_navbench.inputs.robot import merged
+from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.kernels.path_geometry import path_length
 from drake_navbench.log import TrialLog
-from drake_navbench.presets import Preset, load_preset
-from drake_navbench.robot import merged
-from drake_navbench.scenario import Scenario, load_scenario
-from drake_navbench.trial import run_trial
+from drake_navbench.trial.trial import run_trial
 
 CAMPAIGN_SEED = 0
 BENDS = ("static_obstacles", "one_obstacle")

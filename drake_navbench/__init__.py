@@ -8,17 +8,17 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from drake_navbench.benchmark import run_benchmark
+    from drake_navbench.campaign.benchmark import run_benchmark
     from drake_navbench.log import TrialLog
-    from drake_navbench.trial import run_trial
+    from drake_navbench.trial.trial import run_trial
 
 __version__ = "0.1.0"
 __all__ = ["TrialLog", "__version__", "run_benchmark", "run_trial"]
 
 _HOMES = {
     "TrialLog": "drake_navbench.log",
-    "run_benchmark": "drake_navbench.benchmark",
-    "run_trial": "drake_navbench.trial",
+    "run_benchmark": "drake_navbench.campaign.benchmark",
+    "run_trial": "drake_navbench.trial.trial",
 }
 
 

@@ -119,14 +119,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = parser.parse_args(argv)
     try:
         if arguments.list:
-            from drake_navbench.listing import print_listing
-            from drake_navbench.terminal import terminal
+            from drake_navbench.campaign.console import terminal
+            from drake_navbench.commands.listing import print_listing
 
             print_listing(terminal())
             return EXIT_DONE
         if arguments.resume is not None:
             _require_nothing_else(parser, arguments)
-        from drake_navbench.benchmark import run_from_command_line
+        from drake_navbench.campaign.benchmark import run_from_command_line
 
         any_error = run_from_command_line(arguments)
         return EXIT_TRIAL_ERROR if any_error else EXIT_DONE

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from drake_navbench.presets import load_preset, preset_files
+from drake_navbench.inputs.presets import load_preset, preset_files
 
 REPOSITORY = Path(__file__).parents[1]
 CONTROLLERS_TEXT = (REPOSITORY / "docs" / "controllers.md").read_text(encoding="utf-8")

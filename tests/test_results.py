@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from drake_navbench.errors import InputError
-from drake_navbench.named_files import NamedFiles
+from drake_navbench.inputs.named_files import NamedFiles
 from drake_navbench.results import ResultsFolder, file_name, require_writable, write_text
 from drake_navbench.run import main
 

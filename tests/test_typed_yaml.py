@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from drake_navbench.errors import InputError
-from drake_navbench.robot import ControllerServerSettings, Robot
-from drake_navbench.scenario import Scenario
+from drake_navbench.inputs.robot import ControllerServerSettings, Robot
+from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.typed_yaml import parse_yaml, read_yaml, validate
 
 MINIMAL = {"description": "a task", "goal": [1.0, 0.0, 0.0], "name": "task"}

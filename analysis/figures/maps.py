@@ -19,8 +19,8 @@ from drake_navbench.analysis.figures.style import (
 )
 from drake_navbench.analysis.metrics.safety import obstacle_outlines, robot_outline
 from drake_navbench.analysis.metrics.signals import Array, positions
+from drake_navbench.inputs.world import place_footprint
 from drake_navbench.log import TrialLog
-from drake_navbench.world import place_footprint
 
 MARGIN_M = 0.6
 MAX_HEIGHT_IN, MIN_HEIGHT_IN, WIDTH_IN = 6.0, 1.8, 7.2

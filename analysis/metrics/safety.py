@@ -10,9 +10,9 @@ from pydantic import TypeAdapter
 from drake_navbench.analysis.metrics.collision_time import times_to_collision
 from drake_navbench.analysis.metrics.definition import Undefined, metric
 from drake_navbench.analysis.metrics.signals import Array, column, hold_durations, times
+from drake_navbench.inputs.world import Obstacle
 from drake_navbench.kernels.footprint import circle_footprint
 from drake_navbench.log import TrialLog
-from drake_navbench.world import Obstacle
 
 # A hand's breadth and a bit on each side of a chair: what a passenger reads as "close".
 DANGER_DISTANCE_M = 0.25

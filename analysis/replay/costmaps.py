@@ -11,9 +11,9 @@ from drake_navbench.analysis.replay.ground_texture import textured_square
 from drake_navbench.analysis.replay.rolling import BaseMotion
 from drake_navbench.analysis.replay.stage import Stage, frame_of
 from drake_navbench.costmaps.layered_costmap import local_layers
+from drake_navbench.inputs.robot import Robot
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.log import Scan, TrialLog
-from drake_navbench.robot import Robot
 
 COSTMAP_COLOR = Rgba(0.86, 0.35, 0.16, 1.0)
 # One texture takes about 5 kB of the page.

@@ -32,10 +32,10 @@ from drake_navbench.analysis.replay.scene import (
     add_task,
 )
 from drake_navbench.analysis.replay.stage import Stage
+from drake_navbench.inputs.robot import Robot
+from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.inputs.world import Obstacle, World
 from drake_navbench.log import Outcome, TrialLog
-from drake_navbench.robot import Robot
-from drake_navbench.scenario import Scenario
-from drake_navbench.world import Obstacle, World
 
 Array = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BodyIndex, JointIndex, RevoluteJoint
 
 from drake_navbench.analysis.replay.rolling import BaseMotion, rolled_angle, trailing_heading
-from drake_navbench.world_geometry import prism
+from drake_navbench.inputs.world_geometry import prism
 
 Array = NDArray[np.float64]
 

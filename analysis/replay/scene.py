@@ -11,9 +11,9 @@ from pydrake.math import RigidTransform
 
 from drake_navbench.analysis.replay.flat_meshes import arrow, dashes, ring, thinned
 from drake_navbench.analysis.replay.stage import Stage
-from drake_navbench.scenario import Scenario
-from drake_navbench.world import World
-from drake_navbench.world_geometry import OBSTACLE_COLOR, obstacle_shapes
+from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.inputs.world import World
+from drake_navbench.inputs.world_geometry import OBSTACLE_COLOR, obstacle_shapes
 
 Array = NDArray[np.float64]
 

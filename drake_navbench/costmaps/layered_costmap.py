@@ -20,6 +20,7 @@ from drake_navbench.costmaps.costmap_settings import CostmapSettings, LocalCostm
 from drake_navbench.costmaps.filter_masks import FilterMask
 from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.immutable import Immutable
+from drake_navbench.inputs.robot import LidarSettings
 from drake_navbench.kernels.denoise import denoise
 from drake_navbench.kernels.footprint import footprint_radii
 from drake_navbench.kernels.grid import FREE, INSCRIBED, NO_INFORMATION, Costmap
@@ -35,7 +36,6 @@ from drake_navbench.kernels.obstacle_layer import update_obstacle_layer
 from drake_navbench.kernels.rasterize import MASK_UNKNOWN, apply_keepout, mask_costs
 from drake_navbench.kernels.static_layer import sample_static, static_costs
 from drake_navbench.log import Scan
-from drake_navbench.robot import LidarSettings
 
 Costs = NDArray[np.uint8]
 Array = NDArray[np.float64]

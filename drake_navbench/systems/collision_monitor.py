@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, State
 
+from drake_navbench.inputs.robot import LidarSettings
 from drake_navbench.log import Scan
 from drake_navbench.navigation.collision_monitor import (
     CollisionMonitor,
@@ -16,7 +17,6 @@ from drake_navbench.navigation.collision_monitor import (
     MonitorState,
     points_in_base,
 )
-from drake_navbench.robot import LidarSettings
 
 
 class CollisionMonitorSystem(LeafSystem):

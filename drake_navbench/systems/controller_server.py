@@ -25,8 +25,8 @@ from drake_navbench.controller import (
     Observation,
     SpeedLimit,
 )
-from drake_navbench.diagnostics import is_array, without_arrays
 from drake_navbench.errors import one_line
+from drake_navbench.inputs.robot import PATIENT_FOR_EVER, ControllerServerSettings
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.log import as_json
@@ -35,7 +35,7 @@ from drake_navbench.navigation.path_handler import PathHandler
 from drake_navbench.navigation.progress_checkers import SimpleProgressChecker
 from drake_navbench.navigation.task import ClearRequest, GlobalPlan, TaskState, TaskStatus
 from drake_navbench.noise import NoiseKey, NoiseStream
-from drake_navbench.robot import PATIENT_FOR_EVER, ControllerServerSettings
+from drake_navbench.systems.diagnostics import is_array, without_arrays
 
 PATIENCE_EXCEEDED = 104
 FAILED_TO_MAKE_PROGRESS = 105

@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, State
 
+from drake_navbench.inputs.robot import LidarSettings
+from drake_navbench.inputs.world import World
 from drake_navbench.kernels.ray_casting import cast_rays
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.log import Scan
 from drake_navbench.noise import NoiseKey, NoiseStream
-from drake_navbench.robot import LidarSettings
-from drake_navbench.world import World
 
 # The nominal first scan has no pose yet; consumers see None until then.
 NO_SCAN = None

@@ -7,8 +7,8 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, DiscreteValues, LeafSystem
 from pydrake.systems.primitives import Adder
 
+from drake_navbench.inputs.robot import LocalizationSettings
 from drake_navbench.noise import NoiseKey, NoiseStream
-from drake_navbench.robot import LocalizationSettings
 
 
 class Localization(Diagram):

@@ -11,13 +11,13 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, ValueProducer
 
-from drake_navbench.diagnostics import (
+from drake_navbench.log import COLUMNS, Scan
+from drake_navbench.systems.diagnostics import (
     ARRAY_PERIOD_S,
     is_array,
     with_thinned_arrays,
     without_arrays,
 )
-from drake_navbench.log import COLUMNS, Scan
 
 
 @dataclass

@@ -20,8 +20,8 @@ from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.framework import Context, InputPort, OutputPort
 from pydrake.systems.primitives import SymbolicVectorSystem
 
-from drake_navbench.robot import Drive
-from drake_navbench.world_geometry import convex_pieces, prism
+from drake_navbench.inputs.robot import Drive
+from drake_navbench.inputs.world_geometry import convex_pieces, prism
 
 STATE_SIZE = 5
 # Tall enough to meet every obstacle, whatever its height: contact is judged in the plane.

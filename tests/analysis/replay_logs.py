@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from synthetic_logs import straight_log
 
+from drake_navbench.inputs.robot import load_robot
+from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.log import Scan, TrialLog
-from drake_navbench.robot import load_robot
-from drake_navbench.scenario import Scenario
 
 BOX_FACE_Y_M = 1.0
 BEAM_ANGLES_RAD = np.linspace(-np.pi, np.pi, 360, endpoint=False)

@@ -15,8 +15,8 @@ from replay_logs import replay_log, with_diagnostics
 
 from drake_navbench.analysis.colors import controller_color
 from drake_navbench.analysis.replay import write_race_replay, write_trial_replay
+from drake_navbench.inputs.robot import load_robot
 from drake_navbench.log import TrialLog
-from drake_navbench.robot import load_robot
 
 MAX_PAGE_BYTES = 6_000_000
 RACERS = ("dwb", "rpp", "teb", "mppi", "mppi_nav2")

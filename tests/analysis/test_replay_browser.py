@@ -13,7 +13,7 @@ from browser import CHROMIUM, HEADLESS_FLAGS, NO_CHROMIUM
 from replay_logs import replay_log, with_diagnostics
 
 from drake_navbench.analysis.replay import write_race_replay, write_trial_replay
-from drake_navbench.robot import load_robot
+from drake_navbench.inputs.robot import load_robot
 
 TIMEOUT_S = 120
 MODEL = load_robot("wheelchair").model_path

@@ -12,10 +12,10 @@ from replay_logs import BOX_FACE_Y_M, replay_log
 from drake_navbench.analysis.replay.actors import base_motion
 from drake_navbench.analysis.replay.costmaps import local_costmaps
 from drake_navbench.analysis.replay.ground_texture import palette, palette_rows, png
+from drake_navbench.inputs.robot import Robot
 from drake_navbench.kernels.grid import FREE, INSCRIBED, LETHAL, NO_INFORMATION
 from drake_navbench.log import TrialLog
-from drake_navbench.robot import Robot
-from drake_navbench.trial import run_trial
+from drake_navbench.trial.trial import run_trial
 
 
 def costmaps_of(log, period_s=0.0) -> list:

@@ -32,7 +32,7 @@ from drake_navbench.analysis.replay.stage import (
     frames_until,
     spaced_in_time,
 )
-from drake_navbench.robot import load_robot
+from drake_navbench.inputs.robot import load_robot
 
 BLUE = Rgba(0.0, 0.0, 1.0, 1.0)
 WHEEL_RADIUS_M, CASTER_RADIUS_M, CASTER_TRAIL_M = 0.24, 0.08, 0.03

@@ -15,8 +15,8 @@ from replay_logs import replay_log
 
 from drake_navbench.analysis.replay import write_race_replay
 from drake_navbench.analysis.report import build_report
+from drake_navbench.inputs.robot import load_robot
 from drake_navbench.results import ResultsFolder
-from drake_navbench.robot import load_robot
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)
 

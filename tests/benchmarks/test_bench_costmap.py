@@ -7,6 +7,7 @@ from drake_navbench.costmaps.costmap_settings import GlobalCostmapSettings, Loca
 from drake_navbench.costmaps.filter_masks import FilterMask
 from drake_navbench.costmaps.layered_costmap import GridGeometry, LayeredCostmap
 from drake_navbench.costmaps.map_file import OccupancyMap
+from drake_navbench.inputs.robot import LidarSettings
 from drake_navbench.kernels.denoise import denoise
 from drake_navbench.kernels.footprint import circle_footprint, footprint_cost
 from drake_navbench.kernels.grid import LETHAL
@@ -16,7 +17,6 @@ from drake_navbench.kernels.obstacle_layer import update_obstacle_layer
 from drake_navbench.kernels.rasterize import mark_polygon
 from drake_navbench.kernels.ray_casting import cast_rays
 from drake_navbench.log import Scan
-from drake_navbench.robot import LidarSettings
 
 BEAMS = np.linspace(-np.pi, np.pi, 360, endpoint=False)
 FOOTPRINT = circle_footprint(0.3)

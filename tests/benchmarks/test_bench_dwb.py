@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from drake_navbench.controller import ControllerSetup, Observation
+from drake_navbench.inputs.presets import load_preset
 from drake_navbench.kernels.footprint import footprint_radii, pad_footprint
 from drake_navbench.kernels.grid import Costmap
-from drake_navbench.presets import load_preset
 
 WHEELCHAIR = np.array([[0.85, 0.30], [0.85, -0.30], [-0.25, -0.30], [-0.25, 0.30]])
 RESOLUTION_M = 0.05

@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 
 from drake_navbench.analysis.replay import write_race_replay, write_trial_replay
-from drake_navbench.robot import load_robot
-from drake_navbench.trial import run_trial
+from drake_navbench.inputs.robot import load_robot
+from drake_navbench.trial.trial import run_trial
 
 MODEL = load_robot("wheelchair").model_path
 RACERS = ("dwb", "rpp", "teb", "mppi", "mppi_nav2")

@@ -2,10 +2,11 @@
 
 import pytest
 
-from drake_navbench.presets import load_preset
-from drake_navbench.robot import load_robot
-from drake_navbench.scenario import load_scenario
-from drake_navbench.trial import TrialSpec, simulate
+from drake_navbench.inputs.presets import load_preset
+from drake_navbench.inputs.robot import load_robot
+from drake_navbench.inputs.scenario import load_scenario
+from drake_navbench.trial.spec import TrialSpec
+from drake_navbench.trial.trial import simulate
 
 
 @pytest.mark.parametrize("preset", ["rpp", "dwb", "teb", "mppi", "mppi_nav2"])

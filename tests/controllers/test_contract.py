@@ -22,9 +22,9 @@ from drake_navbench.controller import (
     NoiseKey,
     Observation,
 )
+from drake_navbench.inputs.presets import load_preset, preset_files
 from drake_navbench.kernels.footprint import footprint_radii
 from drake_navbench.kernels.grid import Costmap
-from drake_navbench.presets import load_preset, preset_files
 
 # Controllers of which the mirrored world may give another command, and why.
 NOT_MIRRORED = {

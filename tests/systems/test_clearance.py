@@ -8,12 +8,12 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
+from drake_navbench.inputs.robot import Drive
+from drake_navbench.inputs.world import Box, Cylinder, World
+from drake_navbench.inputs.world_geometry import register_obstacles
 from drake_navbench.kernels.grid import LETHAL, Costmap
-from drake_navbench.robot import Drive
 from drake_navbench.systems.clearance import MAX_DISTANCE_M, NEAR_DISTANCE_M, Clearance
 from drake_navbench.systems.wheelchair import Wheelchair
-from drake_navbench.world import Box, Cylinder, World
-from drake_navbench.world_geometry import register_obstacles
 
 # The front reaches 0.85 m ahead of the reference point, which stands at the origin.
 FOOTPRINT = np.array([[0.85, 0.3], [0.85, -0.3], [-0.25, -0.3], [-0.25, 0.3]])

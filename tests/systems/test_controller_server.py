@@ -7,6 +7,7 @@ import pytest
 from pydrake.systems.analysis import Simulator
 
 from drake_navbench.controller import Decision, NoValidControl, SpeedLimit
+from drake_navbench.inputs.robot import ControllerServerSettings
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.navigation.goal_checkers import SimpleGoalChecker, SimpleGoalCheckerParameters
 from drake_navbench.navigation.path_handler import PathHandler, PathHandlerParameters
@@ -15,7 +16,6 @@ from drake_navbench.navigation.progress_checkers import (
     SimpleProgressCheckerParameters,
 )
 from drake_navbench.navigation.task import ClearRequest, GlobalPlan, TaskState
-from drake_navbench.robot import ControllerServerSettings
 from drake_navbench.systems.controller_server import ControllerServer
 
 PERIOD_S = 0.05

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
+from drake_navbench.inputs.robot import LidarSettings
+from drake_navbench.inputs.world import Box, Cylinder, World
 from drake_navbench.log import Scan
-from drake_navbench.robot import LidarSettings
 from drake_navbench.systems.lidar import Lidar
-from drake_navbench.world import Box, Cylinder, World
 
 WALL_AHEAD = World((Box(type="box", min=(3.0, -5.0), max=(3.2, 5.0)),))
 

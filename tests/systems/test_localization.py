@@ -3,7 +3,7 @@
 import numpy as np
 from pydrake.systems.analysis import Simulator
 
-from drake_navbench.robot import LocalizationSettings
+from drake_navbench.inputs.robot import LocalizationSettings
 from drake_navbench.systems.localization import Localization
 
 STATE = np.array([1.0, -2.0, 0.3, 0.5, 0.1])

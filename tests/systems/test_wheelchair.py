@@ -7,7 +7,7 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorC
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
-from drake_navbench.robot import Drive
+from drake_navbench.inputs.robot import Drive
 from drake_navbench.systems.wheelchair import Wheelchair
 
 FOOTPRINT = np.array([[0.85, 0.3], [0.85, -0.3], [-0.25, -0.3], [-0.25, 0.3]])

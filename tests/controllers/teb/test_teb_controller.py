@@ -12,7 +12,7 @@ from drake_navbench.controllers.teb import TimedElasticBand
 from drake_navbench.controllers.teb import program as program_module
 from drake_navbench.controllers.teb.candidates import REVISIT_PERIOD_S, TebMemory
 from drake_navbench.controllers.teb.planner import ACCEPTED_VIOLATION
-from drake_navbench.presets import load_preset
+from drake_navbench.inputs.presets import load_preset
 
 STRAIGHT = plan_from_elements([("s", 4.5)])
 PRESET = load_preset("teb").parameters

@@ -1,0 +1,1 @@
+"""The table of trials: what is asked, who runs it, what is printed and written."""

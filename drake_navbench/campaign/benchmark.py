@@ -1,0 +1,263 @@
+"""From what is asked for, in a shell or in Python, to a results folder and what is printed."""
+
+from __future__ import annotations
+
+import argparse
+import platform
+import tempfile
+import time
+from collections.abc import Iterable, Sequence
+from datetime import datetime
+from hashlib import sha256
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import yaml
+from pydantic import ConfigDict
+from rich.console import Console
+
+from drake_navbench import __version__
+from drake_navbench.analysis.tables import scenario_table, table_to_markdown
+from drake_navbench.campaign.campaign import (
+    DEFAULT_TRIALS,
+    Campaign,
+    available_jobs,
+    plan_campaign,
+    run_campaign,
+)
+from drake_navbench.campaign.console import CampaignProgress, print_scenario, terminal
+from drake_navbench.campaign.replays import write_replays
+from drake_navbench.campaign.request import Request
+from drake_navbench.campaign.warm_up import kernels_are_cold, start_worker_server, warm_up
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.presets import Preset, as_yaml
+from drake_navbench.log import Outcome
+from drake_navbench.results import ResultsFolder, file_name, require_writable, write_text
+from drake_navbench.trial.trial import DEFAULT_ROBOT
+from drake_navbench.typed_yaml import FrozenModel, validate
+
+PACKAGES_IN_MANIFEST = ("drake", "numba", "numpy", "pandas", "pyarrow", "scipy")
+
+
+class _Begun(FrozenModel):
+    """What a manifest must tell of a run that is to be resumed."""
+
+    model_config = ConfigDict(extra="ignore")
+
+    request: Request
+    inputs: dict[str, str]
+    drake_navbench: str
+    wall_clock_s: float = 0.0
+
+
+def run_benchmark(
+    scenarios: Sequence[str] = (),
+    controllers: Sequence[str | Preset] = (),
+    *,
+    trials: int = DEFAULT_TRIALS,
+    seed: int = 0,
+    jobs: int | None = None,
+    robot: str = DEFAULT_ROBOT,
+    out: str | Path | None = None,
+) -> pd.DataFrame:
+    """Runs a benchmark and returns one row a trial: outcome, reason and the metrics.
+
+    The arguments are those of the command line. `out` keeps the logs in a new folder, of which
+    `python -m drake_navbench.report` makes a report; `--resume` goes on with it unless a
+    controller was a Preset, which a manifest cannot name. Raises InputError where one is wrong.
+    """
+    names = [c if isinstance(c, str) else c.name for c in controllers]
+    asked = {
+        "scenarios": list(scenarios),
+        "controllers": names,
+        "parameter_files": [],
+        "trials": trials,
+        "seed": seed,
+        "robot": robot,
+        "replay": "none",
+    }
+    request = validate(Request, asked, "run_benchmark")
+    campaign = plan_campaign(scenarios, controllers, trials=trials, seed=seed, robot=robot)
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = ResultsFolder(Path(temporary if out is None else out))
+        require_writable(folder.path)
+        _begin(folder, campaign, request if names == list(controllers) else None)
+        return run_campaign(campaign, folder, jobs=jobs or available_jobs())
+
+
+def run_from_command_line(arguments: argparse.Namespace) -> bool:
+    """Does what the command line asks; returns whether any trial ended in an error.
+
+    Raises InputError, before anything is written, where the input is wrong.
+    """
+    console = terminal(quiet=arguments.quiet)
+    resumed = arguments.resume is not None
+    if resumed:
+        folder = ResultsFolder(arguments.resume)
+        begun = validate(_Begun, folder.read_manifest(), str(folder.manifest_path))
+        request = begun.request
+        campaign = request.campaign()
+        _require_same_inputs(folder, campaign, begun)
+    else:
+        request = _request_from_arguments(arguments)
+        campaign = request.campaign()
+        folder = ResultsFolder(arguments.out or default_results_path())
+        require_writable(folder.path)
+    if arguments.live:
+        from drake_navbench.campaign.live import show_live
+
+        return show_live(campaign, console)
+    for preset in _presets(campaign):
+        if preset.ignored:
+            named = preset.name in preset.source
+            where = preset.source if named else f"{preset.source}: {preset.name}"
+            ignored = ", ".join(preset.ignored)
+            console.print(f"{where}: has no use here and is ignored: {ignored}", markup=False)
+    if not resumed:
+        _begin(folder, campaign, request)
+    jobs = arguments.jobs or available_jobs()
+    try:
+        return _run(request, campaign, folder, jobs=jobs, console=console)
+    except KeyboardInterrupt:
+        console.print(
+            f"Go on with: python -m drake_navbench.run --resume {folder.path}", soft_wrap=True
+        )
+        raise
+
+
+def default_results_path() -> Path:
+    """Returns results/<time>."""
+    return Path("results") / datetime.now().strftime("%Y-%m-%d_%H-%M-%S")
+
+
+def _request_from_arguments(arguments: argparse.Namespace) -> Request:
+    listed = arguments.controllers.split(",") if arguments.controllers else []
+    return Request(
+        scenarios=tuple(arguments.scenarios),
+        controllers=tuple(name.strip() for name in listed if name.strip()),
+        parameter_files=tuple(str(path) for path in arguments.params),
+        trials=arguments.trials,
+        seed=arguments.seed,
+        robot=arguments.robot,
+        replay=arguments.replay,
+    )
+
+
+def _run(
+    request: Request, campaign: Campaign, folder: ResultsFolder, *, jobs: int, console: Console
+) -> bool:
+    if kernels_are_cold():
+        console.print("Compiling the kernels, once for this installation (about half a minute) ...")
+        warm_up()
+    started = time.perf_counter()
+    start_worker_server()
+    # The report and its figures take as long to import as the server of the workers to start.
+    from drake_navbench.analysis.report import build_report
+
+    with CampaignProgress(console) as progress:
+        trials = run_campaign(campaign, folder, jobs=jobs, on_progress=progress.update)
+    wall_s = time.perf_counter() - started
+    _add_wall_clock(folder, wall_s)
+    for scenario in campaign.scenarios:
+        table = scenario_table(trials, scenario)
+        write_text(folder.table_path(scenario, ".csv"), table.to_csv())
+        write_text(folder.table_path(scenario, ".md"), table_to_markdown(table))
+        print_scenario(console, table, scenario)
+    if request.replay != "none":
+        console.print("Writing the replays ...")
+        failures = write_replays(folder, campaign, each=request.replay == "each", jobs=jobs)
+        for scenario, reason in failures.items():
+            _print_error(f"no replay: {scenario}: {reason}")
+    console.print("Writing the report ...")
+    build_report(folder.path, jobs=jobs)
+    driven_s = float(trials["simulated_time_s"].sum())
+    count = f"{len(trials)} trial{'s' if len(trials) > 1 else ''}"
+    console.print(
+        f"{count}, {driven_s:.0f} s of driving, in {wall_s:.0f} s. "
+        f"Open {folder.path / 'report.html'}"
+    )
+    errors = trials[trials["outcome"] == Outcome.ERROR]
+    for row in errors.itertuples():
+        where = f"{row.scenario}, {row.controller}, trial {row.trial}"
+        _print_error(f"error: {where}: {row.reason}")
+    return not errors.empty
+
+
+def _print_error(text: str) -> None:
+    """Prints a line that may hold anything, as it is, however quiet the run is."""
+    terminal(stderr=True).print(text, markup=False, soft_wrap=True)
+
+
+def _add_wall_clock(folder: ResultsFolder, wall_s: float) -> None:
+    """Adds the time that the trials took to the manifest; a resumed run took both times."""
+    manifest = folder.read_manifest()
+    manifest["wall_clock_s"] = manifest.get("wall_clock_s", 0.0) + wall_s
+    folder.write_manifest(manifest)
+
+
+def _begin(folder: ResultsFolder, campaign: Campaign, request: Request | None) -> None:
+    """Writes the manifest and the resolved inputs; without a request it cannot be resumed."""
+    inputs = _inputs(campaign)
+    asked = {} if request is None else {"request": request.model_dump(mode="json")}
+    folder.write_manifest(asked | _manifest(campaign, inputs))
+    for name, text in inputs.items():
+        write_text(folder.path / "inputs" / name, text)
+
+
+def _manifest(campaign: Campaign, inputs: dict[str, str]) -> dict[str, Any]:
+    return {
+        "scenarios": campaign.scenarios,
+        "controllers": campaign.columns,
+        "inputs": _hashes(inputs),
+        "drake_navbench": __version__,
+        "python": platform.python_version(),
+        "packages": {name: version(name) for name in PACKAGES_IN_MANIFEST},
+        "platform": f"{platform.system()} {platform.machine()}",
+        "created": datetime.now().astimezone().isoformat(timespec="seconds"),
+    }
+
+
+def _inputs(campaign: Campaign) -> dict[str, str]:
+    """Returns every resolved input file of a campaign: name in inputs/ -> text.
+
+    Of maps and masks there are hashes only.
+    """
+    texts = {}
+    for spec in {spec.scenario.name: spec for spec in campaign.specs}.values():
+        scenario, name = spec.scenario, file_name(spec.scenario.name)
+        texts[f"scenarios/{name}.yaml"] = _dump(scenario.model_dump(mode="json", exclude={"name"}))
+        if scenario.files:
+            hashes = {str(path): sha256(path.read_bytes()).hexdigest() for path in scenario.files}
+            texts[f"scenarios/{name}.maps.yaml"] = _dump(hashes)
+        texts[f"robots/{name}.yaml"] = _dump(spec.robot.model_dump(mode="json"))
+    for preset in _presets(campaign):
+        texts[f"controllers/{file_name(preset.name)}.yaml"] = as_yaml(preset)
+    return texts
+
+
+def _presets(campaign: Campaign) -> Iterable[Preset]:
+    return {spec.preset.name: spec.preset for spec in campaign.specs}.values()
+
+
+def _dump(data: dict[str, Any]) -> str:
+    return yaml.safe_dump(data, sort_keys=False)
+
+
+def _hashes(inputs: dict[str, str]) -> dict[str, str]:
+    return {name: sha256(text.encode()).hexdigest() for name, text in inputs.items()}
+
+
+def _require_same_inputs(folder: ResultsFolder, campaign: Campaign, begun: _Begun) -> None:
+    for name, digest in _hashes(_inputs(campaign)).items():
+        if begun.inputs.get(name) != digest:
+            raise InputError(
+                f"--resume {folder.path}: inputs/{name} is no longer what the run began with; "
+                "expected unchanged scenarios, robots and parameters"
+            )
+    if begun.drake_navbench != __version__:
+        raise InputError(
+            f"--resume {folder.path}: begun with version {begun.drake_navbench}, "
+            f"this is {__version__}"
+        )

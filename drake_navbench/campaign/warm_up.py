@@ -1,0 +1,42 @@
+"""Compiles every kernel once, and starts the server of the workers, before the trials start."""
+
+from __future__ import annotations
+
+import os
+from multiprocessing import forkserver
+
+from drake_navbench.kernels.angles import wrap
+
+# Imported by the server from which the workers are forked; see that module.
+PRELOAD_MODULE = "drake_navbench.campaign.worker_preload"
+BLAS_THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")
+
+
+def start_worker_server() -> None:
+    """Starts the server that workers are forked from; it loads while the caller goes on."""
+    for variable in BLAS_THREAD_VARIABLES:
+        # Each worker has one core; threads of a linear algebra library would only fight for it.
+        os.environ.setdefault(variable, "1")
+    forkserver.set_forkserver_preload([PRELOAD_MODULE])
+    forkserver.ensure_running()
+
+
+def kernels_are_cold() -> bool:
+    """Returns whether this installation has not compiled its kernels yet."""
+    wrap(0.0)
+    return bool(wrap.stats.cache_misses)
+
+
+def warm_up() -> None:
+    """Runs every default controller for a moment, so that all kernels are compiled and loaded."""
+    from drake_navbench.inputs.presets import default_presets, load_preset
+    from drake_navbench.inputs.robot import load_robot
+    from drake_navbench.inputs.scenario import load_scenario
+    from drake_navbench.trial.trial import DEFAULT_ROBOT, TrialSpec, simulate
+
+    scenario = load_scenario("one_obstacle").model_copy(update={"timeout_s": 0.5})
+    planned = load_scenario("speed_zone").model_copy(update={"timeout_s": 0.1})
+    robot = load_robot(DEFAULT_ROBOT)
+    for name in default_presets():
+        simulate(TrialSpec(scenario, robot, load_preset(name), seed=0))
+    simulate(TrialSpec(planned, robot, load_preset(default_presets()[0]), seed=0))

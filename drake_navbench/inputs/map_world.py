@@ -1,0 +1,48 @@
+"""The true world behind a map: its occupied cells as few boxes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from drake_navbench.costmaps.map_file import OCCUPIED, OccupancyMap
+from drake_navbench.inputs.world import Box
+
+# Rectangles of cells: first row, past the last row, first column, past the last column.
+CellBox = tuple[int, int, int, int]
+
+
+def occupied_boxes(grid: OccupancyMap) -> tuple[Box, ...]:
+    """Returns boxes that cover exactly the occupied cells of a map, without overlap.
+
+    Cells that are unknown or only partly occupied (mode scale) count as free: nothing is known to
+    stand there. Runs of cells in a row are joined with the same run in the rows above.
+    """
+    boxes = []
+    for first_row, past_row, first_column, past_column in _merged_runs(grid.occupancy == OCCUPIED):
+        low = _corner(grid, first_column, first_row)
+        high = _corner(grid, past_column, past_row)
+        boxes.append(Box(type="box", min=low, max=high))
+    return tuple(boxes)
+
+
+def _corner(grid: OccupancyMap, column: int, row: int) -> tuple[float, float]:
+    """Returns the lower left corner of a cell, m."""
+    return grid.origin_x + column * grid.resolution, grid.origin_y + row * grid.resolution
+
+
+def _merged_runs(occupied: np.ndarray) -> Iterator[CellBox]:
+    """Yields rectangles of cells, each a run of a row that repeats in the rows above it."""
+    open_runs: dict[tuple[int, int], int] = {}
+    for row, runs in enumerate([*map(_runs, occupied), []]):
+        for run in [run for run in open_runs if run not in runs]:
+            yield open_runs.pop(run), row, *run
+        for run in runs:
+            open_runs.setdefault(run, row)
+
+
+def _runs(cells: np.ndarray) -> list[tuple[int, int]]:
+    """Returns the runs of true cells as (first, past the last)."""
+    steps = np.flatnonzero(np.diff(cells, prepend=False, append=False))
+    return list(zip(steps[::2].tolist(), steps[1::2].tolist(), strict=True))

@@ -1,0 +1,235 @@
+"""The robot file: outline, drive, sensors and the settings of its navigation stack."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from pydantic import Field, field_validator, model_validator
+
+from drake_navbench.costmaps.costmap_settings import GlobalCostmapSettings, LocalCostmapSettings
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.named_files import NamedFiles
+from drake_navbench.kernels.footprint import circle_footprint, footprint_radii, pad_footprint
+from drake_navbench.navigation.behavior_tree.settings import BehaviorTreeSettings
+from drake_navbench.navigation.behaviors import BehaviorServerParameters
+from drake_navbench.navigation.checker_settings import (
+    GoalCheckerSettings,
+    ProgressCheckerSettings,
+)
+from drake_navbench.navigation.collision_monitor import CollisionMonitorParameters
+from drake_navbench.navigation.goal_checkers import SimpleGoalCheckerParameters
+from drake_navbench.navigation.path_handler import PathHandlerParameters
+from drake_navbench.navigation.planner_parameters import PlannerParameters
+from drake_navbench.navigation.progress_checkers import SimpleProgressCheckerParameters
+from drake_navbench.navigation.velocity_smoother import VelocitySmootherParameters
+from drake_navbench.navigation.waypoint_follower import WaypointFollowerParameters
+from drake_navbench.typed_yaml import FrozenModel, read_yaml, validate
+
+# A failure tolerance, s.
+PATIENT_FOR_EVER = -1.0
+
+ROBOT_FILES = NamedFiles(kind="robot", package="drake_navbench.models")
+
+
+class Drive(FrozenModel):
+    """A differential base with a first-order velocity response."""
+
+    max_linear_velocity_mps: float = Field(0.5, gt=0.0, description="Forward limit [m/s].")
+    min_linear_velocity_mps: float = Field(-0.5, le=0.0, description="Backward limit [m/s].")
+    max_angular_velocity_radps: float = Field(2.0, gt=0.0, description="Turning limit [rad/s].")
+    response_time_constant_s: float = Field(
+        0.1, gt=0.0, description="Time constant of the velocity response [s]."
+    )
+    max_linear_acceleration_mps2: float | None = Field(
+        2.5, gt=0.0, description="Limit on dv/dt [m/s^2]; null means none."
+    )
+    max_angular_acceleration_radps2: float | None = Field(
+        3.0, gt=0.0, description="Limit on dw/dt [rad/s^2]; null means none."
+    )
+
+
+class LidarSettings(FrozenModel):
+    """A planar scanner, beams evenly spaced counter-clockwise."""
+
+    pose: tuple[float, float, float] = Field(
+        (0.0, 0.0, 0.0), description="Mounting in the base frame: x [m], y [m], yaw [rad]."
+    )
+    beam_count: int = Field(360, ge=1, le=100_000, description="Beams a scan.")
+    angle_min_rad: float = Field(-np.pi, ge=-np.pi, description="Angle of the first beam [rad].")
+    angle_span_rad: float = Field(
+        2.0 * np.pi,
+        gt=0.0,
+        le=2.0 * np.pi,
+        description="Angle covered; at 2 pi the last beam stops one step short of the first [rad].",
+    )
+    range_min_m: float = Field(0.05, ge=0.0, description="Shortest valid range [m].")
+    range_max_m: float = Field(12.0, gt=0.0, description="Longest valid range [m].")
+    period_s: float = Field(0.1, gt=0.0, description="Time between scans [s].")
+    range_std_m: float = Field(0.0, ge=0.0, description="Gaussian noise on each range [m].")
+    dropout_probability: float = Field(
+        0.0, ge=0.0, le=1.0, description="Share of beams that return nothing."
+    )
+
+    @model_validator(mode="after")
+    def _check(self) -> LidarSettings:
+        if self.range_min_m >= self.range_max_m:
+            raise ValueError(
+                f"range_min_m {self.range_min_m} must be below range_max_m {self.range_max_m}"
+            )
+        return self
+
+
+class LocalizationSettings(FrozenModel):
+    """What the controller is told of pose and velocity; white Gaussian noise once a period."""
+
+    period_s: float = Field(0.05, gt=0.0, description="Time for which a noise sample holds [s].")
+    xy_std_m: float = Field(0.0, ge=0.0, description="Noise on x and on y [m].")
+    yaw_std_rad: float = Field(0.0, ge=0.0, description="Noise on the heading [rad].")
+    linear_velocity_std_mps: float = Field(0.0, ge=0.0, description="Noise on v [m/s].")
+    angular_velocity_std_radps: float = Field(0.0, ge=0.0, description="Noise on w [rad/s].")
+
+
+class ControllerServerSettings(FrozenModel):
+    """Nav2's controller server."""
+
+    controller_frequency: float = Field(20.0, gt=0.0, description="Control rate [Hz].")
+    failure_tolerance: float = Field(
+        0.0, description="Patience with failing cycles [s]; 0 none, -1 for ever."
+    )
+    costmap_update_timeout: float = Field(
+        0.30, ge=0.0, description="Patience with a costmap that is not current [s]; 0 for ever."
+    )
+    min_x_velocity_threshold: float = Field(
+        0.0001, ge=0.0, description="Measured |v| up to this is taken as 0 [m/s]."
+    )
+    min_theta_velocity_threshold: float = Field(
+        0.0001, ge=0.0, description="Measured |w| up to this is taken as 0 [rad/s]."
+    )
+
+    @field_validator("failure_tolerance")
+    @classmethod
+    def _check_tolerance(cls, value: float) -> float:
+        if value < 0.0 and value != PATIENT_FOR_EVER:
+            raise ValueError(f"expected {PATIENT_FOR_EVER:g} or at least 0")
+        return value
+
+
+class NavigationSettings(FrozenModel):
+    """The settings of the navigation stack around the controller, under Nav2's names."""
+
+    controller_server: ControllerServerSettings = Field(default_factory=ControllerServerSettings)
+    path_handler: PathHandlerParameters = Field(default_factory=PathHandlerParameters)
+    goal_checker: GoalCheckerSettings = Field(default_factory=SimpleGoalCheckerParameters)
+    progress_checker: ProgressCheckerSettings = Field(
+        default_factory=SimpleProgressCheckerParameters
+    )
+    local_costmap: LocalCostmapSettings = Field(default_factory=LocalCostmapSettings)
+    global_costmap: GlobalCostmapSettings = Field(default_factory=GlobalCostmapSettings)
+    planner: PlannerParameters = Field(default_factory=PlannerParameters)
+    behavior_tree: BehaviorTreeSettings = Field(default_factory=BehaviorTreeSettings)
+    behavior_server: BehaviorServerParameters = Field(default_factory=BehaviorServerParameters)
+    waypoint_follower: WaypointFollowerParameters = Field(
+        default_factory=WaypointFollowerParameters
+    )
+    velocity_smoother: VelocitySmootherParameters | None = Field(
+        None, description="Limits every command; null: there is none."
+    )
+    collision_monitor: CollisionMonitorParameters | None = Field(
+        None, description="Checks every command against the scan; null: there is none."
+    )
+
+
+class Robot(FrozenModel):
+    """A robot: everything that a trial needs to know of it."""
+
+    description: str = Field(min_length=1, description="One line for --list.")
+    model: str | None = Field(None, description="SDF file for the replay, beside this file.")
+    footprint: list[tuple[float, float]] | None = Field(
+        None, min_length=3, description="Outline in the base frame, x forward, y left [m]."
+    )
+    robot_radius: float | None = Field(None, gt=0.0, description="Outline of a round robot [m].")
+    mass_kg: float | None = Field(
+        None, gt=0.0, description="Mass with its load, for the energy metric only [kg]."
+    )
+    directory: str = Field("", exclude=True, description="Set from where the file was found.")
+    drive: Drive = Field(default_factory=Drive)
+    lidar: LidarSettings = Field(default_factory=LidarSettings)
+    localization: LocalizationSettings = Field(default_factory=LocalizationSettings)
+    navigation: NavigationSettings = Field(default_factory=NavigationSettings)
+
+    @model_validator(mode="after")
+    def _check(self) -> Robot:
+        if (self.footprint is None) == (self.robot_radius is None):
+            raise ValueError("expected either footprint or robot_radius, and not both")
+        if self.footprint is not None:
+            polygon = shapely.Polygon(self.footprint)
+            if not polygon.is_valid or not polygon.contains(shapely.Point(0.0, 0.0)):
+                raise ValueError(
+                    "footprint must be a simple polygon around the base origin (0, 0), got "
+                    f"{[list(p) for p in self.footprint]}"
+                )
+        return self
+
+    @property
+    def outline(self) -> NDArray[np.float64]:
+        """(K, 2) true outline in the base frame, m."""
+        if self.robot_radius is not None:
+            return circle_footprint(self.robot_radius)
+        return np.array(self.footprint)
+
+    @property
+    def padded_outline(self) -> NDArray[np.float64]:
+        """(K, 2) outline as the costmap and the controllers see it, m."""
+        return pad_footprint(self.outline, self.navigation.local_costmap.footprint_padding)
+
+    @property
+    def model_path(self) -> Path | None:
+        """The SDF file, or None where the robot has none."""
+        return Path(self.directory) / self.model if self.model else None
+
+    @property
+    def radii(self) -> tuple[float, float]:
+        """Inscribed and circumscribed radius of the padded outline, m."""
+        return footprint_radii(self.padded_outline)
+
+
+def load_robot(
+    name_or_path: str,
+    overrides: Mapping[str, Any] | None = None,
+    *,
+    overrides_source: str = "overrides",
+) -> Robot:
+    """Returns a built-in robot by name, or one from a file; `overrides` replace single fields.
+
+    Raises InputError where the name is unknown, or the file or an override is wrong;
+    `overrides_source` names the overrides in it.
+    """
+    path = ROBOT_FILES.find(name_or_path)
+    data = read_yaml(path)
+    robot = _robot_of(data, str(path), path.parent)
+    if not overrides:
+        return robot
+    return _robot_of(merged(data, overrides), overrides_source, path.parent)
+
+
+def _robot_of(data: Mapping[str, Any], source: str, directory: Path) -> Robot:
+    if "directory" in data:
+        raise InputError(f"{source}: directory: unknown field; it follows from where the file is")
+    robot = validate(Robot, data, source).model_copy(update={"directory": str(directory)})
+    if robot.model_path is not None and not robot.model_path.is_file():
+        raise InputError(f"{source}: model: no such file: {robot.model_path}")
+    return robot
+
+
+def merged(base: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns `base` with `overrides` laid over it, mapping by mapping."""
+    result = dict(base)
+    for key, value in overrides.items():
+        nested = isinstance(value, Mapping) and isinstance(result.get(key), Mapping)
+        result[key] = merged(result[key], value) if nested else value
+    return result

@@ -1,0 +1,267 @@
+"""The scenario file: a world, a task, what the planner knows, what varies between trials."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field, field_validator, model_validator
+
+from drake_navbench.costmaps.filter_masks import (
+    FilterDescription,
+    FilterMask,
+    Lattice,
+    load_filter_mask,
+)
+from drake_navbench.costmaps.map_file import OccupancyMap, load_map
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.map_world import occupied_boxes
+from drake_navbench.inputs.named_files import NamedFiles
+from drake_navbench.inputs.robot import Robot, load_robot
+from drake_navbench.inputs.world import Obstacle, Point, World
+from drake_navbench.navigation.smoother_parameters import (
+    ConstrainedSmootherParameters,
+    SimpleSmootherParameters,
+)
+from drake_navbench.noise import NoiseKey, NoiseStream
+from drake_navbench.typed_yaml import FrozenModel, read_yaml, validate
+
+SCENARIO_FILES = NamedFiles(kind="scenario", package="drake_navbench.scenarios")
+# The order of the publication; other built-in scenarios run only when named.
+PUBLISHED_SCENARIOS = (
+    "empty",
+    "static_obstacles",
+    "one_obstacle",
+    "restricted_small",
+    "restricted_large",
+)
+# Fields that a file may not contain.
+SET_BY_LOADING = ("name", "directory")
+# How far masks that are drawn from polygons reach beyond everything else.
+MASK_MARGIN_M = 2.0
+MASK_RESOLUTION_M = 0.05
+
+Pose = tuple[float, float, float]
+
+
+class Straight(FrozenModel):
+    """A straight piece of a given plan."""
+
+    straight_m: float = Field(gt=0.0, description="Length [m].")
+
+
+class Arc(FrozenModel):
+    """A circular piece of a given plan."""
+
+    arc_deg: float = Field(ge=-360.0, le=360.0, description="Turn, positive to the left [deg].")
+    radius_m: float = Field(gt=0.0, description="Radius [m].")
+
+
+class SimpleSmoothing(SimpleSmootherParameters):
+    """Nav2's simple smoother."""
+
+    type: Literal["simple"]
+
+
+class ConstrainedSmoothing(ConstrainedSmootherParameters):
+    """Nav2's constrained smoother."""
+
+    type: Literal["constrained"]
+
+
+class GridPlan(FrozenModel):
+    """The plan comes from the global planner, whose settings are the robot's."""
+
+    type: Literal["planner"]
+    smoother: (
+        Annotated[SimpleSmoothing | ConstrainedSmoothing, Field(discriminator="type")] | None
+    ) = Field(None, description="What smooths the planner's path; null leaves it as it is.")
+
+    @field_validator("smoother", mode="before")
+    @classmethod
+    def _accept_name(cls, value: Any) -> Any:
+        """Takes a smoother's name alone, or 'none'."""
+        if value == "none":
+            return None
+        return {"type": value} if isinstance(value, str) else value
+
+
+class ElementsPlan(FrozenModel):
+    """The plan is given as straights and arcs from the start pose."""
+
+    type: Literal["elements"]
+    elements: list[Straight | Arc] = Field(min_length=1, description="Pieces in order.")
+    spacing_m: float = Field(0.05, gt=0.0, description="Distance between plan poses [m].")
+
+
+class PolylinePlan(FrozenModel):
+    """The plan is given as corner points; the first should be the start."""
+
+    type: Literal["polyline"]
+    points: list[Point] = Field(min_length=2, description="Corners [m].")
+    spacing_m: float = Field(0.05, gt=0.0, description="Distance between plan poses [m].")
+
+
+Plan = Annotated[GridPlan | ElementsPlan | PolylinePlan, Field(discriminator="type")]
+
+
+class WorldDescription(FrozenModel):
+    """What stands in the world: the occupied cells of a map, and shapes."""
+
+    map: str | None = Field(
+        None, description="Map file of Nav2's map_server, relative to the scenario's folder."
+    )
+    obstacles: list[Obstacle] = Field(default_factory=list, description="Shapes in the world.")
+
+
+class Variation(FrozenModel):
+    """What differs between the trials of a scenario; the same for every controller."""
+
+    start_xy_std_m: float = Field(0.0, ge=0.0, description="Spread of the start position [m].")
+    start_yaw_std_rad: float = Field(0.0, ge=0.0, description="Spread of the start heading [rad].")
+
+
+class Scenario(FrozenModel):
+    """One task in one world."""
+
+    description: str = Field(min_length=1, description="One line for --list.")
+    world: WorldDescription = Field(default_factory=WorldDescription)
+    start: Pose = Field((0.0, 0.0, 0.0), description="x [m], y [m], yaw [rad].")
+    goal: Pose = Field(description="x [m], y [m], yaw [rad].")
+    filters: list[FilterDescription] = Field(
+        default_factory=list, description="Areas of keepout, of limited speed or of a binary state."
+    )
+    plan: Plan = Field(default_factory=lambda: GridPlan(type="planner"))
+    waypoints: list[Pose] = Field(
+        default_factory=list, description="Goals to reach in order before the last one, `goal`."
+    )
+    navigation_mode: Literal["follow_path", "navigate_to_pose"] = Field(
+        "follow_path",
+        description="follow_path: plan once, abort when the controller fails. navigate_to_pose: "
+        "Nav2's default behaviour tree, with replanning and recoveries.",
+    )
+    timeout_s: float = Field(120.0, gt=0.0, description="The trial ends as timed_out after this.")
+    variation: Variation = Field(default_factory=Variation)
+    robot_overrides: dict[str, Any] = Field(
+        default_factory=dict, description="Fields of the robot file that this scenario replaces."
+    )
+    name: str = Field("", description="Set from the file's name.")
+    directory: str = Field("", exclude=True, description="Set from where the file was found.")
+
+    @field_validator("filters")
+    @classmethod
+    def _check_one_of_each(cls, filters: list[FilterDescription]) -> list[FilterDescription]:
+        names = [entry.filter_name for entry in filters]
+        for name in ("speed_filter", "binary_filter"):
+            if names.count(name) > 1:
+                raise ValueError(
+                    f"expected one {name} at most, found {names.count(name)}; give it several areas"
+                )
+        return filters
+
+    @model_validator(mode="after")
+    def _check_mode(self) -> Scenario:
+        if self.navigation_mode == "follow_path" and self.waypoints:
+            raise ValueError(
+                "waypoints: expected navigation_mode navigate_to_pose, got follow_path"
+            )
+        if self.navigation_mode == "navigate_to_pose" and self.plan.type != "planner":
+            raise ValueError(
+                "navigation_mode: navigate_to_pose plans again and again, so plan must be of type "
+                f"planner, got {self.plan.type}"
+            )
+        return self
+
+    @property
+    def goals(self) -> tuple[Pose, ...]:
+        """Where to go: the waypoints and then the goal."""
+        return (*self.waypoints, self.goal)
+
+    @cached_property
+    def map(self) -> OccupancyMap | None:
+        """The map; raises InputError where it cannot be read or is turned."""
+        if self.world.map is None:
+            return None
+        path = Path(self.directory) / self.world.map
+        grid = load_map(path)
+        if grid.origin_yaw != 0.0:
+            raise InputError(
+                f"{path}: origin: Nav2's costmaps take no notice of a map's yaw, got "
+                f"{grid.origin_yaw:g} rad, expected 0"
+            )
+        return grid
+
+    @cached_property
+    def filter_masks(self) -> tuple[FilterMask, ...]:
+        """The masks of the filters; raises InputError where one is wrong."""
+        return tuple(
+            load_filter_mask(
+                entry, directory=Path(self.directory), bounds=self._bounds, lattice=self._lattice
+            )
+            for entry in self.filters
+        )
+
+    @property
+    def files(self) -> list[Path]:
+        """The map and mask files that it refers to, with their images."""
+        grids = [self.map, *(mask.grid for mask in self.filter_masks)]
+        return [path for grid in grids if grid is not None for path in grid.files]
+
+    @property
+    def _lattice(self) -> Lattice:
+        """The cells of masks that are drawn: the map's, else such that the start is a centre."""
+        if self.map is not None:
+            return Lattice(self.map.origin_x, self.map.origin_y, self.map.resolution)
+        half = 0.5 * MASK_RESOLUTION_M
+        return Lattice(self.start[0] - half, self.start[1] - half, MASK_RESOLUTION_M)
+
+    @property
+    def _bounds(self) -> tuple[float, ...]:
+        """min_x, min_y, max_x, max_y of all that matters, m."""
+        points = [pose[:2] for pose in (self.start, *self.goals)]
+        if self.map is not None:
+            points += [self.map.bounds[:2], self.map.bounds[2:]]
+        return World(tuple(self.world.obstacles)).bounds(points, MASK_MARGIN_M)
+
+    @cached_property
+    def true_world(self) -> World:
+        """Everything that stands in the world."""
+        walls = occupied_boxes(self.map) if self.map is not None else ()
+        return World(tuple(self.world.obstacles), walls)
+
+    @cached_property
+    def known_world(self) -> World:
+        """The shapes that the planner's map shows, besides the map itself."""
+        return World(tuple(o for o in self.world.obstacles if o.known_to_planner))
+
+    def load_robot(self, name_or_path: str) -> Robot:
+        """Returns a robot by name or from a file, changed by the overrides; raises InputError."""
+        source = f"scenario {self.name}: robot_overrides"
+        return load_robot(name_or_path, self.robot_overrides, overrides_source=source)
+
+    def start_pose(self, seed: int) -> np.ndarray:
+        """Returns (3,) the start pose of the trial with this seed, the same for all controllers."""
+        deviation = NoiseKey(seed, NoiseStream.START_POSE, 0).generator().standard_normal(3)
+        spread = self.variation
+        return np.array(self.start) + deviation * np.array(
+            [spread.start_xy_std_m, spread.start_xy_std_m, spread.start_yaw_std_rad]
+        )
+
+
+def load_scenario(name_or_path: str) -> Scenario:
+    """Returns a built-in scenario by name, or one from a file.
+
+    Raises InputError where the name is unknown or the file is wrong.
+    """
+    path = SCENARIO_FILES.find(name_or_path)
+    data = read_yaml(path)
+    for field in SET_BY_LOADING:
+        if field in data:
+            raise InputError(f"{path}: {field}: unknown field; it follows from the file")
+    scenario = validate(Scenario, data | {"name": path.stem}, str(path))
+    scenario = scenario.model_copy(update={"directory": str(path.parent)})
+    # Maps and masks are read now, so that a wrong one is found before any trial.
+    _ = scenario.map, scenario.filter_masks
+    return scenario

@@ -1,0 +1,52 @@
+"""Whether a robot can stand at the start of a scenario, and its goals can be goals."""
+
+from __future__ import annotations
+
+import numpy as np
+import shapely
+
+from drake_navbench.costmaps.map_file import UNKNOWN
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.robot import Robot
+from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.inputs.world import place_footprint
+from drake_navbench.kernels.rasterize import MASK_FULL
+
+
+def check_task(scenario: Scenario, robot: Robot) -> None:
+    """Raises InputError where the robot cannot stand at the start, or cannot get to the goal.
+
+    On a map the start must not overlap an occupied cell, and the goal must be on the map and known.
+    The start is looked at without its variation: a trial that begins in contact ends as collided.
+    """
+    body = shapely.Polygon(place_footprint(robot.outline, scenario.start))
+    if scenario.true_world.intersects(body):
+        raise InputError(
+            f"scenario {scenario.name}: start: the robot's footprint at {list(scenario.start)} "
+            "overlaps an obstacle; expected free space"
+        )
+    names = [*(f"waypoints[{index}]" for index in range(len(scenario.waypoints))), "goal"]
+    for name, goal in zip(names, scenario.goals, strict=True):
+        where = _why_no_goal(scenario, robot, np.array(goal[:2]))
+        if where:
+            raise InputError(
+                f"scenario {scenario.name}: {name}: {list(goal[:2])} lies {where}; "
+                "expected free space"
+            )
+
+
+def _why_no_goal(scenario: Scenario, robot: Robot, position: np.ndarray) -> str:
+    """Returns where a goal (2,) m lies that cannot be one, such as 'off the map', or ''."""
+    if scenario.true_world.intersects(shapely.Point(position)):
+        return "inside an obstacle"
+    if scenario.map is not None:
+        value = scenario.map.value_at(position)
+        if value is None:
+            return "off the map"
+        if value == UNKNOWN:
+            return "in unknown space"
+    if robot.navigation.global_costmap.is_active("keepout_filter"):
+        keepouts = [mask for mask in scenario.filter_masks if mask.type == "keepout"]
+        if any(mask.value_at(position) == MASK_FULL for mask in keepouts):
+            return "in a keepout"
+    return ""

@@ -1,0 +1,1 @@
+"""One trial: the diagram built, planned, simulated and logged."""

@@ -1,0 +1,253 @@
+"""The wiring of one trial, one paragraph a system.
+
+`make docs` writes the picture of it, as Drake draws it, to docs/.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.geometry import Meshcat, MeshcatVisualizer, SceneGraph
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPort
+
+from drake_navbench.controller import Controller
+from drake_navbench.costmaps.filter_masks import FilterMask
+from drake_navbench.costmaps.map_file import OccupancyMap
+from drake_navbench.inputs.robot import NavigationSettings, Robot
+from drake_navbench.inputs.world import World
+from drake_navbench.inputs.world_geometry import register_obstacles
+from drake_navbench.navigation.checker_settings import make_goal_checker, make_progress_checker
+from drake_navbench.navigation.path_handler import PathHandler
+from drake_navbench.systems.binary_filter import BinaryFilter
+from drake_navbench.systems.clearance import Clearance
+from drake_navbench.systems.controller_server import ControllerServer
+from drake_navbench.systems.lidar import Lidar
+from drake_navbench.systems.local_costmap import LocalCostmap
+from drake_navbench.systems.localization import Localization
+from drake_navbench.systems.navigator import Navigator
+from drake_navbench.systems.recorder import Recorder
+from drake_navbench.systems.speed_filter import SpeedFilter
+from drake_navbench.systems.tree_navigator import TreeNavigator
+from drake_navbench.systems.wheelchair import Wheelchair
+from drake_navbench.trial.navigation_wiring import (
+    Signals,
+    add_command_chain,
+    add_navigation,
+    connect_inputs,
+)
+from drake_navbench.trial.spec import FollowPlan, NavigateToPoses
+from drake_navbench.trial.timing import CONTROLLER_OFFSET_S, COSTMAP_OFFSET_S
+
+CLEARANCE_PERIOD_S = 0.05
+CLEARANCE_OFFSET_S = CONTROLLER_OFFSET_S
+RECORDER_PERIOD_S = 0.02
+
+
+@dataclass(frozen=True)
+class TrialDiagram:
+    """A built diagram, and the systems in it that a trial or a test talks to."""
+
+    diagram: Diagram
+    wheelchair: Wheelchair
+    lidar: Lidar
+    localization: Localization
+    local_costmap: LocalCostmap
+    navigator: Navigator | TreeNavigator
+    controller_server: ControllerServer
+    clearance: Clearance
+    recorder: Recorder
+    speed_filter: SpeedFilter | None = None
+    binary_filter: BinaryFilter | None = None
+
+    def create_context(self, start_pose: NDArray[np.float64], seed: int) -> Context:
+        """Returns a context with the robot at rest at (3,) x m, y m, yaw rad, and the seed set."""
+        context = self.diagram.CreateDefaultContext()
+        self.wheelchair.set_pose(self.wheelchair.GetMyMutableContextFromRoot(context), start_pose)
+        for system in (self.lidar, self.localization, self.controller_server):
+            own = system.GetMyMutableContextFromRoot(context)
+            own.get_mutable_abstract_parameter(system.seed_parameter).set_value(seed)
+        return context
+
+
+def build_trial_diagram(
+    robot: Robot,
+    world: World,
+    controller: Controller,
+    *,
+    task: FollowPlan | NavigateToPoses,
+    static_map: OccupancyMap | None = None,
+    filter_masks: Sequence[FilterMask] = (),
+    meshcat: Meshcat | None = None,
+) -> TrialDiagram:
+    """Wires one trial.
+
+    task: what the robot is to do, and so which navigator there is.
+    static_map, filter_masks: what the layers and filters of the local costmap know beforehand.
+    meshcat: where to draw the trial while it runs.
+    """
+    builder = DiagramBuilder()
+
+    scene_graph = builder.AddNamedSystem("scene_graph", SceneGraph())
+    register_obstacles(scene_graph, world)
+
+    wheelchair = _add_wheelchair(builder, robot, scene_graph)
+    state = wheelchair.get_state_output_port()
+
+    lidar = builder.AddNamedSystem("lidar", Lidar(robot.lidar, world))
+    connect_inputs(builder, lidar, state=state)
+    scan = lidar.GetOutputPort("scan")
+
+    local_costmap = _add_local_costmap(builder, robot, static_map, filter_masks)
+    connect_inputs(builder, local_costmap, state=state, scan=scan)
+    costmap = local_costmap.GetOutputPort("costmap")
+
+    localization = builder.AddNamedSystem(
+        "localization", Localization(robot.localization, offset_s=CONTROLLER_OFFSET_S)
+    )
+    connect_inputs(builder, localization, state=state)
+    estimate = localization.GetOutputPort("estimate")
+
+    server = _add_controller_server(builder, robot.navigation, controller)
+    connect_inputs(builder, server, estimate=estimate, costmap=costmap)
+
+    signals = Signals(state=state, estimate=estimate, scan=scan)
+    navigator, command = add_navigation(
+        builder, robot, task, signals, local_costmap=local_costmap, server=server
+    )
+    command = add_command_chain(builder, robot, signals, command)
+    builder.Connect(command, wheelchair.get_command_input_port())
+
+    speed_filter, binary_filter = _add_filters(builder, robot.navigation, filter_masks, estimate)
+    if speed_filter is not None:
+        connect_inputs(builder, server, speed_limit=speed_filter.GetOutputPort("speed_limit"))
+
+    clearance = _add_clearance(builder, robot, world)
+    geometry_query = scene_graph.get_query_output_port()
+    connect_inputs(builder, clearance, geometry_query=geometry_query, state=state, costmap=costmap)
+
+    recorder = _add_recorder(builder, navigator)
+    connect_inputs(builder, recorder, state=state, estimate=estimate, scan=scan, command=command)
+    connect_inputs(builder, recorder, distances=clearance.GetOutputPort("distances"))
+    connect_inputs(builder, recorder, server_state=server.GetOutputPort("server_state"))
+
+    if meshcat is not None:
+        MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat)
+
+    diagram = builder.Build()
+    diagram.set_name("trial")
+    return TrialDiagram(
+        diagram=diagram,
+        wheelchair=wheelchair,
+        lidar=lidar,
+        localization=localization,
+        local_costmap=local_costmap,
+        navigator=navigator,
+        controller_server=server,
+        clearance=clearance,
+        recorder=recorder,
+        speed_filter=speed_filter,
+        binary_filter=binary_filter,
+    )
+
+
+def _add_wheelchair(builder: DiagramBuilder, robot: Robot, scene_graph: SceneGraph) -> Wheelchair:
+    """Adds the robot's base and carries its outline along in SceneGraph."""
+    wheelchair = builder.AddNamedSystem(
+        "wheelchair", Wheelchair(robot.drive, scene_graph, footprint=robot.outline)
+    )
+    builder.Connect(
+        wheelchair.get_geometry_pose_output_port(),
+        scene_graph.get_source_pose_port(wheelchair.source_id),
+    )
+    return wheelchair
+
+
+def _add_local_costmap(
+    builder: DiagramBuilder,
+    robot: Robot,
+    static_map: OccupancyMap | None,
+    filter_masks: Sequence[FilterMask],
+) -> LocalCostmap:
+    """Adds the local costmap."""
+    return builder.AddNamedSystem(
+        "local_costmap",
+        LocalCostmap(
+            robot.navigation.local_costmap,
+            robot.lidar,
+            footprint=robot.padded_outline,
+            offset_s=COSTMAP_OFFSET_S,
+            static_map=static_map,
+            masks=filter_masks,
+        ),
+    )
+
+
+def _add_clearance(builder: DiagramBuilder, robot: Robot, world: World) -> Clearance:
+    """Adds what measures the distance to the obstacles."""
+    return builder.AddNamedSystem(
+        "clearance",
+        Clearance(
+            footprint=robot.outline,
+            wall_edges=world.wall_edges,
+            period_s=CLEARANCE_PERIOD_S,
+            offset_s=CLEARANCE_OFFSET_S,
+        ),
+    )
+
+
+def _add_recorder(builder: DiagramBuilder, navigator: Navigator | TreeNavigator) -> Recorder:
+    """Adds the recorder, which listens to a behaviour tree where there is one."""
+    recorder = builder.AddNamedSystem("recorder", Recorder(period_s=RECORDER_PERIOD_S))
+    if isinstance(navigator, TreeNavigator):
+        navigator_state = navigator.GetOutputPort("navigator_state")
+        connect_inputs(builder, recorder, navigator_state=navigator_state)
+    return recorder
+
+
+def _add_controller_server(
+    builder: DiagramBuilder, navigation: NavigationSettings, controller: Controller
+) -> ControllerServer:
+    """Adds the server that hosts the controller."""
+    return builder.AddNamedSystem(
+        "controller_server",
+        ControllerServer(
+            controller,
+            navigation.controller_server,
+            path_handler=PathHandler(navigation.path_handler),
+            goal_checker=make_goal_checker(navigation.goal_checker),
+            progress_checker=make_progress_checker(navigation.progress_checker),
+            offset_s=CONTROLLER_OFFSET_S,
+        ),
+    )
+
+
+def _add_filters(
+    builder: DiagramBuilder,
+    navigation: NavigationSettings,
+    masks: Sequence[FilterMask],
+    estimate: OutputPort,
+) -> tuple[SpeedFilter | None, BinaryFilter | None]:
+    """Adds the filters that act elsewhere than in a costmap, where the scenario has any.
+
+    Each runs at the rate of the costmap that lists it, the local one where both do.
+    """
+    speed_filter = binary_filter = None
+    for mask in masks:
+        name = mask.filter_name
+        costmaps = (navigation.local_costmap, navigation.global_costmap)
+        listing = next((costmap for costmap in costmaps if costmap.is_active(name)), None)
+        if listing is None:
+            continue
+        timing = {"period_s": 1.0 / listing.update_frequency, "offset_s": COSTMAP_OFFSET_S}
+        if name == "speed_filter":
+            speed_filter = builder.AddNamedSystem(name, SpeedFilter(mask, **timing))
+        elif name == "binary_filter":
+            binary_filter = builder.AddNamedSystem(
+                name, BinaryFilter(mask, listing.binary_filter, **timing)
+            )
+    for system in filter(None, (speed_filter, binary_filter)):
+        connect_inputs(builder, system, estimate=estimate)
+    return speed_filter, binary_filter

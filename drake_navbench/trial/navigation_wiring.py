@@ -1,0 +1,175 @@
+"""The wiring of what a robot or a scenario may add to the plain way of a command to the wheels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+
+from pydrake.systems.framework import DiagramBuilder, LeafSystem, OutputPort
+
+from drake_navbench.inputs.robot import Robot
+from drake_navbench.navigation.path_validity import is_path_valid
+from drake_navbench.navigation.waypoint_follower import WaypointFollower
+from drake_navbench.systems.behavior_server import BehaviorServer
+from drake_navbench.systems.collision_monitor import CollisionMonitorSystem
+from drake_navbench.systems.controller_server import ControllerServer
+from drake_navbench.systems.global_costmap import GlobalCostmap
+from drake_navbench.systems.local_costmap import LocalCostmap
+from drake_navbench.systems.navigator import Navigator
+from drake_navbench.systems.tree_navigator import TreeNavigator
+from drake_navbench.systems.velocity_smoother import VelocitySmootherSystem
+from drake_navbench.trial.spec import FollowPlan, NavigateToPoses
+from drake_navbench.trial.timing import (
+    BEHAVIOR_OFFSET_S,
+    COSTMAP_OFFSET_S,
+    MONITOR_OFFSET_S,
+    NAVIGATOR_OFFSET_S,
+    SMOOTHER_OFFSET_S,
+)
+
+
+@dataclass(frozen=True)
+class Signals:
+    """What most systems look at: ports of the robot and its senses."""
+
+    state: OutputPort
+    estimate: OutputPort
+    scan: OutputPort
+
+
+def connect_inputs(builder: DiagramBuilder, system: LeafSystem, **inputs: OutputPort) -> None:
+    """Connects the inputs of a system by name."""
+    for name, port in inputs.items():
+        builder.Connect(port, system.GetInputPort(name))
+
+
+def add_navigation(
+    builder: DiagramBuilder,
+    robot: Robot,
+    task: FollowPlan | NavigateToPoses,
+    signals: Signals,
+    *,
+    local_costmap: LocalCostmap,
+    server: ControllerServer,
+) -> tuple[Navigator | TreeNavigator, OutputPort]:
+    """Adds the navigator of a task, and what belongs to it, around a controller server.
+
+    Returns the navigator and the port of the command.
+    """
+    if isinstance(task, FollowPlan):
+        navigator = builder.AddNamedSystem("navigator", Navigator(task.make_plan))
+        status = server.GetOutputPort("status")
+        connect_inputs(builder, navigator, estimate=signals.estimate, controller_status=status)
+        command = server.GetOutputPort("command")
+    else:
+        navigator, command = _add_tree_navigation(
+            builder, robot, task, signals, local_costmap=local_costmap, server=server
+        )
+    connect_inputs(builder, server, plan=navigator.GetOutputPort("plan"))
+    return navigator, command
+
+
+def _add_tree_navigation(
+    builder: DiagramBuilder,
+    robot: Robot,
+    task: NavigateToPoses,
+    signals: Signals,
+    *,
+    local_costmap: LocalCostmap,
+    server: ControllerServer,
+) -> tuple[TreeNavigator, OutputPort]:
+    """Adds the navigator, the global costmap and the behaviours around a controller server.
+
+    Returns the navigator and the port of the command, the controller's or a behaviour's.
+    """
+    navigation = robot.navigation
+    global_costmap = builder.AddNamedSystem(
+        "global_costmap",
+        GlobalCostmap(
+            task.global_layers,
+            pose=task.start_pose,
+            period_s=1.0 / navigation.global_costmap.update_frequency,
+            offset_s=COSTMAP_OFFSET_S,
+        ),
+    )
+    connect_inputs(builder, global_costmap, state=signals.state, scan=signals.scan)
+
+    control_period_s = 1.0 / navigation.controller_server.controller_frequency
+    behavior_period_s = 1.0 / navigation.behavior_server.cycle_frequency
+    navigator = builder.AddNamedSystem(
+        "navigator",
+        TreeNavigator(
+            navigation.behavior_tree,
+            WaypointFollower(task.goals, navigation.waypoint_follower),
+            make_plan=task.make_plan,
+            is_path_valid=partial(
+                is_path_valid,
+                footprint=robot.padded_outline,
+                is_circle=robot.robot_radius is not None,
+            ),
+            period_s=navigation.behavior_tree.tick_period_s(control_period_s, behavior_period_s),
+            offset_s=NAVIGATOR_OFFSET_S,
+        ),
+    )
+    behaviors = builder.AddNamedSystem(
+        "behavior_server",
+        BehaviorServer(
+            navigation.behavior_server,
+            footprint=robot.padded_outline,
+            offset_s=BEHAVIOR_OFFSET_S,
+        ),
+    )
+    connect_inputs(
+        builder,
+        navigator,
+        estimate=signals.estimate,
+        global_costmap=global_costmap.GetOutputPort("costmap"),
+        controller_status=server.GetOutputPort("status"),
+        behavior_status=behaviors.GetOutputPort("status"),
+    )
+    connect_inputs(
+        builder,
+        behaviors,
+        estimate=signals.estimate,
+        costmap=local_costmap.GetOutputPort("costmap"),
+        goal=navigator.GetOutputPort("behavior_goal"),
+        controller_command=server.GetOutputPort("command"),
+    )
+    clear_local = navigator.GetOutputPort("clear_local")
+    connect_inputs(builder, server, clear_request=clear_local)
+    connect_inputs(builder, local_costmap, clear_request=clear_local)
+    connect_inputs(builder, global_costmap, clear_request=navigator.GetOutputPort("clear_global"))
+    return navigator, behaviors.GetOutputPort("command")
+
+
+def add_command_chain(
+    builder: DiagramBuilder, robot: Robot, signals: Signals, command: OutputPort
+) -> OutputPort:
+    """Adds the velocity smoother and the collision monitor, where the robot has them.
+
+    Returns the port of the command for the wheels.
+    """
+    navigation = robot.navigation
+    period_s = 1.0 / navigation.controller_server.controller_frequency
+    if navigation.velocity_smoother is not None:
+        smoother = builder.AddNamedSystem(
+            "velocity_smoother",
+            VelocitySmootherSystem(navigation.velocity_smoother, offset_s=SMOOTHER_OFFSET_S),
+        )
+        connect_inputs(builder, smoother, command=command, estimate=signals.estimate)
+        command = smoother.GetOutputPort("smoothed_command")
+        period_s = 1.0 / navigation.velocity_smoother.smoothing_frequency
+    if navigation.collision_monitor is not None:
+        monitor = builder.AddNamedSystem(
+            "collision_monitor",
+            CollisionMonitorSystem(
+                navigation.collision_monitor,
+                robot.lidar,
+                footprint=robot.padded_outline,
+                period_s=period_s,
+                offset_s=MONITOR_OFFSET_S,
+            ),
+        )
+        connect_inputs(builder, monitor, command=command, scan=signals.scan, state=signals.state)
+        command = monitor.GetOutputPort("safe_command")
+    return command

@@ -1,0 +1,56 @@
+"""What a trial is a function of, and what its robot is to do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.costmaps.layered_costmap import LayeredCostmap
+from drake_navbench.inputs.presets import Preset
+from drake_navbench.inputs.robot import Robot
+from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.navigation.behavior_tree.board import MakePlan
+from drake_navbench.navigation.waypoint_follower import Pose
+
+
+@dataclass(frozen=True)
+class TrialSpec:
+    """Everything that a trial is a function of, but for the code.
+
+    trial: its number among the trials of a scenario. seed: of this trial, the same for every
+    controller. wants_diagnostics: whether to log the controller's arrays too.
+    """
+
+    scenario: Scenario
+    robot: Robot
+    preset: Preset
+    seed: int
+    trial: int = 0
+    wants_diagnostics: bool = False
+
+
+@dataclass(frozen=True)
+class FollowPlan:
+    """A task in the mode follow_path.
+
+    make_plan: from the start pose (3,) to the plan poses (N, 3); raises PlanningError.
+    """
+
+    make_plan: Callable[[NDArray[np.float64]], NDArray[np.float64]]
+
+
+@dataclass(frozen=True)
+class NavigateToPoses:
+    """A task in the mode navigate_to_pose.
+
+    goals: one after another. make_plan: from start, goal and global costmap to a plan.
+    global_layers: of the global costmap. start_pose: (3,) x m, y m, yaw rad.
+    """
+
+    goals: tuple[Pose, ...]
+    make_plan: MakePlan
+    global_layers: LayeredCostmap
+    start_pose: NDArray[np.float64]

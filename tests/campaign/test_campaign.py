@@ -1,0 +1,130 @@
+"""A campaign: which trials it has, what its folder holds, how it ends when something breaks."""
+
+import dataclasses
+import json
+import time
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from drake_navbench import run_benchmark
+from drake_navbench.analysis.folder_analysis import analyse_folder
+from drake_navbench.analysis.metrics.registry import unrepeatable_names
+from drake_navbench.campaign import campaign as campaign_module
+from drake_navbench.campaign.campaign import plan_campaign, worker_pool
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.presets import load_parameter_file, load_preset
+from drake_navbench.log import Outcome, TrialLog
+from drake_navbench.results import ResultsFolder
+from drake_navbench.run import main
+from drake_navbench.trial.trial import failed_log
+
+SCENARIO = "description: nothing in the way\ngoal: [1.0, 0.0, 0.0]\n"
+PRESET = "controller: rpp\ndescription: slower\nparameters: {max_linear_vel: 0.3}\n"
+
+
+def written(path: Path, text: str) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text)
+    return path
+
+
+def test_scenarios_of_one_name_are_refused_by_both_their_files(tmp_path):
+    first = str(written(tmp_path / "a" / "s.yaml", SCENARIO))
+    second = str(written(tmp_path / "b" / "s.yaml", SCENARIO))
+    with pytest.raises(InputError) as caught:
+        plan_campaign([first, second], ["rpp"])
+    message = f"scenario 's': expected one of this name, got {first} and {second}"
+    assert str(caught.value) == message
+
+
+def test_presets_of_one_name_are_refused_by_both_their_files(tmp_path):
+    (mine,) = load_parameter_file(written(tmp_path / "rpp.yaml", PRESET))
+    built_in = load_preset("rpp").source
+    with pytest.raises(InputError) as caught:
+        plan_campaign(["empty"], ["rpp", mine])
+    message = f"controller 'rpp': expected one of this name, got {built_in} and {mine.source}"
+    assert str(caught.value) == message
+
+
+def test_what_is_given_twice_runs_once(tmp_path):
+    (mine,) = load_parameter_file(written(tmp_path / "mine.yaml", PRESET))
+    campaign = plan_campaign(["empty", "empty"], ["rpp", "rpp", mine, mine], trials=1)
+    assert [(spec.scenario.name, spec.preset.name) for spec in campaign.specs] == [
+        ("empty", "rpp"),
+        ("empty", "mine"),
+    ]
+
+
+def test_a_parameter_file_given_twice_runs_once(tmp_path, capsys):
+    # Were it refused, the message would be about it and not about the folder.
+    mine = str(written(tmp_path / "mine.yaml", PRESET))
+    arguments = ["empty", "--params", mine, "--params", mine, "--out", str(tmp_path)]
+    assert main(arguments) == 2
+    assert "is not empty" in capsys.readouterr().err
+
+
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory) -> tuple[pd.DataFrame, Path]:
+    """The table and the folder of a benchmark run in Python."""
+    out = tmp_path_factory.mktemp("results") / "kept"
+    return run_benchmark(["restricted_small"], ["rpp"], trials=1, seed=7, jobs=1, out=out), out
+
+
+def test_a_folder_that_is_kept_can_be_reported_and_resumed(kept):
+    trials, out = kept
+    manifest = json.loads((out / "manifest.json").read_text())
+    assert manifest["request"]["seed"] == 7
+    assert manifest["controllers"] == ["rpp"]
+    assert (out / "inputs" / "controllers" / "rpp.yaml").is_file()
+    (analysis,) = analyse_folder(out, jobs=1).scenarios
+    assert len(analysis.trials) == 1
+    assert main(["--resume", str(out), "--quiet"]) == 0
+    again = pd.read_parquet(out / "trials.parquet")
+    varying = unrepeatable_names()
+    pd.testing.assert_frame_equal(trials.drop(columns=varying), again.drop(columns=varying))
+
+
+def test_a_folder_with_other_results_is_refused(kept):
+    _, out = kept
+    with pytest.raises(InputError, match="is not empty"):
+        run_benchmark(["restricted_small"], ["rpp"], trials=1, seed=8, jobs=1, out=out)
+
+
+def test_a_benchmark_of_no_trials_is_refused():
+    with pytest.raises(InputError, match=r"run_benchmark: trials: .* greater than or equal to 1"):
+        run_benchmark(["empty"], ["rpp"], trials=0)
+
+
+def test_a_log_that_cannot_be_written_ends_only_its_own_trial(tmp_path, monkeypatch):
+    (spec,) = plan_campaign(["empty"], ["rpp"], trials=1).specs
+    samples = pd.DataFrame({name: [0.0] for name in failed_log(spec, "").samples.columns})
+    odd = dataclasses.replace(
+        failed_log(spec, ""), samples=samples, diagnostics=((0.0, {"tried": {1, 2}}),)
+    )
+    monkeypatch.setattr(campaign_module, "simulate", lambda spec: odd)
+    folder = ResultsFolder(tmp_path)
+    row = campaign_module._run_and_write(spec, folder)
+    assert row["outcome"] == Outcome.ERROR
+    assert row["reason"].startswith("TypeError: ")
+    assert "got set" in row["reason"]
+    log = TrialLog.read(folder.log_path("empty", "rpp", 0))
+    assert log.info["reason"] == row["reason"]
+    assert "Traceback" in log.info["traceback"]
+
+
+def test_an_exception_stops_the_workers_without_waiting_for_them():
+    naps = []
+
+    def interrupted_nap():
+        with worker_pool(1) as pool:
+            naps.append(pool.schedule(time.sleep, args=[5.0]))
+            while not naps[0].running():
+                time.sleep(0.01)
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted_nap()
+    slept_to_the_end = naps[0].done() and naps[0].exception() is None
+    assert not slept_to_the_end

@@ -1,0 +1,210 @@
+"""The command line, as a user meets it."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from drake_navbench.analysis.metrics.registry import unrepeatable_names
+from drake_navbench.campaign import benchmark
+from drake_navbench.errors import NavbenchError
+from drake_navbench.log import TrialLog
+from drake_navbench.run import main
+
+QUICK = ["restricted_small", "--controllers", "rpp", "--trials", "2", "--replay", "none", "--quiet"]
+
+
+def run_command(*arguments: str) -> subprocess.CompletedProcess:
+    command = [sys.executable, "-m", "drake_navbench.run", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory) -> Path:
+    """A results folder of a small finished run."""
+    folder = tmp_path_factory.mktemp("results") / "first"
+    assert main([*QUICK, "--out", str(folder)]) == 0
+    return folder
+
+
+def test_help_needs_none_of_the_heavy_packages():
+    code = (
+        "import sys, drake_navbench.run as r\n"
+        "try:\n    r.main(['--help'])\nexcept SystemExit:\n    pass\n"
+        "heavy = {'pydrake', 'numba', 'numpy', 'pandas', 'pydantic'} & set(sys.modules)\n"
+        "sys.exit(str(heavy) if heavy else 0)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_run_leaves_manifest_logs_table_and_inputs(finished):
+    manifest = json.loads((finished / "manifest.json").read_text())
+    assert manifest["request"]["scenarios"] == ["restricted_small"]
+    assert manifest["controllers"] == ["rpp"]
+    log = TrialLog.read(finished / "trials/restricted_small/rpp/trial_001.parquet")
+    assert log.info["trial"] == 1
+    trials = pd.read_parquet(finished / "trials.parquet")
+    assert list(trials["outcome"]) == ["aborted", "aborted"]
+    assert {"scenario", "controller", "trial", "seed", "reason", "path_length"} <= set(trials)
+    assert (finished / "tables/restricted_small.csv").is_file()
+    assert (finished / "tables/restricted_small.md").is_file()
+    assert (finished / "inputs/controllers/rpp.yaml").is_file()
+
+
+def test_no_unfinished_file_is_left_behind(finished):
+    assert [path for path in finished.rglob(".*")] == []
+
+
+def test_two_runs_with_one_seed_give_the_same_table_but_for_compute_times(finished, tmp_path):
+    assert main([*QUICK, "--out", str(tmp_path / "second")]) == 0
+    first = pd.read_parquet(finished / "trials.parquet")
+    second = pd.read_parquet(tmp_path / "second" / "trials.parquet")
+    varying = unrepeatable_names()
+    pd.testing.assert_frame_equal(
+        first.drop(columns=varying), second.drop(columns=varying), check_exact=True
+    )
+
+
+def test_resume_runs_what_is_missing_and_gives_the_same_table(finished, tmp_path):
+    folder = tmp_path / "interrupted"
+    assert main([*QUICK, "--out", str(folder)]) == 0
+    lost = folder / "trials/restricted_small/rpp/trial_000.parquet"
+    kept = folder / "trials/restricted_small/rpp/trial_001.parquet"
+    kept_bytes = kept.read_bytes()
+    lost.unlink()
+    (folder / "trials.parquet").unlink()
+    assert main(["--resume", str(folder), "--quiet"]) == 0
+    assert lost.is_file()
+    assert kept.read_bytes() == kept_bytes
+    assert len(pd.read_parquet(folder / "trials.parquet")) == 2
+
+
+SCENARIO = """
+description: a box ahead
+world: {obstacles: [{type: box, min: [2.0, -1.0], max: [2.5, 1.0]}]}
+goal: [4.0, 0.0, 0.0]
+"""
+
+
+WRONG_INPUTS = {
+    "unknown scenario": (["emty"], "scenario 'emty' is not known; did you mean 'empty'?"),
+    "missing file": (["no/such.yaml"], "scenario file no/such.yaml: no such file"),
+    "unknown controller": (
+        ["empty", "--controllers", "rppp"],
+        "controller 'rppp' is not known; did you mean 'rpp'?",
+    ),
+    "parameter that does not fit the robot": (
+        ["empty", "--controllers", "dwb:max_vel_y=0.1"],
+        "controller dwb:max_vel_y=0.1: max_vel_y: got 0.1, expected 0",
+    ),
+    "parameter that does not fit the control period": (
+        ["empty", "--controllers", "mppi_nav2:model_dt=0.01"],
+        "model_dt: found 0.01, expected at least the control period 0.05 s",
+    ),
+    "unknown robot": (["empty", "--robot", "wheelchar"], "did you mean 'wheelchair'?"),
+    "unreadable file": (["empty", "--params", "none.yaml"], "none.yaml: cannot be read"),
+    "no results folder": (["--resume", "."], "not a results folder"),
+    "resume with more": (["empty", "--resume", "."], "expected no SCENARIO"),
+}
+WRONG_SCENARIOS = {
+    "unknown field": (
+        SCENARIO + "timeout: 3.0\n",
+        "mine.yaml: timeout: unknown field; did you mean 'timeout_s'?",
+    ),
+    "wrong type": (
+        SCENARIO + "timeout_s: soon\n",
+        "mine.yaml: timeout_s: input should be a valid number, got 'soon'",
+    ),
+    "negative size": (
+        SCENARIO + "timeout_s: -1.0\n",
+        "mine.yaml: timeout_s: input should be greater than 0, got -1.0",
+    ),
+    "start inside an obstacle": (
+        SCENARIO + "start: [1.5, 0.0, 0.0]\n",
+        "scenario mine: start: the robot's footprint at [1.5, 0.0, 0.0] overlaps an obstacle",
+    ),
+    "override of no field of the robot": (
+        SCENARIO + "robot_overrides: {drive: {max_speed: 1.0}}\n",
+        "scenario mine: robot_overrides: drive.max_speed: unknown field",
+    ),
+    "override that contradicts the robot": (
+        SCENARIO + "robot_overrides: {robot_radius: 0.3}\n",
+        "scenario mine: robot_overrides: expected either footprint or robot_radius, and not both",
+    ),
+    "override of where the robot is": (
+        SCENARIO + "robot_overrides: {directory: here}\n",
+        "scenario mine: robot_overrides: directory: unknown field",
+    ),
+    "goal in occupied space": (
+        SCENARIO.replace("4.0, 0.0", "2.2, 0.0"),
+        "scenario mine: goal: [2.2, 0.0] lies inside an obstacle; expected free space",
+    ),
+}
+
+
+def check_refused(arguments: list[str], expected: str, capsys) -> None:
+    """Asserts exit status 2 and one line that says what is expected."""
+    assert main(arguments) == 2
+    message = capsys.readouterr().err
+    assert expected in message
+    assert len(message.strip().splitlines()) == 1
+
+
+@pytest.mark.parametrize("case", WRONG_INPUTS)
+def test_a_wrong_argument_is_one_line_and_exit_2(case, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    check_refused(*WRONG_INPUTS[case], capsys)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("case", WRONG_SCENARIOS)
+def test_a_wrong_scenario_is_one_line_and_exit_2(case, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    text, expected = WRONG_SCENARIOS[case]
+    Path("mine.yaml").write_text(text)
+    check_refused(["mine.yaml"], expected, capsys)
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.yaml"]
+
+
+def test_an_error_fit_to_be_shown_is_one_line_and_exit_1(monkeypatch, capsys):
+    def fail(arguments):
+        raise NavbenchError("nothing to be done")
+
+    monkeypatch.setattr(benchmark, "run_from_command_line", fail)
+    assert main(["empty"]) == 1
+    assert capsys.readouterr().err == "nothing to be done\n"
+
+
+def test_an_output_folder_that_is_not_empty_is_refused(finished, capsys):
+    assert main(["empty", "--controllers", "rpp", "--out", str(finished)]) == 2
+    assert "is not empty; name a new folder, or continue with --resume" in capsys.readouterr().err
+
+
+def test_an_output_folder_below_a_file_is_refused(tmp_path, capsys):
+    file = tmp_path / "file"
+    file.write_text("")
+    assert main(["empty", "--controllers", "rpp", "--out", str(file / "below")]) == 2
+    assert "is not a folder that can be written to" in capsys.readouterr().err
+
+
+def test_an_option_that_does_not_exist_exits_with_2():
+    done = run_command("--speed", "9")
+    assert done.returncode == 2
+    assert "Traceback" not in done.stderr
+
+
+def test_trials_must_be_a_positive_number():
+    done = run_command("--trials", "0")
+    assert done.returncode == 2
+    assert "got '0', expected a whole number of at least 1" in done.stderr
+
+
+def test_list_names_scenarios_controllers_and_robots():
+    done = run_command("--list")
+    assert done.returncode == 0
+    for name in ("restricted_large", "rpp_bringup", "wheelchair"):
+        assert name in done.stdout

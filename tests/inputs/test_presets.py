@@ -1,0 +1,271 @@
+"""Presets, variants and parameter files."""
+
+import sys
+import textwrap
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from drake_navbench.controller import Registry
+from drake_navbench.errors import InputError
+from drake_navbench.inputs import presets
+from drake_navbench.inputs.presets import (
+    as_yaml,
+    load_parameter_file,
+    load_preset,
+    preset_files,
+)
+from drake_navbench.inputs.robot import load_robot
+from drake_navbench.typed_yaml import parse_yaml
+
+
+def test_every_preset_that_is_shipped_loads():
+    for name in preset_files():
+        assert load_preset(name).parameters is not None
+
+
+def test_a_variant_changes_one_parameter_and_is_a_column_of_its_own():
+    variant = load_preset("rpp:lookahead_dist=0.9")
+    assert variant.name == "rpp:lookahead_dist=0.9"
+    assert variant.parameters.lookahead_dist == 0.9
+    assert load_preset("rpp").parameters.lookahead_dist == 0.6
+
+
+def test_a_variant_may_change_several_parameters():
+    variant = load_preset("rpp:lookahead_dist=0.9:use_rotate_to_heading=false")
+    assert variant.parameters.lookahead_dist == 0.9
+    assert variant.parameters.use_rotate_to_heading is False
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("rpq", r"controller 'rpq' is not known; did you mean 'rpp'\?"),
+        ("rpp:lookahead=1.0", r"controller rpp:lookahead=1.0: lookahead: unknown field; did you"),
+        ("rpp:lookahead_dist=fast", r"lookahead_dist: input should be a valid number, got 'fast'"),
+        ("rpp:lookahead_dist", r"got 'lookahead_dist', expected param=value"),
+    ],
+)
+def test_a_wrong_name_or_value_is_one_line(text, message):
+    with pytest.raises(InputError, match=message) as caught:
+        load_preset(text)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_preset_written_with_all_parameters_reads_back_as_the_same(tmp_path: Path):
+    preset = load_preset("rpp")
+    path = tmp_path / "again.yaml"
+    path.write_text(as_yaml(preset))
+    (again,) = load_parameter_file(path)
+    assert again.name == "again"
+    assert again.parameters == preset.parameters
+
+
+def test_a_preset_may_ask_for_a_longer_local_plan(tmp_path: Path):
+    path = tmp_path / "far.yaml"
+    path.write_text(
+        "controller: rpp\ndescription: sees farther\npath_handler: {prune_distance: 3.0}\n"
+    )
+    (preset,) = load_parameter_file(path)
+    robot = load_robot("wheelchair")
+    assert robot.navigation.path_handler.prune_distance == 2.0
+    changed = preset.robot(robot)
+    assert changed.navigation.path_handler.prune_distance == 3.0
+    assert changed.model_path == robot.model_path
+
+
+def test_a_wrong_field_of_the_path_handler_is_named(tmp_path: Path):
+    path = tmp_path / "far.yaml"
+    path.write_text("controller: rpp\ndescription: sees farther\npath_handler: {prune_dist: 3.0}\n")
+    (preset,) = load_parameter_file(path)
+    with pytest.raises(InputError, match=r"prune_dist: unknown field; did you mean"):
+        preset.robot(load_robot("wheelchair"))
+
+
+def nav2_file(tmp_path: Path, text: str) -> Path:
+    path = tmp_path / "nav2_params.yaml"
+    path.write_text(textwrap.dedent(text))
+    return path
+
+
+NAV2_RPP = """
+controller_server:
+  ros__parameters:
+    controller_plugins: [FollowPath]
+    FollowPath:
+      plugin: nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController
+      lookahead_dist: 0.7
+"""
+
+
+def test_a_nav2_parameter_file_makes_a_column_for_each_of_its_controllers(tmp_path: Path):
+    path = nav2_file(tmp_path, NAV2_RPP)
+    (preset,) = load_parameter_file(path)
+    assert preset.name == "nav2_params/FollowPath"
+    assert preset.controller == "rpp"
+    assert preset.parameters.lookahead_dist == 0.7
+
+
+def test_parameters_that_the_controller_does_not_have_are_named_as_ignored(tmp_path: Path):
+    path = nav2_file(
+        tmp_path,
+        """
+        controller_server:
+          ros__parameters:
+            controller_plugins: [FollowPath]
+            FollowPath:
+              plugin: nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController
+              desired_linear_vel: 0.4
+              transform_tolerance: 0.1
+        """,
+    )
+    (preset,) = load_parameter_file(path)
+    assert preset.ignored == ("transform_tolerance",)
+    assert preset.parameters.max_linear_vel == 0.4
+
+
+def test_a_plugin_without_counterpart_is_named(tmp_path: Path):
+    path = nav2_file(
+        tmp_path,
+        """
+        controller_server:
+          ros__parameters:
+            controller_plugins: [FollowPath]
+            FollowPath: {plugin: "my_pkg::MyController"}
+        """,
+    )
+    with pytest.raises(InputError, match="plugin 'my_pkg::MyController' has no counterpart here"):
+        load_parameter_file(path)
+
+
+def test_resolved_parameters_are_all_written():
+    text = as_yaml(load_preset("rpp"))
+    parameters = parse_yaml(text, "preset")["parameters"]
+    assert set(parameters) == set(type(load_preset("rpp").parameters).model_fields)
+
+
+PLUGIN = """
+from drake_navbench.controller import ControllerParameters
+
+
+class Plugin:
+    Parameters = ControllerParameters
+    nav2_plugin = "theirs::Plugin"
+
+    def __init__(self, parameters, setup): ...
+    def initial_memory(self): ...
+    def step(self, observation, memory): ...
+"""
+
+
+def forget_installed() -> None:
+    presets._registry.cache_clear()
+    presets._loaded_controllers.cache_clear()
+
+
+@pytest.fixture
+def install(tmp_path, monkeypatch) -> Iterator[Callable[..., Path]]:
+    """A function that installs a controller as a package of its own, for the length of a test."""
+    monkeypatch.syspath_prepend(tmp_path)
+    before = set(sys.modules)
+
+    def install_plugin(name: str, module: str = PLUGIN, *, value: str = "") -> Path:
+        folder = tmp_path / f"{name}_package"
+        folder.mkdir()
+        (folder / f"{name}.py").write_text(module)
+        metadata = tmp_path / f"{name}-1.0.dist-info"
+        metadata.mkdir()
+        (metadata / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
+        value = value or f"{name}_package.{name}:Plugin"
+        (metadata / "entry_points.txt").write_text(
+            f"[drake_navbench.controllers]\n{name} = {value}\n"
+        )
+        forget_installed()
+        return folder
+
+    yield install_plugin
+    forget_installed()
+    for name in set(sys.modules) - before:
+        if name.partition(".")[0].endswith("_package"):
+            del sys.modules[name]
+
+
+BROKEN_PLUGINS = {
+    "does not parse": ("def step(:", "SyntaxError: invalid syntax"),
+    "needs what is not installed": ("import no_such_package", "ModuleNotFoundError: No module"),
+    "fails when imported": ("1 / 0", "ZeroDivisionError: division by zero"),
+    "leaves Python when imported": ("raise SystemExit('no licence')", "SystemExit: no licence"),
+    "has no such class": ("", "AttributeError: "),
+    "is a number": ("Plugin = 3", "is no class with Parameters, nav2_plugin, initial_memory, step"),
+    "is an object": (PLUGIN + "Plugin = Plugin(None, None)", "is no class with Parameters, nav2_"),
+    "has no step": (
+        PLUGIN.replace("def step(", "def walk("),
+        "is no class with step, as docs/controllers.md describes it",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", BROKEN_PLUGINS)
+def test_a_broken_plugin_is_named_and_leaves_the_others_alone(case, install, tmp_path):
+    module, reason = BROKEN_PLUGINS[case]
+    install("broken", module)
+    path = nav2_file(tmp_path, NAV2_RPP)
+    with pytest.warns(UserWarning, match="controller 'broken': ") as warned:
+        assert load_preset("rpp").controller == "rpp"
+    (warning,) = warned
+    assert reason in str(warning.message)
+    assert load_parameter_file(path)[0].controller == "rpp"
+    with pytest.raises(InputError, match="controller 'broken': ") as caught:
+        Registry().load("broken")
+    assert reason in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_plugin_in_a_folder_without_init_has_its_presets_beside_it(install):
+    folder = install("lonely") / "presets"
+    folder.mkdir()
+    (folder / "lonely_slow.yaml").write_text("controller: lonely\ndescription: slow\n")
+    assert load_preset("lonely_slow").controller == "lonely"
+    assert load_preset("rpp").controller == "rpp"
+
+
+def test_two_controllers_of_one_folder_share_its_presets(install):
+    folder = install("first") / "presets"
+    install("second", value="first_package.first:Plugin")
+    folder.mkdir()
+    (folder / "first_slow.yaml").write_text("controller: first\ndescription: slow\n")
+    assert load_preset("first_slow").controller == "first"
+
+
+def test_a_preset_that_two_controllers_ship_is_refused_by_both_files(install):
+    files = []
+    for name in ("first", "second"):
+        folder = install(name) / "presets"
+        folder.mkdir()
+        files.append(folder / "slow.yaml")
+        files[-1].write_text(f"controller: {name}\ndescription: slow\n")
+    with pytest.raises(InputError) as caught:
+        preset_files()
+    assert all(str(path) in str(caught.value) for path in files)
+
+
+@pytest.mark.parametrize(
+    ("block", "message"),
+    [
+        ("controller_plugins: FollowPath", "controller_plugins: expected a list of names, got"),
+        ("controller_plugins: [{a: 1}]", "controller_plugins: expected a list of names, got"),
+        ("FollowPath: {plugin: [a]}", "FollowPath.plugin: expected a plugin type, got ['a']"),
+        ("FollowPath: {plugin: null}", "FollowPath.plugin: expected a plugin type, got None"),
+    ],
+)
+def test_a_nav2_parameter_file_of_another_shape_is_one_line(block, message, tmp_path):
+    path = nav2_file(tmp_path, f"controller_server: {{ros__parameters: {{{block}}}}}")
+    with pytest.raises(InputError) as caught:
+        load_parameter_file(path)
+    assert f"{path}: controller_server.ros__parameters.{message}" in str(caught.value)
+
+
+def test_a_parameter_without_effect_is_named_and_one_with_effect_is_not():
+    preset = load_preset("teb:weight_obstacle=500:max_vel_x=0.4")
+    assert preset.ignored == ("weight_obstacle",)

@@ -1,0 +1,422 @@
+"""Whole trials of what stands around a controller: behaviour tree, waypoints, smoother, monitor."""
+
+from itertools import pairwise
+
+import numpy as np
+import pandas as pd
+import pytest
+from pydrake.systems.analysis import ApplySimulatorConfig, InitializeParams, Simulator
+from stub_controller import StubPreset, straight_ahead
+
+from drake_navbench import run_trial
+from drake_navbench.controller import Decision, NoValidControl
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.presets import load_preset
+from drake_navbench.inputs.robot import load_robot
+from drake_navbench.inputs.scenario import Scenario, load_scenario
+from drake_navbench.inputs.task_check import check_task
+from drake_navbench.log import Outcome, TrialLog
+from drake_navbench.trial.diagram import build_trial_diagram
+from drake_navbench.trial.spec import TrialSpec
+from drake_navbench.trial.trial import INTEGRATION, controller_setup, simulate, trial_task
+from drake_navbench.typed_yaml import validate
+
+
+def scenario(**fields) -> Scenario:
+    """Returns a scenario in the mode navigate_to_pose; an empty world unless it is said."""
+    data = {
+        "name": "test",
+        "description": "made by a test",
+        "goal": [3.0, 0.0, 0.0],
+        "navigation_mode": "navigate_to_pose",
+        "timeout_s": 60.0,
+    }
+    return validate(Scenario, data | fields, "test.yaml")
+
+
+def simulate_stub(step, task: Scenario) -> TrialLog:
+    """Runs a controller that is one function."""
+    robot = load_robot("wheelchair", task.robot_overrides)
+    return simulate(TrialSpec(task, robot, StubPreset(step), seed=0))
+
+
+def statuses(log: TrialLog, *nodes: str, idle: bool = False) -> list[tuple[str, str]]:
+    """Returns the changes of status of some nodes, in order."""
+    return [
+        (event["node"], event["status"])
+        for _, event in log.events
+        if event.get("node") in nodes and (idle or event["status"] != "idle")
+    ]
+
+
+def box(low, high, **more):
+    return {"type": "box", "min": list(low), "max": list(high), **more}
+
+
+@pytest.fixture(scope="module")
+def dead_end() -> TrialLog:
+    return run_trial("dead_end", "rpp", seed=1)
+
+
+def test_rpp_backs_out_of_a_dead_end_and_arrives(dead_end):
+    assert dead_end.outcome is Outcome.SUCCEEDED
+    assert ("BackUp", "success") in statuses(dead_end, "BackUp")
+    assert dead_end.samples["clearance_m"].min() > 0.05
+
+
+def test_the_dead_end_needs_its_recoveries():
+    task = load_scenario("dead_end").model_copy(update={"navigation_mode": "follow_path"})
+    assert run_trial(task, "rpp", seed=1).outcome is Outcome.ABORTED
+
+
+def test_recoveries_come_in_nav2s_order_and_a_blocked_spin_gives_way_to_the_wait(dead_end):
+    nodes = ["ClearingActions", "Spin", "Wait", "BackUp"]
+    assert statuses(dead_end, *nodes) == [
+        ("ClearingActions", "success"),
+        ("Spin", "running"),
+        ("Spin", "failure"),
+        ("Wait", "running"),
+        ("Wait", "success"),
+        ("BackUp", "running"),
+        ("BackUp", "success"),
+    ]
+
+
+def test_the_robot_stands_still_while_it_waits_and_drives_back_as_told(dead_end):
+    times = {
+        (event["node"], event["status"]): time_s
+        for time_s, event in dead_end.events
+        if event.get("node") in ("Wait", "BackUp")
+    }
+    samples = dead_end.samples.set_index("time_s")
+    waiting = samples.loc[times["Wait", "running"] + 0.5 : times["Wait", "success"]]
+    assert (waiting["command_v_mps"] == 0.0).all()
+    assert times["Wait", "success"] - times["Wait", "running"] == pytest.approx(5.0, abs=0.15)
+    backing = samples.loc[times["BackUp", "running"] + 0.2 : times["BackUp", "success"] - 0.3]
+    np.testing.assert_allclose(backing["command_v_mps"], -0.15)
+    driven = np.hypot(*(backing[["x_m", "y_m"]].iloc[-1] - backing[["x_m", "y_m"]].iloc[0]))
+    assert driven == pytest.approx(0.3, abs=0.05)
+
+
+def test_the_log_counts_recoveries_as_nav2s_feedback_does(dead_end):
+    (leg,) = dead_end.info["legs"]
+    assert leg["outcome"] == "succeeded"
+    started = [
+        status
+        for status in statuses(
+            dead_end,
+            "Spin",
+            "Wait",
+            "BackUp",
+            "ClearLocalCostmap-Context",
+            "ClearLocalCostmap-Subtree",
+            "ClearGlobalCostmap-Subtree",
+        )
+        if status[1] == "running" or status[0].startswith("Clear")
+    ]
+    assert leg["recovery_count"] == len(started)
+
+
+def test_events_survive_the_log_file(dead_end, tmp_path):
+    path = tmp_path / "trial.parquet"
+    dead_end.write(path)
+    assert TrialLog.read(path).events == dead_end.events
+
+
+def test_a_tick_of_10_ms_as_in_nav2_changes_nothing_that_the_servers_see():
+    def fails_for_a_while(observation, memory):
+        if 1.0 < observation.time_s < 3.0:
+            raise NoValidControl("not yet")
+        return straight_ahead(observation, memory)
+
+    begins_and_ends = []
+    for duration_ms in (None, 10):
+        settings = {"bt_loop_duration": duration_ms, "recovery_actions": ["clear", "wait"]}
+        settings |= {"wait_duration": 0.5, "wrap_around": True, "number_of_retries": 20}
+        task = scenario(robot_overrides={"navigation": {"behavior_tree": settings}})
+        log = simulate_stub(fails_for_a_while, task)
+        begins_and_ends.append(
+            [
+                (event["node"], event["status"], round(time_s, 6))
+                for time_s, event in log.events
+                if event.get("node") in ("FollowPath", "Wait")
+            ]
+        )
+    assert len(begins_and_ends[0]) > 10
+    assert begins_and_ends[0] == begins_and_ends[1]
+
+
+def test_far_from_the_goal_it_plans_every_second_and_near_it_keeps_the_path():
+    log = run_trial(scenario(goal=[7.0, 0.0, 0.0]), "rpp", seed=1)
+    assert log.outcome is Outcome.SUCCEEDED
+    plans = np.array([time_s for time_s, event in log.events if "plan_id" in event])
+    # First at the start, and from the first regular tick after it once a second.
+    np.testing.assert_allclose(np.diff(plans), 1.0, atol=0.051)
+    x_m = np.interp(plans[-1], log.samples["time_s"], log.samples["x_m"])
+    # A path of less than 4 m is kept.
+    assert x_m == pytest.approx(7.0 - 4.0, abs=0.55)
+    assert log.end_time_s > plans[-1] + 5.0
+
+
+def test_without_wrap_around_the_task_aborts_right_after_the_last_recovery():
+    def never(observation, memory):
+        raise NoValidControl("no way")
+
+    actions = {"recovery_actions": ["clear", "wait"], "wait_duration": 0.5}
+    task = scenario(robot_overrides={"navigation": {"behavior_tree": actions}})
+    log = simulate_stub(never, task)
+    assert log.outcome is Outcome.ABORTED
+    assert log.info["error_code"] == NoValidControl.code
+    nodes = ["ClearingActions", "Wait", "NavigateRecovery"]
+    assert statuses(log, *nodes)[-3:] == [
+        ("Wait", "running"),
+        ("Wait", "success"),
+        ("NavigateRecovery", "failure"),
+    ]
+
+
+def test_with_wrap_around_seven_attempts_are_made():
+    def never(observation, memory):
+        raise NoValidControl("no way")
+
+    actions = {"recovery_actions": ["clear", "wait"], "wait_duration": 0.5, "wrap_around": True}
+    task = scenario(robot_overrides={"navigation": {"behavior_tree": actions}})
+    log = simulate_stub(never, task)
+    # Each attempt tries twice: once more after the local costmap was cleared.
+    assert statuses(log, "FollowPath").count(("FollowPath", "failure")) == 2 * 7
+
+
+def test_an_error_that_no_recovery_helps_against_aborts_at_once():
+    ring = [
+        box((2.0, -1.0), (4.0, -0.9)),
+        box((2.0, 0.9), (4.0, 1.0)),
+        box((2.0, -1.0), (2.1, 1.0)),
+        box((3.9, -1.0), (4.0, 1.0)),
+    ]
+    task = scenario(world={"obstacles": ring}, start=[-1.0, 0.0, 0.0])
+    log = simulate_stub(straight_ahead, task)
+    assert log.outcome is Outcome.ABORTED
+    assert log.info["error_code"] in (206, 208)
+    assert statuses(log, "FollowPath") == []
+
+
+def test_a_controller_that_breaks_ends_the_trial_as_an_error():
+    def broken(observation, memory):
+        raise ZeroDivisionError("one over nothing")
+
+    log = simulate_stub(broken, scenario())
+    assert log.outcome is Outcome.ERROR
+    assert "broken" in log.info["traceback"]
+
+
+def built(task: Scenario, preset: str = "rpp"):
+    """Returns a diagram of a trial, and a simulator at its start."""
+    robot = load_robot("wheelchair", task.robot_overrides)
+    loaded = load_preset(preset)
+    controller = loaded.controller_class(loaded.parameters, controller_setup(robot))
+    spec = TrialSpec(task, robot, loaded, seed=1)
+    trial = build_trial_diagram(robot, task.true_world, controller, task=trial_task(spec))
+    return trial, simulator_of(trial, trial.create_context(task.start_pose(1), 1))
+
+
+def simulator_of(trial, context) -> Simulator:
+    time_s = context.get_time()
+    simulator = Simulator(trial.diagram, context)
+    # Applying a configuration sets the time to the configuration's start.
+    ApplySimulatorConfig(INTEGRATION, simulator)
+    simulator.get_mutable_context().SetTime(time_s)
+    return simulator
+
+
+def test_a_cloned_context_goes_on_exactly_as_the_one_it_was_cloned_from():
+    trial, simulator = built(load_scenario("dead_end"))
+    simulator.Initialize()
+    # In the middle of the spin, with a running node in every layer of the tree.
+    simulator.AdvanceTo(0.905)
+    clone = simulator_of(trial, simulator.get_context().Clone())
+    # It has begun already: the events of the start must not happen once more.
+    clone.Initialize(InitializeParams(suppress_initialization_events=True))
+    simulator.AdvanceTo(10.0)
+    clone.AdvanceTo(10.0)
+    first, second = simulator.get_context(), clone.get_context()
+    np.testing.assert_array_equal(
+        first.get_continuous_state_vector().CopyToVector(),
+        second.get_continuous_state_vector().CopyToVector(),
+    )
+    port = trial.navigator.GetOutputPort("navigator_state")
+    states = [port.Eval(trial.navigator.GetMyContextFromRoot(c)) for c in (first, second)]
+    assert states[0].values.task_count == states[1].values.task_count
+    assert states[0].events == states[1].events
+    assert [node.status for node in states[0].tree] == [node.status for node in states[1].tree]
+
+
+def test_equal_seeds_give_equal_logs_with_a_behaviour_tree_too(dead_end):
+    again = run_trial("dead_end", "rpp", seed=1)
+    varying = ["compute_time_ms"]
+    pd.testing.assert_frame_equal(
+        again.samples.drop(columns=varying),
+        dead_end.samples.drop(columns=varying),
+        check_exact=True,
+    )
+    assert again.events == dead_end.events
+
+
+def test_waypoints_are_reached_in_order_with_a_pause_at_each():
+    follower = {"wait_at_waypoint": {"waypoint_pause_duration": 1000}}
+    task = scenario(
+        waypoints=[[2.0, 0.0, 0.0], [3.5, 1.0, 1.57]],
+        goal=[3.5, 3.0, 1.57],
+        robot_overrides={"navigation": {"waypoint_follower": follower}},
+    )
+    log = run_trial(task, "rpp", seed=1)
+    assert log.outcome is Outcome.SUCCEEDED
+    legs = log.info["legs"]
+    assert [leg["outcome"] for leg in legs] == ["succeeded"] * 3
+    for leg in legs:
+        at_end = log.samples[log.samples["time_s"] <= leg["end_time_s"]].iloc[-1]
+        assert np.hypot(at_end.x_m - leg["goal"][0], at_end.y_m - leg["goal"][1]) < 0.27
+    for before, after in pairwise(legs):
+        assert after["start_time_s"] - before["end_time_s"] == pytest.approx(1.0, abs=0.051)
+    # The plans of all legs, one behind the other.
+    np.testing.assert_allclose(log.plan[-1], [3.5, 3.0, 1.57])
+    assert np.hypot(*(log.plan[:, :2] - [2.0, 0.0]).T).min() < 1e-9
+
+
+def test_a_waypoint_without_a_way_is_missed_and_the_others_are_reached():
+    walls = [
+        box((1.0, 2.0), (3.0, 2.1)),
+        box((1.0, 4.0), (3.0, 4.1)),
+        box((1.0, 2.0), (1.1, 4.1)),
+        box((2.9, 2.0), (3.0, 4.1)),
+    ]
+    settings = {
+        "waypoint_follower": {"stop_on_failure": False},
+        "behavior_tree": {"recovery_actions": ["wait"], "wait_duration": 0.1},
+    }
+    task = scenario(
+        waypoints=[[2.0, 3.0, 0.0]],
+        world={"obstacles": walls},
+        robot_overrides={"navigation": settings},
+    )
+    log = run_trial(task, "rpp", seed=1)
+    assert log.outcome is Outcome.SUCCEEDED
+    assert [leg["outcome"] for leg in log.info["legs"]] == ["aborted", "succeeded"]
+    assert log.info["details"] == {"missed_waypoints": [1]}
+
+
+WALL = {"obstacles": [box((2.0, -2.0), (2.2, 2.0), known_to_planner=False)]}
+
+
+def test_the_collision_monitor_stops_a_controller_that_drives_at_a_wall():
+    approach = {"type": "polygon", "action_type": "approach", "min_points": 2}
+    watched = {"navigation": {"collision_monitor": {"polygons": {"body": approach}}}}
+    task = scenario(navigation_mode="follow_path", world=WALL, timeout_s=30.0)
+    assert simulate_stub(straight_ahead, task).outcome is Outcome.COLLIDED
+    task = task.model_copy(update={"robot_overrides": watched})
+    log = simulate_stub(straight_ahead, task)
+    assert log.info["error_code"] == 105
+    last = log.samples.iloc[-1]
+    assert last.v_mps == pytest.approx(0.0, abs=1e-3)
+    # The front is 0.85 m ahead, and padded by 0.01 m.
+    assert 0.0 < 2.0 - (last.x_m + 0.85) < 0.15
+
+
+def test_the_velocity_smoother_limits_the_acceleration_of_the_command():
+    smoother = {"max_accel": [0.5, 0.0, 3.2], "max_decel": [-0.5, 0.0, -3.2]}
+    task = scenario(
+        navigation_mode="follow_path",
+        robot_overrides={"navigation": {"velocity_smoother": smoother}},
+    )
+    log = simulate_stub(straight_ahead, task)
+    commands = log.samples.set_index("time_s")["command_v_mps"]
+    # 0.5 m/s^2 / 20 Hz = 0.025 m/s a step: 0.5 m/s after 20 steps, a second.
+    assert commands.diff().abs().max() == pytest.approx(0.025)
+    assert commands.loc[0.9] < 0.5
+    assert commands.loc[1.1] == pytest.approx(0.5)
+
+
+def test_the_command_chain_works_under_a_behaviour_tree_too():
+    navigation = {
+        "velocity_smoother": {},
+        "collision_monitor": {"polygons": {"body": {"type": "polygon", "action_type": "approach"}}},
+    }
+    task = load_scenario("dead_end")
+    overrides = {"navigation": task.robot_overrides["navigation"] | navigation}
+    log = run_trial(task.model_copy(update={"robot_overrides": overrides}), "rpp", seed=1)
+    assert log.outcome is Outcome.SUCCEEDED
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"navigation_mode": "navigate"}, "navigation_mode: .*'follow_path' or 'navigate_to_pose'"),
+        (
+            {"navigation_mode": "follow_path", "waypoints": [[1.0, 0.0, 0.0]]},
+            "waypoints: expected navigation_mode navigate_to_pose",
+        ),
+        (
+            {"plan": {"type": "polyline", "points": [[0.0, 0.0], [1.0, 0.0]]}},
+            "plan must be of type planner, got polyline",
+        ),
+        ({"waypoints": [[1.0, 0.0]]}, r"waypoints\[0\]"),
+    ],
+)
+def test_a_task_that_makes_no_sense_is_refused_in_one_line(fields, message):
+    with pytest.raises(InputError, match=message) as caught:
+        scenario(**fields)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_waypoint_inside_an_obstacle_is_refused_by_its_number():
+    task = scenario(
+        waypoints=[[1.0, 0.0, 0.0], [2.1, 0.0, 0.0]],
+        world={"obstacles": [box((2.0, -0.2), (2.4, 0.2))]},
+    )
+    with pytest.raises(InputError, match=r"waypoints\[1\]: \[2.1, 0.0\] lies inside an obstacle"):
+        check_task(task, load_robot("wheelchair"))
+
+
+@pytest.mark.parametrize(
+    ("navigation", "message"),
+    [
+        ({"behavior_tree": {"recovery_actions": ["spinn"]}}, "unknown behaviour 'spinn'.*'spin'"),
+        ({"behavior_tree": {"recovery_actions": []}}, "recovery_actions: .*at least 1 item"),
+        ({"goal_checker": {"plugin": "nav2_controller::SimpleGoalCheck"}}, "did you mean"),
+        (
+            {"progress_checker": {"plugin": "nav2_controller::Pose"}},
+            "progress_checker: unknown plugin",
+        ),
+        ({"behavior_server": {"backup": {"deceleration_limit": 2.5}}}, "backup.deceleration_limit"),
+    ],
+)
+def test_settings_that_make_no_sense_are_refused_in_one_line(navigation, message):
+    with pytest.raises(InputError, match=message) as caught:
+        load_robot("wheelchair", {"navigation": navigation})
+    assert "\n" not in str(caught.value)
+
+
+def test_checkers_are_chosen_by_nav2s_plugin_type():
+    never_stands = {
+        "plugin": "nav2_controller::StoppedGoalChecker",
+        "trans_stopped_velocity": 0.01,
+    }
+    task = scenario(
+        goal=[0.1, 0.0, 0.0],
+        navigation_mode="follow_path",
+        timeout_s=1.0,
+        robot_overrides={"navigation": {"goal_checker": never_stands}},
+    )
+
+    def rolls_slowly(observation, memory):
+        return Decision(np.array([0.05, 0.0]), memory)
+
+    # It starts at rest within the tolerance; a goal that it only rolls past is never reached.
+    assert simulate_stub(rolls_slowly, task).outcome is Outcome.SUCCEEDED
+    far = task.model_copy(update={"goal": (0.4, 0.0, 0.0), "timeout_s": 6.0})
+    assert simulate_stub(rolls_slowly, far).outcome is Outcome.TIMED_OUT
+    turning = {"progress_checker": {"plugin": "nav2_controller::PoseProgressChecker"}}
+    task = scenario(
+        navigation_mode="follow_path", timeout_s=12.0, robot_overrides={"navigation": turning}
+    )
+    log = simulate_stub(lambda o, m: Decision(np.array([0.0, 0.3]), m), task)
+    assert log.outcome is Outcome.TIMED_OUT
