@@ -8,8 +8,7 @@ evolves is in its memory, which lives in the Drake Context. docs/controllers.md 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from importlib.metadata import entry_points
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
 
@@ -17,13 +16,16 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict
 
-from drake_navbench.errors import InputError, NavbenchError, nearest_name_hint, one_line
+from drake_navbench.errors import NavbenchError
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.noise import NO_NOISE, NoiseKey
+from drake_navbench.plugins import PluginKind
 
-ENTRY_POINT_GROUP = "drake_navbench.controllers"
-# What a class must have to be a Controller.
-CONTROLLER_MEMBERS = ("Parameters", "nav2_plugin", "initial_memory", "step")
+CONTROLLERS = PluginKind(
+    noun="controller",
+    group="drake_navbench.controllers",
+    members=("Parameters", "nav2_plugin", "initial_memory", "step"),
+)
 
 Array = NDArray[np.float64]
 
@@ -200,44 +202,3 @@ class GracefulController(Protocol):
     def is_at_rest(self, memory: Any) -> bool:
         """Tells whether a cancelled controller is done, by its memory; it is stepped until then."""
         ...
-
-
-@dataclass(frozen=True)
-class Registry:
-    """The installed controllers by name. Loading a class is put off until it is asked for."""
-
-    _entry_points: Mapping[str, Any] = field(
-        default_factory=lambda: {p.name: p for p in entry_points(group=ENTRY_POINT_GROUP)}
-    )
-
-    @property
-    def names(self) -> list[str]:
-        """The registered names, sorted."""
-        return sorted(self._entry_points)
-
-    def load(self, name: str) -> type[Controller]:
-        """Returns the controller class registered as `name`.
-
-        Raises InputError where there is none, where it breaks when imported, or where it is no
-        controller.
-        """
-        if name not in self._entry_points:
-            raise InputError(
-                f"controller {name!r} is not registered{nearest_name_hint(name, self.names)}"
-            )
-        entry_point = self._entry_points[name]
-        try:
-            loaded = entry_point.load()
-        except (Exception, SystemExit) as error:
-            # The module is somebody's code: anything can happen in it.
-            raise InputError(
-                f"controller {name!r}: entry point {entry_point.value} cannot be loaded: "
-                f"{one_line(error)}"
-            ) from error
-        missing = [member for member in CONTROLLER_MEMBERS if not hasattr(loaded, member)]
-        if missing or not isinstance(loaded, type):
-            raise InputError(
-                f"controller {name!r}: {entry_point.value} is no class with "
-                f"{', '.join(missing or CONTROLLER_MEMBERS)}, as docs/controllers.md describes it"
-            )
-        return loaded

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
-from functools import lru_cache
-from importlib.metadata import entry_points
+from functools import cache
 from types import ModuleType
 
 from drake_navbench.analysis.metrics.definition import Measurement, Metric
 from drake_navbench.errors import InputError
 from drake_navbench.log import TrialLog
+from drake_navbench.plugins import PluginKind
 
-ENTRY_POINT_GROUP = "drake_navbench.metrics"
+METRICS = PluginKind(noun="metric", group="drake_navbench.metrics", guide="docs/metrics.md")
 # The order of the catalogue and of the columns; a user's themes follow by name.
 BUILTIN_THEMES = (
     "published",
@@ -24,25 +25,30 @@ BUILTIN_THEMES = (
 )
 
 
-@lru_cache(maxsize=1)
+@cache
 def installed_metrics() -> Mapping[str, tuple[Metric, ...]]:
-    """Returns the metrics by theme (the entry point's name).
+    """Returns the metrics by theme (the entry point's name), the built-in themes first.
 
-    Raises InputError where an entry point names no metric, or two metrics share a name.
+    A theme that is broken, or that has a metric whose name another theme has, is left out with a
+    warning.
     """
-    found = {point.name: point for point in entry_points(group=ENTRY_POINT_GROUP)}
-    themes = [theme for theme in BUILTIN_THEMES if theme in found]
-    themes += sorted(set(found) - set(themes))
-    by_theme = {theme: metrics_in(found[theme].load(), theme) for theme in themes}
+    loaded = METRICS.load_all(lambda theme, plugin: metrics_in(plugin, theme))
+    order = [theme for theme in BUILTIN_THEMES if theme in loaded]
+    order += sorted(set(loaded) - set(order))
+    by_theme: dict[str, tuple[Metric, ...]] = {}
     owner: dict[str, str] = {}
-    for theme, metrics in by_theme.items():
-        for entry in metrics:
-            if entry.name in owner:
-                raise InputError(
-                    f"metric {entry.name!r} is defined by {owner[entry.name]!r} and by {theme!r} "
-                    f"(entry points {ENTRY_POINT_GROUP}); expected distinct names"
-                )
-            owner[entry.name] = theme
+    for theme in order:
+        doubled = [entry.name for entry in loaded[theme] if entry.name in owner]
+        if doubled:
+            name = doubled[0]
+            warnings.warn(
+                f"metric {name!r} of theme {theme!r} is defined by {owner[name]!r} already; "
+                f"{theme!r} is left out",
+                stacklevel=1,
+            )
+            continue
+        by_theme[theme] = loaded[theme]
+        owner |= dict.fromkeys((entry.name for entry in loaded[theme]), theme)
     return by_theme
 
 
@@ -59,7 +65,7 @@ def metrics_in(loaded: ModuleType | Metric, theme: str) -> tuple[Metric, ...]:
     )
     if not own:
         raise InputError(
-            f"entry point {theme!r} of {ENTRY_POINT_GROUP} names {loaded!r}; "
+            f"metric {theme!r}: its entry point in {METRICS.group} names {loaded!r}; "
             "expected a function decorated with @metric, or a module with some"
         )
     return own

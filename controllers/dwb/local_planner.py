@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from drake_navbench.controller import ControllerSetup, SpeedLimit
 from drake_navbench.controllers.dwb.critics.base import Critic
-from drake_navbench.controllers.dwb.critics.registry import CriticRegistry
+from drake_navbench.controllers.dwb.critics.registry import load_critic
 from drake_navbench.controllers.dwb.kinematics import Kinematics
 from drake_navbench.controllers.dwb.parameters import DynamicWindowApproachParameters
 from drake_navbench.controllers.dwb.scene import Scene, Situation
@@ -219,10 +219,9 @@ class LocalPlanner:
 def _build_critics(
     parameters: DynamicWindowApproachParameters, setup: ControllerSetup
 ) -> list[Critic]:
-    registry = CriticRegistry()
     critics = []
     for name in parameters.critics:
         block = parameters.critic(name)
-        critic_class = registry.load(block.critic_class or name)
+        critic_class = load_critic(block.critic_class or name)
         critics.append(critic_class(block, parameters, setup=setup))
     return critics

@@ -18,7 +18,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from drake_navbench.controller import ControllerParameters
 from drake_navbench.controllers.dwb.critics.base import CriticParameters
-from drake_navbench.controllers.dwb.critics.registry import CriticRegistry
+from drake_navbench.controllers.dwb.critics.registry import CRITICS, is_critic, load_critic
 from drake_navbench.errors import InputError, nearest_name_hint
 
 STANDARD_GENERATOR = "dwb_plugins::StandardTrajectoryGenerator"
@@ -122,7 +122,6 @@ class DynamicWindowApproachParameters(ControllerParameters):
         if not isinstance(data, Mapping):
             return data
         fields, blocks = _split(data, cls.model_fields)
-        registry = CriticRegistry()
         listed = fields.get("critics")
         listed = [n for n in listed if isinstance(n, str)] if isinstance(listed, tuple) else []
         faults: list[InitErrorDetails] = []
@@ -131,13 +130,13 @@ class DynamicWindowApproachParameters(ControllerParameters):
             if isinstance(block, CriticParameters):
                 fields[name] = block
                 continue
-            if name not in listed and name not in registry:
-                known = [*cls.model_fields, *registry.names]
+            if name not in listed and not is_critic(name):
+                known = [*cls.model_fields, *CRITICS.names]
                 text = f"unknown field{nearest_name_hint(name, known)}"
                 faults.append(_fault(text, (name,), block))
                 continue
             try:
-                model = _critic_model(name, block, registry)
+                model = _critic_model(name, block)
                 # Through JSON, because strictness there takes a list for a tuple.
                 fields[name] = model.model_validate_json(json.dumps(block), strict=True)
             except InputError as error:
@@ -194,10 +193,10 @@ def _split(
     return fields, blocks
 
 
-def _critic_model(name: str, block: Any, registry: CriticRegistry) -> type[CriticParameters]:
+def _critic_model(name: str, block: Any) -> type[CriticParameters]:
     """Returns the parameter model for a critic's block; raises InputError for no such critic."""
     class_name = block.get(CLASS_KEY) if isinstance(block, Mapping) else None
-    return registry.load(class_name if isinstance(class_name, str) else name).Parameters
+    return load_critic(class_name if isinstance(class_name, str) else name).Parameters
 
 
 def _nested_faults(

@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from .controller import TimedElasticBand
+from drake_navbench.controllers.teb.controller import TimedElasticBand
 
 __all__ = ["TimedElasticBand"]

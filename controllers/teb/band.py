@@ -12,9 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_navbench.controllers.teb.arcs import band_geometry
 from drake_navbench.kernels.angles import wrap
-
-from .arcs import band_geometry
 
 Array = NDArray[np.float64]
 

@@ -7,10 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.kernels.angles import wrap
-
-from .band import Band, Pace, initialise, warm_start
-from .homotopy import (
+from drake_navbench.controllers.teb.band import Band, Pace, initialise, warm_start
+from drake_navbench.controllers.teb.homotopy import (
     LEFT,
     RIGHT,
     Clusters,
@@ -19,9 +17,10 @@ from .homotopy import (
     same_class,
     swept_angles,
 )
-from .local_plan import LocalPlan
-from .obstacles import DistanceField
-from .parameters import TebParameters
+from drake_navbench.controllers.teb.local_plan import LocalPlan
+from drake_navbench.controllers.teb.obstacles import DistanceField
+from drake_navbench.controllers.teb.parameters import TebParameters
+from drake_navbench.kernels.angles import wrap
 
 Array = NDArray[np.float64]
 

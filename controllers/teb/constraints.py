@@ -15,9 +15,14 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from .arcs import band_geometry, band_rates
-from .layout import pose_columns, row_count, unpack_poses, variable_count
-from .obstacles import DistanceField, sample_distance
+from drake_navbench.controllers.teb.arcs import band_geometry, band_rates
+from drake_navbench.controllers.teb.layout import (
+    pose_columns,
+    row_count,
+    unpack_poses,
+    variable_count,
+)
+from drake_navbench.controllers.teb.obstacles import DistanceField, sample_distance
 
 Array = NDArray[np.float64]
 

@@ -8,18 +8,34 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.controller import ControllerSetup, Decision, NoValidControl, Observation
+from drake_navbench.controllers.teb.band import Band, mean_twist, shift
+from drake_navbench.controllers.teb.candidates import (
+    Alternative,
+    Candidate,
+    TebMemory,
+    gather_candidates,
+    ways_past_block,
+)
+from drake_navbench.controllers.teb.feasibility import checked_pose_count, is_free
+from drake_navbench.controllers.teb.homotopy import Clusters, class_name, find_clusters
+from drake_navbench.controllers.teb.local_plan import (
+    LEAST_CLEARANCE_RATIO,
+    LocalPlan,
+    cut_local_plan,
+    via_points,
+)
+from drake_navbench.controllers.teb.obstacles import DistanceField, distance_field
+from drake_navbench.controllers.teb.parameters import TebParameters
+from drake_navbench.controllers.teb.planner import (
+    BandPlanner,
+    PlannedBand,
+    Task,
+    band_limits,
+    pace_of,
+)
+from drake_navbench.controllers.teb.program import BandLimits
 from drake_navbench.errors import InputError
 from drake_navbench.kernels.angles import wrap
-
-from .band import Band, mean_twist, shift
-from .candidates import Alternative, Candidate, TebMemory, gather_candidates, ways_past_block
-from .feasibility import checked_pose_count, is_free
-from .homotopy import Clusters, class_name, find_clusters
-from .local_plan import LEAST_CLEARANCE_RATIO, LocalPlan, cut_local_plan, via_points
-from .obstacles import DistanceField, distance_field
-from .parameters import TebParameters
-from .planner import BandPlanner, PlannedBand, Task, band_limits, pace_of
-from .program import BandLimits
 
 Array = NDArray[np.float64]
 Tried = tuple[Candidate, PlannedBand]

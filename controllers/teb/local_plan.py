@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.controller import InvalidPath, Observation
-
-from .homotopy import path_length
-from .obstacles import DistanceField, path_clearance
-from .parameters import TebParameters
+from drake_navbench.controllers.teb.homotopy import path_length
+from drake_navbench.controllers.teb.obstacles import DistanceField, path_clearance
+from drake_navbench.controllers.teb.parameters import TebParameters
 
 Array = NDArray[np.float64]
 

@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from .arcs import band_geometry, band_rates
-from .layout import pose_columns, unpack_poses
-from .obstacles import sample_distance
+from drake_navbench.controllers.teb.arcs import band_geometry, band_rates
+from drake_navbench.controllers.teb.layout import pose_columns, unpack_poses
+from drake_navbench.controllers.teb.obstacles import sample_distance
 
 
 class Weights(NamedTuple):

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from drake_navbench.controller import ControllerParameters, ControllerSetup
-
-from .obstacles import footprint_discs
+from drake_navbench.controllers.teb.obstacles import footprint_discs
 
 # Fewer inner poses than this leave the solver nothing to bend.
 FEWEST_SAMPLES = 3

@@ -9,15 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.controller import SpeedLimit
-
-from .band import Band, Pace, freeze, unwrapped_goal
-from .constraints import BandScene
-from .layout import pack_band
-from .local_plan import LEAST_CLEARANCE_RATIO
-from .objective import Weights
-from .obstacles import DistanceField, path_clearance
-from .parameters import TebParameters
-from .program import BandLimits, BandProgram, BandSolution, SolverSettings
+from drake_navbench.controllers.teb.band import Band, Pace, freeze, unwrapped_goal
+from drake_navbench.controllers.teb.constraints import BandScene
+from drake_navbench.controllers.teb.layout import pack_band
+from drake_navbench.controllers.teb.local_plan import LEAST_CLEARANCE_RATIO
+from drake_navbench.controllers.teb.objective import Weights
+from drake_navbench.controllers.teb.obstacles import DistanceField, path_clearance
+from drake_navbench.controllers.teb.parameters import TebParameters
+from drake_navbench.controllers.teb.program import (
+    BandLimits,
+    BandProgram,
+    BandSolution,
+    SolverSettings,
+)
 
 Array = NDArray[np.float64]
 

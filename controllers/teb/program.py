@@ -13,15 +13,19 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.solvers import IpoptSolver, MathematicalProgram, SolverOptions
 
+from drake_navbench.controllers.teb.constraints import BandScene, band_constraints, sparsity_pattern
+from drake_navbench.controllers.teb.layout import (
+    row_count,
+    row_slices,
+    unpack_poses,
+    variable_count,
+)
+from drake_navbench.controllers.teb.objective import Weights, band_objective
 from drake_navbench.program_function import (
     constraint_function,
     cost_function,
     solver_warnings_off,
 )
-
-from .constraints import BandScene, band_constraints, sparsity_pattern
-from .layout import row_count, row_slices, unpack_poses, variable_count
-from .objective import Weights, band_objective
 
 Array = NDArray[np.float64]
 

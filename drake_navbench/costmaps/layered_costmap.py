@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,6 @@ from drake_navbench.costmaps.costmap_settings import CostmapSettings, LocalCostm
 from drake_navbench.costmaps.filter_masks import FilterMask
 from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.immutable import Immutable
-from drake_navbench.inputs.robot import LidarSettings
 from drake_navbench.kernels.denoise import denoise
 from drake_navbench.kernels.footprint import footprint_radii
 from drake_navbench.kernels.grid import FREE, INSCRIBED, NO_INFORMATION, Costmap
@@ -63,6 +62,16 @@ class GridGeometry(NamedTuple):
         return cls(*grid.occupancy.shape, grid.origin_x, grid.origin_y, grid.resolution, False)
 
 
+class RangeLimits(Protocol):
+    """What the layers must know of the lidar: between which ranges it sees, m."""
+
+    @property
+    def range_min_m(self) -> float: ...
+
+    @property
+    def range_max_m(self) -> float: ...
+
+
 @dataclass(frozen=True, eq=False)
 class LayersState(Immutable):
     """All of a costmap that evolves; grids are (rows, columns) uint8.
@@ -102,7 +111,7 @@ class LayeredCostmap:
         settings: CostmapSettings,
         geometry: GridGeometry,
         *,
-        lidar: LidarSettings,
+        lidar: RangeLimits,
         footprint: Array,
         static_map: OccupancyMap | None = None,
         masks: Sequence[FilterMask] = (),
@@ -331,7 +340,7 @@ class LayeredCostmap:
 def local_layers(
     settings: LocalCostmapSettings,
     *,
-    lidar: LidarSettings,
+    lidar: RangeLimits,
     footprint: Array,
     static_map: OccupancyMap | None = None,
     masks: Sequence[FilterMask] = (),

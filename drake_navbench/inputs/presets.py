@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
@@ -13,7 +12,7 @@ from typing import Any
 import yaml
 from pydantic import AliasChoices, Field
 
-from drake_navbench.controller import Controller, ControllerParameters, Registry
+from drake_navbench.controller import CONTROLLERS, Controller, ControllerParameters
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.inputs.robot import Robot, merged
 from drake_navbench.typed_yaml import FrozenModel, parse_yaml, read_yaml, validate
@@ -60,7 +59,7 @@ class Preset:
     @property
     def controller_class(self) -> type[Controller]:
         """The plugin class."""
-        return _registry().load(self.controller)
+        return CONTROLLERS.load(self.controller)
 
     @property
     def parameters(self) -> ControllerParameters:
@@ -88,7 +87,7 @@ def _preset_of(
 ) -> Preset:
     """Returns the preset of a file's content; values: in place of its parameters."""
     values = content.parameters if values is None else values
-    without_effect = _registry().load(content.controller).Parameters.WITHOUT_EFFECT
+    without_effect = CONTROLLERS.load(content.controller).Parameters.WITHOUT_EFFECT
     return Preset(
         name,
         content.controller,
@@ -101,22 +100,9 @@ def _preset_of(
 
 
 @cache
-def _registry() -> Registry:
-    return Registry()
-
-
-@cache
 def _loaded_controllers() -> Mapping[str, type[Controller]]:
     """Returns the controllers that can be loaded, by name; warns of the others, once."""
-    registry = _registry()
-    loaded = {}
-    for name in registry.names:
-        try:
-            loaded[name] = registry.load(name)
-        except InputError as error:
-            # A plugin that is broken must not keep the others from running.
-            warnings.warn(str(error), stacklevel=1)
-    return loaded
+    return CONTROLLERS.load_all()
 
 
 def preset_files() -> dict[str, Path]:

@@ -44,7 +44,7 @@ def test_an_entry_point_may_name_a_single_metric_or_a_module_of_them():
 
 def test_an_entry_point_without_metrics_is_refused_by_name():
     with pytest.raises(
-        InputError, match=r"'mine' of drake_navbench\.metrics .*expected a function"
+        InputError, match=r"metric 'mine': .* drake_navbench\.metrics .*expected a function"
     ):
         metrics_in(ModuleType("empty"), "mine")
 

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from drake_navbench.controller import Registry
+from drake_navbench import plugins
+from drake_navbench.controller import CONTROLLERS
 from drake_navbench.errors import InputError
 from drake_navbench.inputs import presets
 from drake_navbench.inputs.presets import (
@@ -160,7 +161,7 @@ class Plugin:
 
 
 def forget_installed() -> None:
-    presets._registry.cache_clear()
+    plugins.forget_installed()
     presets._loaded_controllers.cache_clear()
 
 
@@ -211,13 +212,13 @@ def test_a_broken_plugin_is_named_and_leaves_the_others_alone(case, install, tmp
     module, reason = BROKEN_PLUGINS[case]
     install("broken", module)
     path = nav2_file(tmp_path, NAV2_RPP)
-    with pytest.warns(UserWarning, match="controller 'broken': ") as warned:
+    with pytest.warns(UserWarning, match="controller 'broken' of package 'broken': ") as warned:
         assert load_preset("rpp").controller == "rpp"
     (warning,) = warned
     assert reason in str(warning.message)
     assert load_parameter_file(path)[0].controller == "rpp"
-    with pytest.raises(InputError, match="controller 'broken': ") as caught:
-        Registry().load("broken")
+    with pytest.raises(InputError, match="controller 'broken' of package 'broken': ") as caught:
+        CONTROLLERS.load("broken")
     assert reason in str(caught.value)
     assert "\n" not in str(caught.value)
 

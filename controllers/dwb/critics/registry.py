@@ -1,46 +1,28 @@
-"""Finds critics by name among the installed entry points."""
+"""Finds DWB's critics by name among the installed ones, under Nav2's names too."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from importlib.metadata import entry_points
-from typing import Any
-
 from drake_navbench.controllers.dwb.critics.base import Critic
-from drake_navbench.errors import InputError, nearest_name_hint
+from drake_navbench.plugins import PluginKind
 
-ENTRY_POINT_GROUP = "drake_navbench.dwb_critics"
+CRITICS = PluginKind(
+    noun="critic", group="drake_navbench.dwb_critics", members=("Parameters", "reasons", "score")
+)
 NAMESPACE_SEPARATOR = "::"
 NAV2_SUFFIX = "Critic"
 
 
-@dataclass(frozen=True)
-class CriticRegistry:
-    """The installed critics by name; built-in ones are registered as a user's are."""
+def load_critic(name: str) -> type[Critic]:
+    """Returns the critic class for a name such as `PathDist` or `dwb_critics::PathDistCritic`.
 
-    _entry_points: Mapping[str, Any] = field(
-        default_factory=lambda: {p.name: p for p in entry_points(group=ENTRY_POINT_GROUP)}
-    )
+    Raises InputError where there is none, or where it is broken.
+    """
+    return CRITICS.load(_bare_name(name))
 
-    @property
-    def names(self) -> list[str]:
-        """The registered names, sorted."""
-        return sorted(self._entry_points)
 
-    def __contains__(self, name: str) -> bool:
-        return _bare_name(name) in self._entry_points
-
-    def load(self, name: str) -> type[Critic]:
-        """Returns the critic class for a name such as `PathDist` or `dwb_critics::PathDistCritic`.
-
-        Raises InputError if there is none.
-        """
-        bare_name = _bare_name(name)
-        if bare_name not in self._entry_points:
-            hint = nearest_name_hint(bare_name, self.names)
-            raise InputError(f"critic {name!r} is not registered{hint}")
-        return self._entry_points[bare_name].load()
+def is_critic(name: str) -> bool:
+    """Tells whether a critic of this name is installed."""
+    return _bare_name(name) in CRITICS
 
 
 def _bare_name(name: str) -> str:

@@ -1,29 +1,24 @@
-"""Finds critics by name: the built-in ones, and users' by entry point."""
+"""Finds MPPI's critics by name among the installed ones, the built-in and a user's alike."""
 
 from __future__ import annotations
 
-from importlib.metadata import entry_points
-
 from drake_navbench.controllers.mppi.critics.base import Critic, CriticContext
 from drake_navbench.controllers.mppi.parameters import MppiParameters
-from drake_navbench.errors import InputError, nearest_name_hint
+from drake_navbench.plugins import PluginKind
 
-ENTRY_POINT_GROUP = "drake_navbench.mppi_critics"
+CRITICS = PluginKind(noun="critic", group="drake_navbench.mppi_critics", members=("score",))
 
 
 def load_critics(parameters: MppiParameters, context: CriticContext) -> list[Critic]:
     """Builds the critics that `parameters.critics` names, in that order.
 
-    Raises InputError for a name that is not registered.
+    Raises InputError for a name that is not registered, or that is broken.
     """
-    registered = {point.name: point for point in entry_points(group=ENTRY_POINT_GROUP)}
     critics = []
     for name in parameters.critics:
-        if name not in registered:
-            hint = nearest_name_hint(name, registered)
-            raise InputError(f"critics: {name!r} is not registered{hint}")
+        critic = CRITICS.load(name)
         block = getattr(parameters, name, None)
         if block is None:
             block = parameters.user_critics.get(name, {})
-        critics.append(registered[name].load()(block, context))
+        critics.append(critic(block, context))
     return critics

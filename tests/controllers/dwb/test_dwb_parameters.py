@@ -10,8 +10,9 @@ import yaml
 from dwb_cases import BRINGUP, SETUP, observe, parameters
 
 from drake_navbench.controllers.dwb import DynamicWindowApproach, DynamicWindowApproachParameters
-from drake_navbench.controllers.dwb.critics.registry import CriticRegistry
+from drake_navbench.controllers.dwb.critics.registry import load_critic
 from drake_navbench.errors import InputError
+from drake_navbench.plugins import forget_installed
 from drake_navbench.typed_yaml import validate
 
 
@@ -51,8 +52,7 @@ def test_critic_may_have_a_name_of_its_own():
 
 
 def test_critics_answer_to_nav2s_class_names():
-    registry = CriticRegistry()
-    assert registry.load("dwb_critics::PathDistCritic") is registry.load("PathDist")
+    assert load_critic("dwb_critics::PathDistCritic") is load_critic("PathDist")
 
 
 @pytest.mark.parametrize(
@@ -157,7 +157,9 @@ def installed_critic(tmp_path, monkeypatch):
         "[drake_navbench.dwb_critics]\nKeepLeft = keep_left:KeepLeft\n", encoding="utf-8"
     )
     monkeypatch.syspath_prepend(tmp_path)
+    forget_installed()
     yield
+    forget_installed()
     sys.modules.pop("keep_left", None)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from mppi_scenes import BRINGUP, observe, round_robot, scene_of, straight_plan
 
+from drake_navbench import plugins
 from drake_navbench.controller import NoValidControl
 from drake_navbench.controllers.mppi import ModelPredictivePathIntegral, MppiParameters
 from drake_navbench.controllers.mppi.critics import registry
@@ -109,9 +110,10 @@ class TurnLeft:
 
 @pytest.fixture
 def installed_user_critic(monkeypatch):
-    point = EntryPoint("TurnLeft", f"{__name__}:TurnLeft", registry.ENTRY_POINT_GROUP)
-    built_in = list(registry.entry_points(group=registry.ENTRY_POINT_GROUP))
-    monkeypatch.setattr(registry, "entry_points", lambda group: [*built_in, point])
+    group = registry.CRITICS.group
+    point = EntryPoint("TurnLeft", f"{__name__}:TurnLeft", group)
+    installed = {**plugins._installed(group), "TurnLeft": (point,)}
+    monkeypatch.setattr(plugins, "_installed", lambda group: installed)
 
 
 @pytest.mark.usefixtures("installed_user_critic")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from teb_closed_loop import drive, plan_from_elements, wheelchair_setup, window
 
-from drake_navbench.controller import NoValidControl, Observation, Registry, SpeedLimit
+from drake_navbench.controller import CONTROLLERS, NoValidControl, Observation, SpeedLimit
 from drake_navbench.controllers.teb import TimedElasticBand
 from drake_navbench.controllers.teb import program as program_module
 from drake_navbench.controllers.teb.candidates import REVISIT_PERIOD_S, TebMemory
@@ -41,7 +41,7 @@ def observe(pose, boxes=(), *, plan=STRAIGHT, twist=(0.0, 0.0), time_s=0.0):
 
 
 def test_it_is_registered():
-    assert Registry().load("teb") is TimedElasticBand
+    assert CONTROLLERS.load("teb") is TimedElasticBand
 
 
 def test_free_run_reaches_the_goal_at_the_speed_and_acceleration_limits():

@@ -1,0 +1,58 @@
+"""The command line: `python -m drake_navbench COMMAND`.
+
+Only the standard library is imported before the command is known, so that --help is quick.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+
+from drake_navbench.errors import nearest_name_hint
+
+EXIT_DONE = 0
+EXIT_WRONG_INPUT = 2
+
+# Command -> module with `main(argv)`, and the line that --help prints.
+COMMANDS = {
+    "run": ("drake_navbench.run", "drive controllers through scenarios and compare them"),
+    "report": ("drake_navbench.report", "make tables, figures and report.html again from logs"),
+    "compare": ("drake_navbench.compare", "say what became better or worse between two folders"),
+    "list": ("drake_navbench.commands.listing", "list scenarios, controllers and robots"),
+    "docs": ("drake_navbench.commands.documentation", "make the generated parts of docs/"),
+}
+
+
+def usage() -> str:
+    """Returns the text of --help."""
+    width = max(map(len, COMMANDS))
+    lines = [f"  {name:<{width}}  {about}" for name, (_, about) in COMMANDS.items()]
+    return "\n".join(
+        [
+            "usage: python -m drake_navbench COMMAND [ARGUMENTS]",
+            "",
+            "commands:",
+            *lines,
+            "",
+            "python -m drake_navbench COMMAND --help tells more of each.",
+        ]
+    )
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs the command that the first argument names; returns the exit status."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    if not arguments or arguments[0] in ("-h", "--help"):
+        print(usage())
+        return EXIT_DONE if arguments else EXIT_WRONG_INPUT
+    name, *rest = arguments
+    if name not in COMMANDS:
+        print(f"command {name!r} is not known{nearest_name_hint(name, COMMANDS)}", file=sys.stderr)
+        return EXIT_WRONG_INPUT
+    module, _ = COMMANDS[name]
+    return import_module(module).main(rest)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,141 @@
+"""Which folder may import which: arrows run one way, so that each part can be read by itself."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+REPOSITORY = Path(__file__).parents[1]
+PACKAGE = "drake_navbench"
+
+# Modules at the root of the package that any folder may use: they use kernels at most.
+CONTRACTS = {
+    "controller",
+    "errors",
+    "immutable",
+    "log",
+    "noise",
+    "plugins",
+    "program_function",
+    "results",
+    "typed_yaml",
+}
+COMMANDS = {"__main__", "run", "report", "compare", "commands"}
+
+# Layer -> layers it may import besides itself and what stands below them all.
+BELOW_ALL = {"contracts", "kernels"}
+MAY_IMPORT: dict[str, set[str]] = {
+    "contracts": {"kernels"},
+    "kernels": {"contracts"},
+    "controllers": BELOW_ALL,
+    "costmaps": BELOW_ALL,
+    "navigation": BELOW_ALL | {"costmaps"},
+    "scenarios": set(),
+    "models": set(),
+    "inputs": BELOW_ALL | {"costmaps", "navigation"},
+    "systems": BELOW_ALL | {"costmaps", "navigation", "inputs"},
+    "trial": BELOW_ALL | {"costmaps", "navigation", "inputs", "systems"},
+    "analysis": BELOW_ALL | {"costmaps", "inputs"},
+    "campaign": BELOW_ALL | {"inputs", "trial", "analysis"},
+    "commands": BELOW_ALL | {"inputs", "trial", "analysis", "campaign"},
+}
+# Contracts that a kernel may use; the others use kernels themselves.
+FOR_KERNELS = {"drake_navbench.errors", "drake_navbench.immutable"}
+
+
+def layer_of(module: str) -> str:
+    """Returns the layer of a module such as `drake_navbench.kernels.grid`."""
+    parts = module.split(".")
+    if len(parts) == 1 or parts[1].startswith("__version"):
+        return "contracts"
+    if parts[1] in CONTRACTS:
+        return "contracts"
+    if parts[1] in COMMANDS:
+        return "commands"
+    return parts[1]
+
+
+def modules() -> Iterator[tuple[str, Path]]:
+    """Yields every module of the package with its file, by the name it is imported by."""
+    for folder in (PACKAGE, "controllers", "analysis", "scenarios", "models"):
+        for path in sorted((REPOSITORY / folder).rglob("*.py")):
+            parts = path.relative_to(REPOSITORY).with_suffix("").parts
+            parts = parts if parts[0] == PACKAGE else (PACKAGE, *parts)
+            yield ".".join(part for part in parts if part != "__init__"), path
+
+
+def imports(path: Path) -> Iterator[tuple[int, str]]:
+    """Yields the line and the name of everything of the package that a file imports."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and node.level:
+            yield node.lineno, "a relative import"
+        elif isinstance(node, ast.ImportFrom) and node.module.split(".")[0] == PACKAGE:
+            for alias in node.names:
+                is_package = node.module == PACKAGE
+                yield node.lineno, f"{node.module}.{alias.name}" if is_package else node.module
+        elif isinstance(node, ast.Import):
+            for alias in node.names:
+                if alias.name.split(".")[0] == PACKAGE:
+                    yield node.lineno, alias.name
+
+
+def broken_rules(module: str, path: Path) -> list[str]:
+    """Returns a line for every import of a file that its layer may not have."""
+    layer = layer_of(module)
+    faults = []
+    for line, imported in imports(path):
+        other = layer_of(imported) if imported.startswith(PACKAGE) else ""
+        allowed = other == layer or other in MAY_IMPORT[layer]
+        if layer == "kernels" and other == "contracts":
+            allowed = imported in FOR_KERNELS
+        if not allowed:
+            faults.append(f"{path}:{line}: {layer} may not import {imported}")
+    return faults
+
+
+def test_every_import_runs_down_the_layers():
+    found = [
+        fault
+        for module, path in modules()
+        if module != PACKAGE
+        for fault in broken_rules(module, path)
+    ]
+    assert not found, "\n".join(found)
+
+
+def test_every_folder_has_its_layer():
+    assert {layer_of(module) for module, _ in modules()} <= set(MAY_IMPORT)
+
+
+def test_the_layers_have_no_cycle():
+    below: dict[str, set[str]] = {}
+    for layer, direct in MAY_IMPORT.items():
+        if layer not in BELOW_ALL:
+            below[layer] = direct - BELOW_ALL
+    while below:
+        free = {layer for layer, direct in below.items() if not direct & set(below)}
+        assert free, f"a cycle among {sorted(below)}"
+        below = {layer: direct for layer, direct in below.items() if layer not in free}
+
+
+@pytest.mark.parametrize(
+    ("module", "line"),
+    [
+        ("kernels.planted", "from drake_navbench.systems.lidar import Lidar"),
+        ("kernels.planted", "from drake_navbench.controller import Controller"),
+        ("controllers.planted", "import drake_navbench.trial.trial"),
+        ("costmaps.planted", "from drake_navbench.inputs.robot import Robot"),
+        ("systems.planted", "from drake_navbench.trial import diagram"),
+        ("analysis.planted", "from drake_navbench.systems.lidar import Lidar"),
+        ("campaign.planted", "from drake_navbench import run"),
+        ("trial.planted", "from . import spec"),
+    ],
+)
+def test_an_import_against_the_layers_is_found_with_its_line(module, line, tmp_path):
+    path = tmp_path / "planted.py"
+    path.write_text(f'"""Planted."""\n\n{line}\n')
+    (fault,) = broken_rules(f"{PACKAGE}.{module}", path)
+    assert fault.startswith(f"{path}:3: {module.partition('.')[0]} may not import ")
