@@ -13,6 +13,7 @@ from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 from drake_navbench.immutable import Immutable
 from drake_navbench.navigation.behaviors import BEHAVIORS, BehaviorServerParameters, Surroundings
 from drake_navbench.navigation.task import BehaviorGoal, TaskState, TaskStatus
+from drake_navbench.systems.ports import declare_object_input, declare_state_part_output
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,8 +55,8 @@ class BehaviorServer(LeafSystem):
         self._behaviors = {name: kind(parameters) for name, kind in BEHAVIORS.items()}
         self._activity = self.DeclareAbstractState(AbstractValue.Make(_Activity()))
         self._estimate_port = self.DeclareVectorInputPort("estimate", 5)
-        self._costmap_port = self.DeclareAbstractInputPort("costmap", AbstractValue.Make(object()))
-        self._goal_port = self.DeclareAbstractInputPort("goal", AbstractValue.Make(object()))
+        self._costmap_port = declare_object_input(self, "costmap")
+        self._goal_port = declare_object_input(self, "goal")
         self._command_port = self.DeclareVectorInputPort("controller_command", 2)
         state_ticket = self.abstract_state_ticket(self._activity)
         self.DeclareVectorOutputPort(
@@ -67,12 +68,7 @@ class BehaviorServer(LeafSystem):
                 self.input_port_ticket(self._command_port.get_index()),
             },
         )
-        self.DeclareAbstractOutputPort(
-            "status",
-            lambda: AbstractValue.Make(object()),
-            self._calc_status,
-            prerequisites_of_calc={state_ticket},
-        )
+        declare_state_part_output(self, "status", self._activity, lambda activity: activity.status)
         self.DeclarePeriodicUnrestrictedUpdateEvent(
             1.0 / parameters.cycle_frequency, offset_s, self._on_cycle
         )
@@ -80,9 +76,6 @@ class BehaviorServer(LeafSystem):
     def _calc_command(self, context: Context, output: BasicVector) -> None:
         own = context.get_abstract_state(self._activity).get_value().command
         output.SetFromVector(self._command_port.Eval(context) if own is None else own)
-
-    def _calc_status(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(context.get_abstract_state(self._activity).get_value().status)
 
     def _on_cycle(self, context: Context, state: State) -> None:
         goal: BehaviorGoal | None = self._goal_port.Eval(context)

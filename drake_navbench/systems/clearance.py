@@ -13,6 +13,7 @@ from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 from drake_navbench.kernels.grid import nearest_distance
 from drake_navbench.kernels.layer_grid import place_outline
 from drake_navbench.kernels.outline_distance import outline_to_edges
+from drake_navbench.systems.ports import declare_object_input
 
 # Pairs farther apart are not looked at; the clearance then reads +inf.
 MAX_DISTANCE_M = 5.0
@@ -48,7 +49,7 @@ class Clearance(LeafSystem):
             "geometry_query", AbstractValue.Make(QueryObject())
         )
         self._state_port = self.DeclareVectorInputPort("state", 5)
-        self._costmap_port = self.DeclareAbstractInputPort("costmap", AbstractValue.Make(object()))
+        self._costmap_port = declare_object_input(self, "costmap")
         self._distances = self.DeclareDiscreteState([math.inf, math.inf])
         self.DeclareStateOutputPort("distances", self._distances)
         self.DeclareInitializationDiscreteUpdateEvent(self._on_period)

@@ -17,6 +17,7 @@ from drake_navbench.navigation.collision_monitor import (
     MonitorState,
     points_in_base,
 )
+from drake_navbench.systems.ports import declare_object_input
 
 
 class CollisionMonitorSystem(LeafSystem):
@@ -42,7 +43,7 @@ class CollisionMonitorSystem(LeafSystem):
         self._lidar = lidar
         self._monitor = CollisionMonitor(parameters, footprint)
         self._command_port = self.DeclareVectorInputPort("command", 2)
-        self._scan_port = self.DeclareAbstractInputPort("scan", AbstractValue.Make(object()))
+        self._scan_port = declare_object_input(self, "scan")
         self._state_port = self.DeclareVectorInputPort("state", 5)
         self._monitor_state = self.DeclareAbstractState(AbstractValue.Make(MonitorState()))
         self._output = self.DeclareDiscreteState(2)

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem, State
+from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 
 from drake_navbench.controller import (
     Controller,
@@ -36,6 +36,11 @@ from drake_navbench.navigation.progress_checkers import SimpleProgressChecker
 from drake_navbench.navigation.task import ClearRequest, GlobalPlan, TaskState, TaskStatus
 from drake_navbench.noise import NoiseKey, NoiseStream
 from drake_navbench.systems.diagnostics import is_array, without_arrays
+from drake_navbench.systems.ports import (
+    declare_object_input,
+    declare_state_part_output,
+    value_or_none,
+)
 
 PATIENCE_EXCEEDED = 104
 FAILED_TO_MAKE_PROGRESS = 105
@@ -110,33 +115,21 @@ class ControllerServer(LeafSystem):
         self._offset_s = offset_s
         self.seed_parameter = self.DeclareAbstractParameter(AbstractValue.Make(0))
         self._estimate_port = self.DeclareVectorInputPort("estimate", 5)
-        self._costmap_port = self.DeclareAbstractInputPort("costmap", AbstractValue.Make(object()))
-        self._plan_port = self.DeclareAbstractInputPort("plan", AbstractValue.Make(object()))
-        self._speed_limit_port = self.DeclareAbstractInputPort(
-            "speed_limit", AbstractValue.Make(object())
-        )
-        self._clear_port = self.DeclareAbstractInputPort(
-            "clear_request", AbstractValue.Make(object())
-        )
+        self._costmap_port = declare_object_input(self, "costmap")
+        self._plan_port = declare_object_input(self, "plan")
+        self._speed_limit_port = declare_object_input(self, "speed_limit")
+        self._clear_port = declare_object_input(self, "clear_request")
         self._state = self.DeclareAbstractState(AbstractValue.Make(ServerState()))
         tickets = {self.abstract_state_ticket(self._state)}
         self.DeclareVectorOutputPort(
             "command", 2, self._calc_command, prerequisites_of_calc=tickets
         )
         self.DeclareStateOutputPort("server_state", self._state)
-        self.DeclareAbstractOutputPort(
-            "status",
-            lambda: AbstractValue.Make(object()),
-            self._calc_status,
-            prerequisites_of_calc=tickets,
-        )
+        declare_state_part_output(self, "status", self._state, lambda server: server.status)
         self.DeclarePeriodicUnrestrictedUpdateEvent(self._period_s, offset_s, self._on_tick)
 
     def _calc_command(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(context.get_abstract_state(self._state).get_value().command)
-
-    def _calc_status(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(context.get_abstract_state(self._state).get_value().status)
 
     def _on_tick(self, context: Context, state: State) -> None:
         server = context.get_abstract_state(self._state).get_value()
@@ -174,7 +167,7 @@ class ControllerServer(LeafSystem):
         """Returns the state after a cycle, or after a period of waiting for the costmap."""
         now_s = context.get_time()
         costmap = self._costmap_port.Eval(context)
-        request: ClearRequest | None = _value_or_none(self._clear_port, context)
+        request: ClearRequest | None = value_or_none(self._clear_port, context)
         if costmap is None or (request is not None and costmap.stamp_s <= request.time_s):
             return self._wait_for_costmap(server, now_s)
         seed = context.get_abstract_parameter(self.seed_parameter).get_value()
@@ -187,7 +180,7 @@ class ControllerServer(LeafSystem):
             costmap,
             estimate=self._estimate_port.Eval(context),
             now_s=now_s,
-            speed_limit=_value_or_none(self._speed_limit_port, context),
+            speed_limit=value_or_none(self._speed_limit_port, context),
             noise_key=NoiseKey(seed, NoiseStream.CONTROLLER, step),
         )
 
@@ -337,11 +330,6 @@ class ControllerServer(LeafSystem):
             server.status, state=state, error_code=code, reason=reason, details=dict(details or {})
         )
         return server._replace(status=status, command=STANDSTILL)
-
-
-def _value_or_none(port: InputPort, context: Context) -> Any:
-    """Returns what an abstract port carries, None where it is not connected."""
-    return port.Eval(context) if port.HasValue(context) else None
 
 
 class _PluginBroke(Exception):

@@ -10,6 +10,11 @@ from pydrake.systems.framework import Context, LeafSystem, State
 from drake_navbench.costmaps.layered_costmap import LayeredCostmap, LayersState
 from drake_navbench.immutable import Immutable
 from drake_navbench.navigation.task import ClearRequest
+from drake_navbench.systems.ports import (
+    declare_object_input,
+    declare_state_part_output,
+    value_or_none,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,28 +50,19 @@ class CostmapSystem(LeafSystem):
         first = _CostmapState(before_first_scan)
         self._layers_state = self.DeclareAbstractState(AbstractValue.Make(first))
         self._odometry_port = self.DeclareVectorInputPort("state", 5)
-        self._scan_port = self.DeclareAbstractInputPort("scan", AbstractValue.Make(object()))
-        self._clear_port = self.DeclareAbstractInputPort(
-            "clear_request", AbstractValue.Make(object())
-        )
-        self.DeclareAbstractOutputPort(
-            "costmap",
-            lambda: AbstractValue.Make(object()),
-            self._calc_costmap,
-            prerequisites_of_calc={self.abstract_state_ticket(self._layers_state)},
+        self._scan_port = declare_object_input(self, "scan")
+        self._clear_port = declare_object_input(self, "clear_request")
+        declare_state_part_output(
+            self, "costmap", self._layers_state, lambda state: state.layers.costmap
         )
         self.DeclarePeriodicUnrestrictedUpdateEvent(period_s, offset_s, self._on_update)
-
-    def _calc_costmap(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(context.get_abstract_state(self._layers_state).get_value().layers.costmap)
 
     def _on_update(self, context: Context, state: State) -> None:
         scan = self._scan_port.Eval(context)
         if scan is None:
             return
         before = context.get_abstract_state(self._layers_state).get_value()
-        port = self._clear_port
-        request = port.Eval(context) if port.HasValue(context) else None
+        request = value_or_none(self._clear_port, context)
         is_new = request is not None and request != before.clear_request
         layers = self._layers.cleared(before.layers) if is_new else before.layers
         updated = self._layers.updated(

@@ -13,6 +13,11 @@ from pydrake.systems.framework import Context, LeafSystem, State
 from drake_navbench.immutable import Immutable
 from drake_navbench.navigation.planner import PlanningError
 from drake_navbench.navigation.task import GlobalPlan, TaskState, TaskStatus
+from drake_navbench.systems.ports import (
+    declare_object_input,
+    declare_object_output,
+    declare_state_part_output,
+)
 
 
 @dataclass(frozen=True)
@@ -34,23 +39,15 @@ class Navigator(LeafSystem):
         super().__init__()
         self._make_plan = make_plan
         self._estimate_port = self.DeclareVectorInputPort("estimate", 5)
-        self._status_port = self.DeclareAbstractInputPort(
-            "controller_status", AbstractValue.Make(object())
-        )
+        self._status_port = declare_object_input(self, "controller_status")
         self._state = self.DeclareAbstractState(AbstractValue.Make(_NavigatorState()))
-        state_ticket = self.abstract_state_ticket(self._state)
-        self.DeclareAbstractOutputPort(
-            "plan",
-            lambda: AbstractValue.Make(object()),
-            self._calc_plan,
-            prerequisites_of_calc={state_ticket},
-        )
-        self.DeclareAbstractOutputPort(
+        declare_state_part_output(self, "plan", self._state, lambda state: state.plan)
+        declare_object_output(
+            self,
             "task_status",
-            lambda: AbstractValue.Make(object()),
             self._calc_task_status,
-            prerequisites_of_calc={
-                state_ticket,
+            {
+                self.abstract_state_ticket(self._state),
                 self.input_port_ticket(self._status_port.get_index()),
             },
         )
@@ -68,9 +65,6 @@ class Navigator(LeafSystem):
             new_state = _NavigatorState(plan=GlobalPlan(plan_id=1, poses=poses))
         state.get_mutable_abstract_state(self._state).set_value(new_state)
 
-    def _calc_plan(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(context.get_abstract_state(self._state).get_value().plan)
-
-    def _calc_task_status(self, context: Context, output: AbstractValue) -> None:
+    def _calc_task_status(self, context: Context) -> TaskStatus:
         failure = context.get_abstract_state(self._state).get_value().planning_failure
-        output.set_value(failure or self._status_port.Eval(context))
+        return failure or self._status_port.Eval(context)

@@ -18,6 +18,7 @@ from drake_navbench.systems.diagnostics import (
     with_thinned_arrays,
     without_arrays,
 )
+from drake_navbench.systems.ports import declare_object_input, value_or_none
 
 
 @dataclass
@@ -82,13 +83,9 @@ class Recorder(LeafSystem):
         self._estimate_port = self.DeclareVectorInputPort("estimate", 5)
         self._command_port = self.DeclareVectorInputPort("command", 2)
         self._distances_port = self.DeclareVectorInputPort("distances", 2)
-        self._server_port = self.DeclareAbstractInputPort(
-            "server_state", AbstractValue.Make(object())
-        )
-        self._scan_port = self.DeclareAbstractInputPort("scan", AbstractValue.Make(object()))
-        self._navigator_port = self.DeclareAbstractInputPort(
-            "navigator_state", AbstractValue.Make(object())
-        )
+        self._server_port = declare_object_input(self, "server_state")
+        self._scan_port = declare_object_input(self, "scan")
+        self._navigator_port = declare_object_input(self, "navigator_state")
         self.DeclarePeriodicPublishEvent(period_s, 0.0, self.record)
         self.DeclareForcedPublishEvent(self.record)
 
@@ -117,5 +114,6 @@ class Recorder(LeafSystem):
         if scan is not None and (not recording.scans or recording.scans[-1] is not scan):
             recording.scans.append(scan)
         recording.note(time_s, server.cycle_count, server.diagnostics)
-        if self._navigator_port.HasValue(context):
-            recording.add_events(self._navigator_port.Eval(context).events)
+        navigator = value_or_none(self._navigator_port, context)
+        if navigator is not None:
+            recording.add_events(navigator.events)

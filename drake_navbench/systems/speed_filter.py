@@ -14,6 +14,7 @@ from drake_navbench.controller import SpeedLimit
 from drake_navbench.costmaps.filter_masks import FilterMask
 from drake_navbench.immutable import Immutable
 from drake_navbench.kernels.rasterize import MASK_UNKNOWN
+from drake_navbench.systems.ports import declare_state_part_output
 
 FULL_SPEED_PERCENT = 100.0
 
@@ -49,17 +50,9 @@ class SpeedFilter(LeafSystem):
         self._mask = mask
         self._state = self.DeclareAbstractState(AbstractValue.Make(SpeedFilterState()))
         self._estimate_port = self.DeclareVectorInputPort("estimate", 5)
-        self.DeclareAbstractOutputPort(
-            "speed_limit",
-            lambda: AbstractValue.Make(object()),
-            self._calc_speed_limit,
-            prerequisites_of_calc={self.abstract_state_ticket(self._state)},
-        )
+        declare_state_part_output(self, "speed_limit", self._state, lambda state: state.limit)
         self.DeclareStateOutputPort("filter_state", self._state)
         self.DeclarePeriodicUnrestrictedUpdateEvent(period_s, offset_s, self._on_update)
-
-    def _calc_speed_limit(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(context.get_abstract_state(self._state).get_value().limit)
 
     def _on_update(self, context: Context, state: State) -> None:
         before = context.get_abstract_state(self._state).get_value()

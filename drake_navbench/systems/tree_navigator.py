@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -30,6 +29,7 @@ from drake_navbench.navigation.behavior_tree.snapshot import (
 )
 from drake_navbench.navigation.task import TaskState, TaskStatus
 from drake_navbench.navigation.waypoint_follower import Progress, WaypointFollower
+from drake_navbench.systems.ports import declare_object_input, declare_state_part_output
 
 UNKNOWN = 9000
 # Longer than any recorder's period, so that none misses an event between two looks.
@@ -113,37 +113,22 @@ class TreeNavigator(LeafSystem):
             progress=Progress(),
         )
         self._estimate_port = self.DeclareVectorInputPort("estimate", 5)
-        self._costmap_port = self.DeclareAbstractInputPort(
-            "global_costmap", AbstractValue.Make(object())
-        )
-        self._controller_port = self.DeclareAbstractInputPort(
-            "controller_status", AbstractValue.Make(object())
-        )
-        self._behavior_port = self.DeclareAbstractInputPort(
-            "behavior_status", AbstractValue.Make(object())
-        )
+        self._costmap_port = declare_object_input(self, "global_costmap")
+        self._controller_port = declare_object_input(self, "controller_status")
+        self._behavior_port = declare_object_input(self, "behavior_status")
         self._state = self.DeclareAbstractState(AbstractValue.Make(start))
-        self._declare_output("plan", lambda state: state.values.follow_path)
-        self._declare_output("behavior_goal", lambda state: state.values.behavior)
-        self._declare_output("clear_local", lambda state: state.values.clear_local)
-        self._declare_output("clear_global", lambda state: state.values.clear_global)
-        self._declare_output("task_status", lambda state: state.progress.status)
+        parts = {
+            "plan": lambda state: state.values.follow_path,
+            "behavior_goal": lambda state: state.values.behavior,
+            "clear_local": lambda state: state.values.clear_local,
+            "clear_global": lambda state: state.values.clear_global,
+            "task_status": lambda state: state.progress.status,
+        }
+        for name, select in parts.items():
+            declare_state_part_output(self, name, self._state, select)
         self.DeclareStateOutputPort("navigator_state", self._state)
         self.DeclareInitializationUnrestrictedUpdateEvent(self._on_tick)
         self.DeclarePeriodicUnrestrictedUpdateEvent(period_s, offset_s, self._on_tick)
-
-    def _declare_output(self, name: str, select: Callable[[NavigatorState], Any]) -> None:
-        """Declares an output that is a part of the state."""
-
-        def calc(context: Context, output: AbstractValue) -> None:
-            output.set_value(select(context.get_abstract_state(self._state).get_value()))
-
-        self.DeclareAbstractOutputPort(
-            name,
-            lambda: AbstractValue.Make(object()),
-            calc,
-            prerequisites_of_calc={self.abstract_state_ticket(self._state)},
-        )
 
     def _on_tick(self, context: Context, state: State) -> None:
         before: NavigatorState = context.get_abstract_state(self._state).get_value()

@@ -1,0 +1,64 @@
+"""Ports that carry Python objects: payloads such as a Costmap, or None where there is none yet.
+
+All of them travel as `Value[object]`, so Drake does not tell a Costmap from a plan: systems are
+wired by the names of their ports.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from typing import Any
+
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import (
+    AbstractStateIndex,
+    Context,
+    DependencyTicket,
+    InputPort,
+    LeafSystem,
+    OutputPort,
+)
+
+
+def declare_object_input(system: LeafSystem, name: str) -> InputPort:
+    """Declares an input port for a Python object."""
+    return system.DeclareAbstractInputPort(name, AbstractValue.Make(object()))
+
+
+def declare_object_output(
+    system: LeafSystem,
+    name: str,
+    value_of: Callable[[Context], Any],
+    prerequisites: Collection[DependencyTicket],
+) -> OutputPort:
+    """Declares an output port for a Python object.
+
+    value_of: returns what the port holds in a context; it may read only what `prerequisites` name.
+    """
+
+    def calc(context: Context, output: AbstractValue) -> None:
+        output.set_value(value_of(context))
+
+    return system.DeclareAbstractOutputPort(
+        name,
+        lambda: AbstractValue.Make(object()),
+        calc,
+        prerequisites_of_calc=set(prerequisites),
+    )
+
+
+def declare_state_part_output(
+    system: LeafSystem, name: str, state: AbstractStateIndex, select: Callable[[Any], Any]
+) -> OutputPort:
+    """Declares an output port for a part of an abstract state, which `select` takes out of it."""
+    return declare_object_output(
+        system,
+        name,
+        lambda context: select(context.get_abstract_state(state).get_value()),
+        {system.abstract_state_ticket(state)},
+    )
+
+
+def value_or_none(port: InputPort, context: Context) -> Any:
+    """Returns what an input port holds; None where nothing is connected."""
+    return port.Eval(context) if port.HasValue(context) else None
