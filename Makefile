@@ -25,7 +25,7 @@ bench: $(INSTALLED)
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only $(ARGS)
 
 docs: $(INSTALLED)
-	$(BIN)/python -m drake_navbench.commands.documentation
+	$(BIN)/python -m drake_navbench docs
 
 $(INSTALLED): pyproject.toml
 	$(PYTHON) -m venv $(VENV)

@@ -1,13 +1,19 @@
 """The documentation says what the code does."""
 
+from __future__ import annotations
+
+import re
 from pathlib import Path
 
 import pytest
 
-from drake_navbench.inputs.presets import load_preset, preset_files
+from drake_navbench.__main__ import main
+from drake_navbench.commands.documentation import TABLE_BEGIN, documents, presets_table
+from drake_navbench.inputs.presets import preset_files
 
 REPOSITORY = Path(__file__).parents[1]
-CONTROLLERS_TEXT = (REPOSITORY / "docs" / "controllers.md").read_text(encoding="utf-8")
+DOCS = REPOSITORY / "docs"
+GENERATED = dict(documents(DOCS))
 
 
 def built_in_presets():
@@ -15,20 +21,28 @@ def built_in_presets():
     return sorted(path.stem for path in (REPOSITORY / "controllers").glob("*/presets/*.yaml"))
 
 
-def preset_row(name):
-    preset = load_preset(name)
-    return f"| `{name}` | `{preset.controller}` | {preset.description} |"
+@pytest.mark.parametrize("name", GENERATED)
+def test_a_generated_file_is_what_make_docs_makes(name):
+    assert (DOCS / name).read_text(encoding="utf-8") == GENERATED[name], "run `make docs`"
 
 
-def test_every_preset_of_the_built_in_controllers_is_installed():
-    assert set(built_in_presets()) <= set(preset_files())
+def test_every_schema_and_page_that_is_generated_is_named_as_such():
+    assert {path.name for path in (DOCS / "schemas").glob("*")} == {
+        Path(name).name for name in GENERATED if name.startswith("schemas/")
+    }
 
 
-@pytest.mark.parametrize("name", built_in_presets())
-def test_table_of_presets_has_the_line_of_every_preset_file(name):
-    assert preset_row(name) in CONTROLLERS_TEXT.splitlines()
+def test_a_second_picture_of_the_wiring_in_one_process_has_the_same_bytes():
+    assert dict(documents(DOCS))["wiring.dot"] == GENERATED["wiring.dot"]
 
 
-def test_table_of_presets_lists_no_others():
-    rows = [line for line in CONTROLLERS_TEXT.splitlines() if line.startswith("| `")]
-    assert rows == [preset_row(name) for name in built_in_presets()]
+def test_the_table_of_presets_has_a_line_for_every_preset_file():
+    named = re.findall(r"^\| `(\w+)` \|", presets_table(), re.M)
+    assert named == built_in_presets()
+    assert set(named) <= set(preset_files())
+
+
+def test_a_page_without_a_place_for_the_table_is_told(tmp_path, capsys):
+    (tmp_path / "controllers.md").write_text("# Controllers\n")
+    assert main(["docs", str(tmp_path)]) == 2
+    assert f"controllers.md: expected the lines {TABLE_BEGIN!r}" in capsys.readouterr().err

@@ -1,19 +1,27 @@
-"""Makes the generated parts of docs/: `python -m drake_navbench.commands.documentation [DIR]`.
+"""Makes the generated parts of docs/: `python -m drake_navbench docs [DIR]`.
 
-The wiring of a trial as Drake draws it, the JSON schemas for editors, the columns of a log.
+The wiring of a trial as Drake draws it, the JSON schemas for editors, the columns of a log, the
+catalogue of metrics, the table of presets. The same tree gives the same bytes; a test makes them
+again and compares.
 """
 
 from __future__ import annotations
 
+import argparse
 import json
+import re
 import shutil
 import subprocess
 import sys
+from collections.abc import Iterator, Sequence
+from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
 
-from drake_navbench.inputs.presets import PresetFile, default_presets, load_preset
+from drake_navbench.analysis.catalogue import catalogue
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.presets import PresetFile, default_presets, load_preset, preset_files
 from drake_navbench.inputs.robot import Robot, load_robot
 from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.inputs.world import World
@@ -22,11 +30,32 @@ from drake_navbench.trial.diagram import build_trial_diagram
 from drake_navbench.trial.spec import FollowPlan
 from drake_navbench.trial.trial import DEFAULT_ROBOT, controller_setup
 
+EXIT_DONE = 0
+EXIT_WRONG_INPUT = 2
 SCHEMAS = {"scenario": Scenario, "robot": Robot, "preset": PresetFile}
+# Between these two lines of docs/controllers.md stands the table of presets.
+TABLE_BEGIN = "<!-- presets: made by `make docs` -->"
+TABLE_END = "<!-- end of presets -->"
 
 
-def write_wiring(folder: Path) -> None:
-    """Writes wiring.dot and, where Graphviz is installed, wiring.svg."""
+def documents(folder: Path) -> Iterator[tuple[str, str]]:
+    """Yields the name within docs/ and the text of everything that is generated.
+
+    folder: docs/ as it is; of controllers.md only the table of presets is made anew. Raises
+    InputError where that page has no place for it.
+    """
+    yield "wiring.dot", wiring()
+    for name, model in SCHEMAS.items():
+        yield f"schemas/{name}.json", json.dumps(model.model_json_schema(), indent=2) + "\n"
+    yield "log_format.md", log_format()
+    yield "metrics.md", catalogue()
+    page = folder / "controllers.md"
+    if page.is_file():
+        yield page.name, _with_presets(page)
+
+
+def wiring() -> str:
+    """Returns the wiring of a trial in Graphviz's language, in an order that is always the same."""
     robot = load_robot(DEFAULT_ROBOT)
     preset = load_preset(default_presets()[0])
     controller = preset.controller_class(preset.parameters, controller_setup(robot))
@@ -36,25 +65,30 @@ def write_wiring(folder: Path) -> None:
         controller,
         task=FollowPlan(lambda start: np.array([start])),
     )
-    source = folder / "wiring.dot"
-    source.write_text(trial.diagram.GetGraphvizString(max_depth=1), encoding="utf-8")
-    if shutil.which("dot") is None:
-        print("Graphviz's dot is not installed: wiring.svg was left as it is", file=sys.stderr)
-        return
-    subprocess.run(["dot", "-Tsvg", source, "-o", folder / "wiring.svg"], check=True)
+    return _in_fixed_order(trial.diagram.GetGraphvizString(max_depth=1))
 
 
-def write_schemas(folder: Path) -> None:
-    """Writes the JSON schema of every kind of input file."""
-    target = folder / "schemas"
-    target.mkdir(exist_ok=True)
-    for name, model in SCHEMAS.items():
-        text = json.dumps(model.model_json_schema(), indent=2) + "\n"
-        (target / f"{name}.json").write_text(text, encoding="utf-8")
+def _in_fixed_order(source: str) -> str:
+    """Returns Drake's picture with ids counted from 1 and the edges sorted.
+
+    Drake numbers systems by how many the process has made, and lists the edges by their addresses.
+    """
+    numbers = list(dict.fromkeys(re.findall(r"^s(\d+) \[", source, re.M)))
+    numbering = {number: str(index) for index, number in enumerate(numbers, start=1)}
+    own = re.search(r"^digraph _(\d+)", source)[1]
+    source = re.sub(rf"\b(_|cluster){own}(?=\b|[a-z])", r"\g<1>0", source)
+    source = re.sub(
+        r"\bs(\d+)(?= \[|:)", lambda found: f"s{numbering.get(found[1], found[1])}", source
+    )
+    lines = source.splitlines()
+    places = [index for index, line in enumerate(lines) if " -> " in line]
+    for index, edge in zip(places, sorted(lines[index] for index in places), strict=True):
+        lines[index] = edge
+    return "\n".join(lines) + "\n"
 
 
-def write_log_format(folder: Path) -> None:
-    """Writes the table of a log's columns."""
+def log_format() -> str:
+    """Returns the page about a log's columns."""
     lines = [
         "# Columns of a trial's log",
         "",
@@ -67,17 +101,45 @@ def write_log_format(folder: Path) -> None:
         "| `diagnostics` | JSON: what the controller left in a new control cycle |",
         "",
     ]
-    (folder / "log_format.md").write_text("\n".join(lines), encoding="utf-8")
+    return "\n".join(lines)
 
 
-def main() -> None:
-    """Writes everything into the folder named by the first argument (docs)."""
-    folder = Path(sys.argv[1] if len(sys.argv) > 1 else "docs")
-    folder.mkdir(parents=True, exist_ok=True)
-    write_wiring(folder)
-    write_schemas(folder)
-    write_log_format(folder)
+def presets_table() -> str:
+    """Returns the table of the presets that come with the built-in controllers."""
+    built_in = Path(str(files("drake_navbench.controllers"))).resolve()
+    rows = [
+        f"| `{name}` | `{load_preset(name).controller}` | {load_preset(name).description} |"
+        for name, path in sorted(preset_files().items())
+        if built_in in path.resolve().parents
+    ]
+    return "\n".join(["| preset | controller | what it is |", "|---|---|---|", *rows])
 
 
-if __name__ == "__main__":
-    main()
+def _with_presets(page: Path) -> str:
+    before, begin, rest = page.read_text(encoding="utf-8").partition(TABLE_BEGIN)
+    _, end, after = rest.partition(TABLE_END)
+    if not begin or not end:
+        raise InputError(f"{page}: expected the lines {TABLE_BEGIN!r} and {TABLE_END!r}")
+    return f"{before}{begin}\n{presets_table()}\n{end}{after}"
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Writes everything that is generated; returns the exit status."""
+    parser = argparse.ArgumentParser(
+        prog="python -m drake_navbench docs", description="Makes the generated parts of docs/."
+    )
+    parser.add_argument("folder", nargs="?", type=Path, default=Path("docs"), metavar="DIR")
+    folder = parser.parse_args(argv).folder
+    try:
+        for name, text in documents(folder):
+            path = folder / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text, encoding="utf-8")
+    except InputError as error:
+        print(error, file=sys.stderr)
+        return EXIT_WRONG_INPUT
+    if shutil.which("dot") is None:
+        print("Graphviz's dot is not installed: wiring.svg was left as it is", file=sys.stderr)
+        return EXIT_DONE
+    subprocess.run(["dot", "-Tsvg", folder / "wiring.dot", "-o", folder / "wiring.svg"], check=True)
+    return EXIT_DONE

@@ -1,10 +1,14 @@
-"""What `--list` prints."""
+"""Lists scenarios, controllers and robots: `python -m drake_navbench list`, `run --list`."""
 
 from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
 
 from rich.console import Console
 from rich.table import Table
 
+from drake_navbench.campaign.console import terminal
 from drake_navbench.inputs.presets import load_preset, preset_files
 from drake_navbench.inputs.robot import ROBOT_FILES, load_robot
 from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, SCENARIO_FILES, load_scenario
@@ -25,3 +29,13 @@ def print_listing(console: Console) -> None:
             table.add_row(f"  {name}", description)
         console.print(table)
         console.print()
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs the command; returns the exit status."""
+    argparse.ArgumentParser(
+        prog="python -m drake_navbench list",
+        description="Lists scenarios, controllers and robots.",
+    ).parse_args(argv)
+    print_listing(terminal())
+    return 0

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from types import ModuleType
 
 import pytest
 from synthetic_logs import straight_log
 
-from drake_navbench.analysis.catalogue import REPLACED_BY, catalogue, main, section
+from drake_navbench.analysis.catalogue import REPLACED_BY, section
 from drake_navbench.analysis.metrics import Undefined, metric
 from drake_navbench.analysis.metrics.registry import (
     BUILTIN_THEMES,
@@ -86,13 +85,3 @@ def test_every_metric_has_a_summary_and_a_formula(entry):
 def test_corrected_forms_exist():
     names = {entry.name for entry in all_metrics()}
     assert set(REPLACED_BY) | set(REPLACED_BY.values()) <= names
-
-
-def test_the_catalogue_in_the_docs_is_the_generated_one():
-    path = Path(__file__).parents[2] / "docs" / "metrics.md"
-    assert path.read_text(encoding="utf-8") == catalogue()
-
-
-def test_the_command_writes_a_file(tmp_path):
-    assert main([str(tmp_path / "metrics.md")]) == 0
-    assert "`spectral_arc_length`" in (tmp_path / "metrics.md").read_text(encoding="utf-8")
