@@ -139,7 +139,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(error, file=sys.stderr)
         return EXIT_WRONG_INPUT
     if shutil.which("dot") is None:
-        print("Graphviz's dot is not installed: wiring.svg was left as it is", file=sys.stderr)
+        print("Graphviz's dot is not installed: the pictures were left as they are", file=sys.stderr)
         return EXIT_DONE
-    subprocess.run(["dot", "-Tsvg", folder / "wiring.dot", "-o", folder / "wiring.svg"], check=True)
+    for source in sorted(folder.glob("*.dot")):
+        subprocess.run(["dot", "-Tsvg", source, "-o", source.with_suffix(".svg")], check=True)
     return EXIT_DONE
