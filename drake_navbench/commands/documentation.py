@@ -139,7 +139,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(error, file=sys.stderr)
         return EXIT_WRONG_INPUT
     if shutil.which("dot") is None:
-        print("Graphviz's dot is not installed: the pictures were left as they are", file=sys.stderr)
+        print("Graphviz's dot is not installed: no picture was drawn anew", file=sys.stderr)
         return EXIT_DONE
     for source in sorted(folder.glob("*.dot")):
         subprocess.run(["dot", "-Tsvg", source, "-o", source.with_suffix(".svg")], check=True)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.geometry import Meshcat, MeshcatVisualizer, SceneGraph
+from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, SceneGraph
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPort
 
 from drake_navbench.controller import Controller
@@ -134,7 +134,10 @@ def build_trial_diagram(
     connect_inputs(builder, recorder, server_state=server.GetOutputPort("server_state"))
 
     if meshcat is not None:
-        MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat)
+        # Drawn only when the recorder samples: at any other instant the integrator's steps would
+        # end there too, and the motion differ in its last digits.
+        when = MeshcatVisualizerParams(publish_period=RECORDER_PERIOD_S)
+        MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, when)
 
     diagram = builder.Build()
     diagram.set_name("trial")

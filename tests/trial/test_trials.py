@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from pydrake.geometry import Meshcat, MeshcatParams
 from stub_controller import StubPreset, straight_ahead
 
 from drake_navbench import run_trial
@@ -332,15 +333,35 @@ def test_a_trial_that_never_ran_has_no_duration():
 
 
 def test_every_controller_meets_the_same_noise():
-    seen = []
+    """Two that drive apart: the errors of what they are told, and the start, are equal."""
+    scenario = load_scenario("one_obstacle").model_copy(update={"timeout_s": 4.0})
+    robot = scenario.load_robot("wheelchair")
+    noisy = robot.localization.model_copy(update={"xy_std_m": 0.01, "yaw_std_rad": 0.02})
+    robot = robot.model_copy(update={"localization": noisy})
+    presets = (StubPreset(straight_ahead), load_preset("rpp"), load_preset("dwb"))
+    logs = [simulate(TrialSpec(scenario, robot, preset, seed=7)) for preset in presets]
+    first = logs[0].samples
+    assert len({log.samples["x_m"].iloc[-1] for log in logs}) == len(logs)
+    for samples in (log.samples for log in logs[1:]):
+        assert samples["x_m"].iloc[0] == first["x_m"].iloc[0]
+        for name in ("x_m", "y_m", "yaw_rad"):
+            error, other = (s[f"estimated_{name}"] - s[name] for s in (samples, first))
+            assert error.iloc[1:].std() > 0.005
+            np.testing.assert_allclose(error, other, rtol=0.0, atol=1e-12)
 
-    def step(observation, memory):
-        seen.append(observation.pose - [0, 0, 0])
-        return Decision(np.zeros(2), memory)
 
-    simulate_stub(step, timeout_s=0.5)
-    first = np.array(seen)
-    seen.clear()
-    load_preset("rpp")
-    simulate_stub(step, timeout_s=0.5)
-    np.testing.assert_array_equal(np.array(seen), first)
+def test_a_viewer_changes_no_byte_of_the_log():
+    spec = TrialSpec(
+        load_scenario("static_obstacles").model_copy(update={"timeout_s": 2.0}),
+        load_robot("wheelchair"),
+        load_preset("rpp"),
+        seed=3,
+    )
+    unseen, seen = simulate(spec), simulate(spec, meshcat=Meshcat(MeshcatParams(host="localhost")))
+    pd.testing.assert_frame_equal(
+        *(log.samples.drop(columns="compute_time_ms") for log in (unseen, seen)), check_exact=True
+    )
+    assert seen.info == unseen.info
+    np.testing.assert_array_equal(seen.plan, unseen.plan)
+    for one, other in zip(seen.scans, unseen.scans, strict=True):
+        np.testing.assert_array_equal(one.ranges_m, other.ranges_m)

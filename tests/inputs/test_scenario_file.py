@@ -1,0 +1,70 @@
+"""A scenario file holds all that a scenario is."""
+
+from __future__ import annotations
+
+import json
+
+import yaml
+
+from drake_navbench.inputs.scenario import SET_BY_LOADING, Scenario, load_scenario
+
+EVERY_FIELD = """
+description: every field set, none to its default
+world:
+  map: everything_map.yaml
+  obstacles:
+    - {type: box, min: [2.0, 1.0], max: [2.5, 1.5], known_to_planner: false, height_m: 0.4}
+    - {type: cylinder, centre: [3.0, -1.0], radius_m: 0.2, height_m: 1.5}
+    - {type: polygon, vertices: [[4.0, 1.0], [4.5, 1.0], [4.2, 1.6]]}
+start: [0.5, 0.1, 0.2]
+goal: [5.5, 0.2, -0.1]
+filters:
+  - type: speed_percent
+    areas: [{polygon: [[1.0, -1.9], [2.0, -1.9], [2.0, -1.5]], value: 30}]
+    base: 10.0
+    multiplier: 0.5
+plan:
+  type: planner
+  smoother: {type: simple, max_its: 500, do_refinement: false}
+waypoints: [[2.0, 0.0, 0.1]]
+navigation_mode: navigate_to_pose
+timeout_s: 77.0
+variation: {start_xy_std_m: 0.01, start_yaw_std_rad: 0.02}
+robot_overrides: {lidar: {range_max_m: 9.0}}
+"""
+MAP = """
+image: everything_map.pgm
+resolution: 0.1
+origin: [-2.0, -2.0, 0.0]
+negate: 0
+occupied_thresh: 0.65
+free_thresh: 0.2
+"""
+
+
+def write_everything(folder) -> None:
+    (folder / "everything.yaml").write_text(EVERY_FIELD)
+    (folder / "everything_map.yaml").write_text(MAP)
+    (folder / "everything_map.pgm").write_bytes(b"P5\n100 40\n255\n" + bytes([254] * 4000))
+
+
+def test_the_file_sets_every_field_to_another_value_than_its_default(tmp_path):
+    write_everything(tmp_path)
+    scenario = load_scenario(str(tmp_path / "everything.yaml"))
+    for name, field in Scenario.model_fields.items():
+        default = None if field.is_required() else field.get_default(call_default_factory=True)
+        assert getattr(scenario, name) != default, name
+
+
+def test_a_scenario_with_every_field_set_is_the_same_after_a_round_trip(tmp_path):
+    write_everything(tmp_path)
+    scenario = load_scenario(str(tmp_path / "everything.yaml"))
+    dumped = scenario.model_dump(mode="json", exclude=set(SET_BY_LOADING))
+    assert set(dumped) == set(Scenario.model_fields) - set(SET_BY_LOADING)
+    (tmp_path / "again").mkdir()
+    write_everything(tmp_path / "again")
+    path = tmp_path / "again" / "everything.yaml"
+    path.write_text(yaml.safe_dump(json.loads(json.dumps(dumped))))
+    again = load_scenario(str(path))
+    assert again == scenario.model_copy(update={"directory": str(path.parent)})
+    assert again.load_robot("wheelchair").lidar.range_max_m == 9.0
