@@ -56,9 +56,12 @@ def traversal_costs(costs: NDArray[np.uint8], *, allow_unknown: bool) -> NDArray
     return crossing
 
 
-def cycle_limit(rows: int, columns: int) -> int:
-    """Returns after how many cycles the potential stops spreading."""
-    return max(columns * rows // 20, columns + rows)
+@njit(cache=True, error_model="numpy")
+def _potential_at(potential, cell):
+    """Returns a cell's potential; that of cells beyond the map's memory counts as UNREACHED."""
+    if 0 <= cell < potential.size:
+        return potential[cell]
+    return UNREACHED
 
 
 @njit(cache=True, error_model="numpy")
@@ -79,11 +82,9 @@ def _planar_wave(left, right, up, down, cost):
 
 
 @njit(cache=True, error_model="numpy")
-def _cost_to_target(cell, columns, target_column, target_row):
-    """Returns the least that the way from a cell to the target may cost, float32."""
-    row = cell // columns
-    column = cell - row * columns
-    distance = math.hypot(float(column - target_column), float(row - target_row))
+def _cost_of_distance(column_0, row_0, column_1, row_1):
+    """Returns the least that the way from one cell to another may cost, float32."""
+    distance = math.hypot(float(column_0 - column_1), float(row_0 - row_1))
     return np.float32(distance * NEUTRAL_COST)
 
 
@@ -102,14 +103,19 @@ def _offer(waiting, base, count, cell, potential, value, status):
 
 
 @njit(cache=True, error_model="numpy")
-def spread_potential(costs, columns, seed, target, target_column, target_row, use_astar):
-    """Returns the potential (cells,) float32 around a seed, UNREACHED where it did not come to.
+def spread_potential(costs, seed_column, seed_row, target_column, target_row, use_astar):
+    """Returns the potential (rows, columns) float32 around a seed, UNREACHED elsewhere.
 
-    costs: (cells,) uint8 from `traversal_costs`. target: the cell at which spreading ends, -1 for
-    none; target_column, target_row: to where the A* variant measures distances, cells.
+    costs: (rows, columns) uint8 from `traversal_costs`. It ends when the target is reached, or
+    never where that lies off the map; to there the A* variant measures distances.
+    A column too many means the first cell of the next row, which must be on the map for the seed.
     (NavFn::setupNavFn, propNavFnDijkstra, propNavFnAstar)
     """
+    columns = costs.shape[1]
+    costs = costs.ravel()
     cell_count = costs.size
+    seed = seed_row * columns + seed_column
+    target = target_row * columns + target_column
     potential = np.full(cell_count, UNREACHED)
     status = costs.astype(np.uint16)
     waiting = np.empty(3 * BUFFER_SIZE, dtype=np.uint32)
@@ -118,7 +124,7 @@ def spread_potential(costs, columns, seed, target, target_column, target_row, us
     width = np.uint64(columns)
     threshold = FIRST_THRESHOLD
     if use_astar:
-        threshold += _cost_to_target(seed, columns, target_column, target_row)
+        threshold += _cost_of_distance(seed_column, seed_row, target_column, target_row)
     potential[seed] = ZERO
     for neighbour in (seed + 1, seed - 1, seed - columns, seed + columns):
         if 0 <= neighbour < cell_count:
@@ -140,7 +146,9 @@ def spread_potential(costs, columns, seed, target, target_column, target_row, us
                 continue
             potential[cell] = value
             if use_astar:
-                value += _cost_to_target(np.int64(cell), columns, target_column, target_row)
+                row = np.int64(cell) // columns
+                column = np.int64(cell) - row * columns
+                value += _cost_of_distance(column, row, target_column, target_row)
             is_near = value < threshold
             base = following if is_near else beyond
             count = following_count if is_near else beyond_count
@@ -158,17 +166,9 @@ def spread_potential(costs, columns, seed, target, target_column, target_row, us
             threshold += THRESHOLD_STEP
             current, beyond = beyond, current
             current_count, beyond_count = beyond_count, UINT_0
-        if target >= 0 and potential[target] < UNREACHED:
+        if _potential_at(potential, target) < UNREACHED:
             break
-    return potential
-
-
-@njit(cache=True, error_model="numpy")
-def _potential_at(potential, cell):
-    """Returns a cell's potential; that of cells beyond the map's memory counts as UNREACHED."""
-    if 0 <= cell < potential.size:
-        return potential[cell]
-    return UNREACHED
+    return potential.reshape((-1, columns))
 
 
 @njit(cache=True, error_model="numpy")
@@ -286,17 +286,20 @@ def _step_down(potential, columns, cell, x, y):
 
 
 @njit(cache=True, error_model="numpy")
-def path_down(potential, columns, start, seed_column, seed_row, max_cycles):
+def path_down(potential, start_column, start_row, seed_column, seed_row, max_cycles):
     """Returns (N, 2) float32 the path from a cell to the seed, column and row; empty if it fails.
 
+    potential: (rows, columns) float32 from `spread_potential`.
     A step goes half a cell down the slope; where a potential nearby is unknown, or the path
     oscillates, it goes to the lowest neighbour. Each step takes one of `max_cycles`. The path ends
     with the seed once the nearest cell's potential is less than NEUTRAL_COST. (NavFn::calcPath)
     """
-    path = np.empty((max(max_cycles, 0), 2), dtype=np.float32)
+    path = np.empty((max_cycles, 2), dtype=np.float32)
     failed = path[:0]
+    columns = potential.shape[1]
+    potential = potential.ravel()
     cell_count = potential.size
-    cell, x, y = start, ZERO, ZERO
+    cell, x, y = start_row * columns + start_column, ZERO, ZERO
     for count in range(max_cycles):
         nearest = cell + _rounded(x) + columns * _rounded(y)
         if potential[max(0, min(cell_count - 1, nearest))] < NEUTRAL_COST:
@@ -335,19 +338,18 @@ def nearest_cell(x, y, origin_x, origin_y, resolution, columns, rows):
 
 
 @njit(cache=True, error_model="numpy")
-def reached_point_near(
-    potential, origin_x, origin_y, resolution, columns, rows, goal_x, goal_y, tolerance
-):
+def reached_point_near(potential, origin_x, origin_y, resolution, goal_x, goal_y, tolerance):
     """Returns (x, y, found): the point to which the path goes, m.
 
     The goal, if its cell was reached; else the nearest point whose cell was, on a lattice of the
     map's resolution over the square of +- tolerance around the goal, the first on ties.
     (NavfnPlanner::makePlan)
     """
+    rows, columns = potential.shape
     column, row, is_on_map = nearest_cell(
         goal_x, goal_y, origin_x, origin_y, resolution, columns, rows
     )
-    if is_on_map and potential[row * columns + column] < UNREACHED:
+    if is_on_map and potential[row, column] < UNREACHED:
         return goal_x, goal_y, True
     best_x, best_y, best_squared = goal_x, goal_y, math.inf
     y = goal_y - tolerance
@@ -357,7 +359,7 @@ def reached_point_near(
             column, row, is_on_map = nearest_cell(
                 x, y, origin_x, origin_y, resolution, columns, rows
             )
-            if is_on_map and potential[row * columns + column] < UNREACHED:
+            if is_on_map and potential[row, column] < UNREACHED:
                 squared = (x - goal_x) * (x - goal_x) + (y - goal_y) * (y - goal_y)
                 if squared < best_squared:
                     best_x, best_y, best_squared = x, y, squared

@@ -35,7 +35,6 @@ from drake_navbench.typed_yaml import FrozenModel
 
 Array = NDArray[np.float64]
 
-NO_TARGET = -1
 # The last position becomes the goal's where they are as near as this, m^2.
 SAME_POSITION_M2 = 1e-6
 # The last two positions give no direction where both components are smaller, m.
@@ -91,21 +90,14 @@ class NavfnPlanner:
         """Returns the path (N, 3), N at least 2, to the goal or near it; raises a PlanningError."""
         parameters = self.parameters
         rows, columns = costmap.costs.shape
-        frame = (costmap.origin_x, costmap.origin_y, costmap.resolution, columns, rows)
-        seed_column, seed_row, _ = navfn.nearest_cell(start[0], start[1], *frame)
-        seed = seed_row * columns + seed_column
-        if seed >= costmap.costs.size:
+        frame = (costmap.origin_x, costmap.origin_y, costmap.resolution)
+        seed = navfn.nearest_cell(start[0], start[1], *frame, columns, rows)[:2]
+        if seed[1] * columns + seed[0] >= costmap.costs.size:
             raise outside_map(costmap, start, StartOutsideMapBounds, "start")
-        target_column, target_row, _ = navfn.nearest_cell(goal[0], goal[1], *frame)
-        target = target_row * columns + target_column
-        costs = navfn.traversal_costs(costmap.costs, allow_unknown=parameters.allow_unknown)
         potential = navfn.spread_potential(
-            costs.ravel(),
-            columns,
-            seed,
-            target if target < costs.size else NO_TARGET,
-            target_column,
-            target_row,
+            navfn.traversal_costs(costmap.costs, allow_unknown=parameters.allow_unknown),
+            *seed,
+            *navfn.nearest_cell(goal[0], goal[1], *frame, columns, rows)[:2],
             parameters.use_astar,
         )
         end_x, end_y, found = navfn.reached_point_near(
@@ -115,13 +107,10 @@ class NavfnPlanner:
             raise NoValidPathCouldBeFound(
                 f"goal: not reachable within a tolerance of {parameters.tolerance:g} m"
             )
-        end_column, end_row, _ = navfn.nearest_cell(end_x, end_y, *frame)
         steps = navfn.path_down(
             potential,
-            columns,
-            end_row * columns + end_column,
-            seed_column,
-            seed_row,
+            *navfn.nearest_cell(end_x, end_y, *frame, columns, rows)[:2],
+            *seed,
             max(columns, rows) * parameters.max_cycles_factor,
         )
         if len(steps) == 0:
