@@ -24,8 +24,9 @@ from drake_navbench.navigation.checker_settings import (
 from drake_navbench.navigation.collision_monitor import CollisionMonitorParameters
 from drake_navbench.navigation.goal_checkers import SimpleGoalCheckerParameters
 from drake_navbench.navigation.path_handler import PathHandlerParameters
-from drake_navbench.navigation.planner_parameters import PlannerParameters
+from drake_navbench.navigation.planner_settings import PlannerSettings
 from drake_navbench.navigation.progress_checkers import SimpleProgressCheckerParameters
+from drake_navbench.navigation.smac_planner_2d_parameters import SmacPlanner2DParameters
 from drake_navbench.navigation.velocity_smoother import VelocitySmootherParameters
 from drake_navbench.navigation.waypoint_follower import WaypointFollowerParameters
 from drake_navbench.typed_yaml import FrozenModel, read_yaml, validate
@@ -130,7 +131,7 @@ class NavigationSettings(FrozenModel):
     )
     local_costmap: LocalCostmapSettings = Field(default_factory=LocalCostmapSettings)
     global_costmap: GlobalCostmapSettings = Field(default_factory=GlobalCostmapSettings)
-    planner: PlannerParameters = Field(default_factory=PlannerParameters)
+    planner: PlannerSettings = Field(default_factory=SmacPlanner2DParameters)
     behavior_tree: BehaviorTreeSettings = Field(default_factory=BehaviorTreeSettings)
     behavior_server: BehaviorServerParameters = Field(default_factory=BehaviorServerParameters)
     waypoint_follower: WaypointFollowerParameters = Field(

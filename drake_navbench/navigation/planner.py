@@ -1,31 +1,25 @@
-"""The global planner: Nav2's SmacPlanner2D as a pure function of map, start and goal.
+"""The contract of a global planner: what it is asked, and how it says that there is no path.
 
-`plan_path` searches with A*, turns cells into poses, smooths them and sets the last pose. Where
-Nav2 has a flaw that every plan would show, a parameter of ours switches between mending it (the
-default) and Nav2's behaviour; `PlannerParameters.nav2_classic()` switches all of them to Nav2's.
-Source: nav2_smac_planner (SmacPlanner2D, CostmapDownsampler).
+A planner is a class with the attributes `nav2_plugin`, the plugin type by which Nav2 knows it, and
+`Parameters`, the model of its parameters; it is made from its parameters and the robot's footprint.
+`planner_settings` names those that a robot file may choose.
 """
 
 from __future__ import annotations
 
-import math
-from typing import ClassVar
+from typing import ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from drake_navbench.errors import InputError, NavbenchError
-from drake_navbench.kernels import astar
-from drake_navbench.kernels.footprint import footprint_cost
-from drake_navbench.kernels.grid import LETHAL, NO_INFORMATION, Costmap
-from drake_navbench.kernels.path_smoothing import smooth_grid_path, with_headings
-from drake_navbench.navigation.planner_parameters import PlannerParameters
+from drake_navbench.kernels.grid import Costmap, world_to_cell
 
 Array = NDArray[np.float64]
 
 
 class PlanningError(NavbenchError):
-    """Base of what `plan_path` raises; `code` is Nav2's ComputePathToPose error code."""
+    """Base of what a planner raises; `code` is Nav2's ComputePathToPose error code."""
 
     code: ClassVar[int] = 200
 
@@ -43,13 +37,13 @@ class GoalOutsideMapBounds(PlanningError):
 
 
 class StartOccupied(PlanningError):
-    """Every neighbour of the start cell is blocked. The start cell itself is never tested."""
+    """The robot cannot leave its start."""
 
     code = 205
 
 
 class GoalOccupied(PlanningError):
-    """The goal cell is blocked, and no free cell lies within the tolerance."""
+    """The goal is blocked, and nothing near enough to it is free."""
 
     code = 206
 
@@ -61,82 +55,24 @@ class PlannerTimedOut(PlanningError):
 
 
 class NoValidPathCouldBeFound(PlanningError):
-    """The goal cannot be reached, or the path fails the footprint check."""
+    """The goal cannot be reached."""
 
     code = 208
 
 
-def downsample(costmap: Costmap, factor: int, *, known_cells: bool = True) -> Costmap:
-    """Returns the costmap with factor x factor cells merged into their largest cost, same origin.
+class Planner(Protocol):
+    """Answers requests for paths; pure: the same request gives the same path, bit for bit."""
 
-    known_cells: unknown cells count only where a block has no other; else (as in Nav2) unknown is
-    the largest cost of all. Blocks at the upper and right edge may be cut off by it.
-    """
-    rows, columns = costmap.costs.shape
-    coarse_rows, coarse_columns = -(-rows // factor), -(-columns // factor)
-    padding = ((0, coarse_rows * factor - rows), (0, coarse_columns * factor - columns))
-    blocks = (coarse_rows, factor, coarse_columns, factor)
-    # Shifted by one (modulo 256), unknown is the smallest value in place of the largest.
-    shift = np.uint8(1 if known_cells else 0)
-    ranked = np.pad(costmap.costs + shift, padding).reshape(blocks)
-    return Costmap(
-        ranked.max(axis=(1, 3)) - shift,
-        costmap.origin_x,
-        costmap.origin_y,
-        costmap.resolution * factor,
-        tracks_unknown=costmap.tracks_unknown,
-        stamp_s=costmap.stamp_s,
-    )
+    def plan(self, costmap: Costmap, start: ArrayLike, goal: ArrayLike) -> Array:
+        """Returns a path (N, 3) x m, y m, yaw rad, N at least 1, from start to goal.
+
+        start, goal: (3,) x m, y m, yaw rad in the costmap's frame.
+        Raises a PlanningError, or InputError where start or goal is no finite pose.
+        """
+        ...
 
 
-def plan_path(
-    costmap: Costmap,
-    start: ArrayLike,
-    goal: ArrayLike,
-    parameters: PlannerParameters,
-    *,
-    footprint: Array | None = None,
-) -> Array:
-    """Plans a path from start to goal. Pure: the same arguments give the same path, bit for bit.
-
-    start, goal: (3,) x m, y m, yaw rad in the costmap's frame.
-    footprint: (K, 2) m in the base frame, for the smoother's collision test (and the check of the
-        final path); None where the robot is a circle, whose centre is enough. The search itself
-        only ever looks at the cell under the centre.
-    Returns (N, 3) x m, y m, yaw rad: one pose (the goal's) where start and goal share a cell.
-    Raises a PlanningError, or InputError where start or goal is no finite pose.
-    """
-    start, goal = _as_pose(start, "start"), _as_pose(goal, "goal")
-    if parameters.check_footprint and footprint is None:
-        raise InputError("check_footprint: found true and no footprint, expected a footprint")
-    grid = costmap
-    if parameters.downsample_costmap and parameters.downsampling_factor > 1:
-        grid = downsample(
-            costmap, parameters.downsampling_factor, known_cells=parameters.downsample_known_cells
-        )
-    start_in_grid = _map_coordinates(grid, start, StartOutsideMapBounds, "start")
-    goal_in_grid = _map_coordinates(grid, goal, GoalOutsideMapBounds, "goal")
-    start_cell, goal_cell = start_in_grid.astype(np.int64), goal_in_grid.astype(np.int64)
-    if np.array_equal(start_cell, goal_cell):
-        keeps_start_yaw = parameters.use_final_approach_orientation
-        return np.array([[goal[0], goal[1], start[2] if keeps_start_yaw else goal[2]]])
-    cells = _search_cells(grid, start_cell, goal_in_grid, parameters)
-    reaches_goal = np.array_equal(cells[-1], goal_cell)
-    path = _poses_of_cells(grid, cells, parameters)
-    if parameters.use_exact_end_points:
-        _blend_end_points(path, start, goal if reaches_goal else None)
-    path = _smoothed(path, grid, footprint, parameters)
-    if reaches_goal:
-        path[-1, :2] = goal[:2]
-    path[-1, 2] = goal[2]
-    if parameters.use_final_approach_orientation and len(path) > 1:
-        path[-1, 2] = math.atan2(path[-1, 1] - path[-2, 1], path[-1, 0] - path[-2, 0])
-    if parameters.check_footprint:
-        _require_free_footprint(costmap, path, footprint, parameters.allow_unknown)
-    return path
-
-
-def _as_pose(pose: ArrayLike, name: str) -> Array:
+def as_pose(pose: ArrayLike, name: str) -> Array:
     """Returns a (3,) float64 pose; raises InputError where it is none."""
     array = np.asarray(pose, dtype=np.float64)
     if array.shape != (3,) or not np.all(np.isfinite(array)):
@@ -144,126 +80,40 @@ def _as_pose(pose: ArrayLike, name: str) -> Array:
     return array
 
 
-def _map_coordinates(
-    grid: Costmap, pose: Array, error: type[PlanningError], name: str
-) -> NDArray[np.float32]:
-    """Returns (2,) continuous map coordinates in cells, float32 as in Nav2; raises `error`."""
-    rows, columns = grid.costs.shape
-    offset = pose[:2] - (grid.origin_x, grid.origin_y)
-    coordinates = (offset / grid.resolution).astype(np.float32)
-    if np.any(offset < 0.0) or np.any(coordinates >= np.array([columns, rows])):
-        raise error(
-            f"{name}: found ({pose[0]:g}, {pose[1]:g}) m, expected a point on the map: x from "
-            f"{grid.origin_x:g} to {grid.origin_x + grid.size_x_m:g} m, y from "
-            f"{grid.origin_y:g} to {grid.origin_y + grid.size_y_m:g} m"
-        )
-    return coordinates
-
-
-def _search_cells(
-    grid: Costmap,
-    start_cell: NDArray[np.int64],
-    goal_in_grid: NDArray[np.float32],
-    parameters: PlannerParameters,
-) -> NDArray[np.int64]:
-    """Returns (N, 2) the cells of the path, [column, row]; raises a PlanningError."""
-    budget = math.ceil(parameters.max_planning_time * parameters.expansions_per_second)
-    # A cell's index is its lower left corner in map coordinates, its centre half a cell further.
-    offset = np.float32(0.5 if parameters.use_cell_centres else 0.0)
-    status, cells, expansions = astar.search(
-        grid.costs,
-        (int(start_cell[0]), int(start_cell[1])),
-        (int(goal_in_grid[0]), int(goal_in_grid[1])),
-        (goal_in_grid[0] - offset, goal_in_grid[1] - offset),
-        tolerance=np.float32(parameters.tolerance) / np.float32(grid.resolution),
-        cost_travel_multiplier=parameters.cost_travel_multiplier,
-        allow_unknown=parameters.allow_unknown,
-        corner_cutting=parameters.allow_corner_cutting,
-        max_iterations=parameters.max_iterations,
-        max_on_approach_iterations=parameters.max_on_approach_iterations,
-        terminal_checking_interval=parameters.terminal_checking_interval,
-        expansion_budget=budget,
+def outside_map(
+    costmap: Costmap, pose: Array, error: type[PlanningError], name: str
+) -> PlanningError:
+    """Returns the error that tells where a start or goal should have been."""
+    return error(
+        f"{name}: found ({pose[0]:g}, {pose[1]:g}) m, expected a point on the map: x from "
+        f"{costmap.origin_x:g} to {costmap.origin_x + costmap.size_x_m:g} m, y from "
+        f"{costmap.origin_y:g} to {costmap.origin_y + costmap.size_y_m:g} m"
     )
-    if status == astar.FOUND:
-        return cells
-    if status == astar.GOAL_OCCUPIED:
-        raise GoalOccupied(
-            f"goal: its cell is blocked, and no free cell lies within {parameters.tolerance:g} m"
-        )
-    if status == astar.ITERATION_LIMIT:
-        raise PlannerTimedOut(f"no path within max_iterations = {parameters.max_iterations}")
-    if status == astar.EXPANSION_BUDGET_SPENT:
-        limit = f"no path within max_planning_time = {parameters.max_planning_time:g} s"
-        if parameters.report_time_limit_as_timeout:
-            raise PlannerTimedOut(limit)
-        raise NoValidPathCouldBeFound(limit)
-    if expansions == 1:
-        raise StartOccupied("start: every neighbour of its cell is blocked")
-    raise NoValidPathCouldBeFound(f"goal: not reachable, after {expansions} expansions")
 
 
-def _poses_of_cells(
-    grid: Costmap, cells: NDArray[np.int64], parameters: PlannerParameters
-) -> Array:
-    """Returns (N, 3) poses of cells with heading 0."""
-    path = np.zeros((len(cells), 3))
-    if parameters.use_cell_centres:
-        path[:, 0] = grid.origin_x + (cells[:, 0] + 0.5) * grid.resolution
-        path[:, 1] = grid.origin_y + (cells[:, 1] + 0.5) * grid.resolution
-    else:
-        # Nav2 rounds the origin to float32 here.
-        path[:, 0] = float(np.float32(grid.origin_x)) + cells[:, 0] * grid.resolution
-        path[:, 1] = float(np.float32(grid.origin_y)) + cells[:, 1] * grid.resolution
-    return path
+def cells_of_request(
+    costmap: Costmap, start: Array, goal: Array
+) -> tuple[tuple[int, int], tuple[int, int]]:
+    """Returns the cells (column, row) that hold start and goal.
 
-
-def _blend_end_points(path: Array, start: Array, goal: Array | None) -> None:
-    """Moves the first position of `path` to the start and the last to the goal (if it is given).
-
-    The positions between get a share of both offsets, falling linearly along the path. Offsets
-    from a cell's centre stay within the cell, and so do their mixtures: each pose stays in its
-    cell, and a path along a row of cells stays straight.
+    Raises StartOutsideMapBounds or GoalOutsideMapBounds.
     """
-    end = path[-1, :2].copy() if goal is None else goal[:2]
-    steps = path[:, :2] - path[0, :2]
-    missing = end - (start[:2] + steps[-1])
-    path[:, :2] = start[:2] + steps + np.linspace(0.0, 1.0, len(path))[:, None] * missing
-    path[-1, :2] = end
-
-
-def _smoothed(
-    path: Array, grid: Costmap, footprint: Array | None, parameters: PlannerParameters
-) -> Array:
-    """Returns the path after the planner's own smoother, with headings where they are wanted."""
-    smoother = parameters.smoother
-    if smoother.max_iterations > 0:
-        path = smooth_grid_path(
-            path,
-            grid.costs,
-            grid.origin_x,
-            grid.origin_y,
-            grid.resolution,
-            np.empty((0, 2)) if footprint is None else np.ascontiguousarray(footprint),
-            smoother.tolerance,
-            smoother.max_iterations,
-            smoother.w_data,
-            smoother.w_smooth,
-            smoother.refinement_num if smoother.do_refinement else 0,
+    rows, columns = costmap.costs.shape
+    cells = []
+    for pose, error, name in (
+        (start, StartOutsideMapBounds, "start"),
+        (goal, GoalOutsideMapBounds, "goal"),
+    ):
+        cell = world_to_cell(
+            pose[0],
+            pose[1],
+            costmap.origin_x,
+            costmap.origin_y,
+            costmap.resolution,
+            columns,
+            rows,
         )
-    return with_headings(path, True) if parameters.always_assign_headings else path
-
-
-def _require_free_footprint(
-    costmap: Costmap, path: Array, footprint: Array, allow_unknown: bool
-) -> None:
-    """Raises NoValidPathCouldBeFound where the outline meets an obstacle after the first pose."""
-    outline = np.ascontiguousarray(footprint, dtype=np.float64)
-    grid = (costmap.costs, costmap.origin_x, costmap.origin_y, costmap.resolution)
-    for index in range(1, len(path)):
-        x, y, yaw = path[index]
-        cost = footprint_cost(*grid, outline, x, y, yaw, True)
-        if cost == LETHAL or (cost == NO_INFORMATION and not allow_unknown):
-            raise NoValidPathCouldBeFound(
-                f"check_footprint: the footprint meets a cell of cost {cost} at pose {index} of "
-                f"the path, ({x:.3f}, {y:.3f}) m, expected a free outline"
-            )
+        if cell[0] < 0:
+            raise outside_map(costmap, pose, error, name)
+        cells.append(cell)
+    return cells[0], cells[1]

@@ -24,7 +24,8 @@ from drake_navbench.kernels.grid import FREE, LETHAL, Costmap
 from drake_navbench.kernels.path_geometry import path_from_elements, path_from_polyline
 from drake_navbench.kernels.rasterize import mark_polygon
 from drake_navbench.navigation import constrained_smoother, simple_smoother
-from drake_navbench.navigation.planner import PlanningError, plan_path
+from drake_navbench.navigation.planner import PlanningError
+from drake_navbench.navigation.planner_settings import make_planner
 
 Array = NDArray[np.float64]
 
@@ -57,13 +58,8 @@ def make_plan(
         return path_from_polyline(np.array(plan.points), plan.spacing_m)
     if costmap is None:
         costmap = global_costmap(scenario, robot)
-    path = plan_path(
-        costmap,
-        start,
-        np.array(scenario.goal) if goal is None else goal,
-        robot.navigation.planner,
-        footprint=robot.padded_outline,
-    )
+    planner = make_planner(robot.navigation.planner, footprint=robot.padded_outline)
+    path = planner.plan(costmap, start, np.array(scenario.goal) if goal is None else goal)
     return _smoothed(path, costmap, plan)
 
 

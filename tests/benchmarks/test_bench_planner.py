@@ -8,9 +8,9 @@ from drake_navbench.kernels.astar import FOUND, search
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.navigation import constrained_smoother
 from drake_navbench.navigation.constrained_smoother import ConstrainedSmootherParameters
-from drake_navbench.navigation.planner import plan_path
-from drake_navbench.navigation.planner_parameters import PlannerParameters
 from drake_navbench.navigation.simple_smoother import SimpleSmootherParameters, smooth_path
+from drake_navbench.navigation.smac_planner_2d import plan_path
+from drake_navbench.navigation.smac_planner_2d_parameters import SmacPlanner2DParameters
 
 RESOLUTION_M = 0.05
 ROOMS = 10
@@ -71,7 +71,7 @@ def test_bench_search_across_a_building(benchmark, size):
 def test_bench_plan_across_a_building(benchmark, size):
     costmap = Costmap(building(size), 0.0, 0.0, RESOLUTION_M)
     start, goal = (((np.array([*cell, 0.0]) + 0.5) * RESOLUTION_M) for cell in across(size))
-    path = benchmark(plan_path, costmap, start, goal, PlannerParameters())
+    path = benchmark(plan_path, costmap, start, goal, SmacPlanner2DParameters())
     benchmark.extra_info["poses"] = len(path)
 
 

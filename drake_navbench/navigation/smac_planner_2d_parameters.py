@@ -1,8 +1,8 @@
-"""Parameters of the global planner: those of Nav2's SmacPlanner2D, and switches of our own."""
+"""Parameters of the 2D planner: those of Nav2's SmacPlanner2D, and switches of our own."""
 
 from __future__ import annotations
 
-from typing import Any, Self
+from typing import Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -24,11 +24,12 @@ class GridSmootherParameters(BaseModel):
     refinement_num: int = Field(2, ge=0, description="How many times again [passes]")
 
 
-class PlannerParameters(BaseModel):
+class SmacPlanner2DParameters(BaseModel):
     """Parameters of SmacPlanner2D with Nav2's names and defaults, then our own switches."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
+    plugin: Literal["nav2_smac_planner::SmacPlanner2D"] = "nav2_smac_planner::SmacPlanner2D"
     tolerance: float = Field(
         0.125, ge=0.0, description="Distance from the goal at which a path may end [m]"
     )

@@ -16,15 +16,16 @@ from drake_navbench.navigation.planner import (
     PlannerTimedOut,
     StartOccupied,
     StartOutsideMapBounds,
-    downsample,
-    plan_path,
 )
-from drake_navbench.navigation.planner_parameters import PlannerParameters
+from drake_navbench.navigation.smac_planner_2d import downsample, plan_path
+from drake_navbench.navigation.smac_planner_2d_parameters import (
+    SmacPlanner2DParameters as Parameters,
+)
 
 RESOLUTION_M = 0.05
 LETHAL, UNKNOWN = 254, 255
-OURS = PlannerParameters()
-CLASSIC = PlannerParameters.nav2_classic()
+OURS = Parameters()
+CLASSIC = Parameters.nav2_classic()
 
 
 def make_map(costs, origin=(0.0, 0.0)):
@@ -83,9 +84,9 @@ def test_blending_the_end_points_leaves_every_pose_in_its_cell():
     unsmoothed = {"smoother": {"max_iterations": 0}}
     start, goal = (0.511, 0.237, 1.0), (8.013, 3.444, -1.0)
     cells = plan_path(
-        empty_map(), start, goal, PlannerParameters(use_exact_end_points=False, **unsmoothed)
+        empty_map(), start, goal, Parameters(use_exact_end_points=False, **unsmoothed)
     )
-    blended = plan_path(empty_map(), start, goal, PlannerParameters(**unsmoothed))
+    blended = plan_path(empty_map(), start, goal, Parameters(**unsmoothed))
     assert [cell_of(p) for p in blended] == [cell_of(p) for p in cells]
 
 
@@ -124,13 +125,13 @@ def test_a_plan_of_two_poses_has_headings():
 
 @pytest.mark.parametrize(("final_approach", "yaw"), [(False, 1.5), (True, 0.3)])
 def test_start_and_goal_in_one_cell_give_one_pose(final_approach, yaw):
-    parameters = PlannerParameters(use_final_approach_orientation=final_approach)
+    parameters = Parameters(use_final_approach_orientation=final_approach)
     path = plan_path(empty_map(), (1.01, 1.01, 0.3), (1.04, 1.03, 1.5), parameters)
     np.testing.assert_array_equal(path, [[1.04, 1.03, yaw]])
 
 
 def test_the_final_approach_orientation_is_the_direction_of_the_last_segment():
-    parameters = PlannerParameters(use_final_approach_orientation=True)
+    parameters = Parameters(use_final_approach_orientation=True)
     start, goal = (*centre(20, 50), 0.0), (*centre(20, 20), 0.0)
     assert plan_path(empty_map(), start, goal, parameters)[-1, 2] == pytest.approx(-math.pi / 2)
 
@@ -167,10 +168,10 @@ def test_a_goal_in_an_obstacle_is_approached_within_the_tolerance_or_refused():
     costs[:, 98:103] = LETHAL
     goal = (*centre(100, 50), 0.7)
     # The nearest free cells, 97 and 103, lie 3 cells = 0.15 m from the goal.
-    path = plan_path(make_map(costs), (1.025, 2.525, 0.0), goal, PlannerParameters(tolerance=0.16))
+    path = plan_path(make_map(costs), (1.025, 2.525, 0.0), goal, Parameters(tolerance=0.16))
     assert path[-1] == pytest.approx([*centre(97, 50), 0.7])
     with pytest.raises(GoalOccupied) as caught:
-        plan_path(make_map(costs), (1.025, 2.525, 0.0), goal, PlannerParameters(tolerance=0.14))
+        plan_path(make_map(costs), (1.025, 2.525, 0.0), goal, Parameters(tolerance=0.14))
     assert caught.value.code == 206
 
 
@@ -181,7 +182,7 @@ def test_nav2_measures_the_tolerance_from_the_corners_of_cells():
     goal = (*centre(100, 50), 0.0)
     # From (100.5, 50.5) the index 103 is 2.55 cells away, and 97 is 3.54: a side of the wall
     # counts for the admission of the goal, and only from there it is reached.
-    classic = PlannerParameters.nav2_classic(tolerance=0.14)
+    classic = Parameters.nav2_classic(tolerance=0.14)
     assert plan_path(make_map(costs), right, goal, classic)[-1, 0] == pytest.approx(5.15)
     with pytest.raises(NoValidPathCouldBeFound):
         plan_path(make_map(costs), left, goal, classic)
@@ -207,7 +208,7 @@ def test_a_goal_behind_a_closed_wall_cannot_be_reached():
 
 
 def test_running_out_of_iterations_is_a_timeout():
-    parameters = PlannerParameters(max_iterations=50)
+    parameters = Parameters(max_iterations=50)
     with pytest.raises(PlannerTimedOut, match="max_iterations = 50") as caught:
         plan_path(empty_map(), (1.0, 1.0, 0.0), (9.0, 1.0, 0.0), parameters)
     assert caught.value.code == 207
@@ -216,8 +217,8 @@ def test_running_out_of_iterations_is_a_timeout():
 @pytest.mark.parametrize(
     ("make", "error"),
     [
-        (PlannerParameters, PlannerTimedOut),
-        (PlannerParameters.nav2_classic, NoValidPathCouldBeFound),
+        (Parameters, PlannerTimedOut),
+        (Parameters.nav2_classic, NoValidPathCouldBeFound),
     ],
 )
 def test_running_out_of_planning_time_counts_expansions(make, error):
@@ -235,7 +236,7 @@ def test_unknown_space_is_crossed_only_where_it_is_allowed():
     start, goal = (1.0, 1.0, 0.0), (9.0, 1.0, 0.0)
     assert len(plan_path(make_map(costs), start, goal, OURS)) > 100
     with pytest.raises(NoValidPathCouldBeFound):
-        plan_path(make_map(costs), start, goal, PlannerParameters(allow_unknown=False))
+        plan_path(make_map(costs), start, goal, Parameters(allow_unknown=False))
 
 
 def test_a_gap_of_one_diagonal_is_passed_only_in_classic_mode():
@@ -277,15 +278,15 @@ def test_a_wall_beside_unknown_cells_is_crossed_only_in_classic_mode():
     costs[:, 101:110] = UNKNOWN
     coarse = {"downsample_costmap": True, "downsampling_factor": 2}
     start, goal = (1.0, 1.0, 0.0), (9.0, 1.0, 0.0)
-    classic = PlannerParameters.nav2_classic(**coarse)
+    classic = Parameters.nav2_classic(**coarse)
     # Cells 100 (lethal) and 101 (unknown) merge into an unknown one.
     assert plan_path(make_map(costs), start, goal, classic)[-1, 0] == 9.0
     with pytest.raises(NoValidPathCouldBeFound):
-        plan_path(make_map(costs), start, goal, PlannerParameters(**coarse))
+        plan_path(make_map(costs), start, goal, Parameters(**coarse))
 
 
 def test_a_coarse_plan_has_coarse_spacing_and_exact_ends():
-    parameters = PlannerParameters(downsample_costmap=True, downsampling_factor=4)
+    parameters = Parameters(downsample_costmap=True, downsampling_factor=4)
     path = plan_path(empty_map(), (1.0, 1.0, 0.0), (9.0, 1.0, 0.0), parameters)
     # 8 m at 0.2 m.
     np.testing.assert_allclose(np.diff(path[:, 0]), np.full(40, 0.2), atol=1e-12)
@@ -311,12 +312,8 @@ def test_a_weighted_corridor_is_driven_in_its_middle():
     costs = np.full((100, columns), LETHAL)
     costs[40:51] = profile[:, None]
     start, goal = (*centre(5, 43), 0.0), (*centre(190, 43), 0.0)
-    weighted = plan_path(
-        make_map(costs), start, goal, PlannerParameters(cost_travel_multiplier=3.0)
-    )
-    shortest = plan_path(
-        make_map(costs), start, goal, PlannerParameters(cost_travel_multiplier=0.0)
-    )
+    weighted = plan_path(make_map(costs), start, goal, Parameters(cost_travel_multiplier=3.0))
+    shortest = plan_path(make_map(costs), start, goal, Parameters(cost_travel_multiplier=0.0))
     np.testing.assert_allclose(weighted[20:-20, 1], centre(0, 45)[1], atol=1e-3)
     np.testing.assert_allclose(shortest[:, 1], centre(0, 43)[1], atol=1e-12)
 
@@ -328,7 +325,7 @@ def test_the_footprint_check_refuses_a_path_the_robot_is_too_wide_for():
     start, goal = (1.025, 2.525, 0.0), (9.025, 2.525, 0.0)
     # The gap is 5 cells = 0.25 m wide, the robot 0.6 m.
     robot = circle_footprint(0.3)
-    checked = PlannerParameters(check_footprint=True)
+    checked = Parameters(check_footprint=True)
     assert len(plan_path(make_map(costs), start, goal, OURS, footprint=robot)) == 161
     with pytest.raises(NoValidPathCouldBeFound, match="footprint meets a cell of cost 254"):
         plan_path(make_map(costs), start, goal, checked, footprint=robot)
@@ -338,7 +335,10 @@ def test_the_footprint_check_refuses_a_path_the_robot_is_too_wide_for():
 def test_a_footprint_check_without_a_footprint_is_refused():
     with pytest.raises(InputError, match="check_footprint"):
         plan_path(
-            empty_map(), (1.0, 1.0, 0.0), (2.0, 1.0, 0.0), PlannerParameters(check_footprint=True)
+            empty_map(),
+            (1.0, 1.0, 0.0),
+            (2.0, 1.0, 0.0),
+            Parameters(check_footprint=True),
         )
 
 
@@ -362,7 +362,7 @@ def test_a_malformed_pose_is_refused(pose):
 )
 def test_wrong_parameters_are_refused(wrong):
     with pytest.raises(ValidationError):
-        PlannerParameters(**wrong)
+        Parameters(**wrong)
 
 
 def test_the_defaults_are_nav2s():
@@ -372,7 +372,7 @@ def test_the_defaults_are_nav2s():
 
 
 def test_classic_mode_can_be_changed_switch_by_switch():
-    parameters = PlannerParameters.nav2_classic(use_cell_centres=True, tolerance=0.5)
+    parameters = Parameters.nav2_classic(use_cell_centres=True, tolerance=0.5)
     assert parameters.use_cell_centres
     assert not parameters.use_exact_end_points
     assert parameters.tolerance == 0.5

@@ -1,0 +1,152 @@
+"""Nav2's NavFn planner: down the slope of a navigation function, by Dijkstra's search or A*.
+
+The function spreads from the start; the path runs down its slope from the goal and is turned round.
+Nav2 names cells by the lattice point nearest to a pose, where costmaps name them by the square that
+holds it: paths lie half a cell towards the lower left of what the costs say. In the last half cell
+before the map's upper or right edge that lattice point is off the map: on the right it means the
+first cell of the next row, as in Nav2; above, where Nav2 reads and writes memory that is not the
+map's, a start is refused here and a goal counts as not reached.
+
+Nav2 frees the start's cell in the costmap for good; here the costmap stays as it is.
+Source: nav2_navfn_planner (NavfnPlanner), branch lyrical. In releases before it max_cycles_factor
+is fixed at its default.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import Field
+
+from drake_navbench.kernels import navfn
+from drake_navbench.kernels.grid import LETHAL, Costmap
+from drake_navbench.navigation.planner import (
+    GoalOccupied,
+    NoValidPathCouldBeFound,
+    StartOutsideMapBounds,
+    as_pose,
+    cells_of_request,
+    outside_map,
+)
+from drake_navbench.typed_yaml import FrozenModel
+
+Array = NDArray[np.float64]
+
+# The last position becomes the goal's where they are as near as this, m^2.
+SAME_POSITION_M2 = 1e-6
+# The last two positions give no direction where both components are smaller, m.
+SAME_COMPONENT_M = 1e-4
+
+
+class NavfnPlannerParameters(FrozenModel):
+    """Parameters of nav2_navfn_planner::NavfnPlanner."""
+
+    plugin: Literal["nav2_navfn_planner::NavfnPlanner"] = "nav2_navfn_planner::NavfnPlanner"
+    tolerance: float = Field(
+        0.5, ge=0.0, description="Where the goal is not reached, a path may end so far off it [m]."
+    )
+    use_astar: bool = Field(False, description="A* in place of Dijkstra's search.")
+    max_cycles_factor: int = Field(
+        4, gt=0, description="Steps that a path may have, in edges of the map [steps/cell]."
+    )
+    allow_unknown: bool = Field(True, description="Unknown cells may be crossed.")
+    use_final_approach_orientation: bool = Field(
+        False, description="The path ends with its own direction, not the goal's heading."
+    )
+
+
+class NavfnPlanner:
+    """Answers requests by NavFn.
+
+    Points are half a cell apart, all headings are 0 but the last, as Nav2 leaves them.
+    """
+
+    nav2_plugin = "nav2_navfn_planner::NavfnPlanner"
+    Parameters = NavfnPlannerParameters
+
+    def __init__(self, parameters: NavfnPlannerParameters, footprint: Array) -> None:
+        """footprint: not looked at; the search sees the cell under the robot's centre only."""
+        self.parameters = parameters
+
+    def plan(self, costmap: Costmap, start: ArrayLike, goal: ArrayLike) -> Array:
+        """See `Planner.plan`. Raises GoalOccupied only where the tolerance is 0."""
+        start, goal = as_pose(start, "start"), as_pose(goal, "goal")
+        _, (column, row) = cells_of_request(costmap, start, goal)
+        parameters = self.parameters
+        if parameters.tolerance == 0.0 and costmap.costs[row, column] == LETHAL:
+            raise GoalOccupied("goal: its cell is lethal, and tolerance is 0")
+        if np.array_equal(start[:2], goal[:2]):
+            keeps_start_yaw = parameters.use_final_approach_orientation
+            return np.array([[start[0], start[1], start[2] if keeps_start_yaw else goal[2]]])
+        path = self._path(costmap, start, goal)
+        if parameters.use_final_approach_orientation:
+            path[-1, 2] = _final_direction(path)
+        return path
+
+    def _path(self, costmap: Costmap, start: Array, goal: Array) -> Array:
+        """Returns the path (N, 3), N at least 2, to the goal or near it; raises a PlanningError."""
+        parameters = self.parameters
+        rows, columns = costmap.costs.shape
+        frame = (costmap.origin_x, costmap.origin_y, costmap.resolution)
+        seed = navfn.nearest_cell(start[0], start[1], *frame, columns, rows)[:2]
+        if seed[1] * columns + seed[0] >= costmap.costs.size:
+            raise outside_map(costmap, start, StartOutsideMapBounds, "start")
+        potential = navfn.spread_potential(
+            navfn.traversal_costs(costmap.costs, allow_unknown=parameters.allow_unknown),
+            *seed,
+            *navfn.nearest_cell(goal[0], goal[1], *frame, columns, rows)[:2],
+            parameters.use_astar,
+        )
+        end_x, end_y, found = navfn.reached_point_near(
+            potential, *frame, goal[0], goal[1], parameters.tolerance
+        )
+        if not found:
+            raise NoValidPathCouldBeFound(
+                f"goal: not reachable within a tolerance of {parameters.tolerance:g} m"
+            )
+        steps = navfn.path_down(
+            potential,
+            *navfn.nearest_cell(end_x, end_y, *frame, columns, rows)[:2],
+            *seed,
+            max(columns, rows) * parameters.max_cycles_factor,
+        )
+        if len(steps) == 0:
+            raise NoValidPathCouldBeFound("goal: reached, but no path leads back from it")
+        return _with_end(_as_poses(costmap, steps), np.array([end_x, end_y, goal[2]]))
+
+
+def _as_poses(costmap: Costmap, steps: NDArray[np.float32]) -> Array:
+    """Returns (N, 3) poses with heading 0 from the start, of steps (N, 2) in cells to it."""
+    path = np.zeros((len(steps), 3))
+    origin = np.array([costmap.origin_x, costmap.origin_y])
+    path[:, :2] = origin + steps[::-1].astype(np.float64) * costmap.resolution
+    return path
+
+
+def _with_end(path: Array, end: Array) -> Array:
+    """Returns the path with a pose as its end: in place of the last one, or after it.
+
+    (NavfnPlanner::smoothApproachToGoal)
+    """
+
+    def squared_distance(first: Array, second: Array) -> float:
+        offset_x, offset_y = first[0] - second[0], first[1] - second[1]
+        return offset_x * offset_x + offset_y * offset_y
+
+    if len(path) >= 2:
+        passes_end = squared_distance(path[-1], path[-2]) > squared_distance(end, path[-2])
+        if passes_end or squared_distance(path[-1], end) < SAME_POSITION_M2:
+            path[-1] = end
+            return path
+    return np.concatenate([path, end[None]])
+
+
+def _final_direction(path: Array) -> float:
+    """Returns the direction in which a path (N, 3), N at least 2, ends, rad."""
+    before = path[-2]
+    if len(path) > 2 and np.all(np.abs(path[-1, :2] - before[:2]) < SAME_COMPONENT_M):
+        before = path[-3]
+    return math.atan2(path[-1, 1] - before[1], path[-1, 0] - before[0])
