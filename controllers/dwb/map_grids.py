@@ -57,12 +57,13 @@ def densify_plan(plan, resolution):
 
 
 @njit(cache=True)
-def first_run_of_cells(points, costs, origin_x, origin_y, resolution, cells):
+def first_run_of_cells(points, grid, cells):
     """Writes the flat cell indices of the first run of points on known cells; returns how many.
 
     Points before the map are skipped; the run ends at the first point off the map or on a cell
     without information. points: (P, 2) m. cells: (P,) output.
     """
+    costs, origin_x, origin_y, resolution = grid
     rows, columns = costs.shape
     count = 0
     for i in range(points.shape[0]):
@@ -119,12 +120,14 @@ def spread_distances(distances, diagonal):
 
 
 @njit(cache=True)
-def locate(poses, pose_counts, origin_x, origin_y, resolution, rows, columns, cells, on_map_counts):
+def locate(poses, pose_counts, grid, cells, on_map_counts):
     """Writes where the poses of all trajectories lie on a map.
 
     poses: (K, N, 3). pose_counts: (K,). Output: cells (K, N) int32, the flat cell index of each
     pose as far as the first one off the map, and its index there or else pose_counts: (K,) int64.
     """
+    costs, origin_x, origin_y, resolution = grid
+    rows, columns = costs.shape
     for k in range(poses.shape[0]):
         on_map = pose_counts[k]
         for i in range(pose_counts[k]):

@@ -10,7 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from drake_navbench.controllers.dwb.map_grids import cell_distances
-from drake_navbench.kernels.grid import LETHAL, line_max_cost, world_to_cell
+from drake_navbench.kernels.grid import LETHAL, cell_at, line_max_cost, world_to_cell
 
 # Positions in ObstacleFootprint.reasons, counted from 1; BaseObstacle has the first two.
 OFF_GRID, HITS_OBSTACLE, FOOTPRINT_OFF_GRID, HITS_UNKNOWN = 1, 2, 3, 4
@@ -27,14 +27,15 @@ def clearances_of(costs: NDArray[np.uint8]) -> NDArray[np.int32]:
 
 
 @njit(cache=True)
-def place_outline(
-    footprint, x, y, cos_yaw, sin_yaw, origin_x, origin_y, resolution, rows, columns, vertices
-):
+def place_outline(footprint, x, y, cos_yaw, sin_yaw, grid, vertices):
     """Writes the cells of a footprint's vertices at a pose; returns how many lie on the map
     before one does not.
 
     footprint: (V, 2) m in the base frame. x, y m. vertices: (V, 2) column and row, output.
+    Adds in the order of DWB's own transformation, which rounds otherwise than the costmap's.
     """
+    costs, origin_x, origin_y, resolution = grid
+    rows, columns = costs.shape
     for v in range(footprint.shape[0]):
         vertex_x = x + footprint[v, 0] * cos_yaw - footprint[v, 1] * sin_yaw
         vertex_y = y + footprint[v, 0] * sin_yaw + footprint[v, 1] * cos_yaw
@@ -100,14 +101,14 @@ def judge_outline(costs, clearances, vertices, on_map_count, is_scored):
 
 
 @njit(cache=True)
-def is_clear_of_everything(clearances, x, y, radius_m, origin_x, origin_y, resolution):
+def is_clear_of_everything(clearances, grid, x, y, radius_m):
     """Tells whether an outline inside a circle surely meets nothing forbidden and no border.
 
     x, y m: centre of the circle. The answer no means that the outline has to be looked at.
     """
     rows, columns = clearances.shape
-    column, row = world_to_cell(x, y, origin_x, origin_y, resolution, columns, rows)
-    reach = int(radius_m / resolution) + ROUNDING_CELLS
+    column, row = cell_at(grid, x, y)
+    reach = int(radius_m / grid.resolution) + ROUNDING_CELLS
     if column < reach or column >= columns - reach or row < reach or row >= rows - reach:
         return False
     return clearances[row, column] > reach
@@ -121,11 +122,8 @@ def score_outlines(
     pose_counts,
     footprint,
     circle,
-    costs,
+    grid,
     clearances,
-    origin_x,
-    origin_y,
-    resolution,
     sum_scores,
     scores,
     violations,
@@ -136,7 +134,7 @@ def score_outlines(
     enclosing circle in the base frame, (x, y, radius) m. clearances: from `clearances_of`. The
     first pose that breaks a rule names it.
     """
-    rows, columns = costs.shape
+    costs = grid.costs
     vertices = np.empty((footprint.shape[0], 2), dtype=np.int64)
     centre_x, centre_y, radius_m = circle
     for k in range(poses.shape[0]):
@@ -150,27 +148,13 @@ def score_outlines(
             is_scored = sum_scores or i == pose_counts[k] - 1
             if not is_scored and is_clear_of_everything(
                 clearances,
+                grid,
                 x + centre_x * cos_yaw - centre_y * sin_yaw,
                 y + centre_x * sin_yaw + centre_y * cos_yaw,
                 radius_m,
-                origin_x,
-                origin_y,
-                resolution,
             ):
                 continue
-            on_map = place_outline(
-                footprint,
-                x,
-                y,
-                cos_yaw,
-                sin_yaw,
-                origin_x,
-                origin_y,
-                resolution,
-                rows,
-                columns,
-                vertices,
-            )
+            on_map = place_outline(footprint, x, y, cos_yaw, sin_yaw, grid, vertices)
             violation, cost = judge_outline(costs, clearances, vertices, on_map, is_scored)
             if violation != 0:
                 break

@@ -45,9 +45,7 @@ class Situation:
         costmap = self.costmap
         points = densify_plan(plan, costmap.resolution)
         cells = np.empty(len(points), dtype=np.int32)
-        count = first_run_of_cells(
-            points, costmap.costs, costmap.origin_x, costmap.origin_y, costmap.resolution, cells
-        )
+        count = first_run_of_cells(points, costmap.grid, cells)
         return cells[:count]
 
     def distances_to(self, seeds: NDArray[np.int32]) -> NDArray[np.int32]:
@@ -79,19 +77,10 @@ class Scene(Situation):
 
     @cached_property
     def _located(self) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
-        costmap, window = self.costmap, self.trajectories
+        window = self.trajectories
         cells = np.empty(window.poses.shape[:2], dtype=np.int32)
         on_map_counts = np.empty(len(cells), dtype=np.int64)
-        locate(
-            window.poses,
-            window.pose_counts,
-            costmap.origin_x,
-            costmap.origin_y,
-            costmap.resolution,
-            *costmap.costs.shape,
-            cells,
-            on_map_counts,
-        )
+        locate(window.poses, window.pose_counts, self.costmap.grid, cells, on_map_counts)
         return cells, on_map_counts
 
     @property

@@ -23,7 +23,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from drake_navbench.kernels.grid import INSCRIBED, LETHAL, NO_INFORMATION
+from drake_navbench.kernels.grid import INSCRIBED, LETHAL, NO_INFORMATION, Grid
 
 # Below about this distance from the carrot the pull fades instead of changing sign abruptly, m.
 _CARROT_SMOOTHING_M = 0.1
@@ -36,7 +36,7 @@ class Situation(NamedTuple):
 
     pose: (3,) m, m, rad. speed, earlier_speed: (2,) v, w of now and of the cycle before; they only
     enter the jerk. references: (N, 3) points of the path and its heading there. carrot: (2,) m.
-    sampled: (N, 2). field: (rows, columns) in [0, 1], see `cost_field`. starts_now: whether
+    sampled: (N, 2). field: see `cost_field`. starts_now: whether
     column 0 is the present and takes the place of `speed`.
     """
 
@@ -46,10 +46,7 @@ class Situation(NamedTuple):
     references: Array
     carrot: Array
     sampled: Array
-    field: Array
-    origin_x: float
-    origin_y: float
-    resolution: float
+    field: Grid
     dt: float
     starts_now: bool
 
@@ -67,30 +64,31 @@ class Weights(NamedTuple):
     angular_jerk: float
 
 
-def cost_field(costs: NDArray[np.uint8], *, tracks_unknown: bool) -> Array:
-    """Returns cell costs as (rows, columns) in [0, 1]; unknown cells are free where tracked."""
+def cost_field(grid: Grid, *, tracks_unknown: bool) -> Grid:
+    """Returns the grid with costs as numbers in [0, 1]; unknown cells are free where tracked."""
     values = np.minimum(np.arange(NO_INFORMATION + 1), INSCRIBED) / INSCRIBED
     values[LETHAL] = 1.0
     values[NO_INFORMATION] = 0.0 if tracks_unknown else 1.0
-    return values[costs]
+    return grid._replace(costs=values[grid.costs])
 
 
 @njit(cache=True)
-def interpolate(field, origin_x, origin_y, resolution, x, y):
+def interpolate(field, x, y):
     """Returns (value, d/dx, d/dy) of the field between cell centres; flat beyond the outer ones."""
-    rows, columns = field.shape
-    along_x = (x - origin_x) / resolution - 0.5
-    along_y = (y - origin_y) / resolution - 0.5
+    values, resolution = field.costs, field.resolution
+    rows, columns = values.shape
+    along_x = (x - field.origin_x) / resolution - 0.5
+    along_y = (y - field.origin_y) / resolution - 0.5
     if not (0.0 <= along_x < columns - 1 and 0.0 <= along_y < rows - 1):
         column = int(min(max(along_x + 0.5, 0.0), columns - 1.0))
         row = int(min(max(along_y + 0.5, 0.0), rows - 1.0))
-        return field[row, column], 0.0, 0.0
+        return values[row, column], 0.0, 0.0
     column, row = int(along_x), int(along_y)
     a, b = along_x - column, along_y - row
-    low = field[row, column] + a * (field[row, column + 1] - field[row, column])
-    high = field[row + 1, column] + a * (field[row + 1, column + 1] - field[row + 1, column])
-    slope_low = field[row, column + 1] - field[row, column]
-    slope_high = field[row + 1, column + 1] - field[row + 1, column]
+    low = values[row, column] + a * (values[row, column + 1] - values[row, column])
+    high = values[row + 1, column] + a * (values[row + 1, column + 1] - values[row + 1, column])
+    slope_low = values[row, column + 1] - values[row, column]
+    slope_high = values[row + 1, column + 1] - values[row + 1, column]
     slope_x = slope_low + b * (slope_high - slope_low)
     return low + b * (high - low), slope_x / resolution, (high - low) / resolution
 
@@ -147,9 +145,7 @@ def _pose_terms(situation, weights, t, pose):
     sine, cosine = math.sin(reference[2]), math.cos(reference[2])
     lateral = -sine * (x - reference[0]) + cosine * (y - reference[1])
     turn = yaw - reference[2]
-    cell, slope_x, slope_y = interpolate(
-        situation.field, situation.origin_x, situation.origin_y, situation.resolution, x, y
-    )
+    cell, slope_x, slope_y = interpolate(situation.field, x, y)
     value = weights.path * lateral * lateral + weights.heading * (1.0 - math.cos(turn))
     value += weights.obstacle * cell * cell
     by_lateral = 2.0 * weights.path * lateral

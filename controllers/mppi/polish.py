@@ -28,6 +28,7 @@ from scipy.interpolate import BSpline
 from drake_navbench.controllers.mppi.lanes import frozen
 from drake_navbench.controllers.mppi.motion_models import MotionLimits
 from drake_navbench.controllers.mppi.objective import Array, Situation, Weights, objective
+from drake_navbench.kernels.grid import Grid
 from drake_navbench.program_function import cost_function, solver_warnings_off
 
 _DEGREE = 3
@@ -226,10 +227,7 @@ def _straight_drive(steps: int, dt_s: float, speed_mps: float) -> Situation:
         references=np.column_stack([x, np.zeros((steps, 2))]),
         carrot=np.array([2 * x[-1], 0.0]),
         sampled=np.tile(speed, (steps, 1)),
-        field=np.zeros((1, 1)),
-        origin_x=0.0,
-        origin_y=0.0,
-        resolution=1.0,
+        field=Grid(np.zeros((1, 1)), 0.0, 0.0, 1.0),
         dt=dt_s,
         starts_now=True,
     )

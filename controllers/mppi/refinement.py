@@ -115,7 +115,7 @@ class Refiner:
 
     def _situation(self, scene: Scene, sampled: CycleResult, earlier_speed: Array) -> Situation:
         p = self._parameters
-        grid = scene.costmap
+        costmap = scene.costmap
         path = scene.path.astype(np.float64)
         references, last_index = path_references(path, sampled.trajectory.astype(np.float64))
         carrot = min(last_index + p.polish.carrot_offset, len(path) - 1)
@@ -126,10 +126,7 @@ class Refiner:
             references=references,
             carrot=np.ascontiguousarray(path[carrot, :2]),
             sampled=_as_sequence(sampled.controls),
-            field=cost_field(grid.costs, tracks_unknown=grid.tracks_unknown),
-            origin_x=float(grid.origin_x),
-            origin_y=float(grid.origin_y),
-            resolution=float(grid.resolution),
+            field=cost_field(costmap.grid, tracks_unknown=costmap.tracks_unknown),
             dt=p.model_dt,
             starts_now=self._sampler.rules.shifts,
         )

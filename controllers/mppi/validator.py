@@ -6,26 +6,23 @@ import numpy as np
 from numba import njit
 
 from drake_navbench.kernels.footprint import footprint_cost
-from drake_navbench.kernels.grid import INSCRIBED, LETHAL, world_to_cell
+from drake_navbench.kernels.grid import INSCRIBED, LETHAL, cost_at
 
 
 @njit(cache=True)
-def is_trajectory_clear(grid, poses, checked, consider_footprint):
+def is_trajectory_clear(view, poses, checked, consider_footprint):
     """Returns whether the first `checked` of the poses (N, 3) float32 are free of collision.
 
+    view: `MapView`.
     With `consider_footprint` only a lethal cell under the outline counts, or a vertex off the map;
     without it an inscribed or lethal cell under the centre, and off the map nothing does.
     """
-    rows, columns = grid.costs.shape
     for t in range(checked):
         x, y = np.float64(poses[t, 0]), np.float64(poses[t, 1])
         if consider_footprint:
             cost = footprint_cost(
-                grid.costs,
-                grid.origin_x,
-                grid.origin_y,
-                grid.resolution,
-                grid.footprint,
+                view.grid,
+                view.footprint,
                 x,
                 y,
                 np.float64(poses[t, 2]),
@@ -34,11 +31,7 @@ def is_trajectory_clear(grid, poses, checked, consider_footprint):
             if cost == LETHAL:
                 return False
             continue
-        column, row = world_to_cell(
-            x, y, grid.origin_x, grid.origin_y, grid.resolution, columns, rows
-        )
-        if column < 0:
-            continue
-        if grid.costs[row, column] == LETHAL or grid.costs[row, column] == INSCRIBED:
+        cost = cost_at(view.grid, x, y)
+        if cost in (LETHAL, INSCRIBED):
             return False
     return True

@@ -129,10 +129,7 @@ class RegulatedPurePursuit:
             is_cancelling,
             memory.last_v,
             memory.last_w,
-            costmap.costs,
-            costmap.origin_x,
-            costmap.origin_y,
-            costmap.resolution,
+            costmap.grid,
             costmap.tracks_unknown,
             self._footprint,
         )

@@ -28,7 +28,7 @@ from drake_navbench.controllers.rpp.kernels import (
     turn_rate_in_place,
 )
 from drake_navbench.kernels.angles import wrap
-from drake_navbench.kernels.collision_check import OFF_MAP, cost_at
+from drake_navbench.kernels.grid import OFF_MAP, cost_at
 from drake_navbench.kernels.path_pruning import arc_length
 from drake_navbench.kernels.robot_frame import to_robot_frame
 
@@ -205,10 +205,7 @@ def run_cycle(
     is_cancelling,
     last_v,
     last_w,
-    costs,
-    origin_x,
-    origin_y,
-    resolution,
+    grid,
     tracks_unknown,
     footprint,
 ):
@@ -216,7 +213,7 @@ def run_cycle(
 
     settings: Settings. plan: (M, 3) local plan; x, y, yaw: robot, both in the odometry frame, m
     and rad. measured_v m/s, measured_w rad/s: the robot's twist. max_linear_vel: under the speed
-    limit, m/s. last_v, last_w: the last command. costs to tracks_unknown: the costmap.
+    limit, m/s. last_v, last_w: the last command. grid, tracks_unknown: of the costmap.
     footprint: (K, 2) m.
     """
     aim = take_aim(settings, plan, x, y, yaw, measured_v)
@@ -230,15 +227,13 @@ def run_cycle(
         is_cancelling,
         last_v,
         last_w,
-        cost_at(costs, origin_x, origin_y, resolution, x, y),
+        cost_at(grid, x, y),
     )
-    period = arc_period(settings, resolution, command.v, command.w)
+    period = arc_period(settings, grid.resolution, command.v, command.w)
     carrot_distance = math.hypot(aim.carrot_x, aim.carrot_y)
     time_limit, distance_limit = arc_limits(settings, command.v, carrot_distance, aim.plan_length)
     collision = NO_COLLISION
     if settings.use_collision_detection and command.branch != CENTRE_OFF_MAP:
         arc = project_arc(x, y, yaw, command.v, command.w, period, time_limit, distance_limit)
-        collision = first_collision(
-            costs, origin_x, origin_y, resolution, tracks_unknown, footprint, arc
-        )
+        collision = first_collision(grid, tracks_unknown, footprint, arc)
     return Cycle(aim, command, period, time_limit, distance_limit, collision)

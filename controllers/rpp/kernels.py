@@ -219,19 +219,9 @@ def project_arc(x, y, yaw, v, w, period, time_limit, distance_limit):
 
 
 @njit(cache=True)
-def first_collision(costs, origin_x, origin_y, resolution, tracks_unknown, footprint, arc):
+def first_collision(grid, tracks_unknown, footprint, arc):
     """Returns the index of the first pose of an arc (N, 3) in collision, -1 where there is none."""
     for i in range(arc.shape[0]):
-        if is_pose_in_collision(
-            costs,
-            origin_x,
-            origin_y,
-            resolution,
-            tracks_unknown,
-            footprint,
-            arc[i, 0],
-            arc[i, 1],
-            arc[i, 2],
-        ):
+        if is_pose_in_collision(grid, tracks_unknown, footprint, arc[i, 0], arc[i, 1], arc[i, 2]):
             return i
     return -1

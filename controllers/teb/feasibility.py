@@ -21,7 +21,7 @@ OUTLINE_MARGIN_M = 0.02
 
 
 @njit(cache=True)
-def _first_collision(costs, origin_x, origin_y, resolution, footprint, reach, poses):
+def _first_collision(grid, footprint, reach, poses):
     """Returns the index of the interval in which the outline first meets a lethal cell, or -1.
 
     Between two poses the outline moves by at most one cell per step. reach: the distance of the
@@ -31,14 +31,11 @@ def _first_collision(costs, origin_x, origin_y, resolution, footprint, reach, po
         dx, dy = poses[i + 1, 0] - poses[i, 0], poses[i + 1, 1] - poses[i, 1]
         turn = poses[i + 1, 2] - poses[i, 2]
         motion = math.hypot(dx, dy) + abs(turn) * reach
-        steps = int(motion / resolution) + 1
+        steps = int(motion / grid.resolution) + 1
         for k in range(steps + 1):
             share = k / steps
             cost = footprint_cost(
-                costs,
-                origin_x,
-                origin_y,
-                resolution,
+                grid,
                 footprint,
                 poses[i, 0] + share * dx,
                 poses[i, 1] + share * dy,
@@ -80,13 +77,5 @@ def checked_pose_count(poses: Array, last_index: int, distance_m: float) -> int:
 def first_collision(costmap: Costmap, footprint: Array, poses: Array) -> int | None:
     """Returns the interval in which the outline first meets a lethal cell or leaves the map."""
     reach = float(np.hypot(footprint[:, 0], footprint[:, 1]).max())
-    index = _first_collision(
-        costmap.costs,
-        costmap.origin_x,
-        costmap.origin_y,
-        costmap.resolution,
-        footprint,
-        reach,
-        poses,
-    )
+    index = _first_collision(costmap.grid, footprint, reach, poses)
     return None if index < 0 else int(index)

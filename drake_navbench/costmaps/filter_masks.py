@@ -16,7 +16,7 @@ from drake_navbench.costmaps.costmap_settings import FilterName
 from drake_navbench.costmaps.map_file import OccupancyMap, load_map
 from drake_navbench.errors import InputError
 from drake_navbench.immutable import Immutable
-from drake_navbench.kernels.grid import FREE, LETHAL
+from drake_navbench.kernels.grid import FREE, LETHAL, Grid
 from drake_navbench.kernels.rasterize import MASK_FULL, mark_polygon
 from drake_navbench.typed_yaml import FrozenModel
 
@@ -146,7 +146,9 @@ def _draw_areas(
     mask = np.zeros((rows, columns), dtype=np.int8)
     for area in areas:
         drawn = np.full((rows, columns), FREE, dtype=np.uint8)
-        mark_polygon(drawn, origin_x, origin_y, resolution, np.array(area.polygon, dtype=float))
+        mark_polygon(
+            Grid(drawn, origin_x, origin_y, resolution), np.array(area.polygon, dtype=float)
+        )
         mask[drawn == LETHAL] = area.value
     mask.flags.writeable = False
     return OccupancyMap(mask, resolution, origin_x, origin_y)

@@ -22,7 +22,7 @@ from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.immutable import Immutable
 from drake_navbench.kernels.denoise import denoise
 from drake_navbench.kernels.footprint import footprint_radii
-from drake_navbench.kernels.grid import FREE, INSCRIBED, NO_INFORMATION, Costmap
+from drake_navbench.kernels.grid import FREE, INSCRIBED, NO_INFORMATION, Costmap, Grid
 from drake_navbench.kernels.inflation import CellWindow, inflate
 from drake_navbench.kernels.layer_grid import (
     MergeRule,
@@ -204,7 +204,7 @@ class LayeredCostmap:
             outline = place_outline(self._footprint, pose)
             touched = _grown(touched, outline)
             static = static.copy()
-            fill_outline(static, grid.origin_x, grid.origin_y, grid.resolution, outline, FREE)
+            fill_outline(Grid(static, *grid.frame), outline, FREE)
         window = CellWindow.whole(obstacles.shape)
         if state.plugged is not None and not self._geometry.rolling_window:
             window = self._window_around(touched)
@@ -274,13 +274,8 @@ class LayeredCostmap:
             return master
         grid = self._static_map
         sample_static(
-            master,
-            *cycle.origin,
-            self._geometry.resolution,
-            cycle.static,
-            grid.origin_x,
-            grid.origin_y,
-            grid.resolution,
+            Grid(master, *cycle.origin, self._geometry.resolution),
+            Grid(cycle.static, *grid.frame),
             SAME_FRAME,
             self._settings.use_maximum,
         )
@@ -314,16 +309,14 @@ class LayeredCostmap:
         resolution = self._geometry.resolution
         part = np.ascontiguousarray(master[cycle.window.slices])
         for mask, costs in self._keepouts:
-            grid = mask.grid
             apply_keepout(
-                part,
-                cycle.origin[0] + cycle.window.first_column * resolution,
-                cycle.origin[1] + cycle.window.first_row * resolution,
-                resolution,
-                costs,
-                grid.origin_x,
-                grid.origin_y,
-                grid.resolution,
+                Grid(
+                    part,
+                    cycle.origin[0] + cycle.window.first_column * resolution,
+                    cycle.origin[1] + cycle.window.first_row * resolution,
+                    resolution,
+                ),
+                Grid(costs, *mask.grid.frame),
                 self._override_cost(mask, cycle.pose),
             )
         master[cycle.window.slices] = part

@@ -18,7 +18,7 @@ from pydantic import Field, field_validator, model_validator
 
 from drake_navbench.errors import InputError
 from drake_navbench.immutable import Immutable
-from drake_navbench.kernels.grid import world_to_cell
+from drake_navbench.kernels.grid import Grid, cell_at
 from drake_navbench.typed_yaml import FrozenModel, read_yaml, validate
 
 UNKNOWN = -1
@@ -99,18 +99,15 @@ class OccupancyMap(Immutable):
         right = self.origin_x + columns * self.resolution
         return self.origin_x, self.origin_y, right, self.origin_y + rows * self.resolution
 
+    @property
+    def frame(self) -> tuple[float, float, float]:
+        """Where its cells lie: origin_x m, origin_y m, resolution m, as a `Grid` takes them."""
+        return float(self.origin_x), float(self.origin_y), float(self.resolution)
+
     def value_at(self, position: NDArray[np.float64]) -> int | None:
         """Returns the occupancy of the cell that holds (2,) m; None off the map."""
-        rows, columns = self.occupancy.shape
-        column, row = world_to_cell(
-            float(position[0]),
-            float(position[1]),
-            self.origin_x,
-            self.origin_y,
-            self.resolution,
-            columns,
-            rows,
-        )
+        grid = Grid(self.occupancy, *self.frame)
+        column, row = cell_at(grid, float(position[0]), float(position[1]))
         return None if column < 0 else int(self.occupancy[row, column])
 
 

@@ -1,4 +1,4 @@
-"""Costs and collisions at a pose on a costmap, and the distance that a cost stands for."""
+"""Collisions at a pose on a costmap, and the distance that a cost stands for."""
 
 from __future__ import annotations
 
@@ -8,21 +8,10 @@ import numpy as np
 from numba import njit
 
 from drake_navbench.kernels.footprint import footprint_cost
-from drake_navbench.kernels.grid import INSCRIBED, LETHAL, NO_INFORMATION, world_to_cell
+from drake_navbench.kernels.grid import INSCRIBED, LETHAL, NO_INFORMATION, OFF_MAP, cost_at
 
-OFF_MAP = -1
 # Nav2 takes this logarithm in single precision, and of INSCRIBED, not of the largest inflated cost.
 LOG_INSCRIBED = float(np.log(np.float32(INSCRIBED)))
-
-
-@njit(cache=True)
-def cost_at(costs, origin_x, origin_y, resolution, x, y):
-    """Returns the cost of the cell that holds (x, y) m, OFF_MAP where there is none."""
-    rows, columns = costs.shape
-    column, row = world_to_cell(x, y, origin_x, origin_y, resolution, columns, rows)
-    if column < 0:
-        return OFF_MAP
-    return int(costs[row, column])
 
 
 @njit(cache=True)
@@ -39,17 +28,15 @@ def distance_from_cost(cost, inscribed_radius, cost_scaling_factor):
 
 
 @njit(cache=True)
-def is_pose_in_collision(
-    costs, origin_x, origin_y, resolution, tracks_unknown, footprint, x, y, yaw
-):
+def is_pose_in_collision(grid, tracks_unknown, footprint, x, y, yaw):
     """Tells whether a footprint (K, 2) m at a pose touches a lethal cell.
 
     Its outline counts as lethal off the map, and on unknown cells unless the costmap tracks them.
     A pose whose centre is off the map is let pass. Source: RPP's CollisionChecker::inCollision.
     """
-    if cost_at(costs, origin_x, origin_y, resolution, x, y) == OFF_MAP:
+    if cost_at(grid, x, y) == OFF_MAP:
         return False
-    cost = footprint_cost(costs, origin_x, origin_y, resolution, footprint, x, y, yaw, True)
+    cost = footprint_cost(grid, footprint, x, y, yaw, True)
     if cost == NO_INFORMATION and tracks_unknown:
         return False
     return cost >= LETHAL

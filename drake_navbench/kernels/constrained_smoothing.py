@@ -26,6 +26,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from drake_navbench.kernels.grid import Grid
+
 # Below this cross product (m^2) three points count as a straight line.
 STRAIGHT_CROSS_M2 = 1e-4
 # An excess of curvature (1/m) up to this counts as none.
@@ -43,7 +45,7 @@ class KnotProblem(NamedTuple):
 
     input_knots: (K, 2) m. spacing_ratios, is_reversing, cost_weights_sqrt: (K - 2,) of the inner
         knots: rho, whether the robot drives backwards after the knot, sqrt of the cost's weight.
-    costs, origin_x, origin_y, resolution: the costmap.
+    grid: of the costmap.
     smooth_sqrt, curve_sqrt, dist_sqrt: square roots of weights. max_curvature: 1/m, may be inf.
     check_points: (Q, 3) x m, y m in the body frame and weight, Q >= 1.
     """
@@ -52,10 +54,7 @@ class KnotProblem(NamedTuple):
     spacing_ratios: Array
     is_reversing: NDArray[np.bool_]
     cost_weights_sqrt: Array
-    costs: NDArray[np.uint8]
-    origin_x: float
-    origin_y: float
-    resolution: float
+    grid: Grid
     smooth_sqrt: float
     curve_sqrt: float
     dist_sqrt: float
@@ -176,7 +175,7 @@ def _add_by_tangent(bx, by, d1x, d1y, d2x, d2y, sign, row):
 
 @njit(cache=True)
 def _cost_residual(
-    costs, origin_x, origin_y, resolution, check_points, x, y,
+    grid, check_points, x, y,
     d1x, d1y, d2x, d2y, sign, is_reversing, weight_sqrt, row,
 ):  # fmt: skip
     """Returns the cost residual of a knot (x, y) and writes its derivatives into `row` (6,)."""
@@ -190,13 +189,13 @@ def _cost_residual(
         ahead, aside = check_points[k, 0], check_points[k, 1]
         factor = weight_sqrt * check_points[k, 2]
         value, slope_x, slope_y = interpolated_cost(
-            costs,
-            (x + ahead * ux - aside * uy - origin_x) / resolution - 0.5,
-            (y + ahead * uy + aside * ux - origin_y) / resolution - 0.5,
+            grid.costs,
+            (x + ahead * ux - aside * uy - grid.origin_x) / grid.resolution - 0.5,
+            (y + ahead * uy + aside * ux - grid.origin_y) / grid.resolution - 0.5,
         )
         residual += factor * value
-        slope_x *= factor / resolution
-        slope_y *= factor / resolution
+        slope_x *= factor / grid.resolution
+        slope_y *= factor / grid.resolution
         row[2] += slope_x
         row[3] += slope_y
         by_ux += ahead * slope_x + aside * slope_y
@@ -209,9 +208,8 @@ def _cost_residual(
 
 @njit(cache=True)
 def _fill_residuals(
-    knots, input_knots, spacing_ratios, is_reversing, cost_weights_sqrt, costs, origin_x, origin_y,
-    resolution, smooth_sqrt, curve_sqrt, dist_sqrt, max_curvature, check_points,
-    residuals, jacobian,
+    knots, input_knots, spacing_ratios, is_reversing, cost_weights_sqrt, grid, smooth_sqrt,
+    curve_sqrt, dist_sqrt, max_curvature, check_points, residuals, jacobian,
 ):  # fmt: skip
     """Writes what `residuals_and_jacobian` returns into zeroed arrays."""
     for k in range(residuals.shape[0]):
@@ -234,7 +232,7 @@ def _fill_residuals(
             d1x, d1y, d2x, d2y, sign, max_curvature, curve_sqrt, jacobian[k, 2]
         )
         residuals[k, 5] = _cost_residual(
-            costs, origin_x, origin_y, resolution, check_points, x, y,
+            grid, check_points, x, y,
             d1x, d1y, d2x, d2y, sign, is_reversing[k], cost_weights_sqrt[k], jacobian[k, 5],
         )  # fmt: skip
 

@@ -44,18 +44,18 @@ def footprint_radii(footprint: NDArray[np.float64]) -> tuple[float, float]:
 
 
 @njit(cache=True)
-def footprint_cost(
-    costs, origin_x, origin_y, resolution, footprint, x, y, yaw, closing_edge_from_first
-):
+def footprint_cost(grid, footprint, x, y, yaw, closing_edge_from_first):
     """Returns the largest cost under the outline of a footprint placed at a pose.
 
-    costs: (rows, columns) uint8. footprint: (K, 2) m in the base frame. x, y m, yaw rad.
+    grid: `Grid` of uint8 costs. footprint: (K, 2) m in the base frame. x, y m, yaw rad.
     closing_edge_from_first: True walks the last edge from vertex 0 to vertex K-1, as
     FootprintCollisionChecker does; False from K-1 to 0, as DWB's ObstacleFootprint critic does.
     A vertex off the map gives LETHAL. Only the outline is read; walking stops at a LETHAL cell, so
     NO_INFORMATION on an earlier edge hides a LETHAL one on a later edge, as in Nav2.
     """
+    costs = grid.costs
     rows, columns = costs.shape
+    origin_x, origin_y, resolution = grid.origin_x, grid.origin_y, grid.resolution
     vertex_count = footprint.shape[0]
     cos_yaw, sin_yaw = math.cos(yaw), math.sin(yaw)
     largest = 0

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -18,6 +19,22 @@ MAX_NON_OBSTACLE = 252
 INSCRIBED = 253
 LETHAL = 254
 NO_INFORMATION = 255
+
+# What `cost_at` says of a point off the map, where nothing else is asked for.
+OFF_MAP = -1
+
+
+class Grid(NamedTuple):
+    """Cells and where they lie, in the form that kernels take.
+
+    costs: (rows, columns) what the cells hold. origin_x, origin_y: lower left corner of cell
+    (0, 0), m. resolution: edge of a cell, m.
+    """
+
+    costs: NDArray
+    origin_x: float
+    origin_y: float
+    resolution: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,6 +55,7 @@ class Costmap:
     tracks_unknown: bool = False
     stamp_s: float = 0.0
     lethal_centres: NDArray[np.float64] = field(init=False, repr=False)
+    grid: Grid = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         costs = np.ascontiguousarray(self.costs, dtype=np.uint8)
@@ -45,6 +63,8 @@ class Costmap:
             costs = costs.copy()
         costs.flags.writeable = False
         object.__setattr__(self, "costs", costs)
+        place = (float(self.origin_x), float(self.origin_y), float(self.resolution))
+        object.__setattr__(self, "grid", Grid(costs, *place))
         # Searching the flat array is several times as fast as searching two axes.
         rows, columns = np.divmod(np.flatnonzero(costs == LETHAL), costs.shape[1])
         centres = np.empty((rows.size, 2))
@@ -72,7 +92,8 @@ class Costmap:
 def world_to_cell(x, y, origin_x, origin_y, resolution, columns, rows):
     """Returns (column, row) of the cell that holds the point (x, y) m, or (-1, -1) outside.
 
-    A point that is not a number counts as outside.
+    A point that is not a number counts as outside. The numbers are apart because loops over many
+    points take them out of their `Grid` once, and because a lattice may have no cells yet.
     """
     if x < origin_x or y < origin_y:
         return -1, -1
@@ -82,6 +103,22 @@ def world_to_cell(x, y, origin_x, origin_y, resolution, columns, rows):
     if 0 <= column < columns and 0 <= row < rows:
         return column, row
     return -1, -1
+
+
+@njit(cache=True)
+def cell_at(grid, x, y):
+    """Returns (column, row) of the cell of a `Grid` that holds (x, y) m, or (-1, -1) outside."""
+    rows, columns = grid.costs.shape
+    return world_to_cell(x, y, grid.origin_x, grid.origin_y, grid.resolution, columns, rows)
+
+
+@njit(cache=True)
+def cost_at(grid, x, y, off_map=OFF_MAP):
+    """Returns the cost of the cell of a `Grid` that holds (x, y) m, `off_map` where none does."""
+    column, row = cell_at(grid, x, y)
+    if column < 0:
+        return off_map
+    return int(grid.costs[row, column])
 
 
 @njit(cache=True)

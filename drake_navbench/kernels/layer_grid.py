@@ -92,13 +92,14 @@ def place_outline(footprint: NDArray[np.float64], pose: NDArray[np.float64]) -> 
 
 
 @njit(cache=True)
-def fill_outline(costs, origin_x, origin_y, resolution, outline, cost):
-    """Sets, in place, the cells of `costs` on and within a convex outline (K, 2), m, to `cost`.
+def fill_outline(grid, outline, cost):
+    """Sets, in place, the cells of a `Grid` on and within a convex outline (K, 2), m, to `cost`.
 
     Cells are those of the edges' lines and, in every column, all between the lowest and the
     highest of them. Fewer than three vertices, or one outside the grid, set nothing.
     (Costmap2D::setConvexPolygonCost)
     """
+    costs = grid.costs
     rows, columns = costs.shape
     count = outline.shape[0]
     if count < 3:
@@ -107,7 +108,13 @@ def fill_outline(costs, origin_x, origin_y, resolution, outline, cost):
     left, right, bottom, top = columns, 0, rows, 0
     for k in range(count):
         column, row = world_to_cell(
-            outline[k, 0], outline[k, 1], origin_x, origin_y, resolution, columns, rows
+            outline[k, 0],
+            outline[k, 1],
+            grid.origin_x,
+            grid.origin_y,
+            grid.resolution,
+            columns,
+            rows,
         )
         if column < 0:
             return

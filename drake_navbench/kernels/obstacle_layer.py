@@ -17,7 +17,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from drake_navbench.kernels.grid import FREE, LETHAL, distance_to_cells, world_to_cell
+from drake_navbench.kernels.grid import FREE, LETHAL, Grid, distance_to_cells, world_to_cell
 from drake_navbench.kernels.layer_grid import draw_line, fill_outline, place_outline, roll_window
 
 # A ray that leaves the grid through its right or upper edge is cut this far inside of it, m.
@@ -73,7 +73,7 @@ def update_obstacle_layer(
     """
     if rolling_window:
         rows, columns = costs.shape
-        grid, origin_x, origin_y = roll_window(
+        layer, origin_x, origin_y = roll_window(
             costs,
             origin,
             resolution=resolution,
@@ -84,7 +84,7 @@ def update_obstacle_layer(
             default_cost=default_cost,
         )
     else:
-        grid, origin_x, origin_y = costs.copy(), float(origin[0]), float(origin[1])
+        layer, origin_x, origin_y = costs.copy(), float(origin[0]), float(origin[1])
     bounds = np.array([np.inf, np.inf, -np.inf, -np.inf])
     points = scan_points(
         sensor_pose,
@@ -95,19 +95,15 @@ def update_obstacle_layer(
         inf_is_valid=inf_is_valid,
     )
     sensor_x, sensor_y = sensor_pose[0], sensor_pose[1]
-    frame = (origin_x, origin_y, resolution)
-    clear_rays(
-        grid, bounds, *frame, sensor_x, sensor_y, points, raytrace_min_range, raytrace_max_range
-    )
-    mark_points(
-        grid, bounds, *frame, sensor_x, sensor_y, points, obstacle_min_range, obstacle_max_range
-    )
+    grid = Grid(layer, origin_x, origin_y, float(resolution))
+    clear_rays(grid, bounds, sensor_x, sensor_y, points, raytrace_min_range, raytrace_max_range)
+    mark_points(grid, bounds, sensor_x, sensor_y, points, obstacle_min_range, obstacle_max_range)
     if footprint_clearing_enabled:
         outline = place_outline(footprint, robot_pose)
         bounds[:2] = np.minimum(bounds[:2], outline.min(axis=0))
         bounds[2:] = np.maximum(bounds[2:], outline.max(axis=0))
-        fill_outline(grid, *frame, outline, FREE)
-    return ObstacleLayerUpdate(grid, origin_x, origin_y, bounds)
+        fill_outline(grid, outline, FREE)
+    return ObstacleLayerUpdate(layer, origin_x, origin_y, bounds)
 
 
 def scan_points(
@@ -137,24 +133,22 @@ def scan_points(
 
 @njit(cache=True)
 def clear_rays(
-    costs,
+    grid,
     bounds,
-    origin_x,
-    origin_y,
-    resolution,
     sensor_x,
     sensor_y,
     points,
     raytrace_min_range,
     raytrace_max_range,
 ):
-    """Frees, in place, the cells of `costs` on the rays from a sensor to (M, 2) points, m.
+    """Frees, in place, the cells of a `Grid` on the rays from a sensor to (M, 2) points, m.
 
     A ray is cut at the edges of the grid, then walked between the two cells, from
     raytrace_min_range to at most raytrace_max_range m, both rounded up to cells. The cell of the
     hit is freed too. A sensor outside the grid frees nothing. `bounds`, (4,) min_x, min_y, max_x,
     max_y m, grows in place. (ObstacleLayer::raytraceFreespace)
     """
+    costs, origin_x, origin_y, resolution = grid
     rows, columns = costs.shape
     sensor_column, sensor_row = world_to_cell(
         sensor_x, sensor_y, origin_x, origin_y, resolution, columns, rows
@@ -181,23 +175,21 @@ def clear_rays(
 
 @njit(cache=True)
 def mark_points(
-    costs,
+    grid,
     bounds,
-    origin_x,
-    origin_y,
-    resolution,
     sensor_x,
     sensor_y,
     points,
     obstacle_min_range,
     obstacle_max_range,
 ):
-    """Marks, in place, the cells of `costs` that hold one of (M, 2) points, m, as LETHAL.
+    """Marks, in place, the cells of a `Grid` that hold one of (M, 2) points, m, as LETHAL.
 
     A point counts within obstacle_min_range and obstacle_max_range m of the sensor, measured in m
     and again in whole cells. Points or a sensor outside the grid mark nothing. `bounds`, (4,)
     min_x, min_y, max_x, max_y m, grows in place. (ObstacleLayer::updateBounds)
     """
+    costs, origin_x, origin_y, resolution = grid
     rows, columns = costs.shape
     sensor_column, sensor_row = world_to_cell(
         sensor_x, sensor_y, origin_x, origin_y, resolution, columns, rows

@@ -67,27 +67,24 @@ def local_plan_range(
     y,
     search_distance,
     prune_distance,
-    origin_x,
-    origin_y,
-    resolution,
-    columns,
-    rows,
+    grid,
 ):
     """Returns (first, stop): the poses plan[first:stop] that make the local plan.
 
     begin, end: part of the plan that is being worked on, end exclusive. x, y: robot, m.
     search_distance: arc length from `begin` within which the closest pose is looked for, m.
     prune_distance: arc length of the local plan, m. It also stops before the first pose off the
-    grid. At least two poses are kept, so that the end of the plan has a direction.
+    `Grid`. At least two poses are kept, so that the end of the plan has a direction.
     """
     search_end = first_pose_beyond(plan, begin, end, search_distance)
     first = closest_pose(plan, begin, search_end, x, y)
     if end - begin > 1 and first == end - 1:
         first -= 1
     stop = first_pose_beyond(plan, first, end, prune_distance)
+    rows, columns = grid.costs.shape
     for i in range(first, stop):
         column, _ = world_to_cell(
-            plan[i, 0], plan[i, 1], origin_x, origin_y, resolution, columns, rows
+            plan[i, 0], plan[i, 1], grid.origin_x, grid.origin_y, grid.resolution, columns, rows
         )
         if column < 0:
             return first, i

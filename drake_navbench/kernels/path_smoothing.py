@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.footprint import footprint_cost
-from drake_navbench.kernels.grid import LETHAL, MAX_NON_OBSTACLE, NO_INFORMATION, world_to_cell
+from drake_navbench.kernels.grid import LETHAL, MAX_NON_OBSTACLE, NO_INFORMATION, cost_at
 
 # Points closer than this in x and in y have no direction between them; a turn by less is no turn.
 COINCIDENT_M = 1e-4
@@ -33,16 +33,6 @@ MIN_SPAN_OF_SEGMENT = 3
 def _is_in_collision(cost):
     """Tells whether a cost stops the smoothing: inscribed or lethal, but not unknown."""
     return cost > MAX_NON_OBSTACLE and cost != NO_INFORMATION
-
-
-@njit(cache=True)
-def cell_cost(costs, origin_x, origin_y, resolution, x, y):
-    """Returns the cost of the cell that holds the point (x, y) m; LETHAL off the map."""
-    rows, columns = costs.shape
-    column, row = world_to_cell(x, y, origin_x, origin_y, resolution, columns, rows)
-    if column < 0:
-        return LETHAL
-    return int(costs[row, column])
 
 
 @njit(cache=True)
@@ -106,14 +96,14 @@ def _relax_point(original, path, i, w_data, w_smooth):
 
 
 @njit(cache=True)
-def _is_path_free(costs, origin_x, origin_y, resolution, path, footprint):
+def _is_path_free(grid, path, footprint):
     """Tells whether no inner pose is in collision, by its cell or (K > 0) by its footprint."""
     for i in range(1, path.shape[0] - 1):
         x, y, yaw = path[i, 0], path[i, 1], path[i, 2]
         if footprint.shape[0] == 0:
-            cost = cell_cost(costs, origin_x, origin_y, resolution, x, y)
+            cost = cost_at(grid, x, y, LETHAL)
         else:
-            cost = footprint_cost(costs, origin_x, origin_y, resolution, footprint, x, y, yaw, True)
+            cost = footprint_cost(grid, footprint, x, y, yaw, True)
         if _is_in_collision(cost):
             return False
     return True
@@ -122,10 +112,7 @@ def _is_path_free(costs, origin_x, origin_y, resolution, path, footprint):
 @njit(cache=True)
 def smooth_grid_path(
     path,
-    costs,
-    origin_x,
-    origin_y,
-    resolution,
+    grid,
     footprint,
     tolerance,
     max_iterations,
@@ -136,8 +123,8 @@ def smooth_grid_path(
     """Smooths the raw path of a grid planner, as Nav2's 2D planner does itself.
 
     path: (N, 3) x m, y m, yaw rad; returned as it is where it has eleven poses or fewer.
-    costs: (rows, columns) uint8 with origin m and resolution m. footprint: (K, 2) m whose outline
-    is tested at every inner pose after each sweep; K = 0 tests the cell under the pose.
+    grid: `Grid` of uint8 costs. footprint: (K, 2) m whose outline is tested at every inner pose
+    after each sweep; K = 0 tests the cell under the pose.
     tolerance: a pass ends when a sweep changes the coordinates by less in sum, m.
     max_iterations: a pass ends before this sweep. refinement_num: passes after the first one, each
     starting from the result of the one before; a pass that was cut short is the last.
@@ -160,7 +147,7 @@ def smooth_grid_path(
             for i in range(1, path.shape[0] - 1):
                 change += _relax_point(original, trial, i, w_data, w_smooth)
             _assign_headings(trial, 0.0)
-            if not _is_path_free(costs, origin_x, origin_y, resolution, trial, footprint):
+            if not _is_path_free(grid, trial, footprint):
                 return result
             _copy_into(trial, result)
     return result
@@ -169,10 +156,7 @@ def smooth_grid_path(
 @njit(cache=True)
 def smooth_segment(
     path,
-    costs,
-    origin_x,
-    origin_y,
-    resolution,
+    grid,
     tolerance,
     max_iterations,
     w_data,
@@ -203,7 +187,7 @@ def smooth_segment(
             for i in range(1, path.shape[0] - 1):
                 change += _relax_point(original, trial, i, w_data, w_smooth)
                 x, y = trial[i, 0], trial[i, 1]
-                if _is_in_collision(cell_cost(costs, origin_x, origin_y, resolution, x, y)):
+                if _is_in_collision(cost_at(grid, x, y, LETHAL)):
                     is_cut_short = True
                     break
             if not is_cut_short:

@@ -1,7 +1,6 @@
 """Shapes and masks as cells of a costmap.
 
-A cell is covered where its centre is. Costs are (rows, columns) uint8; `origin_x`, `origin_y` is
-the lower left corner of cell (0, 0), m.
+A cell is covered where its centre is. Grids hold uint8 costs.
 """
 
 from __future__ import annotations
@@ -12,7 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from drake_navbench.kernels.grid import LETHAL, NO_INFORMATION, world_to_cell
+from drake_navbench.kernels.grid import LETHAL, NO_INFORMATION, Grid, world_to_cell
 
 # Round coordinates put edges right onto centres; without a tolerance, m, rounding would decide.
 EDGE_TOLERANCE = 1e-9
@@ -21,30 +20,25 @@ MASK_UNKNOWN = -1
 MASK_FULL = 100
 
 
-def mark_polygon(
-    costs: NDArray[np.uint8],
-    origin_x: float,
-    origin_y: float,
-    resolution: float,
-    vertices: NDArray[np.float64],
-) -> None:
-    """Marks, in place, the cells of `costs` whose centres lie in a polygon as LETHAL.
+def mark_polygon(grid: Grid, vertices: NDArray[np.float64]) -> None:
+    """Marks, in place, the cells of a grid whose centres lie in a polygon as LETHAL.
 
     vertices: (K, 2) m, in either direction; the last is joined to the first. Inside is decided by
     the even-odd rule; centres on an edge count as inside. Parts off the grid are ignored.
     """
     # Where in a row outside turns into inside and back.
-    turns = np.zeros(costs.shape[1] + 1, dtype=np.bool_)
+    turns = np.zeros(grid.costs.shape[1] + 1, dtype=np.bool_)
     edges = np.hstack([vertices, np.roll(vertices, -1, axis=0)])
-    _mark_rows(costs, turns, float(origin_x), float(origin_y), float(resolution), edges)
+    _mark_rows(grid, turns, edges)
 
 
 @njit(cache=True)
-def _mark_rows(costs, turns, origin_x, origin_y, resolution, edges):
+def _mark_rows(grid, turns, edges):
     """Marks a polygon row by row. edges: (K, 4) x0, y0, x1, y1 m. turns: scratch, all False."""
+    costs, origin_x, resolution = grid.costs, grid.origin_x, grid.resolution
     rows, columns = costs.shape
     for row in range(rows):
-        y = origin_y + (row + 0.5) * resolution
+        y = grid.origin_y + (row + 0.5) * resolution
         for k in range(edges.shape[0]):
             x0, y0, x1, y1 = edges[k, 0], edges[k, 1], edges[k, 2], edges[k, 3]
             _mark_edge(costs, row, origin_x, resolution, x0, y0 - y, x1, y1 - y)
@@ -92,34 +86,25 @@ def mask_costs(mask: NDArray[np.int8]) -> NDArray[np.uint8]:
 
 
 @njit(cache=True)
-def apply_keepout(
-    costs,
-    origin_x,
-    origin_y,
-    resolution,
-    mask,
-    mask_origin_x,
-    mask_origin_y,
-    mask_resolution,
-    override_cost,
-):
-    """Raises, in place, the cells of `costs` to the keepout mask at their centres.
+def apply_keepout(grid, mask, override_cost):
+    """Raises, in place, the cells of a `Grid` to the keepout mask at their centres.
 
-    mask: (rows, columns) uint8 as from `mask_costs`, on a grid of its own in the same frame. A cell
-    is written where the mask exceeds it, or where it is NO_INFORMATION; not where the mask is.
+    mask: `Grid` of costs as from `mask_costs`, in the same frame. A cell is written where the mask
+    exceeds it, or where it is NO_INFORMATION; not where the mask is.
     override_cost: written in place of the mask's cost, -1 for none: Nav2's lethal_override_cost
     while the robot itself stands in the keepout. (KeepoutFilter::process)
     """
-    mask_rows, mask_columns = mask.shape
+    costs, resolution = grid.costs, grid.resolution
+    mask_rows, mask_columns = mask.costs.shape
     for row in range(costs.shape[0]):
-        y = origin_y + (row + 0.5) * resolution
+        y = grid.origin_y + (row + 0.5) * resolution
         for column in range(costs.shape[1]):
-            x = origin_x + (column + 0.5) * resolution
+            x = grid.origin_x + (column + 0.5) * resolution
             mask_column, mask_row = world_to_cell(
-                x, y, mask_origin_x, mask_origin_y, mask_resolution, mask_columns, mask_rows
+                x, y, mask.origin_x, mask.origin_y, mask.resolution, mask_columns, mask_rows
             )
             if mask_column < 0:
                 continue
-            new, old = mask[mask_row, mask_column], costs[row, column]
+            new, old = mask.costs[mask_row, mask_column], costs[row, column]
             if new != NO_INFORMATION and (new > old or old == NO_INFORMATION):
                 costs[row, column] = new if override_cost < 0 else override_cost

@@ -57,42 +57,32 @@ def static_costs(
 
 
 @njit(cache=True)
-def sample_static(
-    costs,
-    origin_x,
-    origin_y,
-    resolution,
-    static,
-    static_origin_x,
-    static_origin_y,
-    static_resolution,
-    static_from_grid,
-    use_maximum,
-):
-    """Writes a map's costs into the cells of `costs`, in place, as in a rolling window.
+def sample_static(grid, static, static_from_grid, use_maximum):
+    """Writes a map's costs into the cells of a grid, in place, as in a rolling window.
 
-    costs, static: (rows, columns) uint8, each on its own grid; origins and resolutions m.
-    static_from_grid: (3,) x m, y m, yaw rad: where the frame of `costs` lies in the map's frame.
+    grid, static: `Grid` of uint8 costs, the latter of the map.
+    static_from_grid: (3,) x m, y m, yaw rad: where the frame of `grid` lies in the map's frame.
     Each cell takes the map's cost at its centre; cells off the map stay. use_maximum: the larger
     number wins, so that NO_INFORMATION beats LETHAL, as in Nav2.
     """
-    static_rows, static_columns = static.shape
+    costs, resolution = grid.costs, grid.resolution
+    static_rows, static_columns = static.costs.shape
     cos_yaw, sin_yaw = math.cos(static_from_grid[2]), math.sin(static_from_grid[2])
     for row in range(costs.shape[0]):
-        y = origin_y + (row + 0.5) * resolution
+        y = grid.origin_y + (row + 0.5) * resolution
         for column in range(costs.shape[1]):
-            x = origin_x + (column + 0.5) * resolution
+            x = grid.origin_x + (column + 0.5) * resolution
             static_column, static_row = world_to_cell(
                 static_from_grid[0] + x * cos_yaw - y * sin_yaw,
                 static_from_grid[1] + x * sin_yaw + y * cos_yaw,
-                static_origin_x,
-                static_origin_y,
-                static_resolution,
+                static.origin_x,
+                static.origin_y,
+                static.resolution,
                 static_columns,
                 static_rows,
             )
             if static_column < 0:
                 continue
-            new = static[static_row, static_column]
+            new = static.costs[static_row, static_column]
             if not use_maximum or new > costs[row, column]:
                 costs[row, column] = new

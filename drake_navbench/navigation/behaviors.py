@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from drake_navbench.kernels.angles import wrap
-from drake_navbench.kernels.collision_check import OFF_MAP, cost_at
 from drake_navbench.kernels.footprint import footprint_cost
-from drake_navbench.kernels.grid import LETHAL, Costmap
+from drake_navbench.kernels.grid import LETHAL, OFF_MAP, Costmap, cost_at
 from drake_navbench.typed_yaml import FrozenModel
 
 Array = NDArray[np.float64]
@@ -62,11 +61,10 @@ class Surroundings(NamedTuple):
         """Tells whether the outline at a pose touches nothing; unknown cells count as touched."""
         if self.costmap is None:
             return False
-        grid = self.costmap
-        place = (grid.costs, grid.origin_x, grid.origin_y, grid.resolution)
-        if cost_at(*place, x, y) == OFF_MAP:
+        grid = self.costmap.grid
+        if cost_at(grid, x, y) == OFF_MAP:
             return False
-        return footprint_cost(*place, self.footprint, x, y, yaw, True) < LETHAL
+        return footprint_cost(grid, self.footprint, x, y, yaw, True) < LETHAL
 
 
 class Step(NamedTuple):

@@ -106,7 +106,6 @@ class PathHandler:
         if self.parameters.reject_unit_path and end - begin == 1:
             raise InvalidPath("plan: found one pose, expected two or more (reject_unit_path)")
         x, y, yaw = map(float, pose)
-        rows, columns = costmap.costs.shape
         first, stop = local_plan_range(
             plan,
             begin,
@@ -115,11 +114,7 @@ class PathHandler:
             y,
             self._search_distance_m(costmap),
             self.parameters.prune_distance,
-            costmap.origin_x,
-            costmap.origin_y,
-            costmap.resolution,
-            columns,
-            rows,
+            costmap.grid,
         )
         if first == stop:
             raise InvalidPath(

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.kernels.collision_check import OFF_MAP, cost_at
 from drake_navbench.kernels.footprint import footprint_cost
-from drake_navbench.kernels.grid import INSCRIBED, LETHAL, NO_INFORMATION, Costmap
+from drake_navbench.kernels.grid import INSCRIBED, LETHAL, NO_INFORMATION, Costmap, cost_at
 
 
 def is_path_valid(
@@ -25,14 +24,12 @@ def is_path_valid(
     """
     if len(path) == 0:
         return False
-    grid = (costmap.costs, costmap.origin_x, costmap.origin_y, costmap.resolution)
     blocked_from = INSCRIBED if is_circle else LETHAL
     for x, y, yaw in path:
         if is_circle:
-            cost = cost_at(*grid, x, y)
-            cost = LETHAL if cost == OFF_MAP else cost
+            cost = cost_at(costmap.grid, x, y, LETHAL)
         else:
-            cost = footprint_cost(*grid, footprint, x, y, yaw, True)
+            cost = footprint_cost(costmap.grid, footprint, x, y, yaw, True)
         if blocked_from <= cost < NO_INFORMATION:
             return False
     return True

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from drake_navbench.errors import InputError, NavbenchError
-from drake_navbench.kernels.grid import Costmap, world_to_cell
+from drake_navbench.kernels.grid import Costmap, cell_at
 
 Array = NDArray[np.float64]
 
@@ -98,21 +98,12 @@ def cells_of_request(
 
     Raises StartOutsideMapBounds or GoalOutsideMapBounds.
     """
-    rows, columns = costmap.costs.shape
     cells = []
     for pose, error, name in (
         (start, StartOutsideMapBounds, "start"),
         (goal, GoalOutsideMapBounds, "goal"),
     ):
-        cell = world_to_cell(
-            pose[0],
-            pose[1],
-            costmap.origin_x,
-            costmap.origin_y,
-            costmap.resolution,
-            columns,
-            rows,
-        )
+        cell = cell_at(costmap.grid, pose[0], pose[1])
         if cell[0] < 0:
             raise outside_map(costmap, pose, error, name)
         cells.append(cell)

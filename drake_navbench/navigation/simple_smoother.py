@@ -38,10 +38,7 @@ def smooth_path(
             continue
         smoothed[start : end + 1] = smooth_segment(
             smoothed[start : end + 1],
-            costmap.costs,
-            costmap.origin_x,
-            costmap.origin_y,
-            costmap.resolution,
+            costmap.grid,
             parameters.tolerance,
             parameters.max_its,
             parameters.w_data,

@@ -210,10 +210,7 @@ def _smoothed(
     if smoother.max_iterations > 0:
         path = smooth_grid_path(
             path,
-            grid.costs,
-            grid.origin_x,
-            grid.origin_y,
-            grid.resolution,
+            grid.grid,
             np.empty((0, 2)) if footprint is None else np.ascontiguousarray(footprint),
             smoother.tolerance,
             smoother.max_iterations,
@@ -229,10 +226,9 @@ def _require_free_footprint(
 ) -> None:
     """Raises NoValidPathCouldBeFound where the outline meets an obstacle after the first pose."""
     outline = np.ascontiguousarray(footprint, dtype=np.float64)
-    grid = (costmap.costs, costmap.origin_x, costmap.origin_y, costmap.resolution)
     for index in range(1, len(path)):
         x, y, yaw = path[index]
-        cost = footprint_cost(*grid, outline, x, y, yaw, True)
+        cost = footprint_cost(costmap.grid, outline, x, y, yaw, True)
         if cost == LETHAL or (cost == NO_INFORMATION and not allow_unknown):
             raise NoValidPathCouldBeFound(
                 f"check_footprint: the footprint meets a cell of cost {cost} at pose {index} of "

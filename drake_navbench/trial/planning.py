@@ -20,7 +20,7 @@ from drake_navbench.inputs.scenario import (
     SimpleSmoothing,
     Straight,
 )
-from drake_navbench.kernels.grid import FREE, LETHAL, Costmap
+from drake_navbench.kernels.grid import FREE, LETHAL, Costmap, Grid
 from drake_navbench.kernels.path_geometry import path_from_elements, path_from_polyline
 from drake_navbench.kernels.rasterize import mark_polygon
 from drake_navbench.navigation import constrained_smoother, simple_smoother
@@ -107,7 +107,7 @@ def known_map(scenario: Scenario, robot: Robot) -> OccupancyMap:
         return grid
     marked = np.full(grid.occupancy.shape, FREE, dtype=np.uint8)
     for obstacle in known.obstacles:
-        mark_polygon(marked, grid.origin_x, grid.origin_y, grid.resolution, obstacle.outline)
+        mark_polygon(Grid(marked, *grid.frame), obstacle.outline)
     occupancy = np.where(marked == LETHAL, np.int8(OCCUPIED), grid.occupancy)
     return OccupancyMap(occupancy, grid.resolution, grid.origin_x, grid.origin_y)
 

@@ -10,7 +10,7 @@ from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.inputs.robot import LidarSettings
 from drake_navbench.kernels.denoise import denoise
 from drake_navbench.kernels.footprint import circle_footprint, footprint_cost
-from drake_navbench.kernels.grid import LETHAL
+from drake_navbench.kernels.grid import LETHAL, Grid
 from drake_navbench.kernels.inflation import inflate
 from drake_navbench.kernels.layer_grid import MergeRule, merge_layer
 from drake_navbench.kernels.obstacle_layer import update_obstacle_layer
@@ -95,7 +95,9 @@ def test_local_costmap_with_all_layers(benchmark):
 
 def test_footprint_of_16_vertices(benchmark):
     costs = np.zeros((120, 120), dtype=np.uint8)
-    assert benchmark(footprint_cost, costs, 0.0, 0.0, 0.05, FOOTPRINT, 3.0, 3.0, 0.3, True) == 0
+    assert (
+        benchmark(footprint_cost, Grid(costs, 0.0, 0.0, 0.05), FOOTPRINT, 3.0, 3.0, 0.3, True) == 0
+    )
 
 
 def test_polygon_on_a_large_map(benchmark):
@@ -104,7 +106,7 @@ def test_polygon_on_a_large_map(benchmark):
     star = 25.0 + (15.0 + 5.0 * (np.arange(40) % 2))[:, None] * np.column_stack(
         [np.cos(angles), np.sin(angles)]
     )
-    benchmark(mark_polygon, costs, 0.0, 0.0, 0.05, star)
+    benchmark(mark_polygon, Grid(costs, 0.0, 0.0, 0.05), star)
     assert costs.any()
 
 

@@ -14,7 +14,7 @@ from drake_navbench.kernels.footprint import (
     footprint_radii,
     pad_footprint,
 )
-from drake_navbench.kernels.grid import LETHAL, NO_INFORMATION
+from drake_navbench.kernels.grid import LETHAL, NO_INFORMATION, Grid
 
 # Edges 1 m ahead, 2 m to the left, 3 m behind and 1.5 m to the right of the base.
 OFFSET_BOX = np.array([[1.0, 2.0], [-3.0, 2.0], [-3.0, -1.5], [1.0, -1.5]])
@@ -24,7 +24,7 @@ RING = np.array([[2.0, 1.0], [-2.0, 1.0], [-2.0, -1.0], [2.0, -1.0]])
 
 def cost_at(costs, x=5.5, y=4.5, yaw=0.0, *, footprint=RING, from_first=True):
     """Cost on a grid of 1 m cells with its corner at (0, 0)."""
-    return footprint_cost(costs, 0.0, 0.0, 1.0, footprint, x, y, yaw, from_first)
+    return footprint_cost(Grid(costs, 0.0, 0.0, 1.0), footprint, x, y, yaw, from_first)
 
 
 def grid(*cells, shape=(10, 12)):

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from drake_navbench.kernels.grid import FREE, LETHAL, NO_INFORMATION
+from drake_navbench.kernels.grid import FREE, LETHAL, NO_INFORMATION, Grid
 from drake_navbench.kernels.layer_grid import (
     MergeRule,
     fill_outline,
@@ -79,7 +79,7 @@ def test_outline_is_turned_then_moved():
 
 def test_filling_sets_outline_and_inside():
     costs = np.full((6, 7), LETHAL, dtype=np.uint8)
-    fill_outline(costs, 0.0, 0.0, 1.0, np.array([[1.5, 1.5], [5.5, 1.5], [3.5, 4.5]]), FREE)
+    fill_outline(Grid(costs, 0.0, 0.0, 1.0), np.array([[1.5, 1.5], [5.5, 1.5], [3.5, 4.5]]), FREE)
     # Edge (5, 1) -> (3, 4): error 3 // 2 = 1, then 3 -> step, 2, 4 -> step: columns 5, 4, 4, 3.
     # Edge (3, 4) -> (1, 1): likewise columns 3, 2, 2, 1.
     expected = np.array(
@@ -97,13 +97,13 @@ def test_filling_sets_outline_and_inside():
 
 def test_outline_partly_off_the_grid_fills_nothing():
     costs = np.full((6, 7), LETHAL, dtype=np.uint8)
-    fill_outline(costs, 0.0, 0.0, 1.0, np.array([[1.5, 1.5], [7.0, 1.5], [3.5, 4.5]]), FREE)
+    fill_outline(Grid(costs, 0.0, 0.0, 1.0), np.array([[1.5, 1.5], [7.0, 1.5], [3.5, 4.5]]), FREE)
     assert np.all(costs == LETHAL)
 
 
 def test_two_vertices_fill_nothing():
     costs = np.full((6, 7), LETHAL, dtype=np.uint8)
-    fill_outline(costs, 0.0, 0.0, 1.0, np.array([[1.5, 1.5], [5.5, 1.5]]), FREE)
+    fill_outline(Grid(costs, 0.0, 0.0, 1.0), np.array([[1.5, 1.5], [5.5, 1.5]]), FREE)
     assert np.all(costs == LETHAL)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_navbench.kernels.grid import FREE, LETHAL, NO_INFORMATION
+from drake_navbench.kernels.grid import FREE, LETHAL, NO_INFORMATION, Grid
 from drake_navbench.kernels.obstacle_layer import (
     clear_rays,
     mark_points,
@@ -26,11 +26,8 @@ def cleared(sensor, points, *, shape=(10, 10), minimum=0.0, maximum=100.0, resol
     """Cells that rays from a sensor clear, on a grid with its corner at (0, 0)."""
     costs = np.full(shape, LETHAL, dtype=np.uint8)
     clear_rays(
-        costs,
+        Grid(costs, 0.0, 0.0, resolution),
         empty_bounds(),
-        0.0,
-        0.0,
-        resolution,
         *sensor,
         np.array(points, dtype=float).reshape(-1, 2),
         minimum,
@@ -42,11 +39,8 @@ def cleared(sensor, points, *, shape=(10, 10), minimum=0.0, maximum=100.0, resol
 def marked(sensor, points, *, minimum=0.0, maximum=100.0, resolution=1.0):
     costs = np.zeros((10, 10), dtype=np.uint8)
     mark_points(
-        costs,
+        Grid(costs, 0.0, 0.0, resolution),
         empty_bounds(),
-        0.0,
-        0.0,
-        resolution,
         *sensor,
         np.array(points, dtype=float).reshape(-1, 2),
         minimum,
@@ -176,7 +170,7 @@ def test_marking_leaves_other_marks():
     costs = np.zeros((10, 10), dtype=np.uint8)
     costs[7, 7] = LETHAL
     points = np.array([[3.5, 0.5]])
-    mark_points(costs, empty_bounds(), 0.0, 0.0, 1.0, 0.5, 0.5, points, 0.0, 9.0)
+    mark_points(Grid(costs, 0.0, 0.0, 1.0), empty_bounds(), 0.5, 0.5, points, 0.0, 9.0)
     assert costs[7, 7] == costs[0, 3] == LETHAL
 
 

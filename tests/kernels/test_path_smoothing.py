@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.linalg import solveh_banded
 
+from drake_navbench.kernels.grid import Grid
 from drake_navbench.kernels.path_smoothing import (
     directional_segments,
     smooth_grid_path,
@@ -35,10 +36,7 @@ def closed_form(points):
 def smooth_grid(path, costs=EMPTY_MAP, footprint=CENTRE_ONLY, max_iterations=1000, refinements=2):
     return smooth_grid_path(
         path,
-        costs,
-        0.0,
-        0.0,
-        RESOLUTION_M,
+        Grid(costs, 0.0, 0.0, RESOLUTION_M),
         footprint,
         1e-10,
         max_iterations,
@@ -50,7 +48,13 @@ def smooth_grid(path, costs=EMPTY_MAP, footprint=CENTRE_ONLY, max_iterations=100
 
 def smooth_one_way(path, costs=EMPTY_MAP, max_iterations=1000, refinements=2):
     return smooth_segment(
-        path, costs, 0.0, 0.0, RESOLUTION_M, 1e-10, max_iterations, W_DATA, W_SMOOTH, refinements
+        path,
+        Grid(costs, 0.0, 0.0, RESOLUTION_M),
+        1e-10,
+        max_iterations,
+        W_DATA,
+        W_SMOOTH,
+        refinements,
     )
 
 
@@ -146,7 +150,7 @@ def test_grid_smoothing_that_collides_later_returns_the_last_free_sweep():
     costs = np.zeros((2500, 2500), dtype=np.uint8)
     costs[rows_after[moved], int(after[moved, 0] / 0.002)] = 254
     stopped = smooth_grid_path(
-        path, costs, 0.0, 0.0, 0.002, CENTRE_ONLY, 1e-10, 1000, W_DATA, W_SMOOTH, 2
+        path, Grid(costs, 0.0, 0.0, 0.002), CENTRE_ONLY, 1e-10, 1000, W_DATA, W_SMOOTH, 2
     )
     np.testing.assert_array_equal(stopped, before)
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_navbench.kernels.grid import LETHAL, NO_INFORMATION
+from drake_navbench.kernels.grid import LETHAL, NO_INFORMATION, Grid
 from drake_navbench.kernels.rasterize import apply_keepout, mark_polygon, mask_costs
 
 L = LETHAL
@@ -14,7 +14,9 @@ TRIANGLE = np.array([[0.5, 0.5], [4.5, 0.5], [4.5, 4.5]])
 
 def polygon_cells(vertices, *, shape=(6, 6), origin=(0.0, 0.0), resolution=1.0):
     costs = np.zeros(shape, dtype=np.uint8)
-    mark_polygon(costs, *origin, resolution, np.array(vertices, dtype=float))
+    mark_polygon(
+        Grid(costs, *map(float, origin), float(resolution)), np.array(vertices, dtype=float)
+    )
     return costs
 
 
@@ -87,7 +89,7 @@ def test_polygon_moved_by_whole_cells_marks_moved_cells():
 
 def test_marking_leaves_other_cells_alone():
     costs = np.full((6, 6), 7, dtype=np.uint8)
-    mark_polygon(costs, 0.0, 0.0, 1.0, TRIANGLE)
+    mark_polygon(Grid(costs, 0.0, 0.0, 1.0), TRIANGLE)
     assert set(np.unique(costs)) == {7, LETHAL}
     assert costs[5, 5] == 7
 
@@ -104,20 +106,21 @@ def test_mask_value_scales_to_a_cost(value, cost):
 def test_keepout_raises_and_never_lowers():
     costs = np.array([[0, 100, 253, 254, 255]], dtype=np.uint8)
     mask = np.array([[200, 50, 254, 10, 3]], dtype=np.uint8)
-    apply_keepout(costs, 0.0, 0.0, 1.0, mask, 0.0, 0.0, 1.0, -1)
+    apply_keepout(Grid(costs, 0.0, 0.0, 1.0), Grid(mask, 0.0, 0.0, 1.0), -1)
     np.testing.assert_array_equal(costs, [[200, 100, 254, 254, 3]])
 
 
 def test_unknown_part_of_a_keepout_mask_writes_nothing():
     costs = np.array([[0, 100, 255]], dtype=np.uint8)
-    apply_keepout(costs, 0.0, 0.0, 1.0, np.full((1, 3), 255, np.uint8), 0.0, 0.0, 1.0, -1)
+    unknown = np.full((1, 3), 255, np.uint8)
+    apply_keepout(Grid(costs, 0.0, 0.0, 1.0), Grid(unknown, 0.0, 0.0, 1.0), -1)
     np.testing.assert_array_equal(costs, [[0, 100, 255]])
 
 
 def test_keepout_override_replaces_every_cost_it_would_write():
     costs = np.array([[0, 100, 240]], dtype=np.uint8)
     mask = np.array([[50, 254, 100]], dtype=np.uint8)
-    apply_keepout(costs, 0.0, 0.0, 1.0, mask, 0.0, 0.0, 1.0, 200)
+    apply_keepout(Grid(costs, 0.0, 0.0, 1.0), Grid(mask, 0.0, 0.0, 1.0), 200)
     np.testing.assert_array_equal(costs, [[200, 200, 240]])
 
 
@@ -125,5 +128,5 @@ def test_keepout_mask_on_another_lattice_is_read_at_the_cell_centres():
     costs = np.zeros((1, 4), dtype=np.uint8)
     # Cells of 2 m from x = 1: centres 0.5 off the mask, 1.5 and 2.5 in its first cell, 3.5 second.
     mask = np.array([[10, 20]], dtype=np.uint8)
-    apply_keepout(costs, 0.0, 0.0, 1.0, mask, 1.0, 0.0, 2.0, -1)
+    apply_keepout(Grid(costs, 0.0, 0.0, 1.0), Grid(mask, 1.0, 0.0, 2.0), -1)
     np.testing.assert_array_equal(costs, [[0, 10, 10, 20]])

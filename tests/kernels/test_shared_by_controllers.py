@@ -10,12 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_navbench.controller import SpeedLimit
-from drake_navbench.kernels.collision_check import (
-    OFF_MAP,
-    cost_at,
-    distance_from_cost,
-    is_pose_in_collision,
-)
+from drake_navbench.kernels.collision_check import distance_from_cost, is_pose_in_collision
+from drake_navbench.kernels.grid import OFF_MAP, Grid, cost_at
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.kernels.robot_frame import to_robot_frame
 from drake_navbench.kernels.speed_limit import limited_speed, speed_limit_ratio
@@ -33,7 +29,9 @@ def costmap_with(cells, cost):
 
 
 def collides(costs, x, y, yaw=0.0, tracks_unknown=False):
-    return is_pose_in_collision(costs, 0.0, 0.0, RESOLUTION, tracks_unknown, SQUARE, x, y, yaw)
+    return is_pose_in_collision(
+        Grid(costs, 0.0, 0.0, RESOLUTION), tracks_unknown, SQUARE, x, y, yaw
+    )
 
 
 def test_a_pose_is_seen_from_a_robot_that_faces_left():
@@ -73,10 +71,10 @@ def test_a_limit_is_a_speed_or_a_percentage(limit, expected):
 
 def test_cost_at_a_point_is_that_of_its_cell():
     costs = costmap_with([(3, 7)], 120)
-    assert cost_at(costs, 0.0, 0.0, RESOLUTION, 0.35, 0.75) == 120
-    assert cost_at(costs, 0.0, 0.0, RESOLUTION, 0.45, 0.75) == 0
-    assert cost_at(costs, 0.0, 0.0, RESOLUTION, -0.05, 0.75) == OFF_MAP
-    assert cost_at(costs, 0.0, 0.0, RESOLUTION, 0.35, 2.05) == OFF_MAP
+    assert cost_at(Grid(costs, 0.0, 0.0, RESOLUTION), 0.35, 0.75) == 120
+    assert cost_at(Grid(costs, 0.0, 0.0, RESOLUTION), 0.45, 0.75) == 0
+    assert cost_at(Grid(costs, 0.0, 0.0, RESOLUTION), -0.05, 0.75) == OFF_MAP
+    assert cost_at(Grid(costs, 0.0, 0.0, RESOLUTION), 0.35, 2.05) == OFF_MAP
 
 
 @pytest.mark.parametrize("distance_m", [0.3, 0.5, 0.8])

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from drake_navbench.kernels.grid import Grid
 from drake_navbench.kernels.static_layer import sample_static, static_costs
 
 OCCUPANCY = np.array([[-1, 0, 1, 50, 98, 99, 100]], dtype=np.int8)
@@ -49,9 +50,8 @@ MAP = np.array([[1, 2], [3, 255]], dtype=np.uint8)  # cells of 1 m, corner at (0
 
 
 def sampled(costs, origin, *, static_from_grid=(0.0, 0.0, 0.0), use_maximum=False, resolution=0.5):
-    sample_static(
-        costs, *origin, resolution, MAP, 0.0, 0.0, 1.0, np.array(static_from_grid), use_maximum
-    )
+    grid, static = Grid(costs, *origin, resolution), Grid(MAP, 0.0, 0.0, 1.0)
+    sample_static(grid, static, np.array(static_from_grid), use_maximum)
     return costs
 
 

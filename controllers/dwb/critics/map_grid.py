@@ -102,20 +102,18 @@ def score_forward_points(
     pose_counts,
     forward_m,
     distances,
-    origin_x,
-    origin_y,
-    resolution,
     aggregation,
     scores,
     violations,
 ):
     """Writes the aggregated distance of the point `forward_m` ahead of the robot.
 
-    poses (K, N, 3), headings (K, N, 2), pose_counts (K,): of the window. distances: (rows, columns)
+    poses (K, N, 3), headings (K, N, 2), pose_counts (K,): of the window. distances: `Grid` of
     cells. With aggregation LAST only the last pose is read, so only there the point must be on the
     map.
     """
-    rows, columns = distances.shape
+    values, origin_x, origin_y, resolution = distances
+    rows, columns = values.shape
     for k in range(poses.shape[0]):
         score = 1.0 if aggregation == PRODUCT else 0.0
         violations[k] = 0
@@ -127,7 +125,7 @@ def score_forward_points(
             if column < 0:
                 violations[k] = OFF_GRID
                 break
-            score = aggregate(aggregation, score, float(distances[row, column]))
+            score = aggregate(aggregation, score, float(values[row, column]))
         scores[k] = score
 
 
@@ -169,17 +167,14 @@ class AlignCritic(MapGridCritic):
 
     def score(self, scene: Scene, memory: Any) -> Verdict:
         """Returns the distances of the forward point; see `score_forward_points`."""
-        costmap, window = scene.costmap, scene.trajectories
+        window = scene.trajectories
         verdict = Verdict.blank(len(window.poses))
         score_forward_points(
             window.poses,
             window.headings,
             window.pose_counts,
             self._parameters.forward_point_distance,
-            self.distances(scene),
-            costmap.origin_x,
-            costmap.origin_y,
-            costmap.resolution,
+            scene.costmap.grid._replace(costs=self.distances(scene)),
             int(self._parameters.aggregation),
             *verdict,
         )

@@ -105,11 +105,8 @@ class ObstacleFootprint(Critic):
             window.pose_counts,
             self._footprint,
             self._circle,
-            costmap.costs,
+            costmap.grid,
             clearances_of(costmap.costs),
-            costmap.origin_x,
-            costmap.origin_y,
-            costmap.resolution,
             self._parameters.sum_scores,
             *verdict,
         )

@@ -20,7 +20,7 @@ from drake_navbench.controllers.mppi.critics.batch import Batch, Float32Array, R
 from drake_navbench.controllers.mppi.float32_math import F32
 from drake_navbench.controllers.mppi.lanes import LANES, Lanes
 from drake_navbench.controllers.mppi.motion_models import MotionLimits, MotionModel
-from drake_navbench.kernels.grid import INSCRIBED, MAX_NON_OBSTACLE, NO_INFORMATION, Costmap
+from drake_navbench.kernels.grid import INSCRIBED, MAX_NON_OBSTACLE, NO_INFORMATION, Costmap, Grid
 
 
 class Trajectories(NamedTuple):
@@ -53,14 +53,11 @@ class MapView(NamedTuple):
     off the map, at index `outside`.
     """
 
-    costs: NDArray[np.uint8]
+    grid: Grid
     values: NDArray[np.uint8]
     outside: int
     rows: np.int32
     columns: np.int32
-    origin_x: float
-    origin_y: float
-    resolution: float
     footprint: NDArray[np.float64]
 
     @classmethod
@@ -68,14 +65,11 @@ class MapView(NamedTuple):
         """Views a costmap; footprint: (K, 2) m in the base frame."""
         rows, columns = costmap.costs.shape
         return cls(
-            costmap.costs,
+            costmap.grid,
             np.append(costmap.costs.ravel(), np.uint8(NO_INFORMATION)),
             rows * columns,
             np.int32(rows),
             np.int32(columns),
-            float(costmap.origin_x),
-            float(costmap.origin_y),
-            float(costmap.resolution),
             np.ascontiguousarray(footprint, dtype=np.float64),
         )
 

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from drake_navbench.controllers.mppi.float32_math import ONE, ZERO
 from drake_navbench.controllers.mppi.lanes import LANES, Lanes, pack, unpack
-from drake_navbench.kernels.grid import INSCRIBED, LETHAL, NO_INFORMATION, Costmap, world_to_cell
+from drake_navbench.kernels.grid import INSCRIBED, LETHAL, NO_INFORMATION, OFF_MAP, Costmap, cost_at
 
 Float32Array = NDArray[np.float32]
 
@@ -81,10 +81,7 @@ class Scene:
         costmap = self.costmap
         return _path_valid(
             self.path[:-1].astype(np.float64),
-            costmap.costs,
-            costmap.origin_x,
-            costmap.origin_y,
-            costmap.resolution,
+            costmap.grid,
             costmap.tracks_unknown,
         )
 
@@ -200,16 +197,12 @@ def _arc_lengths(path_x, path_y):
 
 
 @njit(cache=True)
-def _path_valid(points, costs, origin_x, origin_y, resolution, tracks_unknown):
-    rows, columns = costs.shape
+def _path_valid(points, grid, tracks_unknown):
     valid = np.zeros(points.shape[0], np.bool_)
     for k in range(points.shape[0]):
-        column, row = world_to_cell(
-            points[k, 0], points[k, 1], origin_x, origin_y, resolution, columns, rows
-        )
-        if column < 0:
+        cost = cost_at(grid, points[k, 0], points[k, 1])
+        if cost == OFF_MAP:
             continue
-        cost = costs[row, column]
         if cost == NO_INFORMATION:
             valid[k] = tracks_unknown
         else:

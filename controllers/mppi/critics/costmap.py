@@ -264,10 +264,7 @@ def _require_outline(name: str, parameters: Any, context: CriticContext) -> None
 @njit(cache=True)
 def _outline_cost(view, x, y, yaw):
     return footprint_cost(
-        view.costs,
-        view.origin_x,
-        view.origin_y,
-        view.resolution,
+        view.grid,
         view.footprint,
         np.float64(x),
         np.float64(y),
@@ -278,10 +275,11 @@ def _outline_cost(view, x, y, yaw):
 
 @njit(cache=True)
 def _float32_cell_row(view, x, y, cells):
+    grid = view.grid
     _cell_row(
-        F32(view.origin_x),
-        F32(view.origin_y),
-        F32(view.resolution),
+        F32(grid.origin_x),
+        F32(grid.origin_y),
+        F32(grid.resolution),
         view.rows,
         view.columns,
         x,
@@ -292,7 +290,8 @@ def _float32_cell_row(view, x, y, cells):
 
 @njit(cache=True)
 def _float64_cell_row(view, x, y, cells):
-    _cell_row(view.origin_x, view.origin_y, view.resolution, view.rows, view.columns, x, y, cells)
+    grid = view.grid
+    _cell_row(grid.origin_x, grid.origin_y, grid.resolution, view.rows, view.columns, x, y, cells)
 
 
 @njit(cache=True, error_model="numpy")

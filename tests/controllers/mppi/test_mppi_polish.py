@@ -17,6 +17,7 @@ from drake_navbench.controllers.mppi.objective import (
 from drake_navbench.controllers.mppi.polish import Polish
 from drake_navbench.controllers.mppi.refinement import path_references
 from drake_navbench.controllers.mppi.sequence_rules import limits_of
+from drake_navbench.kernels.grid import Grid
 
 STEPS, DT = 56, 0.05
 WEIGHTS = Weights(
@@ -47,10 +48,7 @@ def situation_of(seed=0, *, starts_now=True) -> Situation:
         references=references,
         carrot=np.array([1.2, 0.4]),
         sampled=sampled,
-        field=cost_field(costs, tracks_unknown=False),
-        origin_x=-1.5,
-        origin_y=-1.5,
-        resolution=0.05,
+        field=cost_field(Grid(costs, -1.5, -1.5, 0.05), tracks_unknown=False),
         dt=DT,
         starts_now=starts_now,
     )
@@ -86,7 +84,7 @@ def test_gradient_agrees_with_central_differences(seed, starts_now):
 
 def test_interpolation_is_exact_on_a_plane():
     y, x = np.mgrid[0:4, 0:5] + 0.5
-    value, by_x, by_y = interpolate(0.1 * x + 0.3 * y, 0.0, 0.0, 1.0, 2.2, 1.9)
+    value, by_x, by_y = interpolate(Grid(0.1 * x + 0.3 * y, 0.0, 0.0, 1.0), 2.2, 1.9)
     assert (value, by_x, by_y) == pytest.approx((0.1 * 2.2 + 0.3 * 1.9, 0.1, 0.3))
 
 

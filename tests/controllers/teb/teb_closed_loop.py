@@ -120,10 +120,7 @@ def drive(
         passed += int(np.argmin(distances))
         costmap = window(boxes, pose[0], pose[1])
         truth = footprint_cost(
-            window(boxes, pose[0], pose[1], sight_m=math.inf).costs,
-            costmap.origin_x,
-            costmap.origin_y,
-            RESOLUTION_M,
+            window(boxes, pose[0], pose[1], sight_m=math.inf).grid,
             WHEELCHAIR,
             *pose,
             False,
