@@ -50,7 +50,7 @@ def roll_window(
     rows, columns = costs.shape
     shift_x = int((wanted[0] - origin[0]) / resolution)
     shift_y = int((wanted[1] - origin[1]) / resolution)
-    rolled = np.full(costs.shape, default_cost, dtype=np.uint8)
+    rolled = np.full(costs.shape, default_cost, dtype=costs.dtype)
     if abs(shift_x) < columns and abs(shift_y) < rows:
         from_rows, to_rows = _shared(shift_y, rows)
         from_columns, to_columns = _shared(shift_x, columns)

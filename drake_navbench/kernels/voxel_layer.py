@@ -1,0 +1,372 @@
+"""The voxel layer: columns of voxels that points mark and rays clear, and the costs they stand for.
+
+A column is one uint32: of voxel z, bit 16 + z says that it is marked and bit z that it is marked or
+unknown, so that both set mean marked, the low one alone unknown, none free. At most MAX_VOXELS fit;
+levels above the grid's count stay unknown for ever, which the threshold of unknown voxels makes up
+for. Grids are (rows, columns), `[row = y, column = x]`; poses and points are in the grid's frame.
+
+Against the obstacle layer: rays end two cells before their point, run through voxels between ends
+that are not rounded to cells, and start nowhere if the sensor is above or below the grid. A voxel
+that is cleared sets the cost of its column anew: free, or unknown where too many of its voxels are.
+The footprint frees costs only; the voxels under it stay.
+Source: nav2_costmap_2d (VoxelLayer) and nav2_voxel_grid, branch lyrical. Before it, rays were cut
+half a voxel below the top of the grid; humble cuts rays at the grid's sides without a margin, and
+marks points below min_obstacle_height.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from drake_navbench.kernels.grid import (
+    FREE,
+    LETHAL,
+    NO_INFORMATION,
+    distance_to_cells,
+    world_to_cell,
+)
+from drake_navbench.kernels.layer_grid import fill_outline, place_outline, roll_window
+
+MAX_VOXELS = 16
+UNKNOWN_COLUMN = np.uint32((1 << MAX_VOXELS) - 1)
+LOW_BITS = (1 << MAX_VOXELS) - 1
+VOXEL_MASK = (1 << MAX_VOXELS) | 1
+# A ray ends so far before the point that was hit, cells.
+RAY_GAP_CELLS = 2
+# A ray through the top of the grid ends this far below it, m.
+TOP_MARGIN = 0.01
+# A ray that leaves the grid is cut by this share of its length more.
+CUT_SHARE = 1e-5
+
+
+class VoxelFrame(NamedTuple):
+    """Where the voxels lie: lower corner m, a voxel's edges along x or y and z m, levels."""
+
+    origin_x: float
+    origin_y: float
+    origin_z: float
+    resolution: float
+    z_resolution: float
+    z_voxels: int
+
+
+class Observation(NamedTuple):
+    """Points of one source, and what they are good for; ranges m.
+
+    origin: (3,) of the sensor, m. points: (N, 3) float32 m.
+    """
+
+    origin: NDArray[np.float64]
+    points: NDArray[np.float32]
+    marking: bool
+    clearing: bool
+    obstacle_min_range: float
+    obstacle_max_range: float
+    raytrace_min_range: float
+    raytrace_max_range: float
+
+
+class VoxelLayerUpdate(NamedTuple):
+    """What one cycle leaves; arrays are new.
+
+    costs: (rows, columns) uint8. voxels: (rows, columns) uint32, the columns of voxels.
+    origin_x, origin_y: lower left corner of cell (0, 0), m.
+    bounds: (4,) min_x, min_y, max_x, max_y m: the box that the cycle touched, as Nav2 grows it.
+    """
+
+    costs: NDArray[np.uint8]
+    voxels: NDArray[np.uint32]
+    origin_x: float
+    origin_y: float
+    bounds: NDArray[np.float64]
+
+
+def update_voxel_layer(
+    costs: NDArray[np.uint8],
+    voxels: NDArray[np.uint32],
+    origin: tuple[float, float],
+    observations: Sequence[Observation],
+    *,
+    resolution: float,
+    robot_pose: NDArray[np.float64],
+    footprint: NDArray[np.float64],
+    origin_z: float = 0.0,
+    z_resolution: float = 0.2,
+    z_voxels: int = 10,
+    min_obstacle_height: float = 0.0,
+    max_obstacle_height: float = 2.0,
+    unknown_threshold: int = 15,
+    mark_threshold: int = 0,
+    footprint_clearing_enabled: bool = True,
+    default_cost: int = FREE,
+    rolling_window: bool = True,
+) -> VoxelLayerUpdate:
+    """Returns the layer after one cycle: roll, clear along all rays, mark all hits, free the robot.
+
+    costs, voxels, origin: the layer's grids and the lower left corner of cell (0, 0), m; unchanged.
+    robot_pose: (3,) x m, y m, yaw rad. footprint: (K, 2) padded, base frame, m.
+    The other arguments are Nav2's parameters of the same names, and `default_cost`, that of cells
+    never seen (NO_INFORMATION where unknown space is tracked).
+    """
+    grids, (origin_x, origin_y) = (costs.copy(), voxels.copy()), origin
+    if rolling_window:
+        rows, columns = costs.shape
+        wanted = (
+            robot_pose[0] - 0.5 * (columns * resolution),
+            robot_pose[1] - 0.5 * (rows * resolution),
+        )
+        rolled = [
+            roll_window(grid, origin, resolution=resolution, wanted=wanted, default_cost=default)
+            for grid, default in ((costs, default_cost), (voxels, UNKNOWN_COLUMN))
+        ]
+        grids = (rolled[0][0], rolled[1][0])
+        origin_x, origin_y = rolled[0][1:]
+    frame = VoxelFrame(
+        float(origin_x), float(origin_y), float(origin_z), resolution, float(z_resolution), z_voxels
+    )
+    bounds = np.array([np.inf, np.inf, -np.inf, -np.inf])
+    # Levels that the grid does not have stay unknown; the threshold does not count them.
+    max_unknown = unknown_threshold + (MAX_VOXELS - z_voxels)
+    for seen in observations:
+        if seen.clearing:
+            ranges = (float(seen.raytrace_min_range), float(seen.raytrace_max_range))
+            clear_voxel_rays(
+                *grids,
+                bounds,
+                frame,
+                seen.origin,
+                seen.points,
+                *ranges,
+                max_unknown,
+                mark_threshold,
+            )
+    heights = (float(min_obstacle_height), float(max_obstacle_height))
+    for seen in observations:
+        if seen.marking:
+            ranges = (float(seen.obstacle_min_range), float(seen.obstacle_max_range))
+            mark_voxels(
+                *grids, bounds, frame, seen.origin, seen.points, *ranges, *heights, mark_threshold
+            )
+    if footprint_clearing_enabled:
+        outline = place_outline(footprint, robot_pose)
+        bounds[:2] = np.minimum(bounds[:2], outline.min(axis=0))
+        bounds[2:] = np.maximum(bounds[2:], outline.max(axis=0))
+        fill_outline(grids[0], frame.origin_x, frame.origin_y, resolution, outline, FREE)
+    return VoxelLayerUpdate(*grids, frame.origin_x, frame.origin_y, bounds)
+
+
+@njit(cache=True)
+def count_bits(bits):
+    """Returns how many bits of a non-negative integer are set."""
+    count = 0
+    while bits:
+        bits &= bits - 1
+        count += 1
+    return count
+
+
+@njit(cache=True)
+def _grow(bounds, x, y):
+    bounds[0], bounds[1] = min(bounds[0], x), min(bounds[1], y)
+    bounds[2], bounds[3] = max(bounds[2], x), max(bounds[3], y)
+
+
+@njit(cache=True, error_model="numpy")
+def mark_voxels(
+    costs,
+    voxels,
+    bounds,
+    frame,
+    origin,
+    points,
+    min_range,
+    max_range,
+    min_height,
+    max_height,
+    mark_threshold,
+):
+    """Marks, in place, the voxels that hold points (N, 3), m.
+
+    A point counts from min_range to less than max_range off the sensor at `origin` (3,), m, between
+    both heights, and on the grid; one below the grid counts on its lowest level. A column with more
+    than mark_threshold marks gets the cost LETHAL. `bounds`, (4,) min_x, min_y, max_x, max_y m,
+    grows around the points in such columns. (VoxelLayer::updateBounds)
+    """
+    rows, columns = costs.shape
+    for k in range(points.shape[0]):
+        x, y, z = np.float64(points[k, 0]), np.float64(points[k, 1]), np.float64(points[k, 2])
+        if z < min_height or z > max_height:
+            continue
+        d_x, d_y, d_z = x - origin[0], y - origin[1], z - origin[2]
+        squared = d_x * d_x + d_y * d_y + d_z * d_z
+        if squared >= max_range * max_range or squared < min_range * min_range:
+            continue
+        column, row = world_to_cell(
+            x, y, frame.origin_x, frame.origin_y, frame.resolution, columns, rows
+        )
+        level = (max(z, frame.origin_z) - frame.origin_z) / frame.z_resolution
+        if column < 0 or not level < frame.z_voxels:
+            continue
+        marked = np.int64(voxels[row, column]) | (VOXEL_MASK << int(level))
+        voxels[row, column] = marked
+        if count_bits(marked >> MAX_VOXELS) > mark_threshold:
+            costs[row, column] = LETHAL
+            _grow(bounds, x, y)
+
+
+@njit(cache=True, error_model="numpy")
+def _coordinates(x, y, z, frame, columns, rows):
+    """Returns (column, row, level, is_on_grid) of a point m, not rounded."""
+    column = (x - frame.origin_x) / frame.resolution
+    row = (y - frame.origin_y) / frame.resolution
+    level = (z - frame.origin_z) / frame.z_resolution
+    is_low_enough = column < columns and row < rows and level < frame.z_voxels
+    is_high_enough = x >= frame.origin_x and y >= frame.origin_y and z >= frame.origin_z
+    return column, row, level, is_low_enough and is_high_enough
+
+
+@njit(cache=True, error_model="numpy")
+def _ray_end(origin, point, frame, columns, rows):
+    """Returns (x, y, z) where the ray from a sensor to a point ends, m.
+
+    That is two cells before the point, or the sensor itself where the point is nearer; and where it
+    leaves the grid, but for a margin.
+    """
+    x_0, y_0, z_0 = origin[0], origin[1], origin[2]
+    x, y, z = np.float64(point[0]), np.float64(point[1]), np.float64(point[2])
+    length = math.sqrt((x - x_0) * (x - x_0) + (y - y_0) * (y - y_0) + (z - z_0) * (z - z_0))
+    part = (length - RAY_GAP_CELLS * frame.resolution) / length
+    part = max(part if part < 1.0 else 1.0, 0.0)
+    x, y, z = part * (x - x_0) + x_0, part * (y - y_0) + y_0, part * (z - z_0) + z_0
+    d_x, d_y, d_z = x - x_0, y - y_0, z - z_0
+    end_x, end_y = (
+        frame.origin_x + columns * frame.resolution,
+        frame.origin_y + rows * frame.resolution,
+    )
+    end_z = frame.origin_z + frame.z_voxels * frame.z_resolution
+    share = 1.0
+    is_cut = False
+    if z > end_z:
+        share = max(0.0, min(share, (end_z - TOP_MARGIN - z_0) / d_z))
+        is_cut = True
+    elif z < frame.origin_z:
+        share = min(share, (frame.origin_z - z_0) / d_z)
+        is_cut = True
+    if x < frame.origin_x:
+        share = min(share, (frame.origin_x - x_0) / d_x)
+        is_cut = True
+    if y < frame.origin_y:
+        share = min(share, (frame.origin_y - y_0) / d_y)
+        is_cut = True
+    if x > end_x:
+        share = min(share, (end_x - x_0) / d_x)
+        is_cut = True
+    if y > end_y:
+        share = min(share, (end_y - y_0) / d_y)
+        is_cut = True
+    if is_cut and share > 0.0:
+        share -= CUT_SHARE
+    return x_0 + d_x * share, y_0 + d_y * share, z_0 + d_z * share
+
+
+@njit(cache=True, error_model="numpy")
+def clear_voxel_rays(
+    costs,
+    voxels,
+    bounds,
+    frame,
+    origin,
+    points,
+    min_range,
+    max_range,
+    max_unknown,
+    mark_threshold,
+):
+    """Clears, in place, the voxels on the rays from a sensor at `origin` (3,) to points (N, 3), m.
+
+    A ray is walked from min_range to at most max_range m, both rounded up to cells, and compared
+    with its length in voxels. Each column that it clears a voxel of, and that has no more than
+    mark_threshold marks, becomes FREE, or NO_INFORMATION where more than max_unknown of its voxels
+    are unknown. A sensor off the grid clears nothing. `bounds`, (4,) min_x, min_y, max_x, max_y m,
+    grows around the ends of the rays. (VoxelLayer::raytraceFreespace)
+    """
+    rows, columns = costs.shape
+    column_0, row_0, level_0, is_on_grid = _coordinates(
+        origin[0], origin[1], origin[2], frame, columns, rows
+    )
+    if not is_on_grid:
+        return
+    min_cells = distance_to_cells(min_range, frame.resolution)
+    max_cells = distance_to_cells(max_range, frame.resolution)
+    for k in range(points.shape[0]):
+        x, y, z = _ray_end(origin, points[k], frame, columns, rows)
+        column, row, level, is_on_grid = _coordinates(x, y, z, frame, columns, rows)
+        if not is_on_grid:
+            continue
+        _clear_line(
+            costs, voxels, column_0, row_0, level_0, column, row, level,
+            min_cells, max_cells, max_unknown, mark_threshold,
+        )  # fmt: skip
+        length = math.hypot(x - origin[0], y - origin[1])
+        if length >= min_range:
+            part = min(1.0, max_range / length) if length > 0.0 else 1.0
+            _grow(bounds, origin[0] + (x - origin[0]) * part, origin[1] + (y - origin[1]) * part)
+
+
+@njit(cache=True, error_model="numpy")
+def _clear_line(
+    costs, voxels, x_0, y_0, z_0, x_1, y_1, z_1, min_cells, max_cells, max_unknown, mark_threshold
+):
+    """Clears the voxels of a line between two points given in voxels (VoxelGrid::raytraceLine)."""
+    length = math.sqrt(
+        (x_0 - x_1) * (x_0 - x_1) + (y_0 - y_1) * (y_0 - y_1) + (z_0 - z_1) * (z_0 - z_1)
+    )
+    if int(length) < min_cells:
+        return
+    part = 1.0
+    if length > 0.0:
+        part = min(1.0, max_cells / length)
+        x_0 = x_0 + (x_1 - x_0) / length * min_cells
+        y_0 = y_0 + (y_1 - y_0) / length * min_cells
+        z_0 = z_0 + (z_1 - z_0) / length * min_cells
+    column, row, level = int(x_0), int(y_0), int(z_0)
+    d_column, d_row, d_level = int(x_1) - column, int(y_1) - row, int(z_1) - level
+    step_column = 1 if d_column > 0 else -1
+    step_row = 1 if d_row > 0 else -1
+    step_level = 1 if d_level > 0 else -1
+    d_column, d_row, d_level = abs(d_column), abs(d_row), abs(d_level)
+    steps = max(d_column, d_row, d_level)
+    error_column, error_row, error_level = steps // 2, steps // 2, steps // 2
+    _clear_voxel(costs, voxels, row, column, level, max_unknown, mark_threshold)
+    for _ in range(min(int(part * steps), steps)):
+        error_column += d_column
+        error_row += d_row
+        error_level += d_level
+        if error_column >= steps:
+            column += step_column
+            error_column -= steps
+        if error_row >= steps:
+            row += step_row
+            error_row -= steps
+        if error_level >= steps:
+            level += step_level
+            error_level -= steps
+        _clear_voxel(costs, voxels, row, column, level, max_unknown, mark_threshold)
+
+
+@njit(cache=True)
+def _clear_voxel(costs, voxels, row, column, level, max_unknown, mark_threshold):
+    """Clears one voxel and sets the cost of its column (VoxelGrid::ClearVoxelInMap)."""
+    left = np.int64(voxels[row, column]) & ~(VOXEL_MASK << level)
+    voxels[row, column] = left
+    marked = left >> MAX_VOXELS
+    if count_bits(marked) <= mark_threshold:
+        unknown = (marked ^ left) & LOW_BITS
+        is_known = count_bits(unknown) <= max_unknown
+        costs[row, column] = FREE if is_known else NO_INFORMATION
