@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -106,6 +108,7 @@ def _page(analysis: FolderAnalysis, difference: float) -> dict[str, Any]:
     scenarios = [s for s in analysis.scenarios if s.trials]
     trials = analysis.trials
     outcomes = trials["outcome"].value_counts()
+    missing = _missing(analysis)
     return {
         "manifest": analysis.manifest,
         "reproduction": _relative(analysis.path, analysis.path / PAGE_NAME),
@@ -120,6 +123,9 @@ def _page(analysis: FolderAnalysis, difference: float) -> dict[str, Any]:
         "headlines": _headlines(scenarios),
         "without_arrival": [s.scenario for s in scenarios if not s.anyone_arrived],
         "left_out": analysis.left_out,
+        "missing": missing,
+        "missing_count": sum(count.total() for count in missing.values()),
+        "wanted_count": sum(1 for _ in _wanted(analysis)),
         "metric_rows": [row for entry in scenarios for row in _metric_rows(entry)],
         "themes": list(installed_metrics()),
         "pair_rows": [row for entry in scenarios for row in _pair_rows(entry, difference)],
@@ -128,6 +134,23 @@ def _page(analysis: FolderAnalysis, difference: float) -> dict[str, Any]:
         "resamples": BOOTSTRAP_RESAMPLES,
         "fewest_trials": min(s.trials for entry in scenarios for s in entry.successes),
     }
+
+
+def _wanted(analysis: FolderAnalysis) -> Iterator[tuple[str, str, int]]:
+    """Returns scenario, controller and number of every trial that was asked for, where known."""
+    manifest = analysis.manifest
+    count = manifest.get("request", {}).get("trials", 0)
+    return product(manifest.get("scenarios", ()), manifest.get("controllers", ()), range(count))
+
+
+def _missing(analysis: FolderAnalysis) -> dict[str, Counter[str]]:
+    """Returns how many trials an interrupted run still lacks: scenario -> controller -> count."""
+    results = ResultsFolder(analysis.path)
+    missing: dict[str, Counter[str]] = {}
+    for scenario, controller, trial in _wanted(analysis):
+        if not results.log_path(scenario, controller, trial).is_file():
+            missing.setdefault(scenario, Counter())[controller] += 1
+    return missing
 
 
 def _headlines(scenarios: Sequence[ScenarioAnalysis]) -> list[dict[str, Any]]:
@@ -153,7 +176,7 @@ def _scenario(analysis: FolderAnalysis, scenario: ScenarioAnalysis) -> dict[str,
     table = _published_rows(analysis, scenario)
     return {
         "name": scenario.scenario,
-        "successes": scenario.successes,
+        "successes": {success.controller: success for success in scenario.successes},
         "none_succeeded": not scenario.anyone_arrived,
         "verdicts": [(v, units[v.metric]) for v in scenario.verdicts],
         "table": table,

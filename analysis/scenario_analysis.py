@@ -122,6 +122,7 @@ def read_trials(
         try:
             log = TrialLog.read(path)
             row = trial_identity(log)
+            legs, deeds = legs_of(log), deeds_of(log)
         except InputError as error:
             left_out.append(LeftOut(name, str(error).removeprefix(f"{path}: ")))
             continue
@@ -133,7 +134,7 @@ def read_trials(
         row.update({key: value.value for key, value in measured.items()})
         reasons = {key: value.reason for key, value in measured.items() if value.reason}
         logs.append(log)
-        entries.append(TrialEntry(row, reasons, name, legs_of(log), deeds_of(log)))
+        entries.append(TrialEntry(row, reasons, name, legs, deeds))
     return logs, entries, left_out
 
 

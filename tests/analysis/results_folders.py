@@ -55,8 +55,8 @@ def trial_log(
     return log
 
 
-def write_folder(path: Path, *, slower: float = 1.0, failing: tuple[str, ...] = ()) -> Path:
-    """Writes a results folder; `failing` controllers abort their last trial."""
+def write_manifest(path: Path, **request: object) -> ResultsFolder:
+    """Writes the manifest of a folder; request: what else was asked for."""
     folder = ResultsFolder(path)
     folder.write_manifest(
         {
@@ -65,9 +65,17 @@ def write_folder(path: Path, *, slower: float = 1.0, failing: tuple[str, ...] = 
             "created": "2024-04-01T12:00:00+00:00",
             "drake_navbench": "0.1.0",
             "packages": {"drake": "1.51.1"},
-            "request": {"seed": 0, "robot": "wheelchair"},
+            "request": {"seed": 0, "robot": "wheelchair"} | request,
         }
     )
+    return folder
+
+
+def write_folder(
+    path: Path, *, slower: float = 1.0, failing: tuple[str, ...] = (), **request: object
+) -> Path:
+    """Writes a results folder; `failing` controllers abort their last trial."""
+    folder = write_manifest(path, **request)
     for scenario in SCENARIOS:
         for controller in CONTROLLERS:
             for trial in range(len(SEEDS)):

@@ -141,6 +141,22 @@ def test_where_nobody_arrives_the_summary_crowns_nobody(tmp_path):
     assert "In restricted_small nobody reached the goal" in text
 
 
+def test_an_interrupted_run_gives_a_report_that_says_what_is_missing(tmp_path):
+    path = write_folder(tmp_path / "results", trials=3)
+    for trial in range(3):
+        ResultsFolder(path).log_path("own_corridor", "rpp", trial).unlink()
+    ResultsFolder(path).log_path("own_corridor", "rpp:v=0.4", 2).unlink()
+    text = render(analyse_folder(path, jobs=1))
+    assert "4 of the 12 trials that were asked for have no log" in text
+    assert "<li>own_corridor: rpp 3, rpp:v=0.4 1</li>" in text
+    (row,) = re.findall(r'<a href="#scenario-2">own_corridor</a></th>(.*?)</tr>', text, re.S)
+    assert re.findall(r"<td>(–|<b>.*?</b>)", row) == ["–", "<b>2 of 2</b>"]
+
+
+def test_a_finished_run_lacks_nothing(tmp_path):
+    assert "Not finished" not in render(analyse_folder(write_folder(tmp_path, trials=3), jobs=1))
+
+
 @pytest.mark.parametrize(
     ("ratio", "text"),
     [
