@@ -142,7 +142,7 @@ def test_a_sheet_used_again_is_drawn_as_a_new_one(logs, tmp_path):
 
 def test_a_trial_without_samples_leaves_the_others_drawn(logs, trials, tmp_path):
     broken = make_log(log_times(0.1), outcome="error")
-    broken = type(broken)(broken.samples.iloc[:0], broken.plan, broken.info)
+    broken = type(broken)(broken.samples.iloc[:0], broken.plans, broken.info)
     written = write_scenario_figures(
         tmp_path, "own_corridor", {"rpp": [broken, *logs["rpp"]]}, trials
     )

@@ -165,6 +165,6 @@ def test_robot_without_a_model_file_is_replayed(tmp_path):
 
 def test_trial_that_never_began_to_move_is_replayed(tmp_path):
     log = replay_log("rpp", outcome="error", x_m=0.0, v_mps=0.0, plan=np.empty((0, 3)))
-    still = TrialLog(samples=log.samples.iloc[:1], plan=log.plan, info=log.info)
+    still = TrialLog(samples=log.samples.iloc[:1], plans=log.plans, info=log.info)
     page = race(tmp_path, [still])
     assert '<span class="name">rpp</span>' in page

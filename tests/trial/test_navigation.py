@@ -277,9 +277,9 @@ def test_waypoints_are_reached_in_order_with_a_pause_at_each():
         assert np.hypot(at_end.x_m - leg["goal"][0], at_end.y_m - leg["goal"][1]) < 0.27
     for before, after in pairwise(legs):
         assert after["start_time_s"] - before["end_time_s"] == pytest.approx(1.0, abs=0.051)
-    # The plans of all legs, one behind the other.
-    np.testing.assert_allclose(log.plan[-1], [3.5, 3.0, 1.57])
-    assert np.hypot(*(log.plan[:, :2] - [2.0, 0.0]).T).min() < 1e-9
+    for plan, leg in zip(log.first_plans, legs, strict=True):
+        np.testing.assert_allclose(plan.poses[-1], leg["goal"])
+        assert plan.time_s == pytest.approx(leg["start_time_s"], abs=0.051)
 
 
 def test_a_waypoint_without_a_way_is_missed_and_the_others_are_reached():
