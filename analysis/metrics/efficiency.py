@@ -76,7 +76,7 @@ def path_efficiency_ratio(log: TrialLog) -> float:
     """How straight the robot drove: 1 on a straight line, 2/pi on half a circle.
 
     Formula: |p(end) - p(start)| / driven length; with waypoints the sum of the straight distances
-    between start, ends of the legs and end / driven length.
+    from where each leg began to where it ended / driven length.
     """
     length_m = driven_length(log)
     if length_m == 0.0:

@@ -35,9 +35,9 @@ def present_leg(log: TrialLog) -> int:
 
 
 def positions_between_legs(log: TrialLog) -> Array:
-    """Returns (L, 2) where the robot was at the start, when a leg ended, and at the end, m."""
+    """Returns (L, 2) where the robot was at the start, between two legs, and at the end, m."""
     path = positions(log)
-    ends = [leg["end_time_s"] for leg in _legs(log)]
+    ends = [leg["end_time_s"] for leg in _legs(log)[: present_leg(log)]]
     between = [np.interp(ends, times(log), path[:, axis]) for axis in range(2)]
     return np.vstack([path[:1], np.column_stack(between), path[-1:]])
 

@@ -17,7 +17,7 @@ PLAN_HEIGHT_M = 0.025
 PLAN_WIDTH_M = 0.03
 PLAN_DASH_M = 0.15
 # A dash takes 0.1 kB of the page; where there would be more, all become longer.
-MAX_DASHES = 10_000
+MAX_DASHES = 5_000
 
 
 def add_course(stage: Stage, plans: Sequence[Plan]) -> None:

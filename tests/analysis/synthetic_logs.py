@@ -79,10 +79,12 @@ def make_log(
     )
 
 
-def straight_plan(length_m: float, spacing_m: float = 0.05) -> np.ndarray:
-    """Returns a plan along x."""
-    x = spacing_m * np.arange(round(length_m / spacing_m) + 1)
-    return np.column_stack([x, np.zeros_like(x), np.zeros_like(x)])
+def straight_plan(
+    length_m: float, spacing_m: float = 0.05, *, x_m: float = 0.0, y_m: float = 0.0
+) -> np.ndarray:
+    """Returns a plan along x from (x_m, y_m)."""
+    x = x_m + spacing_m * np.arange(round(length_m / spacing_m) + 1)
+    return np.column_stack([x, np.full_like(x, y_m), np.zeros_like(x)])
 
 
 def straight_log(*, speed_mps: float = 0.5, end_time_s: float = 10.0, **kwargs: Any) -> TrialLog:
