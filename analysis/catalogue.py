@@ -26,9 +26,9 @@ group `drake_navbench.metrics` that names a module with functions decorated with
 
 Of several plans a formula says which one it means. The first plan is the one made at the start, the
 only one in `follow_path`; with waypoints it is the first plan of each leg, one behind the other,
-each from where the robot then was. The plan in force at a time is the latest one that the
-controller had been given; it stays in force during recoveries and pauses. Times before the first
-plan are left out of tracking.
+each from where the robot then was (`course` of a `TrialLog`; one by one, `first_plans`). The plan
+in force at a time is the latest one of `plans` that the controller had been given; it stays in
+force during recoveries and pauses. Times before the first plan are left out of tracking.
 """
 PUBLICATION = "Schena 2024"
 REPLACED_BY = {

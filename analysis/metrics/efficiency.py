@@ -121,9 +121,9 @@ def barn_score(log: TrialLog) -> float:
 
     Formula: success OT / clip(AT, 2 OT, 8 OT), OT = L*/(2 m/s) with success and L* as in spl, AT
     the time from the first 0.1 m of motion to the goal. Until 2024 the lower limit was 4 OT. BARN
-    takes the length of a reference path that comes with the world; the first plan of a planner that
-    knows the world is as long. A robot limited to 0.5 m/s cannot score more than 0.25, but for what
-    the goal tolerance and the first 0.1 m save.
+    itself takes the length of a reference path that comes with the world; it keeps farther off the
+    obstacles than a plan and is up to a fifth longer, and the score with it. A robot limited to
+    0.5 m/s scores 0.25 and what the goal tolerance, the first 0.1 m and cut corners save.
     Source: The BARN Challenge (Perille et al. 2020; Xiao et al. 2022), rule since 2024-02.
     """
     if not reached_every_goal(log):
