@@ -15,6 +15,12 @@ is an empty cell with its reason, never a number. The published metrics keep the
 definition, weaknesses included; the corrected form stands in another theme under a name with its
 unit. Add one of your own by an entry point in the group `drake_navbench.metrics` that names a
 module with functions decorated with `drake_navbench.analysis.metrics.metric`.
+
+Of several plans a formula says which one it means. The first plan is the one made at the start, the
+only one in `follow_path`; with waypoints it is the first plan of each leg, one behind the other,
+each from where the robot then was (`course` of a `TrialLog`; one by one, `first_plans`). The plan
+in force at a time is the latest one of `plans` that the controller had been given; it stays in
+force during recoveries and pauses. Times before the first plan are left out of tracking.
 """
 PUBLICATION = "Schena 2024"
 REPLACED_BY = {

@@ -2,7 +2,9 @@
 
 Source of all of them: F. Schena, "Development of an automated benchmark for the analysis of Nav2
 controllers", Politecnico di Torino, 2024. Their weaknesses are kept, so that the comparison with
-the published tables is honest; `drake_navbench.analysis.metrics` holds the corrected forms.
+the published tables is honest; `drake_navbench.analysis.metrics` holds the corrected forms. The
+publication plans once a trial; where there are later plans, its plan stands for the first of each
+leg.
 """
 
 from __future__ import annotations
@@ -185,8 +187,8 @@ def max_velocity(log: TrialLog) -> float:
 def max_path_error(log: TrialLog) -> float:
     """Largest distance from a plan pose to the nearest driven pose.
 
-    Formula: per plan pose but the last 4, distance to the nearest sample; the maximum. In a trial
-    that gives up early this is the length of the plan that was not driven.
+    Formula: per pose of the first plan but the last 4, distance to the nearest sample; the maximum.
+    In a trial that gives up early this is the length of the plan that was not driven.
     """
     return _path_errors_m(log).max()
 
@@ -195,7 +197,7 @@ def max_path_error(log: TrialLog) -> float:
 def min_path_error(log: TrialLog) -> float:
     """Smallest distance from a plan pose to the nearest driven pose.
 
-    Formula: per plan pose but the last 4, distance to the nearest sample; the minimum.
+    Formula: per pose of the first plan but the last 4, distance to the nearest sample; the minimum.
     """
     return _path_errors_m(log).min()
 
@@ -204,8 +206,8 @@ def min_path_error(log: TrialLog) -> float:
 def avg_path_error(log: TrialLog) -> float:
     """Mean distance from a plan pose to the nearest driven pose.
 
-    Formula: per plan pose but the last 4, distance to the nearest sample; the mean. A perfectly
-    driven line reads a quarter of the distance between two samples.
+    Formula: per pose of the first plan but the last 4, distance to the nearest sample; the mean. A
+    perfectly driven line reads a quarter of the distance between two samples.
     """
     return _path_errors_m(log).mean()
 
@@ -214,15 +216,15 @@ def avg_path_error(log: TrialLog) -> float:
 def avg_heading_error(log: TrialLog) -> float:
     """Mean difference of the absolute headings of plan and robot.
 
-    Formula: per plan pose, with the nearest sample, | |yaw robot| - |yaw plan| | in degrees; the
-    mean. Folds the sign of the heading away. Its "std" is over the trials.
+    Formula: per pose of the first plan, with the nearest sample, | |yaw robot| - |yaw plan| | in
+    degrees; the mean. Folds the sign of the heading away. Its "std" is over the trials.
     """
-    samples = published_samples(log)
-    if len(log.plan) == 0:
+    samples, plan = published_samples(log), log.course
+    if len(plan) == 0:
         raise Undefined("there is no plan")
-    nearest = _distances_m(log.plan, samples.pose).argmin(axis=1)
+    nearest = _distances_m(plan, samples.pose).argmin(axis=1)
     robot_yaw = np.abs([wrap(yaw) for yaw in samples.pose[nearest, 2]])
-    plan_yaw = np.abs([wrap(yaw) for yaw in log.plan[:, 2]])
+    plan_yaw = np.abs([wrap(yaw) for yaw in plan[:, 2]])
     return float(np.degrees(np.abs(robot_yaw - plan_yaw).mean()))
 
 
@@ -288,9 +290,10 @@ def _distances_m(plan: Array, pose: Array) -> Array:
 
 
 def _path_errors_m(log: TrialLog) -> Array:
-    plan = log.plan[:-DROPPED_PLAN_POSES]
+    whole = log.course
+    plan = whole[:-DROPPED_PLAN_POSES]
     if len(plan) == 0:
-        raise Undefined(f"the plan has {len(log.plan)} poses; the last 4 are not looked at")
+        raise Undefined(f"the plan has {len(whole)} poses; the last 4 are not looked at")
     return _distances_m(plan, published_samples(log).pose).min(axis=1)
 
 

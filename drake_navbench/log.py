@@ -1,9 +1,9 @@
 """TrialLog: all that is kept of a trial, and the schema that analysis reads.
 
 One Parquet file a trial. The rows are samples on the recorder's clock; what changes more slowly
-(scans, the controller's diagnostics) stands in the row of the first sample that saw it and is
-null elsewhere. What does not change (scenario, robot, parameters, plan, outcome) is JSON in the
-file's metadata. docs/log_format.md is generated from `COLUMNS`.
+(scans, plans, the controller's diagnostics) stands in the row of the first sample that saw it and
+is null elsewhere. What does not change (scenario, robot, parameters, outcome) is JSON in the file's
+metadata. docs/log_format.md is generated from `COLUMNS` and `PLAN_COLUMNS`.
 """
 
 from __future__ import annotations
@@ -23,8 +23,16 @@ from numpy.typing import NDArray
 
 from drake_navbench.errors import InputError
 from drake_navbench.immutable import Immutable
+from drake_navbench.plans import (
+    PLAN_COLUMNS,
+    PLAN_ENCODINGS,
+    Plan,
+    first_of_each_leg,
+    plan_columns,
+    read_plans,
+)
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 METADATA_KEY = b"drake_navbench"
 
 # Column -> meaning; the unit is in the name.
@@ -86,7 +94,8 @@ class TrialLog:
     """What is known of one trial after it ended.
 
     samples: one row a sample, columns as in `COLUMNS`.
-    plan: (N, 3) the global plan x m, y m, yaw rad.
+    plans: the global plans in order of time, as `drake_navbench.plans.as_logged` keeps them; one
+        in the mode follow_path.
     scans: the lidar scans in order.
     diagnostics: (time_s, mapping) of every control cycle that left any.
     events: (time_s, mapping) of what the navigator did: `node` and `status` where a node of its
@@ -95,7 +104,7 @@ class TrialLog:
     """
 
     samples: pd.DataFrame
-    plan: NDArray[np.float64]
+    plans: tuple[Plan, ...]
     info: Mapping[str, Any]
     scans: tuple[Scan, ...] = ()
     diagnostics: tuple[tuple[float, Mapping[str, Any]], ...] = field(default=())
@@ -112,13 +121,29 @@ class TrialLog:
         return float(self.info["end_time_s"])
 
     @property
+    def first_plans(self) -> tuple[Plan, ...]:
+        """The first plan of every leg that has any."""
+        return first_of_each_leg(self.plans)
+
+    @property
+    def course(self) -> NDArray[np.float64]:
+        """(N, 3) the first plans of all legs, one behind the other: x m, y m, yaw rad."""
+        return np.concatenate([np.empty((0, 3)), *(plan.poses for plan in self.first_plans)])
+
+    @property
     def obstacles(self) -> list[Mapping[str, Any]]:
         """What stood in the world, as shapes of a scenario file: a map's walls as boxes too."""
         return self.info.get("obstacles", self.info["scenario"]["world"]["obstacles"])
 
     def write(self, path: Path) -> None:
         """Writes the Parquet file; equal logs give equal bytes."""
-        pq.write_table(self._table(), path, compression="zstd")
+        pq.write_table(
+            self._table(),
+            path,
+            compression="zstd",
+            use_dictionary=_WITH_DICTIONARY,
+            column_encoding=dict(PLAN_ENCODINGS),
+        )
 
     def _table(self) -> pa.Table:
         times = self.samples["time_s"].to_numpy()
@@ -137,9 +162,10 @@ class TrialLog:
             row = _first_row_at(times, time_s)
             notes[row] = as_json({"time_s": time_s} | dict(diagnostics))
         columns["diagnostics"] = pa.array(notes, type=pa.string())
+        rows = [_first_row_at(times, plan.time_s) for plan in self.plans]
+        columns |= plan_columns(self.plans, rows, len(times))
         header = dict(self.info) | {
             "schema_version": SCHEMA_VERSION,
-            "plan": self.plan.tolist(),
             "events": [{"time_s": time_s} | dict(event) for time_s, event in self.events],
             "scan_angles_rad": self.scans[0].angles_rad.tolist() if self.scans else [],
         }
@@ -166,18 +192,17 @@ class TrialLog:
             raise InputError(
                 f"{path}: schema version {version}, expected {SCHEMA_VERSION}; run the trial again"
             )
-        missing = {*COLUMNS, "scan", "diagnostics"} - set(table.column_names)
+        missing = {*COLUMNS, *PLAN_COLUMNS, "scan", "diagnostics"} - set(table.column_names)
         if missing:
             raise InputError(
                 f"{path}: a trial log without the columns {', '.join(sorted(missing))}"
             )
         angles = np.array(info.pop("scan_angles_rad"))
-        plan = np.array(info.pop("plan"), dtype=float).reshape(-1, 3)
         events = info.pop("events", [])
         notes = [json.loads(n) for n in table["diagnostics"].drop_null().to_pylist()]
         return cls(
             samples=table.select(list(COLUMNS)).to_pandas(),
-            plan=plan,
+            plans=read_plans(table),
             info=info,
             scans=tuple(_read_scan(s, angles) for s in table["scan"].drop_null().to_pylist()),
             diagnostics=tuple((n.pop("time_s"), n) for n in notes),
@@ -192,6 +217,14 @@ _SCAN_TYPE = pa.struct(
         ("ranges_m", pa.list_(pa.float32())),
     ]
 )
+# Parquet takes no encoding for a column that may have a dictionary, so these are named, by leaf.
+_WITH_DICTIONARY = [
+    *COLUMNS,
+    "diagnostics",
+    "scan.time_s",
+    "scan.sensor_pose.list.element",
+    "scan.ranges_m.list.element",
+]
 
 
 def _read_scan(row: Mapping[str, Any], angles_rad: NDArray[np.float64]) -> Scan:

@@ -18,6 +18,7 @@ CONTRACTS = {
     "immutable",
     "log",
     "noise",
+    "plans",
     "plugins",
     "program_function",
     "results",

@@ -17,6 +17,7 @@ from drake_navbench.analysis.figures.style import (
     legend_below,
     new_figure,
 )
+from drake_navbench.analysis.metrics.mission import goals
 from drake_navbench.analysis.metrics.safety import obstacle_outlines, robot_outline
 from drake_navbench.analysis.metrics.signals import Array, positions
 from drake_navbench.inputs.world import place_footprint
@@ -27,7 +28,7 @@ MAX_HEIGHT_IN, MIN_HEIGHT_IN, WIDTH_IN = 6.0, 1.8, 7.2
 
 
 def draw_world(axes: Axes, log: TrialLog) -> None:
-    """Draws obstacles, plan and goal."""
+    """Draws obstacles, the first plan of each leg, waypoints and goal."""
     outlines = obstacle_outlines(log)
     axes.add_collection(
         PolyCollection(
@@ -39,10 +40,20 @@ def draw_world(axes: Axes, log: TrialLog) -> None:
         ),
         autolim=False,
     )
-    if len(log.plan):
-        axes.plot(*log.plan[:, :2].T, color=PLAN_COLOR, lw=1.0, ls=(0, (4, 3)), label="plan")
-    x_m, y_m = log.info["scenario"]["goal"][:2]
-    axes.plot(x_m, y_m, marker="*", ms=11, mfc="white", mec=PLAN_COLOR, ls="none", label="goal")
+    for plan in log.first_plans:
+        label = "plan" if len(log.plans) == len(log.first_plans) else "first plan"
+        axes.plot(
+            *plan.poses[:, :2].T,
+            color=PLAN_COLOR,
+            lw=1.0,
+            ls=(0, (4, 3)),
+            label=label if plan is log.first_plans[0] else None,
+        )
+    *waypoints, goal = goals(log)
+    mark = {"mfc": "white", "mec": PLAN_COLOR, "ls": "none"}
+    if waypoints:
+        axes.plot(*np.array(waypoints)[:, :2].T, marker="D", ms=6, **mark, label="waypoint")
+    axes.plot(*goal[:2], marker="*", ms=11, **mark, label="goal")
     axes.set_aspect("equal")
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]")
@@ -58,9 +69,7 @@ def draw_robot(axes: Axes, log: TrialLog, *, row: int, color: object) -> None:
 def bounds(logs: Sequence[TrialLog]) -> tuple[Array, Array]:
     """Returns the lower left and the upper right corner of what happened, with a margin, m."""
     reach_m = np.hypot(*robot_outline(logs[0]).T).max()
-    points = np.vstack(
-        [positions(log) for log in logs] + [log.plan[:, :2] for log in logs if len(log.plan)]
-    )
+    points = np.vstack([part for log in logs for part in (positions(log), log.course[:, :2])])
     margin_m = reach_m + MARGIN_M
     return points.min(axis=0) - margin_m, points.max(axis=0) + margin_m
 
@@ -72,7 +81,8 @@ def paths_figure(logs_by_controller: Mapping[str, Sequence[TrialLog]], look: Loo
     height_in = WIDTH_IN * (high[1] - low[1]) / (high[0] - low[0])
     height_in = float(np.clip(height_in, MIN_HEIGHT_IN, MAX_HEIGHT_IN))
     figure, (axes,) = new_figure(axes_size_in=(WIDTH_IN, height_in))
-    draw_world(axes, logs[0])
+    # One that planned all its legs, where there is one.
+    draw_world(axes, max(logs, key=lambda log: len(log.first_plans)))
     for controller, own in logs_by_controller.items():
         for log in own:
             axes.plot(*positions(log).T, **look.line(controller), lw=1.3, alpha=0.85)

@@ -5,6 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from drake_navbench.analysis.metrics.definition import Undefined, metric
+from drake_navbench.analysis.metrics.mission import (
+    first_plans_length_m,
+    goals,
+    positions_between_legs,
+    present_leg,
+    reached_every_goal,
+)
 from drake_navbench.analysis.metrics.signals import (
     Array,
     column,
@@ -68,41 +75,43 @@ def driven_length_m(log: TrialLog) -> float:
 def path_efficiency_ratio(log: TrialLog) -> float:
     """How straight the robot drove: 1 on a straight line, 2/pi on half a circle.
 
-    Formula: |p(end) - p(start)| / driven length.
+    Formula: |p(end) - p(start)| / driven length; with waypoints the sum of the straight distances
+    from where each leg began to where it ended / driven length.
     """
     length_m = driven_length(log)
     if length_m == 0.0:
         raise Undefined("the robot did not move")
-    path = positions(log)
-    return np.hypot(*(path[-1] - path[0])) / length_m
+    return polyline_length(positions_between_legs(log)) / length_m
 
 
 @metric(unit="", better="lower")
 def goal_traversal_ratio(log: TrialLog) -> float:
     """Share of the straight way to the goal that was left at the end.
 
-    Formula: |p(end) - goal| / |p(start) - goal|.
+    Formula: |p(end) - goal| / |p(start) - goal|; with waypoints the straight way from the end
+    through all goals from that of the present leg on / the straight way from the start through all.
     Source: SocNavBench.
     """
-    goal = np.array(log.info["scenario"]["goal"][:2])
-    path = positions(log)
-    start_m = np.hypot(*(path[0] - goal))
-    if start_m == 0.0:
+    path, to_reach = positions(log), goals(log)[:, :2]
+    whole_m = polyline_length(np.vstack([path[:1], to_reach]))
+    if whole_m == 0.0:
         raise Undefined("the robot started on the goal")
-    return np.hypot(*(path[-1] - goal)) / start_m
+    return polyline_length(np.vstack([path[-1:], to_reach[present_leg(log) :]])) / whole_m
 
 
 @metric(unit="", better="higher")
 def spl(log: TrialLog) -> float:
     """Success weighted by path length; 0 for a trial that failed.
 
-    Formula: success L*/max(L, L*), L the driven length, L* that of the global plan. The goal
-    tolerance lets a good trial drive less than L*; it still scores 1.
+    Formula: success L*/max(L, L*), L the driven length, L* that of the first plan, whatever was
+    planned later; with waypoints the sum over the legs of the length of each one's first plan, and
+    a missed waypoint is no success. The goal tolerance lets a good trial drive less than L*; it
+    still scores 1.
     Source: Anderson et al., "On Evaluation of Embodied Navigation Agents", 2018.
     """
-    reference_m = _plan_length_m(log)
-    if log.outcome is not Outcome.SUCCEEDED:
+    if not reached_every_goal(log):
         return 0.0
+    reference_m = first_plans_length_m(log)
     return reference_m / max(driven_length(log), reference_m)
 
 
@@ -110,14 +119,16 @@ def spl(log: TrialLog) -> float:
 def barn_score(log: TrialLog) -> float:
     """Score of the BARN challenge; 0 for a trial that failed, at most 0.5.
 
-    Formula: success OT / clip(AT, 2 OT, 8 OT), OT = plan length / (2 m/s), AT the time from the
-    first 0.1 m of motion to the goal. Until 2024 the lower limit was 4 OT. A robot limited to
-    0.5 m/s cannot score more than about 0.25.
+    Formula: success OT / clip(AT, 2 OT, 8 OT), OT = L*/(2 m/s) with success and L* as in spl, AT
+    the time from the first 0.1 m of motion to the goal. Until 2024 the lower limit was 4 OT. BARN
+    itself takes the length of a reference path that comes with the world; it keeps farther off the
+    obstacles than a plan and is up to a fifth longer, and the score with it. A robot limited to
+    0.5 m/s scores 0.25 and what the goal tolerance, the first 0.1 m and cut corners save.
     Source: The BARN Challenge (Perille et al. 2020; Xiao et al. 2022), rule since 2024-02.
     """
-    reference_m = _plan_length_m(log)
-    if log.outcome is not Outcome.SUCCEEDED:
+    if not reached_every_goal(log):
         return 0.0
+    reference_m = first_plans_length_m(log)
     path = positions(log)
     moved = np.hypot(*(path - path[0]).T) >= BARN_CLOCK_STARTS_AFTER_M
     if not moved.any():
@@ -197,9 +208,3 @@ def _duration_s(log: TrialLog) -> float:
 def _require_success(log: TrialLog) -> None:
     if log.outcome is not Outcome.SUCCEEDED:
         raise Undefined(f"the trial did not reach its goal ({log.outcome})")
-
-
-def _plan_length_m(log: TrialLog) -> float:
-    if len(log.plan) < 2:
-        raise Undefined("there is no plan")
-    return polyline_length(log.plan)

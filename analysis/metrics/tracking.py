@@ -1,4 +1,8 @@
-"""How closely the robot followed the plan."""
+"""How closely the robot followed the plan.
+
+The plan at a time is the one in force then: the latest that the controller server was given. Times
+before the first one, and those of a plan without length, are left out.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +13,7 @@ import numpy as np
 import shapely
 
 from drake_navbench.analysis.metrics.definition import Undefined, metric
+from drake_navbench.analysis.metrics.mission import leg_lengths_m, present_leg
 from drake_navbench.analysis.metrics.signals import (
     Array,
     column,
@@ -59,63 +64,72 @@ def project_on_polyline(points: Array, polyline: Array) -> Projection:
 def cross_track_error_mean_m(log: TrialLog) -> float:
     """Mean over time of the distance from the true position to the plan's line.
 
-    Formula: integral d dt / duration, d to the nearest point of the plan as a polyline.
+    Formula: integral d dt / duration, d to the nearest point of the plan in force at the time, as a
+    polyline.
     """
-    return time_mean(times(log), _projection(log).distance_m)
+    return _mean_while_planned(log, _projection(log).distance_m)
 
 
 @metric(unit="m", better="lower")
 def cross_track_error_rms_m(log: TrialLog) -> float:
     """Root mean square over time of the distance from the true position to the plan's line.
 
-    Formula: sqrt(integral d^2 dt / duration).
+    Formula: sqrt(integral d^2 dt / duration), d as in cross_track_error_mean_m.
     """
-    return float(np.sqrt(time_mean(times(log), _projection(log).distance_m ** 2)))
+    return float(np.sqrt(_mean_while_planned(log, _projection(log).distance_m ** 2)))
 
 
 @metric(unit="m", better="lower")
 def cross_track_error_max_m(log: TrialLog) -> float:
     """Largest distance from the true position to the plan's line.
 
-    Formula: max d.
+    Formula: max d, d as in cross_track_error_mean_m.
     """
-    return _projection(log).distance_m.max()
+    return np.nanmax(_projection(log).distance_m)
 
 
 @metric(unit="deg", better="lower")
 def heading_error_mean_deg(log: TrialLog) -> float:
     """Mean over time of the angle between heading and plan: the wrapped form of the published one.
 
-    Formula: mean |wrap(yaw - tangent of the plan at the nearest point)|.
+    Formula: mean |wrap(yaw - tangent of the plan in force at its point nearest to the robot)|.
     """
-    return time_mean(times(log), np.abs(_heading_errors_deg(log)))
+    return _mean_while_planned(log, np.abs(_heading_errors_deg(log)))
 
 
 @metric(unit="deg", better="lower")
 def heading_error_max_deg(log: TrialLog) -> float:
     """Largest angle between heading and plan.
 
-    Formula: max |wrap(yaw - tangent of the plan at the nearest point)|.
+    Formula: max |wrap(yaw - tangent of the plan in force at its point nearest to the robot)|.
     """
-    return np.abs(_heading_errors_deg(log)).max()
+    return np.nanmax(np.abs(_heading_errors_deg(log)))
 
 
 @metric(unit="", better="higher")
 def plan_progress_ratio(log: TrialLog) -> float:
     """Share of the plan that lies behind the robot at the end, whatever the outcome.
 
-    Formula: arc length of the plan's point nearest to the last position / length of the plan.
+    Formula: arc length of the first plan's point nearest to the last position / length of the first
+    plan. With waypoints the length of the legs before, and the arc length on the first plan of the
+    present leg / the length of all legs: that of a leg's first plan, or where it has none the
+    straight distance between its goals.
     """
-    last = positions(log)[-1:]
-    plan = _plan_xy(log)
-    return project_on_polyline(last, plan).arc_m[0] / polyline_length(plan)
+    leg, lengths_m = present_leg(log), leg_lengths_m(log)
+    if not log.first_plans:
+        raise Undefined("there is no plan")
+    done_m = lengths_m[:leg].sum()
+    for plan in log.first_plans:
+        if plan.leg == leg:
+            done_m += project_on_polyline(positions(log)[-1:], plan.poses[:, :2]).arc_m[0]
+    return done_m / lengths_m.sum()
 
 
 @metric(unit="m", better="lower")
 def goal_position_error_m(log: TrialLog) -> float:
     """Distance to the goal at the end, whatever the outcome.
 
-    Formula: |p(end) - goal|.
+    Formula: |p(end) - goal|; with waypoints still the last goal.
     """
     return np.hypot(*(positions(log)[-1] - log.info["scenario"]["goal"][:2]))
 
@@ -124,22 +138,42 @@ def goal_position_error_m(log: TrialLog) -> float:
 def goal_heading_error_deg(log: TrialLog) -> float:
     """Angle to the goal's heading at the end, whatever the outcome.
 
-    Formula: |wrap(yaw(end) - yaw goal)|.
+    Formula: |wrap(yaw(end) - yaw goal)|; with waypoints still the last goal.
     """
     yaw = column(log, "yaw_rad")[-1]
     return abs(np.degrees(wrap(yaw - log.info["scenario"]["goal"][2])))
 
 
-def _plan_xy(log: TrialLog) -> Array:
-    if len(log.plan) < 2:
-        raise Undefined("there is no plan")
-    return log.plan[:, :2]
-
-
 # One log is measured at a time, by several metrics in turn; a log does not change.
 @lru_cache(maxsize=1)
 def _projection(log: TrialLog) -> Projection:
-    return project_on_polyline(positions(log), _plan_xy(log))
+    """Returns each sample's nearest point on the plan in force, NaN where there is none."""
+    if not log.plans:
+        raise Undefined("there is no plan")
+    path = positions(log)
+    in_force = np.searchsorted([plan.time_s for plan in log.plans], times(log), side="right") - 1
+    found = Projection(*np.full((3, len(path)), np.nan))
+    for index in np.unique(in_force[in_force >= 0]):
+        line = log.plans[index].poses[:, :2]
+        if polyline_length(line) > 0.0:
+            rows = in_force == index
+            for values, part in zip(found, project_on_polyline(path[rows], line), strict=True):
+                values[rows] = part
+    if np.isnan(found.distance_m).all():
+        raise Undefined("the plan has no length")
+    return found
+
+
+def _mean_while_planned(log: TrialLog, values: Array) -> float:
+    """Returns the mean over the time between samples that both have a value."""
+    known = ~np.isnan(values)
+    if known.all():
+        return time_mean(times(log), values)
+    between = known[1:] & known[:-1]
+    steps_s = np.diff(times(log))[between]
+    if len(steps_s) == 0:
+        return float(values[known].mean())
+    return float((0.5 * (values[1:] + values[:-1])[between] * steps_s).sum() / steps_s.sum())
 
 
 def _heading_errors_deg(log: TrialLog) -> Array:

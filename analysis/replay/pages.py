@@ -21,12 +21,16 @@ from drake_navbench.analysis.replay.actors import (
     base_motion,
 )
 from drake_navbench.analysis.replay.costmaps import COSTMAP_COLOR, add_costmaps
+from drake_navbench.analysis.replay.global_plans import (
+    PLAN_COLOR,
+    PLAN_PATH,
+    add_course,
+    add_plans_in_force,
+)
 from drake_navbench.analysis.replay.page import LegendRow, assemble
 from drake_navbench.analysis.replay.robot_model import RobotModel, load_model
 from drake_navbench.analysis.replay.scene import (
     COURSE_MARGIN_M,
-    PLAN_COLOR,
-    PLAN_PATH,
     Bounds,
     add_scene,
     add_task,
@@ -36,6 +40,7 @@ from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.inputs.world import Obstacle, World
 from drake_navbench.log import Outcome, TrialLog
+from drake_navbench.plans import Plan
 
 Array = NDArray[np.float64]
 
@@ -60,7 +65,10 @@ def write_race_replay(logs: Sequence[TrialLog], path: Path, *, model: Path | Non
         turn_period_s=RACE_TURN_PERIOD_S,
         max_turns=RACE_MAX_TURNS,
     )
-    _add_surroundings(stage, scenario, robot, logs)
+    # Of one that planned all its legs, where there is one.
+    course = max(logs, key=lambda log: len(log.first_plans)).first_plans
+    _add_surroundings(stage, scenario, robot, logs, course)
+    add_course(stage, course)
     rows = [
         _add_trial(stage, log, robot, robot_model, pace=pace, layer=layer)
         for layer, log in enumerate(logs)
@@ -91,7 +99,8 @@ def write_trial_replay(log: TrialLog, path: Path, *, model: Path | None) -> None
         turn_period_s=TRIAL_TURN_PERIOD_S,
         max_turns=TRIAL_MAX_TURNS,
     )
-    _add_surroundings(stage, scenario, robot, [log])
+    _add_surroundings(stage, scenario, robot, [log], log.first_plans)
+    add_plans_in_force(stage, log.plans, pace.turn_period_s)
     row = _add_trial(stage, log, robot, robot_model, pace=pace)
     layers = [
         LegendRow("robot", row.color, [_robot_path(row.name)]),
@@ -122,15 +131,18 @@ def _world(log: TrialLog) -> World:
 
 
 def _add_surroundings(
-    stage: Stage, scenario: Scenario, robot: Robot, logs: Sequence[TrialLog]
+    stage: Stage,
+    scenario: Scenario,
+    robot: Robot,
+    logs: Sequence[TrialLog],
+    plans: Sequence[Plan],
 ) -> None:
-    plan = next((log.plan for log in logs if len(log.plan)), np.empty((0, 3)))
     driven = [log.samples[["x_m", "y_m"]].to_numpy() for log in logs]
-    ends = np.array([scenario.start[:2], scenario.goal[:2]])
-    points = np.vstack([*driven, plan[:, :2], ends])
+    ends = np.array([pose[:2] for pose in (scenario.start, *scenario.goals)])
+    points = np.vstack([*driven, *(plan.poses[:, :2] for plan in plans), ends])
     reach_m = np.hypot(*robot.outline.T).max()
     course = Bounds.around(points, reach_m + COURSE_MARGIN_M)
-    add_scene(stage, _world(logs[0]), plan=plan, course=course)
+    add_scene(stage, _world(logs[0]), course=course)
     add_task(stage, scenario, robot.navigation.goal_checker.xy_goal_tolerance)
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from pydrake.geometry import Box, Meshcat, Rgba
 from pydrake.math import RigidTransform
 
-from drake_navbench.analysis.replay.flat_meshes import arrow, dashes, ring, thinned
+from drake_navbench.analysis.replay.flat_meshes import arrow, ring
 from drake_navbench.analysis.replay.stage import Stage
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.inputs.world import World
@@ -17,12 +17,11 @@ from drake_navbench.inputs.world_geometry import OBSTACLE_COLOR, obstacle_shapes
 
 Array = NDArray[np.float64]
 
-PLAN_PATH = "/plan"
 FLOOR_COLOR = Rgba(0.93, 0.94, 0.95, 1.0)
 # Lets the lidar hits and paths behind an obstacle shine through.
 OBSTACLE_OPACITY = 0.55
 GRID_COLOR = Rgba(0.62, 0.65, 0.69, 1.0)
-PLAN_COLOR = Rgba(0.15, 0.16, 0.20, 1.0)
+MARKER_COLOR = Rgba(0.15, 0.16, 0.20, 1.0)
 # Meshcat's lamps hang over the origin and leave a course of 15 m dark at its end.
 NEARBY_LIGHTS = ("SpotLight", "PointLightNegativeX", "PointLightPositiveX")
 AMBIENT_INTENSITY, SUN_INTENSITY = 1.1, 2.0
@@ -35,10 +34,8 @@ BACKGROUND_BOTTOM = [0.96, 0.97, 0.98]
 FLOOR_THICKNESS_M = 0.01
 FLOOR_TOP_M = -0.004
 PATH_HEIGHT_M = 0.004
-PLAN_HEIGHT_M = 0.025
+MARKER_HEIGHT_M = 0.025
 
-PLAN_WIDTH_M = 0.03
-PLAN_DASH_M = 0.15
 MARKER_WIDTH_M = 0.04
 START_RADIUS_M = 0.10
 ARROW_SIZE_M = 0.35
@@ -77,33 +74,27 @@ class Bounds:
         return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
 
 
-def add_scene(stage: Stage, world: World, *, plan: Array, course: Bounds) -> None:
-    """Draws floor, obstacles and plan, and points the camera at the course.
-
-    plan: (N, 3) m, m, rad. course: what the camera must show.
-    """
+def add_scene(stage: Stage, world: World, *, course: Bounds) -> None:
+    """Draws floor and obstacles, and points the camera at the course, which it must show."""
     outlines = [obstacle.outline for obstacle in world.obstacles]
     floor = Bounds.around(np.vstack([course.corners, *outlines]), FLOOR_MARGIN_M)
     _replace_defaults(stage.meshcat)
     _draw_floor(stage.meshcat, floor)
     _draw_obstacles(stage.meshcat, world)
-    points = thinned(plan[:, :2], POINT_SPACING_M) if len(plan) else np.empty((0, 2))
-    if len(points) > 1:
-        line = dashes(points, dash_m=PLAN_DASH_M, width_m=PLAN_WIDTH_M, height_m=PLAN_HEIGHT_M)
-        stage.flat_mesh(PLAN_PATH, line, PLAN_COLOR)
     _aim_camera(stage.meshcat, course)
 
 
 def add_task(stage: Stage, scenario: Scenario, goal_tolerance_m: float) -> None:
-    """Draws the start, and the goal with the circle that the goal checker accepts."""
+    """Draws the start, and waypoints and goal with the circle that the goal checker accepts."""
     for name, pose, radius_m in (
         ("start", scenario.start, START_RADIUS_M),
+        *((f"waypoint/{i}", pose, goal_tolerance_m) for i, pose in enumerate(scenario.waypoints)),
         ("goal", scenario.goal, goal_tolerance_m),
     ):
-        circle = ring(pose[:2], radius_m=radius_m, width_m=MARKER_WIDTH_M, height_m=PLAN_HEIGHT_M)
-        stage.flat_mesh(f"/{name}/circle", circle, PLAN_COLOR)
-        head = arrow(pose, length_m=ARROW_SIZE_M, width_m=ARROW_SIZE_M, height_m=PLAN_HEIGHT_M)
-        stage.flat_mesh(f"/{name}/heading", head, PLAN_COLOR)
+        circle = ring(pose[:2], radius_m=radius_m, width_m=MARKER_WIDTH_M, height_m=MARKER_HEIGHT_M)
+        stage.flat_mesh(f"/{name}/circle", circle, MARKER_COLOR)
+        head = arrow(pose, length_m=ARROW_SIZE_M, width_m=ARROW_SIZE_M, height_m=MARKER_HEIGHT_M)
+        stage.flat_mesh(f"/{name}/heading", head, MARKER_COLOR)
 
 
 def _replace_defaults(meshcat: Meshcat) -> None:

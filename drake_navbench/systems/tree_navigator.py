@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from py_trees.common import Status
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, State
@@ -27,8 +26,9 @@ from drake_navbench.navigation.behavior_tree.snapshot import (
     restore,
     take_snapshot,
 )
-from drake_navbench.navigation.task import TaskState, TaskStatus
+from drake_navbench.navigation.task import GlobalPlan, TaskState, TaskStatus
 from drake_navbench.navigation.waypoint_follower import Progress, WaypointFollower
+from drake_navbench.plans import Plan
 from drake_navbench.systems.ports import declare_object_input, declare_state_part_output
 
 UNKNOWN = 9000
@@ -51,28 +51,14 @@ class NavigatorState(Immutable):
 
     tree: memory of the nodes. values: the blackboard. progress: over the waypoints.
     events: (time_s, mapping) of the last ticks that had any: changes of status, and new plans.
-    route: the last path of every leg so far.
+    plans: all that the controller server was given so far.
     """
 
     tree: Snapshot
     values: Blackboard
     progress: Progress
     events: Events = ()
-    route: tuple[NDArray[np.float64], ...] = ()
-
-    @property
-    def whole_route(self) -> NDArray[np.float64]:
-        """(N, 3) the last paths of all legs so far, x m, y m, yaw rad."""
-        parts = self.route_with_plan
-        return np.concatenate(parts) if parts else np.empty((0, 3))
-
-    @property
-    def route_with_plan(self) -> tuple[NDArray[np.float64], ...]:
-        """The route with the latest plan at its end, unless that is there already."""
-        plan = self.values.follow_path
-        if plan is None or (self.route and self.route[-1] is plan.poses):
-            return self.route
-        return (*self.route, plan.poses)
+    plans: tuple[Plan, ...] = ()
 
 
 class TreeNavigator(LeafSystem):
@@ -180,7 +166,13 @@ class TreeNavigator(LeafSystem):
         if events:
             recent = (event for event in state.events if now_s - event[0] < EVENT_MEMORY_S)
             events = (*recent, *events)
-        new = replace(state, tree=tree, values=values, events=events or state.events)
+        new = replace(
+            state,
+            tree=tree,
+            values=values,
+            events=events or state.events,
+            plans=_with_new_plan(state, values.follow_path, now_s),
+        )
         if result is Status.SUCCESS:
             return self._end_leg(new, TaskStatus(TaskState.SUCCEEDED, reason="goal reached"), now_s)
         if result is Status.FAILURE:
@@ -191,7 +183,7 @@ class TreeNavigator(LeafSystem):
         progress = self._follower.end_leg(
             state.progress, status, now_s, state.values.recovery_count
         )
-        return self._advanced(replace(state, route=state.route_with_plan), progress)
+        return self._advanced(state, progress)
 
 
 class _Machine:
@@ -233,6 +225,16 @@ class _Machine:
         self._root.stop(Status.INVALID)
         for node in self.nodes:
             node.halt()
+
+
+def _with_new_plan(
+    state: NavigatorState, given: GlobalPlan | None, now_s: float
+) -> tuple[Plan, ...]:
+    """Returns the plans so far, with the one just given to the controller server if it is new."""
+    before = state.values.follow_path
+    if given is None or (before is not None and given.plan_id == before.plan_id):
+        return state.plans
+    return (*state.plans, Plan(now_s, given.poses, state.progress.index))
 
 
 def _failure(values: Blackboard) -> TaskStatus:

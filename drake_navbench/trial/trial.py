@@ -30,6 +30,7 @@ from drake_navbench.inputs.task_check import check_task
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.log import COLUMNS, Outcome, TrialLog
 from drake_navbench.navigation.task import TaskState, TaskStatus
+from drake_navbench.plans import Plan, as_logged
 from drake_navbench.systems.recorder import Recording
 from drake_navbench.systems.tree_navigator import TreeNavigator
 from drake_navbench.trial.diagram import TrialDiagram, build_trial_diagram
@@ -201,7 +202,7 @@ def failed_log(spec: TrialSpec, reason: str, traceback: str = "") -> TrialLog:
     status = TaskStatus(TaskState.ERROR, reason=reason, traceback=traceback)
     return TrialLog(
         samples=_samples(Recording()),
-        plan=np.empty((0, 3)),
+        plans=(),
         info=_info(spec, Outcome.ERROR, status),
     )
 
@@ -217,13 +218,13 @@ def _make_log(spec: TrialSpec, trial: TrialDiagram, context: Context) -> TrialLo
     if isinstance(trial.navigator, TreeNavigator):
         navigator = trial.navigator.GetOutputPort("navigator_state").Eval(navigator_context)
         info["legs"] = [leg.as_plain() for leg in navigator.progress.legs]
-        plan = navigator.whole_route
+        plans = navigator.plans
     else:
-        follow_path = trial.navigator.GetOutputPort("plan").Eval(navigator_context)
-        plan = follow_path.poses if follow_path is not None else np.empty((0, 3))
+        given = trial.navigator.GetOutputPort("plan").Eval(navigator_context)
+        plans = (Plan(0.0, given.poses),) if given is not None else ()
     return TrialLog(
         samples=_samples(recording),
-        plan=plan,
+        plans=as_logged(plans),
         info=info,
         scans=tuple(recording.scans),
         diagnostics=tuple(recording.diagnostics),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 import numpy as np
@@ -61,7 +62,7 @@ def replay_log(
     )
     times = np.arange(0.0, end_time_s, 0.1)
     scans = tuple(scan(float(t), speed_mps * float(t)) for t in times)
-    return TrialLog(samples=log.samples, plan=log.plan, info=log.info, scans=scans)
+    return dataclasses.replace(log, scans=scans)
 
 
 def with_diagnostics(log: TrialLog) -> TrialLog:
@@ -86,10 +87,4 @@ def with_diagnostics(log: TrialLog) -> TrialLog:
                 },
             )
         )
-    return TrialLog(
-        samples=log.samples,
-        plan=log.plan,
-        info=log.info,
-        scans=log.scans,
-        diagnostics=tuple(cycles),
-    )
+    return dataclasses.replace(log, diagnostics=tuple(cycles))

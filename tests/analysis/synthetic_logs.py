@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from drake_navbench.log import COLUMNS, TrialLog
+from drake_navbench.plans import Plan
 
 LOG_PERIOD_S = 0.02
 FOOTPRINT = [[0.85, 0.3], [0.85, -0.3], [-0.25, -0.3], [-0.25, 0.3]]
@@ -22,11 +24,15 @@ def make_log(
     time_s: np.ndarray,
     *,
     plan: Any = ((0.0, 0.0, 0.0),),
+    plans: Sequence[Plan] | None = None,
     outcome: str = "succeeded",
     info: dict[str, Any] | None = None,
     **columns: Any,
 ) -> TrialLog:
-    """Returns a log with these columns (scalars are held), all others 0, far from any obstacle."""
+    """Returns a log with these columns (scalars are held), all others 0, far from any obstacle.
+
+    plan: in force from the start, its last pose is the goal. plans: in its place, where given.
+    """
     time_s = np.asarray(time_s, dtype=float)
     defaults = {"clearance_m": np.inf, "obstacle_cell_distance_m": np.inf}
     values = {
@@ -38,11 +44,13 @@ def make_log(
     if unknown:
         raise KeyError(f"no such columns: {sorted(unknown)}")
     plan = np.array(plan, dtype=float).reshape(-1, 3)
+    if plans is None:
+        plans = [Plan(0.0, plan)] if len(plan) else []
     goal = [float(x) for x in plan[-1]] if len(plan) else [0.0, 0.0, 0.0]
     start = [float(values[c][0]) for c in ("x_m", "y_m", "yaw_rad")]
     return TrialLog(
         samples=pd.DataFrame({name: np.array(column) for name, column in values.items()}),
-        plan=plan,
+        plans=tuple(plans),
         info={
             "scenario": {
                 "name": "empty",
@@ -71,10 +79,12 @@ def make_log(
     )
 
 
-def straight_plan(length_m: float, spacing_m: float = 0.05) -> np.ndarray:
-    """Returns a plan along x."""
-    x = spacing_m * np.arange(round(length_m / spacing_m) + 1)
-    return np.column_stack([x, np.zeros_like(x), np.zeros_like(x)])
+def straight_plan(
+    length_m: float, spacing_m: float = 0.05, *, x_m: float = 0.0, y_m: float = 0.0
+) -> np.ndarray:
+    """Returns a plan along x from (x_m, y_m)."""
+    x = x_m + spacing_m * np.arange(round(length_m / spacing_m) + 1)
+    return np.column_stack([x, np.full_like(x, y_m), np.zeros_like(x)])
 
 
 def straight_log(*, speed_mps: float = 0.5, end_time_s: float = 10.0, **kwargs: Any) -> TrialLog:

@@ -9,6 +9,7 @@ import pytest
 from synthetic_logs import circle_log, log_times, make_log, straight_log, straight_plan
 
 from drake_navbench.analysis.metrics import Undefined, efficiency
+from drake_navbench.plans import Plan
 
 
 def test_time_to_goal_belongs_to_successes_only():
@@ -60,6 +61,114 @@ def test_barn_score_follows_the_rule_of_2024():
     assert efficiency.barn_score(quick) == pytest.approx(0.5)
     assert efficiency.barn_score(slow) == pytest.approx(0.125)
     assert efficiency.barn_score(straight_log(outcome="timed_out")) == 0.0
+
+
+def replanned(plan, *, at_s, speed_mps=0.5):
+    """Returns a plan and what is left of it later, at the place where a robot on it would be."""
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(plan[:, :2], axis=0).T))])
+    return [Plan(0.0, plan), *(Plan(t, plan[along >= speed_mps * t]) for t in at_s)]
+
+
+def around_a_corner(speed_mps, end_time_s, **kwargs):
+    """Returns a drive along x to (6, 0) and then along y, towards a goal at (6, 5)."""
+    time_s = log_times(end_time_s)
+    way_m = speed_mps * time_s
+    legs = np.array([[0.0, 0.0, 0.0], [6.0, 0.0, 0.0], [6.0, 5.0, math.pi / 2]])
+    plan = np.column_stack([np.interp(np.linspace(0, 11, 221), [0, 6, 11], c) for c in legs.T])
+    return make_log(
+        time_s,
+        plan=plan,
+        plans=replanned(plan, at_s=np.arange(1.0, 14.0), speed_mps=speed_mps),
+        x_m=np.minimum(way_m, 6.0),
+        y_m=np.maximum(way_m - 6.0, 0.0),
+        v_mps=speed_mps,
+        **kwargs,
+    )
+
+
+def test_barn_score_of_a_known_path_rests_on_the_first_plan_however_often_it_was_replanned():
+    # 11 m: OT = 5.5 s. 0.25 m before the goal after 10.75 m / 0.5 m/s = 21.5 s; the clock starts
+    # after 0.2 s: AT = 21.3 s, between 2 OT = 11 s and 8 OT = 44 s.
+    log = around_a_corner(0.5, 21.5)
+    assert len(log.plans) == 14
+    assert efficiency.barn_score(log) == pytest.approx(5.5 / 21.3)
+    # The last plan of 4.5 m would say OT = 2.25 s, 8 OT = 18 s, and score 2.25 / 18 = 0.125.
+    last_only = make_log([0.0, 1.0], plan=log.plans[-1].poses)
+    assert efficiency.first_plans_length_m(last_only) == pytest.approx(4.5)
+
+
+def test_spl_rests_on_the_first_plan_however_often_it_was_replanned():
+    assert efficiency.spl(around_a_corner(0.5, 21.5)) == 1.0
+    # 12 m driven where the first plan is 11 m long.
+    assert efficiency.spl(around_a_corner(0.5, 24.0)) == pytest.approx(11.0 / 12.0)
+
+
+def leg(goal, end_time_s, outcome="succeeded"):
+    return {"goal": goal, "outcome": outcome, "start_time_s": 0.0, "end_time_s": end_time_s}
+
+
+def mission(*, outcome="succeeded", ended, end_time_s=16.0, plans=None):
+    """Returns a drive along x at 0.5 m/s, by (2, 0) and (5, 0) to (8, 0); `ended`: of each leg."""
+    goals = [[2.0, 0.0, 0.0], [5.0, 0.0, 0.0], [8.0, 0.0, 0.0]]
+    if plans is None:
+        # Each leg is planned as it begins, and once more a second later.
+        plans = [
+            Plan(time_s, straight_plan(goals[i][0] - 0.5 * time_s, x_m=0.5 * time_s), i)
+            for i, begin_s in enumerate((0.0, 4.0, 10.0))
+            for time_s in (begin_s, begin_s + 1.0)
+        ]
+    log = straight_log(end_time_s=end_time_s, outcome=outcome, plans=plans)
+    log.info["scenario"] |= {"waypoints": goals[:-1], "goal": goals[-1]}
+    ends = (4.0, 10.0, 16.0)
+    log.info["legs"] = [leg(g, t, how) for g, t, how in zip(goals, ends, ended, strict=False)]
+    return log
+
+
+def test_the_shortest_way_of_a_mission_is_the_sum_of_the_first_plans_of_its_legs():
+    log = mission(ended=["succeeded"] * 3)
+    assert efficiency.first_plans_length_m(log) == pytest.approx(2.0 + 3.0 + 3.0)
+    assert efficiency.spl(log) == pytest.approx(1.0)
+    # OT = 4 s, AT = 16 - 0.2 s.
+    assert efficiency.barn_score(log) == pytest.approx(4.0 / 15.8)
+
+
+def test_a_mission_that_missed_a_waypoint_has_no_score():
+    log = mission(ended=["succeeded", "aborted", "succeeded"])
+    assert efficiency.spl(log) == efficiency.barn_score(log) == 0.0
+
+
+@pytest.mark.parametrize("outcome", ["aborted", "error", "collided", "timed_out"])
+def test_a_failure_scores_nothing_whether_or_not_it_had_a_plan(outcome):
+    for plan in (straight_plan(5.0), []):
+        log = straight_log(outcome=outcome, plan=plan)
+        assert efficiency.spl(log) == efficiency.barn_score(log) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("outcome", "ended", "left_m"),
+    [
+        # At 3 m, on the way to the second goal at 5 m: 2 m, and 3 m from there to the last.
+        ("timed_out", ["succeeded"], 2.0 + 3.0),
+        # It gave the second goal up there.
+        ("aborted", ["succeeded", "aborted"], 2.0 + 3.0),
+        # It gave it up and was on its way to the last goal.
+        ("collided", ["succeeded", "aborted"], 5.0),
+        ("succeeded", ["succeeded", "aborted", "aborted"], 5.0),
+    ],
+)
+def test_what_is_left_of_a_mission_leads_through_the_goals_to_come(outcome, ended, left_m):
+    log = mission(outcome=outcome, ended=ended, end_time_s=6.0)
+    assert efficiency.goal_traversal_ratio(log) == pytest.approx(left_m / 8.0)
+
+
+def test_a_mission_that_ends_where_it_began_is_as_straight_as_its_legs():
+    time_s = log_times(10.0)
+    log = make_log(time_s, x_m=0.5 * np.minimum(time_s, 10.0 - time_s), v_mps=0.5)
+    log.info["scenario"] |= {"waypoints": [[2.5, 0.0, 0.0]], "goal": [0.0, 0.0, 0.0]}
+    log.info["legs"] = [leg([2.5, 0.0, 0.0], 5.0), leg([0.0, 0.0, 0.0], 10.0)]
+    assert efficiency.path_efficiency_ratio(log) == pytest.approx(1.0)
+    # The whole way is 5 m though the goal is the start.
+    assert efficiency.goal_traversal_ratio(log) == pytest.approx(0.0)
 
 
 def test_mean_speed_counts_driving_backwards_as_driving():

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from results_folders import CONTROLLERS, SEEDS, trial_log
-from synthetic_logs import log_times, make_log, straight_log
+from synthetic_logs import log_times, make_log, straight_log, straight_plan
 
 from drake_navbench.analysis.colors import controller_color
 from drake_navbench.analysis.figures.album import headline_metrics, write_scenario_figures
@@ -16,9 +16,16 @@ from drake_navbench.analysis.figures.comparison import box_figure, clearance_fig
 from drake_navbench.analysis.figures.maps import bounds, paths_figure
 from drake_navbench.analysis.figures.motion import MotionSheet
 from drake_navbench.analysis.figures.ranking import pareto_figure, pareto_points, ranks_of
-from drake_navbench.analysis.figures.style import Look, figure_style, new_figure, write_figure
+from drake_navbench.analysis.figures.style import (
+    PLAN_COLOR,
+    Look,
+    figure_style,
+    new_figure,
+    write_figure,
+)
 from drake_navbench.analysis.metrics import efficiency
 from drake_navbench.analysis.tables import trial_row
+from drake_navbench.plans import Plan
 
 
 @pytest.fixture(scope="module")
@@ -58,6 +65,27 @@ def test_the_map_shows_everything_that_was_driven_and_planned():
     reach_m = math.hypot(0.85, 0.3) + 0.6
     assert low == pytest.approx([-reach_m, -reach_m])
     assert high == pytest.approx([5.0 + reach_m, 3.0 + reach_m])
+
+
+def test_the_map_shows_the_first_plan_of_each_leg_and_all_goals():
+    legs = [
+        Plan(0.0, straight_plan(2.0)),
+        Plan(1.0, straight_plan(1.5, x_m=0.5)),
+        Plan(4.0, straight_plan(3.0, x_m=2.0), 1),
+    ]
+    log = straight_log(plans=legs)
+    log.info["scenario"]["waypoints"] = [[2.0, 0.0, 0.0]]
+    # The other one never planned its second leg.
+    logs = {"dwb": [straight_log(plans=legs[:2])], "rpp": [log]}
+    with figure_style():
+        axes = paths_figure(logs, Look(["dwb", "rpp"])).axes[0]
+    found = {line.get_label(): line.get_xdata().tolist() for line in axes.lines}
+    assert found["waypoint"] == [2.0]
+    assert found["goal"] == [5.0]
+    drawn = [line.get_xdata() for line in axes.lines if line.get_color() == PLAN_COLOR]
+    ends = [(x[0], x[-1]) for x in drawn if len(x) > 1]
+    assert ends == [(0.0, pytest.approx(2.0)), (2.0, pytest.approx(5.0))]
+    assert "first plan" in found
 
 
 def test_paths_are_drawn_in_the_controllers_colours(logs):
@@ -142,7 +170,7 @@ def test_a_sheet_used_again_is_drawn_as_a_new_one(logs, tmp_path):
 
 def test_a_trial_without_samples_leaves_the_others_drawn(logs, trials, tmp_path):
     broken = make_log(log_times(0.1), outcome="error")
-    broken = type(broken)(broken.samples.iloc[:0], broken.plan, broken.info)
+    broken = type(broken)(broken.samples.iloc[:0], broken.plans, broken.info)
     written = write_scenario_figures(
         tmp_path, "own_corridor", {"rpp": [broken, *logs["rpp"]]}, trials
     )

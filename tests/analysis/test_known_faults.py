@@ -5,6 +5,7 @@ Every test names the benchmark in which executed or read code gave the wrong ans
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -73,9 +74,8 @@ def moved(log, dx, dy):
             for box in scenario["world"]["obstacles"]
         ]
     }
-    return type(log)(
-        samples=samples, plan=log.plan + shift, info=dict(log.info) | {"scenario": scenario}
-    )
+    plans = tuple(dataclasses.replace(plan, poses=plan.poses + shift) for plan in log.plans)
+    return type(log)(samples=samples, plans=plans, info=dict(log.info) | {"scenario": scenario})
 
 
 def test_socnav_and_barn_no_metric_depends_on_where_the_map_has_its_origin():

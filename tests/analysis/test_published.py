@@ -11,6 +11,7 @@ from synthetic_logs import circle_log, log_times, make_log, straight_log, straig
 from drake_navbench.analysis import published
 from drake_navbench.analysis.metrics import Undefined
 from drake_navbench.analysis.published import published_metrics, published_samples
+from drake_navbench.plans import Plan
 
 PERIOD_S = 0.115
 
@@ -153,6 +154,26 @@ def test_heading_error_folds_the_sign_of_the_heading():
 def test_heading_error_wraps_headings_before_it_compares_them():
     log = make_log(log_times(1.0), plan=[[0.0, 0.0, 0.1]], yaw_rad=2.0 * math.pi + 0.1)
     assert published.avg_heading_error(log) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_plan_errors_are_those_of_the_first_plan_to_the_last_bit():
+    plan = straight_plan(5.0, y_m=0.1)
+    once = straight_log(plan=plan, outcome="aborted", end_time_s=6.0)
+    later = [Plan(float(t), plan[10 * t :]) for t in range(1, 6)]
+    again = straight_log(plan=plan, plans=[*once.plans, *later], outcome="aborted", end_time_s=6.0)
+    assert published_metrics(again) == published_metrics(once)
+
+
+def test_plan_errors_of_a_mission_look_at_the_first_plans_of_all_legs():
+    # 0.3 m beside the way to the waypoint, 0.1 m beside the rest.
+    plans = [
+        Plan(0.0, straight_plan(2.0, y_m=0.3)),
+        Plan(2.0, straight_plan(1.0, x_m=1.0, y_m=0.2)),
+        Plan(4.0, straight_plan(3.0, x_m=2.0, y_m=0.1), 1),
+    ]
+    log = straight_log(plans=plans)
+    assert published.max_path_error(log) == pytest.approx(0.3, abs=2e-3)
+    assert published.min_path_error(log) == pytest.approx(0.1, abs=2e-3)
 
 
 def test_abort_time_runs_from_the_first_slowest_sample_to_the_last():

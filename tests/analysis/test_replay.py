@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import dataclasses
 import os
 import re
 import subprocess
@@ -12,11 +13,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from replay_logs import replay_log, with_diagnostics
+from synthetic_logs import straight_plan
 
 from drake_navbench.analysis.colors import controller_color
 from drake_navbench.analysis.replay import write_race_replay, write_trial_replay
+from drake_navbench.analysis.replay.global_plans import PLAN_PATH
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.log import TrialLog
+from drake_navbench.plans import Plan
 
 MAX_PAGE_BYTES = 6_000_000
 RACERS = ("dwb", "rpp", "teb", "mppi", "mppi_nav2")
@@ -158,6 +162,44 @@ def test_trial_without_diagnostics_has_no_rows_for_them(tmp_path):
         assert f'<span class="name">{name}</span>' not in page
 
 
+def replanned(controller: str) -> TrialLog:
+    """Returns a drive on which the way was planned anew after 1 s and after 2 s."""
+    log = replay_log(controller)
+    later = [Plan(float(t), straight_plan(2.0 - 0.5 * t, x_m=0.5 * t)) for t in (1, 2)]
+    return dataclasses.replace(log, plans=(*log.plans, *later))
+
+
+def drawn_plans(page: str) -> list[str]:
+    """Returns the paths below /plan that are drawn, in order."""
+    drawn = b" ".join(c[:200] for c in commands(page) if b"set_object" in c)
+    return [path.decode() for path in re.findall(rb"/plan/\d+", drawn)]
+
+
+def test_trial_shows_each_plan_while_it_is_in_force(tmp_path):
+    page = alone(tmp_path, replanned("rpp"))
+    # Named after the frames, of which a second has 20.
+    assert drawn_plans(page) == ["/plan/0", "/plan/20", "/plan/40"]
+    for path in (b"/plan/0", b"/plan/20", b"/plan/40"):
+        assert path in animation(page)
+    assert f'data-paths="[&quot;{PLAN_PATH}&quot;]"' in page
+
+
+def test_race_shows_the_first_plans_of_a_trial_that_planned_all_its_legs(tmp_path):
+    whole = replanned("rpp")
+    legs = (*whole.plans, Plan(3.0, straight_plan(0.5, x_m=1.5), 1))
+    page = race(tmp_path, [replanned("dwb"), dataclasses.replace(whole, plans=legs)])
+    assert drawn_plans(page) == ["/plan/0", "/plan/1"]
+    assert b"/plan" not in animation(page)
+
+
+def test_ten_minutes_of_long_plans_take_at_most_the_size_of_a_page(tmp_path):
+    log = replay_log("rpp", end_time_s=600.0)
+    plans = [Plan(float(t), straight_plan(300.0 - 0.5 * t, x_m=0.5 * t)) for t in range(600)]
+    page = alone(tmp_path, dataclasses.replace(log, plans=tuple(plans)))
+    assert len(page) <= MAX_PAGE_BYTES
+    assert len(drawn_plans(page)) == 200
+
+
 def test_robot_without_a_model_file_is_replayed(tmp_path):
     page = race(tmp_path, [replay_log("rpp", robot="round_robot")], model=None)
     assert b"/controllers/rpp/robot" in animation(page)
@@ -165,6 +207,6 @@ def test_robot_without_a_model_file_is_replayed(tmp_path):
 
 def test_trial_that_never_began_to_move_is_replayed(tmp_path):
     log = replay_log("rpp", outcome="error", x_m=0.0, v_mps=0.0, plan=np.empty((0, 3)))
-    still = TrialLog(samples=log.samples.iloc[:1], plan=log.plan, info=log.info)
+    still = TrialLog(samples=log.samples.iloc[:1], plans=log.plans, info=log.info)
     page = race(tmp_path, [still])
     assert '<span class="name">rpp</span>' in page

@@ -42,7 +42,7 @@ def test_costmaps_keep_their_period():
 
 def test_log_without_scans_gives_no_costmap():
     log = replay_log("rpp")
-    blind = TrialLog(samples=log.samples, plan=log.plan, info=log.info)
+    blind = TrialLog(samples=log.samples, plans=log.plans, info=log.info)
     assert costmaps_of(blind) == []
 
 

@@ -32,7 +32,7 @@ def test_all_metrics_of_a_trial_of_half_a_minute(benchmark, half_minute_among_ob
 
     def measure():
         # Another object each time: what a log has in common is kept for one log.
-        return measure_all(type(log)(log.samples, log.plan, log.info))
+        return measure_all(type(log)(log.samples, log.plans, log.info))
 
     assert benchmark(measure)["driven_length_m"].value == pytest.approx(12.0, rel=1e-3)
 

@@ -1,5 +1,6 @@
 """Whole trials of what stands around a controller: behaviour tree, waypoints, smoother, monitor."""
 
+import dataclasses
 from itertools import pairwise
 
 import numpy as np
@@ -9,6 +10,8 @@ from pydrake.systems.analysis import ApplySimulatorConfig, InitializeParams, Sim
 from stub_controller import StubPreset, straight_ahead
 
 from drake_navbench import run_trial
+from drake_navbench.analysis.metrics import efficiency, tracking
+from drake_navbench.analysis.metrics.registry import measure_all
 from drake_navbench.controller import Decision, NoValidControl
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import load_preset
@@ -51,6 +54,16 @@ def statuses(log: TrialLog, *nodes: str, idle: bool = False) -> list[tuple[str, 
 
 def box(low, high, **more):
     return {"type": "box", "min": list(low), "max": list(high), **more}
+
+
+@pytest.fixture(scope="module")
+def past_pillars() -> TrialLog:
+    """A drive between pillars that the planner's map does not show."""
+    pillars = [
+        {"type": "cylinder", "centre": centre, "radius_m": 0.3, "known_to_planner": False}
+        for centre in ([3.0, 0.3], [5.5, -0.3])
+    ]
+    return run_trial(scenario(goal=[9.0, 0.0, 0.0], world={"obstacles": pillars}), "rpp", seed=1)
 
 
 @pytest.fixture(scope="module")
@@ -152,10 +165,70 @@ def test_far_from_the_goal_it_plans_every_second_and_near_it_keeps_the_path():
     plans = np.array([time_s for time_s, event in log.events if "plan_id" in event])
     # First at the start, and from the first regular tick after it once a second.
     np.testing.assert_allclose(np.diff(plans), 1.0, atol=0.051)
+    assert [plan.time_s for plan in log.plans] == plans.tolist()
     x_m = np.interp(plans[-1], log.samples["time_s"], log.samples["x_m"])
     # A path of less than 4 m is kept.
     assert x_m == pytest.approx(7.0 - 4.0, abs=0.55)
     assert log.end_time_s > plans[-1] + 5.0
+
+
+def test_every_plan_begins_at_the_robot_and_leads_to_the_goal(past_pillars):
+    times = [plan.time_s for plan in past_pillars.plans]
+    assert len(times) > 5
+    for axis in ("x_m", "y_m"):
+        driven = np.interp(times, past_pillars.samples["time_s"], past_pillars.samples[axis])
+        column = ("x_m", "y_m").index(axis)
+        # The pose that the planner is told has a noise of 5 mm.
+        starts = [plan.poses[0, column] for plan in past_pillars.plans]
+        np.testing.assert_allclose(starts, driven, atol=0.04)
+    for plan in past_pillars.plans:
+        np.testing.assert_allclose(plan.poses[-1, :2], [9.0, 0.0], atol=1e-6)
+
+
+def test_a_straight_drive_of_known_length_and_speed_has_the_scores_worked_out_by_hand():
+    log = simulate_stub(straight_ahead, scenario(goal=[10.0, 0.0, 0.0]))
+    assert log.outcome is Outcome.SUCCEEDED
+    assert len(log.plans) > 10
+    assert efficiency.spl(log) == 1.0
+    # OT = 10 m / (2 m/s) = 5 s. At 0.5 m/s the clock starts after 0.1 m and stops within a cycle of
+    # 0.05 s of 0.25 m before the goal: AT = 9.65 m / (0.5 m/s) = 19.3 s.
+    assert efficiency.barn_score(log) == pytest.approx(5.0 / 19.3, rel=0.005)
+    assert tracking.cross_track_error_max_m(log) < 0.02
+    assert tracking.plan_progress_ratio(log) == pytest.approx(9.75 / 10.0, abs=0.005)
+
+
+def test_a_robot_that_replans_around_what_it_did_not_know_is_centimetres_off_its_plan(past_pillars):
+    assert past_pillars.outcome is Outcome.SUCCEEDED
+    # It had to leave the first plan, the straight line, by decimetres.
+    assert past_pillars.samples["y_m"].abs().max() > 0.5
+    assert tracking.cross_track_error_mean_m(past_pillars) < 0.05
+    assert tracking.cross_track_error_max_m(past_pillars) < 0.25
+    assert 0.9 < efficiency.spl(past_pillars) < 1.0
+
+
+def test_a_log_with_all_plans_is_at_most_half_as_large_again_as_one_with_the_first(
+    past_pillars, tmp_path
+):
+    sizes = []
+    for name, plans in (("all", past_pillars.plans), ("first", past_pillars.plans[:1])):
+        path = tmp_path / name
+        dataclasses.replace(past_pillars, plans=plans).write(path)
+        sizes.append(path.stat().st_size)
+    assert sizes[0] < 1.5 * sizes[1]
+
+
+def test_metrics_of_a_log_read_back_are_those_of_the_trial_to_the_last_bit(past_pillars, tmp_path):
+    past_pillars.write(tmp_path / "trial.parquet")
+    again = TrialLog.read(tmp_path / "trial.parquet")
+    assert measure_all(again) == measure_all(past_pillars)
+
+
+def test_plans_of_a_robot_that_stands_still_are_kept_once():
+    exact = {"localization": {"xy_std_m": 0.0, "yaw_std_rad": 0.0}}
+    task = scenario(goal=[9.0, 0.0, 0.0], robot_overrides=exact, timeout_s=5.0)
+    log = simulate_stub(lambda o, m: Decision(np.zeros(2), m), task)
+    assert sum("plan_id" in event for _, event in log.events) == 5
+    assert [plan.time_s for plan in log.plans] == [0.0]
 
 
 def test_without_wrap_around_the_task_aborts_right_after_the_last_recovery():
@@ -277,9 +350,12 @@ def test_waypoints_are_reached_in_order_with_a_pause_at_each():
         assert np.hypot(at_end.x_m - leg["goal"][0], at_end.y_m - leg["goal"][1]) < 0.27
     for before, after in pairwise(legs):
         assert after["start_time_s"] - before["end_time_s"] == pytest.approx(1.0, abs=0.051)
-    # The plans of all legs, one behind the other.
-    np.testing.assert_allclose(log.plan[-1], [3.5, 3.0, 1.57])
-    assert np.hypot(*(log.plan[:, :2] - [2.0, 0.0]).T).min() < 1e-9
+    for plan, leg in zip(log.first_plans, legs, strict=True):
+        np.testing.assert_allclose(plan.poses[-1], leg["goal"])
+        assert plan.time_s == pytest.approx(leg["start_time_s"], abs=0.051)
+    # The first plans begin where the robot is at the time, and leave no gap.
+    assert efficiency.spl(log) > 0.95
+    assert tracking.cross_track_error_mean_m(log) < 0.05
 
 
 def test_a_waypoint_without_a_way_is_missed_and_the_others_are_reached():

@@ -1,0 +1,46 @@
+"""The global plans in a replay: the first of each leg for good, or each while it is in force."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pydrake.geometry import Rgba
+
+from drake_navbench.analysis.metrics.signals import polyline_length
+from drake_navbench.analysis.replay.flat_meshes import dashes
+from drake_navbench.analysis.replay.stage import Stage, frame_of, spaced_in_time
+from drake_navbench.plans import Plan
+
+PLAN_PATH = "/plan"
+PLAN_COLOR = Rgba(0.15, 0.16, 0.20, 1.0)
+PLAN_HEIGHT_M = 0.025
+PLAN_WIDTH_M = 0.03
+PLAN_DASH_M = 0.15
+# A dash takes 0.1 kB of the page; where there would be more, all become longer.
+MAX_DASHES = 5_000
+
+
+def add_course(stage: Stage, plans: Sequence[Plan]) -> None:
+    """Draws plans for good."""
+    for plan in plans:
+        _draw(stage, f"{PLAN_PATH}/{plan.leg}", plan, PLAN_DASH_M)
+
+
+def add_plans_in_force(stage: Stage, plans: Sequence[Plan], period_s: float) -> None:
+    """Shows each plan until the next one; of those within a period only the first."""
+    in_turn = spaced_in_time(((plan.time_s, plan) for plan in plans), period_s)
+    length_m = sum(polyline_length(plan.poses) for _, plan in in_turn)
+    dash_m = max(PLAN_DASH_M, 0.5 * length_m / MAX_DASHES)
+    shown: list[tuple[float, str | None]] = []
+    for time_s, plan in in_turn:
+        path = f"{PLAN_PATH}/{frame_of(time_s)}"
+        shown.append((time_s, path if _draw(stage, path, plan, dash_m) else None))
+    stage.take_turns(shown)
+
+
+def _draw(stage: Stage, path: str, plan: Plan, dash_m: float) -> bool:
+    """Draws a plan as a dashed line; returns False where it is no line and nothing was drawn."""
+    if len(plan.poses) < 2:
+        return False
+    line = dashes(plan.poses[:, :2], dash_m=dash_m, width_m=PLAN_WIDTH_M, height_m=PLAN_HEIGHT_M)
+    return stage.flat_mesh(path, line, PLAN_COLOR)
