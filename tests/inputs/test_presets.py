@@ -10,9 +10,9 @@ import pytest
 from drake_navbench.controller import Registry
 from drake_navbench.errors import InputError
 from drake_navbench.inputs import presets
+from drake_navbench.inputs.parameter_files import load_parameter_file
 from drake_navbench.inputs.presets import (
     as_yaml,
-    load_parameter_file,
     load_preset,
     preset_files,
 )
@@ -161,7 +161,7 @@ class Plugin:
 
 def forget_installed() -> None:
     presets._registry.cache_clear()
-    presets._loaded_controllers.cache_clear()
+    presets.installed_controllers.cache_clear()
 
 
 @pytest.fixture
