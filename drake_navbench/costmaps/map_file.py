@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from PIL import Image
 from pydantic import Field, field_validator, model_validator
 
-from drake_navbench.errors import InputError, InputWarning
+from drake_navbench.errors import InputError, InputWarning, nearest_name_hint
 from drake_navbench.immutable import Immutable
 from drake_navbench.kernels.grid import world_to_cell
 from drake_navbench.typed_yaml import FrozenModel, read_yaml, validate
@@ -126,7 +126,8 @@ def load_map(path: str | Path) -> OccupancyMap:
     fields = read_yaml(path)
     for name in [name for name in fields if name not in MapMetadata.model_fields]:
         del fields[name]
-        warning = f"{path}: {name}: is no field that Nav2's map server reads; it has no effect"
+        hint = nearest_name_hint(name, MapMetadata.model_fields)
+        warning = f"{path}: {name}: has no effect, Nav2's map server reads no such field{hint}"
         warnings.warn(warning, InputWarning, stacklevel=2)
     metadata = validate(MapMetadata, fields, str(path))
     grey, alpha = _read_image(path.parent / metadata.image, named_by=path)
