@@ -159,12 +159,29 @@ class CollisionAhead(NoValidControl):
 class ControllerParameters(BaseModel):
     """Base of every parameter model: unknown names refused, values checked, frozen.
 
-    WITHOUT_EFFECT: names that the model accepts and drops; whoever gives one is told.
+    WITHOUT_EFFECT: dotted names, also of whole blocks, that are accepted and change nothing;
+        whoever gives one is told.
+    PATH_HANDLER_NAMES: names that the plugins of earlier releases of Nav2 read for what has become
+        the path handler's, with the same meaning as there.
     """
 
     WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset()
+    PATH_HANDLER_NAMES: ClassVar[frozenset[str]] = frozenset()
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    @classmethod
+    def is_without_effect(cls, name: str) -> bool:
+        """Tells whether a dotted name is in WITHOUT_EFFECT, or a block is that it is in."""
+        return any(name == idle or name.startswith(f"{idle}.") for idle in cls.WITHOUT_EFFECT)
+
+    @classmethod
+    def blocks_not_read(cls, values: Mapping[str, Any]) -> list[str]:
+        """Returns the keys of `values`, nested, that Nav2 would not look at, given the others.
+
+        Such as the block of a critic that is not among the critics.
+        """
+        return []
 
 
 @runtime_checkable

@@ -14,6 +14,10 @@ class InputError(NavbenchError):
     """Something the user gave is wrong: a file, a field, a value, a name. Exit status 2."""
 
 
+class InputWarning(UserWarning):
+    """Something the user gave is taken, but probably not what was meant; its text is one line."""
+
+
 def nearest_name_hint(name: str, known_names: Iterable[str]) -> str:
     """Returns '; did you mean X?' for the known name closest to `name`, else the list of names."""
     known = sorted(known_names)

@@ -14,7 +14,7 @@ from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
-from drake_navbench.errors import InputError, nearest_name_hint, one_line
+from drake_navbench.errors import InputError, InputWarning, nearest_name_hint, one_line
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ class PluginKind:
             try:
                 kept[name] = check(name, self.load(name))
             except InputError as error:
-                warnings.warn(str(error), stacklevel=2)
+                warnings.warn(str(error), InputWarning, stacklevel=2)
         return kept
 
 

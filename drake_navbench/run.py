@@ -8,10 +8,13 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Sequence
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
-from drake_navbench.errors import InputError, NavbenchError
+from drake_navbench.errors import InputError, InputWarning, NavbenchError
 
 EXIT_DONE = 0
 EXIT_TRIAL_ERROR = 1
@@ -113,10 +116,33 @@ def _require_nothing_else(parser: argparse.ArgumentParser, arguments: argparse.N
             )
 
 
+@contextmanager
+def _input_warnings_as_lines(*, quiet: bool) -> Iterator[None]:
+    """Lets warnings about the input be single lines on stderr, or none where it is to be quiet."""
+    with warnings.catch_warnings():
+        show_others = warnings.showwarning
+
+        def show(message: Warning, category: type[Warning], *where: Any, **options: Any) -> None:
+            if issubclass(category, InputWarning):
+                print(message, file=sys.stderr)
+            else:
+                show_others(message, category, *where, **options)
+
+        warnings.showwarning = show
+        if quiet:
+            warnings.simplefilter("ignore", InputWarning)
+        yield
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs the command; returns the exit status."""
     parser = build_parser()
     arguments = parser.parse_args(argv)
+    with _input_warnings_as_lines(quiet=arguments.quiet):
+        return _exit_status(parser, arguments)
+
+
+def _exit_status(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> int:
     try:
         if arguments.list:
             from drake_navbench.campaign.console import terminal

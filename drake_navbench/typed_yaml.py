@@ -10,10 +10,16 @@ from typing import Any, TypeVar, Union, get_args, get_origin
 
 import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from drake_navbench.errors import InputError, nearest_name_hint
 
 Model = TypeVar("Model", bound=BaseModel)
+
+# The types of the fault that a model does not have a field: pydantic's, and ours for a model that
+# finds it out by itself.
+EXTRA_FIELD = "extra_forbidden"
+UNKNOWN_FIELD = "unknown_field"
 
 
 class FrozenModel(BaseModel):
@@ -51,14 +57,18 @@ def _fault(text: str, node: yaml.Node) -> yaml.YAMLError:
     return yaml.constructor.ConstructorError(None, None, text, node.start_mark)
 
 
-def read_yaml(path: Path) -> dict[str, Any]:
-    """Returns the mapping in a YAML file; raises InputError if it is unreadable or no mapping."""
+def read_text(path: Path) -> str:
+    """Returns the text of a file; raises InputError where it cannot be read."""
     try:
-        text = path.read_text(encoding="utf-8")
+        return path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
         raise InputError(f"{path}: cannot be read: {reason}") from error
-    return parse_yaml(text, str(path))
+
+
+def read_yaml(path: Path) -> dict[str, Any]:
+    """Returns the mapping in a YAML file; raises InputError if it is unreadable or no mapping."""
+    return parse_yaml(read_text(path), str(path))
 
 
 def parse_yaml(text: str, source: str) -> dict[str, Any]:
@@ -66,10 +76,7 @@ def parse_yaml(text: str, source: str) -> dict[str, Any]:
     try:
         data = yaml.load(text, Loader=_UniqueKeyLoader)
     except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        line = f", line {mark.line + 1}" if mark else ""
-        problem = getattr(error, "problem", None) or "not YAML"
-        raise InputError(f"{source}{line}: {problem}") from error
+        raise yaml_fault(error, source) from error
     except RecursionError as error:
         raise InputError(f"{source}: nested too deeply") from error
     if not isinstance(data, dict):
@@ -77,6 +84,14 @@ def parse_yaml(text: str, source: str) -> dict[str, Any]:
             f"{source}: expected a mapping of fields to values, got {type(data).__name__}"
         )
     return data
+
+
+def yaml_fault(error: yaml.YAMLError, source: str) -> InputError:
+    """Returns what is wrong with a YAML text as one line."""
+    mark = getattr(error, "problem_mark", None)
+    line = f", line {mark.line + 1}" if mark else ""
+    problem = getattr(error, "problem", None) or "not YAML"
+    return InputError(f"{source}{line}: {problem}")
 
 
 def validate(model: type[Model], data: Mapping[str, Any], source: str) -> Model:
@@ -95,10 +110,42 @@ def validate(model: type[Model], data: Mapping[str, Any], source: str) -> Model:
         raise InputError("\n".join(dict.fromkeys(lines))) from error
 
 
+def unknown_fields(model: type[BaseModel], data: Mapping[str, Any]) -> list[tuple[int | str, ...]]:
+    """Returns the places in `data` of fields that the model does not have, as far as it can tell.
+
+    Where something else is wrong, a model may not come so far as to notice them all.
+    """
+    try:
+        model.model_validate_json(json.dumps(data, default=str), strict=True)
+    except ValidationError as error:
+        kinds = (EXTRA_FIELD, UNKNOWN_FIELD)
+        return [fault["loc"] for fault in error.errors() if fault["type"] in kinds]
+    return []
+
+
+def unknown_field(text: str, location: tuple[int | str, ...], found: Any) -> InitErrorDetails:
+    """Returns the fault of a field that a model itself finds to be unknown; text: as shown."""
+    kind = PydanticCustomError(UNKNOWN_FIELD, text)
+    return InitErrorDetails(type=kind, loc=location, input=found)
+
+
+def tuples_for_lists(value: Any) -> Any:
+    """Returns a value with all lists in it as tuples.
+
+    For validators that run before a strict model's own: what they hand on counts as Python, where
+    strictness takes no list for a tuple.
+    """
+    if isinstance(value, Mapping):
+        return {key: tuples_for_lists(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return tuple(tuples_for_lists(item) for item in value)
+    return value
+
+
 def _describe(fault: Mapping[str, Any], model: type[BaseModel], source: str) -> str:
     location = fault["loc"]
     field = _dotted(location)
-    if fault["type"] == "extra_forbidden":
+    if fault["type"] == EXTRA_FIELD:
         known = _field_names(model, location[:-1])
         hint = nearest_name_hint(str(location[-1]), known)
         return f"{source}: {field}: unknown field{hint}"

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import re
-import sys
 from collections.abc import Callable, Iterator
-from pathlib import Path
 
 import pytest
 
@@ -14,7 +12,6 @@ from drake_navbench.controller import CONTROLLERS
 from drake_navbench.controllers.dwb.critics.registry import CRITICS as DWB_CRITICS
 from drake_navbench.controllers.mppi.critics.registry import CRITICS as MPPI_CRITICS
 from drake_navbench.errors import InputError
-from drake_navbench.plugins import forget_installed
 
 KINDS = {
     "controllers": CONTROLLERS,
@@ -25,29 +22,14 @@ KINDS = {
 
 
 @pytest.fixture
-def install(tmp_path, monkeypatch) -> Iterator[Callable[..., None]]:
-    """A function that installs a package with one plugin, as pip would lay it out."""
-    monkeypatch.syspath_prepend(tmp_path)
-    before = set(sys.modules)
+def install(install_package) -> Iterator[Callable[..., None]]:
+    """A function that installs a package with one plugin."""
 
     def install_plugin(package: str, group: str, name: str, code: str) -> None:
-        module = f"{package}_code"
-        (tmp_path / f"{module}.py").write_text(code)
-        metadata = Path(tmp_path, f"{package}-1.0.dist-info")
-        metadata.mkdir()
-        (metadata / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {package}\nVersion: 1\n")
-        (metadata / "entry_points.txt").write_text(f"[{group}]\n{name} = {module}:plugin\n")
-        forget()
+        install_package(package, code, {group: {name: f"{package}.{package}:plugin"}})
+        installed_metrics.cache_clear()
 
     yield install_plugin
-    for name in set(sys.modules) - before:
-        if name.endswith("_code"):
-            del sys.modules[name]
-    forget()
-
-
-def forget() -> None:
-    forget_installed()
     installed_metrics.cache_clear()
 
 

@@ -8,7 +8,7 @@ from functools import cache
 from types import ModuleType
 
 from drake_navbench.analysis.metrics.definition import Measurement, Metric
-from drake_navbench.errors import InputError
+from drake_navbench.errors import InputError, InputWarning
 from drake_navbench.log import TrialLog
 from drake_navbench.plugins import PluginKind
 
@@ -44,6 +44,7 @@ def installed_metrics() -> Mapping[str, tuple[Metric, ...]]:
             warnings.warn(
                 f"metric {name!r} of theme {theme!r} is defined by {owner[name]!r} already; "
                 f"{theme!r} is left out",
+                InputWarning,
                 stacklevel=1,
             )
             continue

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 from pydantic import (
     ConfigDict,
@@ -20,6 +20,7 @@ from drake_navbench.controller import ControllerParameters
 from drake_navbench.controllers.dwb.critics.base import CriticParameters
 from drake_navbench.controllers.dwb.critics.registry import CRITICS, is_critic, load_critic
 from drake_navbench.errors import InputError, nearest_name_hint
+from drake_navbench.typed_yaml import EXTRA_FIELD, tuples_for_lists, unknown_field
 
 STANDARD_GENERATOR = "dwb_plugins::StandardTrajectoryGenerator"
 LIMITED_ACCEL_GENERATOR = "dwb_plugins::LimitedAccelGenerator"
@@ -30,9 +31,24 @@ CLASS_KEY = "class"
 class DynamicWindowApproachParameters(ControllerParameters):
     """All parameters of the controller's namespace in Nav2.
 
-    A critic's parameters are a block under its name, `PathAlign: {scale: 32.0}`; Nav2's dotted
-    form `PathAlign.scale: 32.0` means the same; where both are given the block prevails.
+    A critic's parameters are a block under its name, `PathAlign: {scale: 32.0}`.
     """
+
+    WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset(
+        {
+            "debug_trajectory_details",
+            "default_critic_namespaces",
+            "marker_lifetime",
+            "publish_cost_grid_pc",
+            "publish_evaluation",
+            "publish_global_plan",
+            "publish_local_plan",
+            "publish_trajectories",
+            "publish_transformed_plan",
+            "stateful",
+            "transform_tolerance",
+        }
+    )
 
     # The blocks of the critics are fields whose names the file chooses; each is validated below.
     model_config = ConfigDict(extra="allow")
@@ -67,9 +83,9 @@ class DynamicWindowApproachParameters(ControllerParameters):
     decel_lim_y: float = Field(0.0, le=0.0, description="lateral deceleration limit [m/s^2]")
     decel_lim_theta: float = Field(0.0, le=0.0, description="yaw deceleration limit [rad/s^2]")
 
-    vx_samples: int = Field(20, ge=1, description="samples of the forward velocity, at least 2 [-]")
-    vy_samples: int = Field(5, ge=1, description="samples of the lateral velocity, at least 2 [-]")
-    vtheta_samples: int = Field(20, ge=1, description="samples of the yaw rate, at least 2 [-]")
+    vx_samples: int = Field(20, description="samples of the forward velocity; below 2: 2 [-]")
+    vy_samples: int = Field(5, description="samples of the lateral velocity; below 2: 2 [-]")
+    vtheta_samples: int = Field(20, description="samples of the yaw rate; below 2: 2 [-]")
     sim_period: float | None = Field(
         None, gt=0.0, description="window time of LimitedAccel; None: the control period [s]"
     )
@@ -116,12 +132,20 @@ class DynamicWindowApproachParameters(ControllerParameters):
         """Returns the block of a critic in `critics`."""
         return (self.model_extra or {})[name]
 
+    @classmethod
+    def blocks_not_read(cls, values: Mapping[str, Any]) -> list[str]:
+        """Returns the blocks of critics that are not listed in `critics`."""
+        critics = values.get("critics")
+        listed = critics if isinstance(critics, list | tuple) else []
+        return [key for key in values if key not in cls.model_fields and key not in listed]
+
     @model_validator(mode="before")
     @classmethod
     def _read_critic_blocks(cls, data: Any) -> Any:
         if not isinstance(data, Mapping):
             return data
-        fields, blocks = _split(data, cls.model_fields)
+        fields = {name: tuples_for_lists(data[name]) for name in data if name in cls.model_fields}
+        blocks = {name: data[name] for name in data if name not in cls.model_fields}
         listed = fields.get("critics")
         listed = [n for n in listed if isinstance(n, str)] if isinstance(listed, tuple) else []
         faults: list[InitErrorDetails] = []
@@ -133,7 +157,7 @@ class DynamicWindowApproachParameters(ControllerParameters):
             if name not in listed and not is_critic(name):
                 known = [*cls.model_fields, *CRITICS.names]
                 text = f"unknown field{nearest_name_hint(name, known)}"
-                faults.append(_fault(text, (name,), block))
+                faults.append(unknown_field(text, (name,), block))
                 continue
             try:
                 model = _critic_model(name, block)
@@ -167,32 +191,6 @@ class DynamicWindowApproachParameters(ControllerParameters):
         return self
 
 
-def _split(
-    data: Mapping[str, Any], field_names: Mapping[str, Any]
-) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Returns the plain fields and the blocks per critic, dotted names put into their block."""
-    fields = {
-        # A strict model that was handed Python objects takes no list for a tuple.
-        name: tuple(value) if isinstance(value, list) else value
-        for name, value in data.items()
-        if name in field_names
-    }
-    blocks = {
-        name: dict(value) if isinstance(value, Mapping) else value
-        for name, value in data.items()
-        if name not in field_names and "." not in name
-    }
-    for name, value in data.items():
-        critic, dot, parameter = name.partition(".")
-        if dot:
-            block = blocks.setdefault(critic, {})
-            if isinstance(block, CriticParameters):
-                block = blocks[critic] = block.model_dump(by_alias=True, exclude_unset=True)
-            if isinstance(block, dict):
-                block.setdefault(parameter, value)
-    return fields, blocks
-
-
 def _critic_model(name: str, block: Any) -> type[CriticParameters]:
     """Returns the parameter model for a critic's block; raises InputError for no such critic."""
     class_name = block.get(CLASS_KEY) if isinstance(block, Mapping) else None
@@ -205,11 +203,13 @@ def _nested_faults(
     """Returns the faults of a critic's block as faults of the whole model."""
     faults = []
     for fault in error.errors():
-        text = fault["msg"].removeprefix("Value error, ")
-        if fault["type"] == "extra_forbidden":
+        place = (name, *fault["loc"])
+        if fault["type"] == EXTRA_FIELD:
             hint = nearest_name_hint(fault["loc"][-1], model.model_fields)
             text = f"critic {name} has no such parameter{hint}"
-        faults.append(_fault(text, (name, *fault["loc"]), fault["input"]))
+            faults.append(unknown_field(text, place, fault["input"]))
+        else:
+            faults.append(_fault(fault["msg"].removeprefix("Value error, "), place, fault["input"]))
     return faults
 
 

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from drake_navbench.controller import ControllerParameters
+from drake_navbench.typed_yaml import tuples_for_lists, unknown_field
 
 MOTION_MODEL_PLUGINS = {
     "mppi::DiffDriveMotionModel": "DiffDrive",
     "mppi::OmniMotionModel": "Omni",
     "mppi::AckermannMotionModel": "Ackermann",
 }
+DEFAULT_MOTION_MODEL = "diff_drive"
+DEFAULT_MOTION_MODEL_PLUGIN = "mppi::DiffDriveMotionModel"
 DEFAULT_VALIDATOR = "mppi::DefaultOptimalTrajectoryValidator"
 # The cubic B-spline of the polish needs as many knots as its order.
 MIN_KNOT_COUNT = 4
@@ -137,7 +140,7 @@ class PathAngleParameters(CriticBlock):
 class AckermannParameters(Block):
     """What the Ackermann motion model adds."""
 
-    min_turning_r: float = Field(0.2, gt=0, description="least turning radius [m]")
+    min_turning_r: float = Field(0.2, ge=0, description="least turning radius; 0: no limit [m]")
 
 
 class ValidatorParameters(Block):
@@ -177,45 +180,69 @@ class PolishParameters(Block):
     )
 
 
-def _expand_dotted(raw: Mapping[str, Any]) -> dict[str, Any]:
-    """Turns `GoalCritic.cost_weight: 5` into `GoalCritic: {cost_weight: 5}`, which it overrides."""
-    nested: dict[str, Any] = {
-        key: dict(value) if isinstance(value, Mapping) else value for key, value in raw.items()
-    }
-    for key in [key for key in nested if "." in key]:
-        block, _, name = key.partition(".")
-        value = nested.pop(key)
-        target = nested.setdefault(block, {})
-        if not isinstance(target, dict):
-            raise ValueError(f"{key}: {block} is not a block, found {target!r}")
-        target[name] = value
-    return nested
-
-
 def _resolve_motion_model(raw: dict[str, Any]) -> None:
     """Replaces Nav2's `motion_model: name` and its block `name: {plugin: ...}` by the model."""
-    name = raw.get("motion_model", "diff_drive")
-    block = raw.pop(name, None) if name not in MOTION_MODEL_PLUGINS.values() else None
-    if name == "diff_drive" and block is None:
-        block = {"plugin": "mppi::DiffDriveMotionModel"}
-    if block is None:
-        if name not in MOTION_MODEL_PLUGINS.values():
+    name = raw.get("motion_model", DEFAULT_MOTION_MODEL)
+    if not isinstance(name, str):
+        return
+    if not isinstance(raw.get(name), Mapping):
+        if name == DEFAULT_MOTION_MODEL:
+            raw["motion_model"] = MOTION_MODEL_PLUGINS[DEFAULT_MOTION_MODEL_PLUGIN]
+        elif name not in MOTION_MODEL_PLUGINS.values():
             known = ", ".join(MOTION_MODEL_PLUGINS.values())
             raise ValueError(
                 f"motion_model: found {name!r}, expected one of {known}, or a block of that name"
             )
         return
+    block = raw.pop(name)
     plugin = block.get("plugin")
-    if plugin not in MOTION_MODEL_PLUGINS:
+    if not isinstance(plugin, str) or plugin not in MOTION_MODEL_PLUGINS:
         known = ", ".join(MOTION_MODEL_PLUGINS)
         raise ValueError(f"{name}.plugin: found {plugin!r}, expected one of {known}")
     raw["motion_model"] = MOTION_MODEL_PLUGINS[plugin]
-    if "min_turning_r" in block:
-        raw.setdefault("AckermannConstraints", {"min_turning_r": block["min_turning_r"]})
+    values = {key: value for key, value in block.items() if key != "plugin"}
+    if raw["motion_model"] == "Ackermann":
+        raw["AckermannConstraints"] = values
+    elif values:
+        hint = f"unknown field: {raw['motion_model']} has no parameters"
+        faults = [unknown_field(hint, (name, key), value) for key, value in values.items()]
+        raise ValidationError.from_exception_data("motion model", faults)
+
+
+def _listed_critics(values: Mapping[str, Any]) -> list[str]:
+    """Returns the names in `critics`, as far as they are names."""
+    critics = values.get("critics")
+    critics = critics if isinstance(critics, list | tuple) else ()
+    return [name for name in critics if isinstance(name, str)]
 
 
 class MppiParameters(ControllerParameters):
-    """Parameters of Nav2's MPPI (branch lyrical), with its defaults, and of the polish."""
+    """Parameters of Nav2's MPPI (branch lyrical), with its defaults, and of the polish.
+
+    `AckermannConstraints` is where releases before Lyrical had what is now in the block that
+    `motion_model` names.
+    """
+
+    WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset(
+        {
+            "visualize",
+            "publish_optimal_trajectory",
+            "publish_critics_stats",
+            "critic_index_to_visualize",
+            "TrajectoryVisualizer",
+            "CostCritic.inflation_layer_name",
+            "ObstaclesCritic.inflation_layer_name",
+        }
+    )
+    PATH_HANDLER_NAMES: ClassVar[frozenset[str]] = frozenset(
+        {
+            "prune_distance",
+            "max_robot_pose_search_dist",
+            "enforce_path_inversion",
+            "inversion_xy_tolerance",
+            "inversion_yaw_tolerance",
+        }
+    )
 
     time_steps: int = Field(56, ge=MIN_TIME_STEPS, description="columns of the horizon")
     model_dt: float = Field(0.05, gt=0, description="step of the horizon [s]")
@@ -271,22 +298,33 @@ class MppiParameters(ControllerParameters):
     )
     polish: PolishParameters = PolishParameters()
 
+    @classmethod
+    def blocks_not_read(cls, values: Mapping[str, Any]) -> list[str]:
+        """Returns blocks of critics that are not listed, and another motion model's parameters."""
+        listed = _listed_critics(values)
+        not_read = {
+            name
+            for name, field in cls.model_fields.items()
+            if isinstance(field.default, CriticBlock) and name not in listed
+        }
+        name = values.get("motion_model")
+        if name != "Ackermann" or name in values:
+            not_read.add("AckermannConstraints")
+        return [name for name in values if name in not_read]
+
     @model_validator(mode="before")
     @classmethod
     def _from_nav2(cls, raw: Any) -> Any:
-        """Accepts dotted keys, the block of a motion model, and blocks of users' critics."""
+        """Accepts the block of a motion model, and blocks of users' critics."""
         if not isinstance(raw, Mapping):
             return raw
-        nested = _expand_dotted(raw)
-        _resolve_motion_model(nested)
-        critics = nested.get("critics", ())
-        names = [name for name in critics if name not in cls.model_fields and name in nested]
-        for name in names:
-            nested.setdefault("user_critics", {})[name] = nested.pop(name)
-        if isinstance(critics, list):
-            # What a validator hands on is Python; there a strict tuple takes no list.
-            nested["critics"] = tuple(critics)
-        return nested
+        raw = dict(raw)
+        _resolve_motion_model(raw)
+        users = raw.pop("user_critics", {})
+        for name in _listed_critics(raw):
+            if name not in cls.model_fields and name in raw:
+                users = {**users, name: raw.pop(name)}
+        return {**tuples_for_lists(raw), "user_critics": users}
 
     @model_validator(mode="after")
     def _check_together(self) -> MppiParameters:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Self
+from typing import ClassVar, Self
 
 from pydantic import AliasChoices, ConfigDict, Field, model_validator
 
@@ -12,18 +12,21 @@ from drake_navbench.controller import ControllerParameters
 class RegulatedPurePursuitParameters(ControllerParameters):
     """Parameters of nav2_regulated_pure_pursuit_controller, branch lyrical.
 
-    `desired_linear_vel`, the older name of `max_linear_vel`, is accepted as in Nav2.
+    `desired_linear_vel`, the older name of `max_linear_vel`, is accepted as in Nav2, which prefers
+    it to the new one.
     `interpolate_curvature_after_goal` has no effect without `use_fixed_curvature_lookahead`, nor
     `use_cost_regulated_linear_velocity_scaling` with an `inflation_cost_scaling_factor` of 0 or
     less: Nav2 switches them off with a warning.
     """
+
+    PATH_HANDLER_NAMES: ClassVar[frozenset[str]] = frozenset({"max_robot_pose_search_dist"})
 
     model_config = ConfigDict(populate_by_name=True)
 
     max_linear_vel: float = Field(
         0.5,
         gt=0.0,
-        validation_alias=AliasChoices("max_linear_vel", "desired_linear_vel"),
+        validation_alias=AliasChoices("desired_linear_vel", "max_linear_vel"),
         description="Cruise speed, from which all scaling starts [m/s].",
     )
     min_linear_vel: float = Field(-0.5, description="Least speed, dynamic window only [m/s].")

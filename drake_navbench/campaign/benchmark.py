@@ -111,10 +111,10 @@ def run_from_command_line(arguments: argparse.Namespace) -> bool:
         return show_live(campaign, console)
     for preset in _presets(campaign):
         if preset.ignored:
-            named = preset.name in preset.source
-            where = preset.source if named else f"{preset.source}: {preset.name}"
             ignored = ", ".join(preset.ignored)
-            console.print(f"{where}: has no use here and is ignored: {ignored}", markup=False)
+            console.print(
+                f"{preset.source}: has no use here and is ignored: {ignored}", markup=False
+            )
     if not resumed:
         _begin(folder, campaign, request)
     jobs = arguments.jobs or available_jobs()

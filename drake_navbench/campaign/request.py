@@ -8,7 +8,8 @@ from typing import Literal
 from pydantic import Field
 
 from drake_navbench.campaign.campaign import Campaign, plan_campaign
-from drake_navbench.inputs.presets import Preset, load_parameter_file
+from drake_navbench.inputs.parameter_files import load_parameter_file
+from drake_navbench.inputs.presets import Preset
 from drake_navbench.typed_yaml import FrozenModel
 
 

@@ -6,6 +6,7 @@ Source: nav2_map_server (map_io).
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from PIL import Image
 from pydantic import Field, field_validator, model_validator
 
-from drake_navbench.errors import InputError
+from drake_navbench.errors import InputError, InputWarning, nearest_name_hint
 from drake_navbench.immutable import Immutable
 from drake_navbench.kernels.grid import Grid, cell_at
 from drake_navbench.typed_yaml import FrozenModel, read_yaml, validate
@@ -115,10 +116,17 @@ def load_map(path: str | Path) -> OccupancyMap:
     """Returns the map that a YAML file describes.
 
     Raises InputError, one line a fault, where the file or its image cannot be read, a field is
-    missing, unknown or out of range, or the thresholds contradict each other.
+    missing or out of range, or the thresholds contradict each other. Fields that Nav2's map server
+    does not read, such as `map_type`, are left out with an InputWarning.
     """
     path = Path(path).expanduser()
-    metadata = validate(MapMetadata, read_yaml(path), str(path))
+    fields = read_yaml(path)
+    for name in [name for name in fields if name not in MapMetadata.model_fields]:
+        del fields[name]
+        hint = nearest_name_hint(name, MapMetadata.model_fields)
+        warning = f"{path}: {name}: has no effect, Nav2's map server reads no such field{hint}"
+        warnings.warn(warning, InputWarning, stacklevel=2)
+    metadata = validate(MapMetadata, fields, str(path))
     grey, alpha = _read_image(path.parent / metadata.image, named_by=path)
     occupancy = occupancy_from_grey(
         grey,

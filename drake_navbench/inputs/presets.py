@@ -10,16 +10,16 @@ from pathlib import Path
 from typing import Any
 
 import yaml
-from pydantic import AliasChoices, Field
+from pydantic import Field
 
 from drake_navbench.controller import CONTROLLERS, Controller, ControllerParameters
 from drake_navbench.errors import InputError, nearest_name_hint
+from drake_navbench.inputs.parameter_names import flattened, nested
 from drake_navbench.inputs.robot import Robot, merged
 from drake_navbench.typed_yaml import FrozenModel, parse_yaml, read_yaml, validate
 
 # The columns of the default benchmark; the others run when named.
 DEFAULT_PRESETS = ("dwb", "rpp", "teb", "mppi", "mppi_nav2")
-NAV2_SERVER = "controller_server"
 
 
 class PresetFile(FrozenModel):
@@ -42,9 +42,9 @@ class Preset:
     """One column: what it is called, which controller, with which parameters.
 
     source: where the parameters came from, for errors.
-    values: the parameters as given, before defaults.
-    ignored: parameters that the controller accepts without effect, and those of a Nav2 file that it
-    does not have; Nav2 ignores the latter, too.
+    values: the parameters as given, before defaults; names may be dotted or nested.
+    ignored: dotted names of what was given but has no effect, because the controller accepts and
+    drops it or, in a Nav2 file, does not know it.
     path_handler: fields that replace those of the robot's path handler.
     """
 
@@ -64,7 +64,8 @@ class Preset:
     @property
     def parameters(self) -> ControllerParameters:
         """The typed parameters; raises InputError where a value is wrong."""
-        return validate(self.controller_class.Parameters, self.values, self.source)
+        values = nested(flattened(self.values), self.source)
+        return validate(self.controller_class.Parameters, values, self.source)
 
     def robot(self, robot: Robot) -> Robot:
         """Returns a robot as this column drives it; raises InputError where a field is wrong."""
@@ -87,20 +88,26 @@ def _preset_of(
 ) -> Preset:
     """Returns the preset of a file's content; values: in place of its parameters."""
     values = content.parameters if values is None else values
-    without_effect = CONTROLLERS.load(content.controller).Parameters.WITHOUT_EFFECT
+    model = CONTROLLERS.load(content.controller).Parameters
     return Preset(
         name,
         content.controller,
         content.description,
         values,
         source,
-        ignored=tuple(key for key in values if key in without_effect),
+        ignored=tuple(name for name, _ in flattened(values) if model.is_without_effect(name)),
         path_handler=content.path_handler,
-    )
+    ).checked()
+
+
+def load_preset_file(path: Path) -> Preset:
+    """Returns the preset that a file describes; raises InputError."""
+    content = validate(PresetFile, read_yaml(path), str(path))
+    return _preset_of(content, path.stem, str(path))
 
 
 @cache
-def _loaded_controllers() -> Mapping[str, type[Controller]]:
+def installed_controllers() -> Mapping[str, type[Controller]]:
     """Returns the controllers that can be loaded, by name; warns of the others, once."""
     return CONTROLLERS.load_all()
 
@@ -108,7 +115,7 @@ def _loaded_controllers() -> Mapping[str, type[Controller]]:
 def preset_files() -> dict[str, Path]:
     """Returns the preset files that come with the installed controllers, by name."""
     found: dict[str, Path] = {}
-    for controller in _loaded_controllers().values():
+    for controller in installed_controllers().values():
         folder = Path(inspect.getfile(controller)).parent / "presets"
         for path in sorted(folder.glob("*.yaml")):
             # Controllers of one package share its presets.
@@ -133,10 +140,11 @@ def load_preset(text: str) -> Preset:
     source = str(files[name])
     values: Mapping[str, Any] = content.parameters
     if assignments:
+        values = nested(flattened(values), source)
         source = f"controller {text}"
         for assignment in assignments:
             values = merged(values, _parse_assignment(assignment, text))
-    return _preset_of(content, text, source, values).checked()
+    return _preset_of(content, text, source, values)
 
 
 def _parse_assignment(assignment: str, text: str) -> dict[str, Any]:
@@ -148,71 +156,6 @@ def _parse_assignment(assignment: str, text: str) -> dict[str, Any]:
     for part in reversed(key.split(".")):
         parsed = {part: parsed}
     return parsed
-
-
-def load_parameter_file(path: Path) -> list[Preset]:
-    """Returns the columns that a parameter file makes.
-
-    The file is either a preset file of ours or a Nav2 parameter file; of the latter, every
-    controller plugin of `controller_server` makes a column. Raises InputError.
-    """
-    data = read_yaml(path)
-    if NAV2_SERVER in data:
-        return _nav2_presets(data, path)
-    content = validate(PresetFile, data, str(path))
-    return [_preset_of(content, path.stem, str(path)).checked()]
-
-
-def _nav2_presets(data: Mapping[str, Any], path: Path) -> list[Preset]:
-    server = data[NAV2_SERVER]
-    parameters = server.get("ros__parameters") if isinstance(server, dict) else None
-    if not isinstance(parameters, dict):
-        raise InputError(f"{path}: {NAV2_SERVER}: expected a mapping with ros__parameters")
-    where = f"{path}: {NAV2_SERVER}.ros__parameters"
-    plugins = parameters.get("controller_plugins", ["FollowPath"])
-    if not isinstance(plugins, list) or not all(isinstance(name, str) for name in plugins):
-        raise InputError(f"{where}.controller_plugins: expected a list of names, got {plugins!r}")
-    presets = []
-    for plugin in plugins:
-        block = parameters.get(plugin)
-        if not isinstance(block, dict) or "plugin" not in block:
-            raise InputError(
-                f"{where}.{plugin}: missing, but listed in controller_plugins; "
-                "expected a mapping with a plugin type"
-            )
-        if not isinstance(block["plugin"], str):
-            raise InputError(
-                f"{where}.{plugin}.plugin: expected a plugin type, got {block['plugin']!r}"
-            )
-        values = {key: value for key, value in block.items() if key != "plugin"}
-        presets.append(_nav2_preset(block["plugin"], values, f"{path.stem}/{plugin}", path))
-    return presets
-
-
-def _nav2_preset(plugin_type: str, values: dict[str, Any], name: str, path: Path) -> Preset:
-    controllers = _loaded_controllers()
-    by_type = {c.nav2_plugin: key for key, c in controllers.items() if c.nav2_plugin}
-    if plugin_type not in by_type:
-        raise InputError(
-            f"{path}: plugin {plugin_type!r} has no counterpart here"
-            f"{nearest_name_hint(plugin_type, by_type)}"
-        )
-    controller = by_type[plugin_type]
-    known_names = _parameter_names(controllers[controller].Parameters)
-    ignored = tuple(key for key in values if key.partition(".")[0] not in known_names)
-    used = {key: value for key, value in values.items() if key not in ignored}
-    description = f"{plugin_type} from {path.name}"
-    return Preset(name, controller, description, used, str(path), ignored).checked()
-
-
-def _parameter_names(model: type[ControllerParameters]) -> set[str]:
-    """Returns every name under which a model takes a value at its top level."""
-    names = set(model.model_fields)
-    for model_field in model.model_fields.values():
-        alias = model_field.validation_alias
-        choices = alias.choices if isinstance(alias, AliasChoices) else [alias]
-        names.update(choice for choice in choices if isinstance(choice, str))
-    return names
 
 
 def default_presets() -> list[str]:

@@ -14,7 +14,8 @@ from drake_navbench.analysis.metrics.registry import unrepeatable_names
 from drake_navbench.campaign import campaign as campaign_module
 from drake_navbench.campaign.campaign import plan_campaign, worker_pool
 from drake_navbench.errors import InputError
-from drake_navbench.inputs.presets import load_parameter_file, load_preset
+from drake_navbench.inputs.parameter_files import load_parameter_file
+from drake_navbench.inputs.presets import load_preset
 from drake_navbench.log import Outcome, TrialLog
 from drake_navbench.results import ResultsFolder
 from drake_navbench.run import main

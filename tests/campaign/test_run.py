@@ -55,6 +55,17 @@ def test_a_run_leaves_manifest_logs_table_and_inputs(finished):
     assert (finished / "inputs/controllers/rpp.yaml").is_file()
 
 
+def test_what_a_nav2_file_repeats_is_one_line_unless_the_run_is_quiet(tmp_path, capsys):
+    path = tmp_path / "nav2_params.yaml"
+    path.write_text("amcl: {ros__parameters: {a: 1, a: 2}}\nnode: {ros__parameters: {}}\n")
+    told = f"{path}, line 1: amcl.ros__parameters.a is given again; line 1 has no effect"
+    refused = f"{path}: no parameters of a controller_server with controller_plugins"
+    assert main(["empty", "--params", str(path)]) == 2
+    assert capsys.readouterr().err.splitlines() == [told, refused]
+    assert main(["empty", "--params", str(path), "--quiet"]) == 2
+    assert capsys.readouterr().err.splitlines() == [refused]
+
+
 def test_no_unfinished_file_is_left_behind(finished):
     assert [path for path in finished.rglob(".*")] == []
 

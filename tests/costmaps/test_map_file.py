@@ -5,7 +5,7 @@ import pytest
 from PIL import Image
 
 from drake_navbench.costmaps.map_file import MapMode, load_map, occupancy_from_grey
-from drake_navbench.errors import InputError
+from drake_navbench.errors import InputError, InputWarning
 
 FIELDS = {
     "image": "map.pgm",
@@ -63,6 +63,15 @@ def test_map_is_read_with_its_top_row_at_the_highest_y(map_yaml):
     np.testing.assert_array_equal(loaded.occupancy, [[0, 0], [100, -1]])
     assert loaded.occupancy.dtype == np.int8
     assert (loaded.origin_x, loaded.origin_y) == (-1.5, 2.0)
+
+
+def test_fields_that_the_map_server_does_not_read_are_told_and_change_nothing(map_yaml):
+    # Nav2's own test map has a map_type.
+    with pytest.warns(InputWarning, match=r"map.yaml: map_type: has no effect, Nav2's map server"):
+        loaded = load_map(map_yaml(map_type="occupancy"))
+    np.testing.assert_array_equal(loaded.occupancy, load_map(map_yaml()).occupancy)
+    with pytest.warns(InputWarning, match=r"modus: has no effect.*; did you mean 'mode'\?"):
+        load_map(map_yaml(modus="raw"))
 
 
 def test_resolution_is_that_of_the_message(map_yaml):
@@ -165,7 +174,6 @@ def test_missing_field_is_named(map_yaml, field):
         ("occupied_thresh", 1.5, "less than or equal to 1"),
         ("negate", 2, "expected 0, 1, true or false"),
         ("mode", "ternary", "'trinary', 'scale' or 'raw'"),
-        ("modus", "raw", "did you mean 'mode'?"),
     ],
 )
 def test_wrong_value_is_named(map_yaml, field, value, expected):

@@ -1,19 +1,16 @@
 """Presets, variants and parameter files."""
 
-import sys
-import textwrap
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
-from drake_navbench import plugins
 from drake_navbench.controller import CONTROLLERS
 from drake_navbench.errors import InputError
 from drake_navbench.inputs import presets
+from drake_navbench.inputs.parameter_files import load_parameter_file
 from drake_navbench.inputs.presets import (
     as_yaml,
-    load_parameter_file,
     load_preset,
     preset_files,
 )
@@ -76,68 +73,45 @@ def test_a_preset_may_ask_for_a_longer_local_plan(tmp_path: Path):
     assert changed.model_path == robot.model_path
 
 
+@pytest.mark.parametrize(
+    "block",
+    [
+        "GoalCritic: {cost_weight: 7.0}",
+        "GoalCritic.cost_weight: 7.0",
+        "polish.enabled: false\n  GoalCritic: {cost_weight: 7.0}\n  polish: {knot_count: 9}",
+    ],
+)
+def test_names_in_a_preset_file_may_be_dotted_or_nested(block, tmp_path: Path):
+    path = tmp_path / "mine.yaml"
+    path.write_text(f"controller: mppi\ndescription: mine\nparameters:\n  {block}\n")
+    (preset,) = load_parameter_file(path)
+    assert preset.parameters.GoalCritic.cost_weight == 7.0
+
+
+@pytest.mark.parametrize(
+    ("block", "message"),
+    [
+        ("{GoalCritic: {cost_weight: 1.0}, GoalCritic.cost_weight: 2.0}", "is given twice"),
+        ("{GoalCritic: 1.0, GoalCritic.cost_weight: 2.0}", "expected a block, but GoalCritic has"),
+        ("{GoalCritic.cost_weight: 2.0, GoalCritic: 1.0}", "expected a block, got 1.0"),
+    ],
+)
+def test_a_preset_file_that_contradicts_itself_is_one_line(block, message, tmp_path: Path):
+    path = tmp_path / "mine.yaml"
+    path.write_text(f"controller: mppi\ndescription: mine\nparameters: {block}\n")
+    with pytest.raises(InputError) as caught:
+        load_parameter_file(path)
+    assert str(caught.value).startswith(f"{path}: GoalCritic")
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
 def test_a_wrong_field_of_the_path_handler_is_named(tmp_path: Path):
     path = tmp_path / "far.yaml"
     path.write_text("controller: rpp\ndescription: sees farther\npath_handler: {prune_dist: 3.0}\n")
     (preset,) = load_parameter_file(path)
     with pytest.raises(InputError, match=r"prune_dist: unknown field; did you mean"):
         preset.robot(load_robot("wheelchair"))
-
-
-def nav2_file(tmp_path: Path, text: str) -> Path:
-    path = tmp_path / "nav2_params.yaml"
-    path.write_text(textwrap.dedent(text))
-    return path
-
-
-NAV2_RPP = """
-controller_server:
-  ros__parameters:
-    controller_plugins: [FollowPath]
-    FollowPath:
-      plugin: nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController
-      lookahead_dist: 0.7
-"""
-
-
-def test_a_nav2_parameter_file_makes_a_column_for_each_of_its_controllers(tmp_path: Path):
-    path = nav2_file(tmp_path, NAV2_RPP)
-    (preset,) = load_parameter_file(path)
-    assert preset.name == "nav2_params/FollowPath"
-    assert preset.controller == "rpp"
-    assert preset.parameters.lookahead_dist == 0.7
-
-
-def test_parameters_that_the_controller_does_not_have_are_named_as_ignored(tmp_path: Path):
-    path = nav2_file(
-        tmp_path,
-        """
-        controller_server:
-          ros__parameters:
-            controller_plugins: [FollowPath]
-            FollowPath:
-              plugin: nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController
-              desired_linear_vel: 0.4
-              transform_tolerance: 0.1
-        """,
-    )
-    (preset,) = load_parameter_file(path)
-    assert preset.ignored == ("transform_tolerance",)
-    assert preset.parameters.max_linear_vel == 0.4
-
-
-def test_a_plugin_without_counterpart_is_named(tmp_path: Path):
-    path = nav2_file(
-        tmp_path,
-        """
-        controller_server:
-          ros__parameters:
-            controller_plugins: [FollowPath]
-            FollowPath: {plugin: "my_pkg::MyController"}
-        """,
-    )
-    with pytest.raises(InputError, match="plugin 'my_pkg::MyController' has no counterpart here"):
-        load_parameter_file(path)
 
 
 def test_resolved_parameters_are_all_written():
@@ -160,36 +134,19 @@ class Plugin:
 """
 
 
-def forget_installed() -> None:
-    plugins.forget_installed()
-    presets._loaded_controllers.cache_clear()
-
-
 @pytest.fixture
-def install(tmp_path, monkeypatch) -> Iterator[Callable[..., Path]]:
+def install(install_package) -> Iterator[Callable[..., Path]]:
     """A function that installs a controller as a package of its own, for the length of a test."""
-    monkeypatch.syspath_prepend(tmp_path)
-    before = set(sys.modules)
 
     def install_plugin(name: str, module: str = PLUGIN, *, value: str = "") -> Path:
-        folder = tmp_path / f"{name}_package"
-        folder.mkdir()
-        (folder / f"{name}.py").write_text(module)
-        metadata = tmp_path / f"{name}-1.0.dist-info"
-        metadata.mkdir()
-        (metadata / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
-        value = value or f"{name}_package.{name}:Plugin"
-        (metadata / "entry_points.txt").write_text(
-            f"[drake_navbench.controllers]\n{name} = {value}\n"
-        )
-        forget_installed()
+        value = value or f"{name}_package.{name}_package:Plugin"
+        group = {"drake_navbench.controllers": {name: value}}
+        folder = install_package(f"{name}_package", module, group)
+        presets.installed_controllers.cache_clear()
         return folder
 
     yield install_plugin
-    forget_installed()
-    for name in set(sys.modules) - before:
-        if name.partition(".")[0].endswith("_package"):
-            del sys.modules[name]
+    presets.installed_controllers.cache_clear()
 
 
 BROKEN_PLUGINS = {
@@ -211,13 +168,21 @@ BROKEN_PLUGINS = {
 def test_a_broken_plugin_is_named_and_leaves_the_others_alone(case, install, tmp_path):
     module, reason = BROKEN_PLUGINS[case]
     install("broken", module)
-    path = nav2_file(tmp_path, NAV2_RPP)
-    with pytest.warns(UserWarning, match="controller 'broken' of package 'broken': ") as warned:
+    path = tmp_path / "nav2_params.yaml"
+    path.write_text(
+        "controller_server: {ros__parameters: {FollowPath: {plugin: "
+        "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController}}}"
+    )
+    with pytest.warns(
+        UserWarning, match="controller 'broken' of package 'broken_package': "
+    ) as warned:
         assert load_preset("rpp").controller == "rpp"
     (warning,) = warned
     assert reason in str(warning.message)
     assert load_parameter_file(path)[0].controller == "rpp"
-    with pytest.raises(InputError, match="controller 'broken' of package 'broken': ") as caught:
+    with pytest.raises(
+        InputError, match="controller 'broken' of package 'broken_package': "
+    ) as caught:
         CONTROLLERS.load("broken")
     assert reason in str(caught.value)
     assert "\n" not in str(caught.value)
@@ -233,7 +198,7 @@ def test_a_plugin_in_a_folder_without_init_has_its_presets_beside_it(install):
 
 def test_two_controllers_of_one_folder_share_its_presets(install):
     folder = install("first") / "presets"
-    install("second", value="first_package.first:Plugin")
+    install("second", value="first_package.first_package:Plugin")
     folder.mkdir()
     (folder / "first_slow.yaml").write_text("controller: first\ndescription: slow\n")
     assert load_preset("first_slow").controller == "first"
@@ -249,22 +214,6 @@ def test_a_preset_that_two_controllers_ship_is_refused_by_both_files(install):
     with pytest.raises(InputError) as caught:
         preset_files()
     assert all(str(path) in str(caught.value) for path in files)
-
-
-@pytest.mark.parametrize(
-    ("block", "message"),
-    [
-        ("controller_plugins: FollowPath", "controller_plugins: expected a list of names, got"),
-        ("controller_plugins: [{a: 1}]", "controller_plugins: expected a list of names, got"),
-        ("FollowPath: {plugin: [a]}", "FollowPath.plugin: expected a plugin type, got ['a']"),
-        ("FollowPath: {plugin: null}", "FollowPath.plugin: expected a plugin type, got None"),
-    ],
-)
-def test_a_nav2_parameter_file_of_another_shape_is_one_line(block, message, tmp_path):
-    path = nav2_file(tmp_path, f"controller_server: {{ros__parameters: {{{block}}}}}")
-    with pytest.raises(InputError) as caught:
-        load_parameter_file(path)
-    assert f"{path}: controller_server.ros__parameters.{message}" in str(caught.value)
 
 
 def test_a_parameter_without_effect_is_named_and_one_with_effect_is_not():

@@ -57,6 +57,12 @@ def test_measured_velocity_beyond_the_range_is_taken_to_its_end():
     np.testing.assert_allclose(samples, [0.5, 1.0])
 
 
+@pytest.mark.parametrize("n", [1, 0, -3])
+def test_fewer_samples_than_two_are_two(n):
+    # Nav2 takes the larger of 2 and the parameter, which its TurtleBot files set to 0.
+    np.testing.assert_array_equal(axis(n=n), axis(n=2))
+
+
 def test_axis_whose_ends_are_swapped_has_no_samples():
     assert len(axis(low=0.3, high=0.1)) == 0
 

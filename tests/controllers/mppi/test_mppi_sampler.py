@@ -232,13 +232,6 @@ def test_an_unknown_critic_is_refused_with_the_nearest_name():
         controller_of(critics=["GoalCritik"])
 
 
-def test_dotted_keys_override_blocks():
-    parameters = MppiParameters.model_validate(
-        {"GoalCritic": {"cost_weight": 1.0}, "GoalCritic.cost_weight": 2.0}
-    )
-    assert parameters.GoalCritic.cost_weight == 2.0
-
-
 def test_nav2_names_of_motion_models_are_understood():
     parameters = MppiParameters.model_validate(
         {

@@ -1,0 +1,124 @@
+"""From a Nav2 parameter file's controller_server to presets, one for each controller plugin.
+
+A parameter that the controller does not know is left out and told: Nav2, too, takes no notice of
+parameters that nothing declares. Everything else reaches the controller or is refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from drake_navbench.controller import ControllerParameters
+from drake_navbench.errors import InputError, nearest_name_hint
+from drake_navbench.inputs.nav2_parameters import Node, Section, nodes_called
+from drake_navbench.inputs.parameter_names import flattened, nested
+from drake_navbench.inputs.presets import Preset, installed_controllers
+from drake_navbench.typed_yaml import unknown_fields
+
+SERVER = "controller_server"
+PLUGINS = "controller_plugins"
+# What Nav2 loads where the file names nothing else.
+DEFAULT_PLUGINS = ["FollowPath"]
+DEFAULT_TYPE = "dwb_core::DWBLocalPlanner"
+# Only releases whose controller server cuts the plan have this parameter (from Lyrical on).
+PATH_HANDLERS = "path_handler_plugins"
+
+
+def controller_presets(sections: Iterable[Section], path: Path) -> list[Preset]:
+    """Returns a preset for each plugin of each controller server in a file.
+
+    Raises InputError where there is no controller server, a plugin has no counterpart here, or a
+    value is wrong.
+    """
+    servers = [node for node in nodes_called(SERVER, sections) if _has_controllers(node)]
+    if not servers:
+        raise InputError(f"{path}: no parameters of a {SERVER} with {PLUGINS}")
+    return [_preset(server, plugin) for server in servers for plugin in _plugins(server)]
+
+
+def _has_controllers(node: Node) -> bool:
+    return PLUGINS in node.parameters or any(node.below(plugin) for plugin in DEFAULT_PLUGINS)
+
+
+def _plugins(server: Node) -> list[str]:
+    plugins = server.get(PLUGINS, DEFAULT_PLUGINS)
+    if not isinstance(plugins, list) or not all(isinstance(name, str) for name in plugins):
+        raise InputError(f"{server.where(PLUGINS)}: expected a list of names, got {plugins!r}")
+    return plugins
+
+
+def _preset(server: Node, plugin: str) -> Preset:
+    """Returns the preset of a plugin; its name tells file, namespace and plugin."""
+    plugin_type = _plugin_type(server, plugin)
+    controller, model = _counterpart(plugin_type, server.where(f"{plugin}.plugin"))
+    given = server.below(plugin)
+    given.pop("plugin", None)
+    path_handler = {}
+    if PATH_HANDLERS not in server.parameters:
+        path_handler = {n: v for n, v in given.items() if n in model.PATH_HANDLER_NAMES}
+    offered = {name: value for name, value in given.items() if name not in path_handler}
+    source = server.where(plugin)
+    used = _known_values(model, offered, source)
+    known = {*path_handler, *(name for name, _ in flattened(used))}
+    namespace = server.name.removesuffix(SERVER).strip("/")
+    return Preset(
+        "/".join(filter(None, (server.file.stem, namespace, plugin))),
+        controller,
+        f"{plugin_type} from {server.file.name}",
+        used,
+        source,
+        ignored=tuple(n for n in given if n not in known or model.is_without_effect(n)),
+        path_handler=path_handler,
+    ).checked()
+
+
+def _plugin_type(server: Node, plugin: str) -> str:
+    name = f"{plugin}.plugin"
+    default = DEFAULT_TYPE if _plugins(server) == DEFAULT_PLUGINS else None
+    plugin_type = server.get(name, default)
+    if plugin_type is None and name not in server.parameters:
+        raise InputError(
+            f"{server.where(plugin)}: missing, but listed in {PLUGINS}; "
+            "expected a mapping with a plugin type"
+        )
+    if not isinstance(plugin_type, str):
+        raise InputError(f"{server.where(name)}: expected a plugin type, got {plugin_type!r}")
+    return plugin_type
+
+
+def _counterpart(plugin_type: str, where: str) -> tuple[str, type[ControllerParameters]]:
+    """Returns name and parameter model of the controller that a plugin type selects."""
+    controllers = installed_controllers()
+    by_type = {c.nav2_plugin: name for name, c in controllers.items() if c.nav2_plugin}
+    if plugin_type not in by_type:
+        raise InputError(
+            f"{where}: {plugin_type!r} has no counterpart here"
+            f"{nearest_name_hint(plugin_type, by_type)}"
+        )
+    name = by_type[plugin_type]
+    return name, controllers[name].Parameters
+
+
+def _known_values(
+    model: type[ControllerParameters], values: Mapping[str, Any], source: str
+) -> dict[str, Any]:
+    """Returns, nested, the values that the model has fields for and Nav2 would read."""
+    known = nested(values.items(), source)
+    for block in model.blocks_not_read(known):
+        del known[block]
+    # A model may notice an unknown name only once others are gone.
+    while any([_remove(known, place) for place in unknown_fields(model, known)]):
+        pass
+    return known
+
+
+def _remove(values: dict[str, Any], place: tuple[int | str, ...]) -> bool:
+    """Removes a nested value; returns whether it was there."""
+    *blocks, last = place
+    for block in blocks:
+        values = values.get(block)
+        if not isinstance(values, dict):
+            return False
+    return values.pop(last, values) is not values

@@ -1,0 +1,249 @@
+"""Reads Nav2's parameter files as ROS does: which node gets which parameters, and from which line.
+
+What the parameters mean is no concern here; see `nav2_controllers`.
+
+A file is loaded as nav2_bringup's launch files load it, by PyYAML: with anchors and merge keys, the
+last of two equal keys replacing the first with all that is below it. Scalars and names then follow
+rcl_yaml_param_parser and rclcpp. All keys above `ros__parameters` together are the name of a node,
+in which `*` and `**` stand for one and for any number of namespaces. All keys below it together are
+the name of a parameter, so that `a.b: 1` and `a: {b: 1}` say the same. Where a node is given the
+same parameter again, the later one holds.
+
+Sources: nav2_common (RewrittenYaml), rcl_yaml_param_parser (parse.c), rclcpp (parameter_map.cpp).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar, NamedTuple
+
+import yaml
+
+from drake_navbench.errors import InputError
+from drake_navbench.typed_yaml import read_text, yaml_fault
+
+PARAMETERS_KEY = "ros__parameters"
+MERGE_TAG = "tag:yaml.org,2002:merge"
+# Parts of a node's name that stand for others.
+WILDCARDS = {"/**": "(/[^/]+)*", "/*": "/[^/]+"}
+
+
+class Parameter(NamedTuple):
+    """A value and its line, counted from 1."""
+
+    value: Any
+    line: int
+
+
+@dataclass(frozen=True)
+class Section:
+    """What a file gives to the nodes of a name.
+
+    name: as the file spells it, with the namespaces, '/robot1/controller_server'; with wildcards it
+        names many nodes, '/**'.
+    parameters: by dotted name, in the order of the file.
+    """
+
+    file: Path
+    name: str
+    parameters: Mapping[str, Parameter]
+
+    @property
+    def has_wildcards(self) -> bool:
+        """Whether the name may be that of many nodes."""
+        return "*" in self.name
+
+    def is_for(self, node: str) -> bool:
+        """Tells whether the node of this full name gets these parameters."""
+        parts = re.split(r"(/\*\*|/\*)", self.name)
+        pattern = "".join(WILDCARDS.get(part, re.escape(part)) for part in parts)
+        return re.fullmatch(pattern, node) is not None
+
+
+@dataclass(frozen=True)
+class ParameterFile:
+    """All sections of a file; none where it is no file of ROS parameters.
+
+    remarks: a line each on what was taken although it is probably a mistake.
+    """
+
+    sections: tuple[Section, ...]
+    remarks: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Node:
+    """All that a node is given.
+
+    name: full, '/robot1/controller_server'.
+    file: the last one that has a section for it.
+    parameters: by dotted name.
+    """
+
+    name: str
+    file: Path
+    parameters: Mapping[str, Parameter]
+
+    def get(self, name: str, default: Any = None) -> Any:
+        """Returns the value of a parameter, the default where it is not given."""
+        return self.parameters[name].value if name in self.parameters else default
+
+    def below(self, prefix: str) -> dict[str, Any]:
+        """Returns the values of the parameters `prefix.*` by the rest of their names."""
+        start = f"{prefix}."
+        return {
+            name.removeprefix(start): parameter.value
+            for name, parameter in self.parameters.items()
+            if name.startswith(start)
+        }
+
+    def where(self, name: str) -> str:
+        """Returns the beginning of an error about a parameter: its file, line and place."""
+        line = f", line {self.parameters[name].line}" if name in self.parameters else ""
+        return f"{self.file}{line}: {self.name.lstrip('/')}.{PARAMETERS_KEY}.{name}"
+
+
+def read_parameter_file(path: Path) -> ParameterFile:
+    """Returns the sections of a file; raises InputError where it cannot be read or is no YAML."""
+    text = read_text(path)
+    try:
+        reader = _Reader(path, text)
+        sections = tuple(reader.sections())
+    except yaml.YAMLError as error:
+        raise yaml_fault(error, str(path)) from error
+    except RecursionError as error:
+        raise InputError(f"{path}: nested too deeply") from error
+    return ParameterFile(sections, tuple(reader.remarks))
+
+
+def nodes_called(base_name: str, sections: Iterable[Section]) -> list[Node]:
+    """Returns the nodes of a name, one in each namespace that has a section for it.
+
+    Where there are only sections with wildcards, there is one node, without a namespace.
+    """
+    sections = list(sections)
+    plain = f"/{base_name}"
+    names = [s.name for s in sections if s.name.endswith(plain) and not s.has_wildcards]
+    if not names and any(section.is_for(plain) for section in sections):
+        names = [plain]
+    return [_node(name, [s for s in sections if s.is_for(name)]) for name in dict.fromkeys(names)]
+
+
+def _node(name: str, sections: list[Section]) -> Node:
+    parameters: dict[str, Parameter] = {}
+    for section in sections:
+        parameters |= section.parameters
+    return Node(name, sections[-1].file, parameters)
+
+
+class _RosLoader(yaml.SafeLoader):
+    """PyYAML's loader with the scalars of rcl_yaml_param_parser.
+
+    So `y` is true and `1e-3` a number; `1:30`, `2024-01-01` and `null` are text.
+    """
+
+    bool_values: ClassVar[dict[str, bool]] = {**yaml.SafeLoader.bool_values, "y": True, "n": False}
+    yaml_implicit_resolvers: ClassVar[dict[str | None, list[Any]]] = {}
+
+
+_FLOAT = r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)"
+for _tag, _pattern in {
+    "merge": "<<",
+    "null": "",
+    "bool": "[yYnN]|yes|Yes|YES|no|No|NO|true|True|TRUE|false|False|FALSE|on|On|ON|off|Off|OFF",
+    "int": "[-+]?(0|[1-9][0-9]*|0[0-7]+|0x[0-9a-fA-F]+)",
+    "float": _FLOAT,
+}.items():
+    _RosLoader.add_implicit_resolver(
+        f"tag:yaml.org,2002:{_tag}", re.compile(f"(?:{_pattern})$"), [None]
+    )
+
+
+class _Reader:
+    """Takes one file apart; `remarks` is complete once `sections` is exhausted."""
+
+    def __init__(self, path: Path, text: str) -> None:
+        self._path = path
+        self._loader = _RosLoader(text)
+        self._entries_of: dict[int, list[tuple[str, yaml.Node]]] = {}
+        self.remarks: list[str] = []
+
+    def sections(self) -> Iterator[Section]:
+        """Yields the sections in the order of the file."""
+        return self._sections_below(self._loader.get_single_node(), "")
+
+    def _sections_below(self, node: yaml.Node | None, name: str) -> Iterator[Section]:
+        if not isinstance(node, yaml.MappingNode):
+            return
+        for key, value in self._entries(node, name.lstrip("/")):
+            if key != PARAMETERS_KEY:
+                yield from self._sections_below(value, f"{name}/{key.strip('/')}")
+            elif name:
+                yield Section(self._path, name, self._parameters(value, name))
+            else:
+                raise _fault(f"expected the name of a node above {PARAMETERS_KEY}", node)
+
+    def _parameters(self, node: yaml.Node, section: str) -> dict[str, Parameter]:
+        parameters: dict[str, Parameter] = {}
+        place = f"{section.lstrip('/')}.{PARAMETERS_KEY}."
+        for name, value in self._leaves(node, place):
+            name = name.removeprefix(place)
+            line = _line(value)
+            if name in parameters:
+                # Once dotted and once in a block, or in two dotted ways.
+                self._remark_again(place + name, parameters.pop(name).line, line)
+            parameters[name] = Parameter(self._loader.construct_object(value, deep=True), line)
+        return parameters
+
+    def _leaves(self, node: yaml.Node, place: str) -> Iterator[tuple[str, yaml.Node]]:
+        """Yields the parameters below a place with their full names."""
+        if not isinstance(node, yaml.MappingNode):
+            return
+        for key, value in self._entries(node, place.rstrip(".")):
+            if isinstance(value, yaml.MappingNode):
+                yield from self._leaves(value, f"{place}{key}.")
+            else:
+                yield place + key, value
+
+    def _entries(self, node: yaml.MappingNode, place: str) -> list[tuple[str, yaml.Node]]:
+        """Returns keys and values of a mapping; what it merges from others comes first."""
+        if id(node) not in self._entries_of:
+            self._remark_equal_keys(node, place)
+            self._loader.flatten_mapping(node)
+            entries: dict[str, yaml.Node] = {}
+            for key, value in node.value:
+                # The order decides where a dotted name and a block give the same parameter.
+                entries.pop(_text(key), None)
+                entries[_text(key)] = value
+            self._entries_of[id(node)] = list(entries.items())
+        return self._entries_of[id(node)]
+
+    def _remark_equal_keys(self, node: yaml.MappingNode, place: str) -> None:
+        lines: dict[str, int] = {}
+        for key, _ in node.value:
+            name = _text(key)
+            if name in lines and key.tag != MERGE_TAG:
+                self._remark_again(f"{place}.{name}".lstrip("."), lines[name], _line(key))
+            lines[name] = _line(key)
+
+    def _remark_again(self, name: str, first: int, line: int) -> None:
+        self.remarks.append(
+            f"{self._path}, line {line}: {name} is given again; line {first} has no effect"
+        )
+
+
+def _text(key: yaml.Node) -> str:
+    if not isinstance(key, yaml.ScalarNode):
+        raise _fault("expected text as the name of a parameter", key)
+    return key.value
+
+
+def _line(node: yaml.Node) -> int:
+    return node.start_mark.line + 1
+
+
+def _fault(text: str, node: yaml.Node) -> yaml.YAMLError:
+    return yaml.constructor.ConstructorError(None, None, text, node.start_mark)

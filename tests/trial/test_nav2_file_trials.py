@@ -1,0 +1,56 @@
+"""A controller drives the same whether its parameters come from a preset file or a Nav2 file."""
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+from drake_navbench import run_trial
+from drake_navbench.inputs.parameter_files import load_parameter_file
+from drake_navbench.inputs.presets import load_preset
+from drake_navbench.log import Outcome
+
+# The true motion, and what was commanded; compute times differ from run to run.
+MOTION = ["time_s", "x_m", "y_m", "yaw_rad", "v_mps", "w_radps", "command_v_mps", "command_w_radps"]
+# Around two bends; with the critics' parameters left out the robot does not get through.
+SCENARIO, PRESET = "doorway", "dwb_bringup"
+
+
+def nested(parameters):
+    return parameters
+
+
+def dotted(parameters):
+    result = {}
+    for name, value in parameters.items():
+        is_block = isinstance(value, dict)
+        result |= {f"{name}.{key}": v for key, v in value.items()} if is_block else {name: value}
+    return result
+
+
+def mixed(parameters):
+    """Returns every critic's scale dotted and the rest of it in a block."""
+    scales = {n: v for n, v in dotted(parameters).items() if n.endswith(".scale")}
+    rest = {
+        name: {k: v for k, v in value.items() if k != "scale"} if isinstance(value, dict) else value
+        for name, value in parameters.items()
+    }
+    return scales | rest
+
+
+@pytest.fixture(scope="module")
+def motion():
+    log = run_trial(SCENARIO, PRESET)
+    assert log.outcome is Outcome.SUCCEEDED
+    return log.samples[MOTION]
+
+
+@pytest.mark.parametrize("form", [nested, dotted, mixed])
+def test_dwb_drives_around_bends_alike_from_a_preset_and_from_a_nav2_file(form, motion, tmp_path):
+    block = {"plugin": "dwb_core::DWBLocalPlanner"} | form(dict(load_preset(PRESET).values))
+    server = {"controller_plugins": ["FollowPath"], "FollowPath": block}
+    path = Path(tmp_path / "nav2_params.yaml")
+    path.write_text(yaml.safe_dump({"controller_server": {"ros__parameters": server}}))
+    (preset,) = load_parameter_file(path)
+    driven = run_trial(SCENARIO, preset).samples[MOTION]
+    assert driven.to_numpy().tobytes() == motion.to_numpy().tobytes()
