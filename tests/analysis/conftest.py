@@ -7,7 +7,7 @@ import pytest
 from results_folders import write_folder
 
 from drake_navbench.analysis.report import ReportResult, build_report
-from drake_navbench.log import METADATA_KEY
+from drake_navbench.log import METADATA_KEY, SCHEMA_VERSION
 from drake_navbench.results import ResultsFolder
 
 
@@ -23,7 +23,7 @@ def reported(tmp_path_factory) -> ReportResult:
     whole.with_name("trial_007.parquet").write_bytes(whole.read_bytes()[:2000])
     table = pq.read_table(whole)
     header = table.schema.metadata[METADATA_KEY].replace(
-        b'"schema_version": 1', b'"schema_version": 99'
+        b'"schema_version": %d' % SCHEMA_VERSION, b'"schema_version": 99'
     )
     other = table.replace_schema_metadata({METADATA_KEY: header})
     pq.write_table(other, whole.with_name("trial_008.parquet"))

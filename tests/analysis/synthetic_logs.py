@@ -28,7 +28,11 @@ def make_log(
 ) -> TrialLog:
     """Returns a log with these columns (scalars are held), all others 0, far from any obstacle."""
     time_s = np.asarray(time_s, dtype=float)
-    defaults = {"clearance_m": np.inf, "obstacle_cell_distance_m": np.inf}
+    defaults = {
+        "clearance_m": np.inf,
+        "obstacle_cell_distance_m": np.inf,
+        "obstacle_corner_distance_m": np.inf,
+    }
     values = {
         name: np.broadcast_to(columns.get(name, defaults.get(name, 0.0)), time_s.shape)
         for name in COLUMNS
