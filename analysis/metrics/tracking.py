@@ -18,7 +18,10 @@ from drake_navbench.analysis.metrics.signals import (
     times,
 )
 from drake_navbench.kernels.angles import wrap
-from drake_navbench.log import TrialLog
+from drake_navbench.log import Outcome, TrialLog
+
+# Less is no progress: the edge of a usual costmap's cell.
+STALL_DISTANCE_M = 0.05
 
 
 class Projection(NamedTuple):
@@ -109,6 +112,20 @@ def plan_progress_ratio(log: TrialLog) -> float:
     last = positions(log)[-1:]
     plan = _plan_xy(log)
     return project_on_polyline(last, plan).arc_m[0] / polyline_length(plan)
+
+
+@metric(unit="s", better="lower")
+def stall_time_s(log: TrialLog) -> float:
+    """How long a trial that failed went on without getting farther along the plan.
+
+    Formula: end - the first time at which the plan's nearest point lay within 0.05 m (a cell of a
+    map) of the farthest one that was reached. The published abort_time starts at the very lowest
+    command, which the noise of two commands near a standstill decides.
+    """
+    if log.outcome is Outcome.SUCCEEDED:
+        raise Undefined("the trial reached its goal")
+    arc_m = _projection(log).arc_m
+    return log.end_time_s - times(log)[(arc_m >= arc_m.max() - STALL_DISTANCE_M).argmax()]
 
 
 @metric(unit="m", better="lower")
