@@ -24,6 +24,7 @@ force during recoveries and pauses. Times before the first plan are left out of 
 """
 PUBLICATION = "Schena 2024"
 REPLACED_BY = {
+    "abort_time": "stall_time_s",
     "avg_heading_error": "heading_error_mean_deg",
     "avg_path_error": "cross_track_error_mean_m",
     "energy": "mechanical_energy_j",

@@ -35,15 +35,15 @@ class PublishedSamples:
     """A trial on the publication's sampling.
 
     time_s: (N,). pose: (N, 3) true x m, y m, yaw rad, interpolated. v_mps, w_radps: (N,) the last
-    command, held. obstacle_cell_distance_m: (N,) reference point to the nearest lethal cell of the
-    local costmap, held; +inf where there is none.
+    command, held. obstacle_corner_distance_m: (N,) reference point to the nearest lower left corner
+    of a lethal cell of the local costmap, held; +inf where there is none.
     """
 
     time_s: Array
     pose: Array
     v_mps: Array
     w_radps: Array
-    obstacle_cell_distance_m: Array
+    obstacle_corner_distance_m: Array
 
     @property
     def duration_s(self) -> float:
@@ -82,7 +82,7 @@ def published_samples(
         pose=np.column_stack(pose),
         v_mps=rows["command_v_mps"].to_numpy()[held],
         w_radps=rows["command_w_radps"].to_numpy()[held],
-        obstacle_cell_distance_m=rows["obstacle_cell_distance_m"].to_numpy()[held],
+        obstacle_corner_distance_m=rows["obstacle_corner_distance_m"].to_numpy()[held],
     )
 
 
@@ -131,7 +131,9 @@ def time_taken(log: TrialLog) -> float:
 def min_obstacle_distance(log: TrialLog) -> float:
     """Smallest distance from the reference point to a lethal cell of the local costmap.
 
-    Formula: minimum over the published samples. Ignores the footprint and the size of a cell.
+    Formula: a cell of column i and row j is taken to be at origin + resolution (i, j), its lower
+    left corner; the minimum over the published samples. Ignores the footprint, and is a cell's edge
+    longer behind the robot than ahead of it.
     """
     return _seen_distances_m(log).min()
 
@@ -140,7 +142,8 @@ def min_obstacle_distance(log: TrialLog) -> float:
 def std_obstacle_distance(log: TrialLog) -> float:
     """Spread of the distance from the reference point to the nearest lethal cell.
 
-    Formula: standard deviation (divisor n) over the published samples that see an obstacle.
+    Formula: the distance as in min_obstacle_distance; standard deviation (divisor n) over the
+    published samples that see an obstacle.
     """
     return _seen_distances_m(log).std()
 
@@ -245,17 +248,30 @@ def abort_time(log: TrialLog) -> float:
     """How long the controller took to give up once it was slowest.
 
     Formula: from the first sample at the trial's lowest v, where that is below v max, to the last
-    sample; 0 where v never drops.
+    sample; 0 where v never drops. No value where the lowest v is that of the last sample: then
+    nothing tells when it began to give up.
     """
     if log.outcome is Outcome.SUCCEEDED:
         raise Undefined("the trial reached its goal")
     samples = published_samples(log)
     if samples.v_mps.min() >= max_velocity_of(log):
         return 0.0
-    return float(samples.time_s[-1] - samples.time_s[samples.v_mps.argmin()])
+    slowest = int(samples.v_mps.argmin())
+    if slowest == len(samples.v_mps) - 1:
+        raise Undefined("the last published sample is the slowest")
+    return float(samples.time_s[-1] - samples.time_s[slowest])
 
 
-# In the publication's order; std_heading_error is over trials, see tables.py.
+@metric(unit="rad/s", better="neither")
+def max_yaw_rate(log: TrialLog) -> float:
+    """Highest commanded yaw rate; the publication tells it in its text, not in its tables.
+
+    Formula: max |w| over the published samples.
+    """
+    return float(np.abs(published_samples(log).w_radps).max())
+
+
+# Those of its tables, in their order; std_heading_error is over trials, see tables.py.
 PUBLISHED_METRICS: tuple[Metric, ...] = (
     success_rate,
     avg_linear_speed,
@@ -298,7 +314,7 @@ def _path_errors_m(log: TrialLog) -> Array:
 
 
 def _seen_distances_m(log: TrialLog) -> Array:
-    distances = published_samples(log).obstacle_cell_distance_m
+    distances = published_samples(log).obstacle_corner_distance_m
     seen = distances[np.isfinite(distances)]
     if len(seen) == 0:
         raise Undefined("no obstacle came into the local costmap")

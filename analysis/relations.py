@@ -1,7 +1,7 @@
-"""The relations between controllers that the publication claims, as numbers that can be tested.
+"""The relations between controllers that the publication claims, as inequalities to be tested.
 
-A relation is reduced to one margin: positive where it holds, negative where it does not, zero at a
-tie. Of the differences that must all be positive, the margin is the smallest: the deciding one.
+Every claim about means comes down to inequalities `lower < factor * higher` between two of them,
+all of which must hold. A claim that something equals a value is about every single trial.
 """
 
 from __future__ import annotations
@@ -9,8 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
-from typing import ClassVar, Protocol
+from itertools import combinations, permutations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,128 +19,116 @@ Array = NDArray[np.float64]
 PERCENT = 100.0
 # The publication prints success rates and top speeds in whole per cent.
 HALF_PRINTED_UNIT = 0.5
-# Differences below this share of the larger mean are rounding, not a difference.
-ROUNDING_RATIO = 1e-12
 
 LOWER_THAN = "lower than"
 HIGH_TO_LOW = "order high to low"
 LOW_TO_HIGH = "order low to high"
 
 
-class Relation(Protocol):
-    """What a finding claims of the means of some controllers.
+@dataclass(frozen=True)
+class Inequality:
+    """The mean of one controller lies below a multiple of another's: 1 in an ordering."""
 
-    controllers: those whose means it is about. margin_unit: '' for that of the metric.
-    """
-
-    margin_unit: ClassVar[str]
+    lower: str
+    higher: str
+    factor: float = 1.0
 
     @property
-    def controllers(self) -> tuple[str, ...]: ...
+    def is_ordering(self) -> bool:
+        """Whether the two are compared as they are."""
+        return self.factor == 1.0
 
-    def margin(self, means: Array) -> Array:
-        """Returns the margins (...) of means (..., C), one column each of `controllers`."""
-        ...
+    @property
+    def text(self) -> str:
+        """The inequality in words."""
+        if self.is_ordering:
+            return f"{self.lower} < {self.higher}"
+        return f"{self.lower} < {self.factor:g} {self.higher}"
 
-    def deciding(self, means: Array) -> str:
-        """Returns in words what the margin of means (C,) rests on."""
-        ...
+    def difference(self, lower: Array, higher: Array) -> Array:
+        """Returns what is left until the inequality breaks, in the unit of the metric."""
+        return self.factor * higher - lower
+
+    def size(self, lower: float, higher: float) -> float:
+        """Returns how large the effect is, a ratio.
+
+        Of an ordering the difference as a share of the larger mean, positive where it holds, 0
+        where both are 0; otherwise the share `lower / higher` that the claim limits.
+        """
+        if not self.is_ordering:
+            return lower / higher if higher != 0.0 else np.nan
+        return relative_difference(lower, higher)
 
 
 @dataclass(frozen=True)
 class Equals:
-    """Every mean is the value that was printed: its margin is what is left of half a unit."""
+    """Every trial of some controllers has the value that was printed."""
 
     controllers: tuple[str, ...]
     value: float
-    margin_unit: ClassVar[str] = ""
 
-    def margin(self, means: Array) -> Array:
-        """Returns half a printed unit minus the largest deviation from the value."""
-        return HALF_PRINTED_UNIT - np.abs(means - self.value).max(axis=-1)
-
-    def deciding(self, means: Array) -> str:
-        """Returns the controller that is farthest off."""
-        farthest = self.controllers[int(np.abs(means - self.value).argmax())]
-        return f"{farthest} = {self.value:g}"
+    def holds(self, values: Array) -> NDArray[np.bool_]:
+        """Returns of which values the printed one is the rounded form."""
+        return np.abs(values - self.value) <= HALF_PRINTED_UNIT
 
 
 @dataclass(frozen=True)
-class Within:
-    """The highest mean exceeds the lowest by at most so many per cent of the lowest."""
+class Inequalities:
+    """Some means satisfy inequalities, all of them."""
 
-    controllers: tuple[str, ...]
-    percent: float
-    margin_unit: ClassVar[str] = "%"
-
-    def margin(self, means: Array) -> Array:
-        """Returns the allowed minus the actual spread, in per cent of the lowest mean."""
-        return self.percent - PERCENT * (means.max(axis=-1) / means.min(axis=-1) - 1.0)
-
-    def deciding(self, means: Array) -> str:
-        """Returns the two controllers that are farthest apart."""
-        low, high = self.controllers[int(means.argmin())], self.controllers[int(means.argmax())]
-        return f"{low} and {high} within {self.percent:g}%"
-
-
-@dataclass(frozen=True)
-class Ordering:
-    """Some means lie strictly below others.
-
-    below: pairs (lower, higher). All rankings come down to this.
-    """
-
-    below: tuple[tuple[str, str], ...]
-    margin_unit: ClassVar[str] = ""
+    parts: tuple[Inequality, ...]
 
     @property
     def controllers(self) -> tuple[str, ...]:
-        """Those in any pair, in the order of their first appearance."""
-        return tuple(dict.fromkeys(name for pair in self.below for name in pair))
+        """Those in any part, in the order of their first appearance."""
+        names = (name for part in self.parts for name in (part.lower, part.higher))
+        return tuple(dict.fromkeys(names))
 
-    def margin(self, means: Array) -> Array:
-        """Returns the smallest of the differences higher minus lower."""
-        return self._differences(means).min(axis=-1)
 
-    def deciding(self, means: Array) -> str:
-        """Returns the pair with the smallest difference."""
-        lower, higher = self.below[int(self._differences(means).argmin())]
-        return f"{lower} < {higher}"
+Relation = Equals | Inequalities
 
-    def _differences(self, means: Array) -> Array:
-        place = {name: index for index, name in enumerate(self.controllers)}
-        lower = means[..., [place[name] for name, _ in self.below]]
-        higher = means[..., [place[name] for _, name in self.below]]
-        differences = higher - lower
-        rounding = ROUNDING_RATIO * np.maximum(np.abs(lower), np.abs(higher))
-        return np.where(np.abs(differences) <= rounding, 0.0, differences)
+
+def relative_difference(lower: float, higher: float) -> float:
+    """Returns higher minus lower as a share of the larger magnitude; 0 where both are 0.
+
+    NaN where one of them is.
+    """
+    scale = max(abs(lower), abs(higher))
+    return (higher - lower) / scale if scale != 0.0 else 0.0
 
 
 def parse_relation(relation: str, controllers: str, *, everyone: Sequence[str]) -> Relation:
     """Returns the relation that a row of findings.csv names.
 
-    relation: 'equals 100', 'within 3%', 'lowest', 'highest', 'order high to low', 'order low to
-    high' or 'lower than'. controllers: names separated by blanks, for 'lower than' with a '<'
-    between the lower and the higher ones. everyone: those that 'lowest' and 'highest' are among.
+    relation: 'equals 100', 'within 3%' (the highest exceeds the lowest by at most so much),
+    'at most 35% of', 'lowest', 'highest', 'order high to low', 'order low to high' or 'lower than'.
+    controllers: names separated by blanks, for 'lower than' and 'at most' with a '<' between the
+    lower and the higher ones. everyone: those that 'lowest' and 'highest' are among. An ordering
+    of more than two claims something of every two of them.
     Raises ValueError where the relation is none of these.
     """
     names = tuple(controllers.split())
     if equals := re.fullmatch(r"equals (\S+)", relation):
         return Equals(names, float(equals[1]))
     if within := re.fullmatch(r"within (\S+)%", relation):
-        return Within(names, float(within[1]))
+        factor = 1.0 + float(within[1]) / PERCENT
+        return Inequalities(tuple(Inequality(a, b, factor) for a, b in permutations(names, 2)))
     if relation in ("lowest", "highest"):
         (chosen,) = names
         others = [name for name in everyone if name != chosen]
         is_lowest = relation == "lowest"
-        return Ordering(tuple((chosen, o) if is_lowest else (o, chosen) for o in others))
+        return Inequalities(
+            tuple(Inequality(chosen, o) if is_lowest else Inequality(o, chosen) for o in others)
+        )
     if relation in (HIGH_TO_LOW, LOW_TO_HIGH):
         rising = names[::-1] if relation == HIGH_TO_LOW else names
-        return Ordering(tuple(pairwise(rising)))
-    if relation == LOWER_THAN:
+        return Inequalities(tuple(Inequality(a, b) for a, b in combinations(rising, 2)))
+    at_most = re.fullmatch(r"at most (\S+)% of", relation)
+    if relation == LOWER_THAN or at_most:
+        factor = float(at_most[1]) / PERCENT if at_most else 1.0
         lower, higher = (side.split() for side in controllers.split("<"))
-        return Ordering(tuple((low, high) for low in lower for high in higher))
+        return Inequalities(tuple(Inequality(a, b, factor) for a in lower for b in higher))
     raise ValueError(
-        f"relation {relation!r} is not known; expected 'equals N', 'within N%', 'lowest', "
-        f"'highest', '{HIGH_TO_LOW}', '{LOW_TO_HIGH}' or '{LOWER_THAN}'"
+        f"relation {relation!r} is not known; expected 'equals N', 'within N%', 'at most N% of', "
+        f"'lowest', 'highest', '{HIGH_TO_LOW}', '{LOW_TO_HIGH}' or '{LOWER_THAN}'"
     )

@@ -9,9 +9,9 @@ from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from drake_navbench.analysis.findings import PUBLISHED_SETTINGS
 from drake_navbench.analysis.folder_analysis import FIGURES_FOLDER, FolderAnalysis, analyse_folder
 from drake_navbench.analysis.html import page_environment, relative_change
+from drake_navbench.analysis.lineups import PUBLISHED_SETTINGS
 from drake_navbench.analysis.metrics.definition import Better
 from drake_navbench.analysis.metrics.registry import all_metrics, installed_metrics
 from drake_navbench.analysis.reproduction import (
@@ -20,7 +20,7 @@ from drake_navbench.analysis.reproduction import (
     write_reproduction,
 )
 from drake_navbench.analysis.scenario_analysis import HEADLINE_METRICS, LeftOut, ScenarioAnalysis
-from drake_navbench.analysis.statistics import BOOTSTRAP_RESAMPLES, Interval, trials_needed
+from drake_navbench.analysis.statistics import Interval, trials_needed
 from drake_navbench.analysis.tables import published_table, scenario_table, table_to_markdown
 from drake_navbench.log import Outcome
 from drake_navbench.results import ResultsFolder, write_text
@@ -131,8 +131,6 @@ def _page(analysis: FolderAnalysis, difference: float) -> dict[str, Any]:
         "pair_rows": [row for entry in scenarios for row in _pair_rows(entry, difference)],
         "trial_rows": [row for entry in scenarios for row in _trial_rows(analysis, entry)],
         "difference": difference,
-        "resamples": BOOTSTRAP_RESAMPLES,
-        "fewest_trials": min(s.trials for entry in scenarios for s in entry.successes),
     }
 
 

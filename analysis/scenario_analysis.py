@@ -8,22 +8,28 @@ from itertools import combinations
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
 import pandas as pd
 
 from drake_navbench.analysis.journey import Deed, Leg, deeds_of, legs_of
+from drake_navbench.analysis.metrics.definition import Metric
 from drake_navbench.analysis.metrics.registry import all_metrics, measure_all
+from drake_navbench.analysis.repeats import repeated_cells, repeated_controllers
 from drake_navbench.analysis.statistics import (
     Interval,
     PairedComparison,
     Summary,
     holm,
-    paired_comparison,
     success_interval,
-    summarize_rows,
+    summarize,
 )
 from drake_navbench.analysis.tables import trial_identity
-from drake_navbench.analysis.verdicts import Verdict, comparable_trials, values_by_seed, verdict
+from drake_navbench.analysis.verdicts import (
+    Verdict,
+    comparable_trials,
+    compare_columns,
+    values_by_seed,
+    verdict,
+)
 from drake_navbench.errors import InputError
 from drake_navbench.log import Outcome, TrialLog
 
@@ -71,12 +77,16 @@ class Cell(NamedTuple):
 
 
 class Success(NamedTuple):
-    """How often a controller reached the goal, with Wilson's interval of the share."""
+    """How often a controller reached the goal, with Wilson's interval of the share.
+
+    is_one_trial: whether all its trials are the same one, so that the interval says nothing.
+    """
 
     controller: str
     succeeded: int
     trials: int
     interval: Interval
+    is_one_trial: bool = False
 
 
 class Pair(NamedTuple):
@@ -145,48 +155,67 @@ def analyse(scenario: str, entries: list[TrialEntry], left_out: list[LeftOut]) -
         return result
     table = result.table
     controllers = list(dict.fromkeys(table["controller"]))
-    result.successes = [_success(table, name) for name in controllers]
-    result.cells = [cell for name in controllers for cell in _cells(entries, name)]
+    repeated = repeated_controllers(repeated_cells(table), scenario)
+    result.successes = [
+        _success(table, name, is_one_trial=name in repeated) for name in controllers
+    ]
+    result.cells = [
+        cell for name in controllers for cell in _cells(entries, name, is_repeated=name in repeated)
+    ]
     comparable = comparable_trials(table, HEADLINE_METRICS)
     for entry in all_metrics():
         if entry.name in HEADLINE_METRICS:
-            result.pairs += _pairs(comparable, scenario, entry.name)
-            found = verdict(comparable, scenario, entry, anyone_arrived=result.anyone_arrived)
+            result.pairs += _pairs(comparable, scenario, entry, repeated)
+            found = verdict(
+                comparable,
+                scenario,
+                entry,
+                anyone_arrived=result.anyone_arrived,
+                repeated=repeated,
+            )
             if found is not None:
                 result.verdicts.append(found)
     return result
 
 
-def _success(table: pd.DataFrame, controller: str) -> Success:
+def _success(table: pd.DataFrame, controller: str, *, is_one_trial: bool) -> Success:
     outcomes = table.loc[table["controller"] == controller, "outcome"]
     succeeded = int((outcomes == Outcome.SUCCEEDED).sum())
-    interval = success_interval(succeeded, len(outcomes))
-    return Success(controller, succeeded, len(outcomes), interval)
+    count = 1 if is_one_trial else len(outcomes)
+    interval = success_interval(min(succeeded, count), count)
+    return Success(controller, succeeded, len(outcomes), interval, is_one_trial)
 
 
-def _cells(entries: Sequence[TrialEntry], controller: str) -> list[Cell]:
+def _cells(
+    entries: Sequence[TrialEntry], controller: str, *, is_repeated: bool = False
+) -> list[Cell]:
+    """Returns the summary of every metric; trials that are one trial count once.
+
+    Compute times differ all the same: they are measured anew in each.
+    """
     own = [entry for entry in entries if entry.row["controller"] == controller]
-    names = [entry.name for entry in all_metrics()]
-    values = np.array([[entry.row[name] for entry in own] for name in names], dtype=float)
-    return [
-        Cell(
-            controller,
-            name,
-            summary,
-            next((e.reasons[name] for e in own if name in e.reasons), ""),
+    cells = []
+    for entry in all_metrics():
+        counted = own[:1] if is_repeated and entry.is_repeatable else own
+        summary = summarize([trial.row[entry.name] for trial in counted])
+        reason = next(
+            (trial.reasons[entry.name] for trial in own if entry.name in trial.reasons), ""
         )
-        for name, summary in zip(names, summarize_rows(values), strict=True)
-    ]
+        cells.append(Cell(controller, entry.name, summary, reason))
+    return cells
 
 
-def _pairs(table: pd.DataFrame, scenario: str, metric: str) -> list[Pair]:
-    values = values_by_seed(table, scenario, metric)
+def _pairs(
+    table: pd.DataFrame, scenario: str, entry: Metric, repeated: frozenset[str]
+) -> list[Pair]:
+    once = repeated if entry.is_repeatable else frozenset()
+    values = values_by_seed(table, scenario, entry.name)
     compared = [
-        (first, second, paired_comparison(values[first], values[second]))
+        (first, second, compare_columns(values, first, second, repeated=once))
         for first, second in combinations(values.columns, 2)
     ]
     adjusted = holm([comparison.p_value for *_, comparison in compared])
     return [
-        Pair(metric, first, second, comparison, float(p))
+        Pair(entry.name, first, second, comparison, float(p))
         for (first, second, comparison), p in zip(compared, adjusted, strict=True)
     ]

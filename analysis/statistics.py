@@ -7,8 +7,8 @@ says how many trials or pairs it rests on and how many it had to leave out.
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -20,12 +20,11 @@ Array = NDArray[np.float64]
 
 CONFIDENCE = 0.95
 POWER = 0.8
-# Enough that the ends of an interval move by less than 2% of its width from seed to seed.
-BOOTSTRAP_RESAMPLES = 2000
-BOOTSTRAP_SEED = 0
 MAX_TRIALS_NEEDED = 1_000_000
 # Nothing measured in SI units here differs by less for another reason than rounding.
 ROUNDING = 1e-9
+# Values that differ by less than this share of the largest are equal in all but name.
+SPREAD_RATIO = 1e-12
 
 
 class Interval(NamedTuple):
@@ -45,7 +44,7 @@ UNDEFINED_INTERVAL = Interval(math.nan, math.nan)
 class Summary(NamedTuple):
     """The values of one metric over the trials of one cell.
 
-    count: trials with a value. left_out: trials without one. interval: of the mean, 95%.
+    count: different trials with a value. left_out: trials without one. interval: of the mean, 95%.
     """
 
     count: int
@@ -74,54 +73,33 @@ class PairedComparison(NamedTuple):
 
 
 def summarize(values: Sequence[float]) -> Summary:
-    """Returns count, mean, sd (divisor n - 1), median and the mean's bootstrap interval.
+    """Returns count, mean, sd (divisor n - 1), median and Student's interval of the mean.
 
     NaN counts as left out.
     """
-    return summarize_rows(np.asarray(values, dtype=float)[None, :])[0]
+    values = np.asarray(values, dtype=float)
+    known = values[np.isfinite(values)]
+    count, left_out = len(known), len(values) - len(known)
+    if count == 0:
+        return Summary(0, left_out, math.nan, math.nan, math.nan, UNDEFINED_INTERVAL)
+    sd = float(known.std(ddof=1)) if count > 1 else math.nan
+    median = float(np.median(known))
+    return Summary(count, left_out, float(known.mean()), sd, median, mean_interval(known))
 
 
-def summarize_rows(rows: Array) -> list[Summary]:
-    """Returns the summary of every row of values (M, N); one bootstrap serves all whole rows."""
-    intervals = [UNDEFINED_INTERVAL] * len(rows)
-    defined = np.isfinite(rows)
-    for pattern in np.unique(defined, axis=0):
-        members = np.flatnonzero((defined == pattern).all(axis=1))
-        bounds = bootstrap_intervals(rows[np.ix_(members, np.flatnonzero(pattern))])
-        for member, interval in zip(members, bounds, strict=True):
-            intervals[member] = interval
-    return [
-        _summary(row[known], int(np.count_nonzero(~known)), interval)
-        for row, known, interval in zip(rows, defined, intervals, strict=True)
-    ]
+def mean_interval(values: Array, *, confidence: float = CONFIDENCE) -> Interval:
+    """Returns Student's interval of the mean of values (N,) without NaN.
 
-
-def bootstrap_intervals(rows: Array) -> list[Interval]:
-    """Returns the 95% bootstrap interval (BCa) of the mean of every row of (M, N) values.
-
-    Undefined for fewer than two values. Equal values give an interval without width. With fewer
-    than about eight values a bootstrap interval is too narrow; the resampling is seeded.
+    Undefined for fewer than two values; equal values give an interval without width. Student's and
+    no bootstrap: of normal values it covers the mean as often as it says from two on, a bootstrap
+    (BCa) 88% of the time with eight; of skewed ones it covers it more often, too, up to sixteen.
     """
-    if rows.shape[1] < 2:
-        return [UNDEFINED_INTERVAL] * len(rows)
-    intervals = [Interval(float(row[0]), float(row[0])) for row in rows]
-    # Rounding alone may give values that are equal in all but name a spread.
-    varied = np.flatnonzero(np.ptp(rows, axis=1) > 1e-12 * np.abs(rows).max(axis=1))
-    if len(varied) == 0:
-        return intervals
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", stats.DegenerateDataWarning)
-        low, high = stats.bootstrap(
-            (rows[varied],),
-            np.mean,
-            axis=-1,
-            n_resamples=BOOTSTRAP_RESAMPLES,
-            confidence_level=CONFIDENCE,
-            rng=np.random.default_rng(BOOTSTRAP_SEED),
-        ).confidence_interval
-    for row, *bounds in zip(varied, low, high, strict=True):
-        intervals[row] = Interval(*map(float, bounds))
-    return intervals
+    if len(values) < 2:
+        return UNDEFINED_INTERVAL
+    if np.ptp(values) <= SPREAD_RATIO * np.abs(values).max():
+        return Interval(float(values[0]), float(values[0]))
+    sd = float(values.std(ddof=1))
+    return student_interval(float(values.mean()), sd, len(values), confidence=confidence)
 
 
 def success_interval(successes: int, trials: int) -> Interval:
@@ -161,9 +139,14 @@ def student_interval(mean: float, sd: float, count: int, *, confidence: float) -
     """Returns Student's interval of a mean; undefined for fewer than two values."""
     if count < 2:
         return UNDEFINED_INTERVAL
-    quantile = stats.t.ppf(0.5 + 0.5 * confidence, count - 1)
-    half_width = float(quantile) * sd / math.sqrt(count)
+    half_width = _student_quantile(0.5 + 0.5 * confidence, count - 1) * sd / math.sqrt(count)
     return Interval(mean - half_width, mean + half_width)
+
+
+# Asked for anew for every metric of every cell, each time with the few numbers of a campaign.
+@lru_cache
+def _student_quantile(probability: float, freedom: int) -> float:
+    return float(stats.t.ppf(probability, freedom))
 
 
 def signed_rank_p_value(differences: Array) -> float:
@@ -251,14 +234,6 @@ def pareto_front(costs: Array) -> NDArray[np.bool_]:
     no_worse = (costs[:, None, :] <= costs[None, :, :]).all(axis=2)
     better = (costs[:, None, :] < costs[None, :, :]).any(axis=2)
     return known & ~(no_worse & better & known[:, None]).any(axis=0)
-
-
-def _summary(values: Array, left_out: int, interval: Interval) -> Summary:
-    count = len(values)
-    if count == 0:
-        return Summary(0, left_out, math.nan, math.nan, math.nan, interval)
-    sd = float(values.std(ddof=1)) if count > 1 else math.nan
-    return Summary(count, left_out, float(values.mean()), sd, float(np.median(values)), interval)
 
 
 def _power(count: int, effect: float, confidence: float) -> float:

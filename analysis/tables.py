@@ -49,6 +49,21 @@ def published_table() -> pd.DataFrame:
 
 
 @lru_cache(maxsize=1)
+def published_units() -> dict[tuple[str, str], float]:
+    """Returns the last printed digit's unit by (scenario, metric): 0.001 for 0.62 beside 0.868.
+
+    A row is printed to as many digits as the longest of its numbers shows.
+    """
+    text = _packaged_csv("published_tables.csv", dtype=str)
+    printed = text[list(PUBLISHED_CONTROLLERS)].map(lambda cell: len(cell.partition(".")[2]))
+    digits = printed.max(axis=1)
+    return {
+        (scenario, metric): 10.0 ** -int(count)
+        for scenario, metric, count in zip(text["scenario"], text["metric"], digits, strict=True)
+    }
+
+
+@lru_cache(maxsize=1)
 def published_findings() -> pd.DataFrame:
     """Returns what the publication claims: id, scenario, metric, relation, controllers, where."""
     return _packaged_csv("findings.csv")
@@ -136,5 +151,5 @@ def _markdown_row(cells: Sequence[str]) -> str:
     return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
 
 
-def _packaged_csv(name: str) -> pd.DataFrame:
-    return pd.read_csv(files("drake_navbench.analysis").joinpath(name).open())
+def _packaged_csv(name: str, **options: Any) -> pd.DataFrame:
+    return pd.read_csv(files("drake_navbench.analysis").joinpath(name).open(), **options)

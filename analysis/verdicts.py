@@ -22,6 +22,7 @@ from drake_navbench.log import Outcome
 # A difference below this share of the larger mean is not worth a word, however certain.
 RELEVANT_RATIO = 0.01
 SIGNIFICANT_DIGITS = 3
+NOTHING_RANDOM = "n = 1: nothing in these trials is random"
 EXTREMES = {Better.LOWER: "lowest", Better.HIGHER: "highest"}
 
 
@@ -38,9 +39,10 @@ class Verdict(NamedTuple):
     """What can be said of one metric in one scenario.
 
     standing: BEST where the leader's mean is better than every other with 95% confidence in all
-    comparisons together; LEVEL where the others in front differ from it by less than
-    RELEVANT_RATIO; NO_CONTEST where nobody reached the goal. leaders: the controller with the best
-    mean and those that are not shown to be worse, by their means. text: one sentence.
+    comparisons together, or in the one trial there is where nothing is random; LEVEL where the
+    others in front differ from it by less than RELEVANT_RATIO; NO_CONTEST where nobody reached the
+    goal. leaders: the controller with the best mean and those that are not shown to be worse, by
+    their means. text: one sentence.
     """
 
     scenario: str
@@ -66,6 +68,23 @@ def values_by_seed(trials: pd.DataFrame, scenario: str, metric: str) -> pd.DataF
     return table.reindex(columns=list(dict.fromkeys(own["controller"])))
 
 
+def compare_columns(
+    values: pd.DataFrame,
+    first: str,
+    second: str,
+    *,
+    repeated: frozenset[str] = frozenset(),
+    confidence: float = CONFIDENCE,
+) -> PairedComparison:
+    """Returns how the second column differs from the first over the seeds (rows).
+
+    repeated: the controllers whose trials are all the same one; of two such only one pair counts.
+    """
+    if repeated >= {first, second}:
+        values = values.iloc[:1]
+    return paired_comparison(values[first], values[second], confidence=confidence)
+
+
 def is_failed(trials: pd.DataFrame) -> pd.Series:
     """Returns which trials did not reach their goal."""
     return trials["outcome"] != Outcome.SUCCEEDED
@@ -86,12 +105,18 @@ def comparable_trials(trials: pd.DataFrame, metrics: Iterable[str]) -> pd.DataFr
 
 
 def verdict(
-    trials: pd.DataFrame, scenario: str, entry: Metric, *, anyone_arrived: bool = True
+    trials: pd.DataFrame,
+    scenario: str,
+    entry: Metric,
+    *,
+    anyone_arrived: bool = True,
+    repeated: frozenset[str] = frozenset(),
 ) -> Verdict | None:
     """Returns what the trials show about a metric; None where there is nothing to compare.
 
     The metric needs a good direction and a value for at least two controllers. anyone_arrived:
     whether a trial of the scenario reached its goal; else nobody is best, whatever the values.
+    repeated: the controllers whose trials are all the same one.
     """
     if entry.better is Better.NEITHER:
         return None
@@ -104,20 +129,24 @@ def verdict(
     leader, others = means.index[0], list(means.index[1:])
     # Bonferroni: all comparisons with the leader hold together at 95%.
     confidence = 1.0 - (1.0 - CONFIDENCE) / len(others)
+    once = repeated if entry.is_repeatable else frozenset()
     comparisons = {
-        other: paired_comparison(values[leader], values[other], confidence=confidence)
+        other: compare_columns(values, leader, other, repeated=once, confidence=confidence)
         for other in others
     }
     equal = [other for other in others if _is_equal(comparisons[other], means, leader, other)]
     leaders = [leader]
     for other in others:
-        if other in equal or not _is_behind(comparisons[other], entry.better):
+        is_certain = once >= {leader, other} or _is_behind(comparisons[other], entry.better)
+        if other in equal or not is_certain:
             leaders.append(other)
     if len(leaders) == 1:
         standing = Standing.BEST
         place = "best" if anyone_arrived else EXTREMES[entry.better]
         text = f"{leader} is {place}: {_number(means[leader], entry.unit)}; "
         text += f"next {others[0]}, {_gap(comparisons[others[0]], entry.unit)}"
+        if once >= {leader, others[0]}:
+            text += f" ({NOTHING_RANDOM})"
     elif leaders == [leader, *equal]:
         standing = Standing.LEVEL
         text = f"level: {', '.join(leaders)} {_how_close(comparisons, equal)}"

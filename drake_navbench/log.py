@@ -51,7 +51,10 @@ COLUMNS: Mapping[str, str] = {
     "command_v_mps": "last commanded forward velocity",
     "command_w_radps": "last commanded yaw rate",
     "clearance_m": "signed distance from the footprint to the nearest obstacle; 0 in a map's wall",
-    "obstacle_cell_distance_m": "reference point to the nearest lethal cell of the local costmap",
+    "obstacle_cell_distance_m": "reference point to the nearest centre of a lethal cell of the "
+    "local costmap",
+    "obstacle_corner_distance_m": "reference point to the nearest lower left corner of a lethal "
+    "cell, which the publication takes for the cell",
     "cycle_count": "control cycles so far",
     "compute_time_ms": "wall-clock time of the last control cycle (varies from run to run)",
 }

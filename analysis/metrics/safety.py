@@ -32,6 +32,20 @@ def min_clearance_m(log: TrialLog) -> float:
 
 
 @metric(unit="m", better="higher")
+def min_cell_centre_distance_m(log: TrialLog) -> float:
+    """Smallest distance from the reference point to the centre of a lethal cell.
+
+    Formula: minimum over the samples of the log. The published distance takes a cell's lower left
+    corner and so depends on the side on which the obstacle stands; this one does not.
+    """
+    distances = column(log, "obstacle_cell_distance_m")
+    seen = distances[np.isfinite(distances)]
+    if len(seen) == 0:
+        raise Undefined("no obstacle came into the local costmap")
+    return seen.min()
+
+
+@metric(unit="m", better="higher")
 def clearance_p05_m(log: TrialLog) -> float:
     """Clearance that the robot kept for 95% of the time that an obstacle was within 5 m.
 

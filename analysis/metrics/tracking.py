@@ -23,7 +23,10 @@ from drake_navbench.analysis.metrics.signals import (
     times,
 )
 from drake_navbench.kernels.angles import wrap
-from drake_navbench.log import TrialLog
+from drake_navbench.log import Outcome, TrialLog
+
+# Less is no progress: the edge of a usual costmap's cell.
+STALL_DISTANCE_M = 0.05
 
 
 class Projection(NamedTuple):
@@ -123,6 +126,27 @@ def plan_progress_ratio(log: TrialLog) -> float:
         if plan.leg == leg:
             done_m += project_on_polyline(positions(log)[-1:], plan.poses[:, :2]).arc_m[0]
     return done_m / lengths_m.sum()
+
+
+@metric(unit="s", better="lower")
+def stall_time_s(log: TrialLog) -> float:
+    """How long a trial that failed went on without getting farther along the plan.
+
+    Formula: end - the first time at which the nearest point of the first plan (of the present leg,
+    with waypoints) lay within 0.05 m (a cell of a map) of the farthest one that was reached. The
+    published abort_time starts at the very lowest command, which the noise of two commands near a
+    standstill decides.
+    """
+    if log.outcome is Outcome.SUCCEEDED:
+        raise Undefined("the trial reached its goal")
+    leg = present_leg(log)
+    plan = next((plan for plan in log.first_plans if plan.leg == leg), None)
+    if plan is None:
+        raise Undefined("there is no plan")
+    in_leg = times(log) >= plan.time_s
+    arc_m = project_on_polyline(positions(log)[in_leg], plan.poses[:, :2]).arc_m
+    reached = (arc_m >= arc_m.max() - STALL_DISTANCE_M).argmax()
+    return log.end_time_s - times(log)[in_leg][reached]
 
 
 @metric(unit="m", better="lower")

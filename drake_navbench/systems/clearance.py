@@ -19,6 +19,8 @@ from drake_navbench.systems.ports import declare_object_input
 MAX_DISTANCE_M = 5.0
 # Asked for first: where something is that near, what is farther need not be measured.
 NEAR_DISTANCE_M = 1.0
+# To an obstacle, to the centre of a cell, to the corner of a cell.
+DISTANCE_COUNT = 3
 
 
 class Clearance(LeafSystem):
@@ -27,8 +29,8 @@ class Clearance(LeafSystem):
     Inputs `geometry_query` (SceneGraph), `state` [x m, y m, ...] and `costmap` (Costmap or None).
     Output `distances` [m]: first the signed distance between the footprint's geometry and the
     nearest obstacle (negative when they overlap), the truth about collisions; then the distance
-    from the reference point to the nearest lethal cell's centre, the published measure. +inf where
-    nothing is near.
+    from the reference point to the nearest of the lethal cells' centres; then that to the nearest
+    of their lower left corners, the published measure. +inf where nothing is near.
 
     wall_edges: (N, 4) x0, y0, x1, y1 m of the walls of a map, which SceneGraph does not measure;
         a footprint that overlaps one is at 0. footprint: (K, 2) true outline, base frame, m.
@@ -50,7 +52,7 @@ class Clearance(LeafSystem):
         )
         self._state_port = self.DeclareVectorInputPort("state", 5)
         self._costmap_port = declare_object_input(self, "costmap")
-        self._distances = self.DeclareDiscreteState([math.inf, math.inf])
+        self._distances = self.DeclareDiscreteState([math.inf] * DISTANCE_COUNT)
         self.DeclareStateOutputPort("distances", self._distances)
         self.DeclareInitializationDiscreteUpdateEvent(self._on_period)
         self.DeclarePeriodicDiscreteUpdateEvent(period_s, offset_s, self._on_period)
@@ -63,10 +65,15 @@ class Clearance(LeafSystem):
             to_walls = outline_to_edges(outline, self._wall_edges, MAX_DISTANCE_M)
             clearance = min(clearance, to_walls)
         costmap = self._costmap_port.Eval(context)
-        cell_distance = math.inf
+        to_centre = to_corner = math.inf
         if costmap is not None and len(costmap.lethal_centres):
-            cell_distance = nearest_distance(costmap.lethal_centres, pose[:2])
-        discrete_state.get_mutable_vector(self._distances).SetFromVector([clearance, cell_distance])
+            to_centre = nearest_distance(costmap.lethal_centres, pose[:2])
+            # Corners half a cell to the lower left, or the robot as much to the upper right.
+            to_corner = nearest_distance(
+                costmap.lethal_centres, pose[:2] + 0.5 * costmap.resolution
+            )
+        distances = [clearance, to_centre, to_corner]
+        discrete_state.get_mutable_vector(self._distances).SetFromVector(distances)
 
 
 def _nearest_geometry(query: QueryObject) -> float:

@@ -12,6 +12,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, ValueProducer
 
 from drake_navbench.log import COLUMNS, Scan
+from drake_navbench.systems.clearance import DISTANCE_COUNT
 from drake_navbench.systems.diagnostics import (
     ARRAY_PERIOD_S,
     is_array,
@@ -82,7 +83,7 @@ class Recorder(LeafSystem):
         self._state_port = self.DeclareVectorInputPort("state", 5)
         self._estimate_port = self.DeclareVectorInputPort("estimate", 5)
         self._command_port = self.DeclareVectorInputPort("command", 2)
-        self._distances_port = self.DeclareVectorInputPort("distances", 2)
+        self._distances_port = self.DeclareVectorInputPort("distances", DISTANCE_COUNT)
         self._server_port = declare_object_input(self, "server_state")
         self._scan_port = declare_object_input(self, "scan")
         self._navigator_port = declare_object_input(self, "navigator_state")

@@ -36,7 +36,8 @@ def trial_log(
         v_mps=speed_mps * ramp,
         command_v_mps=speed_mps,
         clearance_m=0.9 - 0.01 * trial if has_wall else np.inf,
-        obstacle_cell_distance_m=1.2 if has_wall else np.inf,
+        obstacle_cell_distance_m=1.225 if has_wall else np.inf,
+        obstacle_corner_distance_m=1.2 if has_wall else np.inf,
         cycle_count=np.floor(time_s * 20.0 + 1e-9) + 1,
         compute_time_ms=1.0 + np.mod(np.floor(time_s * 20.0 + 1e-9), 7),
         info={

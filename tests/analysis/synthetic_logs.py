@@ -34,7 +34,11 @@ def make_log(
     plan: in force from the start, its last pose is the goal. plans: in its place, where given.
     """
     time_s = np.asarray(time_s, dtype=float)
-    defaults = {"clearance_m": np.inf, "obstacle_cell_distance_m": np.inf}
+    defaults = {
+        "clearance_m": np.inf,
+        "obstacle_cell_distance_m": np.inf,
+        "obstacle_corner_distance_m": np.inf,
+    }
     values = {
         name: np.broadcast_to(columns.get(name, defaults.get(name, 0.0)), time_s.shape)
         for name in COLUMNS

@@ -81,7 +81,7 @@ def moved(log, dx, dy):
 def test_socnav_and_barn_no_metric_depends_on_where_the_map_has_its_origin():
     # SocNavBench: positions taken for headings and for speeds. BARN 2022: plan and obstacles in
     # frames 0.15 m apart.
-    log = circle_log(clearance_m=1.0, obstacle_cell_distance_m=1.3)
+    log = circle_log(clearance_m=1.0, obstacle_cell_distance_m=1.3, obstacle_corner_distance_m=1.3)
     log.info["scenario"]["world"]["obstacles"] = [
         {"type": "box", "min": [2.5, 1.0], "max": [3.5, 3.0]}
     ]

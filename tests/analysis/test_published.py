@@ -114,7 +114,10 @@ def test_centripetal_acceleration_leaves_out_slow_turns_tight_radii_and_backing(
 
 
 def test_obstacle_distance_is_over_the_samples_that_see_one():
-    log = log_of_samples([0.5] * 4, obstacle_cell_distance_m=[np.inf, 2.0, 1.0, 3.0])
+    corners, centres = [np.inf, 2.0, 1.0, 3.0], [np.inf, 1.9, 0.9, 2.9]
+    log = log_of_samples(
+        [0.5] * 4, obstacle_corner_distance_m=corners, obstacle_cell_distance_m=centres
+    )
     assert published.min_obstacle_distance(log) == 1.0
     # Deviations 0, -1, 1 from the mean 2.
     assert published.std_obstacle_distance(log) == pytest.approx(math.sqrt(2 / 3))
@@ -183,6 +186,18 @@ def test_abort_time_runs_from_the_first_slowest_sample_to_the_last():
 
 def test_abort_time_is_zero_when_the_speed_never_drops():
     assert published.abort_time(log_of_samples([0.5] * 6)) == 0.0
+
+
+def test_abort_time_has_no_value_where_the_last_sample_is_the_slowest():
+    with pytest.raises(Undefined, match="last published sample is the slowest"):
+        published.abort_time(log_of_samples([0.5, 0.3, 0.1]))
+    # The first of equals counts.
+    assert published.abort_time(log_of_samples([0.5, 0.1, 0.1])) == pytest.approx(PERIOD_S)
+
+
+def test_the_highest_yaw_rate_counts_turns_to_either_side():
+    log = log_of_samples([0.5] * 3, w=[0.1, -0.55, 0.3])
+    assert published.max_yaw_rate(log) == 0.55
 
 
 def test_abort_time_of_a_success_is_undefined():

@@ -1,11 +1,18 @@
-"""Every kind of relation comes down to one margin, by hand."""
+"""Every kind of claim comes down to inequalities between two means, by hand."""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 import pytest
 
-from drake_navbench.analysis.relations import Equals, Ordering, Within, parse_relation
+from drake_navbench.analysis.relations import (
+    Equals,
+    Inequality,
+    parse_relation,
+    relative_difference,
+)
 
 EVERYONE = ("dwb", "rpp", "teb", "mppi")
 
@@ -14,82 +21,71 @@ def parse(relation, controllers):
     return parse_relation(relation, controllers, everyone=EVERYONE)
 
 
-def margin_of(relation, **means):
-    """The margin of a relation, given the means by controller."""
-    return float(relation.margin(np.array([means[name] for name in relation.controllers])))
+def texts(relation):
+    return [part.text for part in relation.parts]
 
 
-def deciding_of(relation, **means):
-    return relation.deciding(np.array([means[name] for name in relation.controllers]))
-
-
-def test_equals_has_half_a_printed_unit_to_spare():
+def test_equals_is_about_every_value_to_half_a_printed_unit():
     relation = parse("equals 100", "dwb rpp")
     assert relation == Equals(("dwb", "rpp"), 100.0)
-    assert margin_of(relation, dwb=100.0, rpp=100.0) == 0.5
-    # The farthest counts: 0.5 - |99.7 - 100| = 0.2.
-    assert margin_of(relation, dwb=100.1, rpp=99.7) == pytest.approx(0.2)
-    assert deciding_of(relation, dwb=100.1, rpp=99.7) == "rpp = 100"
-    # One of 32 trials failed: 0.5 - 3.125.
-    assert margin_of(relation, dwb=100.0, rpp=96.875) == pytest.approx(-2.625)
+    assert list(relation.holds(np.array([100.0, 99.5, 99.4, 100.6]))) == [True, True, False, False]
 
 
-def test_within_counts_the_spread_from_the_lowest():
-    relation = parse("within 3%", "dwb rpp teb")
-    assert relation == Within(("dwb", "rpp", "teb"), 3.0)
-    # 30.6 exceeds 30.0 by 2%: 1% is left.
-    assert margin_of(relation, dwb=30.3, rpp=30.0, teb=30.6) == pytest.approx(1.0)
-    assert margin_of(relation, dwb=31.5, rpp=30.0, teb=30.6) == pytest.approx(-2.0)
-    assert deciding_of(relation, dwb=31.5, rpp=30.0, teb=30.6) == "rpp and dwb within 3%"
-    assert relation.margin_unit == "%"
+def test_within_compares_every_two_both_ways():
+    relation = parse("within 3%", "dwb rpp")
+    assert relation.parts == (Inequality("dwb", "rpp", 1.03), Inequality("rpp", "dwb", 1.03))
+    assert relation.controllers == ("dwb", "rpp")
+    part = relation.parts[0]
+    assert part.text == "dwb < 1.03 rpp"
+    # 1.03 * 30 - 30.6.
+    assert part.difference(30.6, 30.0) == pytest.approx(0.3)
+    assert part.size(30.6, 30.0) == pytest.approx(1.02)
+
+
+def test_at_most_limits_a_share_of_another_mean():
+    relation = parse("at most 35% of", "dwb teb < rpp")
+    assert texts(relation) == ["dwb < 0.35 rpp", "teb < 0.35 rpp"]
+    part = relation.parts[1]
+    assert part.difference(0.44, 0.5) == pytest.approx(0.35 * 0.5 - 0.44)
+    assert part.size(0.44, 0.5) == pytest.approx(0.88)
+    assert math.isnan(part.size(0.44, 0.0))
 
 
 def test_lowest_is_below_every_other():
-    relation = parse("lowest", "rpp")
-    # The nearest other is 0.3 above.
-    assert margin_of(relation, dwb=1.5, rpp=1.0, teb=1.3, mppi=4.0) == pytest.approx(0.3)
-    assert deciding_of(relation, dwb=1.5, rpp=1.0, teb=1.3, mppi=4.0) == "rpp < teb"
-    assert margin_of(relation, dwb=1.5, rpp=1.0, teb=0.8, mppi=4.0) == pytest.approx(-0.2)
+    assert texts(parse("lowest", "rpp")) == ["rpp < dwb", "rpp < teb", "rpp < mppi"]
 
 
 def test_highest_is_above_every_other():
-    relation = parse("highest", "dwb")
-    assert margin_of(relation, dwb=5.0, rpp=1.0, teb=4.0, mppi=2.0) == 1.0
-    assert deciding_of(relation, dwb=5.0, rpp=1.0, teb=4.0, mppi=2.0) == "teb < dwb"
-    assert margin_of(relation, dwb=3.0, rpp=1.0, teb=4.0, mppi=2.0) == -1.0
+    assert texts(parse("highest", "dwb")) == ["rpp < dwb", "teb < dwb", "mppi < dwb"]
 
 
-def test_an_order_needs_every_step_of_it():
-    falling = parse("order high to low", "mppi teb dwb")
-    assert falling == Ordering((("dwb", "teb"), ("teb", "mppi")))
-    assert margin_of(falling, mppi=9.0, teb=6.0, dwb=5.0) == 1.0
-    # mppi > dwb does not help where teb is above mppi.
-    assert margin_of(falling, mppi=9.0, teb=9.5, dwb=5.0) == -0.5
-    rising = parse("order low to high", "mppi teb dwb")
-    assert margin_of(rising, mppi=1.0, teb=3.0, dwb=4.0) == 1.0
-    assert margin_of(rising, mppi=1.0, teb=3.0, dwb=2.0) == -1.0
+def test_an_order_is_about_every_two_of_its_controllers():
+    # The neighbours alone would leave out mppi < rpp, which may be sure where they are not.
+    assert texts(parse("order high to low", "rpp teb mppi")) == [
+        "mppi < teb",
+        "mppi < rpp",
+        "teb < rpp",
+    ]
+    assert texts(parse("order low to high", "mppi teb")) == ["mppi < teb"]
 
 
-def test_lower_than_compares_each_left_with_each_right():
-    relation = parse("lower than", "teb mppi < dwb rpp")
-    # The closest pair is teb and rpp: 3.5 - 2.0.
-    assert margin_of(relation, teb=2.0, mppi=1.0, dwb=4.0, rpp=3.5) == 1.5
-    assert deciding_of(relation, teb=2.0, mppi=1.0, dwb=4.0, rpp=3.5) == "teb < rpp"
-    assert margin_of(relation, teb=2.0, mppi=3.75, dwb=4.0, rpp=3.5) == -0.25
+def test_lower_than_compares_every_one_on_the_left_with_every_one_on_the_right():
+    assert texts(parse("lower than", "teb mppi < dwb rpp")) == [
+        "teb < dwb",
+        "teb < rpp",
+        "mppi < dwb",
+        "mppi < rpp",
+    ]
 
 
-def test_a_tie_is_exactly_zero_even_after_rounding():
-    relation = parse("lowest", "rpp")
-    tied = {"dwb": 0.1 + 0.2, "rpp": 0.3, "teb": 1.0, "mppi": 1.0}
-    assert tied["dwb"] != tied["rpp"]
-    assert margin_of(relation, **tied) == 0.0
-
-
-def test_margins_of_many_means_at_once_are_those_of_each():
-    relation = parse("order high to low", "dwb rpp")
-    means = np.array([[1.0, 3.0], [2.0, 1.5]])  # columns: rpp, dwb
-    assert relation.controllers == ("rpp", "dwb")
-    np.testing.assert_allclose(relation.margin(means), [2.0, -0.5])
+def test_the_size_of_an_ordering_is_the_difference_as_a_share_of_the_larger():
+    part = Inequality("rpp", "dwb")
+    assert part.size(0.9, 1.0) == pytest.approx(0.1)
+    assert part.size(1.0, 0.9) == pytest.approx(-0.1)
+    assert part.size(0.0, 0.0) == 0.0
+    assert relative_difference(-2.0, -1.0) == pytest.approx(0.5)
+    assert math.isnan(relative_difference(math.nan, 1.0))
+    assert math.isnan(relative_difference(1.0, math.nan))
 
 
 def test_an_unknown_relation_is_refused():

@@ -1,4 +1,4 @@
-"""Findings are judged by means and intervals alone, and nothing is judged that was not driven."""
+"""The page and the tables of the reproduction say what was judged, and name what was not driven."""
 
 from __future__ import annotations
 
@@ -8,214 +8,41 @@ import math
 import numpy as np
 import pandas as pd
 import pytest
+from trial_tables import published_trials, times, trials
 
-from drake_navbench.analysis.findings import (
-    GOAL_SCENARIOS,
-    LINEUPS,
-    NO_SPREAD,
-    PUBLISHED_SETTINGS,
-    Verdict,
-    estimate,
-    findings,
-    judge,
-    percentile_interval,
-    published_values,
-    resampled_means,
-    trial_values,
-)
-from drake_navbench.analysis.reproduction import (
-    changed_parameters,
-    command_line,
-    compare_numbers,
-    findings_table,
-    judge_all,
-    present_lineups,
-    shares,
-    write_reproduction,
-)
+from drake_navbench.analysis.accounts import account, agreements, shares
+from drake_navbench.analysis.judgement import judge_all
+from drake_navbench.analysis.lineups import LINEUPS, present_lineups, trial_values
+from drake_navbench.analysis.published_cells import compare_numbers, relative_error
+from drake_navbench.analysis.reproduction import findings_table, write_reproduction
+from drake_navbench.analysis.reproduction_page import changed_parameters, command_line
 from drake_navbench.analysis.tables import STD_HEADING_ERROR, published_table
 from drake_navbench.errors import InputError
 
-RPP_IS_FASTEST = 2  # empty, time_taken, lowest: rpp
-RPP_FOLLOWS_BEST = 56  # all, avg_path_error, lowest: rpp
+POLISHED = next(lineup for lineup in LINEUPS if lineup.presets["mppi"] == "mppi")
+NOISY = next(lineup for lineup in LINEUPS if lineup.scenarios)
 
 
-def finding(number):
-    return findings()[number - 1]
-
-
-def trials(scenario, metric, **values):
-    """Rows of one metric; values: by preset, one a trial."""
-    return pd.DataFrame(
-        [
-            {"scenario": scenario, "controller": name, "trial": trial, metric: value}
-            for name, column in values.items()
-            for trial, value in enumerate(column)
-        ]
-    )
-
-
-def times(**values):
-    return trials("empty", "time_taken", **values)
-
-
-def published_trials(count=2):
-    """Trials without spread that have exactly the published numbers."""
-    rows = []
-    for scenario, table in published_table().groupby("scenario"):
-        for controller, preset in PUBLISHED_SETTINGS.presets.items():
-            numbers = dict(zip(table["metric"], table[controller].astype(float), strict=True))
-            rows += [
-                {"scenario": scenario, "controller": preset, "trial": trial, **numbers}
-                for trial in range(count)
-            ]
-    return pd.DataFrame(rows).assign(outcome="succeeded", duration_s=30.0)
-
-
-def test_the_published_numbers_satisfy_every_finding():
-    judged = judge_all(published_trials())
-    assert [j.finding.number for j in judged if j.verdict is not Verdict.HOLDS] == []
-    assert len(judged) == 57
-    assert all(j.note == NO_SPREAD for j in judged)
-
-
-def test_a_clear_difference_holds_with_margin_and_deciding_pair():
-    table = times(
-        dwb=[15.0, 15.2], rpp=[14.0, 14.2], teb=[14.5, 14.7], mppi_nav2=[16.0, 16.2], mppi=[1, 1]
-    )
-    found = judge(finding(RPP_IS_FASTEST), table)
-    assert found.verdict is Verdict.HOLDS
-    assert found.deciding == "rpp < teb"
-    assert found.margin.mean == pytest.approx(0.5)
-    assert found.pairs == 2
-    assert found.ours["rpp"].mean == pytest.approx(14.1)
-
-
-def test_pairing_decides_what_unpaired_trials_could_not():
-    noise = np.array([-3.0, -1.0, 0.0, 1.0, 3.0])
-    table = times(
-        rpp=10.0 + noise, dwb=10.2 + noise, teb=11.0 + noise, mppi_nav2=[20.0, 20.1, 20, 20, 20]
-    )
-    found = judge(finding(RPP_IS_FASTEST), table)
-    assert found.verdict is Verdict.HOLDS
-    # Every trial has the same difference, 0.2, though the times themselves spread by 6.
-    assert found.margin.interval == pytest.approx((0.2, 0.2))
-    assert found.ours["rpp"].interval.high - found.ours["rpp"].interval.low > 1.0
-
-
-def test_an_interval_over_the_tie_is_undecided():
-    table = times(
-        rpp=[10.0, 12.0, 11.0], dwb=[11.0, 10.0, 12.5], teb=[20.0] * 3, mppi_nav2=[20.0] * 3
-    )
-    found = judge(finding(RPP_IS_FASTEST), table)
-    assert found.margin.mean > 0.0
-    assert found.verdict is Verdict.UNDECIDED
-    assert found.note == "the interval of the deciding difference includes the tie"
-
-
-def test_a_clear_difference_the_other_way_does_not_hold():
-    table = times(rpp=[20.0, 20.5], dwb=[10.0, 10.1], teb=[21.0, 21.0], mppi_nav2=[22.0, 22.0])
-    found = judge(finding(RPP_IS_FASTEST), table)
-    assert found.verdict is Verdict.CONTRADICTED
-    assert found.deciding == "rpp < dwb"
-
-
-def test_without_spread_the_means_decide_and_it_is_said():
-    table = times(rpp=[1.0, 1.0], dwb=[2.0, 2.0], teb=[3.0, 3.0], mppi_nav2=[4.0, 4.0])
-    found = judge(finding(RPP_IS_FASTEST), table)
-    assert (found.verdict, found.note) == (Verdict.HOLDS, NO_SPREAD)
-
-
-def test_a_tie_without_spread_is_undecided():
-    table = times(rpp=[1.0, 1.0], dwb=[1.0, 1.0], teb=[3.0, 3.0], mppi_nav2=[4.0, 4.0])
-    found = judge(finding(RPP_IS_FASTEST), table)
-    assert (found.verdict, found.note) == (Verdict.UNDECIDED, "a tie in every trial")
-
-
-def test_one_trial_decides_nothing():
-    found = judge(finding(RPP_IS_FASTEST), times(rpp=[1.0], dwb=[2.0], teb=[3.0], mppi_nav2=[4.0]))
-    assert (found.verdict, found.note) == (Verdict.UNDECIDED, "one trial alone has no interval")
-
-
-def test_a_controller_that_was_not_driven_leaves_the_finding_undecided():
-    found = judge(finding(RPP_IS_FASTEST), times(rpp=[1.0, 1.0], dwb=[2.0, 2.0]))
-    assert found.verdict is Verdict.UNDECIDED
-    assert found.note == "no value for teb, mppi_nav2"
-    assert found.ours["rpp"].mean == 1.0
-    assert math.isnan(found.ours["teb"].mean)
-
-
-def test_trials_without_a_value_are_left_out_and_counted():
-    table = times(
-        rpp=[1.0, 1.1, 99.0], dwb=[2.0, 2.1, math.nan], teb=[3.0] * 3, mppi_nav2=[4.0] * 3
-    )
-    found = judge(finding(RPP_IS_FASTEST), table)
-    assert found.verdict is Verdict.HOLDS
-    assert found.pairs == 2
-    assert found.note == "1 trials lack a value and are left out"
-
-
-def test_no_common_trial_is_undecided():
-    nan = math.nan
-    table = times(rpp=[1.0, nan], dwb=[nan, 2.0], teb=[3.0, 3.0], mppi_nav2=[4.0, 4.0])
-    found = judge(finding(RPP_IS_FASTEST), table)
-    assert found.note == "no trial in which all of them have a value"
-
-
-def test_findings_of_all_scenarios_are_about_the_mean_over_the_goal_scenarios():
-    parts = [
-        trials(
-            name,
-            "avg_path_error",
-            rpp=[0.01 * k, 0.02 * k],
-            dwb=[0.1, 0.1],
-            teb=[0.1, 0.1],
-            mppi_nav2=[0.1, 0.1],
-        )
-        for k, name in enumerate(GOAL_SCENARIOS)
+def cell(rows, scenario, metric, controller):
+    (found,) = [
+        r for r in rows if (r.scenario, r.metric, r.controller) == (scenario, metric, controller)
     ]
-    elsewhere = trials("restricted_small", "avg_path_error", rpp=[9.0, 9.0])
-    table = pd.concat([*parts, elsewhere])
-    # Trial 0: (0 + 0.01 + 0.02)/3; trial 1: (0 + 0.02 + 0.04)/3.
-    values = trial_values(table, "all", "avg_path_error")
-    np.testing.assert_allclose(values["rpp"], [0.01, 0.02])
-    assert judge(finding(RPP_FOLLOWS_BEST), table).verdict is Verdict.HOLDS
-    assert math.isnan(trial_values(parts[0], "all", "avg_path_error")["rpp"][0])
-    assert published_values("all", "avg_path_error")["rpp"] == pytest.approx(
-        (0.017 + 0.026 + 0.019) / 3
-    )
-
-
-def test_resampling_keeps_rows_together_and_repeats_itself():
-    rows = np.array([[1.0, 11.0], [2.0, 12.0], [4.0, 14.0]])
-    means = resampled_means(rows)
-    np.testing.assert_allclose(means[:, 1] - means[:, 0], 10.0)
-    np.testing.assert_array_equal(means, resampled_means(rows))
-    assert means[:, 0].min() == 1.0
-    assert means[:, 0].max() == 4.0
-
-
-def test_the_percentile_interval_is_the_middle_95_percent():
-    assert percentile_interval(np.arange(1001.0)) == pytest.approx((25.0, 975.0))
-
-
-def test_an_estimate_without_values_is_undefined():
-    assert estimate(pd.Series([math.nan])).count == 0
+    return found
 
 
 def test_shares_count_verdicts_per_scenario_and_in_all():
-    judged = judge_all(published_trials())
-    rows = shares(judged)
+    rows = shares(judge_all(published_trials()))
     assert [(row.scenario, row.total) for row in rows] == [
         ("empty", 8),
-        ("static_obstacles", 11),
-        ("one_obstacle", 10),
-        ("restricted_small", 12),
-        ("restricted_large", 14),
+        ("static_obstacles", 14),
+        ("one_obstacle", 11),
+        ("restricted_small", 14),
+        ("restricted_large", 16),
         ("all", 2),
-        ("together", 57),
+        ("together", 65),
     ]
-    assert rows[-1].holds == 57
+    # Equal trials are one trial.
+    assert rows[-1].holds == rows[-1].from_one_trial == 65
 
 
 def test_the_published_mppi_is_judged_with_the_sampler_alone_and_mppi_stands_beside():
@@ -225,31 +52,80 @@ def test_the_published_mppi_is_judged_with_the_sampler_alone_and_mppi_stands_bes
         "polished MPPI",
     ]
     assert trial_values(table, "empty", "time_taken")["mppi"][0] == 15.66
-    assert trial_values(table, "empty", "time_taken", LINEUPS[1])["mppi"][0] == 15.0
+    assert trial_values(table, "empty", "time_taken", POLISHED)["mppi"][0] == 15.0
+
+
+def test_noise_at_the_wall_is_a_lineup_where_it_was_driven():
+    table = pd.concat([times(rpp=[14.5]), trials("restricted_small_noisy", "energy", rpp=[0.1])])
+    assert present_lineups(table)[1:] == [NOISY]
 
 
 def test_numbers_stand_side_by_side_with_their_relative_difference():
     rows = compare_numbers(times(rpp=[14.0, 15.0]))
     assert len(rows) == 4 * len(published_table())
-    (row,) = [r for r in rows if (r.scenario, r.metric, r.controller) == (
-        "empty", "time_taken", "rpp")]  # fmt: skip
-    assert (row.published, row.ours.mean) == (14.512, 14.5)
+    row = cell(rows, "empty", "time_taken", "rpp")
+    assert (row.published, row.ours.mean, row.ours.count) == (14.512, 14.5, 2)
     assert row.relative_difference == pytest.approx(14.5 / 14.512 - 1.0)
 
 
 def test_the_spread_of_the_heading_error_is_over_the_trials():
-    rows = compare_numbers(trials("empty", "avg_heading_error", rpp=[1.0, 3.0]))
-    (row,) = [r for r in rows if (r.scenario, r.metric, r.controller) == (
-        "empty", STD_HEADING_ERROR, "rpp")]  # fmt: skip
-    assert row.ours.mean == 1.0
+    rows = compare_numbers(trials("empty", "avg_heading_error", rpp=[1.0, 3.0], dwb=[2.0, 2.0]))
+    assert cell(rows, "empty", STD_HEADING_ERROR, "rpp").ours.mean == 1.0
+    # One trial has no spread, however often it was driven.
+    assert math.isnan(cell(rows, "empty", STD_HEADING_ERROR, "dwb").ours.mean)
 
 
 def test_nothing_is_divided_by_a_published_zero():
     rows = compare_numbers(trials("restricted_small", "abort_time", rpp=[0.5]))
-    (row,) = [r for r in rows if (r.scenario, r.metric, r.controller) == (
-        "restricted_small", "abort_time", "rpp")]  # fmt: skip
+    row = cell(rows, "restricted_small", "abort_time", "rpp")
     assert row.published == 0.0
     assert math.isnan(row.relative_difference)
+    assert relative_error([row]).cells == 0
+
+
+def test_relative_errors_are_summed_up_by_their_median_whichever_way_they_go():
+    # Printed times in the empty scenario: 15.498, 14.512, 15.14, 15.66.
+    rows = compare_numbers(
+        times(dwb=[0.9 * 15.498], rpp=[1.02 * 14.512], teb=[0.7 * 15.14], mppi_nav2=[1.04 * 15.66])
+    )
+    errors = [0.1, 0.02, 0.3, 0.04]
+    found = relative_error(rows)
+    assert found.cells == 4
+    assert found.median == pytest.approx(np.median(errors))
+    assert found.upper_quartile == pytest.approx(np.quantile(errors, 0.75))
+
+
+def test_agreement_is_told_by_scenario_by_controller_and_with_noise_beside():
+    table = published_trials(8, noise=1e-5)
+    is_wall = table["scenario"].str.startswith("restricted")
+    noisy = table[is_wall].assign(scenario=table["scenario"] + "_noisy")
+    table = pd.concat([table, noisy], ignore_index=True)
+    rows = agreements(account(table), account(table, NOISY))
+    assert [row.title for row in rows] == [
+        "empty",
+        "static_obstacles",
+        "one_obstacle",
+        "restricted_small",
+        "restricted_small_noisy",
+        "restricted_large",
+        "restricted_large_noisy",
+        "dwb",
+        "rpp",
+        "teb",
+        "mppi_nav2",
+        "claimed in a finding",
+        "not claimed",
+        "together",
+    ]
+    by_title = {row.title: row for row in rows}
+    together = by_title["together"]
+    counts = [by_title[t].concordance.orderings for t in ("claimed in a finding", "not claimed")]
+    assert sum(counts) == together.concordance.orderings == 275
+    # A pair counts for both of its controllers.
+    own = sum(by_title[t].concordance.orderings for t in ("dwb", "rpp", "teb", "mppi_nav2"))
+    assert own == 2 * 275
+    assert together.ceiling.ratio == 1.0
+    assert together.error.median < 1e-4
 
 
 REQUEST = {
@@ -270,32 +146,57 @@ def test_the_command_can_be_typed_again():
     )
 
 
-@pytest.fixture
-def folder(tmp_path):
-    """A results folder with the published numbers as trials."""
+def write_folder(path, table):
     manifest = {"manifest_version": 1, "request": REQUEST, "wall_clock_s": 63.0}
-    (tmp_path / "manifest.json").write_text(json.dumps(manifest))
-    published_trials().to_parquet(tmp_path / "trials.parquet")
-    return tmp_path
+    path.mkdir(exist_ok=True)
+    (path / "manifest.json").write_text(json.dumps(manifest))
+    table.to_parquet(path / "trials.parquet")
+    return path
 
 
-def test_tables_and_page_are_written(folder):
+def test_tables_and_page_are_written(tmp_path):
+    folder = write_folder(tmp_path / "run", published_trials())
     page = write_reproduction(folder).read_text()
-    assert "57 of 57 published findings hold with 2 trials" in page
+    assert "65 of 65 published findings hold with 2 trials" in page
+    assert "65 from one trial (n = 1)" in page
+    assert "Of the 275 orderings" in page
+    assert "100% are found again" in page
+    # Two trials have no halves of four.
+    assert "<code>--trials 8</code>" in page
+    assert "is another method than the published TEB" in page
     assert "--trials 32 --seed 1" in page
     # 5 scenarios x 4 presets x 2 trials of 30 s; computed in 63 s.
     assert "driving them in real time takes 20 min, computing them took 63 s" in page
-    # The bringup presets were not driven; what they change is shown all the same.
+    # Neither noise nor the bringup presets were driven; what these change is shown all the same.
+    assert "run restricted_small_noisy restricted_large_noisy --controllers" in page
     assert "approach_velocity_scaling_dist" in page
     table = pd.read_csv(folder / "tables/findings.csv")
-    assert list(table["id"]) == list(range(1, 58))
+    assert list(table["id"]) == list(range(1, 66))
     assert set(table["verdict"]) == {"holds"}
     numbers = pd.read_csv(folder / "tables/published_vs_ours.csv")
     assert len(numbers) == 4 * 70
-    assert (
-        numbers["relative_difference"].abs().max() < 1e-12
-        or numbers["metric"].eq(STD_HEADING_ERROR).any()
-    )
+    assert numbers["relative_difference"].abs().max() < 1e-12
+    orderings = pd.read_csv(folder / "tables/orderings.csv")
+    assert len(orderings) == 275
+    assert set(orderings["agreement"]) == {1.0}
+
+
+def test_sizes_stand_beside_the_published_ones(tmp_path):
+    # Every time in the empty scenario at a tenth of its distance from the lowest.
+    table = published_trials(4, noise=1e-6)
+    is_own = table["scenario"] == "empty"
+    table.loc[is_own, "time_taken"] = 14.512 + 0.1 * (table.loc[is_own, "time_taken"] - 14.512)
+    folder = write_folder(tmp_path / "run", table)
+    page = write_reproduction(folder).read_text()
+    found = pd.read_csv(folder / "tables/findings.csv").set_index("id").loc[2]
+    # 14.512 against 15.14: 4.15% printed, 0.43% here.
+    assert found["verdict"] == "level"
+    assert found["published_size"] == pytest.approx(0.628 / 15.14, rel=1e-3)
+    assert found["size"] == pytest.approx(0.0628 / 14.5748, rel=1e-3)
+    assert found["share_of_published"] == pytest.approx(0.1039, abs=1e-3)
+    assert "+0.4%" in page
+    assert "published +4%" in page
+    assert "0.10 of it" in page
 
 
 def test_a_folder_without_a_run_is_refused(tmp_path):
@@ -315,7 +216,10 @@ def test_presets_are_compared_by_their_resolved_parameters(tmp_path):
 
 
 def test_the_table_of_findings_shows_every_lineup():
-    judged = {"a": judge_all(published_trials()), "b": judge_all(times(rpp=[1.0]))}
-    table = findings_table(judged)
-    assert len(table) == 2 * 57
-    assert (table.loc[table["lineup"] == "b", "verdict"] == "undecided").all()
+    table = published_trials()
+    polished = table[table["controller"] == "mppi_nav2"].assign(controller="mppi")
+    table = pd.concat([table, polished.assign(time_taken=1.0)])
+    rows = findings_table([account(table), account(table, POLISHED)])
+    assert len(rows) == 2 * 65
+    # "RPP is the fastest" is lost to the polished one.
+    assert list(rows.loc[rows["id"] == 2, "verdict"]) == ["holds", "does not hold"]

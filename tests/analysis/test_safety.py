@@ -40,6 +40,17 @@ def test_min_clearance_may_be_negative_and_ignores_what_is_out_of_reach():
         safety.min_clearance_m(straight_log())
 
 
+def test_the_distance_to_a_cells_centre_has_a_name_of_its_own():
+    log = make_log(
+        log_times(1.0),
+        obstacle_cell_distance_m=np.linspace(2.0, 1.3, 51),
+        obstacle_corner_distance_m=1.0,
+    )
+    assert safety.min_cell_centre_distance_m(log) == pytest.approx(1.3)
+    with pytest.raises(Undefined, match="no obstacle"):
+        safety.min_cell_centre_distance_m(straight_log())
+
+
 def test_clearance_percentile_of_an_even_approach():
     log = make_log(log_times(2.0), clearance_m=np.linspace(0.0, 1.0, 101))
     assert safety.clearance_p05_m(log) == pytest.approx(0.05)

@@ -36,26 +36,30 @@ def test_equal_values_have_an_interval_without_width():
     assert statistics.summarize([0.1 + 0.2, 0.3, 0.3]).interval == pytest.approx((0.3, 0.3))
 
 
-def test_the_bootstrap_interval_is_scipys():
+def test_the_interval_of_a_mean_is_students():
     values = np.array([1.0, 4.0, 2.0, 8.0, 5.0, 7.0])
-    expected = stats.bootstrap(
-        (values,), np.mean, n_resamples=2000, rng=np.random.default_rng(0)
-    ).confidence_interval
-    assert statistics.summarize(values).interval == pytest.approx(expected, rel=1e-12)
+    expected = stats.ttest_1samp(values, 0.0).confidence_interval(0.95)
+    assert statistics.summarize(values).interval == pytest.approx(tuple(expected), rel=1e-12)
 
 
-def test_the_bootstrap_interval_is_nearly_students_for_many_normal_values():
-    values = np.random.default_rng(3).normal(10.0, 2.0, 200)
-    expected = statistics.student_interval(values.mean(), values.std(ddof=1), 200, confidence=0.95)
-    assert statistics.summarize(values).interval == pytest.approx(expected, abs=0.05)
-
-
-def test_rows_with_gaps_are_summarised_apart():
-    rows = np.array([[1.0, 2.0, 3.0], [1.0, math.nan, 3.0], [4.0, 5.0, 9.0]])
-    summaries = statistics.summarize_rows(rows)
-    assert [s.count for s in summaries] == [3, 2, 3]
-    assert [s.mean for s in summaries] == [2.0, 2.0, 6.0]
-    assert summaries[1].interval == pytest.approx((1.0, 3.0))
+@pytest.mark.parametrize(
+    ("draw", "mean", "least", "most"),
+    [
+        # 1000 samples tell a share of 95% to 1.4 points either way (two standard deviations).
+        (lambda rng, size: rng.normal(size=size), 0.0, 0.93, 0.97),
+        (lambda rng, size: rng.uniform(size=size), 0.5, 0.91, 0.97),
+        # Skewed values are covered less often than it says: docs/reproduction.md gives the shares.
+        (lambda rng, size: rng.exponential(size=size), 1.0, 0.85, 0.91),
+        (lambda rng, size: rng.lognormal(size=size), math.exp(0.5), 0.79, 0.86),
+    ],
+    ids=["normal", "uniform", "exponential", "lognormal"],
+)
+def test_the_interval_of_four_values_covers_the_mean_about_as_often_as_it_says(
+    draw, mean, least, most
+):
+    samples = draw(np.random.default_rng(7), (1000, 4))
+    covered = np.mean([not statistics.mean_interval(row).excludes(mean) for row in samples])
+    assert least <= covered <= most
 
 
 @pytest.mark.parametrize(

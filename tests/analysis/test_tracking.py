@@ -138,6 +138,23 @@ def test_plan_progress_is_the_share_behind_the_robot():
     assert tracking.plan_progress_ratio(log) == pytest.approx(0.25)
 
 
+def test_a_trial_stalls_from_where_it_no_longer_gets_on():
+    # 0.4 m/s for 5 s, then 3 s of standing; the last 0.05 m take 0.125 s.
+    time_s = log_times(8.0)
+    x_m = 0.4 * np.minimum(time_s, 5.0)
+    log = make_log(time_s, x_m=x_m, plan=straight_plan(8.0), outcome="aborted")
+    assert tracking.stall_time_s(log) == pytest.approx(3.12, abs=0.021)
+    # Backing and wriggling are no progress.
+    x_m = np.where(time_s > 6.0, x_m - 0.5 * np.abs(np.sin(time_s)), x_m)
+    log = make_log(time_s, x_m=x_m, plan=straight_plan(8.0), outcome="aborted")
+    assert tracking.stall_time_s(log) == pytest.approx(3.12, abs=0.021)
+
+
+def test_who_arrives_does_not_stall():
+    with pytest.raises(Undefined, match="reached its goal"):
+        tracking.stall_time_s(straight_log())
+
+
 def test_goal_errors_are_those_of_the_last_pose():
     log = make_log(log_times(1.0), x_m=1.0, y_m=1.0, yaw_rad=-3.0, plan=[[4.0, 5.0, 3.0]])
     assert tracking.goal_position_error_m(log) == pytest.approx(5.0)

@@ -117,6 +117,29 @@ def test_a_repeated_difference_without_noise_is_certain():
     assert verdict(trials(rpp=[10.0] * 4, dwb=[11.0] * 4), "empty", time_s).best == "rpp"
 
 
+def test_trials_that_are_one_trial_are_told_as_one_and_need_no_more():
+    once = frozenset({"rpp", "dwb"})
+    rows = trials(rpp=[10.0] * 4, dwb=[11.0] * 4)
+    found = verdict(rows, "empty", time_s, repeated=once)
+    assert found.best == "rpp"
+    assert found.text == (
+        "rpp is best: 10 s; next dwb, +1 s in one trial (n = 1: nothing in these trials is random)"
+    )
+    assert "needs" not in found.text
+    # Beside a random one they are a constant.
+    rows = trials(rpp=[10.0] * 4, dwb=[11.0, 12.0, 9.0, 11.0])
+    found = verdict(rows, "empty", time_s, repeated=frozenset({"rpp"}))
+    assert found.standing is Standing.UNDECIDED
+    assert "in 4 trials" in found.text
+
+
+def test_compute_times_of_equal_trials_are_different_measurements():
+    timed = metric(unit="ms", better="lower", name="time_s", is_repeatable=False)(lambda log: 0.0)
+    rows = trials(rpp=[1.0, 1.1, 1.0], dwb=[2.0, 2.3, 2.1])
+    found = verdict(rows, "empty", timed, repeated=frozenset({"rpp", "dwb"}))
+    assert "in 3 trials" in found.text
+
+
 def test_one_trial_shows_nothing():
     found = verdict(trials(rpp=[10.0], dwb=[20.0]), "empty", time_s)
     assert found.best is None

@@ -15,7 +15,7 @@ from synthetic_logs import circle_log
 
 from drake_navbench.analysis.metrics.registry import measure_all
 from drake_navbench.analysis.report import build_report
-from drake_navbench.analysis.statistics import summarize_rows
+from drake_navbench.analysis.statistics import summarize
 
 
 @pytest.fixture
@@ -39,7 +39,7 @@ def test_all_metrics_of_a_trial_of_half_a_minute(benchmark, half_minute_among_ob
 
 def test_intervals_of_all_metrics_of_a_cell(benchmark):
     rows = np.random.default_rng(0).normal(size=(60, 4))
-    assert len(benchmark(summarize_rows, rows)) == 60
+    assert len(benchmark(lambda: [summarize(row) for row in rows])) == 60
 
 
 def test_report_of_twelve_short_trials(benchmark, tmp_path):

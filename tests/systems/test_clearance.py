@@ -105,10 +105,38 @@ def test_the_pieces_of_a_footprint_are_not_measured_against_each_other():
     assert distances(footprint=FORK)[0] == np.inf
 
 
-def test_the_published_distance_is_to_the_nearest_lethal_cell():
+def costmap_with_a_wall(column):
+    """Returns a map of 1 x 1 m around the robot with one column of lethal cells."""
+    costs = np.zeros((20, 20), np.uint8)
+    costs[:, column] = LETHAL
+    return Costmap(costs, -0.5, -0.5, 0.05)
+
+
+def test_distances_to_a_cell_are_those_to_its_centre_and_to_its_lower_left_corner():
     costs = np.zeros((20, 20), np.uint8)
     costs[10, 13] = LETHAL
     costmap = Costmap(costs, -0.5, -0.5, 0.05)
-    # The cell's centre: x = -0.5 + 13.5 * 0.05 = 0.175, y = -0.5 + 10.5 * 0.05 = 0.025.
-    assert distances(costmap=costmap)[1] == pytest.approx(np.hypot(0.175, 0.025))
-    assert distances()[1] == np.inf
+    # The cell's corner: x = -0.5 + 13 * 0.05 = 0.15, y = -0.5 + 10 * 0.05 = 0.
+    _, to_centre, to_corner = distances(costmap=costmap)
+    assert to_centre == pytest.approx(np.hypot(0.175, 0.025))
+    assert to_corner == pytest.approx(0.15)
+    assert list(distances()[1:]) == [np.inf, np.inf]
+
+
+def test_to_its_corner_a_wall_ahead_is_nearer_and_one_behind_farther():
+    # Cells from 0.25 to 0.3 m ahead, and from 0.3 to 0.25 m behind; corners at y = 0 exist.
+    ahead, behind = (
+        distances(costmap=costmap_with_a_wall(15)),
+        distances(costmap=costmap_with_a_wall(4)),
+    )
+    assert (ahead[2], behind[2]) == pytest.approx((0.25, 0.3))
+
+
+def test_the_nearest_corner_may_be_that_of_another_cell_than_the_nearest_centre():
+    costs = np.zeros((20, 20), np.uint8)
+    costs[10, [15, 5]] = LETHAL
+    # From x = -0.51: centres at 0.265 and -0.235 m, corners at 0.24 and -0.26 m, all at y = 0.
+    costmap = Costmap(costs, -0.51, -0.525, 0.05)
+    assert distances(costmap=costmap)[1] == pytest.approx(0.235)
+    costmap = Costmap(costs, -0.51, -0.5, 0.05)
+    assert distances(costmap=costmap)[2] == pytest.approx(0.24)

@@ -78,6 +78,15 @@ def test_rpp_gives_up_before_a_wall_that_the_plan_goes_through(rpp_logs, scenari
     assert log.samples["clearance_m"].min() > 0.0
 
 
+@pytest.mark.parametrize("size", ["small", "large"])
+def test_a_noisy_restricted_scenario_differs_from_the_other_by_its_noise_alone(size):
+    still, noisy = (load_scenario(f"restricted_{size}{ending}") for ending in ("", "_noisy"))
+    exact = {"localization": {"xy_std_m": 0.0, "yaw_std_rad": 0.0}}
+    assert still.robot_overrides == noisy.robot_overrides | exact
+    told_apart = {"name", "description", "robot_overrides"}
+    assert still.model_dump(exclude=told_apart) == noisy.model_dump(exclude=told_apart)
+
+
 def test_the_plan_of_a_restricted_scenario_goes_straight_through_the_wall(rpp_logs):
     plan = rpp_logs["restricted_large"].course
     assert path_length(plan) == pytest.approx(8.8)
@@ -106,11 +115,14 @@ def test_clearance_is_the_distance_from_the_footprint_to_the_wall(rpp_logs):
     assert first.clearance_m == pytest.approx(0.805 - 0.25, abs=0.01)
 
 
-def test_the_published_distance_is_to_the_nearest_cell_centre(rpp_logs):
+def test_cells_are_measured_to_their_centres_and_to_their_lower_left_corners(rpp_logs):
     log = rpp_logs["restricted_small"]
-    # The back wall at -0.805 m lies in the cell centred at -0.825 m; at 0.22 s all is fresh.
+    # The back wall at -0.805 m lies in the cell from -0.85 to -0.8 m; at 0.22 s all is fresh.
     sample = log.samples.iloc[11]
     assert sample.obstacle_cell_distance_m == pytest.approx(0.825 + sample.x_m, abs=0.03)
+    # The lower left corner of a cell behind is its far one.
+    farther_m = sample.obstacle_corner_distance_m - sample.obstacle_cell_distance_m
+    assert farther_m == pytest.approx(0.025, abs=1e-3)
 
 
 def test_equal_seeds_give_equal_logs_but_for_compute_times(rpp_logs):

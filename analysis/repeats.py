@@ -1,0 +1,37 @@
+"""Trials that are one trial several times: nothing random entered them, so they count once."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+import numpy as np
+import pandas as pd
+
+from drake_navbench.analysis.metrics.registry import unrepeatable_names
+
+# What tells two trials apart that are otherwise one.
+NUMBERING = ("trial", "seed")
+
+
+def repeated_cells(trials: pd.DataFrame) -> frozenset[tuple[str, str]]:
+    """Returns (scenario, controller) of the cells whose trials are all the same one.
+
+    trials: rows as from `tables.trial_row`. Trials are the same where every number measured of
+    them is equal to the last bit, compute times apart. One trial alone repeats nothing.
+    """
+    skipped = {*NUMBERING, *unrepeatable_names()}
+    numbers = trials.select_dtypes("number")
+    numbers = numbers[[name for name in numbers if name not in skipped]]
+    values = numbers.to_numpy(dtype=float)
+    cells = trials.groupby(["scenario", "controller"], sort=False).indices
+    return frozenset(cell for cell, rows in cells.items() if _is_one_trial(values[rows]))
+
+
+def repeated_controllers(repeated: Collection[tuple[str, str]], scenario: str) -> frozenset[str]:
+    """Returns the controllers of a scenario whose trials are all the same one."""
+    return frozenset(controller for name, controller in repeated if name == scenario)
+
+
+def _is_one_trial(rows: np.ndarray) -> bool:
+    same = (rows == rows[0]) | (np.isnan(rows) & np.isnan(rows[0]))
+    return len(rows) > 1 and rows.shape[1] > 0 and bool(same.all())

@@ -1,0 +1,233 @@
+"""reproduction.html: the publication and our trials side by side on one static page."""
+
+from __future__ import annotations
+
+import math
+import shlex
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pandas as pd
+import yaml
+
+from drake_navbench.analysis.accounts import Account, agreements, lineup_agreements, shares
+from drake_navbench.analysis.concordance import EXCLUDED_METRICS, PUBLISHED_TRIALS
+from drake_navbench.analysis.html import page_environment, relative_change
+from drake_navbench.analysis.judgement import Estimate, Judgement, Part, Verdict
+from drake_navbench.analysis.lineups import (
+    ALL_SCENARIOS,
+    GOAL_SCENARIOS,
+    LINEUPS,
+    PUBLISHED_SETTINGS,
+    Lineup,
+)
+from drake_navbench.analysis.published_cells import Comparison
+from drake_navbench.analysis.relations import PERCENT
+from drake_navbench.analysis.tables import PUBLISHED_CONTROLLERS
+from drake_navbench.analysis.verdicts import RELEVANT_RATIO
+from drake_navbench.inputs.presets import as_yaml, load_preset
+from drake_navbench.results import file_name
+
+COMMAND = "python -m drake_navbench.run"
+SECONDS_PER_MINUTE = 60.0
+# An ordering that holds with less of the published difference is told apart on the page.
+SMALL_SHARE = 0.25
+
+
+class Change(NamedTuple):
+    """A parameter in which two presets differ; None where one does not have it."""
+
+    parameter: str
+    first: Any
+    second: Any
+
+
+def command_line(request: Mapping[str, Any]) -> str:
+    """Returns the command that repeats a run, from the request in its manifest."""
+    words = [*request.get("scenarios", ())]
+    if controllers := request.get("controllers"):
+        words += ["--controllers", ",".join(controllers)]
+    for path in request.get("parameter_files", ()):
+        words += ["--params", path]
+    for option in ("trials", "seed", "robot"):
+        if option in request:
+            words += [f"--{option}", str(request[option])]
+    return f"{COMMAND} {shlex.join(words)}"
+
+
+def changed_parameters(folder: Path, first: str, second: str) -> list[Change]:
+    """Returns where two presets differ.
+
+    Of a preset that was driven the resolved file beside the results counts, of another what is
+    installed.
+    """
+    fields = [_flat(_parameters(folder, preset)) for preset in (first, second)]
+    names = sorted(set(fields[0]) | set(fields[1]))
+    changes = [Change(name, fields[0].get(name), fields[1].get(name)) for name in names]
+    return [change for change in changes if change.first != change.second]
+
+
+def render(
+    folder: Path,
+    *,
+    manifest: Mapping[str, Any],
+    trials: pd.DataFrame,
+    accounts: Sequence[Account],
+) -> str:
+    """Returns the page's HTML."""
+    environment = page_environment()
+    environment.filters.update(
+        number=_number, span=_span, duration=_duration, change=relative_change, percent=_percent,
+        size=_size,
+    )  # fmt: skip
+    main, *others = accounts
+    lineups = [account.lineup for account in accounts]
+    noisy = next((a for a in others if a.lineup.scenarios), None)
+    rows = agreements(main, noisy)
+    page = {
+        "folder": folder.resolve().name,
+        "command": command_line(manifest["request"]) if "request" in manifest else "",
+        "trials_per_cell": int(trials.groupby(["scenario", "controller"]).size().min()),
+        "trial_count": len(trials),
+        "driven_s": float(trials["duration_s"].sum()),
+        "wall_clock_s": manifest.get("wall_clock_s"),
+        "lineups": lineups,
+        "absent": [lineup for lineup in LINEUPS if lineup not in lineups],
+        "shares": {account.lineup.name: shares(account.judgements) for account in accounts},
+        "agreements": rows,
+        "together": rows[-1],
+        "other_agreements": [(a.lineup, lineup_agreements(a)) for a in others],
+        "ceiling_trials": PUBLISHED_TRIALS,
+        "bar": RELEVANT_RATIO,
+        "small_share": SMALL_SHARE,
+        "small_count": sum(_is_small(judgement) for judgement in main.judgements),
+        "ordering_count": sum(_is_ordering(judgement) for judgement in main.judgements),
+        "findings": [
+            (judgement, [(a.lineup, a.judgements[i]) for a in others if _is_own(a, judgement)])
+            for i, judgement in enumerate(main.judgements)
+        ],
+        "scenarios": list(dict.fromkeys(j.finding.scenario for j in main.judgements)),
+        "controllers": PUBLISHED_CONTROLLERS,
+        "labels": [PUBLISHED_SETTINGS.presets[name] for name in PUBLISHED_CONTROLLERS],
+        "goal_scenarios": GOAL_SCENARIOS,
+        "all_scenarios": ALL_SCENARIOS,
+        "excluded": EXCLUDED_METRICS,
+        "comparison": _comparison_rows(accounts),
+        "changes": _changes(folder),
+    }
+    return environment.get_template("reproduction.html").render(page=page, main=main.lineup)
+
+
+def _is_own(own: Account, judgement: Judgement) -> bool:
+    """Whether a lineup has trials of its own to judge a finding by."""
+    finding = judgement.finding
+    return any(
+        own.lineup.differs(PUBLISHED_SETTINGS, finding.scenario, name)
+        for name in finding.relation.controllers
+    )
+
+
+def _is_ordering(judgement: Judgement) -> bool:
+    return judgement.deciding is not None and judgement.deciding.is_ordering
+
+
+def _is_small(judgement: Judgement) -> bool:
+    """Whether an ordering holds with a fraction of the published difference."""
+    return (
+        judgement.verdict is Verdict.HOLDS
+        and _is_ordering(judgement)
+        and judgement.deciding.share_of_published < SMALL_SHARE
+    )
+
+
+def _comparison_rows(
+    accounts: Sequence[Account],
+) -> list[tuple[str, str, str, list[tuple[Comparison, list[tuple[str, Comparison]]]]]]:
+    """Returns a row a published metric: scenario, metric, unit, and a cell a controller.
+
+    A cell holds the comparison of the published lineup, then those of others with trials of their
+    own, each under the name of what was driven.
+    """
+    rows: dict[tuple[str, str, str], list[tuple[Comparison, list[tuple[str, Comparison]]]]] = {}
+    main, *others = accounts
+    for index, row in enumerate(main.cells):
+        own = [
+            (_driven_name(account.lineup, row), account.cells[index])
+            for account in others
+            if account.lineup.differs(PUBLISHED_SETTINGS, row.scenario, row.controller)
+        ]
+        rows.setdefault((row.scenario, row.metric, row.unit), []).append((row, own))
+    return [(*key, cells) for key, cells in rows.items()]
+
+
+def _driven_name(lineup: Lineup, row: Comparison) -> str:
+    """Returns what a lineup puts in the place of the published settings: scenario or preset."""
+    scenario = lineup.scenario(row.scenario)
+    return scenario if scenario != row.scenario else lineup.presets[row.controller]
+
+
+def _changes(folder: Path) -> list[tuple[str, str, list[Change]]]:
+    """Returns (preset, other preset, parameters that differ) for all that stand in for another."""
+    pairs = dict.fromkeys(
+        (PUBLISHED_SETTINGS.presets[name], lineup.presets[name])
+        for lineup in LINEUPS[1:]
+        for name in PUBLISHED_CONTROLLERS
+        if lineup.presets[name] != PUBLISHED_SETTINGS.presets[name]
+    )
+    return [(first, second, changed_parameters(folder, first, second)) for first, second in pairs]
+
+
+def _parameters(folder: Path, preset: str) -> Mapping[str, Any]:
+    path = _preset_path(folder, preset)
+    text = path.read_text(encoding="utf-8") if path.is_file() else as_yaml(load_preset(preset))
+    return yaml.safe_load(text)["parameters"]
+
+
+def _preset_path(folder: Path, preset: str) -> Path:
+    """Returns where the resolved parameters of a preset are."""
+    return folder / "inputs" / "controllers" / f"{file_name(preset)}.yaml"
+
+
+def _flat(fields: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Returns nested parameters under dotted names."""
+    flat: dict[str, Any] = {}
+    for name, value in fields.items():
+        if isinstance(value, Mapping):
+            flat |= _flat(value, f"{prefix}{name}.")
+        else:
+            flat[f"{prefix}{name}"] = value
+    return flat
+
+
+def _number(value: float) -> str:
+    """Returns a value with the publication's three decimals, a dash where it is undefined."""
+    return f"{value:.3f}" if math.isfinite(value) else "–"
+
+
+def _span(ours: Estimate) -> str:
+    """Returns the interval, or that there is one trial only."""
+    if math.isfinite(ours.interval.low):
+        return f"[{ours.interval.low:.3f}, {ours.interval.high:.3f}]"
+    return "n = 1" if ours.count == 1 else ""
+
+
+def _percent(ratio: float) -> str:
+    """Returns a share in per cent, with one decimal below 10%."""
+    if not math.isfinite(ratio):
+        return "–"
+    percent = PERCENT * ratio
+    return f"{percent:.1f}%" if abs(percent) < 10.0 else f"{percent:.0f}%"
+
+
+def _size(part: Part, value: float) -> str:
+    """Returns a size of a part: a signed share of the larger mean, or a plain ratio."""
+    if not math.isfinite(value):
+        return "–"
+    return relative_change(value) if part.is_ordering else f"{value:.3f}"
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 2 * SECONDS_PER_MINUTE:
+        return f"{seconds:.0f} s"
+    return f"{seconds / SECONDS_PER_MINUTE:.0f} min"
