@@ -12,8 +12,14 @@ import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from drake_navbench.errors import InputError, nearest_name_hint
+from drake_navbench.input_file import MEGABYTE, read_input_text
+from drake_navbench.yaml_loader import load_yaml
 
 Model = TypeVar("Model", bound=BaseModel)
+
+MAX_FILE_BYTES = 16 * MEGABYTE
+# Of the faults of one file; who made more has other things to look at first.
+MAX_FAULTS_SHOWN = 20
 
 
 class FrozenModel(BaseModel):
@@ -22,56 +28,22 @@ class FrozenModel(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
-class _UniqueKeyLoader(yaml.SafeLoader):
-    """A safe loader that refuses a key given twice, where YAML would let the last one win.
-
-    Every fault in the text is a YAMLError that knows its line.
-    """
-
-    def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
-        try:
-            return super().construct_object(node, deep)
-        except ValueError as error:
-            # It looks like a date or a number, but is none.
-            raise _fault(f"{node.value!r}: {error}", node) from error
-
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict:
-        seen = []
-        for key_node, _ in node.value:
-            key = self.construct_object(key_node, deep=True)
-            if not isinstance(key, str | int | float | None):
-                raise _fault(f"key {key}: expected text, got {type(key).__name__}", key_node)
-            if key in seen:
-                raise _fault(f"key {key!r} is given twice", key_node)
-            seen.append(key)
-        return super().construct_mapping(node, deep)
-
-
-def _fault(text: str, node: yaml.Node) -> yaml.YAMLError:
-    return yaml.constructor.ConstructorError(None, None, text, node.start_mark)
-
-
 def read_yaml(path: Path) -> dict[str, Any]:
     """Returns the mapping in a YAML file; raises InputError if it is unreadable or no mapping."""
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
-        raise InputError(f"{path}: cannot be read: {reason}") from error
-    return parse_yaml(text, str(path))
+    return parse_yaml(read_input_text(path, max_bytes=MAX_FILE_BYTES), str(path))
 
 
 def parse_yaml(text: str, source: str) -> dict[str, Any]:
     """Returns the mapping in a YAML text; `source` names it in errors."""
     try:
-        data = yaml.load(text, Loader=_UniqueKeyLoader)
+        data = load_yaml(text)
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         line = f", line {mark.line + 1}" if mark else ""
-        problem = getattr(error, "problem", None) or "not YAML"
+        problem = getattr(error, "problem", None) or getattr(error, "reason", "not YAML")
         raise InputError(f"{source}{line}: {problem}") from error
-    except RecursionError as error:
-        raise InputError(f"{source}: nested too deeply") from error
+    except UnicodeEncodeError as error:
+        raise InputError(f"{source}: {error.reason}") from error
     if not isinstance(data, dict):
         raise InputError(
             f"{source}: expected a mapping of fields to values, got {type(data).__name__}"
@@ -91,7 +63,10 @@ def validate(model: type[Model], data: Mapping[str, Any], source: str) -> Model:
     try:
         return model.model_validate_json(text, strict=True)
     except ValidationError as error:
-        lines = [_describe(fault, model, source) for fault in error.errors()]
+        faults = error.errors(include_url=False, include_context=False)
+        lines = [_describe(fault, model, source) for fault in faults[:MAX_FAULTS_SHOWN]]
+        if len(faults) > MAX_FAULTS_SHOWN:
+            lines.append(f"{source}: and {len(faults) - MAX_FAULTS_SHOWN} faults more")
         raise InputError("\n".join(dict.fromkeys(lines))) from error
 
 
