@@ -11,7 +11,7 @@ from typing import Any, TypeVar, Union, get_args, get_origin
 import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from drake_navbench.errors import InputError, nearest_name_hint
+from drake_navbench.errors import InputError, nearest_name_hint, one_line
 from drake_navbench.input_file import MEGABYTE, read_input_text
 from drake_navbench.yaml_loader import load_yaml
 
@@ -68,6 +68,9 @@ def validate(model: type[Model], data: Mapping[str, Any], source: str) -> Model:
         if len(faults) > MAX_FAULTS_SHOWN:
             lines.append(f"{source}: and {len(faults) - MAX_FAULTS_SHOWN} faults more")
         raise InputError("\n".join(dict.fromkeys(lines))) from error
+    except Exception as error:
+        # A model may be a plugin's, whose checks may break in any way.
+        raise InputError(f"{source}: {one_line(error)}") from error
 
 
 def _describe(fault: Mapping[str, Any], model: type[BaseModel], source: str) -> str:

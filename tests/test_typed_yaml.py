@@ -53,7 +53,7 @@ def test_text_is_no_number():
 def test_a_negative_size_names_the_bound():
     world = {"obstacles": [{"type": "cylinder", "centre": [3, 3], "radius_m": -0.1}]}
     (line,) = lines_of(MINIMAL | {"world": world})
-    assert line.endswith("radius_m: input should be greater than 0, got -0.1")
+    assert line.endswith("radius_m: expected 0.0001 to 10000, got -0.1")
 
 
 @pytest.mark.parametrize(("patience_s", "is_fine"), [(-1.0, True), (0.0, True), (-0.5, False)])

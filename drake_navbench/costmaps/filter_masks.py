@@ -18,6 +18,7 @@ from drake_navbench.errors import InputError
 from drake_navbench.immutable import Immutable
 from drake_navbench.kernels.grid import FREE, LETHAL
 from drake_navbench.kernels.rasterize import MASK_FULL, mark_polygon
+from drake_navbench.quantities import Length, Number
 from drake_navbench.typed_yaml import FrozenModel
 
 FilterType = Literal["keepout", "speed_percent", "speed_absolute", "binary"]
@@ -27,7 +28,7 @@ FILTER_NAMES: Mapping[FilterType, FilterName] = {
     "speed_absolute": "speed_filter",
     "binary": "binary_filter",
 }
-Point = tuple[float, float]
+Point = tuple[Length, Length]
 ROUNDING_CELLS = 1e-6
 
 
@@ -54,8 +55,8 @@ class FilterDescription(FrozenModel):
     areas: list[FilterArea] = Field(
         default_factory=list, description="Instead of a mask; where they overlap, the last counts."
     )
-    base: float = Field(0.0, description="Filter value at mask value 0 [%, m/s or -].")
-    multiplier: float = Field(1.0, description="Filter value per mask value [%, m/s or -].")
+    base: Number = Field(0.0, description="Filter value at mask value 0 [%, m/s or -].")
+    multiplier: Number = Field(1.0, description="Filter value per mask value [%, m/s or -].")
 
     @property
     def filter_name(self) -> FilterName:

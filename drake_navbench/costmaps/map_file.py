@@ -19,6 +19,7 @@ from pydantic import Field, field_validator, model_validator
 from drake_navbench.errors import InputError
 from drake_navbench.immutable import Immutable
 from drake_navbench.kernels.grid import world_to_cell
+from drake_navbench.quantities import Angle, CellSize, Length
 from drake_navbench.typed_yaml import FrozenModel, read_yaml, validate
 
 UNKNOWN = -1
@@ -43,8 +44,8 @@ class MapMetadata(FrozenModel):
     """The YAML file of a map."""
 
     image: str = Field(min_length=1, description="Path, relative to the folder of this file.")
-    resolution: float = Field(gt=0.0, description="Edge of a pixel [m].")
-    origin: tuple[float, float, float] = Field(
+    resolution: CellSize = Field(description="Edge of a pixel [m].")
+    origin: tuple[Length, Length, Angle] = Field(
         description="Lower left corner of the lower left pixel [m, m] and yaw [rad]."
     )
     negate: bool = Field(description="Whether white is occupied, 0 or 1.")

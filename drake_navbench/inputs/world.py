@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 from shapely.geometry.base import BaseGeometry
 
+from drake_navbench.quantities import Length, Size
 from drake_navbench.typed_yaml import FrozenModel
 
 Array = NDArray[np.float64]
-Point = tuple[float, float]
+Point = tuple[Length, Length]
 
 # Fine enough that the polygon stays within 0.1% of the radius of the true circle.
 CIRCLE_QUADRANT_SEGMENTS = 24
@@ -26,7 +27,7 @@ class _Shape(FrozenModel):
     known_to_planner: bool = Field(
         True, description="Whether the global planner's map shows it; the lidar always sees it."
     )
-    height_m: float = Field(1.0, gt=0.0, description="Height above the floor [m].")
+    height_m: Size = Field(1.0, description="Height above the floor [m].")
 
     @property
     def region(self) -> BaseGeometry:
@@ -66,7 +67,7 @@ class Wall(_Shape):
     type: Literal["wall"]
     start: Point = Field(description="One end of its centre line [m].")
     end: Point = Field(description="The other end [m].")
-    thickness_m: float = Field(0.1, gt=0.0, description="Full thickness [m].")
+    thickness_m: Size = Field(0.1, description="Full thickness [m].")
 
     @model_validator(mode="after")
     def _check(self) -> Wall:
@@ -107,7 +108,7 @@ class Cylinder(_Shape):
 
     type: Literal["cylinder"]
     centre: Point = Field(description="Centre [m].")
-    radius_m: float = Field(gt=0.0, description="Radius [m].")
+    radius_m: Size = Field(description="Radius [m].")
 
     @property
     def region(self) -> BaseGeometry:

@@ -159,7 +159,7 @@ def test_missing_field_is_named(map_yaml, field):
 @pytest.mark.parametrize(
     ("field", "value", "expected"),
     [
-        ("resolution", 0, "greater than 0"),
+        ("resolution", 0, "expected 0.001 to 100"),
         ("resolution", "fine", "number"),
         ("origin", [0, 0], "origin"),
         ("occupied_thresh", 1.5, "less than or equal to 1"),

@@ -166,7 +166,7 @@ def test_a_task_that_cannot_be_is_refused_in_one_line(capsys, tmp_path, changes,
     [
         ({"image": "nowhere.png"}, "image: no such file"),
         ({"free_thresh": 0.7}, "free_thresh 0.7 must not exceed occupied_thresh 0.65"),
-        ({"resolution": 0.0}, "resolution: input should be greater than 0"),
+        ({"resolution": 0.0}, "resolution: expected 0.001 to 100"),
         ({"origin": [0.0, 0.0, 0.5]}, "got 0.5 rad, expected 0"),
     ],
 )
