@@ -43,10 +43,13 @@ class Within:
         return value
 
 
-# Up to 10 km: positions, extents, ranges.
-Length = Annotated[float, Within(-1e4, 1e4)]
-# Of bodies: from 0.1 mm, below which contact is no longer told from a gap.
-Size = Annotated[float, Within(1e-4, 1e4)]
+# Positions, extents, ranges.
+MAX_LENGTH_M = 1e4
+# Of bodies; below it contact is no longer told from a gap.
+MIN_SIZE_M = 1e-4
+
+Length = Annotated[float, Within(-MAX_LENGTH_M, MAX_LENGTH_M)]
+Size = Annotated[float, Within(MIN_SIZE_M, MAX_LENGTH_M)]
 # What grids and paths are made of: from 1 mm.
 CellSize = Annotated[float, Within(1e-3, 1e2)]
 # 159 turns, either way.

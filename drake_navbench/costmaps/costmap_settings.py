@@ -10,6 +10,8 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
+from drake_navbench.costmaps.grid_size import require_grid_size
+from drake_navbench.errors import InputError
 from drake_navbench.quantities import CellSize, Count, Frequency, Length, Number
 from drake_navbench.typed_yaml import FrozenModel
 
@@ -149,6 +151,15 @@ class LocalCostmapSettings(CostmapSettings):
         ["keepout_filter", "speed_filter", "binary_filter"],
         description="What acts on the finished costs, in order.",
     )
+
+    @model_validator(mode="after")
+    def _check_size(self) -> LocalCostmapSettings:
+        columns, rows = self.width / self.resolution, self.height / self.resolution
+        try:
+            require_grid_size("width, height and resolution", columns, rows)
+        except InputError as error:
+            raise ValueError(str(error)) from error
+        return self
 
 
 class GlobalCostmapSettings(CostmapSettings):

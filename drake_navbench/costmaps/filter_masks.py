@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from pydantic import Field, field_validator, model_validator
 
 from drake_navbench.costmaps.costmap_settings import FilterName
+from drake_navbench.costmaps.grid_size import require_grid_size
 from drake_navbench.costmaps.map_file import OccupancyMap, load_map
 from drake_navbench.errors import InputError
 from drake_navbench.immutable import Immutable
@@ -142,6 +143,7 @@ def _draw_areas(
     # A bound that lies on the lattice, but for rounding, needs no further cell.
     first = np.floor((points.min(axis=0) - corner) / resolution + ROUNDING_CELLS)
     last = np.ceil((points.max(axis=0) - corner) / resolution - ROUNDING_CELLS)
+    require_grid_size("filters: a mask drawn from areas", *(last - first))
     columns, rows = (last - first).astype(int)
     origin_x, origin_y = (corner + first * resolution).tolist()
     mask = np.zeros((rows, columns), dtype=np.int8)

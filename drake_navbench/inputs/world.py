@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 from shapely.geometry.base import BaseGeometry
 
-from drake_navbench.quantities import Length, Size
+from drake_navbench.quantities import MIN_SIZE_M, Length, Size
 from drake_navbench.typed_yaml import FrozenModel
 
 Array = NDArray[np.float64]
@@ -49,9 +50,10 @@ class Box(_Shape):
 
     @model_validator(mode="after")
     def _check(self) -> Box:
-        if not (self.min[0] < self.max[0] and self.min[1] < self.max[1]):
+        if not all(high - low >= MIN_SIZE_M for low, high in zip(self.min, self.max, strict=True)):
             raise ValueError(
-                f"min {list(self.min)} must lie below and left of max {list(self.max)}"
+                f"min {list(self.min)} must lie below and left of max {list(self.max)}, by at "
+                f"least {MIN_SIZE_M:g} m"
             )
         return self
 
@@ -71,8 +73,11 @@ class Wall(_Shape):
 
     @model_validator(mode="after")
     def _check(self) -> Wall:
-        if self.start == self.end:
-            raise ValueError(f"start and end coincide at {list(self.start)}; expected a length")
+        if math.dist(self.start, self.end) < MIN_SIZE_M:
+            raise ValueError(
+                f"start and end coincide at {list(self.start)}; expected a length of at least "
+                f"{MIN_SIZE_M:g} m"
+            )
         return self
 
     @property
@@ -92,7 +97,7 @@ class Polygon(_Shape):
     @model_validator(mode="after")
     def _check(self) -> Polygon:
         polygon = shapely.Polygon(self.vertices)
-        if not polygon.is_valid or polygon.area == 0.0:
+        if not polygon.is_valid or polygon.area < MIN_SIZE_M**2:
             raise ValueError("vertices must form a polygon with an area that does not cross itself")
         return self
 

@@ -269,3 +269,22 @@ def test_a_nav2_parameter_file_of_another_shape_is_one_line(block, message, tmp_
 def test_a_parameter_without_effect_is_named_and_one_with_effect_is_not():
     preset = load_preset("teb:weight_obstacle=500:max_vel_x=0.4")
     assert preset.ignored == ("weight_obstacle",)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("mppi:critics=3", "critics: found 3, expected a list of names"),
+        ("mppi:critics=[1]", "critics: found [1], expected a list of names"),
+        ("mppi:motion_model=[1]", "motion_model: input should be 'DiffDrive', 'Omni' or 'Acker"),
+        ("mppi:motion_model=car:car=3", "car.plugin: found 3, expected one of"),
+        ("mppi:motion_model=car:car.plugin=[x]", "car.plugin: found ['x'], expected one of"),
+        ("mppi:batch_size=1000000:time_steps=10000", "expected a product of at most 10000000"),
+        ("mppi:model_dt=1.0e-9", "model_dt: expected 0.001 to 3600"),
+        ("dwb:vx_samples=100000:vtheta_samples=100000", "poses, expected at most 1e+07"),
+    ],
+)
+def test_odd_parameters_are_one_line(text, expected):
+    with pytest.raises(InputError) as caught:
+        load_preset(text)
+    assert expected in str(caught.value)
