@@ -5,9 +5,20 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 
+# Longer lines are cut: what is wrong may be a value of any size.
+MAX_LINE_LENGTH = 1000
+# A longer name is no misspelt one, and to compare it would take long.
+MAX_HINTED_LENGTH = 100
+
 
 class NavbenchError(Exception):
-    """Base of every error whose text is fit to be shown without a traceback."""
+    """Base of every error whose text is fit to be shown without a traceback.
+
+    Names and values in it may be anybody's: its text has no control characters but line ends.
+    """
+
+    def __str__(self) -> str:
+        return "\n".join(map(printable, super().__str__().split("\n")))
 
 
 class InputError(NavbenchError):
@@ -21,14 +32,32 @@ class InputWarning(UserWarning):
 def nearest_name_hint(name: str, known_names: Iterable[str]) -> str:
     """Returns '; did you mean X?' for the known name closest to `name`, else the list of names."""
     known = sorted(known_names)
+    if len(str(name)) > MAX_HINTED_LENGTH:
+        return ""
     close = difflib.get_close_matches(str(name), known, n=1, cutoff=0.6)
     if close:
         return f"; did you mean {close[0]!r}?"
     return f"; known: {', '.join(known)}" if known else ""
 
 
+def printable(text: str) -> str:
+    """Returns a text as one line that a terminal shows as it is, cut where it is too long.
+
+    What is not printable, such as the codes that move a cursor, becomes its escape ('\\x1b').
+    """
+    if len(text) > MAX_LINE_LENGTH:
+        text = f"{text[: MAX_LINE_LENGTH - 3]}..."
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
+
+
 def one_line(error: BaseException) -> str:
     """Returns the type of any exception and the first line of its text: 'KeyError: name'."""
-    lines = str(error).strip().splitlines()
     name = type(error).__name__
-    return f"{name}: {lines[0]}" if lines else name
+    try:
+        lines = str(error).strip().splitlines()
+    except Exception:
+        # A plugin's exception may break in its own __str__.
+        lines = []
+    return printable(f"{name}: {lines[0]}" if lines else name)

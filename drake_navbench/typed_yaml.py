@@ -12,10 +12,15 @@ import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
-from drake_navbench.errors import InputError, nearest_name_hint
+from drake_navbench.errors import InputError, nearest_name_hint, one_line
+from drake_navbench.input_file import MEGABYTE, read_input_text
+from drake_navbench.yaml_loader import load_yaml
 
 Model = TypeVar("Model", bound=BaseModel)
 
+MAX_FILE_BYTES = 16 * MEGABYTE
+# Of the faults of one file; who made more has other things to look at first.
+MAX_FAULTS_SHOWN = 20
 # The types of the fault that a model does not have a field: pydantic's, and ours for a model that
 # finds it out by itself.
 EXTRA_FIELD = "extra_forbidden"
@@ -28,42 +33,9 @@ class FrozenModel(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
-class _UniqueKeyLoader(yaml.SafeLoader):
-    """A safe loader that refuses a key given twice, where YAML would let the last one win.
-
-    Every fault in the text is a YAMLError that knows its line.
-    """
-
-    def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
-        try:
-            return super().construct_object(node, deep)
-        except ValueError as error:
-            # It looks like a date or a number, but is none.
-            raise _fault(f"{node.value!r}: {error}", node) from error
-
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict:
-        seen = []
-        for key_node, _ in node.value:
-            key = self.construct_object(key_node, deep=True)
-            if not isinstance(key, str | int | float | None):
-                raise _fault(f"key {key}: expected text, got {type(key).__name__}", key_node)
-            if key in seen:
-                raise _fault(f"key {key!r} is given twice", key_node)
-            seen.append(key)
-        return super().construct_mapping(node, deep)
-
-
-def _fault(text: str, node: yaml.Node) -> yaml.YAMLError:
-    return yaml.constructor.ConstructorError(None, None, text, node.start_mark)
-
-
 def read_text(path: Path) -> str:
-    """Returns the text of a file; raises InputError where it cannot be read."""
-    try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
-        raise InputError(f"{path}: cannot be read: {reason}") from error
+    """Returns the text of a YAML file; raises InputError where it cannot be read."""
+    return read_input_text(path, max_bytes=MAX_FILE_BYTES)
 
 
 def read_yaml(path: Path) -> dict[str, Any]:
@@ -74,11 +46,11 @@ def read_yaml(path: Path) -> dict[str, Any]:
 def parse_yaml(text: str, source: str) -> dict[str, Any]:
     """Returns the mapping in a YAML text; `source` names it in errors."""
     try:
-        data = yaml.load(text, Loader=_UniqueKeyLoader)
+        data = load_yaml(text)
     except yaml.YAMLError as error:
         raise yaml_fault(error, source) from error
-    except RecursionError as error:
-        raise InputError(f"{source}: nested too deeply") from error
+    except UnicodeEncodeError as error:
+        raise InputError(f"{source}: {error.reason}") from error
     if not isinstance(data, dict):
         raise InputError(
             f"{source}: expected a mapping of fields to values, got {type(data).__name__}"
@@ -90,7 +62,7 @@ def yaml_fault(error: yaml.YAMLError, source: str) -> InputError:
     """Returns what is wrong with a YAML text as one line."""
     mark = getattr(error, "problem_mark", None)
     line = f", line {mark.line + 1}" if mark else ""
-    problem = getattr(error, "problem", None) or "not YAML"
+    problem = getattr(error, "problem", None) or getattr(error, "reason", "not YAML")
     return InputError(f"{source}{line}: {problem}")
 
 
@@ -106,8 +78,14 @@ def validate(model: type[Model], data: Mapping[str, Any], source: str) -> Model:
     try:
         return model.model_validate_json(text, strict=True)
     except ValidationError as error:
-        lines = [_describe(fault, model, source) for fault in error.errors()]
+        faults = error.errors(include_url=False, include_context=False)
+        lines = [_describe(fault, model, source) for fault in faults[:MAX_FAULTS_SHOWN]]
+        if len(faults) > MAX_FAULTS_SHOWN:
+            lines.append(f"{source}: and {len(faults) - MAX_FAULTS_SHOWN} faults more")
         raise InputError("\n".join(dict.fromkeys(lines))) from error
+    except Exception as error:
+        # A model may be a plugin's, whose checks may break in any way.
+        raise InputError(f"{source}: {one_line(error)}") from error
 
 
 def unknown_fields(model: type[BaseModel], data: Mapping[str, Any]) -> list[tuple[int | str, ...]]:

@@ -1,13 +1,11 @@
 """Everything wrong in a file becomes one line that names file, field, value and expectation."""
 
-from pathlib import Path
-
 import pytest
 
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.robot import ControllerServerSettings, Robot
 from drake_navbench.inputs.scenario import Scenario
-from drake_navbench.typed_yaml import parse_yaml, read_yaml, validate
+from drake_navbench.typed_yaml import MAX_FAULTS_SHOWN, parse_yaml, validate
 
 MINIMAL = {"description": "a task", "goal": [1.0, 0.0, 0.0], "name": "task"}
 
@@ -55,7 +53,7 @@ def test_text_is_no_number():
 def test_a_negative_size_names_the_bound():
     world = {"obstacles": [{"type": "cylinder", "centre": [3, 3], "radius_m": -0.1}]}
     (line,) = lines_of(MINIMAL | {"world": world})
-    assert line.endswith("radius_m: input should be greater than 0, got -0.1")
+    assert line.endswith("radius_m: expected 0.0001 to 10000, got -0.1")
 
 
 @pytest.mark.parametrize(("patience_s", "is_fine"), [(-1.0, True), (0.0, True), (-0.5, False)])
@@ -89,35 +87,8 @@ def test_a_key_given_twice_is_refused_with_its_line():
 
 
 def test_broken_yaml_names_the_line():
-    with pytest.raises(InputError, match=r"task.yaml, line 1: "):
+    with pytest.raises(InputError, match=r"task.yaml, line 2: did not find expected ',' or '\]'"):
         parse_yaml("a: [1, 2", "task.yaml")
-
-
-NO_VALUES = {
-    "a day that does not exist": (
-        "description: 2024-02-30",
-        "task.yaml, line 1: '2024-02-30': day is out of range for month",
-    ),
-    "a number without digits": ("a: 1\nb: 0x_", "task.yaml, line 2: '0x_': "),
-    "a date as key": ("a: 1\n2024-02-28: 3", "task.yaml, line 2: key 2024-02-28: expected text"),
-    "a list as key": ("? [1, 2]\n: 3", "task.yaml, line 1: key [1, 2]: expected text"),
-    "lists without end": ("a: " + 5000 * "[", "task.yaml: nested too deeply"),
-}
-
-
-@pytest.mark.parametrize("case", NO_VALUES)
-def test_what_is_no_value_is_refused_in_one_line(case):
-    text, start = NO_VALUES[case]
-    with pytest.raises(InputError) as caught:
-        parse_yaml(text, "task.yaml")
-    (line,) = str(caught.value).splitlines()
-    assert line.startswith(start)
-
-
-@pytest.mark.parametrize("text", ["goal: &a [*a]", "world: &a {map: *a}"])
-def test_a_value_that_contains_itself_is_refused_in_one_line(text):
-    (line,) = lines_of(parse_yaml(text, "task.yaml"))
-    assert line == "task.yaml: Circular reference detected; expected plain values"
 
 
 def test_a_list_at_the_top_is_refused():
@@ -125,6 +96,7 @@ def test_a_list_at_the_top_is_refused():
         parse_yaml("- 1", "task.yaml")
 
 
-def test_an_unreadable_file_is_named(tmp_path: Path):
-    with pytest.raises(InputError, match=r"missing.yaml: cannot be read: No such file"):
-        read_yaml(tmp_path / "missing.yaml")
+def test_of_many_faults_the_first_are_named_and_the_others_counted():
+    lines = lines_of(MINIMAL | {f"unknown_{number}": 1 for number in range(MAX_FAULTS_SHOWN + 5)})
+    assert len(lines) == MAX_FAULTS_SHOWN + 1
+    assert lines[-1] == "task.yaml: and 5 faults more"

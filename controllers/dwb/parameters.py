@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from typing import Any, ClassVar, Self
 
@@ -20,12 +21,24 @@ from drake_navbench.controller import ControllerParameters
 from drake_navbench.controllers.dwb.critics.base import CriticParameters
 from drake_navbench.controllers.dwb.critics.registry import CRITICS, is_critic, load_critic
 from drake_navbench.errors import InputError, nearest_name_hint
+from drake_navbench.quantities import (
+    Acceleration,
+    Angle,
+    AngularAcceleration,
+    AngularSpeed,
+    Count,
+    Duration,
+    Length,
+    Speed,
+)
 from drake_navbench.typed_yaml import EXTRA_FIELD, tuples_for_lists, unknown_field
 
 STANDARD_GENERATOR = "dwb_plugins::StandardTrajectoryGenerator"
 LIMITED_ACCEL_GENERATOR = "dwb_plugins::LimitedAccelGenerator"
 GENERATORS = (STANDARD_GENERATOR, LIMITED_ACCEL_GENERATOR)
 CLASS_KEY = "class"
+# Of all trajectories of a cycle together, which take 0.4 GB.
+MAX_POSES = 10_000_000
 
 
 class DynamicWindowApproachParameters(ControllerParameters):
@@ -64,46 +77,52 @@ class DynamicWindowApproachParameters(ControllerParameters):
         True, description="stop scoring a trajectory that is already worse than the best"
     )
 
-    min_vel_x: float = Field(0.0, description="lowest forward velocity, negative backward [m/s]")
-    max_vel_x: float = Field(0.0, description="highest forward velocity [m/s]")
-    min_vel_y: float = Field(0.0, description="lowest lateral velocity [m/s]")
-    max_vel_y: float = Field(0.0, description="highest lateral velocity [m/s]")
-    max_vel_theta: float = Field(0.0, ge=0.0, description="highest yaw rate, both ways [rad/s]")
-    min_speed_xy: float = Field(
+    min_vel_x: Speed = Field(0.0, description="lowest forward velocity, negative backward [m/s]")
+    max_vel_x: Speed = Field(0.0, description="highest forward velocity [m/s]")
+    min_vel_y: Speed = Field(0.0, description="lowest lateral velocity [m/s]")
+    max_vel_y: Speed = Field(0.0, description="highest lateral velocity [m/s]")
+    max_vel_theta: AngularSpeed = Field(
+        0.0, ge=0.0, description="highest yaw rate, both ways [rad/s]"
+    )
+    min_speed_xy: Speed = Field(
         0.0, description="lowest planar speed unless min_speed_theta is kept; negative: none [m/s]"
     )
-    max_speed_xy: float = Field(0.0, description="highest planar speed; negative: none [m/s]")
-    min_speed_theta: float = Field(
+    max_speed_xy: Speed = Field(0.0, description="highest planar speed; negative: none [m/s]")
+    min_speed_theta: AngularSpeed = Field(
         0.0, description="lowest yaw rate unless min_speed_xy is kept; negative: none [rad/s]"
     )
-    acc_lim_x: float = Field(0.0, ge=0.0, description="forward acceleration limit [m/s^2]")
-    acc_lim_y: float = Field(0.0, ge=0.0, description="lateral acceleration limit [m/s^2]")
-    acc_lim_theta: float = Field(0.0, ge=0.0, description="yaw acceleration limit [rad/s^2]")
-    decel_lim_x: float = Field(0.0, le=0.0, description="forward deceleration limit [m/s^2]")
-    decel_lim_y: float = Field(0.0, le=0.0, description="lateral deceleration limit [m/s^2]")
-    decel_lim_theta: float = Field(0.0, le=0.0, description="yaw deceleration limit [rad/s^2]")
+    acc_lim_x: Acceleration = Field(0.0, ge=0.0, description="forward acceleration limit [m/s^2]")
+    acc_lim_y: Acceleration = Field(0.0, ge=0.0, description="lateral acceleration limit [m/s^2]")
+    acc_lim_theta: AngularAcceleration = Field(
+        0.0, ge=0.0, description="yaw acceleration limit [rad/s^2]"
+    )
+    decel_lim_x: Acceleration = Field(0.0, le=0.0, description="forward deceleration limit [m/s^2]")
+    decel_lim_y: Acceleration = Field(0.0, le=0.0, description="lateral deceleration limit [m/s^2]")
+    decel_lim_theta: AngularAcceleration = Field(
+        0.0, le=0.0, description="yaw deceleration limit [rad/s^2]"
+    )
 
-    vx_samples: int = Field(20, description="samples of the forward velocity; below 2: 2 [-]")
-    vy_samples: int = Field(5, description="samples of the lateral velocity; below 2: 2 [-]")
-    vtheta_samples: int = Field(20, description="samples of the yaw rate; below 2: 2 [-]")
-    sim_period: float | None = Field(
+    vx_samples: Count = Field(20, description="samples of the forward velocity; below 2: 2 [-]")
+    vy_samples: Count = Field(5, description="samples of the lateral velocity; below 2: 2 [-]")
+    vtheta_samples: Count = Field(20, description="samples of the yaw rate; below 2: 2 [-]")
+    sim_period: Duration | None = Field(
         None, gt=0.0, description="window time of LimitedAccel; None: the control period [s]"
     )
 
-    sim_time: float = Field(1.7, gt=0.0, description="horizon of a trajectory [s]")
+    sim_time: Duration = Field(1.7, gt=0.0, le=1000.0, description="horizon of a trajectory [s]")
     discretize_by_time: bool = Field(False, description="steps of time_granularity, not distance")
-    time_granularity: float = Field(0.5, gt=0.0, description="longest time step [s]")
-    linear_granularity: float = Field(0.5, gt=0.0, description="longest way in a step [m]")
-    angular_granularity: float = Field(0.025, gt=0.0, description="largest turn in a step [rad]")
+    time_granularity: Duration = Field(0.5, ge=0.001, description="longest time step [s]")
+    linear_granularity: Length = Field(0.5, ge=0.001, description="longest way in a step [m]")
+    angular_granularity: Angle = Field(0.025, ge=0.001, description="largest turn in a step [rad]")
     include_last_point: bool = Field(True, description="append the end pose once more")
     limit_vel_cmd_in_traj: bool = Field(
         False, description="command the first simulated velocity instead of the sampled one"
     )
 
-    xy_goal_tolerance: float = Field(
+    xy_goal_tolerance: Length = Field(
         0.25, ge=0.0, description="RotateToGoal: distance at which turning begins [m]"
     )
-    trans_stopped_velocity: float = Field(
+    trans_stopped_velocity: Speed = Field(
         0.25, ge=0.0, description="RotateToGoal: speed that counts as stopped [m/s]"
     )
 
@@ -119,9 +138,9 @@ class DynamicWindowApproachParameters(ControllerParameters):
     publish_transformed_plan: bool = Field(True, description="older Nav2; no effect here")
     publish_global_plan: bool = Field(True, description="older Nav2; no effect here")
     publish_cost_grid_pc: bool = Field(False, description="output in Nav2; no effect here")
-    marker_lifetime: float = Field(0.1, description="output in Nav2; no effect here [s]")
+    marker_lifetime: Duration = Field(0.1, description="output in Nav2; no effect here [s]")
     stateful: bool = Field(True, description="older Nav2; no effect here")
-    transform_tolerance: float = Field(0.1, description="older Nav2; no effect here [s]")
+    transform_tolerance: Duration = Field(0.1, description="older Nav2; no effect here [s]")
 
     @property
     def uses_standard_generator(self) -> bool:
@@ -188,7 +207,29 @@ class DynamicWindowApproachParameters(ControllerParameters):
                     f"parameters min_vel_{axis} and max_vel_{axis}: got {lowest} and {highest}, "
                     "expected the first not above the second"
                 )
+        if self._most_poses > MAX_POSES:
+            raise ValueError(
+                f"vx_samples, vtheta_samples, sim_time and granularities: a cycle would roll out "
+                f"{self._most_poses:.3g} poses, expected at most {MAX_POSES:.3g}"
+            )
         return self
+
+    @property
+    def _most_poses(self) -> float:
+        """The poses of all trajectories of a cycle, where every twist is within the limits."""
+        samples = float(max(2, self.vx_samples) * max(2, self.vtheta_samples))
+        if self.max_vel_y > self.min_vel_y:
+            samples *= max(2, self.vy_samples)
+        if self.discretize_by_time:
+            return samples * self.sim_time / self.time_granularity
+        fastest = math.hypot(
+            max(abs(self.min_vel_x), abs(self.max_vel_x)),
+            max(abs(self.min_vel_y), abs(self.max_vel_y)),
+        )
+        step_rate = max(
+            fastest / self.linear_granularity, self.max_vel_theta / self.angular_granularity
+        )
+        return samples * max(1.0, self.sim_time * step_rate)
 
 
 def _critic_model(name: str, block: Any) -> type[CriticParameters]:

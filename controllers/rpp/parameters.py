@@ -7,6 +7,16 @@ from typing import ClassVar, Self
 from pydantic import AliasChoices, ConfigDict, Field, model_validator
 
 from drake_navbench.controller import ControllerParameters
+from drake_navbench.quantities import (
+    Acceleration,
+    Angle,
+    AngularAcceleration,
+    AngularSpeed,
+    Duration,
+    Length,
+    Number,
+    Speed,
+)
 
 
 class RegulatedPurePursuitParameters(ControllerParameters):
@@ -23,37 +33,39 @@ class RegulatedPurePursuitParameters(ControllerParameters):
 
     model_config = ConfigDict(populate_by_name=True)
 
-    max_linear_vel: float = Field(
+    max_linear_vel: Speed = Field(
         0.5,
         gt=0.0,
         validation_alias=AliasChoices("desired_linear_vel", "max_linear_vel"),
         description="Cruise speed, from which all scaling starts [m/s].",
     )
-    min_linear_vel: float = Field(-0.5, description="Least speed, dynamic window only [m/s].")
-    max_angular_vel: float = Field(2.5, description="Dynamic window only [rad/s].")
-    min_angular_vel: float = Field(-2.5, description="Dynamic window only [rad/s].")
-    max_linear_accel: float = Field(2.5, gt=0.0, description="Dynamic window only [m/s^2].")
-    max_linear_decel: float = Field(-2.5, lt=0.0, description="Dynamic window only [m/s^2].")
-    max_angular_accel: float = Field(
+    min_linear_vel: Speed = Field(-0.5, description="Least speed, dynamic window only [m/s].")
+    max_angular_vel: AngularSpeed = Field(2.5, description="Dynamic window only [rad/s].")
+    min_angular_vel: AngularSpeed = Field(-2.5, description="Dynamic window only [rad/s].")
+    max_linear_accel: Acceleration = Field(2.5, gt=0.0, description="Dynamic window only [m/s^2].")
+    max_linear_decel: Acceleration = Field(-2.5, lt=0.0, description="Dynamic window only [m/s^2].")
+    max_angular_accel: AngularAcceleration = Field(
         3.2, gt=0.0, description="Turning in place, and dynamic window [rad/s^2]."
     )
-    max_angular_decel: float = Field(-3.2, lt=0.0, description="Dynamic window only [rad/s^2].")
+    max_angular_decel: AngularAcceleration = Field(
+        -3.2, lt=0.0, description="Dynamic window only [rad/s^2]."
+    )
 
-    lookahead_dist: float = Field(0.6, gt=0.0, description="Arc length to the carrot [m].")
+    lookahead_dist: Length = Field(0.6, gt=0.0, description="Arc length to the carrot [m].")
     use_velocity_scaled_lookahead_dist: bool = Field(
         False, description="Lookahead from the measured speed instead of lookahead_dist."
     )
-    min_lookahead_dist: float = Field(0.3, gt=0.0, description="Least scaled lookahead [m].")
-    max_lookahead_dist: float = Field(
+    min_lookahead_dist: Length = Field(0.3, gt=0.0, description="Least scaled lookahead [m].")
+    max_lookahead_dist: Length = Field(
         0.9, gt=0.0, description="Largest scaled lookahead; also bounds the collision check [m]."
     )
-    lookahead_time: float = Field(
+    lookahead_time: Duration = Field(
         1.5, ge=0.0, description="Scaled lookahead over measured speed [s]."
     )
     use_fixed_curvature_lookahead: bool = Field(
         False, description="Steer by a point of its own, at curvature_lookahead_dist."
     )
-    curvature_lookahead_dist: float = Field(
+    curvature_lookahead_dist: Length = Field(
         0.6, gt=0.0, description="Arc length to the point steered by [m]."
     )
     interpolate_curvature_after_goal: bool = Field(
@@ -63,38 +75,38 @@ class RegulatedPurePursuitParameters(ControllerParameters):
     use_regulated_linear_velocity_scaling: bool = Field(
         True, description="Slow down in tight curves."
     )
-    regulated_linear_scaling_min_radius: float = Field(
+    regulated_linear_scaling_min_radius: Length = Field(
         0.90, ge=0.0, description="Radius below which a curve is tight [m]."
     )
-    regulated_linear_scaling_min_speed: float = Field(
+    regulated_linear_scaling_min_speed: Speed = Field(
         0.25, ge=0.0, description="Curves and obstacles slow down no further [m/s]."
     )
     use_cost_regulated_linear_velocity_scaling: bool = Field(
         True, description="Slow down near obstacles."
     )
-    cost_scaling_dist: float = Field(
+    cost_scaling_dist: Length = Field(
         0.6, gt=0.0, description="Distance to obstacles below which to slow down [m]."
     )
-    cost_scaling_gain: float = Field(
+    cost_scaling_gain: Number = Field(
         1.0, ge=0.0, description="Factor on the slowed speed; below 1 slows down more [-]."
     )
-    inflation_cost_scaling_factor: float = Field(
+    inflation_cost_scaling_factor: Number = Field(
         3.0, description="Decay of the costmap's inflation layer; must match it [1/m]."
     )
-    approach_velocity_scaling_dist: float = Field(
+    approach_velocity_scaling_dist: Length = Field(
         0.6, ge=0.0, description="Length of the local plan below which to slow down [m]."
     )
-    min_approach_linear_velocity: float = Field(
+    min_approach_linear_velocity: Speed = Field(
         0.05, ge=0.0, description="The approach slows down no further [m/s]."
     )
 
     use_rotate_to_heading: bool = Field(
         True, description="Turn in place towards the plan, and to the goal's heading."
     )
-    rotate_to_heading_min_angle: float = Field(
+    rotate_to_heading_min_angle: Angle = Field(
         0.785, ge=0.0, description="Angle to the carrot beyond which to turn in place [rad]."
     )
-    rotate_to_heading_angular_vel: float = Field(
+    rotate_to_heading_angular_vel: AngularSpeed = Field(
         1.8, ge=0.0, description="Turn rate in place [rad/s]."
     )
     allow_reversing: bool = Field(
@@ -102,10 +114,10 @@ class RegulatedPurePursuitParameters(ControllerParameters):
     )
 
     use_collision_detection: bool = Field(True, description="Refuse commands that collide.")
-    max_allowed_time_to_collision_up_to_carrot: float = Field(
+    max_allowed_time_to_collision_up_to_carrot: Duration = Field(
         1.0, ge=0.0, description="Time for which a command is checked [s]."
     )
-    min_distance_to_obstacle: float = Field(
+    min_distance_to_obstacle: Length = Field(
         -1.0, description="Distance to check at least [m]; 0 or less: none."
     )
     allow_obstacle_checking_beyond_goal: bool = Field(
@@ -116,7 +128,7 @@ class RegulatedPurePursuitParameters(ControllerParameters):
     use_cancel_deceleration: bool = Field(
         False, description="Brake gently where the task is cancelled."
     )
-    cancel_deceleration: float = Field(3.2, gt=0.0, description="Gentle braking [m/s^2].")
+    cancel_deceleration: Acceleration = Field(3.2, gt=0.0, description="Gentle braking [m/s^2].")
     use_dynamic_window: bool = Field(
         False, description="Obey acceleration limits, staying close to the curvature."
     )

@@ -11,6 +11,17 @@ from pydantic import Field, model_validator
 
 from drake_navbench.controller import ControllerParameters, ControllerSetup
 from drake_navbench.controllers.teb.obstacles import footprint_discs
+from drake_navbench.quantities import (
+    Acceleration,
+    Angle,
+    AngularAcceleration,
+    AngularSpeed,
+    Count,
+    Duration,
+    Length,
+    Number,
+    Speed,
+)
 
 # Fewer inner poses than this leave the solver nothing to bend.
 FEWEST_SAMPLES = 3
@@ -23,11 +34,11 @@ class FootprintModel(ControllerParameters):
         "from_footprint",
         description="Shape; from_footprint derives the circles from the robot's outline.",
     )
-    radius: float = Field(0.2, ge=0.0, description="Of circular [m].")
-    front_offset: float = Field(0.2, description="Of two_circles, ahead of the base [m].")
-    front_radius: float = Field(0.2, ge=0.0, description="Of two_circles [m].")
-    rear_offset: float = Field(0.2, description="Of two_circles, behind the base [m].")
-    rear_radius: float = Field(0.2, ge=0.0, description="Of two_circles [m].")
+    radius: Length = Field(0.2, ge=0.0, description="Of circular [m].")
+    front_offset: Length = Field(0.2, description="Of two_circles, ahead of the base [m].")
+    front_radius: Length = Field(0.2, ge=0.0, description="Of two_circles [m].")
+    rear_offset: Length = Field(0.2, description="Of two_circles, behind the base [m].")
+    rear_radius: Length = Field(0.2, ge=0.0, description="Of two_circles [m].")
 
     def discs(self, setup: ControllerSetup) -> NDArray[np.float64]:
         """Returns (D, 2): offset along x and radius of the discs, m."""
@@ -130,43 +141,43 @@ class TebParameters(ControllerParameters):
     )
 
     # Trajectory
-    dt_ref: float = Field(0.3, gt=0.0, description="Time step that bands are cut into [s].")
-    dt_hysteresis: float = Field(
+    dt_ref: Duration = Field(0.3, ge=0.01, description="Time step that bands are cut into [s].")
+    dt_hysteresis: Duration = Field(
         0.1, ge=0.0, description="A band keeps its size while its step is this near dt_ref [s]."
     )
-    min_samples: int = Field(3, description="Fewest intervals of a band.")
-    max_samples: int = Field(500, description="Most intervals of a band.")
+    min_samples: Count = Field(3, description="Fewest intervals of a band.")
+    max_samples: Count = Field(500, le=10_000, description="Most intervals of a band.")
     global_plan_overwrite_orientation: bool = Field(
         True, description="The local goal heads along the plan, not as its pose says."
     )
-    global_plan_viapoint_sep: float = Field(
+    global_plan_viapoint_sep: Length = Field(
         -1.0, description="Distance of via-points on the plan; not positive: none [m]."
     )
-    max_global_plan_lookahead_dist: float = Field(
+    max_global_plan_lookahead_dist: Length = Field(
         1.0, description="Length of the plan that a band covers; not positive: all [m]."
     )
-    force_reinit_new_goal_dist: float = Field(
+    force_reinit_new_goal_dist: Length = Field(
         1.0, gt=0.0, description="A local goal that jumps farther starts a new band [m]."
     )
-    force_reinit_new_goal_angular: float = Field(
+    force_reinit_new_goal_angular: Angle = Field(
         math.pi / 2.0, gt=0.0, description="The same for its yaw [rad]."
     )
-    feasibility_check_no_poses: int = Field(
+    feasibility_check_no_poses: Count = Field(
         5, description="Last pose checked with the outline; negative: all."
     )
-    feasibility_check_lookahead_distance: float = Field(
+    feasibility_check_lookahead_distance: Length = Field(
         -1.0, description="Check only so far from the robot; not positive: no limit [m]."
     )
-    control_look_ahead_poses: int = Field(
+    control_look_ahead_poses: Count = Field(
         1, ge=1, description="The command is the mean twist up to this pose."
     )
 
     # Robot
-    max_vel_x: float = Field(0.4, gt=0.0, description="Forward speed [m/s].")
-    max_vel_x_backwards: float = Field(0.2, ge=0.0, description="Backward speed [m/s].")
-    max_vel_theta: float = Field(0.3, gt=0.0, description="Turn rate [rad/s].")
-    acc_lim_x: float = Field(0.5, description="Acceleration [m/s^2].")
-    acc_lim_theta: float = Field(0.5, description="Angular acceleration [rad/s^2].")
+    max_vel_x: Speed = Field(0.4, gt=0.0, description="Forward speed [m/s].")
+    max_vel_x_backwards: Speed = Field(0.2, ge=0.0, description="Backward speed [m/s].")
+    max_vel_theta: AngularSpeed = Field(0.3, gt=0.0, description="Turn rate [rad/s].")
+    acc_lim_x: Acceleration = Field(0.5, description="Acceleration [m/s^2].")
+    acc_lim_theta: AngularAcceleration = Field(0.5, description="Angular acceleration [rad/s^2].")
     footprint_model: FootprintModel = Field(
         default_factory=FootprintModel, description="The robot as the optimiser sees it."
     )
@@ -175,55 +186,55 @@ class TebParameters(ControllerParameters):
     free_goal_vel: bool = Field(False, description="The band may end in motion.")
 
     # Obstacles
-    min_obstacle_dist: float = Field(0.5, ge=0.0, description="Clearance of the circles [m].")
-    inflation_dist: float = Field(0.6, ge=0.0, description="Clearance below which it costs [m].")
+    min_obstacle_dist: Length = Field(0.5, ge=0.0, description="Clearance of the circles [m].")
+    inflation_dist: Length = Field(0.6, ge=0.0, description="Clearance below which it costs [m].")
 
     # Optimisation
-    no_inner_iterations: int = Field(
+    no_inner_iterations: Count = Field(
         5, ge=1, description="IPOPT stops after inner times outer iterations."
     )
-    no_outer_iterations: int = Field(4, ge=1, description="See no_inner_iterations.")
-    weight_optimaltime: float = Field(1.0, gt=0.0, description="Of squared time steps [1/s^2].")
-    weight_shortest_path: float = Field(
+    no_outer_iterations: Count = Field(4, ge=1, description="See no_inner_iterations.")
+    weight_optimaltime: Number = Field(1.0, gt=0.0, description="Of squared time steps [1/s^2].")
+    weight_shortest_path: Number = Field(
         0.0, ge=0.0, description="Of squared distances between poses [1/m^2]."
     )
-    weight_kinematics_forward_drive: float = Field(
+    weight_kinematics_forward_drive: Number = Field(
         1.0, ge=0.0, description="Of squared backward displacements [1/m^2]."
     )
-    weight_inflation: float = Field(
+    weight_inflation: Number = Field(
         0.1, ge=0.0, description="Of squared clearance below inflation_dist [1/m^2]."
     )
-    weight_viapoint: float = Field(1.0, ge=0.0, description="Of squared distances [1/m^2].")
+    weight_viapoint: Number = Field(1.0, ge=0.0, description="Of squared distances [1/m^2].")
 
     # Topologies
     enable_homotopy_class_planning: bool = Field(
         True, description="Look for ways past the other side of obstacles."
     )
-    max_number_classes: int = Field(5, ge=1, description="Most candidates in a cycle.")
-    selection_cost_hysteresis: float = Field(
+    max_number_classes: Count = Field(5, ge=1, description="Most candidates in a cycle.")
+    selection_cost_hysteresis: Number = Field(
         1.0, gt=0.0, description="Factor on the duration of the class driven so far."
     )
-    selection_prefer_initial_plan: float = Field(
+    selection_prefer_initial_plan: Number = Field(
         0.95, gt=0.0, description="Factor on the duration of the class of the global plan."
     )
-    switching_blocking_period: float = Field(
+    switching_blocking_period: Duration = Field(
         0.0, ge=0.0, description="No change of class so soon after the last one [s]."
     )
-    max_ratio_detours_duration_best_duration: float = Field(
+    max_ratio_detours_duration_best_duration: Number = Field(
         3.0, ge=1.0, description="Longer detours are dropped."
     )
 
     # Only here
-    weight_smoothness: float = Field(
+    weight_smoothness: Number = Field(
         0.1, ge=0.0, description="Of squared changes of v and w between intervals."
     )
-    weight_slack: float = Field(
+    weight_slack: Number = Field(
         100.0, gt=0.0, description="Price of clearance missing from min_obstacle_dist [1/m]."
     )
-    cold_start_iterations: int = Field(
+    cold_start_iterations: Count = Field(
         80, ge=1, description="IPOPT iterations for a band without a predecessor."
     )
-    blocked_goal_distance_m: float = Field(
+    blocked_goal_distance_m: Length = Field(
         0.05, gt=0.0, description="Give up so near to the end of the free part of the plan [m]."
     )
 

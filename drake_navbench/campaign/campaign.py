@@ -26,14 +26,12 @@ from drake_navbench.inputs.task_check import check_task
 from drake_navbench.log import Outcome, TrialLog
 from drake_navbench.results import ResultsFolder
 from drake_navbench.trial.spec import TrialSpec
+from drake_navbench.trial.task_cost import check_cost, wall_clock_limit_s
 from drake_navbench.trial.trial import DEFAULT_ROBOT, failed_log, make_controller, simulate
 
 DEFAULT_TRIALS = 4
 # Drake's bindings never free Python systems, so a worker is replaced after this many trials.
 TRIALS_PER_WORKER = 24
-# A trial that takes this much longer than the time it simulates hangs.
-WALL_CLOCK_PER_SIMULATED_SECOND = 5.0
-MIN_WALL_CLOCK_S = 120.0
 
 Row = dict[str, object]
 
@@ -99,6 +97,7 @@ def plan_campaign(
     for scenario in loaded:
         loaded_robot = scenario.load_robot(robot)
         check_task(scenario, loaded_robot)
+        check_cost(scenario, loaded_robot)
         for preset in columns:
             # Some parameters are wrong only for this robot or its control period.
             make_controller(preset, preset.robot(loaded_robot))
@@ -156,7 +155,7 @@ def run_campaign(
             pool.schedule(
                 _run_and_write,
                 args=[campaign.specs[index], folder],
-                timeout=wall_clock_limit_s(campaign.specs[index]),
+                timeout=wall_clock_limit_s(campaign.specs[index].scenario),
             ): index
             for index in waiting
         }
@@ -175,11 +174,6 @@ def run_campaign(
 def available_jobs() -> int:
     """Returns the number of processors this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def wall_clock_limit_s(spec: TrialSpec) -> float:
-    """Returns how long a trial may take before it counts as hanging, s of wall clock."""
-    return max(MIN_WALL_CLOCK_S, WALL_CLOCK_PER_SIMULATED_SECOND * spec.scenario.timeout_s)
 
 
 @contextmanager
@@ -228,7 +222,7 @@ def _row_of(future, spec: TrialSpec, folder: ResultsFolder) -> Row:
     try:
         return future.result()
     except FutureTimeoutError:
-        reason = f"no result after {wall_clock_limit_s(spec):g} s of wall clock; ended"
+        reason = f"no result after {wall_clock_limit_s(spec.scenario):g} s of wall clock; ended"
     except ProcessExpired as error:
         reason = f"the worker process died with exit code {error.exitcode}"
     log = failed_log(spec, reason)

@@ -12,6 +12,10 @@ from drake_navbench.inputs.parameter_files import load_parameter_file
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.typed_yaml import FrozenModel
 
+# Of each scenario and controller.
+MAX_TRIALS = 100_000
+MAX_SEED = 2**64 - 1
+
 
 class Request(FrozenModel):
     """What was asked for; it is kept in the manifest, so that a run can be resumed.
@@ -22,8 +26,8 @@ class Request(FrozenModel):
     scenarios: tuple[str, ...]
     controllers: tuple[str, ...]
     parameter_files: tuple[str, ...]
-    trials: int = Field(ge=1)
-    seed: int = Field(ge=0)
+    trials: int = Field(ge=1, le=MAX_TRIALS)
+    seed: int = Field(ge=0, le=MAX_SEED)
     robot: str
     replay: Literal["race", "each", "none"]
 

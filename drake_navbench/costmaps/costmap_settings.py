@@ -10,6 +10,9 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
+from drake_navbench.costmaps.grid_size import require_grid_size
+from drake_navbench.errors import InputError
+from drake_navbench.quantities import CellSize, Count, Frequency, Length, Number
 from drake_navbench.typed_yaml import FrozenModel
 
 PluginName = Literal[
@@ -32,10 +35,10 @@ class ObstacleLayerSettings(FrozenModel):
     """Nav2's obstacle layer with one scan source that marks and clears."""
 
     enabled: bool = Field(True, description="Whether it writes at all.")
-    obstacle_min_range: float = Field(0.0, ge=0.0, description="Nearest hit that marks [m].")
-    obstacle_max_range: float = Field(2.5, gt=0.0, description="Farthest hit that marks [m].")
-    raytrace_min_range: float = Field(0.0, ge=0.0, description="Where clearing starts [m].")
-    raytrace_max_range: float = Field(3.0, gt=0.0, description="Where clearing ends [m].")
+    obstacle_min_range: Length = Field(0.0, ge=0.0, description="Nearest hit that marks [m].")
+    obstacle_max_range: Length = Field(2.5, gt=0.0, description="Farthest hit that marks [m].")
+    raytrace_min_range: Length = Field(0.0, ge=0.0, description="Where clearing starts [m].")
+    raytrace_max_range: Length = Field(3.0, gt=0.0, description="Where clearing ends [m].")
     footprint_clearing_enabled: bool = Field(True, description="Free the cells under the robot.")
     inf_is_valid: bool = Field(False, description="Beams without a hit clear up to the range.")
     combination_method: Literal[0, 1, 2] = Field(
@@ -47,7 +50,7 @@ class DenoiseLayerSettings(FrozenModel):
     """Nav2's denoise layer; it belongs before the inflation layer."""
 
     enabled: bool = Field(True, description="Whether it writes at all.")
-    minimal_group_size: int = Field(2, ge=0, description="Smaller groups are freed [cells].")
+    minimal_group_size: Count = Field(2, ge=0, description="Smaller groups are freed [cells].")
     group_connectivity_type: Literal[4, 8] = Field(
         8, description="4 joins cells along edges, 8 at corners too."
     )
@@ -57,8 +60,8 @@ class InflationLayerSettings(FrozenModel):
     """Nav2's inflation layer."""
 
     enabled: bool = Field(True, description="Whether it writes at all.")
-    inflation_radius: float = Field(0.55, ge=0.0, description="Reach [m].")
-    cost_scaling_factor: float = Field(10.0, gt=0.0, description="Decay of the cost [1/m].")
+    inflation_radius: Length = Field(0.55, ge=0.0, description="Reach [m].")
+    cost_scaling_factor: Number = Field(10.0, gt=0.0, description="Decay of the cost [1/m].")
     inflate_unknown: bool = Field(False, description="Graded costs may replace unknown cells.")
     inflate_around_unknown: bool = Field(False, description="Unknown cells are inflated too.")
 
@@ -86,14 +89,14 @@ class BinaryFilterSettings(FrozenModel):
 
     enabled: bool = Field(True, description="Whether it acts at all.")
     default_state: bool = Field(False, description="State where the mask does not flip it.")
-    flip_threshold: float = Field(50.0, description="Mask values above this flip the state.")
+    flip_threshold: Number = Field(50.0, description="Mask values above this flip the state.")
 
 
 class CostmapSettings(FrozenModel):
     """What the local and the global costmap have in common."""
 
     track_unknown_space: bool = Field(False, description="Unseen cells are unknown, not free.")
-    update_frequency: float = Field(5.0, gt=0.0, description="Updates [Hz].")
+    update_frequency: Frequency = Field(5.0, description="Updates [Hz].")
     lethal_cost_threshold: int = Field(
         100, ge=0, le=100, description="Occupancy from which a cell of the map is lethal [%]."
     )
@@ -138,8 +141,8 @@ class LocalCostmapSettings(CostmapSettings):
 
     width: int = Field(5, gt=0, le=200, description="Extent along x [m].")
     height: int = Field(5, gt=0, le=200, description="Extent along y [m].")
-    resolution: float = Field(0.1, gt=0.0, description="Cell edge [m].")
-    footprint_padding: float = Field(0.01, ge=0.0, description="Added to the outline [m].")
+    resolution: CellSize = Field(0.1, description="Cell edge [m].")
+    footprint_padding: Length = Field(0.01, ge=0.0, description="Added to the outline [m].")
     plugins: list[PluginName] = Field(
         ["obstacle_layer", "inflation_layer"],
         description="Layers in the order in which they write; a filter among them is inflated too.",
@@ -149,11 +152,20 @@ class LocalCostmapSettings(CostmapSettings):
         description="What acts on the finished costs, in order.",
     )
 
+    @model_validator(mode="after")
+    def _check_size(self) -> LocalCostmapSettings:
+        columns, rows = self.width / self.resolution, self.height / self.resolution
+        try:
+            require_grid_size("width, height and resolution", columns, rows)
+        except InputError as error:
+            raise ValueError(str(error)) from error
+        return self
+
 
 class GlobalCostmapSettings(CostmapSettings):
     """The grid on which the global planner searches: that of the map, where there is one."""
 
-    resolution: float = Field(0.05, gt=0.0, description="Cell edge where there is no map [m].")
-    margin_m: float = Field(
+    resolution: CellSize = Field(0.05, description="Cell edge where there is no map [m].")
+    margin_m: Length = Field(
         2.0, gt=0.0, description="Free border around everything known, where there is no map [m]."
     )

@@ -13,11 +13,13 @@ from numpy.typing import NDArray
 from pydantic import Field, field_validator, model_validator
 
 from drake_navbench.costmaps.costmap_settings import FilterName
+from drake_navbench.costmaps.grid_size import require_grid_size
 from drake_navbench.costmaps.map_file import OccupancyMap, load_map
 from drake_navbench.errors import InputError
 from drake_navbench.immutable import Immutable
 from drake_navbench.kernels.grid import FREE, LETHAL, Grid
 from drake_navbench.kernels.rasterize import MASK_FULL, mark_polygon
+from drake_navbench.quantities import Length, Number
 from drake_navbench.typed_yaml import FrozenModel
 
 FilterType = Literal["keepout", "speed_percent", "speed_absolute", "binary"]
@@ -27,7 +29,7 @@ FILTER_NAMES: Mapping[FilterType, FilterName] = {
     "speed_absolute": "speed_filter",
     "binary": "binary_filter",
 }
-Point = tuple[float, float]
+Point = tuple[Length, Length]
 ROUNDING_CELLS = 1e-6
 
 
@@ -54,8 +56,8 @@ class FilterDescription(FrozenModel):
     areas: list[FilterArea] = Field(
         default_factory=list, description="Instead of a mask; where they overlap, the last counts."
     )
-    base: float = Field(0.0, description="Filter value at mask value 0 [%, m/s or -].")
-    multiplier: float = Field(1.0, description="Filter value per mask value [%, m/s or -].")
+    base: Number = Field(0.0, description="Filter value at mask value 0 [%, m/s or -].")
+    multiplier: Number = Field(1.0, description="Filter value per mask value [%, m/s or -].")
 
     @property
     def filter_name(self) -> FilterName:
@@ -141,6 +143,7 @@ def _draw_areas(
     # A bound that lies on the lattice, but for rounding, needs no further cell.
     first = np.floor((points.min(axis=0) - corner) / resolution + ROUNDING_CELLS)
     last = np.ceil((points.max(axis=0) - corner) / resolution - ROUNDING_CELLS)
+    require_grid_size("filters: a mask drawn from areas", *(last - first))
     columns, rows = (last - first).astype(int)
     origin_x, origin_y = (corner + first * resolution).tolist()
     mask = np.zeros((rows, columns), dtype=np.int8)

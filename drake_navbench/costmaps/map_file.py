@@ -17,9 +17,11 @@ from numpy.typing import NDArray
 from PIL import Image
 from pydantic import Field, field_validator, model_validator
 
+from drake_navbench.costmaps.grid_size import require_grid_size
 from drake_navbench.errors import InputError, InputWarning, nearest_name_hint
 from drake_navbench.immutable import Immutable
 from drake_navbench.kernels.grid import Grid, cell_at
+from drake_navbench.quantities import MAX_LENGTH_M, Angle, CellSize, Length
 from drake_navbench.typed_yaml import FrozenModel, read_yaml, validate
 
 UNKNOWN = -1
@@ -44,8 +46,8 @@ class MapMetadata(FrozenModel):
     """The YAML file of a map."""
 
     image: str = Field(min_length=1, description="Path, relative to the folder of this file.")
-    resolution: float = Field(gt=0.0, description="Edge of a pixel [m].")
-    origin: tuple[float, float, float] = Field(
+    resolution: CellSize = Field(description="Edge of a pixel [m].")
+    origin: tuple[Length, Length, Angle] = Field(
         description="Lower left corner of the lower left pixel [m, m] and yaw [rad]."
     )
     negate: bool = Field(description="Whether white is occupied, 0 or 1.")
@@ -139,12 +141,18 @@ def load_map(path: str | Path) -> OccupancyMap:
     # The top row of an image is the one with the highest y.
     occupancy = np.ascontiguousarray(occupancy[::-1])
     occupancy.flags.writeable = False
-    return OccupancyMap(
+    grid = OccupancyMap(
         occupancy,
         float(np.float32(metadata.resolution)),
         *metadata.origin,
         files=(path, path.parent / metadata.image),
     )
+    if max(map(abs, grid.bounds)) > MAX_LENGTH_M:
+        raise InputError(
+            f"{path}: origin and resolution: the map covers {list(grid.bounds)}, expected all of "
+            f"it within {MAX_LENGTH_M:g} m of the frame's origin"
+        )
+    return grid
 
 
 def occupancy_from_grey(
@@ -185,7 +193,10 @@ def _read_image(path: Path, *, named_by: Path) -> tuple[NDArray[np.uint8], NDArr
     if not path.is_file():
         raise InputError(f"{named_by}: image: no such file, got {str(path)!r}")
     try:
-        with Image.open(path) as image:
+        # Pillow warns of images beyond a size that is refused here in any case.
+        bomb = Image.DecompressionBombWarning
+        with warnings.catch_warnings(action="error", category=bomb), Image.open(path) as image:
+            require_grid_size(f"{named_by}: image", *image.size)
             if image.mode not in GREY_MODES + COLOUR_MODES:
                 raise InputError(
                     f"{named_by}: image: expected 8 bits a channel, "
@@ -193,10 +204,11 @@ def _read_image(path: Path, *, named_by: Path) -> tuple[NDArray[np.uint8], NDArr
                 )
             pixels = np.asarray(image.convert("LA" if image.mode in GREY_MODES else "RGBA"))
     # Pillow reports broken files through all of these.
-    except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
+    except (OSError, SyntaxError, ValueError, Image.DecompressionBombError, bomb) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise InputError(f"{named_by}: image: cannot be read: {reason}") from error
     colour, alpha = pixels[..., :-1], pixels[..., -1]
     if colour.shape[-1] == 1:
         return colour[..., 0], alpha
-    return np.rint(colour @ LUMA).astype(np.uint8), alpha
+    # Row by row: as floats the whole image would take 24 times its size.
+    return np.stack([np.rint(row @ LUMA).astype(np.uint8) for row in colour]), alpha

@@ -7,20 +7,31 @@ from collections.abc import Iterator
 import numpy as np
 
 from drake_navbench.costmaps.map_file import OCCUPIED, OccupancyMap
+from drake_navbench.errors import InputError
 from drake_navbench.inputs.world import Box
 
 # Rectangles of cells: first row, past the last row, first column, past the last column.
 CellBox = tuple[int, int, int, int]
+# Each takes 6 kB in a trial, and the time to build one grows with their square.
+MAX_WALLS = 100_000
 
 
 def occupied_boxes(grid: OccupancyMap) -> tuple[Box, ...]:
     """Returns boxes that cover exactly the occupied cells of a map, without overlap.
 
     Cells that are unknown or only partly occupied (mode scale) count as free: nothing is known to
-    stand there. Runs of cells in a row are joined with the same run in the rows above.
+    stand there. Runs of cells in a row are joined with the same run in the rows above. Raises
+    InputError where there would be too many.
     """
+    runs = list(_merged_runs(grid.occupancy == OCCUPIED))
+    if len(runs) > MAX_WALLS:
+        named = grid.files[0] if grid.files else "map"
+        raise InputError(
+            f"{named}: its occupied cells make {len(runs)} rectangles, expected at most "
+            f"{MAX_WALLS}; is it noise?"
+        )
     boxes = []
-    for first_row, past_row, first_column, past_column in _merged_runs(grid.occupancy == OCCUPIED):
+    for first_row, past_row, first_column, past_column in runs:
         low = _corner(grid, first_column, first_row)
         high = _corner(grid, past_column, past_row)
         boxes.append(Box(type="box", min=low, max=high))
@@ -36,7 +47,8 @@ def _merged_runs(occupied: np.ndarray) -> Iterator[CellBox]:
     """Yields rectangles of cells, each a run of a row that repeats in the rows above it."""
     open_runs: dict[tuple[int, int], int] = {}
     for row, runs in enumerate([*map(_runs, occupied), []]):
-        for run in [run for run in open_runs if run not in runs]:
+        repeated = set(runs)
+        for run in [run for run in open_runs if run not in repeated]:
             yield open_runs.pop(run), row, *run
         for run in runs:
             open_runs.setdefault(run, row)

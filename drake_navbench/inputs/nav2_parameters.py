@@ -22,8 +22,8 @@ from typing import Any, ClassVar, NamedTuple
 
 import yaml
 
-from drake_navbench.errors import InputError
 from drake_navbench.typed_yaml import read_text, yaml_fault
+from drake_navbench.yaml_loader import require_limits
 
 PARAMETERS_KEY = "ros__parameters"
 MERGE_TAG = "tag:yaml.org,2002:merge"
@@ -110,12 +110,11 @@ def read_parameter_file(path: Path) -> ParameterFile:
     """Returns the sections of a file; raises InputError where it cannot be read or is no YAML."""
     text = read_text(path)
     try:
+        require_limits(text)
         reader = _Reader(path, text)
         sections = tuple(reader.sections())
     except yaml.YAMLError as error:
         raise yaml_fault(error, str(path)) from error
-    except RecursionError as error:
-        raise InputError(f"{path}: nested too deeply") from error
     return ParameterFile(sections, tuple(reader.remarks))
 
 

@@ -29,6 +29,19 @@ from drake_navbench.navigation.progress_checkers import SimpleProgressCheckerPar
 from drake_navbench.navigation.smac_planner_2d_parameters import SmacPlanner2DParameters
 from drake_navbench.navigation.velocity_smoother import VelocitySmootherParameters
 from drake_navbench.navigation.waypoint_follower import WaypointFollowerParameters
+from drake_navbench.quantities import (
+    Acceleration,
+    Angle,
+    AngularAcceleration,
+    AngularSpeed,
+    Duration,
+    Frequency,
+    Length,
+    Mass,
+    Period,
+    Size,
+    Speed,
+)
 from drake_navbench.typed_yaml import FrozenModel, read_yaml, validate
 
 # A failure tolerance, s.
@@ -40,16 +53,18 @@ ROBOT_FILES = NamedFiles(kind="robot", package="drake_navbench.models")
 class Drive(FrozenModel):
     """A differential base with a first-order velocity response."""
 
-    max_linear_velocity_mps: float = Field(0.5, gt=0.0, description="Forward limit [m/s].")
-    min_linear_velocity_mps: float = Field(-0.5, le=0.0, description="Backward limit [m/s].")
-    max_angular_velocity_radps: float = Field(2.0, gt=0.0, description="Turning limit [rad/s].")
-    response_time_constant_s: float = Field(
-        0.1, gt=0.0, description="Time constant of the velocity response [s]."
+    max_linear_velocity_mps: Speed = Field(0.5, gt=0.0, description="Forward limit [m/s].")
+    min_linear_velocity_mps: Speed = Field(-0.5, le=0.0, description="Backward limit [m/s].")
+    max_angular_velocity_radps: AngularSpeed = Field(
+        2.0, gt=0.0, description="Turning limit [rad/s]."
     )
-    max_linear_acceleration_mps2: float | None = Field(
+    response_time_constant_s: Period = Field(
+        0.1, description="Time constant of the velocity response [s]."
+    )
+    max_linear_acceleration_mps2: Acceleration | None = Field(
         2.5, gt=0.0, description="Limit on dv/dt [m/s^2]; null means none."
     )
-    max_angular_acceleration_radps2: float | None = Field(
+    max_angular_acceleration_radps2: AngularAcceleration | None = Field(
         3.0, gt=0.0, description="Limit on dw/dt [rad/s^2]; null means none."
     )
 
@@ -57,21 +72,21 @@ class Drive(FrozenModel):
 class LidarSettings(FrozenModel):
     """A planar scanner, beams evenly spaced counter-clockwise."""
 
-    pose: tuple[float, float, float] = Field(
+    pose: tuple[Length, Length, Angle] = Field(
         (0.0, 0.0, 0.0), description="Mounting in the base frame: x [m], y [m], yaw [rad]."
     )
     beam_count: int = Field(360, ge=1, le=100_000, description="Beams a scan.")
-    angle_min_rad: float = Field(-np.pi, ge=-np.pi, description="Angle of the first beam [rad].")
+    angle_min_rad: Angle = Field(-np.pi, ge=-np.pi, description="Angle of the first beam [rad].")
     angle_span_rad: float = Field(
         2.0 * np.pi,
         gt=0.0,
         le=2.0 * np.pi,
         description="Angle covered; at 2 pi the last beam stops one step short of the first [rad].",
     )
-    range_min_m: float = Field(0.05, ge=0.0, description="Shortest valid range [m].")
-    range_max_m: float = Field(12.0, gt=0.0, description="Longest valid range [m].")
-    period_s: float = Field(0.1, gt=0.0, description="Time between scans [s].")
-    range_std_m: float = Field(0.0, ge=0.0, description="Gaussian noise on each range [m].")
+    range_min_m: Length = Field(0.05, ge=0.0, description="Shortest valid range [m].")
+    range_max_m: Length = Field(12.0, gt=0.0, description="Longest valid range [m].")
+    period_s: Period = Field(0.1, description="Time between scans [s].")
+    range_std_m: Length = Field(0.0, ge=0.0, description="Gaussian noise on each range [m].")
     dropout_probability: float = Field(
         0.0, ge=0.0, le=1.0, description="Share of beams that return nothing."
     )
@@ -88,27 +103,27 @@ class LidarSettings(FrozenModel):
 class LocalizationSettings(FrozenModel):
     """What the controller is told of pose and velocity; white Gaussian noise once a period."""
 
-    period_s: float = Field(0.05, gt=0.0, description="Time for which a noise sample holds [s].")
-    xy_std_m: float = Field(0.0, ge=0.0, description="Noise on x and on y [m].")
-    yaw_std_rad: float = Field(0.0, ge=0.0, description="Noise on the heading [rad].")
-    linear_velocity_std_mps: float = Field(0.0, ge=0.0, description="Noise on v [m/s].")
-    angular_velocity_std_radps: float = Field(0.0, ge=0.0, description="Noise on w [rad/s].")
+    period_s: Period = Field(0.05, description="Time for which a noise sample holds [s].")
+    xy_std_m: Length = Field(0.0, ge=0.0, description="Noise on x and on y [m].")
+    yaw_std_rad: Angle = Field(0.0, ge=0.0, description="Noise on the heading [rad].")
+    linear_velocity_std_mps: Speed = Field(0.0, ge=0.0, description="Noise on v [m/s].")
+    angular_velocity_std_radps: AngularSpeed = Field(0.0, ge=0.0, description="Noise on w [rad/s].")
 
 
 class ControllerServerSettings(FrozenModel):
     """Nav2's controller server."""
 
-    controller_frequency: float = Field(20.0, gt=0.0, description="Control rate [Hz].")
-    failure_tolerance: float = Field(
+    controller_frequency: Frequency = Field(20.0, description="Control rate [Hz].")
+    failure_tolerance: Duration = Field(
         0.0, description="Patience with failing cycles [s]; 0 none, -1 for ever."
     )
-    costmap_update_timeout: float = Field(
+    costmap_update_timeout: Duration = Field(
         0.30, ge=0.0, description="Patience with a costmap that is not current [s]; 0 for ever."
     )
-    min_x_velocity_threshold: float = Field(
+    min_x_velocity_threshold: Speed = Field(
         0.0001, ge=0.0, description="Measured |v| up to this is taken as 0 [m/s]."
     )
-    min_theta_velocity_threshold: float = Field(
+    min_theta_velocity_threshold: AngularSpeed = Field(
         0.0001, ge=0.0, description="Measured |w| up to this is taken as 0 [rad/s]."
     )
 
@@ -150,11 +165,11 @@ class Robot(FrozenModel):
 
     description: str = Field(min_length=1, description="One line for --list.")
     model: str | None = Field(None, description="SDF file for the replay, beside this file.")
-    footprint: list[tuple[float, float]] | None = Field(
+    footprint: list[tuple[Length, Length]] | None = Field(
         None, min_length=3, description="Outline in the base frame, x forward, y left [m]."
     )
-    robot_radius: float | None = Field(None, gt=0.0, description="Outline of a round robot [m].")
-    mass_kg: float | None = Field(
+    robot_radius: Size | None = Field(None, description="Outline of a round robot [m].")
+    mass_kg: Mass | None = Field(
         None, gt=0.0, description="Mass with its load, for the energy metric only [kg]."
     )
     directory: str = Field("", exclude=True, description="Set from where the file was found.")

@@ -26,6 +26,7 @@ from drake_navbench.navigation.smoother_parameters import (
     SimpleSmootherParameters,
 )
 from drake_navbench.noise import NoiseKey, NoiseStream
+from drake_navbench.quantities import Angle, CellSize, Duration, Length
 from drake_navbench.typed_yaml import FrozenModel, read_yaml, validate
 
 SCENARIO_FILES = NamedFiles(kind="scenario", package="drake_navbench.scenarios")
@@ -43,20 +44,20 @@ SET_BY_LOADING = ("name", "directory")
 MASK_MARGIN_M = 2.0
 MASK_RESOLUTION_M = 0.05
 
-Pose = tuple[float, float, float]
+Pose = tuple[Length, Length, Angle]
 
 
 class Straight(FrozenModel):
     """A straight piece of a given plan."""
 
-    straight_m: float = Field(gt=0.0, description="Length [m].")
+    straight_m: Length = Field(gt=0.0, description="Length [m].")
 
 
 class Arc(FrozenModel):
     """A circular piece of a given plan."""
 
     arc_deg: float = Field(ge=-360.0, le=360.0, description="Turn, positive to the left [deg].")
-    radius_m: float = Field(gt=0.0, description="Radius [m].")
+    radius_m: Length = Field(gt=0.0, description="Radius [m].")
 
 
 class SimpleSmoothing(SimpleSmootherParameters):
@@ -93,7 +94,7 @@ class ElementsPlan(FrozenModel):
 
     type: Literal["elements"]
     elements: list[Straight | Arc] = Field(min_length=1, description="Pieces in order.")
-    spacing_m: float = Field(0.05, gt=0.0, description="Distance between plan poses [m].")
+    spacing_m: CellSize = Field(0.05, description="Distance between plan poses [m].")
 
 
 class PolylinePlan(FrozenModel):
@@ -101,7 +102,7 @@ class PolylinePlan(FrozenModel):
 
     type: Literal["polyline"]
     points: list[Point] = Field(min_length=2, description="Corners [m].")
-    spacing_m: float = Field(0.05, gt=0.0, description="Distance between plan poses [m].")
+    spacing_m: CellSize = Field(0.05, description="Distance between plan poses [m].")
 
 
 Plan = Annotated[GridPlan | ElementsPlan | PolylinePlan, Field(discriminator="type")]
@@ -119,8 +120,8 @@ class WorldDescription(FrozenModel):
 class Variation(FrozenModel):
     """What differs between the trials of a scenario; the same for every controller."""
 
-    start_xy_std_m: float = Field(0.0, ge=0.0, description="Spread of the start position [m].")
-    start_yaw_std_rad: float = Field(0.0, ge=0.0, description="Spread of the start heading [rad].")
+    start_xy_std_m: Length = Field(0.0, ge=0.0, description="Spread of the start position [m].")
+    start_yaw_std_rad: Angle = Field(0.0, ge=0.0, description="Spread of the start heading [rad].")
 
 
 class Scenario(FrozenModel):
@@ -142,7 +143,9 @@ class Scenario(FrozenModel):
         description="follow_path: plan once, abort when the controller fails. navigate_to_pose: "
         "Nav2's default behaviour tree, with replanning and recoveries.",
     )
-    timeout_s: float = Field(120.0, gt=0.0, description="The trial ends as timed_out after this.")
+    timeout_s: Duration = Field(
+        120.0, gt=0.0, description="The trial ends as timed_out after this."
+    )
     variation: Variation = Field(default_factory=Variation)
     robot_overrides: dict[str, Any] = Field(
         default_factory=dict, description="Fields of the robot file that this scenario replaces."

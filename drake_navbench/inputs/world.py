@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,10 +14,11 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 from shapely.geometry.base import BaseGeometry
 
+from drake_navbench.quantities import MIN_SIZE_M, Length, Size
 from drake_navbench.typed_yaml import FrozenModel
 
 Array = NDArray[np.float64]
-Point = tuple[float, float]
+Point = tuple[Length, Length]
 
 # Fine enough that the polygon stays within 0.1% of the radius of the true circle.
 CIRCLE_QUADRANT_SEGMENTS = 24
@@ -26,7 +28,7 @@ class _Shape(FrozenModel):
     known_to_planner: bool = Field(
         True, description="Whether the global planner's map shows it; the lidar always sees it."
     )
-    height_m: float = Field(1.0, gt=0.0, description="Height above the floor [m].")
+    height_m: Size = Field(1.0, description="Height above the floor [m].")
 
     @property
     def region(self) -> BaseGeometry:
@@ -48,9 +50,10 @@ class Box(_Shape):
 
     @model_validator(mode="after")
     def _check(self) -> Box:
-        if not (self.min[0] < self.max[0] and self.min[1] < self.max[1]):
+        if not all(high - low >= MIN_SIZE_M for low, high in zip(self.min, self.max, strict=True)):
             raise ValueError(
-                f"min {list(self.min)} must lie below and left of max {list(self.max)}"
+                f"min {list(self.min)} must lie below and left of max {list(self.max)}, by at "
+                f"least {MIN_SIZE_M:g} m"
             )
         return self
 
@@ -66,12 +69,15 @@ class Wall(_Shape):
     type: Literal["wall"]
     start: Point = Field(description="One end of its centre line [m].")
     end: Point = Field(description="The other end [m].")
-    thickness_m: float = Field(0.1, gt=0.0, description="Full thickness [m].")
+    thickness_m: Size = Field(0.1, description="Full thickness [m].")
 
     @model_validator(mode="after")
     def _check(self) -> Wall:
-        if self.start == self.end:
-            raise ValueError(f"start and end coincide at {list(self.start)}; expected a length")
+        if math.dist(self.start, self.end) < MIN_SIZE_M:
+            raise ValueError(
+                f"start and end coincide at {list(self.start)}; expected a length of at least "
+                f"{MIN_SIZE_M:g} m"
+            )
         return self
 
     @property
@@ -91,7 +97,7 @@ class Polygon(_Shape):
     @model_validator(mode="after")
     def _check(self) -> Polygon:
         polygon = shapely.Polygon(self.vertices)
-        if not polygon.is_valid or polygon.area == 0.0:
+        if not polygon.is_valid or polygon.area < MIN_SIZE_M**2:
             raise ValueError("vertices must form a polygon with an area that does not cross itself")
         return self
 
@@ -107,7 +113,7 @@ class Cylinder(_Shape):
 
     type: Literal["cylinder"]
     centre: Point = Field(description="Centre [m].")
-    radius_m: float = Field(gt=0.0, description="Radius [m].")
+    radius_m: Size = Field(description="Radius [m].")
 
     @property
     def region(self) -> BaseGeometry:

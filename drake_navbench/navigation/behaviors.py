@@ -19,6 +19,14 @@ from pydantic import Field
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.footprint import footprint_cost
 from drake_navbench.kernels.grid import LETHAL, OFF_MAP, Costmap, cost_at
+from drake_navbench.quantities import (
+    Acceleration,
+    AngularAcceleration,
+    AngularSpeed,
+    Duration,
+    Frequency,
+    Speed,
+)
 from drake_navbench.typed_yaml import FrozenModel
 
 Array = NDArray[np.float64]
@@ -31,19 +39,21 @@ NANOSECOND_DIGITS = 9
 class DriveLimits(FrozenModel):
     """Parameters of a behaviour that drives straight."""
 
-    acceleration_limit: float = Field(2.5, gt=0.0, description="Speeding up [m/s^2].")
-    deceleration_limit: float = Field(-2.5, lt=0.0, description="Slowing down [m/s^2].")
-    minimum_speed: float = Field(0.10, ge=0.0, description="Slowest speed [m/s].")
+    acceleration_limit: Acceleration = Field(2.5, gt=0.0, description="Speeding up [m/s^2].")
+    deceleration_limit: Acceleration = Field(-2.5, lt=0.0, description="Slowing down [m/s^2].")
+    minimum_speed: Speed = Field(0.10, ge=0.0, description="Slowest speed [m/s].")
 
 
 class BehaviorServerParameters(FrozenModel):
     """Parameters of nav2_behaviors' behaviour server and its plugins."""
 
-    cycle_frequency: float = Field(10.0, gt=0.0, description="Rate of the behaviours [Hz].")
-    simulate_ahead_time: float = Field(2.0, ge=0.0, description="Look-ahead for collisions [s].")
-    max_rotational_vel: float = Field(1.0, gt=0.0, description="Fastest spin [rad/s].")
-    min_rotational_vel: float = Field(0.4, ge=0.0, description="Slowest spin [rad/s].")
-    rotational_acc_lim: float = Field(3.2, gt=0.0, description="Braking of a spin [rad/s^2].")
+    cycle_frequency: Frequency = Field(10.0, gt=0.0, description="Rate of the behaviours [Hz].")
+    simulate_ahead_time: Duration = Field(2.0, ge=0.0, description="Look-ahead for collisions [s].")
+    max_rotational_vel: AngularSpeed = Field(1.0, gt=0.0, description="Fastest spin [rad/s].")
+    min_rotational_vel: AngularSpeed = Field(0.4, ge=0.0, description="Slowest spin [rad/s].")
+    rotational_acc_lim: AngularAcceleration = Field(
+        3.2, gt=0.0, description="Braking of a spin [rad/s^2]."
+    )
     backup: DriveLimits = Field(default_factory=DriveLimits)
     drive_on_heading: DriveLimits = Field(default_factory=DriveLimits)
 

@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from drake_navbench.kernels.points_inside import NO_COLLISION, count_inside, time_to_collision
+from drake_navbench.quantities import AngularSpeed, Count, Duration, Length, Period, Size, Speed
 from drake_navbench.typed_yaml import FrozenModel
 
 Array = NDArray[np.float64]
-Point = tuple[float, float]
+Point = tuple[Length, Length]
 Corners = Annotated[tuple[Point, ...], Field(min_length=4)]
 
 INVALID_SOURCE = "invalid source"
@@ -30,14 +31,16 @@ class _Shape(FrozenModel):
     action_type: Literal["stop", "slowdown", "limit", "approach", "none"] = Field(
         "approach", description="What to do when enough points are inside."
     )
-    min_points: int = Field(4, ge=1, description="Points that are enough.")
+    min_points: Count = Field(4, ge=1, description="Points that are enough.")
     slowdown_ratio: float = Field(0.5, ge=0.0, le=1.0, description="Share of the command left.")
-    linear_limit: float = Field(0.5, ge=0.0, description="Fastest of a limit [m/s].")
-    angular_limit: float = Field(0.5, ge=0.0, description="Fastest of a limit [rad/s].")
-    time_before_collision: float = Field(2.0, gt=0.0, description="Look-ahead of an approach [s].")
-    simulation_time_step: float = Field(0.1, gt=0.0, description="Step of the look-ahead [s].")
-    trigger_consecutive_points: int = Field(1, ge=1, description="Cycles until it acts.")
-    release_consecutive_points: int = Field(1, ge=1, description="Cycles until it lets go.")
+    linear_limit: Speed = Field(0.5, ge=0.0, description="Fastest of a limit [m/s].")
+    angular_limit: AngularSpeed = Field(0.5, ge=0.0, description="Fastest of a limit [rad/s].")
+    time_before_collision: Duration = Field(
+        2.0, gt=0.0, description="Look-ahead of an approach [s]."
+    )
+    simulation_time_step: Period = Field(0.1, description="Step of the look-ahead [s].")
+    trigger_consecutive_points: Count = Field(1, ge=1, description="Cycles until it acts.")
+    release_consecutive_points: Count = Field(1, ge=1, description="Cycles until it lets go.")
     enabled: bool = Field(True, description="Whether it is looked at.")
 
 
@@ -58,17 +61,17 @@ class MonitorCircle(_Shape):
     """A circle about the base origin."""
 
     type: Literal["circle"]
-    radius: float = Field(gt=0.0, description="Radius [m].")
+    radius: Size = Field(description="Radius [m].")
 
 
 class SubPolygon(FrozenModel):
     """The polygon for a range of commands."""
 
     points: Corners = Field(description="Corners in the base frame [m].")
-    linear_min: float = Field(description="Least v [m/s].")
-    linear_max: float = Field(description="Largest v [m/s].")
-    theta_min: float = Field(description="Least w [rad/s].")
-    theta_max: float = Field(description="Largest w [rad/s].")
+    linear_min: Speed = Field(description="Least v [m/s].")
+    linear_max: Speed = Field(description="Largest v [m/s].")
+    theta_min: AngularSpeed = Field(description="Least w [rad/s].")
+    theta_max: AngularSpeed = Field(description="Largest w [rad/s].")
 
     def covers(self, v: float, w: float) -> bool:
         """Tells whether a command is in range, bounds included."""
@@ -96,7 +99,7 @@ class CollisionMonitorParameters(FrozenModel):
         min_length=1, description="Shapes by name, in the order in which they are looked at."
     )
     enabled: bool = Field(True, description="Whether shapes act; a missing scan always stops.")
-    source_timeout: float = Field(
+    source_timeout: Duration = Field(
         2.0, ge=0.0, description="A scan older than this stops the robot [s]; 0: never."
     )
     base_shift_correction: bool = Field(

@@ -18,6 +18,7 @@ from pydantic import Field
 
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.path_pruning import arc_length
+from drake_navbench.quantities import Angle, AngularSpeed, Count, Length, Speed
 from drake_navbench.typed_yaml import FrozenModel
 
 Array = NDArray[np.float64]
@@ -65,12 +66,12 @@ class PositionGoalCheckerParameters(FrozenModel):
     """Parameters of nav2_controller::PositionGoalChecker."""
 
     plugin: Literal["nav2_controller::PositionGoalChecker"] = "nav2_controller::PositionGoalChecker"
-    xy_goal_tolerance: float = Field(0.25, ge=0.0, description="Distance to the goal [m].")
-    path_length_tolerance: float = Field(
+    xy_goal_tolerance: Length = Field(0.25, ge=0.0, description="Distance to the goal [m].")
+    path_length_tolerance: Length = Field(
         1.0, ge=0.0, description="Local plans longer than this are never at the goal [m]."
     )
     stateful: bool = Field(True, description="Once the position is reached it stays reached.")
-    xy_goal_tolerance_buffer: float = Field(
+    xy_goal_tolerance_buffer: Length = Field(
         0.0, ge=0.0, description="Leaving by more than this undoes `stateful` [m]; 0: never."
     )
 
@@ -79,7 +80,7 @@ class SimpleGoalCheckerParameters(PositionGoalCheckerParameters):
     """Parameters of nav2_controller::SimpleGoalChecker."""
 
     plugin: Literal["nav2_controller::SimpleGoalChecker"] = "nav2_controller::SimpleGoalChecker"
-    yaw_goal_tolerance: float = Field(0.25, ge=0.0, description="Heading error [rad].")
+    yaw_goal_tolerance: Angle = Field(0.25, ge=0.0, description="Heading error [rad].")
     symmetric_yaw_tolerance: bool = Field(False, description="Facing backwards is as good.")
 
 
@@ -87,8 +88,10 @@ class StoppedGoalCheckerParameters(SimpleGoalCheckerParameters):
     """Parameters of nav2_controller::StoppedGoalChecker."""
 
     plugin: Literal["nav2_controller::StoppedGoalChecker"] = "nav2_controller::StoppedGoalChecker"
-    trans_stopped_velocity: float = Field(0.25, ge=0.0, description="Counts as standing [m/s].")
-    rot_stopped_velocity: float = Field(0.25, ge=0.0, description="Counts as standing [rad/s].")
+    trans_stopped_velocity: Speed = Field(0.25, ge=0.0, description="Counts as standing [m/s].")
+    rot_stopped_velocity: AngularSpeed = Field(
+        0.25, ge=0.0, description="Counts as standing [rad/s]."
+    )
 
 
 class XyLatch(NamedTuple):
@@ -188,13 +191,13 @@ class AxisGoalCheckerParameters(FrozenModel):
     """Parameters of nav2_controller::AxisGoalChecker."""
 
     plugin: Literal["nav2_controller::AxisGoalChecker"] = "nav2_controller::AxisGoalChecker"
-    along_path_tolerance: float = Field(
+    along_path_tolerance: Length = Field(
         0.25, ge=0.0, description="Error along the end of the path [m]."
     )
-    cross_track_tolerance: float = Field(
+    cross_track_tolerance: Length = Field(
         0.25, ge=0.0, description="Error across the end of the path [m]."
     )
-    path_length_tolerance: float = Field(
+    path_length_tolerance: Length = Field(
         1.0, ge=0.0, description="Local plans longer than this are never at the goal [m]."
     )
     is_overshoot_valid: bool = Field(False, description="Any error beyond the goal will do.")
@@ -263,24 +266,26 @@ class AdaptiveToleranceGoalCheckerParameters(FrozenModel):
     plugin: Literal["nav2_controller::AdaptiveToleranceGoalChecker"] = (
         "nav2_controller::AdaptiveToleranceGoalChecker"
     )
-    fine_xy_goal_tolerance: float = Field(
+    fine_xy_goal_tolerance: Length = Field(
         0.10, ge=0.0, description="Distance that is always good enough [m]."
     )
-    coarse_xy_goal_tolerance: float = Field(
+    coarse_xy_goal_tolerance: Length = Field(
         0.25, ge=0.0, description="Distance that will do where it gets no better [m]."
     )
-    xy_goal_tolerance_buffer: float = Field(
+    xy_goal_tolerance_buffer: Length = Field(
         0.0, ge=0.0, description="Leaving by more than this undoes `stateful` [m]; 0: never."
     )
-    yaw_goal_tolerance: float = Field(0.25, ge=0.0, description="Heading error [rad].")
-    path_length_tolerance: float = Field(
+    yaw_goal_tolerance: Angle = Field(0.25, ge=0.0, description="Heading error [rad].")
+    path_length_tolerance: Length = Field(
         1.0, ge=0.0, description="Local plans longer than this are never at the goal [m]."
     )
     stateful: bool = Field(True, description="Once the position is reached it stays reached.")
     symmetric_yaw_tolerance: bool = Field(False, description="Facing backwards is as good.")
-    trans_stopped_velocity: float = Field(0.10, ge=0.0, description="Counts as standing [m/s].")
-    rot_stopped_velocity: float = Field(0.10, ge=0.0, description="Counts as standing [rad/s].")
-    required_stagnation_cycles: int = Field(
+    trans_stopped_velocity: Speed = Field(0.10, ge=0.0, description="Counts as standing [m/s].")
+    rot_stopped_velocity: AngularSpeed = Field(
+        0.10, ge=0.0, description="Counts as standing [rad/s]."
+    )
+    required_stagnation_cycles: Count = Field(
         15, ge=0, description="Cycles without getting nearer, or standing, that are enough."
     )
 

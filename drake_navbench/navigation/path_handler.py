@@ -16,6 +16,7 @@ from drake_navbench.kernels.path_pruning import (
     is_within_tolerances,
     local_plan_range,
 )
+from drake_navbench.quantities import Angle, Length
 from drake_navbench.typed_yaml import FrozenModel
 
 Array = NDArray[np.float64]
@@ -24,10 +25,10 @@ Array = NDArray[np.float64]
 class PathHandlerParameters(FrozenModel):
     """Parameters of nav2_controller::FeasiblePathHandler."""
 
-    prune_distance: float = Field(
+    prune_distance: Length = Field(
         2.0, ge=0.0, description="Arc length of the local plan from the closest pose on [m]."
     )
-    max_robot_pose_search_dist: float | None = Field(
+    max_robot_pose_search_dist: Length | None = Field(
         None,
         description="Arc length searched for the closest pose [m]; negative means all of the plan, "
         "null half the larger side of the local costmap.",
@@ -38,13 +39,13 @@ class PathHandlerParameters(FrozenModel):
     enforce_path_rotation: bool = Field(
         False, description="Follow the plan to each turn in place before going on behind it."
     )
-    inversion_xy_tolerance: float = Field(
+    inversion_xy_tolerance: Length = Field(
         0.2, ge=0.0, description="Distance at which a cusp or turn counts as arrived at [m]."
     )
-    inversion_yaw_tolerance: float = Field(
+    inversion_yaw_tolerance: Angle = Field(
         0.4, ge=0.0, description="Heading error at which it counts as arrived at [rad]."
     )
-    minimum_rotation_angle: float = Field(
+    minimum_rotation_angle: Angle = Field(
         0.785, ge=0.0, description="Turns in place beyond this are enforced [rad]; 0: none."
     )
     reject_unit_path: bool = Field(False, description="Refuse plans of a single pose.")

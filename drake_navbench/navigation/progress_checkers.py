@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from drake_navbench.kernels.angles import wrap
+from drake_navbench.quantities import Angle, Duration, Length
 from drake_navbench.typed_yaml import FrozenModel
 
 Array = NDArray[np.float64]
@@ -45,10 +46,10 @@ class SimpleProgressCheckerParameters(FrozenModel):
     plugin: Literal["nav2_controller::SimpleProgressChecker"] = (
         "nav2_controller::SimpleProgressChecker"
     )
-    required_movement_radius: float = Field(
+    required_movement_radius: Length = Field(
         0.5, ge=0.0, description="Distance that counts as progress [m]."
     )
-    movement_time_allowance: float = Field(
+    movement_time_allowance: Duration = Field(
         10.0, ge=0.0, description="Time in which it must be made [s]."
     )
 
@@ -57,7 +58,7 @@ class PoseProgressCheckerParameters(SimpleProgressCheckerParameters):
     """Parameters of nav2_controller::PoseProgressChecker."""
 
     plugin: Literal["nav2_controller::PoseProgressChecker"] = "nav2_controller::PoseProgressChecker"
-    required_movement_angle: float = Field(
+    required_movement_angle: Angle = Field(
         0.5, ge=0.0, description="Turn that counts as progress [rad]."
     )
 

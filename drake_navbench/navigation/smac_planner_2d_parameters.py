@@ -6,22 +6,24 @@ from typing import Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from drake_navbench.quantities import Count, Duration, Length, Number
+
 
 class GridSmootherParameters(BaseModel):
     """Parameters `smoother.*` of SmacPlanner2D, with Nav2's names and defaults."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
-    tolerance: float = Field(
+    tolerance: Length = Field(
         1e-10, gt=0.0, description="A pass ends when a sweep moves less than this in sum [m]"
     )
-    max_iterations: int = Field(
+    max_iterations: Count = Field(
         1000, ge=0, description="A pass ends before this sweep; 0 turns smoothing off [sweeps]"
     )
-    w_data: float = Field(0.2, ge=0.0, description="Pull towards the path before smoothing [-]")
-    w_smooth: float = Field(0.3, ge=0.0, description="Pull towards the neighbours' mean [-]")
+    w_data: Number = Field(0.2, ge=0.0, description="Pull towards the path before smoothing [-]")
+    w_smooth: Number = Field(0.3, ge=0.0, description="Pull towards the neighbours' mean [-]")
     do_refinement: bool = Field(True, description="Smooth the smoothed path again [-]")
-    refinement_num: int = Field(2, ge=0, description="How many times again [passes]")
+    refinement_num: Count = Field(2, ge=0, description="How many times again [passes]")
 
 
 class SmacPlanner2DParameters(BaseModel):
@@ -30,25 +32,25 @@ class SmacPlanner2DParameters(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     plugin: Literal["nav2_smac_planner::SmacPlanner2D"] = "nav2_smac_planner::SmacPlanner2D"
-    tolerance: float = Field(
+    tolerance: Length = Field(
         0.125, ge=0.0, description="Distance from the goal at which a path may end [m]"
     )
     downsample_costmap: bool = Field(False, description="Plan on a coarser map [-]")
-    downsampling_factor: int = Field(1, ge=1, description="Cells merged along each axis [cells]")
-    cost_travel_multiplier: float = Field(
+    downsampling_factor: Count = Field(1, ge=1, description="Cells merged along each axis [cells]")
+    cost_travel_multiplier: Number = Field(
         1.0, ge=0.0, description="Weight of the cells' costs; 0 gives the shortest path [-]"
     )
     allow_unknown: bool = Field(True, description="Unknown cells may be crossed [-]")
-    max_iterations: int = Field(
+    max_iterations: Count = Field(
         1_000_000, description="Limit of the search; 0 or less is none [expansions]"
     )
-    max_on_approach_iterations: int = Field(
+    max_on_approach_iterations: Count = Field(
         1000, description="Search on within the tolerance; 0 or less is no limit [expansions]"
     )
-    terminal_checking_interval: int = Field(
+    terminal_checking_interval: Count = Field(
         5000, gt=0, description="How often the planning time is looked at [expansions]"
     )
-    max_planning_time: float = Field(
+    max_planning_time: Duration = Field(
         2.0, ge=0.0, description="Search time on a computer of `expansions_per_second` [s]"
     )
     use_final_approach_orientation: bool = Field(
@@ -56,7 +58,7 @@ class SmacPlanner2DParameters(BaseModel):
     )
     smoother: GridSmootherParameters = GridSmootherParameters()
 
-    expansions_per_second: float = Field(
+    expansions_per_second: Number = Field(
         1e6,
         gt=0.0,
         description="Ours: turns max_planning_time into a count, so that no result depends on "

@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from drake_navbench.quantities import Count, Length, Number
+
 Array = NDArray[np.float64]
 
 
@@ -16,14 +18,14 @@ class SimpleSmootherParameters(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
-    tolerance: float = Field(
+    tolerance: Length = Field(
         1e-10, gt=0.0, description="A pass ends when a sweep moves less than this in sum [m]"
     )
-    max_its: int = Field(1000, ge=0, description="A pass ends before this sweep [sweeps]")
-    w_data: float = Field(0.2, ge=0.0, description="Pull towards the path before smoothing [-]")
-    w_smooth: float = Field(0.3, ge=0.0, description="Pull towards the neighbours' mean [-]")
+    max_its: Count = Field(1000, ge=0, description="A pass ends before this sweep [sweeps]")
+    w_data: Number = Field(0.2, ge=0.0, description="Pull towards the path before smoothing [-]")
+    w_smooth: Number = Field(0.3, ge=0.0, description="Pull towards the neighbours' mean [-]")
     do_refinement: bool = Field(True, description="Smooth the smoothed path again [-]")
-    refinement_num: int = Field(2, ge=0, description="How many times again [passes]")
+    refinement_num: Count = Field(2, ge=0, description="How many times again [passes]")
     enforce_path_inversion: bool = Field(
         True, description="Smooth forward and reverse parts apart, keep the poses between [-]"
     )
@@ -37,14 +39,14 @@ class OptimizerParameters(BaseModel):
     linear_solver_type: Literal["SPARSE_NORMAL_CHOLESKY", "DENSE_QR"] = Field(
         "SPARSE_NORMAL_CHOLESKY", description="Of Ceres; without effect here [-]"
     )
-    max_iterations: int = Field(
+    max_iterations: Count = Field(
         100, ge=1, description="Iterations after which the result is taken as it is [iterations]"
     )
-    param_tol: float = Field(1e-15, gt=0.0, description="Of Ceres; without effect here [-]")
-    fn_tol: float = Field(
+    param_tol: Number = Field(1e-15, gt=0.0, description="Of Ceres; without effect here [-]")
+    fn_tol: Number = Field(
         1e-7, gt=0.0, description="Stops where a round gains less, relative to the objective [-]"
     )
-    gradient_tol: float = Field(1e-10, gt=0.0, description="Of Ceres; without effect here [-]")
+    gradient_tol: Number = Field(1e-10, gt=0.0, description="Of Ceres; without effect here [-]")
     debug_optimizer: bool = Field(False, description="IPOPT prints its iterations [-]")
 
 
@@ -53,19 +55,19 @@ class ConstrainedSmootherParameters(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
-    minimum_turning_radius: float = Field(
+    minimum_turning_radius: Length = Field(
         0.4, ge=0.0, description="Sharper turns are penalised; 0 penalises none [m]"
     )
-    w_curve: float = Field(30.0, ge=0.0, description="Weight of excess curvature [m^2]")
-    w_cost: float = Field(0.015, ge=0.0, description="Weight of the costmap's cost [-]")
-    w_cost_cusp_multiplier: float = Field(
+    w_curve: Number = Field(30.0, ge=0.0, description="Weight of excess curvature [m^2]")
+    w_cost: Number = Field(0.015, ge=0.0, description="Weight of the costmap's cost [-]")
+    w_cost_cusp_multiplier: Number = Field(
         3.0, ge=0.0, description="Multiplies w_cost at a cusp [-]"
     )
-    cusp_zone_length: float = Field(
+    cusp_zone_length: Length = Field(
         2.5, ge=0.0, description="Length around a cusp over which the multiplier fades out [m]"
     )
-    w_dist: float = Field(0.0, ge=0.0, description="Weight of the distance from the input [1/m^2]")
-    w_smooth: float = Field(
+    w_dist: Number = Field(0.0, ge=0.0, description="Weight of the distance from the input [1/m^2]")
+    w_smooth: Number = Field(
         2_000_000.0,
         ge=0.0,
         description="Weight of second differences; must change with the spacing [1/m^2]",
@@ -73,8 +75,10 @@ class ConstrainedSmootherParameters(BaseModel):
     cost_check_points: tuple[float, ...] = Field(
         (), description="x [m], y [m], weight [-] of points fixed to the robot, in one row"
     )
-    path_downsampling_factor: int = Field(1, ge=1, description="Every n-th pose is a knot [poses]")
-    path_upsampling_factor: int = Field(
+    path_downsampling_factor: Count = Field(
+        1, ge=1, description="Every n-th pose is a knot [poses]"
+    )
+    path_upsampling_factor: Count = Field(
         1, ge=0, description="Poses returned per input pose; 0 returns the knots alone [-]"
     )
     reversing_enabled: bool = Field(True, description="Headings tell reverse from forward [-]")

@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from drake_navbench.quantities import Duration, Frequency, Number
 from drake_navbench.typed_yaml import FrozenModel
 
 Array = NDArray[np.float64]
-PerAxis = tuple[float, float, float]
+PerAxis = tuple[Number, Number, Number]
 
 # Which entries of Nav2's (x, y, yaw) a differential base has.
 DRIVEN_AXES = [0, 2]
@@ -23,7 +24,7 @@ DRIVEN_AXES = [0, 2]
 class VelocitySmootherParameters(FrozenModel):
     """Parameters of nav2_velocity_smoother; arrays are (x m/s, y m/s, yaw rad/s) and so on."""
 
-    smoothing_frequency: float = Field(20.0, gt=0.0, description="Rate of the output [Hz].")
+    smoothing_frequency: Frequency = Field(20.0, gt=0.0, description="Rate of the output [Hz].")
     scale_velocities: bool = Field(
         False, description="Scale both axes alike, so that the curvature stays."
     )
@@ -37,7 +38,7 @@ class VelocitySmootherParameters(FrozenModel):
     deadband_velocity: PerAxis = Field(
         (0.0, 0.0, 0.0), description="Smaller outputs are 0 [m/s, m/s, rad/s]."
     )
-    velocity_timeout: float = Field(
+    velocity_timeout: Duration = Field(
         1.0, ge=0.0, description="A command older than this is taken as 0 [s]."
     )
 

@@ -8,6 +8,7 @@ from pydantic import Field
 
 from drake_navbench.immutable import Immutable
 from drake_navbench.navigation.task import Leg, TaskState, TaskStatus
+from drake_navbench.quantities import Count
 from drake_navbench.typed_yaml import FrozenModel
 
 STOP_ON_MISSED_WAYPOINT = 603
@@ -21,7 +22,7 @@ class WaitAtWaypointParameters(FrozenModel):
     """Parameters of nav2_waypoint_follower::WaitAtWaypoint."""
 
     enabled: bool = Field(True, description="Whether to wait at all.")
-    waypoint_pause_duration: int = Field(0, ge=0, description="Pause at each waypoint [ms].")
+    waypoint_pause_duration: Count = Field(0, ge=0, description="Pause at each waypoint [ms].")
 
 
 class WaypointFollowerParameters(FrozenModel):

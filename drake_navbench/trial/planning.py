@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_navbench.costmaps.grid_size import require_grid_size
 from drake_navbench.costmaps.layered_costmap import GridGeometry, LayeredCostmap
 from drake_navbench.costmaps.map_file import OCCUPIED, OccupancyMap
 from drake_navbench.inputs.robot import Robot
@@ -112,7 +113,25 @@ def known_map(scenario: Scenario, robot: Robot) -> OccupancyMap:
     return OccupancyMap(occupancy, grid.resolution, grid.origin_x, grid.origin_y)
 
 
+def global_grid_shape(scenario: Scenario, robot: Robot) -> tuple[int, int]:
+    """Returns the rows and columns of the global costmap; raises InputError where too many."""
+    if scenario.map is not None:
+        rows, columns = scenario.map.occupancy.shape
+        return rows, columns
+    rows, columns, *_ = _lattice_without_map(scenario, robot)
+    require_grid_size(f"scenario {scenario.name}: global costmap", columns, rows)
+    return rows, columns
+
+
 def _empty_map(scenario: Scenario, robot: Robot) -> OccupancyMap:
+    rows, columns, origin_x, origin_y = _lattice_without_map(scenario, robot)
+    occupancy = np.zeros((rows, columns), dtype=np.int8)
+    resolution = robot.navigation.global_costmap.resolution
+    return OccupancyMap(occupancy, resolution, origin_x, origin_y)
+
+
+def _lattice_without_map(scenario: Scenario, robot: Robot) -> tuple[int, int, float, float]:
+    """Returns rows, columns and origin x, y m of a grid around everything that is known."""
     settings = robot.navigation.global_costmap
     resolution = settings.resolution
     min_x, min_y, max_x, max_y = scenario.known_world.bounds(
@@ -124,8 +143,7 @@ def _empty_map(scenario: Scenario, robot: Robot) -> OccupancyMap:
     ]
     columns = int(np.ceil((max_x - origin[0]) / resolution))
     rows = int(np.ceil((max_y - origin[1]) / resolution))
-    occupancy = np.zeros((rows, columns), dtype=np.int8)
-    return OccupancyMap(occupancy, resolution, float(origin[0]), float(origin[1]))
+    return rows, columns, float(origin[0]), float(origin[1])
 
 
 def _as_element(element: Straight | Arc) -> Mapping[str, float]:

@@ -36,6 +36,7 @@ from drake_navbench.systems.tree_navigator import TreeNavigator
 from drake_navbench.trial.diagram import TrialDiagram, build_trial_diagram
 from drake_navbench.trial.planning import global_layers, known_map, make_plan
 from drake_navbench.trial.spec import FollowPlan, NavigateToPoses, TrialSpec
+from drake_navbench.trial.task_cost import check_cost
 from drake_navbench.trial.timing import CONTROLLER_OFFSET_S
 
 Array = NDArray[np.float64]
@@ -73,6 +74,7 @@ def run_trial(
     if isinstance(robot, str):
         robot = scenario.load_robot(robot)
     check_task(scenario, robot)
+    check_cost(scenario, robot)
     return simulate(
         TrialSpec(scenario, robot, preset, seed=seed, wants_diagnostics=wants_diagnostics)
     )

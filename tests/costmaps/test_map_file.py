@@ -168,7 +168,7 @@ def test_missing_field_is_named(map_yaml, field):
 @pytest.mark.parametrize(
     ("field", "value", "expected"),
     [
-        ("resolution", 0, "greater than 0"),
+        ("resolution", 0, "expected 0.001 to 100"),
         ("resolution", "fine", "number"),
         ("origin", [0, 0], "origin"),
         ("occupied_thresh", 1.5, "less than or equal to 1"),
@@ -207,3 +207,16 @@ def test_image_of_more_than_eight_bits_is_refused(map_yaml):
 
 def test_missing_yaml_file_is_named(tmp_path):
     assert "cannot be read" in error_of(tmp_path / "none.yaml")
+
+
+@pytest.mark.parametrize("size", [(6000, 5000), (20_000, 5000)])
+def test_image_of_too_many_pixels_is_refused_unread(map_yaml, tmp_path, size):
+    # The larger one is beyond what Pillow itself warns of.
+    Image.new("1", size).save(tmp_path / "map.png")
+    message = error_of(map_yaml(image="map.png"))
+    assert "are too many" in message or "exceeds limit" in message
+
+
+def test_map_that_reaches_beyond_all_bounds_is_refused(map_yaml):
+    message = error_of(map_yaml(origin=[9999.95, 0.0, 0.0]))
+    assert "expected all of it within 10000 m" in message

@@ -11,6 +11,7 @@ from hypothesis.extra.numpy import arrays
 from PIL import Image
 
 from drake_navbench.costmaps.map_file import OCCUPIED, UNKNOWN, OccupancyMap
+from drake_navbench.errors import InputError
 from drake_navbench.inputs.map_world import occupied_boxes
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import load_scenario
@@ -166,7 +167,7 @@ def test_a_task_that_cannot_be_is_refused_in_one_line(capsys, tmp_path, changes,
     [
         ({"image": "nowhere.png"}, "image: no such file"),
         ({"free_thresh": 0.7}, "free_thresh 0.7 must not exceed occupied_thresh 0.65"),
-        ({"resolution": 0.0}, "resolution: input should be greater than 0"),
+        ({"resolution": 0.0}, "resolution: expected 0.001 to 100"),
         ({"origin": [0.0, 0.0, 0.5]}, "got 0.5 rad, expected 0"),
     ],
 )
@@ -206,3 +207,10 @@ def test_two_speed_filters_are_refused_in_one_line(capsys, tmp_path):
     entry = {"type": "speed_percent", "areas": [{"polygon": [[0, 0], [1, 0], [1, 1]]}]}
     message = refuse(capsys, tmp_path, write_scenario(tmp_path, filters=[entry, entry]))
     assert "expected one speed_filter at most, found 2" in message
+
+
+def test_a_map_of_noise_is_refused_with_its_number_of_walls(monkeypatch):
+    monkeypatch.setattr("drake_navbench.inputs.map_world.MAX_WALLS", 7)
+    checkers = np.indices((4, 4)).sum(axis=0) % 2 * OCCUPIED
+    with pytest.raises(InputError, match="its occupied cells make 8 rectangles, expected at most"):
+        occupied_boxes(OccupancyMap(checkers.astype(np.int8), 0.05, 0.0, 0.0))

@@ -229,7 +229,7 @@ def test_a_file_without_ros_parameters_has_no_sections(read):
         (below_server("? [a]\n: 1"), "line 3: expected text as the name of a parameter"),
         (below_server("a: {<<: 3}"), "expected a mapping or list of mappings for merging"),
         (below_server("a: *nowhere"), "found undefined alias 'nowhere'"),
-        (below_server("a: &b {c: *b}"), ": nested too deeply"),
+        (below_server("a: &b {c: *b}"), ": a value that contains itself"),
         (below_server("a: !thing 3"), "could not determine a constructor for the tag '!thing'"),
         (below_server("a: [1"), "expected ',' or ']'"),
     ],

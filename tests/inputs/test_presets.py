@@ -219,3 +219,22 @@ def test_a_preset_that_two_controllers_ship_is_refused_by_both_files(install):
 def test_a_parameter_without_effect_is_named_and_one_with_effect_is_not():
     preset = load_preset("teb:weight_obstacle=500:max_vel_x=0.4")
     assert preset.ignored == ("weight_obstacle",)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("mppi:critics=3", "critics: input should be a valid array, got 3"),
+        ("mppi:critics=[1]", "critics[0]: input should be a valid string, got 1"),
+        ("mppi:motion_model=[1]", "motion_model: input should be 'DiffDrive', 'Omni' or 'Acker"),
+        ("mppi:motion_model=car:car=3", "motion_model: found 'car', expected one of"),
+        ("mppi:motion_model=car:car.plugin=[x]", "car.plugin: found ['x'], expected one of"),
+        ("mppi:batch_size=1000000:time_steps=10000", "expected a product of at most 10000000"),
+        ("mppi:model_dt=1.0e-9", "model_dt: expected 0.001 to 3600"),
+        ("dwb:vx_samples=100000:vtheta_samples=100000", "poses, expected at most 1e+07"),
+    ],
+)
+def test_odd_parameters_are_one_line(text, expected):
+    with pytest.raises(InputError) as caught:
+        load_preset(text)
+    assert expected in str(caught.value)

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from pydantic import ConfigDict, Field
 
 from drake_navbench.controller import ControllerParameters, ControllerSetup
+from drake_navbench.quantities import Number
 
 if TYPE_CHECKING:
     from drake_navbench.controllers.dwb.parameters import DynamicWindowApproachParameters
@@ -43,7 +44,7 @@ class CriticParameters(ControllerParameters):
     critic_class: str | None = Field(
         None, alias="class", description="registered critic; None: the one of the block's name"
     )
-    scale: float = Field(1.0, ge=0.0, description="weight in the total; 0 switches it off [-]")
+    scale: Number = Field(1.0, ge=0.0, description="weight in the total; 0 switches it off [-]")
 
 
 class Verdict(NamedTuple):

@@ -20,6 +20,7 @@ from drake_navbench.controllers.dwb.critics.base import Critic, CriticParameters
 from drake_navbench.controllers.dwb.scene import Scene, Situation
 from drake_navbench.kernels.grid import world_to_cell
 from drake_navbench.kernels.read_only import read_only
+from drake_navbench.quantities import Length
 
 # Positions in the critics' reasons, counted from 1.
 OFF_GRID, UNREACHABLE = 1, 2
@@ -55,7 +56,7 @@ class MapGridParameters(CriticParameters):
 class AlignParameters(MapGridParameters):
     """Parameters of the Align critics."""
 
-    forward_point_distance: float = Field(
+    forward_point_distance: Length = Field(
         0.325, description="how far ahead of the robot's origin the point is [m]"
     )
 

@@ -13,6 +13,7 @@ from pydantic import Field
 from drake_navbench.controllers.dwb.critics.base import Array, Critic, CriticParameters, Verdict
 from drake_navbench.controllers.dwb.scene import Scene, Situation
 from drake_navbench.kernels.angles import wrap
+from drake_navbench.quantities import Angle, Duration, Length, Speed
 
 NANOSECONDS_PER_SECOND = 1e9
 
@@ -20,10 +21,10 @@ NANOSECONDS_PER_SECOND = 1e9
 class OscillationParameters(CriticParameters):
     """Parameters of Oscillation; a negative condition is switched off."""
 
-    oscillation_reset_dist: float = Field(0.05, description="way that ends a ban [m]")
-    oscillation_reset_angle: float = Field(0.2, description="turn that ends a ban [rad]")
-    oscillation_reset_time: float = Field(-1.0, description="time that ends a ban [s]")
-    x_only_threshold: float = Field(
+    oscillation_reset_dist: Length = Field(0.05, description="way that ends a ban [m]")
+    oscillation_reset_angle: Angle = Field(0.2, description="turn that ends a ban [rad]")
+    oscillation_reset_time: Duration = Field(-1.0, description="time that ends a ban [s]")
+    x_only_threshold: Speed = Field(
         0.05, description="y and theta are watched up to this |vx|; negative: always [m/s]"
     )
 

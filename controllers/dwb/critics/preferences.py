@@ -9,15 +9,16 @@ from pydantic import Field
 
 from drake_navbench.controllers.dwb.critics.base import Critic, CriticParameters, Verdict
 from drake_navbench.controllers.dwb.scene import Scene
+from drake_navbench.quantities import AngularSpeed, Number, Speed
 
 
 class PreferForwardParameters(CriticParameters):
     """Parameters of PreferForward."""
 
-    penalty: float = Field(1.0, description="score of going backward or creeping [-]")
-    strafe_x: float = Field(0.1, description="below this forward velocity ... [m/s]")
-    strafe_theta: float = Field(0.2, description="... and this yaw rate it creeps [rad/s]")
-    theta_scale: float = Field(10.0, description="score per yaw rate otherwise [s/rad]")
+    penalty: Number = Field(1.0, description="score of going backward or creeping [-]")
+    strafe_x: Speed = Field(0.1, description="below this forward velocity ... [m/s]")
+    strafe_theta: AngularSpeed = Field(0.2, description="... and this yaw rate it creeps [rad/s]")
+    theta_scale: Number = Field(10.0, description="score per yaw rate otherwise [s/rad]")
 
 
 class PreferForward(Critic):

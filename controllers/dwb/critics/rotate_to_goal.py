@@ -13,6 +13,7 @@ from drake_navbench.controllers.dwb.critics.base import Array, Critic, CriticPar
 from drake_navbench.controllers.dwb.scene import Scene, Situation
 from drake_navbench.kernels.angles import TWO_PI, wrap
 from drake_navbench.kernels.path_pruning import arc_length
+from drake_navbench.quantities import Duration, Number
 
 NOT_SLOWING, NOT_ROTATING = 1, 2
 # Nav2 reads this one under a name that no parameter file can spell, so its default always holds.
@@ -23,8 +24,8 @@ NANOSECONDS_PER_SECOND = 1e9
 class RotateToGoalParameters(CriticParameters):
     """Parameters of RotateToGoal; two more are the controller's own."""
 
-    slowing_factor: float = Field(5.0, description="weight of the squared speed while slowing [-]")
-    lookahead_time: float = Field(
+    slowing_factor: Number = Field(5.0, description="weight of the squared speed while slowing [-]")
+    lookahead_time: Duration = Field(
         -1.0, description="time at which the yaw is compared; negative: at the end [s]"
     )
 

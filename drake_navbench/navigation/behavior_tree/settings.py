@@ -5,6 +5,7 @@ from __future__ import annotations
 from pydantic import Field, field_validator
 
 from drake_navbench.errors import nearest_name_hint
+from drake_navbench.quantities import Angle, Count, Duration, Frequency, Length, Speed
 from drake_navbench.typed_yaml import FrozenModel
 
 RECOVERY_ACTIONS = ("clear", "spin", "wait", "backup")
@@ -20,30 +21,30 @@ class BehaviorTreeSettings(FrozenModel):
     recovery_actions: tuple[str, ...] = Field(
         RECOVERY_ACTIONS, min_length=1, description="What to try, one after another."
     )
-    number_of_retries: int = Field(6, ge=0, description="Successful recoveries before giving up.")
+    number_of_retries: Count = Field(6, ge=0, description="Successful recoveries before giving up.")
     wrap_around: bool = Field(
         False,
         description="Begin anew after the last recovery action. Nav2's default gives up after it, "
         "even where it succeeded.",
     )
-    bt_loop_duration: int | None = Field(
+    bt_loop_duration: Count | None = Field(
         None,
         ge=1,
         description="Time between two ticks [ms], in Nav2 10; null takes the shorter one of the "
         "controller server's and the behaviours' periods, to the same effect.",
     )
-    hz: float = Field(1.0, gt=0.0, description="Rate at which a new path is considered [Hz].")
-    proximity_threshold: float = Field(
+    hz: Frequency = Field(1.0, gt=0.0, description="Rate at which a new path is considered [Hz].")
+    proximity_threshold: Length = Field(
         4.0, ge=0.0, description="A path shorter than this is kept while it is valid [m]."
     )
-    max_robot_pose_search_dist: float = Field(
+    max_robot_pose_search_dist: Length = Field(
         1.5, gt=0.0, description="Path searched for the robot, for that length [m]."
     )
-    spin_dist: float = Field(1.57, description="Turn of the recovery, positive to the left [rad].")
-    wait_duration: float = Field(5.0, description="Pause of the recovery, in magnitude [s].")
-    backup_dist: float = Field(0.30, description="Way back of the recovery, in magnitude [m].")
-    backup_speed: float = Field(0.15, description="Speed of it, in magnitude [m/s].")
-    time_allowance: float = Field(
+    spin_dist: Angle = Field(1.57, description="Turn of the recovery, positive to the left [rad].")
+    wait_duration: Duration = Field(5.0, description="Pause of the recovery, in magnitude [s].")
+    backup_dist: Length = Field(0.30, description="Way back of the recovery, in magnitude [m].")
+    backup_speed: Speed = Field(0.15, description="Speed of it, in magnitude [m/s].")
+    time_allowance: Duration = Field(
         10.0, description="Time for a spin or a way back [s]; 0 or less: any."
     )
 

@@ -1,0 +1,40 @@
+"""Reads a file that somebody gave: only a regular one, and only up to a limit."""
+
+from __future__ import annotations
+
+import os
+import stat
+from pathlib import Path
+
+from drake_navbench.errors import InputError
+
+MEGABYTE = 2**20
+
+
+def read_input(path: Path, *, max_bytes: int) -> bytes:
+    """Returns the content of a regular file of at most `max_bytes`.
+
+    Raises InputError, one line, where there is none, it cannot be read, it is something else (a
+    folder, a device, a pipe, from which one could read for ever), or it is larger.
+    """
+    try:
+        # Without O_NONBLOCK the opening of a pipe waits for somebody to write into it.
+        with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb") as file:
+            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+                raise InputError(f"{path}: cannot be read: expected a regular file")
+            content = file.read(max_bytes + 1)
+    except (OSError, ValueError) as error:
+        # ValueError: a name with a NUL.
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError(f"{path}: cannot be read: {reason}") from error
+    if len(content) > max_bytes:
+        raise InputError(f"{path}: expected at most {max_bytes // MEGABYTE} MB")
+    return content
+
+
+def read_input_text(path: Path, *, max_bytes: int) -> str:
+    """Returns the text of such a file; raises InputError where it is not UTF-8."""
+    try:
+        return read_input(path, max_bytes=max_bytes).decode()
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: cannot be read: not UTF-8 text") from error

@@ -1,0 +1,72 @@
+"""Numbers with physical bounds, for the fields of input files.
+
+A value beyond them is a slip of the keyboard or of the unit, and would end in sums that lose what
+they are about, or in grids that no memory holds. The bounds leave room for every robot that drives
+on the ground; where less makes sense, the field says so itself, and both hold. SI units, radians.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema, core_schema
+
+
+@dataclass(frozen=True)
+class Within:
+    """Bounds of a number, besides those of its field: of two `ge` pydantic would keep one."""
+
+    low: float
+    high: float
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        return core_schema.no_info_after_validator_function(self._checked, handler(source))
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        shown = handler(schema)
+        if shown.get("minimum", self.low) <= self.low and "exclusiveMinimum" not in shown:
+            shown["minimum"] = self.low
+        if shown.get("maximum", self.high) >= self.high and "exclusiveMaximum" not in shown:
+            shown["maximum"] = self.high
+        return shown
+
+    def _checked(self, value: float) -> float:
+        if not self.low <= value <= self.high:
+            raise ValueError(f"expected {self.low:g} to {self.high:g}")
+        return value
+
+
+# Positions, extents, ranges.
+MAX_LENGTH_M = 1e4
+# Of bodies; below it contact is no longer told from a gap.
+MIN_SIZE_M = 1e-4
+
+Length = Annotated[float, Within(-MAX_LENGTH_M, MAX_LENGTH_M)]
+Size = Annotated[float, Within(MIN_SIZE_M, MAX_LENGTH_M)]
+# What grids and paths are made of: from 1 mm.
+CellSize = Annotated[float, Within(1e-3, 1e2)]
+# 159 turns, either way.
+Angle = Annotated[float, Within(-1e3, 1e3)]
+# A day and some more; where a negative time means none, that is one.
+Duration = Annotated[float, Within(-1e5, 1e5)]
+# Time between two samples: from 1 ms to an hour.
+Period = Annotated[float, Within(1e-3, 3600.0)]
+# Down to once in a day.
+Frequency = Annotated[float, Within(1e-5, 1e3)]
+Speed = Annotated[float, Within(-1e2, 1e2)]
+AngularSpeed = Annotated[float, Within(-1e2, 1e2)]
+Acceleration = Annotated[float, Within(-1e3, 1e3)]
+AngularAcceleration = Annotated[float, Within(-1e3, 1e3)]
+# Up to 1000 t.
+Mass = Annotated[float, Within(0.0, 1e6)]
+# Weights, costs, shares, factors.
+Number = Annotated[float, Within(-1e12, 1e12)]
+# Of samples, steps, cells, attempts; where a negative one means any, that is one.
+Count = Annotated[int, Within(-1e9, 1e9)]

@@ -1,0 +1,110 @@
+"""The inside of a worker: takes calls from a pipe, makes them, sends back how they ended."""
+
+from __future__ import annotations
+
+import math
+import os
+import pickle
+import queue
+import signal
+import sys
+import threading
+import traceback
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+from typing import Any, NamedTuple
+
+from drake_navbench.errors import InputError, NavbenchError, one_line, printable
+
+# A task that holds the interpreter's lock keeps a worker from noticing that its caller has died.
+ALARM_MARGIN_S = 60.0
+# What is said of every call before it is made.
+BEGUN = "begun"
+
+
+class Returned(NamedTuple):
+    """The task's function returned."""
+
+    value: Any
+
+
+class Raised(NamedTuple):
+    """The task's function raised: an InputError as it was, anything else as a TaskFailed."""
+
+    error: NavbenchError
+
+
+class TaskFailed(NavbenchError):
+    """What a task raised, in a line; `details` has its traceback."""
+
+    def __init__(self, message: str, details: str = "") -> None:
+        super().__init__(message, details)
+        self.details = details
+
+    def __str__(self) -> str:
+        return printable(self.args[0])
+
+
+def serve(connection: Connection) -> None:
+    """Does what comes through the pipe, in the worker, until it closes."""
+    # Ctrl-C reaches the whole process group; what it means is for the caller alone to decide.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    calls: queue.SimpleQueue = queue.SimpleQueue()
+    threading.Thread(target=_receive, args=(connection, calls), daemon=True).start()
+    while True:
+        call = calls.get()
+        try:
+            connection.send(BEGUN)
+            ending = _ending_of(*call)
+            _flush_output()
+            connection.send_bytes(_pickled(ending))
+        except OSError:
+            # The other end has gone, or a task has closed this one.
+            os._exit(1)
+
+
+def _receive(connection: Connection, calls: queue.SimpleQueue) -> None:
+    """Passes on what comes through the pipe; ends the process when the other end is gone."""
+    while True:
+        try:
+            calls.put(connection.recv())
+        except (EOFError, OSError):
+            os._exit(1)
+        except Exception as error:
+            # What was sent cannot be read, as where a module cannot be imported.
+            calls.put((_raise, (error,), math.inf))
+
+
+def _ending_of(
+    function: Callable[..., Any], arguments: tuple[Any, ...], time_limit_s: float
+) -> Returned | Raised:
+    if math.isfinite(time_limit_s):
+        signal.setitimer(signal.ITIMER_REAL, time_limit_s + ALARM_MARGIN_S)
+    try:
+        return Returned(function(*arguments))
+    except InputError as error:
+        return Raised(error)
+    except BaseException as error:
+        return Raised(TaskFailed(one_line(error), traceback.format_exc()))
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+
+
+def _pickled(ending: Returned | Raised) -> bytes:
+    try:
+        return pickle.dumps(ending)
+    except Exception as error:
+        return pickle.dumps(Raised(TaskFailed(one_line(error), traceback.format_exc())))
+
+
+def _flush_output() -> None:
+    """Lets out what a task has printed: the process may end without closing anything."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except (AttributeError, OSError, ValueError):
+            continue
+
+
+def _raise(error: BaseException) -> None:
+    raise error

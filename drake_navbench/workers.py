@@ -1,0 +1,276 @@
+"""Runs tasks in processes of their own: whatever a task does, the caller learns how it ended.
+
+Every worker is forked from multiprocessing's fork server and has one pipe to the caller that nobody
+else holds. What comes through it is a result; when it closes, the other end is gone. So a worker
+that dies in any way takes no other with it, and one whose caller has died ends at once.
+"""
+
+from __future__ import annotations
+
+import math
+import multiprocessing
+import os
+import signal
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from multiprocessing.connection import Connection, wait
+from types import ModuleType
+from typing import Any, NamedTuple
+
+from drake_navbench.errors import NavbenchError, one_line
+from drake_navbench.worker_process import BEGUN, Raised, Returned, serve
+
+# So many workers in a row that end before their first task are no accident.
+MAX_FAILED_STARTS = 3
+# A first start compiles the kernels, which takes a minute.
+START_LIMIT_S = 600.0
+# Of the signals that end a process those that come from outside, as from the system when memory or
+# its patience runs out, or from somebody's kill; the others a process brings upon itself.
+OUTSIDE_SIGNALS = frozenset(
+    {
+        signal.SIGHUP,
+        signal.SIGINT,
+        signal.SIGKILL,
+        signal.SIGQUIT,
+        signal.SIGTERM,
+        signal.SIGXCPU,
+    }
+)
+# multiprocessing's exit code where the fork server died and nobody can tell the real one.
+UNKNOWN_EXIT_CODE = 255
+EXIT_PATIENCE_S = 1.0
+LONGEST_WAIT_S = 3600.0
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """A call to be made in a worker.
+
+    function: importable by name. arguments: what it takes, picklable, as is what it returns.
+    time_limit_s: wall clock after which its worker is killed. owner: whose code it runs besides
+    ours, '' for none; a worker never serves two owners, so that none can spoil another's tasks.
+    """
+
+    function: Callable[..., Any]
+    arguments: tuple[Any, ...]
+    time_limit_s: float = math.inf
+    owner: str = ""
+
+
+class TimedOut(NamedTuple):
+    """The worker was killed because the task took too long."""
+
+    limit_s: float
+
+
+class Died(NamedTuple):
+    """The worker died. is_from_outside: something else than the task made it."""
+
+    reason: str
+    is_from_outside: bool
+
+
+Ending = Returned | Raised | TimedOut | Died
+
+
+class NoWorkers(NavbenchError):
+    """No worker can be started, such as where the system allows no more processes."""
+
+
+def run_tasks(
+    tasks: Sequence[Task], *, jobs: int, tasks_per_worker: float = math.inf
+) -> Iterator[tuple[Task, Ending]]:
+    """Runs tasks in up to `jobs` workers; yields each with how it ended, as they end.
+
+    tasks_per_worker: after so many a worker is replaced. When the iterator is closed, also by an
+    exception, all workers are gone. Raises NoWorkers where none can be started.
+    """
+    crew = _Crew(tasks, jobs, tasks_per_worker)
+    try:
+        while crew.is_busy:
+            crew.hand_out()
+            yield from crew.collect()
+    finally:
+        crew.dismiss()
+
+
+class _Crew:
+    """The workers and the tasks that wait for them."""
+
+    def __init__(self, tasks: Sequence[Task], jobs: int, tasks_per_worker: float) -> None:
+        self._waiting = list(tasks)
+        self._jobs = jobs
+        self._tasks_per_worker = tasks_per_worker
+        self._workers: list[_Worker] = []
+        self._failed_starts = 0
+
+    @property
+    def is_busy(self) -> bool:
+        return bool(self._waiting or self._workers)
+
+    def hand_out(self) -> None:
+        """Gives every worker a task; those for which there is none go."""
+        for worker in [worker for worker in self._workers if worker.task is None]:
+            task = self._next_for(worker)
+            if task is None:
+                self._drop(worker)
+            else:
+                self._waiting.remove(task)
+                worker.begin(task)
+        while self._waiting and len(self._workers) < self._jobs:
+            try:
+                worker = _Worker(self._waiting[0])
+            except (OSError, EOFError) as error:
+                self._count_failed_start(one_line(error))
+            else:
+                self._workers.append(worker)
+                del self._waiting[0]
+
+    def collect(self) -> Iterator[tuple[Task, Ending]]:
+        """Waits until something happens; yields the tasks that have ended."""
+        deadline_s = min((worker.deadline_s for worker in self._workers), default=-math.inf)
+        patience_s = min(max(deadline_s - time.monotonic(), 0.0), LONGEST_WAIT_S)
+        signs = {sign: worker for worker in self._workers for sign in worker.signs}
+        stirring = wait(signs, timeout=patience_s)
+        for worker in dict.fromkeys(signs[sign] for sign in stirring):
+            task, said = worker.task, worker.listen()
+            if said == BEGUN:
+                self._failed_starts = 0
+                continue
+            if isinstance(said, Died):
+                self._drop(worker)
+                if not worker.has_begun:
+                    self._waiting.insert(0, task)
+                    self._count_failed_start(said.reason)
+                    continue
+            yield task, said
+        now_s = time.monotonic()
+        for worker in [worker for worker in self._workers if worker.deadline_s < now_s]:
+            self._drop(worker)
+            if worker.has_begun:
+                yield worker.task, TimedOut(worker.task.time_limit_s)
+            else:
+                self._waiting.insert(0, worker.task)
+                self._count_failed_start(f"one did not begin within {START_LIMIT_S:g} s")
+
+    def dismiss(self) -> None:
+        """Ends all workers at once."""
+        for worker in list(self._workers):
+            self._drop(worker)
+
+    def _next_for(self, worker: _Worker) -> Task | None:
+        if worker.tasks_done >= self._tasks_per_worker:
+            return None
+        return next((task for task in self._waiting if task.owner == worker.owner), None)
+
+    def _count_failed_start(self, reason: str) -> None:
+        self._failed_starts += 1
+        if self._failed_starts >= MAX_FAILED_STARTS:
+            raise NoWorkers(
+                f"workers cannot be started, {self._failed_starts} in a row failed: {reason}"
+            )
+
+    def _drop(self, worker: _Worker) -> None:
+        worker.stop()
+        self._workers.remove(worker)
+
+
+class _Worker:
+    """A process and the pipe to it, as the caller sees them.
+
+    task: what it was given, None when it has ended. has_begun: whether it has taken that up; what
+    it has not begun another may do. owner: of all its tasks.
+    """
+
+    def __init__(self, task: Task) -> None:
+        context = multiprocessing.get_context("forkserver")
+        self._connection, theirs = context.Pipe()
+        self._process = context.Process(target=serve, args=(theirs,), daemon=True)
+        try:
+            with _without_main_module():
+                self._process.start()
+        except BaseException:
+            self._connection.close()
+            raise
+        finally:
+            theirs.close()
+        self._sentinel = self._process.sentinel
+        self.owner = task.owner
+        self.tasks_done = 0
+        self.begin(task)
+
+    @property
+    def signs(self) -> tuple[Connection, int]:
+        """What becomes ready when there is something to listen to."""
+        return self._connection, self._sentinel
+
+    def begin(self, task: Task) -> None:
+        """Hands a task to the process; that it has died meanwhile is found when listening."""
+        self.task, self.has_begun = task, False
+        self.deadline_s = time.monotonic() + START_LIMIT_S
+        with suppress(OSError):
+            self._connection.send((task.function, task.arguments, task.time_limit_s))
+
+    def listen(self) -> Ending | str:
+        """Returns what the process says: BEGUN, how its task ended, or that it has died."""
+        try:
+            said = self._connection.recv() if self._connection.poll() else None
+        except Exception:
+            # Closed, or what a broken process has written into it.
+            said = None
+        if said == BEGUN:
+            self.has_begun, self.deadline_s = True, time.monotonic() + self.task.time_limit_s
+            return BEGUN
+        if not isinstance(said, Returned | Raised):
+            return self._death()
+        self.tasks_done += 1
+        self.task, self.deadline_s = None, math.inf
+        return said
+
+    def _death(self) -> Died:
+        self._process.join(EXIT_PATIENCE_S)
+        code = self._process.exitcode
+        if code is None:
+            return Died("the worker process closed its pipe", is_from_outside=False)
+        if code == UNKNOWN_EXIT_CODE and _is_alive(self._process.pid):
+            return Died("the server of the workers died", is_from_outside=True)
+        if code >= 0:
+            return Died(f"the worker process died with exit code {code}", is_from_outside=False)
+        name = signal.strsignal(-code) or "unknown"
+        return Died(
+            f"the worker process was ended by signal {-code} ({name})",
+            is_from_outside=-code in OUTSIDE_SIGNALS,
+        )
+
+    def stop(self) -> None:
+        """Ends the process; closing the pipe ends it even where its server has died."""
+        self._connection.close()
+        self._process.kill()
+        self._process.join()
+        self._process.close()
+
+
+@contextmanager
+def _without_main_module() -> Iterator[None]:
+    """Keeps multiprocessing from running the user's script anew in every worker.
+
+    A task's function is ours and never the script's, so that a script needs no main guard, may come
+    from standard input, and does what it does once.
+    """
+    main = sys.modules["__main__"]
+    sys.modules["__main__"] = ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = main
+
+
+def _is_alive(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except OSError:
+        return False
+    return True

@@ -1,0 +1,121 @@
+"""Turns YAML text into plain values, within limits: nobody's file takes long or much memory.
+
+YAML's aliases repeat what they name, so that a few lines can stand for more than any memory holds;
+what counts here is the size after that. Tags other than those of plain values are refused.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import yaml
+
+MAX_NODES = 100_000
+MAX_DEPTH = 100
+# No number and no date is longer; for some the time to read them grows with the square of that.
+MAX_NUMBER_LENGTH = 100
+TAG_PREFIX = "tag:yaml.org,2002:"
+PLAIN_TAGS = frozenset(
+    TAG_PREFIX + kind for kind in ("null", "bool", "int", "float", "timestamp", "str", "seq", "map")
+)
+SHOWN_LENGTH = 60
+
+# The one on libyaml reads 16 MB in a second, the other in half a minute.
+_FastestLoader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+
+def load_yaml(text: str) -> Any:
+    """Returns the value that a YAML text stands for.
+
+    Raises yaml.YAMLError, with the line where it is known, where the text is no YAML, exceeds a
+    limit, gives a key twice, or where a value does not fit its tag.
+    """
+    require_limits(text)
+    return yaml.load(text, Loader=_PlainLoader)
+
+
+def require_limits(text: str) -> None:
+    """Raises yaml.YAMLError where the values would be too many or nested too deeply.
+
+    Looks at the events of the parser alone, before any value is made.
+    """
+    count = 0
+    # Of the collections that are open: their anchor, and the count before them.
+    open_anchors: list[tuple[str | None, int]] = []
+    sizes: dict[str, int] = {}
+    for event in yaml.parse(text, Loader=_FastestLoader):
+        if isinstance(event, yaml.CollectionEndEvent):
+            anchor, before = open_anchors.pop()
+            if anchor is not None:
+                sizes[anchor] = count - before
+            continue
+        if not isinstance(event, yaml.NodeEvent):
+            continue
+        if isinstance(event, yaml.AliasEvent):
+            if any(anchor == event.anchor for anchor, _ in open_anchors):
+                raise _fault("a value that contains itself", event)
+            # What is not known is for the loader to refuse.
+            count += sizes.get(event.anchor, 0)
+        else:
+            count += 1
+        if isinstance(event, yaml.CollectionStartEvent):
+            open_anchors.append((event.anchor, count - 1))
+            if len(open_anchors) > MAX_DEPTH:
+                raise _fault(f"nested too deeply, expected at most {MAX_DEPTH} levels", event)
+        elif isinstance(event, yaml.ScalarEvent) and event.anchor is not None:
+            sizes[event.anchor] = 1
+        if count > MAX_NODES:
+            raise _fault(f"too much: expected at most {MAX_NODES} values, aliases followed", event)
+
+
+class _PlainLoader(_FastestLoader):
+    """Makes plain values; refuses a key given twice, where YAML would let the last one win."""
+
+    def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
+        if node.tag not in PLAIN_TAGS:
+            raise _fault(f"tag {_short_tag(node)} is not supported", node)
+        is_text = node.tag == f"{TAG_PREFIX}str"
+        if not is_text and len(node.value) > MAX_NUMBER_LENGTH and _is_scalar(node):
+            raise _fault(f"{_shown(node)} is too long for {_short_tag(node)}", node)
+        try:
+            return super().construct_object(node, deep)
+        except yaml.YAMLError:
+            raise
+        except (ValueError, LookupError, AttributeError, TypeError) as error:
+            # It looks like a date or a number, but is none, or it is tagged as what it is not.
+            reason = f": {error}" if isinstance(error, ValueError) else ""
+            raise _fault(f"{_shown(node)} is no {_short_tag(node)}{reason}", node) from error
+
+    def construct_mapping(self, node: yaml.Node, deep: bool = False) -> dict:
+        if not isinstance(node, yaml.MappingNode):
+            raise _fault(f"{_shown(node)} is no {_short_tag(node)}", node)
+        seen = set()
+        for key_node, _ in node.value:
+            key = self.construct_object(key_node, deep=True)
+            if not isinstance(key, str | int | float | None):
+                kind = type(key).__name__
+                raise _fault(f"key {_shown(key_node)}: expected text, got {kind}", key_node)
+            if key in seen:
+                raise _fault(f"key {_shown(key_node)} is given twice", key_node)
+            seen.add(key)
+        return super().construct_mapping(node, deep)
+
+
+def _fault(text: str, place: yaml.Node | yaml.Event) -> yaml.MarkedYAMLError:
+    return yaml.constructor.ConstructorError(None, None, text, place.start_mark)
+
+
+def _is_scalar(node: yaml.Node) -> bool:
+    return isinstance(node, yaml.ScalarNode)
+
+
+def _short_tag(node: yaml.Node) -> str:
+    return node.tag.replace(TAG_PREFIX, "!!", 1)
+
+
+def _shown(node: yaml.Node) -> str:
+    """Returns what stands there, shortened; of a list or a mapping only that it is one."""
+    if not _is_scalar(node):
+        return "a list" if isinstance(node, yaml.SequenceNode) else "a mapping"
+    is_cut = len(node.value) > SHOWN_LENGTH
+    return f"{node.value[:SHOWN_LENGTH]!r}{'...' if is_cut else ''}"

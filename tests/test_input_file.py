@@ -1,0 +1,61 @@
+"""Only regular files of a limited size are read."""
+
+import os
+import re
+from pathlib import Path
+
+import pytest
+
+from drake_navbench.errors import InputError
+from drake_navbench.input_file import MEGABYTE, read_input, read_input_text
+from drake_navbench.typed_yaml import MAX_FILE_BYTES, read_yaml
+
+
+def refusal(path: Path) -> str:
+    with pytest.raises(InputError) as caught:
+        read_yaml(path)
+    (line,) = str(caught.value).splitlines()
+    return line.removeprefix(f"{path}: ")
+
+
+def test_a_file_of_the_largest_size_is_read_and_one_byte_more_is_refused(tmp_path):
+    path = tmp_path / "large.txt"
+    path.write_bytes(b"x" * MEGABYTE)
+    assert len(read_input(path, max_bytes=MEGABYTE)) == MEGABYTE
+    path.write_bytes(b"x" * (MEGABYTE + 1))
+    with pytest.raises(InputError, match=rf"{re.escape(str(path))}: expected at most 1 MB"):
+        read_input(path, max_bytes=MEGABYTE)
+
+
+def test_a_yaml_file_that_is_too_large_is_refused_unread(tmp_path):
+    path = tmp_path / "large.yaml"
+    with path.open("wb") as file:
+        file.truncate(100 * MAX_FILE_BYTES)
+    assert refusal(path) == "expected at most 16 MB"
+
+
+def test_what_has_no_end_is_no_file():
+    assert refusal(Path("/dev/zero")) == "cannot be read: expected a regular file"
+
+
+def test_a_pipe_that_nobody_writes_is_no_file(tmp_path):
+    os.mkfifo(tmp_path / "pipe.yaml")
+    assert refusal(tmp_path / "pipe.yaml") == "cannot be read: expected a regular file"
+
+
+def test_a_folder_is_no_file(tmp_path):
+    assert refusal(tmp_path).startswith("cannot be read: ")
+
+
+def test_a_file_that_does_not_exist_is_named(tmp_path):
+    assert refusal(tmp_path / "missing.yaml") == "cannot be read: No such file or directory"
+
+
+def test_a_name_with_a_nul_is_no_file():
+    assert refusal(Path("a\0b.yaml")).endswith("cannot be read: embedded null byte")
+
+
+def test_bytes_that_are_no_text_are_refused(tmp_path):
+    (tmp_path / "a.yaml").write_bytes(b"a: \xff")
+    with pytest.raises(InputError, match="cannot be read: not UTF-8 text"):
+        read_input_text(tmp_path / "a.yaml", max_bytes=100)
