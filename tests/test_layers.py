@@ -26,6 +26,8 @@ CONTRACTS = {
     "program_function",
     "results",
     "typed_yaml",
+    "worker_process",
+    "workers",
 }
 COMMANDS = {"__main__", "run", "report", "compare", "commands"}
 
