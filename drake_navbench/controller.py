@@ -176,7 +176,7 @@ class ControllerParameters(BaseModel):
         return any(name == idle or name.startswith(f"{idle}.") for idle in cls.WITHOUT_EFFECT)
 
     @classmethod
-    def blocks_not_read(cls, values: Mapping[str, Any]) -> list[str]:
+    def keys_not_read(cls, values: Mapping[str, Any]) -> list[str]:
         """Returns the keys of `values`, nested, that Nav2 would not look at, given the others.
 
         Such as the block of a critic that is not among the critics.

@@ -152,7 +152,7 @@ class DynamicWindowApproachParameters(ControllerParameters):
         return (self.model_extra or {})[name]
 
     @classmethod
-    def blocks_not_read(cls, values: Mapping[str, Any]) -> list[str]:
+    def keys_not_read(cls, values: Mapping[str, Any]) -> list[str]:
         """Returns the blocks of critics that are not listed in `critics`."""
         critics = values.get("critics")
         listed = critics if isinstance(critics, list | tuple) else []

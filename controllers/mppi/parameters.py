@@ -327,7 +327,7 @@ class MppiParameters(ControllerParameters):
     polish: PolishParameters = PolishParameters()
 
     @classmethod
-    def blocks_not_read(cls, values: Mapping[str, Any]) -> list[str]:
+    def keys_not_read(cls, values: Mapping[str, Any]) -> list[str]:
         """Returns blocks of critics that are not listed, and another motion model's parameters."""
         listed = _listed_critics(values)
         not_read = {

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Self
+from collections.abc import Mapping
+from typing import Any, ClassVar, Self
 
 from pydantic import AliasChoices, ConfigDict, Field, model_validator
 
@@ -22,8 +23,7 @@ from drake_navbench.quantities import (
 class RegulatedPurePursuitParameters(ControllerParameters):
     """Parameters of nav2_regulated_pure_pursuit_controller, branch lyrical.
 
-    `desired_linear_vel`, the older name of `max_linear_vel`, is accepted as in Nav2, which prefers
-    it to the new one.
+    `desired_linear_vel`, the older name of `max_linear_vel`, is accepted as in Nav2.
     `interpolate_curvature_after_goal` has no effect without `use_fixed_curvature_lookahead`, nor
     `use_cost_regulated_linear_velocity_scaling` with an `inflation_cost_scaling_factor` of 0 or
     less: Nav2 switches them off with a warning.
@@ -36,19 +36,21 @@ class RegulatedPurePursuitParameters(ControllerParameters):
     max_linear_vel: Speed = Field(
         0.5,
         gt=0.0,
-        validation_alias=AliasChoices("desired_linear_vel", "max_linear_vel"),
+        validation_alias=AliasChoices("max_linear_vel", "desired_linear_vel"),
         description="Cruise speed, from which all scaling starts [m/s].",
     )
     min_linear_vel: Speed = Field(-0.5, description="Least speed, dynamic window only [m/s].")
     max_angular_vel: AngularSpeed = Field(2.5, description="Dynamic window only [rad/s].")
     min_angular_vel: AngularSpeed = Field(-2.5, description="Dynamic window only [rad/s].")
     max_linear_accel: Acceleration = Field(2.5, gt=0.0, description="Dynamic window only [m/s^2].")
-    max_linear_decel: Acceleration = Field(-2.5, lt=0.0, description="Dynamic window only [m/s^2].")
+    max_linear_decel: Acceleration = Field(
+        -2.5, description="Negative, dynamic window only [m/s^2]."
+    )
     max_angular_accel: AngularAcceleration = Field(
         3.2, gt=0.0, description="Turning in place, and dynamic window [rad/s^2]."
     )
     max_angular_decel: AngularAcceleration = Field(
-        -3.2, lt=0.0, description="Dynamic window only [rad/s^2]."
+        -3.2, description="Negative, dynamic window only [rad/s^2]."
     )
 
     lookahead_dist: Length = Field(0.6, gt=0.0, description="Arc length to the carrot [m].")
@@ -133,13 +135,23 @@ class RegulatedPurePursuitParameters(ControllerParameters):
         False, description="Obey acceleration limits, staying close to the curvature."
     )
 
+    @classmethod
+    def keys_not_read(cls, values: Mapping[str, Any]) -> list[str]:
+        """Returns the newer name of the cruise speed where the older one is given, too."""
+        return ["max_linear_vel"] if {"max_linear_vel", "desired_linear_vel"} <= set(values) else []
+
     @model_validator(mode="after")
     def _check_ranges(self) -> Self:
-        ranges = (
-            ("min_lookahead_dist", "max_lookahead_dist"),
-            ("min_linear_vel", "max_linear_vel"),
-            ("min_angular_vel", "max_angular_vel"),
-        )
+        # Nav2 takes any of these; where they come into use, they must make sense.
+        ranges = []
+        if self.use_velocity_scaled_lookahead_dist:
+            ranges.append(("min_lookahead_dist", "max_lookahead_dist"))
+        if self.use_dynamic_window:
+            ranges.append(("min_linear_vel", "max_linear_vel"))
+            ranges.append(("min_angular_vel", "max_angular_vel"))
+            for name in ("max_linear_decel", "max_angular_decel"):
+                if getattr(self, name) >= 0.0:
+                    raise ValueError(f"{name} ({getattr(self, name)}) must be negative")
         for low, high in ranges:
             if getattr(self, low) > getattr(self, high):
                 raise ValueError(

@@ -76,9 +76,9 @@ def _preset(server: Node, plugin: str) -> Preset:
 
 def _plugin_type(server: Node, plugin: str) -> str:
     name = f"{plugin}.plugin"
-    default = DEFAULT_TYPE if _plugins(server) == DEFAULT_PLUGINS else None
-    plugin_type = server.get(name, default)
-    if plugin_type is None and name not in server.parameters:
+    has_default = _plugins(server) == DEFAULT_PLUGINS and bool(server.below(plugin))
+    plugin_type = server.get(name, DEFAULT_TYPE)
+    if name not in server.parameters and not has_default:
         raise InputError(
             f"{server.where(plugin)}: missing, but listed in {PLUGINS}; "
             "expected a mapping with a plugin type"
@@ -106,8 +106,8 @@ def _known_values(
 ) -> dict[str, Any]:
     """Returns, nested, the values that the model has fields for and Nav2 would read."""
     known = nested(values.items(), source)
-    for block in model.blocks_not_read(known):
-        del known[block]
+    for key in model.keys_not_read(known):
+        del known[key]
     # A model may notice an unknown name only once others are gone.
     while any([_remove(known, place) for place in unknown_fields(model, known)]):
         pass

@@ -370,6 +370,8 @@ def test_the_parameters_of_a_users_own_critic_reach_it(form, preset_of):
         ("controller_plugins: FollowPath", "controller_plugins: expected a list of names, got"),
         ("controller_plugins: [{a: 1}]", "controller_plugins: expected a list of names, got"),
         ("controller_plugins: [A]", "A: missing, but listed in controller_plugins; expected"),
+        ("controller_plugins: [FollowPath]", "FollowPath: missing, but listed in controller_plu"),
+        ("controller_plugins: [A], A: {b: 1}", "A: missing, but listed in controller_plugins"),
         ("FollowPath: {plugin: [a]}", "FollowPath.plugin: expected a plugin type, got ['a']"),
         ("FollowPath: {plugin: }", "FollowPath.plugin: expected a plugin type, got None"),
         ("FollowPath: {plugin: 'a::B'}", "FollowPath.plugin: 'a::B' has no counterpart here"),

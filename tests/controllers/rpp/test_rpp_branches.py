@@ -332,12 +332,18 @@ def test_the_older_name_of_the_cruise_speed_is_understood():
     assert RegulatedPurePursuitParameters(max_linear_vel=0.3) == older
 
 
+SCALED = {"use_velocity_scaled_lookahead_dist": True}
+WINDOW = {"use_dynamic_window": True}
+
+
 @pytest.mark.parametrize(
     ("parameters", "names"),
     [
-        ({"min_lookahead_dist": 1.0}, "min_lookahead_dist .* max_lookahead_dist"),
-        ({"min_linear_vel": 0.6}, "min_linear_vel .* max_linear_vel"),
-        ({"min_angular_vel": 3.0}, "min_angular_vel .* max_angular_vel"),
+        (SCALED | {"min_lookahead_dist": 1.0}, "min_lookahead_dist .* max_lookahead_dist"),
+        (WINDOW | {"min_linear_vel": 0.6}, "min_linear_vel .* max_linear_vel"),
+        (WINDOW | {"min_angular_vel": 3.0}, "min_angular_vel .* max_angular_vel"),
+        (WINDOW | {"max_linear_decel": 0.9}, r"max_linear_decel \(0.9\) must be negative"),
+        (WINDOW | {"max_angular_decel": 0.0}, r"max_angular_decel \(0.0\) must be negative"),
         ({"lookahead_dist": 0.0}, "lookahead_dist"),
         ({"lookahead_distance": 1.0}, "lookahead_distance"),
     ],
@@ -345,6 +351,10 @@ def test_the_older_name_of_the_cruise_speed_is_understood():
 def test_wrong_parameters_are_named(parameters, names):
     with pytest.raises(ValueError, match=names):
         RegulatedPurePursuitParameters(**parameters)
+
+
+def test_what_only_unused_features_would_read_may_be_anything_as_in_nav2():
+    RegulatedPurePursuitParameters(min_lookahead_dist=1.0, max_linear_decel=0.9, min_linear_vel=0.6)
 
 
 def test_arrays_to_draw_come_only_where_wanted(make_controller, observe, setup):
