@@ -16,7 +16,12 @@ from drake_navbench.quantities import CellSize, Count, Frequency, Length, Number
 from drake_navbench.typed_yaml import FrozenModel
 
 PluginName = Literal[
-    "static_layer", "obstacle_layer", "denoise_layer", "inflation_layer", "keepout_filter"
+    "static_layer",
+    "obstacle_layer",
+    "voxel_layer",
+    "denoise_layer",
+    "inflation_layer",
+    "keepout_filter",
 ]
 FilterName = Literal["keepout_filter", "speed_filter", "binary_filter"]
 
@@ -43,6 +48,54 @@ class ObstacleLayerSettings(FrozenModel):
     inf_is_valid: bool = Field(False, description="Beams without a hit clear up to the range.")
     combination_method: Literal[0, 1, 2] = Field(
         1, description="0 overwrites, 1 takes the larger cost, 2 as 1 but keeps unknown cells."
+    )
+
+
+class ObservationSourceSettings(FrozenModel):
+    """One source of Nav2's voxel layer, with Nav2's defaults: those of a sensor on the floor."""
+
+    data_type: Literal["LaserScan", "PointCloud2"] = Field(
+        "LaserScan", description="What it sends; the robot's lidar sends LaserScan."
+    )
+    marking: bool = Field(True, description="Its points mark.")
+    clearing: bool = Field(False, description="The rays to its points clear.")
+    min_obstacle_height: float = Field(0.0, description="Lower points are not looked at [m].")
+    max_obstacle_height: float = Field(0.0, description="Higher points are not looked at [m].")
+    obstacle_min_range: float = Field(0.0, ge=0.0, description="Nearest point that marks [m].")
+    obstacle_max_range: float = Field(2.5, gt=0.0, description="Marking points are nearer [m].")
+    raytrace_min_range: float = Field(0.0, ge=0.0, description="Where clearing starts [m].")
+    raytrace_max_range: float = Field(3.0, gt=0.0, description="Where clearing ends [m].")
+    inf_is_valid: bool = Field(
+        False, description="Beams of a LaserScan without a hit clear up to the range."
+    )
+
+
+def _one_scan() -> dict[str, ObservationSourceSettings]:
+    """Returns the sources of Nav2's bringup: a scan that marks and clears."""
+    return {"scan": ObservationSourceSettings(clearing=True, max_obstacle_height=2.0)}
+
+
+class VoxelLayerSettings(FrozenModel):
+    """Nav2's voxel layer."""
+
+    enabled: bool = Field(True, description="Whether it writes at all.")
+    footprint_clearing_enabled: bool = Field(True, description="Free the cells under the robot.")
+    min_obstacle_height: float = Field(0.0, description="Lower points do not mark [m].")
+    max_obstacle_height: float = Field(2.0, description="Higher points do not mark [m].")
+    z_voxels: int = Field(10, ge=1, le=16, description="Levels of the grid [voxels].")
+    origin_z: float = Field(0.0, description="Height of the lowest level's floor [m].")
+    z_resolution: float = Field(0.2, gt=0.0, description="Height of a level [m].")
+    unknown_threshold: int = Field(
+        15, ge=0, description="Columns with more unknown voxels stay unknown [voxels]."
+    )
+    mark_threshold: int = Field(
+        0, ge=0, description="Columns with more marked voxels are lethal [voxels]."
+    )
+    combination_method: Literal[0, 1, 2] = Field(
+        1, description="0 overwrites, 1 takes the larger cost, 2 as 1 but keeps unknown cells."
+    )
+    observation_sources: dict[str, ObservationSourceSettings] = Field(
+        default_factory=_one_scan, description="What it listens to, by name, in order."
     )
 
 
@@ -110,6 +163,7 @@ class CostmapSettings(FrozenModel):
     use_maximum: bool = Field(False, description="The map keeps larger costs of layers before it.")
     static_layer: StaticLayerSettings = Field(default_factory=StaticLayerSettings)
     obstacle_layer: ObstacleLayerSettings = Field(default_factory=ObstacleLayerSettings)
+    voxel_layer: VoxelLayerSettings = Field(default_factory=VoxelLayerSettings)
     denoise_layer: DenoiseLayerSettings = Field(default_factory=DenoiseLayerSettings)
     inflation_layer: InflationLayerSettings = Field(default_factory=InflationLayerSettings)
     keepout_filter: KeepoutFilterSettings = Field(default_factory=KeepoutFilterSettings)
@@ -137,7 +191,7 @@ class CostmapSettings(FrozenModel):
 
 
 class LocalCostmapSettings(CostmapSettings):
-    """Nav2's rolling local costmap. Without a voxel layer, the obstacle layer takes its place."""
+    """Nav2's rolling local costmap; where bringup has a voxel layer, an obstacle layer."""
 
     width: int = Field(5, gt=0, le=200, description="Extent along x [m].")
     height: int = Field(5, gt=0, le=200, description="Extent along y [m].")

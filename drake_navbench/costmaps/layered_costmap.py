@@ -9,9 +9,10 @@ rolled in or out.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple, Protocol
+from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,9 @@ from numpy.typing import NDArray
 from drake_navbench.costmaps.costmap_settings import CostmapSettings, LocalCostmapSettings
 from drake_navbench.costmaps.filter_masks import FilterMask
 from drake_navbench.costmaps.map_file import OccupancyMap
+from drake_navbench.costmaps.obstacle_layer import ObstacleLayer
+from drake_navbench.costmaps.sensor import RangeSensor
+from drake_navbench.costmaps.voxel_layer import PointCloud, VoxelGrids, VoxelLayer
 from drake_navbench.immutable import Immutable
 from drake_navbench.kernels.denoise import denoise
 from drake_navbench.kernels.footprint import footprint_radii
@@ -29,9 +33,7 @@ from drake_navbench.kernels.layer_grid import (
     fill_outline,
     merge_layer,
     place_outline,
-    roll_window,
 )
-from drake_navbench.kernels.obstacle_layer import update_obstacle_layer
 from drake_navbench.kernels.rasterize import MASK_UNKNOWN, apply_keepout, mask_costs
 from drake_navbench.kernels.static_layer import sample_static, static_costs
 from drake_navbench.log import Scan
@@ -44,6 +46,7 @@ FIRST_ORIGIN = (0.0, 0.0)
 NO_OVERRIDE = -1
 # The costmap and the map share one frame.
 SAME_FRAME = np.zeros(3)
+NO_CLOUDS: Mapping[str, PointCloud] = MappingProxyType({})
 
 
 class GridGeometry(NamedTuple):
@@ -62,21 +65,12 @@ class GridGeometry(NamedTuple):
         return cls(*grid.occupancy.shape, grid.origin_x, grid.origin_y, grid.resolution, False)
 
 
-class RangeLimits(Protocol):
-    """What the layers must know of the lidar: between which ranges it sees, m."""
-
-    @property
-    def range_min_m(self) -> float: ...
-
-    @property
-    def range_max_m(self) -> float: ...
-
-
 @dataclass(frozen=True, eq=False)
 class LayersState(Immutable):
     """All of a costmap that evolves; grids are (rows, columns) uint8.
 
     origin: lower left corner of cell (0, 0), m. obstacles: the obstacle layer's own grid.
+    voxels: the voxel layer's, None where there is none.
     static: the map's costs, on its own grid; they change where the footprint is cleared for good.
     plugged: what the layers made, before the filters; None before the first update.
     costmap: the result; None before the first update.
@@ -84,6 +78,7 @@ class LayersState(Immutable):
 
     origin: tuple[float, float]
     obstacles: Costs
+    voxels: VoxelGrids | None
     static: Costs | None
     plugged: Costs | None = None
     costmap: Costmap | None = None
@@ -95,6 +90,7 @@ class _Cycle(NamedTuple):
     pose: Array
     origin: tuple[float, float]
     obstacles: Costs
+    voxels: VoxelGrids | None
     static: Costs | None
     window: CellWindow
 
@@ -111,17 +107,24 @@ class LayeredCostmap:
         settings: CostmapSettings,
         geometry: GridGeometry,
         *,
-        lidar: RangeLimits,
+        lidar: RangeSensor,
         footprint: Array,
         static_map: OccupancyMap | None = None,
         masks: Sequence[FilterMask] = (),
     ) -> None:
         self._settings = settings
         self._geometry = geometry
-        self._lidar = lidar
         self._footprint = np.ascontiguousarray(footprint)
         self._inscribed_radius, _ = footprint_radii(self._footprint)
         self._default_cost = NO_INFORMATION if settings.track_unknown_space else FREE
+        grid = {
+            "footprint": self._footprint,
+            "resolution": geometry.resolution,
+            "default_cost": self._default_cost,
+            "rolling_window": geometry.rolling_window,
+        }
+        self._obstacle_layer = ObstacleLayer(settings.obstacle_layer, lidar, **grid)
+        self._voxel_layer = VoxelLayer(settings.voxel_layer, lidar, **grid)
         self._static_map = static_map
         self._keepouts = [
             (mask, mask_costs(mask.grid.occupancy)) for mask in masks if mask.type == "keepout"
@@ -144,7 +147,10 @@ class LayeredCostmap:
         shape = (geometry.rows, geometry.columns)
         return LayersState(
             origin=(geometry.origin_x, geometry.origin_y),
-            obstacles=np.full(shape, self._default_cost, np.uint8),
+            obstacles=self._obstacle_layer.initial_costs(shape),
+            voxels=(
+                self._voxel_layer.initial_grids(shape) if "voxel_layer" in self._plugins else None
+            ),
             static=self._static_costs() if "static_layer" in self._plugins else None,
         )
 
@@ -153,14 +159,20 @@ class LayeredCostmap:
         return replace(self.initial_state(), origin=state.origin)
 
     def updated(
-        self, state: LayersState, *, scan: Scan | None, pose: Array, time_s: float
+        self,
+        state: LayersState,
+        *,
+        scan: Scan | None,
+        pose: Array,
+        time_s: float,
+        clouds: Mapping[str, PointCloud] = NO_CLOUDS,
     ) -> LayersState:
         """Returns the state after one update cycle.
 
-        scan: the newest one; None leaves the obstacle layer as it is. pose: (3,) of the robot, x m,
-        y m, yaw rad.
+        scan: the newest one; None leaves what was seen as it is. pose: (3,) of the robot, x m, y m,
+        yaw rad. clouds: the newest one of each of the voxel layer's sources that sends them.
         """
-        cycle = self._observe(state, scan, pose)
+        cycle = self._observe(state, scan, clouds, pose)
         master = self._reset_window(state, cycle)
         for name in self._plugins:
             master = _WRITERS[name](self, master, cycle)
@@ -178,7 +190,7 @@ class LayeredCostmap:
         )
         is_restored = self._settings.static_layer.restore_cleared_footprint
         static = state.static if is_restored else cycle.static
-        return LayersState(cycle.origin, cycle.obstacles, static, master, costmap)
+        return LayersState(cycle.origin, cycle.obstacles, cycle.voxels, static, master, costmap)
 
     def _static_costs(self) -> Costs:
         settings = self._settings
@@ -191,65 +203,40 @@ class LayeredCostmap:
             inscribed_obstacle_cost_value=settings.inscribed_obstacle_cost_value,
         )
 
-    def _observe(self, state: LayersState, scan: Scan | None, pose: Array) -> _Cycle:
-        """Moves the grid, takes the scan, frees the footprint, finds the window to be written."""
-        if scan is not None and "obstacle_layer" in self._plugins:
-            obstacles, origin, touched = self._take_scan(state, scan, pose)
-        else:
-            obstacles, origin = self._follow(state, pose)
-            touched = None
+    def _observe(
+        self,
+        state: LayersState,
+        scan: Scan | None,
+        clouds: Mapping[str, PointCloud],
+        pose: Array,
+    ) -> _Cycle:
+        """Moves the grid, takes what was seen, frees the footprint, finds the window to write."""
+        is_seen = "obstacle_layer" in self._plugins
+        obstacles, *origin, touched = self._obstacle_layer.updated(
+            state.obstacles, state.origin, scan=scan if is_seen else None, pose=pose
+        )
+        voxels = state.voxels
+        if voxels is not None:
+            voxels, bounds = self._voxel_layer.updated(
+                voxels, state.origin, scan=scan, clouds=clouds, pose=pose
+            )
+            touched = _joined(touched, bounds)
         static = state.static
         if static is not None and self._settings.static_layer.footprint_clearing_enabled:
             grid = self._static_map
             outline = place_outline(self._footprint, pose)
-            touched = _grown(touched, outline)
+            touched = _joined(touched, [*outline.min(axis=0), *outline.max(axis=0)])
             static = static.copy()
             fill_outline(Grid(static, *grid.frame), outline, FREE)
         window = CellWindow.whole(obstacles.shape)
         if state.plugged is not None and not self._geometry.rolling_window:
             window = self._window_around(touched)
-        return _Cycle(pose, origin, obstacles, static, window)
+        return _Cycle(pose, tuple(origin), obstacles, voxels, static, window)
 
-    def _take_scan(
-        self, state: LayersState, scan: Scan, pose: Array
-    ) -> tuple[Costs, tuple[float, float], Array]:
-        update = update_obstacle_layer(
-            state.obstacles,
-            state.origin,
-            resolution=self._geometry.resolution,
-            robot_pose=pose,
-            footprint=self._footprint,
-            sensor_pose=scan.sensor_pose,
-            angles=scan.angles_rad,
-            ranges=scan.ranges_m,
-            range_min=self._lidar.range_min_m,
-            range_max=self._lidar.range_max_m,
-            default_cost=self._default_cost,
-            rolling_window=self._geometry.rolling_window,
-            **self._settings.obstacle_layer.model_dump(exclude={"enabled", "combination_method"}),
-        )
-        return update.costs, (update.origin_x, update.origin_y), update.bounds
-
-    def _follow(self, state: LayersState, pose: Array) -> tuple[Costs, tuple[float, float]]:
-        geometry = self._geometry
-        if not geometry.rolling_window:
-            return state.obstacles, state.origin
-        costs, origin_x, origin_y = roll_window(
-            state.obstacles,
-            state.origin,
-            resolution=geometry.resolution,
-            wanted=(
-                pose[0] - 0.5 * geometry.columns * geometry.resolution,
-                pose[1] - 0.5 * geometry.rows * geometry.resolution,
-            ),
-            default_cost=self._default_cost,
-        )
-        return costs, (origin_x, origin_y)
-
-    def _window_around(self, touched: Array | None) -> CellWindow:
+    def _window_around(self, touched: Array) -> CellWindow:
         """Returns the cells within the inflation's reach of a box min_x, min_y, max_x, max_y, m."""
         geometry = self._geometry
-        if touched is None or not np.all(np.isfinite(touched)):
+        if not np.all(np.isfinite(touched)):
             return CellWindow(0, 0, 0, 0)
         reach = self._settings.inflation_layer.inflation_radius
         origin = np.array([geometry.origin_x, geometry.origin_y])
@@ -285,6 +272,12 @@ class LayeredCostmap:
         window = cycle.window.slices
         rule = MergeRule(self._settings.obstacle_layer.combination_method)
         merge_layer(master[window], cycle.obstacles[window], rule)
+        return master
+
+    def _write_voxels(self, master: Costs, cycle: _Cycle) -> Costs:
+        window = cycle.window.slices
+        rule = MergeRule(self._settings.voxel_layer.combination_method)
+        merge_layer(master[window], cycle.voxels.costs[window], rule)
         return master
 
     def _without_noise(self, master: Costs, cycle: _Cycle) -> Costs:
@@ -333,7 +326,7 @@ class LayeredCostmap:
 def local_layers(
     settings: LocalCostmapSettings,
     *,
-    lidar: RangeLimits,
+    lidar: RangeSensor,
     footprint: Array,
     static_map: OccupancyMap | None = None,
     masks: Sequence[FilterMask] = (),
@@ -359,15 +352,13 @@ def local_layers(
 _WRITERS = {
     "static_layer": LayeredCostmap._write_static,
     "obstacle_layer": LayeredCostmap._write_obstacles,
+    "voxel_layer": LayeredCostmap._write_voxels,
     "denoise_layer": LayeredCostmap._without_noise,
     "inflation_layer": LayeredCostmap._inflated,
     "keepout_filter": LayeredCostmap._write_keepouts,
 }
 
 
-def _grown(box: Array | None, points: Array) -> Array:
-    """Returns the box min_x, min_y, max_x, max_y m around a box and (K, 2) points."""
-    low, high = points.min(axis=0), points.max(axis=0)
-    if box is not None:
-        low, high = np.minimum(low, box[:2]), np.maximum(high, box[2:])
-    return np.concatenate([low, high])
+def _joined(box: Array, other: Array | Sequence[float]) -> Array:
+    """Returns the box around two boxes min_x, min_y, max_x, max_y m."""
+    return np.concatenate([np.minimum(box[:2], other[:2]), np.maximum(box[2:], other[2:])])

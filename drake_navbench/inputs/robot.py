@@ -75,6 +75,9 @@ class LidarSettings(FrozenModel):
     pose: tuple[Length, Length, Angle] = Field(
         (0.0, 0.0, 0.0), description="Mounting in the base frame: x [m], y [m], yaw [rad]."
     )
+    height_m: float = Field(
+        0.2, description="Height of the scanned plane over the floor, for voxel layers [m]."
+    )
     beam_count: int = Field(360, ge=1, le=100_000, description="Beams a scan.")
     angle_min_rad: Angle = Field(-np.pi, ge=-np.pi, description="Angle of the first beam [rad].")
     angle_span_rad: float = Field(
@@ -189,7 +192,21 @@ class Robot(FrozenModel):
                     "footprint must be a simple polygon around the base origin (0, 0), got "
                     f"{[list(p) for p in self.footprint]}"
                 )
+        for costmap in ("local_costmap", "global_costmap"):
+            self._check_sources(costmap)
         return self
+
+    def _check_sources(self, costmap: str) -> None:
+        """Raises ValueError where a voxel layer waits for a sensor that the robot does not have."""
+        settings = getattr(self.navigation, costmap)
+        if not settings.is_active("voxel_layer"):
+            return
+        for name, source in settings.voxel_layer.observation_sources.items():
+            if source.data_type != "LaserScan":
+                raise ValueError(
+                    f"navigation.{costmap}.voxel_layer.observation_sources.{name}.data_type: got "
+                    f"{source.data_type}, expected LaserScan: the robot has no other sensor"
+                )
 
     @property
     def outline(self) -> NDArray[np.float64]:

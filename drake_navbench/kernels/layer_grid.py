@@ -1,7 +1,7 @@
 """A layer's own grid: moved along with the robot, drawn on, merged into the master grid.
 
-Grids are (rows, columns) uint8, `[row = y, column = x]`; the origin is the lower left corner of
-cell (0, 0), m.
+Grids are (rows, columns), `[row = y, column = x]`, of costs, uint8, but where told otherwise; the
+origin is the lower left corner of cell (0, 0), m.
 Source: nav2_costmap_2d (Costmap2D, CostmapLayer) and nav2_util (raytraceLine).
 """
 
@@ -34,18 +34,19 @@ class MergeRule(IntEnum):
 
 
 def roll_window(
-    costs: NDArray[np.uint8],
+    costs: NDArray[np.generic],
     origin: tuple[float, float],
     *,
     resolution: float,
     wanted: tuple[float, float],
     default_cost: int,
-) -> tuple[NDArray[np.uint8], float, float]:
+) -> tuple[NDArray[np.generic], float, float]:
     """Returns (costs, origin_x, origin_y) of the grid moved toward a wanted lower left corner, m.
 
     The move is a whole number of cells, truncated toward zero, so that the origin stays on its
-    lattice and may lag by up to a cell. Cells that both windows share keep their cost, the others
-    get `default_cost`. The array returned is new. (Costmap2D::updateOrigin)
+    lattice and may lag by up to a cell. Cells that both windows share keep their value, of
+    whatever type, the others get `default_cost`. The array returned is new.
+    (Costmap2D::updateOrigin)
     """
     rows, columns = costs.shape
     shift_x = int((wanted[0] - origin[0]) / resolution)
@@ -56,6 +57,25 @@ def roll_window(
         from_columns, to_columns = _shared(shift_x, columns)
         rolled[to_rows, to_columns] = costs[from_rows, from_columns]
     return rolled, float(origin[0] + shift_x * resolution), float(origin[1] + shift_y * resolution)
+
+
+def centre_window(
+    costs: NDArray[np.generic],
+    origin: tuple[float, float],
+    *,
+    resolution: float,
+    robot_pose: NDArray[np.float64],
+    default_cost: int,
+) -> tuple[NDArray[np.generic], float, float]:
+    """Returns `roll_window` toward where the robot, (3,) m, m, rad, is in the grid's middle."""
+    rows, columns = costs.shape
+    wanted = (
+        robot_pose[0] - 0.5 * (columns * resolution),
+        robot_pose[1] - 0.5 * (rows * resolution),
+    )
+    return roll_window(
+        costs, origin, resolution=resolution, wanted=wanted, default_cost=default_cost
+    )
 
 
 def _shared(shift: int, count: int) -> tuple[slice, slice]:

@@ -175,33 +175,21 @@ def spread_potential(costs, seed_column, seed_row, target_column, target_row, us
 def _slope(potential, columns, cell):
     """Returns the unit vector (x, y) down the potential at a cell, float32, or zeros without slope.
 
-    A cell that was not reached points away from obstacles, to a neighbour that was.
+    The cell is beside one whose eight neighbours were reached; its own may not have been.
     (NavFn::gradCell; what it remembers of earlier calls is what a new call gives)
     """
-    if cell < columns or cell > potential.size - columns:
-        return ZERO, ZERO
     here = potential[cell]
     left, right = potential[cell - 1], potential[cell + 1]
-    up, down = potential[cell - columns], _potential_at(potential, cell + columns)
+    up, down = potential[cell - columns], potential[cell + columns]
     x, y = ZERO, ZERO
-    if here >= UNREACHED:
-        if left < UNREACHED:
-            x = -FIRST_THRESHOLD
-        elif right < UNREACHED:
-            x = FIRST_THRESHOLD
-        if up < UNREACHED:
-            y = -FIRST_THRESHOLD
-        elif down < UNREACHED:
-            y = FIRST_THRESHOLD
-    else:
-        if left < UNREACHED:
-            x += left - here
-        if right < UNREACHED:
-            x += here - right
-        if up < UNREACHED:
-            y += up - here
-        if down < UNREACHED:
-            y += here - down
+    if left < UNREACHED:
+        x += left - here
+    if right < UNREACHED:
+        x += here - right
+    if up < UNREACHED:
+        y += up - here
+    if down < UNREACHED:
+        y += here - down
     length = _length(x, y)
     if length > ZERO:
         scale = np.float32(1.0 / length)
@@ -247,12 +235,12 @@ def _lowest_neighbour(potential, columns, cell):
     What has been found lowest so far counts without its fraction, so that a neighbour that is less
     than one below it may be passed over: then the path stays where it is.
     """
-    lowest, lowest_cell = math.trunc(potential[cell]), cell
+    lowest, lowest_cell = int(potential[cell]), cell
     for row_start in (cell - columns, cell, cell + columns):
         for neighbour in range(row_start - 1, row_start + 2):
             value = _potential_at(potential, neighbour)
             if neighbour != cell and value < lowest:
-                lowest, lowest_cell = math.trunc(value), neighbour
+                lowest, lowest_cell = int(value), neighbour
     return lowest_cell
 
 
@@ -289,10 +277,10 @@ def _step_down(potential, columns, cell, x, y):
 def path_down(potential, start_column, start_row, seed_column, seed_row, max_cycles):
     """Returns (N, 2) float32 the path from a cell to the seed, column and row; empty if it fails.
 
-    potential: (rows, columns) float32 from `spread_potential`.
-    A step goes half a cell down the slope; where a potential nearby is unknown, or the path
-    oscillates, it goes to the lowest neighbour. Each step takes one of `max_cycles`. The path ends
-    with the seed once the nearest cell's potential is less than NEUTRAL_COST. (NavFn::calcPath)
+    potential: (rows, columns) float32 from `spread_potential`; the cell was reached. A step goes
+    half a cell down the slope; where a cell nearby was not reached, or the path oscillates, it goes
+    to the lowest neighbour. Each step takes one of `max_cycles`. The path ends with the seed once
+    the nearest cell's potential is less than NEUTRAL_COST. (NavFn::calcPath)
     """
     path = np.empty((max_cycles, 2), dtype=np.float32)
     failed = path[:0]

@@ -18,13 +18,15 @@ from numba import njit
 from numpy.typing import NDArray
 
 from drake_navbench.kernels.grid import FREE, LETHAL, Grid, distance_to_cells, world_to_cell
-from drake_navbench.kernels.layer_grid import draw_line, fill_outline, place_outline, roll_window
+from drake_navbench.kernels.layer_grid import centre_window, draw_line, fill_outline, place_outline
 
 # A ray that leaves the grid through its right or upper edge is cut this far inside of it, m.
 UPPER_EDGE_MARGIN = 0.001
 # A beam without a return, where that counts as free space, is taken to end this far short of the
 # sensor's range, m.
 INF_RANGE_MARGIN = 0.0001
+# The box min_x, min_y, max_x, max_y around nothing.
+NOTHING_TOUCHED = (math.inf, math.inf, -math.inf, -math.inf)
 
 
 class ObstacleLayerUpdate(NamedTuple):
@@ -72,20 +74,12 @@ def update_obstacle_layer(
     cells never seen (NO_INFORMATION where unknown space is tracked).
     """
     if rolling_window:
-        rows, columns = costs.shape
-        layer, origin_x, origin_y = roll_window(
-            costs,
-            origin,
-            resolution=resolution,
-            wanted=(
-                robot_pose[0] - 0.5 * (columns * resolution),
-                robot_pose[1] - 0.5 * (rows * resolution),
-            ),
-            default_cost=default_cost,
+        layer, origin_x, origin_y = centre_window(
+            costs, origin, resolution=resolution, robot_pose=robot_pose, default_cost=default_cost
         )
     else:
         layer, origin_x, origin_y = costs.copy(), float(origin[0]), float(origin[1])
-    bounds = np.array([np.inf, np.inf, -np.inf, -np.inf])
+    bounds = np.array(NOTHING_TOUCHED)
     points = scan_points(
         sensor_pose,
         angles,

@@ -28,10 +28,12 @@ from drake_navbench.kernels.grid import (
     FREE,
     LETHAL,
     NO_INFORMATION,
+    Grid,
     distance_to_cells,
     world_to_cell,
 )
-from drake_navbench.kernels.layer_grid import fill_outline, place_outline, roll_window
+from drake_navbench.kernels.layer_grid import centre_window, fill_outline, place_outline
+from drake_navbench.kernels.obstacle_layer import NOTHING_TOUCHED
 
 MAX_VOXELS = 16
 UNKNOWN_COLUMN = np.uint32((1 << MAX_VOXELS) - 1)
@@ -114,23 +116,16 @@ def update_voxel_layer(
     The other arguments are Nav2's parameters of the same names, and `default_cost`, that of cells
     never seen (NO_INFORMATION where unknown space is tracked).
     """
-    grids, (origin_x, origin_y) = (costs.copy(), voxels.copy()), origin
+    grids = (costs.copy(), voxels.copy())
     if rolling_window:
-        rows, columns = costs.shape
-        wanted = (
-            robot_pose[0] - 0.5 * (columns * resolution),
-            robot_pose[1] - 0.5 * (rows * resolution),
-        )
-        rolled = [
-            roll_window(grid, origin, resolution=resolution, wanted=wanted, default_cost=default)
-            for grid, default in ((costs, default_cost), (voxels, UNKNOWN_COLUMN))
-        ]
-        grids = (rolled[0][0], rolled[1][0])
-        origin_x, origin_y = rolled[0][1:]
+        place = {"resolution": resolution, "robot_pose": robot_pose}
+        rolled, *_ = centre_window(voxels, origin, default_cost=UNKNOWN_COLUMN, **place)
+        costs, *origin = centre_window(costs, origin, default_cost=default_cost, **place)
+        grids = (costs, rolled)
     frame = VoxelFrame(
-        float(origin_x), float(origin_y), float(origin_z), resolution, float(z_resolution), z_voxels
+        *map(float, origin), float(origin_z), resolution, float(z_resolution), z_voxels
     )
-    bounds = np.array([np.inf, np.inf, -np.inf, -np.inf])
+    bounds = np.array(NOTHING_TOUCHED)
     # Levels that the grid does not have stay unknown; the threshold does not count them.
     max_unknown = unknown_threshold + (MAX_VOXELS - z_voxels)
     for seen in observations:
@@ -157,7 +152,7 @@ def update_voxel_layer(
         outline = place_outline(footprint, robot_pose)
         bounds[:2] = np.minimum(bounds[:2], outline.min(axis=0))
         bounds[2:] = np.maximum(bounds[2:], outline.max(axis=0))
-        fill_outline(grids[0], frame.origin_x, frame.origin_y, resolution, outline, FREE)
+        fill_outline(Grid(grids[0], frame.origin_x, frame.origin_y, resolution), outline, FREE)
     return VoxelLayerUpdate(*grids, frame.origin_x, frame.origin_y, bounds)
 
 

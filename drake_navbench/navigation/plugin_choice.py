@@ -27,7 +27,7 @@ def plugin_choice(plugins: Mapping[str, Any], default: str) -> Any:
         if isinstance(plugin, str) and "/" in plugin:
             plugin = plugin.replace("/", "::")
             data = {**data, "plugin": plugin}
-        if plugin not in plugins:
+        if not isinstance(plugin, str) or plugin not in plugins:
             raise ValueError(f"unknown plugin {plugin!r}{nearest_name_hint(plugin, plugins)}")
         return data
 

@@ -1,0 +1,146 @@
+"""The voxel layer of a costmap: which sources it listens to, and what each of them shows it.
+
+Source: nav2_costmap_2d (VoxelLayer, ObservationBuffer). Only the newest message of a source counts,
+as without `observation_persistence` there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.costmaps.costmap_settings import ObservationSourceSettings, VoxelLayerSettings
+from drake_navbench.costmaps.sensor import RangeSensor
+from drake_navbench.immutable import Immutable
+from drake_navbench.kernels.obstacle_layer import scan_points
+from drake_navbench.kernels.voxel_layer import UNKNOWN_COLUMN, Observation, update_voxel_layer
+from drake_navbench.log import Scan
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class PointCloud(Immutable):
+    """Points that a sensor saw, in the frame of the costmap.
+
+    origin: (3,) of the sensor, x m, y m, z m. points: (N, 3) m.
+    """
+
+    origin: Array
+    points: Array
+
+
+@dataclass(frozen=True, eq=False)
+class VoxelGrids(Immutable):
+    """All of the layer that evolves: costs (rows, columns) uint8, columns of voxels uint32."""
+
+    costs: NDArray[np.uint8]
+    voxels: NDArray[np.uint32]
+
+
+class VoxelLayer:
+    """Nav2's voxel layer on one grid; the object itself never changes.
+
+    footprint: (K, 2) padded outline in the base frame, m.
+    """
+
+    def __init__(
+        self,
+        settings: VoxelLayerSettings,
+        lidar: RangeSensor,
+        *,
+        footprint: Array,
+        resolution: float,
+        default_cost: int,
+        rolling_window: bool,
+    ) -> None:
+        self._sources = settings.observation_sources
+        self._lidar = lidar
+        self._parameters = {
+            "footprint": footprint,
+            "resolution": resolution,
+            "default_cost": default_cost,
+            "rolling_window": rolling_window,
+            **settings.model_dump(exclude={"enabled", "combination_method", "observation_sources"}),
+        }
+
+    def initial_grids(self, shape: tuple[int, int]) -> VoxelGrids:
+        """Returns grids of a shape (rows, columns) in which nothing was seen."""
+        default_cost = self._parameters["default_cost"]
+        return VoxelGrids(
+            np.full(shape, default_cost, np.uint8), np.full(shape, UNKNOWN_COLUMN, np.uint32)
+        )
+
+    def updated(
+        self,
+        grids: VoxelGrids,
+        origin: tuple[float, float],
+        *,
+        scan: Scan | None,
+        clouds: Mapping[str, PointCloud],
+        pose: Array,
+    ) -> tuple[VoxelGrids, Array]:
+        """Returns the grids after one cycle, and (4,) the box that it touched, m.
+
+        origin: lower left corner before the cycle, m; a rolling grid follows the robot. scan: what
+        all sources of type LaserScan get. clouds: the newest one of each source of type
+        PointCloud2. pose: (3,) of the robot, x m, y m, yaw rad. Where there is neither scan nor
+        cloud yet, the footprint is not freed either.
+        """
+        parameters = self._parameters
+        if scan is None and not clouds:
+            parameters = {**parameters, "footprint_clearing_enabled": False}
+        update = update_voxel_layer(
+            grids.costs,
+            grids.voxels,
+            origin,
+            list(self._observations(scan, clouds)),
+            robot_pose=pose,
+            **parameters,
+        )
+        return VoxelGrids(update.costs, update.voxels), update.bounds
+
+    def _observations(
+        self, scan: Scan | None, clouds: Mapping[str, PointCloud]
+    ) -> Iterator[Observation]:
+        for name, source in self._sources.items():
+            if source.data_type == "LaserScan" and scan is not None:
+                yield _observation(source, self._cloud_of(scan, inf_is_valid=source.inf_is_valid))
+            elif name in clouds:
+                yield _observation(source, clouds[name])
+
+    def _cloud_of(self, scan: Scan, *, inf_is_valid: bool) -> PointCloud:
+        """Returns the hits of a scan, all as high as the lidar."""
+        lidar = self._lidar
+        hits = scan_points(
+            scan.sensor_pose,
+            scan.angles_rad,
+            scan.ranges_m,
+            range_min=lidar.range_min_m,
+            range_max=lidar.range_max_m,
+            inf_is_valid=inf_is_valid,
+        )
+        heights = np.full((len(hits), 1), lidar.height_m)
+        return PointCloud(
+            np.append(scan.sensor_pose[:2], lidar.height_m), np.hstack([hits, heights])
+        )
+
+
+def _observation(source: ObservationSourceSettings, cloud: PointCloud) -> Observation:
+    """Returns what a source makes of a cloud: points within its heights, rounded as Nav2's are."""
+    points = np.asarray(cloud.points, dtype=np.float32)
+    heights = points[:, 2].astype(np.float64)
+    is_within = (heights <= source.max_obstacle_height) & (heights >= source.min_obstacle_height)
+    return Observation(
+        origin=np.ascontiguousarray(cloud.origin, dtype=np.float64),
+        points=points[is_within],
+        marking=source.marking,
+        clearing=source.clearing,
+        obstacle_min_range=source.obstacle_min_range,
+        obstacle_max_range=source.obstacle_max_range,
+        raytrace_min_range=source.raytrace_min_range,
+        raytrace_max_range=source.raytrace_max_range,
+    )
