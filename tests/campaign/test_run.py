@@ -1,6 +1,7 @@
 """The command line, as a user meets it."""
 
 import json
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -14,7 +15,8 @@ from drake_navbench.errors import NavbenchError
 from drake_navbench.log import TrialLog
 from drake_navbench.run import main
 
-QUICK = ["restricted_small", "--controllers", "rpp", "--trials", "2", "--replay", "none", "--quiet"]
+QUICK = ["restricted_small", "--controllers", "rpp", "--trials", "2", "--quiet"]
+QUICK += ["--replay", "none", "--figures", "none"]
 
 
 def run_command(*arguments: str) -> subprocess.CompletedProcess:
@@ -53,6 +55,20 @@ def test_a_run_leaves_manifest_logs_table_and_inputs(finished):
     assert (finished / "tables/restricted_small.csv").is_file()
     assert (finished / "tables/restricted_small.md").is_file()
     assert (finished / "inputs/controllers/rpp.yaml").is_file()
+
+
+def test_the_report_has_the_figures_that_were_asked_for(finished, tmp_path):
+    assert (finished / "report.html").is_file()
+    assert not (finished / "figures").exists()
+    interrupted = tmp_path / "interrupted"
+    shutil.copytree(finished, interrupted)
+    manifest = interrupted / "manifest.json"
+    asked = json.loads(manifest.read_text())
+    asked["request"]["figures"] = "key"
+    manifest.write_text(json.dumps(asked))
+    assert main(["--resume", str(interrupted), "--quiet"]) == 0
+    assert (interrupted / "figures" / "restricted_small" / "paths.svg").is_file()
+    assert not list(interrupted.glob("figures/*/*.png"))
 
 
 def test_no_unfinished_file_is_left_behind(finished):
