@@ -11,7 +11,11 @@ from typing import Any
 
 import pandas as pd
 
-from drake_navbench.analysis.figures.album import FigureEntry, write_scenario_figures
+from drake_navbench.analysis.figures.album import (
+    FigureChoice,
+    FigureEntry,
+    write_scenario_figures,
+)
 from drake_navbench.analysis.scenario_analysis import (
     LeftOut,
     ScenarioAnalysis,
@@ -50,11 +54,11 @@ class FolderAnalysis:
 
 
 def analyse_folder(
-    path: Path, *, writes_figures: bool = False, jobs: int = DEFAULT_JOBS
+    path: Path, *, figures: FigureChoice = FigureChoice.NONE, jobs: int = DEFAULT_JOBS
 ) -> FolderAnalysis:
     """Computes everything from the logs of a results folder.
 
-    writes_figures: also draw them into the folder. jobs: processes; 1 stays in this one.
+    figures: which of them to draw into the folder. jobs: processes; 1 stays in this one.
     Raises InputError where the folder is no results folder or holds no readable log.
     """
     manifest = ResultsFolder(path).read_manifest()
@@ -66,7 +70,7 @@ def analyse_folder(
     controllers = list(manifest.get("controllers", []))
     # The longest scenarios first: the last worker should not start with the most work.
     order = sorted(files, key=lambda key: -sum(file.stat().st_size for file in files[key]))
-    tasks = [(path, files[key], controllers, writes_figures) for key in order]
+    tasks = [(path, files[key], controllers, figures) for key in order]
     if jobs == 1:
         results = [_analyse_scenario(*task) for task in tasks]
     else:
@@ -83,12 +87,12 @@ def analyse_folder(
         path=path,
         manifest=manifest,
         scenarios=tuple(analysis for analysis, _ in results),
-        figures=tuple(entry for _, figures in results for entry in figures),
+        figures=tuple(entry for _, written in results for entry in written),
     )
 
 
 def _analyse_scenario(
-    root: Path, paths: Sequence[Path], controllers: Sequence[str], writes_figures: bool
+    root: Path, paths: Sequence[Path], controllers: Sequence[str], figures: FigureChoice
 ) -> tuple[ScenarioAnalysis, list[FigureEntry]]:
     logs, entries, left_out = read_trials(paths, root)
     places = [_place(log.info["controller"], controllers) for log in logs]
@@ -96,13 +100,14 @@ def _analyse_scenario(
     logs, entries = [logs[i] for i in order], [entries[i] for i in order]
     scenario = logs[0].info["scenario"]["name"] if logs else paths[0].parent.parent.name
     analysis = analyse(scenario, entries, left_out)
-    if not (writes_figures and logs):
+    if not logs:
         return analysis, []
     by_controller: dict[str, list[TrialLog]] = {}
     for log in logs:
         by_controller.setdefault(log.info["controller"], []).append(log)
-    folder = root / FIGURES_FOLDER
-    return analysis, write_scenario_figures(folder, scenario, by_controller, analysis.table)
+    return analysis, write_scenario_figures(
+        root / FIGURES_FOLDER, scenario, by_controller, analysis.table, figures
+    )
 
 
 def _place(name: str, order: Sequence[str]) -> tuple[int, str]:

@@ -9,6 +9,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from drake_navbench.analysis.figures.album import FigureChoice
 from drake_navbench.analysis.folder_analysis import FIGURES_FOLDER, FolderAnalysis, analyse_folder
 from drake_navbench.analysis.html import page_environment, relative_change
 from drake_navbench.analysis.lineups import PUBLISHED_SETTINGS
@@ -53,15 +54,19 @@ class Column(NamedTuple):
 
 
 def build_report(
-    folder: Path, *, jobs: int = 2, difference: float = DEFAULT_DIFFERENCE
+    folder: Path,
+    *,
+    figures: FigureChoice = FigureChoice.KEY,
+    jobs: int = 2,
+    difference: float = DEFAULT_DIFFERENCE,
 ) -> ReportResult:
     """Computes tables, figures and report.html of a results folder from its logs, and writes them.
 
     With trials of the published scenarios comes the reproduction of the publication, too.
-    difference: share of the mean for which the needed number of trials is told. Raises InputError
-    where the folder is no results folder.
+    figures: which of them to draw. difference: share of the mean for which the needed number of
+    trials is told. Raises InputError where the folder is no results folder.
     """
-    analysis = analyse_folder(folder, writes_figures=True, jobs=jobs)
+    analysis = analyse_folder(folder, figures=figures, jobs=jobs)
     results = ResultsFolder(folder)
     trials = analysis.trials
     for scenario in analysis.scenarios:
@@ -131,6 +136,7 @@ def _page(analysis: FolderAnalysis, difference: float) -> dict[str, Any]:
         "pair_rows": [row for entry in scenarios for row in _pair_rows(entry, difference)],
         "trial_rows": [row for entry in scenarios for row in _trial_rows(analysis, entry)],
         "difference": difference,
+        "has_all_figures": any(entry.controller for entry in analysis.figures),
     }
 
 

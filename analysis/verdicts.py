@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from enum import StrEnum
 from typing import NamedTuple
 
+import numpy as np
 import pandas as pd
 
 from drake_navbench.analysis.metrics.definition import Better, Metric
@@ -58,14 +59,27 @@ class Verdict(NamedTuple):
 
 
 def values_by_seed(trials: pd.DataFrame, scenario: str, metric: str) -> pd.DataFrame:
-    """Returns one row a seed and one column a controller, in the order of the trials."""
-    # These columns alone: selecting rows of a frame copies all that it has.
-    narrow = trials[["scenario", "seed", "controller", metric]]
-    own = narrow[narrow["scenario"] == scenario]
-    table = own.pivot_table(
-        index="seed", columns="controller", values=metric, aggfunc="mean", dropna=False
+    """Returns one row a seed and one column a controller, in the order of the trials.
+
+    Of several trials with one seed the mean.
+    """
+    # Asked for every metric of every scenario; pandas' pivot table takes ten times as long.
+    is_own = (trials["scenario"] == scenario).to_numpy()
+    seeds, rows = np.unique(trials["seed"].to_numpy()[is_own], return_inverse=True)
+    own = trials["controller"].to_numpy(dtype=object)[is_own]
+    place = {name: index for index, name in enumerate(dict.fromkeys(own))}
+    columns = np.array([place[name] for name in own], dtype=int)
+    values = trials[metric].to_numpy(dtype=float)[is_own]
+    is_known = ~np.isnan(values)
+    cells = rows[is_known], columns[is_known]
+    sums = np.zeros((len(seeds), len(place)))
+    counts = np.zeros_like(sums)
+    np.add.at(sums, cells, values[is_known])
+    np.add.at(counts, cells, 1.0)
+    means = np.divide(sums, counts, out=np.full_like(sums, math.nan), where=counts > 0.0)
+    return pd.DataFrame(
+        means, index=pd.Index(seeds, name="seed"), columns=pd.Index(place, name="controller")
     )
-    return table.reindex(columns=list(dict.fromkeys(own["controller"])))
 
 
 def compare_columns(

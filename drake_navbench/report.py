@@ -26,6 +26,13 @@ def build_parser() -> argparse.ArgumentParser:
         epilog="exit status: 0 done, 2 wrong input",
     )
     parser.add_argument("folder", type=Path, metavar="DIR", help="a results folder")
+    parser.add_argument(
+        "--figures",
+        choices=("none", "key", "all"),
+        default="key",
+        help="key: those that compare the controllers of a scenario; all: also the motion of each "
+        "controller, and every figure as PNG (key)",
+    )
     parser.add_argument("--jobs", type=_positive, default=2, help="parallel processes (2)")
     parser.add_argument(
         "--difference",
@@ -40,11 +47,15 @@ def build_parser() -> argparse.ArgumentParser:
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs the command; returns the exit status."""
     arguments = build_parser().parse_args(argv)
+    from drake_navbench.analysis.figures.album import FigureChoice
     from drake_navbench.analysis.report import build_report
 
     try:
         result = build_report(
-            arguments.folder, jobs=arguments.jobs, difference=arguments.difference / PERCENT
+            arguments.folder,
+            figures=FigureChoice(arguments.figures),
+            jobs=arguments.jobs,
+            difference=arguments.difference / PERCENT,
         )
     except InputError as error:
         print(f"error: {error}", file=sys.stderr)

@@ -80,6 +80,13 @@ def build_parser() -> argparse.ArgumentParser:
         "--replay", choices=("race", "each", "none"), default="race", help="replays to write (race)"
     )
     add(
+        "--figures",
+        choices=("none", "key", "all"),
+        default="key",
+        help="of the report; key: those that compare the controllers of a scenario; all: also the "
+        "motion of each controller, and every figure as PNG (key)",
+    )
+    add(
         "--live", action="store_true", help="show each trial in a browser, in real time, one by one"
     )
     add("--resume", type=Path, metavar="DIR", help="go on with an interrupted run")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from enum import StrEnum
 from pathlib import Path
 from typing import NamedTuple
 
@@ -11,13 +12,23 @@ from matplotlib.figure import Figure
 
 from drake_navbench.analysis.figures.comparison import (
     box_figure,
+    box_panels,
+    clearance_curves,
     clearance_figure,
     compute_figure,
+    compute_times,
 )
 from drake_navbench.analysis.figures.maps import paths_figure
 from drake_navbench.analysis.figures.motion import MotionSheet
 from drake_navbench.analysis.figures.ranking import pareto_figure, rank_figure
-from drake_navbench.analysis.figures.style import Look, figure_style, write_figure
+from drake_navbench.analysis.figures.style import (
+    PNG,
+    SVG,
+    Look,
+    figure_style,
+    size_of,
+    write_figure,
+)
 from drake_navbench.analysis.metrics.definition import Metric
 from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.analysis.scenario_analysis import HEADLINE_METRICS
@@ -26,11 +37,23 @@ from drake_navbench.log import TrialLog
 from drake_navbench.results import file_name
 
 
+class FigureChoice(StrEnum):
+    """Which figures are drawn.
+
+    KEY: those that compare the controllers of a scenario, as SVG. ALL: also the motion of each
+    controller, and each figure as PNG too, which takes three times as long.
+    """
+
+    NONE = "none"
+    KEY = "key"
+    ALL = "all"
+
+
 class FigureEntry(NamedTuple):
     """A figure that was written.
 
     controller: '' where it compares all of them. stem: its path in the figures folder, without
-    suffix, in POSIX form.
+    suffix, in POSIX form. size: width and height, points.
     """
 
     scenario: str
@@ -38,6 +61,7 @@ class FigureEntry(NamedTuple):
     kind: str
     title: str
     stem: str
+    size: tuple[int, int]
 
 
 def headline_metrics() -> list[Metric]:
@@ -51,48 +75,62 @@ def write_scenario_figures(
     scenario: str,
     logs: Mapping[str, Sequence[TrialLog]],
     trials: pd.DataFrame,
+    choice: FigureChoice = FigureChoice.ALL,
 ) -> list[FigureEntry]:
-    """Writes all figures of a scenario as SVG and PNG below `folder`; returns what was written.
+    """Writes the chosen figures of a scenario below `folder`; returns what was written.
 
     logs: the readable trials by controller. trials: rows as from `trial_row`, all scenarios.
     """
-    entries = []
-    with figure_style():
-        for entry, figure in _figures(scenario, logs, trials):
-            write_figure(figure, folder / entry.stem)
-            entries.append(entry)
-    return entries
-
-
-def _figures(
-    scenario: str, logs: Mapping[str, Sequence[TrialLog]], trials: pd.DataFrame
-) -> Iterator[tuple[FigureEntry, Figure]]:
     drawable = {
         name: kept
         for name, own in logs.items()
         if (kept := [log for log in own if len(log.samples)])
     }
-    if not drawable:
-        return
+    if not drawable or choice is FigureChoice.NONE:
+        return []
     look = Look(list(dict.fromkeys([*logs, *trials["controller"]])))
+    suffixes = (SVG, PNG) if choice is FigureChoice.ALL else (SVG,)
+    name = file_name(scenario)
+    entries = []
+    with figure_style():
+        for kind, title, figure in _comparisons(scenario, drawable, trials, look):
+            stem = f"{name}/{kind}"
+            write_figure(figure, folder / stem, suffixes)
+            entries.append(FigureEntry(scenario, "", kind, title, stem, size_of(figure)))
+        sheets = _motion_sheets(drawable, look) if choice is FigureChoice.ALL else ()
+        for controller, figure in sheets:
+            stem = f"{name}/motion-{file_name(controller)}"
+            write_figure(figure, folder / stem, suffixes)
+            size = size_of(figure)
+            entries.append(FigureEntry(scenario, controller, "motion", controller, stem, size))
+    return entries
+
+
+def _comparisons(
+    scenario: str, logs: Mapping[str, Sequence[TrialLog]], trials: pd.DataFrame, look: Look
+) -> Iterator[tuple[str, str, Figure]]:
+    """Yields kind, title and figure of what can be compared, one at a time."""
     metrics = headline_metrics()
-    comparable = comparable_trials(trials, HEADLINE_METRICS)
+    yield "paths", "Driven paths", paths_figure(logs, look)
+    if figure := clearance_figure(clearance_curves(logs), look):
+        yield "clearance", "Clearance along the path", figure
+    if figure := box_figure(box_panels(trials, scenario, metrics), look):
+        yield "metrics", "Metrics, every trial", figure
     # Where nobody arrived there is no best.
-    ranked = None if is_failed(trials).all() else rank_figure(comparable, scenario, metrics, look)
-    compared = {
-        "paths": ("Driven paths", paths_figure(drawable, look)),
-        "clearance": ("Clearance along the path", clearance_figure(drawable, look)),
-        "metrics": ("Metrics, every trial", box_figure(trials, scenario, metrics, look)),
-        "ranks": ("Ranks", ranked),
-        "pareto": ("Time, clearance, jerk", pareto_figure(trials, scenario, look)),
-        "compute": ("Compute time", compute_figure(drawable, look)),
-    }
-    for kind, (title, figure) in compared.items():
-        if figure is not None:
-            stem = f"{file_name(scenario)}/{kind}"
-            yield FigureEntry(scenario, "", kind, title, stem), figure
+    if not is_failed(trials).all():
+        comparable = comparable_trials(trials, HEADLINE_METRICS)
+        if figure := rank_figure(comparable, scenario, metrics, look):
+            yield "ranks", "Ranks", figure
+    if figure := pareto_figure(trials, scenario, look):
+        yield "pareto", "Time, clearance, jerk", figure
+    if figure := compute_figure(compute_times(logs), look):
+        yield "compute", "Compute time", figure
+
+
+def _motion_sheets(
+    logs: Mapping[str, Sequence[TrialLog]], look: Look
+) -> Iterator[tuple[str, Figure]]:
+    """Yields controllers and their sheets; each is to be written before the next is asked for."""
     sheet = MotionSheet()
-    for controller, own in drawable.items():
-        stem = f"{file_name(scenario)}/motion-{file_name(controller)}"
-        entry = FigureEntry(scenario, controller, "motion", controller, stem)
-        yield entry, sheet.draw(own, controller, look)
+    for controller, own in logs.items():
+        yield controller, sheet.draw(own, controller, look)

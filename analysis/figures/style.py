@@ -18,8 +18,10 @@ from matplotlib.transforms import ScaledTranslation
 
 from drake_navbench.analysis.colors import controller_color
 
-SUFFIXES = (".svg", ".png")
+SVG, PNG = ".svg", ".png"
+SUFFIXES = (SVG, PNG)
 PNG_DOTS_PER_INCH = 110
+POINTS_PER_INCH = 72
 INK, MUTED, GRID = "#1f2933", "#6b7480", "#e3e7eb"
 OBSTACLE_FACE, OBSTACLE_EDGE = "#c9ced4", "#6b7480"
 PLAN_COLOR = "#1f2933"
@@ -212,17 +214,23 @@ def legend_above(axes: Axes) -> None:
     )
 
 
+def size_of(figure: Figure) -> tuple[int, int]:
+    """Returns the width and the height of a figure, points."""
+    width_in, height_in = figure.get_size_inches()
+    return round(POINTS_PER_INCH * width_in), round(POINTS_PER_INCH * height_in)
+
+
 def figure_style():
     """Returns the context in which figures are drawn and written."""
     return mpl.rc_context(STYLE)
 
 
-def write_figure(figure: Figure, stem: Path) -> list[Path]:
-    """Writes a figure as SVG and PNG; equal figures give equal bytes. Returns the paths."""
+def write_figure(figure: Figure, stem: Path, suffixes: Sequence[str] = SUFFIXES) -> list[Path]:
+    """Writes a figure in these formats; equal figures give equal bytes. Returns the paths."""
     stem.parent.mkdir(parents=True, exist_ok=True)
-    paths = [stem.with_name(stem.name + suffix) for suffix in SUFFIXES]
+    paths = [stem.with_name(stem.name + suffix) for suffix in suffixes]
     for path in paths:
-        if path.suffix == ".svg":
+        if path.suffix == SVG:
             figure.savefig(path, metadata={"Date": None})
         else:
             figure.savefig(

@@ -142,6 +142,7 @@ def _request_from_arguments(arguments: argparse.Namespace) -> Request:
         seed=arguments.seed,
         robot=arguments.robot,
         replay=arguments.replay,
+        figures=arguments.figures,
     )
 
 
@@ -154,6 +155,7 @@ def _run(
     started = time.perf_counter()
     start_worker_server()
     # The report and its figures take as long to import as the server of the workers to start.
+    from drake_navbench.analysis.figures.album import FigureChoice
     from drake_navbench.analysis.report import build_report
 
     with CampaignProgress(console) as progress:
@@ -171,7 +173,7 @@ def _run(
         for scenario, reason in failures.items():
             _print_error(f"no replay: {scenario}: {reason}")
     console.print("Writing the report ...")
-    build_report(folder.path, jobs=jobs)
+    build_report(folder.path, figures=FigureChoice(request.figures), jobs=jobs)
     driven_s = float(trials["simulated_time_s"].sum())
     count = f"{len(trials)} trial{'s' if len(trials) > 1 else ''}"
     console.print(

@@ -30,6 +30,7 @@ class Request(FrozenModel):
     seed: int = Field(ge=0, le=MAX_SEED)
     robot: str
     replay: Literal["race", "each", "none"]
+    figures: Literal["none", "key", "all"] = "key"
 
     def campaign(self) -> Campaign:
         """Returns the trials of this request, all input checked; raises InputError."""

@@ -6,6 +6,7 @@ import pyarrow.parquet as pq
 import pytest
 from results_folders import write_folder
 
+from drake_navbench.analysis.figures.album import FigureChoice
 from drake_navbench.analysis.report import ReportResult, build_report
 from drake_navbench.log import METADATA_KEY, SCHEMA_VERSION
 from drake_navbench.results import ResultsFolder
@@ -28,4 +29,4 @@ def reported(tmp_path_factory) -> ReportResult:
     other = table.replace_schema_metadata({METADATA_KEY: header})
     pq.write_table(other, whole.with_name("trial_008.parquet"))
     pq.write_table(table.replace_schema_metadata({}), whole.with_name("trial_009.parquet"))
-    return build_report(path, jobs=1)
+    return build_report(path, figures=FigureChoice.ALL, jobs=1)

@@ -12,7 +12,14 @@ from synthetic_logs import log_times, make_log, straight_log, straight_plan
 
 from drake_navbench.analysis.colors import controller_color
 from drake_navbench.analysis.figures.album import headline_metrics, write_scenario_figures
-from drake_navbench.analysis.figures.comparison import box_figure, clearance_figure, compute_figure
+from drake_navbench.analysis.figures.comparison import (
+    box_figure,
+    box_panels,
+    clearance_curves,
+    clearance_figure,
+    compute_figure,
+    compute_times,
+)
 from drake_navbench.analysis.figures.maps import bounds, paths_figure
 from drake_navbench.analysis.figures.motion import MotionSheet
 from drake_navbench.analysis.figures.ranking import pareto_figure, pareto_points, ranks_of
@@ -100,9 +107,8 @@ def test_every_single_trial_is_visible_and_failed_ones_are_hollow(trials):
     some_failed = trials.copy()
     some_failed.loc[0, "outcome"] = "aborted"
     with figure_style():
-        figure = box_figure(
-            some_failed, "own_corridor", [efficiency.driven_length_m], Look(CONTROLLERS)
-        )
+        panels = box_panels(some_failed, "own_corridor", [efficiency.driven_length_m])
+        figure = box_figure(panels, Look(CONTROLLERS))
     points = [line for line in figure.axes[0].lines if line.get_marker() in ("o", "s")]
     hollow = [line for line in points if line.get_markerfacecolor() == "white"]
     assert sum(len(line.get_xdata()) for line in points) == 2 * len(SEEDS)
@@ -113,9 +119,10 @@ def test_without_values_there_is_no_figure(trials):
     look = Look(["rpp"])
     empty = {"rpp": [straight_log()]}
     with figure_style():
-        assert clearance_figure(empty, look) is None
-        assert compute_figure(empty, look) is None
-        assert box_figure(trials.assign(spl=np.nan), "own_corridor", [efficiency.spl], look) is None
+        assert clearance_figure(clearance_curves(empty), look) is None
+        assert compute_figure(compute_times(empty), look) is None
+        no_values = trials.assign(spl=np.nan)
+        assert box_figure(box_panels(no_values, "own_corridor", [efficiency.spl]), look) is None
         assert pareto_figure(trials.assign(outcome="aborted"), "own_corridor", look) is None
 
 

@@ -11,6 +11,7 @@ from results_folders import write_folder
 from synthetic_logs import straight_log
 
 from drake_navbench import report as command
+from drake_navbench.analysis.figures.album import FigureChoice
 from drake_navbench.analysis.folder_analysis import analyse_folder
 from drake_navbench.analysis.html import relative_change
 from drake_navbench.analysis.report import build_report, number, render
@@ -195,10 +196,52 @@ def test_tables_and_figures_are_written(reported):
     assert not (folder.path / "figures" / "empty" / "clearance.svg").exists()
 
 
+def written_figures(path, *arguments):
+    assert command.main([str(path), "--jobs", "1", *arguments]) == 0
+    return {file.relative_to(path / "figures").as_posix() for file in path.glob("figures/*/*")}
+
+
+def test_unless_asked_for_only_figures_that_compare_are_drawn(tmp_path):
+    path = write_folder(tmp_path / "results")
+    written = written_figures(path)
+    assert {name for name in written if name.startswith("empty/")} == {
+        f"empty/{kind}.svg" for kind in ("paths", "metrics", "ranks", "compute")
+    }
+    text = (path / "report.html").read_text(encoding="utf-8")
+    assert text.count("<img") == len(written)
+    assert "python -m drake_navbench.report results --figures all" in text
+
+
+def test_all_figures_are_those_and_the_motion_of_each_controller_as_png_too(reported, text):
+    folder = reported.path.parent / "figures"
+    vectors = {file.with_suffix("") for file in folder.glob("*/*.svg")}
+    assert {file.with_suffix("") for file in folder.glob("*/*.png")} == vectors
+    assert folder / "empty" / "motion-rpp" in vectors
+    assert text.count("<img") == len(vectors)
+    assert "--figures all" not in text
+
+
+def test_without_figures_the_page_has_none(tmp_path):
+    path = write_folder(tmp_path / "results")
+    assert written_figures(path, "--figures", "none") == set()
+    text = (path / "report.html").read_text(encoding="utf-8")
+    assert "<img" not in text
+    assert 'class="figures"' not in text
+
+
+def test_every_image_has_the_size_of_its_figure(reported, text):
+    tags = re.findall(r'<img loading="lazy" width="(\d+)" height="(\d+)" src="([^"]+)"', text)
+    assert len(tags) == text.count("<img") > 0
+    for width, height, source in tags:
+        svg = (reported.path.parent / source).read_text(encoding="utf-8")
+        size = re.search(r'<svg .*?width="([\d.]+)pt" height="([\d.]+)pt"', svg, re.S).groups()
+        assert [int(width), int(height)] == pytest.approx(list(map(float, size)), abs=0.5)
+
+
 def test_made_again_it_is_the_same(reported, text, tmp_path):
     figure = reported.path.parent / "figures" / "empty" / "motion-rpp.svg"
     before = figure.read_bytes()
-    build_report(reported.path.parent, jobs=1)
+    build_report(reported.path.parent, figures=FigureChoice.ALL, jobs=1)
     assert reported.path.read_text(encoding="utf-8") == text
     assert figure.read_bytes() == before
 

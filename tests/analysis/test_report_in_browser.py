@@ -13,6 +13,7 @@ from browser import CHROMIUM, NO_CHROMIUM, Browser
 from PIL import Image
 from replay_logs import replay_log
 
+from drake_navbench.analysis.figures.album import FigureChoice
 from drake_navbench.analysis.replay import write_race_replay
 from drake_navbench.analysis.report import build_report
 from drake_navbench.inputs.robot import load_robot
@@ -48,7 +49,7 @@ def report(tmp_path_factory):
     replay = folder.replay_path(SCENARIO)
     replay.parent.mkdir()
     write_race_replay(logs[:: len(SEEDS)], replay, model=load_robot("wheelchair").model_path)
-    return build_report(folder.path, jobs=1).path
+    return build_report(folder.path, figures=FigureChoice.ALL, jobs=1).path
 
 
 @pytest.fixture(scope="module")
@@ -88,6 +89,19 @@ def test_it_opens_from_disk_without_errors_or_requests(opened):
     assert [url for url in opened.requests if not url.startswith(ON_DISK)] == []
 
 
+def test_nothing_moves_when_the_figures_above_are_loaded(opened):
+    heading = "document.getElementById('metrics').getBoundingClientRect().top + window.scrollY"
+    before = opened.evaluate(heading)
+    opened.evaluate(
+        """Promise.all(Array.from(document.querySelectorAll(".figures img")).map((image) => {
+          image.loading = "eager";
+          return image.decode();
+        }))"""
+    )
+    # A figure's size is told in whole points.
+    assert opened.evaluate(heading) == pytest.approx(before, abs=5.0)
+
+
 def mean_column(browser):
     return browser.evaluate(
         f"Array.from({TABLE}.tBodies[0].rows, (row) => row.cells[6].dataset.value)"
@@ -98,13 +112,13 @@ def test_a_click_sorts_by_number_and_another_turns_it_round(opened):
     assert opened.evaluate(f"{TABLE}.querySelector('{MEAN}').textContent") == "mean"
     for reverse, said in ((False, "ascending"), (True, "descending")):
         opened.click(f"#metrics-table {MEAN} button")
+        opened.wait_for(f"{TABLE}.querySelector('{MEAN}').ariaSort === {said!r}")
         values = mean_column(opened)
         filled = [float(value) for value in values if value]
         assert filled == sorted(filled, reverse=reverse)
         # Empty cells come last in both directions.
         assert values[len(filled) :] == [""] * (len(values) - len(filled))
         assert 0 < len(filled) < len(values)
-        assert opened.evaluate(f"{TABLE}.querySelector('{MEAN}').ariaSort") == said
     opened.screenshot("report-sorted")
 
 

@@ -1,6 +1,7 @@
 """The command line, as a user meets it."""
 
 import json
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -14,7 +15,8 @@ from drake_navbench.errors import NavbenchError
 from drake_navbench.log import TrialLog
 from drake_navbench.run import main
 
-QUICK = ["restricted_small", "--controllers", "rpp", "--trials", "2", "--replay", "none", "--quiet"]
+QUICK = ["restricted_small", "--controllers", "rpp", "--trials", "2", "--quiet"]
+QUICK += ["--replay", "none", "--figures", "none"]
 
 
 def run_command(*arguments: str) -> subprocess.CompletedProcess:
@@ -64,6 +66,20 @@ def test_what_a_nav2_file_repeats_is_one_line_unless_the_run_is_quiet(tmp_path, 
     assert capsys.readouterr().err.splitlines() == [told, refused]
     assert main(["empty", "--params", str(path), "--quiet"]) == 2
     assert capsys.readouterr().err.splitlines() == [refused]
+
+
+def test_the_report_has_the_figures_that_were_asked_for(finished, tmp_path):
+    assert (finished / "report.html").is_file()
+    assert not (finished / "figures").exists()
+    interrupted = tmp_path / "interrupted"
+    shutil.copytree(finished, interrupted)
+    manifest = interrupted / "manifest.json"
+    asked = json.loads(manifest.read_text())
+    asked["request"]["figures"] = "key"
+    manifest.write_text(json.dumps(asked))
+    assert main(["--resume", str(interrupted), "--quiet"]) == 0
+    assert (interrupted / "figures" / "restricted_small" / "paths.svg").is_file()
+    assert not list(interrupted.glob("figures/*/*.png"))
 
 
 def test_no_unfinished_file_is_left_behind(finished):

@@ -1,0 +1,111 @@
+"""Whatever an interrupted run has left, there is a report of it, and a reproduction."""
+
+from __future__ import annotations
+
+from itertools import product
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+from results_folders import CONTROLLERS, SCENARIOS, SEEDS, trial_log, write_manifest
+
+from drake_navbench.analysis.figures.album import FigureChoice
+from drake_navbench.analysis.report import REPORT_NAME, build_report
+from drake_navbench.analysis.reproduction import PAGE_NAME
+from drake_navbench.log import TrialLog
+from drake_navbench.results import ResultsFolder
+
+TRIALS = tuple(product(SCENARIOS, CONTROLLERS, range(len(SEEDS))))
+# What there is of a trial; no log at all is the commonest.
+STATES = ("absent", "succeeded", "aborted", "collided at once", "error", "torn")
+MADE = ("succeeded", "aborted", "collided at once", "error")
+
+
+def log_in_state(scenario: str, controller: str, trial: int, state: str) -> TrialLog:
+    """Returns the log of a trial that ended like this."""
+    outcome = state if state in ("aborted", "error") else "succeeded"
+    log = trial_log(scenario, controller, trial, outcome=outcome)
+    if state == "error":
+        # As a worker writes it for a trial that never came to its first sample.
+        return TrialLog(log.samples[:0], np.empty((0, 3)), dict(log.info) | {"end_time_s": 0.0})
+    if state == "collided at once":
+        ended = {"outcome": "collided", "end_time_s": 0.0}
+        return TrialLog(log.samples[:1], log.plan, dict(log.info) | ended)
+    return log
+
+
+@pytest.fixture(scope="module")
+def contents(tmp_path_factory) -> dict[tuple[tuple[str, str, int], str], bytes]:
+    """The bytes of the log of every trial in every state."""
+    folder = ResultsFolder(tmp_path_factory.mktemp("logs"))
+    found = {}
+    for key, state in product(TRIALS, MADE):
+        folder.write_log(log_in_state(*key, state))
+        found[key, state] = folder.log_path(*key).read_bytes()
+    for key in TRIALS:
+        whole = found[key, "succeeded"]
+        found[key, "torn"] = whole[: len(whole) // 2]
+    return found
+
+
+def partial_folder(path: Path, states: list[str], contents: dict) -> ResultsFolder:
+    """Writes a folder in which the trials are in these states, in the order of TRIALS."""
+    folder = write_manifest(path, trials=len(SEEDS))
+    for key, state in zip(TRIALS, states, strict=True):
+        if state != "absent":
+            log = folder.log_path(*key)
+            log.parent.mkdir(parents=True, exist_ok=True)
+            log.write_bytes(contents[key, state])
+    return folder
+
+
+def states_with(chosen: str, *places: int) -> list[str]:
+    """Returns states in which only the trials at these places have a log."""
+    return [chosen if place in places else "absent" for place in range(len(TRIALS))]
+
+
+def check_report(states: list[str], contents: dict, figures: FigureChoice) -> None:
+    with TemporaryDirectory() as temporary:
+        folder = partial_folder(Path(temporary) / "results", states, contents)
+        result = build_report(folder.path, figures=figures, jobs=1)
+        read = [state in MADE for state in states]
+        assert result.trial_count == sum(read)
+        assert len(result.left_out) == states.count("torn")
+        text = (folder.path / REPORT_NAME).read_text(encoding="utf-8")
+        driven = {key[0] for key, is_read in zip(TRIALS, read, strict=True) if is_read}
+        for scenario in SCENARIOS:
+            assert (f">{scenario}</a></th>" in text) == (scenario in driven)
+        absent = states.count("absent")
+        said = f"{absent} of the {len(TRIALS)} trials that were asked for have no log"
+        assert (said in text) == (absent > 0)
+        # `empty` is a published scenario.
+        assert (folder.path / PAGE_NAME).is_file() == ("empty" in driven)
+
+
+@settings(max_examples=8, deadline=None)
+@example(states_with("succeeded", 0))
+@example(states_with("succeeded", 0, 1, 2, 6, 7, 8, 9))
+@example(["error"] * len(TRIALS))
+@example([*["torn"] * (len(TRIALS) // 2), *["succeeded"] * (len(TRIALS) // 2)])
+@given(
+    st.lists(st.sampled_from(STATES), min_size=len(TRIALS), max_size=len(TRIALS)).filter(
+        lambda states: any(state in MADE for state in states)
+    )
+)
+def test_every_partial_folder_gives_a_report(contents, states):
+    check_report(states, contents, FigureChoice.NONE)
+
+
+@pytest.mark.parametrize(
+    "states",
+    [
+        states_with("collided at once", 0),
+        ["error", "succeeded", "torn", "collided at once", "aborted", "absent"] * 2,
+    ],
+    ids=["a single sample", "one of each"],
+)
+def test_the_figures_of_a_partial_folder_are_drawn(contents, states):
+    check_report(states, contents, FigureChoice.ALL)
