@@ -104,4 +104,4 @@ def test_the_packaged_publication_is_whole():
         "restricted_small": 14,
         "restricted_large": 14,
     }
-    assert len(findings) == 57
+    assert len(findings) == 65
