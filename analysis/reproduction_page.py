@@ -154,11 +154,11 @@ def _is_ordering(judgement: Judgement) -> bool:
 
 
 def _is_small(judgement: Judgement) -> bool:
-    """Whether an ordering holds with a fraction of the published difference."""
+    """Whether an ordering holds, or is level, with a fraction of the published difference."""
     return (
-        judgement.verdict is Verdict.HOLDS
+        judgement.verdict in (Verdict.HOLDS, Verdict.LEVEL)
         and _is_ordering(judgement)
-        and judgement.deciding.share_of_published < SMALL_SHARE
+        and abs(judgement.deciding.share_of_published) < SMALL_SHARE
     )
 
 
