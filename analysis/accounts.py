@@ -30,6 +30,9 @@ from drake_navbench.analysis.published_cells import (
 from drake_navbench.analysis.repeats import repeated_cells
 from drake_navbench.analysis.tables import PUBLISHED_CONTROLLERS, published_table
 
+# The title of the row of sums.
+TOGETHER = "together"
+
 
 @dataclass(frozen=True)
 class Account:
@@ -90,7 +93,7 @@ def shares(judgements: Sequence[Judgement]) -> list[Share]:
     rows = [
         _share(name, [j for j in judgements if j.finding.scenario == name]) for name in scenarios
     ]
-    return [*rows, _share("together", judgements)]
+    return [*rows, _share(TOGETHER, judgements)]
 
 
 def agreements(own: Account, noisy: Account | None = None) -> list[Agreement]:
@@ -121,7 +124,7 @@ def agreements(own: Account, noisy: Account | None = None) -> list[Agreement]:
     for title, wanted in (("claimed in a finding", True), ("not claimed", False)):
         some = [o for o in own.orderings if (o in covered) is wanted]
         rows.append(Agreement(title, concordance(some), None, relative_error(())))
-    return [*rows, _agreement(own, "together", "", lambda row: True)]
+    return [*rows, _agreement(own, TOGETHER, "", lambda row: True)]
 
 
 def lineup_agreements(own: Account) -> list[Agreement]:
@@ -130,7 +133,7 @@ def lineup_agreements(own: Account) -> list[Agreement]:
         _agreement(own, name, name, lambda row, n=name: row.scenario == n)
         for name in published_table()["scenario"].unique()
     ]
-    return [*by_scenario, _agreement(own, "together", "", lambda row: True)]
+    return [*by_scenario, _agreement(own, TOGETHER, "", lambda row: True)]
 
 
 def _share(name: str, judgements: Sequence[Judgement]) -> Share:

@@ -83,9 +83,8 @@ def _finding(
 ) -> Finding:
     relation = parse_relation(relation_text, controllers, everyone=PUBLISHED_CONTROLLERS)
     published = published_values(scenario, metric)
-    unit = published_units().get((scenario, metric), 0.0)
-    if scenario == ALL_SCENARIOS:
-        unit = max(published_units()[name, metric] for name in GOAL_SCENARIOS)
+    wanted = GOAL_SCENARIOS if scenario == ALL_SCENARIOS else (scenario,)
+    unit = max(published_units().get((name, metric), 0.0) for name in wanted)
     ties: tuple[Inequality, ...] = ()
     if isinstance(relation, Inequalities):
         ties = tuple(

@@ -1,7 +1,7 @@
 """The publication's findings, judged on trials, inequality by inequality.
 
 Judged are means over paired trials by Student's intervals, and the size of what they show: a
-difference of less than 1% is level, however certain.
+difference of less than 1% is level, even where its sign is sure.
 """
 
 from __future__ import annotations

@@ -11,7 +11,14 @@ from typing import Any, NamedTuple
 import pandas as pd
 import yaml
 
-from drake_navbench.analysis.accounts import Account, agreements, lineup_agreements, shares
+from drake_navbench.analysis.accounts import (
+    TOGETHER,
+    Account,
+    Share,
+    agreements,
+    lineup_agreements,
+    shares,
+)
 from drake_navbench.analysis.concordance import EXCLUDED_METRICS, PUBLISHED_TRIALS
 from drake_navbench.analysis.html import page_environment, relative_change
 from drake_navbench.analysis.judgement import Estimate, Judgement, Part, Verdict
@@ -94,7 +101,8 @@ def render(
         "wall_clock_s": manifest.get("wall_clock_s"),
         "lineups": lineups,
         "absent": [lineup for lineup in LINEUPS if lineup not in lineups],
-        "shares": {account.lineup.name: shares(account.judgements) for account in accounts},
+        "shares": _share_rows(accounts),
+        "total": shares(main.judgements)[-1],
         "agreements": rows,
         "together": rows[-1],
         "other_agreements": [(a.lineup, lineup_agreements(a)) for a in others],
@@ -119,6 +127,19 @@ def render(
     return environment.get_template("reproduction.html").render(page=page, main=main.lineup)
 
 
+def _share_rows(accounts: Sequence[Account]) -> list[tuple[str, list[Share | None]]]:
+    """Returns a scenario and its share a lineup; None where a lineup has the published one's."""
+    main, *others = accounts
+    rows = [(share.scenario, [share]) for share in shares(main.judgements)]
+    for other in others:
+        for (scenario, row), share in zip(rows, shares(other.judgements), strict=True):
+            differs = scenario == TOGETHER or any(
+                other.lineup.differs(main.lineup, scenario, name) for name in PUBLISHED_CONTROLLERS
+            )
+            row.append(share if differs else None)
+    return rows
+
+
 def _is_own(own: Account, judgement: Judgement) -> bool:
     """Whether a lineup has trials of its own to judge a finding by."""
     finding = judgement.finding
@@ -133,11 +154,11 @@ def _is_ordering(judgement: Judgement) -> bool:
 
 
 def _is_small(judgement: Judgement) -> bool:
-    """Whether an ordering holds with a fraction of the published difference."""
+    """Whether an ordering holds, or is level, with a fraction of the published difference."""
     return (
-        judgement.verdict is Verdict.HOLDS
+        judgement.verdict in (Verdict.HOLDS, Verdict.LEVEL)
         and _is_ordering(judgement)
-        and judgement.deciding.share_of_published < SMALL_SHARE
+        and abs(judgement.deciding.share_of_published) < SMALL_SHARE
     )
 
 
@@ -213,11 +234,11 @@ def _span(ours: Estimate) -> str:
 
 
 def _percent(ratio: float) -> str:
-    """Returns a share in per cent, with one decimal below 10%."""
+    """Returns a share in per cent, with two significant digits."""
     if not math.isfinite(ratio):
         return "–"
     percent = PERCENT * ratio
-    return f"{percent:.1f}%" if abs(percent) < 10.0 else f"{percent:.0f}%"
+    return f"{percent:.2g}%" if abs(percent) < 10.0 else f"{percent:.0f}%"
 
 
 def _size(part: Part, value: float) -> str:

@@ -29,7 +29,7 @@ ALL_ARRIVE = 1  # empty, success_rate, equals 100
 TIMES_ARE_SIMILAR = 10  # static_obstacles, time_taken, within 3%
 SHORTCUTS = 11  # static_obstacles, path_length, order high to low: rpp dwb teb mppi
 RPP_FOLLOWS_BEST = 56  # all, avg_path_error, lowest: rpp
-TURN_RATE = 61  # static_obstacles, max_yaw_rate, highest: dwb; no table prints it
+TURN_RATE = 61  # all, max_yaw_rate, highest: dwb; no table prints it
 NOISY = next(lineup for lineup in LINEUPS if lineup.scenarios)
 RPP_AT_THE_WALL = 34  # restricted_small, time_taken, lowest: rpp
 
@@ -105,8 +105,7 @@ def test_a_clear_difference_the_other_way_does_not_hold():
 
 def test_of_many_inequalities_one_that_fails_must_fail_by_more():
     # Differences -2, -2.5, -3 with t(0.975, 2) = 4.303: [-3.74, -1.26], and with t = 7.65, at
-    # 1 - 0.05/3, [-4.71, -0.29]. Differences -1.6, -2.5, -3: [-4.13, -0.60], but [-5.50, 0.77] at
-    # 1 - 0.05/3.
+    # 1 - 0.05/3, [-4.71, -0.29]. Differences -1.6, -2.5, -3: [-4.13, -0.60] and [-5.50, 0.77].
     def verdict_of(*differences):
         rpp = 20.0 + np.array([0.0, 1.0, 2.0])
         far = {"teb": 2.0 * rpp, "mppi_nav2": 3.0 * rpp}
@@ -280,10 +279,8 @@ def test_printed_values_are_ties_below_their_last_digit_or_one_per_cent(
 
 
 def test_a_claim_of_the_text_alone_has_no_published_size():
-    table = trials(
-        "static_obstacles", "max_yaw_rate",
-        dwb=[0.55, 0.56], rpp=[0.4, 0.42], teb=[0.3, 0.31], mppi_nav2=[0.2, 0.22],
-    )  # fmt: skip
+    rates = {"dwb": [0.55, 0.56], "rpp": [0.4, 0.41], "teb": [0.3, 0.31], "mppi_nav2": [0.2, 0.21]}
+    table = pd.concat(trials(name, "max_yaw_rate", **rates) for name in GOAL_SCENARIOS)
     found = judge(finding(TURN_RATE), table)
     assert found.verdict is Verdict.HOLDS
     assert math.isnan(found.deciding.published_size)
