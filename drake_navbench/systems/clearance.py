@@ -1,4 +1,4 @@
-"""How close the robot is to the obstacles: the truth, and as the publication measures it."""
+"""How close the robot is to the obstacles, sampled: truly, and as the publication measures it."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ class Clearance(LeafSystem):
 
     Inputs `geometry_query` (SceneGraph), `state` [x m, y m, ...] and `costmap` (Costmap or None).
     Output `distances` [m]: first the signed distance between the footprint's geometry and the
-    nearest obstacle (negative when they overlap), the truth about collisions; then the distance
-    from the reference point to the nearest lethal cell's centre, the published measure. +inf where
-    nothing is near.
+    nearest obstacle (negative when they overlap); then the distance from the reference point to the
+    nearest lethal cell's centre, the published measure. +inf where nothing is near. Whether they
+    touch between two samples is for ContactWatch to say.
 
     wall_edges: (N, 4) x0, y0, x1, y1 m of the walls of a map, which SceneGraph does not measure;
         a footprint that overlaps one is at 0. footprint: (K, 2) true outline, base frame, m.
@@ -53,6 +53,11 @@ class Clearance(LeafSystem):
         self.DeclareStateOutputPort("distances", self._distances)
         self.DeclareInitializationDiscreteUpdateEvent(self._on_period)
         self.DeclarePeriodicDiscreteUpdateEvent(period_s, offset_s, self._on_period)
+
+    def set_contact(self, context: Context) -> None:
+        """Sets the clearance to 0, as it is at a contact; an overlap at the start stays one."""
+        distances = context.get_mutable_discrete_state(self._distances)
+        distances[0] = min(distances[0], 0.0)
 
     def _on_period(self, context: Context, discrete_state: DiscreteValues) -> None:
         clearance = _nearest_geometry(self._query_port.Eval(context))
