@@ -42,7 +42,7 @@ COLUMNS: Mapping[str, str] = {
     "measured_w_radps": "yaw rate as the controller is told",
     "command_v_mps": "last commanded forward velocity",
     "command_w_radps": "last commanded yaw rate",
-    "clearance_m": "signed distance from the footprint to the nearest obstacle; 0 in a map's wall",
+    "clearance_m": "from the footprint to the nearest obstacle, every 0.05 s; 0 at a contact",
     "obstacle_cell_distance_m": "reference point to the nearest lethal cell of the local costmap",
     "cycle_count": "control cycles so far",
     "compute_time_ms": "wall-clock time of the last control cycle (varies from run to run)",

@@ -7,8 +7,8 @@ bound, nothing can happen for the distance divided by the bound.
 Source: B. Mirtich, "Impulse-based Dynamic Simulation of Rigid Body Systems", 1996.
 
 States are x m, y m, yaw rad, v m/s, w rad/s: forward velocity and yaw rate. A footprint is (K, 2)
-corners in the base frame, m; what stands is (N, 4) edges x0, y0, x1, y1 m and (M, 3) circles
-x, y, radius m.
+corners in the base frame, m; what stands is (N, 4) edges x0, y0, x1, y1 m of outlines, each
+counter-clockwise, and (M, 3) circles x, y, radius m.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ PARABOLA_EXCESS = 1.25
 def clearance_at(footprint, x, y, yaw, edges, circles, limit):
     """Returns the distance from a footprint at a pose to what stands, m; inf beyond `limit` m.
 
-    What overlaps the footprint is at 0, but where the footprint lies wholly inside it.
+    What overlaps the footprint is at 0, but where the footprint lies wholly inside it (see covers).
     """
     outline = np.empty_like(footprint)
     cos_yaw, sin_yaw = math.cos(yaw), math.sin(yaw)
@@ -37,6 +37,21 @@ def clearance_at(footprint, x, y, yaw, edges, circles, limit):
         outline[k, 1] = y + (footprint[k, 0] * sin_yaw + footprint[k, 1] * cos_yaw)
     to_edges = outline_to_edges(outline, edges, limit)
     return min(to_edges, outline_to_circles(outline, circles, min(limit, to_edges)))
+
+
+@njit(cache=True)
+def covers(edges, circles, x, y):
+    """Returns whether a point lies inside something that stands."""
+    # The winding number: outlines may overlap.
+    turns = 0
+    for n in range(edges.shape[0]):
+        x0, y0, x1, y1 = edges[n, 0], edges[n, 1], edges[n, 2], edges[n, 3]
+        if (y0 <= y) != (y1 <= y) and x < x0 + (y - y0) * (x1 - x0) / (y1 - y0):
+            turns += 1 if y1 > y0 else -1
+    for m in range(circles.shape[0]):
+        if math.hypot(x - circles[m, 0], y - circles[m, 1]) <= circles[m, 2]:
+            return True
+    return turns != 0
 
 
 @njit(cache=True)

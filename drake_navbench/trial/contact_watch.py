@@ -12,6 +12,7 @@ from drake_navbench.inputs.robot import Drive
 from drake_navbench.inputs.world import World
 from drake_navbench.kernels.swept_contact import (
     clearance_at,
+    covers,
     pose_within_step,
     share_until_contact,
     soonest_contact_s,
@@ -76,18 +77,16 @@ class ContactWatch:
         )
         self._last: _Look | None = None
 
-    def look(self, time_s: float, state: Array, *, sampled_clearance_m: float = math.inf) -> None:
-        """Looks at the state (5,) at the end of a step, and back at the step where need be.
-
-        sampled_clearance_m: of Clearance, m. Where it is not positive there is contact, too: it
-        alone knows of a robot that starts wholly inside an obstacle.
-        """
+    def look(self, time_s: float, state: Array) -> None:
+        """Looks at the state (5,) at the end of a step, and back at the step where need be."""
         if self._last is not None and time_s > self._last.free_until_s:
             self.contact = self._contact_since(self._last, time_s, state)
         if self.contact is not None:
             return
         gap_m = clearance_at(self._footprint, *state[:3], self._edges, self._circles, REACH_M)
-        if gap_m <= TOUCHING_M or sampled_clearance_m <= 0.0:
+        # Later there is no way into an obstacle but through its edge.
+        starts_inside = self._last is None and covers(self._edges, self._circles, *state[:2])
+        if gap_m <= TOUCHING_M or starts_inside:
             self.contact = Contact(time_s, state)
             return
         speed_mps = self._outline_rate(*state[3:])

@@ -172,11 +172,9 @@ def _end_of_trial(
 ) -> Callable[[Context], EventStatus | None]:
     """Returns the monitor that stops the simulation after a contact or when the task is over."""
     state_port = trial.wheelchair.get_state_output_port()
-    distances_port = trial.clearance.GetOutputPort("distances")
     status_port = trial.navigator.GetOutputPort("task_status")
     # The simulator hands the same context to every call.
     wheelchair_context = trial.wheelchair.GetMyContextFromRoot(root_context)
-    clearance_context = trial.clearance.GetMyContextFromRoot(root_context)
     navigator_context = trial.navigator.GetMyContextFromRoot(root_context)
 
     def monitor(context: Context) -> EventStatus | None:
@@ -185,11 +183,7 @@ def _end_of_trial(
         # A task that ended with the updates before this step was over before what happened in it.
         is_over = status.state.is_final and status.time_s < time_s
         if time_s >= contact_watch.idle_until_s and not is_over:
-            contact_watch.look(
-                time_s,
-                state_port.Eval(wheelchair_context),
-                sampled_clearance_m=distances_port.Eval(clearance_context)[0],
-            )
+            contact_watch.look(time_s, state_port.Eval(wheelchair_context))
             if contact_watch.contact is not None:
                 return EventStatus.ReachedTermination(trial.diagram, "collided")
         if status.state.is_final:

@@ -14,6 +14,7 @@ from pydrake.systems.primitives import ConstantVectorSource
 from drake_navbench.inputs.robot import Drive
 from drake_navbench.kernels.swept_contact import (
     clearance_at,
+    covers,
     pose_within_step,
     share_until_contact,
     soonest_contact_s,
@@ -81,6 +82,24 @@ def test_the_clearance_is_to_the_nearest_of_edges_and_circles():
     assert clearance_at(CHAIR, 0.0, 0.0, 0.0, wall, pillar, 5.0) == pytest.approx(0.5)
     assert clearance_at(CHAIR, 0.0, 0.0, 0.0, wall, pillar, 0.4) == math.inf
     assert clearance_at(CHAIR, -0.8, 0.0, 0.0, wall, pillar, 5.0) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("point", "expected"),
+    [
+        ((0.5, 0.5), True),  # in one square
+        ((1.5, 1.5), True),  # in both
+        ((3.5, 0.5), False),  # beside them
+        ((0.5, 2.5), False),  # in the corner between them
+        ((5.9, 0.0), True),  # in the disc
+        ((6.1, 0.0), False),  # beyond it
+    ],
+)
+def test_a_point_is_covered_inside_any_outline_or_disc(point, expected):
+    corners = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]])
+    squares = [corners, corners + 1.0]
+    edges = np.vstack([np.hstack([s, np.roll(s, -1, axis=0)]) for s in squares])
+    assert covers(edges, np.array([[5.0, 0.0, 1.0]]), *point) == expected
 
 
 @pytest.mark.parametrize("v", [0.5, 5.0])

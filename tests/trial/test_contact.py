@@ -10,7 +10,7 @@ from stub_controller import StubPreset
 from drake_navbench.controller import Decision, NoValidControl
 from drake_navbench.inputs.robot import Drive, load_robot
 from drake_navbench.inputs.scenario import Scenario
-from drake_navbench.inputs.world import Box, World, place_footprint
+from drake_navbench.inputs.world import Box, Cylinder, World, place_footprint
 from drake_navbench.kernels.footprint import circle_footprint
 from drake_navbench.log import Outcome, TrialLog
 from drake_navbench.trial.contact_watch import TOUCHING_M, ContactWatch
@@ -170,10 +170,12 @@ def test_a_start_in_contact_is_a_contact_at_the_start():
     assert touching.contact.time_s == 0.0
 
 
-def test_a_start_wholly_inside_an_obstacle_is_told_by_the_sampled_clearance():
-    inside = watch(box((-5.0, -5.0), (5.0, 5.0)))
-    inside.look(0.0, np.zeros(5), sampled_clearance_m=-4.0)
-    assert inside.contact.time_s == 0.0
+def test_a_start_wholly_inside_an_obstacle_is_one_too():
+    inside_box = watch(box((-5.0, -5.0), (5.0, 5.0)))
+    inside_pillar = watch(Cylinder(type="cylinder", centre=(1.0, 0.0), radius_m=4.0))
+    for inside in (inside_box, inside_pillar):
+        inside.look(0.0, np.zeros(5))
+        assert inside.contact.time_s == 0.0
 
 
 def test_the_state_at_contact_is_that_of_the_step_there():
