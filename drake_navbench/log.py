@@ -50,7 +50,7 @@ COLUMNS: Mapping[str, str] = {
     "measured_w_radps": "yaw rate as the controller is told",
     "command_v_mps": "last commanded forward velocity",
     "command_w_radps": "last commanded yaw rate",
-    "clearance_m": "signed distance from the footprint to the nearest obstacle; 0 in a map's wall",
+    "clearance_m": "from the footprint to the nearest obstacle, every 0.05 s; 0 at a contact",
     "obstacle_cell_distance_m": "reference point to the nearest centre of a lethal cell of the "
     "local costmap",
     "obstacle_corner_distance_m": "reference point to the nearest lower left corner of a lethal "

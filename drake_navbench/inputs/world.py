@@ -145,11 +145,6 @@ class World:
         return _edges([o for o in self.shapes if not isinstance(o, Cylinder)])
 
     @cached_property
-    def wall_edges(self) -> Array:
-        """(N, 4) edges x0, y0, x1, y1 of the walls alone, m."""
-        return _edges(self.walls)
-
-    @cached_property
     def circles(self) -> Array:
         """(M, 3) cylinders x, y, radius, m."""
         rows = [[*o.centre, o.radius_m] for o in self.obstacles if isinstance(o, Cylinder)]

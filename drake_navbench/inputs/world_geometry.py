@@ -13,7 +13,6 @@ from pydrake.geometry import (
     Cylinder,
     GeometryInstance,
     MakePhongIllustrationProperties,
-    ProximityProperties,
     SceneGraph,
     Shape,
 )
@@ -47,18 +46,12 @@ def prism(outline: NDArray[np.float64], height_m: float) -> Convex:
 
 
 def register_obstacles(scene_graph: SceneGraph, obstacles: World) -> None:
-    """Anchors every obstacle in the world, to be measured against and to be seen.
-
-    The walls of a map are only to be seen: SceneGraph keeps a filter for every pair of anchored
-    bodies, which takes minutes for a few thousand of them. Clearance measures against their edges.
-    """
+    """Anchors everything that stands in the world, to be seen; Clearance measures in the plane."""
     source_id = scene_graph.RegisterSource("obstacles")
     for index, obstacle in enumerate(obstacles.shapes):
         for piece, (pose, shape) in enumerate(obstacle_shapes(obstacle)):
             instance = GeometryInstance(pose, shape, f"obstacle_{index}_{piece}")
             geometry_id = scene_graph.RegisterAnchoredGeometry(source_id, instance)
-            if index < len(obstacles.obstacles):
-                scene_graph.AssignRole(source_id, geometry_id, ProximityProperties())
             scene_graph.AssignRole(
                 source_id, geometry_id, MakePhongIllustrationProperties(OBSTACLE_COLOR)
             )

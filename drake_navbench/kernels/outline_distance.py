@@ -1,4 +1,4 @@
-"""The distance between an outline and many straight edges, in the plane."""
+"""The distance between an outline and many straight edges or circles, in the plane."""
 
 from __future__ import annotations
 
@@ -28,6 +28,21 @@ def outline_to_edges(outline, edges, limit):
         if squared <= nearest_squared:
             nearest_squared, found = squared, True
     return math.sqrt(nearest_squared) if found else math.inf
+
+
+@njit(cache=True)
+def outline_to_circles(outline, circles, limit):
+    """Returns the distance from an outline to the nearest of many discs, m; inf beyond `limit` m.
+
+    outline: (K, 2) corners of a polygon, m. circles: (M, 3) x, y, radius m. A disc that overlaps
+    the outline, or lies inside it, is at 0.
+    """
+    nearest = math.inf
+    for m in range(circles.shape[0]):
+        x, y, radius = circles[m, 0], circles[m, 1], circles[m, 2]
+        squared = _outline_to_edge_squared(outline, x, y, x, y)
+        nearest = min(nearest, max(0.0, math.sqrt(squared) - radius))
+    return nearest if nearest <= limit else math.inf
 
 
 @njit(cache=True)

@@ -58,6 +58,12 @@ class Recording:
         newest_s = self.events[-1][0] if self.events else -math.inf
         self.events.extend(event for event in latest if event[0] > newest_s)
 
+    def forget_after(self, time_s: float) -> None:
+        """Drops the samples after a time; what the last one saw first is of that time."""
+        while self.rows and self.rows[-1][0] > time_s:
+            self.rows.pop()
+        self.diagnostics = [(min(noted_s, time_s), left) for noted_s, left in self.diagnostics]
+
     def table(self) -> np.ndarray:
         """Returns (samples, columns) all rows."""
         if not self.rows:

@@ -13,7 +13,6 @@ from pydrake.geometry import (
     GeometryFrame,
     GeometryInstance,
     MakePhongIllustrationProperties,
-    ProximityProperties,
     SceneGraph,
 )
 from pydrake.math import RigidTransform, RotationMatrix
@@ -24,7 +23,7 @@ from drake_navbench.inputs.robot import Drive
 from drake_navbench.inputs.world_geometry import convex_pieces, prism
 
 STATE_SIZE = 5
-# Tall enough to meet every obstacle, whatever its height: contact is judged in the plane.
+# Only to be seen: contact is judged in the plane, whatever the heights.
 FOOTPRINT_HEIGHT_M = 1.0
 FOOTPRINT_COLOR = (0.0, 0.45, 0.7, 0.8)
 
@@ -69,12 +68,10 @@ class Wheelchair(SymbolicVectorSystem):
         return self._geometry_pose_port
 
     def _register_footprint(self, scene_graph: SceneGraph, footprint: NDArray[np.float64]) -> None:
-        # SceneGraph measures convex shapes, and none against another of the same frame.
         for index, piece in enumerate(convex_pieces(footprint)):
             shape = prism(piece, FOOTPRINT_HEIGHT_M)
             instance = GeometryInstance(RigidTransform(), shape, f"footprint_{index}")
             geometry_id = scene_graph.RegisterGeometry(self.source_id, self.frame_id, instance)
-            scene_graph.AssignRole(self.source_id, geometry_id, ProximityProperties())
             scene_graph.AssignRole(
                 self.source_id, geometry_id, MakePhongIllustrationProperties(FOOTPRINT_COLOR)
             )

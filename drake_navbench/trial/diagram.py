@@ -125,8 +125,7 @@ def build_trial_diagram(
         connect_inputs(builder, server, speed_limit=speed_filter.GetOutputPort("speed_limit"))
 
     clearance = _add_clearance(builder, robot, world)
-    geometry_query = scene_graph.get_query_output_port()
-    connect_inputs(builder, clearance, geometry_query=geometry_query, state=state, costmap=costmap)
+    connect_inputs(builder, clearance, state=state, costmap=costmap)
 
     recorder = _add_recorder(builder, navigator)
     connect_inputs(builder, recorder, state=state, estimate=estimate, scan=scan, command=command)
@@ -193,8 +192,8 @@ def _add_clearance(builder: DiagramBuilder, robot: Robot, world: World) -> Clear
     return builder.AddNamedSystem(
         "clearance",
         Clearance(
+            world,
             footprint=robot.outline,
-            wall_edges=world.wall_edges,
             period_s=CLEARANCE_PERIOD_S,
             offset_s=CLEARANCE_OFFSET_S,
         ),

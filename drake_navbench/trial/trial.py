@@ -33,17 +33,18 @@ from drake_navbench.navigation.task import TaskState, TaskStatus
 from drake_navbench.plans import Plan, as_logged
 from drake_navbench.systems.recorder import Recording
 from drake_navbench.systems.tree_navigator import TreeNavigator
+from drake_navbench.trial.contact_watch import Contact, ContactWatch
 from drake_navbench.trial.diagram import TrialDiagram, build_trial_diagram
 from drake_navbench.trial.planning import global_layers, known_map, make_plan
 from drake_navbench.trial.spec import FollowPlan, NavigateToPoses, TrialSpec
 from drake_navbench.trial.task_cost import check_cost
-from drake_navbench.trial.timing import CONTROLLER_OFFSET_S
+from drake_navbench.trial.timing import CONTROLLER_OFFSET_S, MAX_STEP_S
 
 Array = NDArray[np.float64]
 
 # A fixed step without error control: drawing or logging more often must not move the numbers.
 INTEGRATION = SimulatorConfig(
-    integration_scheme="runge_kutta2", max_step_size=0.02, use_error_control=False
+    integration_scheme="runge_kutta2", max_step_size=MAX_STEP_S, use_error_control=False
 )
 OUTCOME_OF_TASK = {
     TaskState.SUCCEEDED: Outcome.SUCCEEDED,
@@ -99,10 +100,18 @@ def simulate(
     simulator = Simulator(trial.diagram, context)
     ApplySimulatorConfig(INTEGRATION, simulator)
     simulator.set_target_realtime_rate(realtime_rate)
-    simulator.set_monitor(_end_of_trial(trial, context))
+    contact_watch = ContactWatch(
+        spec.robot.drive,
+        spec.scenario.true_world,
+        footprint=spec.robot.outline,
+        max_step_s=MAX_STEP_S,
+    )
+    simulator.set_monitor(_end_of_trial(trial, context, contact_watch))
     if simulator.Initialize().reason() != HAS_ENDED:
         simulator.AdvanceTo(spec.scenario.timeout_s)
-    return _make_log(spec, trial, context)
+    if contact_watch.contact is not None:
+        _put_back_to_contact(trial, context, contact_watch.contact)
+    return _make_log(spec, trial, context, has_collided=contact_watch.contact is not None)
 
 
 def trial_task(spec: TrialSpec) -> FollowPlan | NavigateToPoses:
@@ -162,19 +171,24 @@ def controller_setup(robot: Robot, wants_diagnostics: bool = False) -> Controlle
 
 
 def _end_of_trial(
-    trial: TrialDiagram, root_context: Context
+    trial: TrialDiagram, root_context: Context, contact_watch: ContactWatch
 ) -> Callable[[Context], EventStatus | None]:
-    """Returns the monitor that stops the simulation at contact or when the task is over."""
-    distances_port = trial.clearance.GetOutputPort("distances")
+    """Returns the monitor that stops the simulation after a contact or when the task is over."""
+    state_port = trial.wheelchair.get_state_output_port()
     status_port = trial.navigator.GetOutputPort("task_status")
     # The simulator hands the same context to every call.
-    clearance_context = trial.clearance.GetMyContextFromRoot(root_context)
+    wheelchair_context = trial.wheelchair.GetMyContextFromRoot(root_context)
     navigator_context = trial.navigator.GetMyContextFromRoot(root_context)
 
-    def monitor(_: Context) -> EventStatus | None:
-        if distances_port.Eval(clearance_context)[0] <= 0.0:
-            return EventStatus.ReachedTermination(trial.diagram, "collided")
+    def monitor(context: Context) -> EventStatus | None:
+        time_s = context.get_time()
         status = status_port.Eval(navigator_context)
+        # A task that ended with the updates before this step was over before what happened in it.
+        is_over = status.state.is_final and status.time_s < time_s
+        if time_s >= contact_watch.idle_until_s and not is_over:
+            contact_watch.look(time_s, state_port.Eval(wheelchair_context))
+            if contact_watch.contact is not None:
+                return EventStatus.ReachedTermination(trial.diagram, "collided")
         if status.state.is_final:
             return EventStatus.ReachedTermination(trial.diagram, status.reason)
         return None
@@ -182,21 +196,29 @@ def _end_of_trial(
     return monitor
 
 
-def _outcome(trial: TrialDiagram, context: Context) -> tuple[Outcome, TaskStatus]:
+def _outcome(
+    trial: TrialDiagram, context: Context, *, has_collided: bool
+) -> tuple[Outcome, TaskStatus]:
     """Returns how the trial ended, with the reason and the time."""
     now_s = context.get_time()
-    distances = trial.clearance.GetOutputPort("distances").Eval(
-        trial.clearance.GetMyContextFromRoot(context)
-    )
+    if has_collided:
+        touched = TaskStatus(reason="the footprint touched an obstacle", time_s=now_s)
+        return Outcome.COLLIDED, touched
     status = trial.navigator.GetOutputPort("task_status").Eval(
         trial.navigator.GetMyContextFromRoot(context)
     )
-    if distances[0] <= 0.0:
-        touched = TaskStatus(reason="the footprint touched an obstacle", time_s=now_s)
-        return Outcome.COLLIDED, touched
     if status.state in OUTCOME_OF_TASK:
         return OUTCOME_OF_TASK[status.state], status
     return Outcome.TIMED_OUT, TaskStatus(reason=f"not finished after {now_s:g} s", time_s=now_s)
+
+
+def _put_back_to_contact(trial: TrialDiagram, context: Context, contact: Contact) -> None:
+    """Puts a Context at the end of a step, and what was recorded, back to the contact in it."""
+    context.SetTime(contact.time_s)
+    context.SetContinuousState(contact.state)
+    trial.clearance.set_contact(trial.clearance.GetMyMutableContextFromRoot(context))
+    recorder_context = trial.recorder.GetMyContextFromRoot(context)
+    trial.recorder.find_recording(recorder_context).forget_after(contact.time_s)
 
 
 def failed_log(spec: TrialSpec, reason: str, traceback: str = "") -> TrialLog:
@@ -209,8 +231,10 @@ def failed_log(spec: TrialSpec, reason: str, traceback: str = "") -> TrialLog:
     )
 
 
-def _make_log(spec: TrialSpec, trial: TrialDiagram, context: Context) -> TrialLog:
-    outcome, status = _outcome(trial, context)
+def _make_log(
+    spec: TrialSpec, trial: TrialDiagram, context: Context, *, has_collided: bool
+) -> TrialLog:
+    outcome, status = _outcome(trial, context, has_collided=has_collided)
     recorder_context = trial.recorder.GetMyContextFromRoot(context)
     recording = trial.recorder.find_recording(recorder_context)
     # The last cycle, or the navigator's last tick, may be too young for the recorder's clock.

@@ -1,4 +1,4 @@
-"""The distance from an outline to edges is exact, and 0 where they overlap."""
+"""The distance from an outline to edges and discs is exact, and 0 where they overlap."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_navbench.kernels.outline_distance import outline_to_edges
+from drake_navbench.kernels.outline_distance import outline_to_circles, outline_to_edges
 
 SQUARE = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
 FAR = 100.0
@@ -49,3 +49,18 @@ def test_it_agrees_with_shapely(edges):
     area = shapely.Polygon(SQUARE)
     expected = min(area.distance(shapely.LineString(np.reshape(e, (2, 2)))) for e in edges)
     assert distance(*edges) == pytest.approx(expected, abs=1e-9)
+
+
+@given(st.tuples(coordinates, coordinates, st.floats(0.0, 2.0)))
+def test_a_disc_is_as_far_as_its_centre_less_its_radius(disc):
+    x, y, radius = disc
+    expected = max(shapely.Polygon(SQUARE).distance(shapely.Point(x, y)) - radius, 0.0)
+    assert outline_to_circles(SQUARE, np.array([disc]), FAR) == pytest.approx(expected, abs=1e-9)
+
+
+def test_the_nearest_disc_within_the_limit_counts():
+    discs = np.array([[4.0, 0.0, 1.0], [-9.0, 0.0, 0.5], [0.0, 2.5, 0.25]])
+    # Gaps of 2, 7.5 and 1.25 m.
+    assert outline_to_circles(SQUARE, discs, FAR) == pytest.approx(1.25)
+    assert outline_to_circles(SQUARE, discs, 1.2) == np.inf
+    assert outline_to_circles(SQUARE, discs[:0], FAR) == np.inf

@@ -1,19 +1,19 @@
-"""Clearance is the signed distance of the footprint to the nearest thing, however far."""
+"""Clearance is the distance of the footprint to the nearest thing, however far."""
 
 import numpy as np
 import pytest
+import shapely
+from hypothesis import given
+from hypothesis import strategies as st
 from pydrake.common.value import AbstractValue
-from pydrake.geometry import SceneGraph
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
-from drake_navbench.inputs.robot import Drive
-from drake_navbench.inputs.world import Box, Cylinder, World
-from drake_navbench.inputs.world_geometry import register_obstacles
+from drake_navbench.inputs.scenario import load_scenario
+from drake_navbench.inputs.world import Box, Cylinder, World, place_footprint
 from drake_navbench.kernels.grid import LETHAL, Costmap
-from drake_navbench.systems.clearance import MAX_DISTANCE_M, NEAR_DISTANCE_M, Clearance
-from drake_navbench.systems.wheelchair import Wheelchair
+from drake_navbench.systems.clearance import MAX_DISTANCE_M, Clearance
 
 # The front reaches 0.85 m ahead of the reference point, which stands at the origin.
 FOOTPRINT = np.array([[0.85, 0.3], [0.85, -0.3], [-0.25, -0.3], [-0.25, 0.3]])
@@ -31,26 +31,21 @@ FORK = np.array(
         [-0.3, 0.4],
     ]
 )
+SLALOM = load_scenario("static_obstacles").true_world
 
 
 def distances(*obstacles, walls=(), costmap=None, footprint=FOOTPRINT):
     """Returns what is measured at the start."""
-    world = World(obstacles, walls)
+    return distances_at((0.0, 0.0, 0.0), World(obstacles, walls), footprint, costmap)
+
+
+def distances_at(pose, world, footprint=FOOTPRINT, costmap=None):
     builder = DiagramBuilder()
-    scene_graph = builder.AddSystem(SceneGraph())
-    register_obstacles(scene_graph, world)
-    wheelchair = builder.AddSystem(Wheelchair(Drive(), scene_graph, footprint=footprint))
     clearance = builder.AddSystem(
-        Clearance(footprint=footprint, wall_edges=world.wall_edges, period_s=0.05, offset_s=0.02)
+        Clearance(world, footprint=footprint, period_s=0.05, offset_s=0.02)
     )
-    standstill = builder.AddSystem(ConstantVectorSource([0.0, 0.0]))
-    builder.Connect(standstill.get_output_port(), wheelchair.get_command_input_port())
-    builder.Connect(
-        wheelchair.get_geometry_pose_output_port(),
-        scene_graph.get_source_pose_port(wheelchair.source_id),
-    )
-    builder.Connect(scene_graph.get_query_output_port(), clearance.GetInputPort("geometry_query"))
-    builder.Connect(wheelchair.get_state_output_port(), clearance.GetInputPort("state"))
+    state = builder.AddSystem(ConstantVectorSource([*pose, 0.0, 0.0]))
+    builder.Connect(state.get_output_port(), clearance.GetInputPort("state"))
     simulator = Simulator(builder.Build())
     own = clearance.GetMyMutableContextFromRoot(simulator.get_mutable_context())
     clearance.GetInputPort("costmap").FixValue(own, AbstractValue.Make(costmap))
@@ -65,18 +60,18 @@ def box_ahead(gap_m):
     )
 
 
-@pytest.mark.parametrize("gap_m", [0.01, 0.5 * NEAR_DISTANCE_M, 2.0 * NEAR_DISTANCE_M])
+@pytest.mark.parametrize("gap_m", [0.01, 0.5, 2.0, 4.9])
 def test_the_gap_ahead_is_measured_near_and_far(gap_m):
-    assert distances(box_ahead(gap_m))[0] == pytest.approx(gap_m, abs=1e-6)
+    assert distances(box_ahead(gap_m))[0] == pytest.approx(gap_m)
 
 
 def test_the_nearest_of_several_counts():
     pillar = Cylinder(type="cylinder", centre=(0.0, 0.3 + 0.2 + 0.4), radius_m=0.2)
-    assert distances(box_ahead(3.0), pillar, box_ahead(0.6))[0] == pytest.approx(0.4, abs=1e-6)
+    assert distances(box_ahead(3.0), pillar, box_ahead(0.6))[0] == pytest.approx(0.4)
 
 
-def test_an_overlap_is_negative():
-    assert distances(box_ahead(-0.05))[0] == pytest.approx(-0.05, abs=1e-6)
+def test_an_overlap_is_zero():
+    assert distances(box_ahead(-0.05))[0] == 0.0
 
 
 def test_beyond_reach_there_is_nothing():
@@ -94,15 +89,19 @@ def post(low_y_m):
 
 
 # 0.2 m to the bottom; then 0.25 - 0.15 m to the left arm; then overlapping that arm by 0.05 m.
-@pytest.mark.parametrize(("low_y_m", "gap_m"), [(-0.05, 0.2), (0.05, 0.1), (0.2, -0.05)])
+@pytest.mark.parametrize(("low_y_m", "gap_m"), [(-0.05, 0.2), (0.05, 0.1), (0.2, 0.0)])
 def test_a_post_in_a_notch_of_the_footprint_is_measured_to_the_outline(low_y_m, gap_m):
-    assert distances(post(low_y_m), footprint=FORK)[0] == pytest.approx(gap_m, abs=1e-6)
-    wall = distances(walls=(post(low_y_m),), footprint=FORK)[0]
-    assert wall == pytest.approx(max(gap_m, 0.0))
+    assert distances(post(low_y_m), footprint=FORK)[0] == pytest.approx(gap_m)
+    assert distances(walls=(post(low_y_m),), footprint=FORK)[0] == pytest.approx(gap_m)
 
 
-def test_the_pieces_of_a_footprint_are_not_measured_against_each_other():
-    assert distances(footprint=FORK)[0] == np.inf
+@given(x=st.floats(-1.0, 16.0), y=st.floats(-4.0, 4.0), yaw=st.floats(-3.1, 3.1))
+def test_among_obstacles_it_is_the_distance_of_the_areas(x, y, yaw):
+    # SceneGraph, which used to measure it, is wrong at one such pose in fifty.
+    body = shapely.Polygon(place_footprint(FOOTPRINT, (x, y, yaw)))
+    expected = shapely.distance(SLALOM.regions, body).min()
+    expected = expected if expected <= MAX_DISTANCE_M else np.inf
+    assert distances_at((x, y, yaw), SLALOM)[0] == pytest.approx(expected, abs=1e-9)
 
 
 def costmap_with_a_wall(column):

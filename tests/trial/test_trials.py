@@ -169,7 +169,7 @@ def test_a_controller_that_ignores_a_wall_collides():
     log = simulate_stub(straight_ahead, "restricted_small")
     assert log.outcome is Outcome.COLLIDED
     # The front is 0.85 m ahead of the axle, the wall at 1.605 m.
-    assert log.samples.iloc[-1].x_m == pytest.approx(1.605 - 0.85, abs=0.03)
+    assert log.samples.iloc[-1].x_m == pytest.approx(1.605 - 0.85, abs=2e-5)
 
 
 def test_a_controller_that_stands_still_fails_to_make_progress_after_ten_seconds():

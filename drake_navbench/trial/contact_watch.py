@@ -1,0 +1,122 @@
+"""When the robot first touches something: the truth, at every instant of a simulation."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.inputs.robot import Drive
+from drake_navbench.inputs.world import World
+from drake_navbench.kernels.swept_contact import (
+    clearance_at,
+    covers,
+    pose_within_step,
+    share_until_contact,
+    soonest_contact_s,
+)
+
+Array = NDArray[np.float64]
+
+# The search for the instant of contact needs some gap to end at.
+TOUCHING_M = 1e-5
+# What is farther away is not looked at; the robot needs seconds to get there.
+REACH_M = 5.0
+# An integrator may stretch a step a little to meet an event.
+STEP_STRETCH = 1.1
+
+
+@dataclass(frozen=True)
+class Contact:
+    """The first contact of a trial; state: (5,) x m, y m, yaw rad, v m/s, w rad/s at time_s."""
+
+    time_s: float
+    state: Array
+
+
+@dataclass(frozen=True)
+class _Look:
+    """A state (5,) of the robot without contact, after which none is possible for a while."""
+
+    time_s: float
+    state: Array
+    free_until_s: float
+
+
+class ContactWatch:
+    """Finds the first contact between the robot and what stands, for a Simulator's monitor.
+
+    A look at the clearance tells until when the limits of the drive rule contact out; before that
+    nothing is looked at. A step in which contact is possible is searched by conservative
+    advancement along the dense output of the integrator, so that no contact of the simulated motion
+    is missed, however thin and however short. Less than TOUCHING_M apart is touching.
+
+    drive: its limits bound the speed of the outline. footprint: (K, 2) true outline, base frame, m.
+    max_step_s: the integrator's.
+
+    contact: the first one, None as long as there was none. idle_until_s: no look is needed at the
+    end of a step before this time.
+    """
+
+    def __init__(self, drive: Drive, world: World, *, footprint: Array, max_step_s: float) -> None:
+        self.contact: Contact | None = None
+        self.idle_until_s = -math.inf
+        self._footprint = np.ascontiguousarray(footprint)
+        self._edges, self._circles = world.segments, world.circles
+        self._look_ahead_s = STEP_STRETCH * max_step_s
+        self._radius_m = float(np.hypot(*footprint.T).max())
+        self._acceleration_mps2 = self._outline_rate(
+            drive.max_linear_acceleration_mps2 or math.inf,
+            drive.max_angular_acceleration_radps2 or math.inf,
+        )
+        self._top_speed_mps = self._outline_rate(
+            max(drive.max_linear_velocity_mps, -drive.min_linear_velocity_mps),
+            drive.max_angular_velocity_radps,
+        )
+        self._last: _Look | None = None
+
+    def look(self, time_s: float, state: Array) -> None:
+        """Looks at the state (5,) at the end of a step, and back at the step where need be."""
+        if self._last is not None and time_s > self._last.free_until_s:
+            self.contact = self._contact_since(self._last, time_s, state)
+        if self.contact is not None:
+            return
+        gap_m = clearance_at(self._footprint, *state[:3], self._edges, self._circles, REACH_M)
+        # Later there is no way into an obstacle but through its edge.
+        starts_inside = self._last is None and covers(self._edges, self._circles, *state[:2])
+        if gap_m <= TOUCHING_M or starts_inside:
+            self.contact = Contact(time_s, state)
+            return
+        speed_mps = self._outline_rate(*state[3:])
+        free_s = soonest_contact_s(
+            min(gap_m, REACH_M) - TOUCHING_M,
+            speed_mps=speed_mps,
+            acceleration_mps2=self._acceleration_mps2,
+            top_speed_mps=max(self._top_speed_mps, speed_mps),
+        )
+        self._last = _Look(time_s, state, time_s + free_s)
+        self.idle_until_s = time_s + free_s - self._look_ahead_s
+
+    def _contact_since(self, last: _Look, time_s: float, state: Array) -> Contact | None:
+        """Returns the first contact between the last look and now."""
+        duration_s = time_s - last.time_s
+        share = share_until_contact(
+            self._footprint,
+            last.state,
+            state,
+            duration_s,
+            self._edges,
+            self._circles,
+            TOUCHING_M,
+        )
+        if math.isinf(share):
+            return None
+        pose = pose_within_step(last.state, state, duration_s, share)
+        twist = (1.0 - share) * last.state[3:] + share * state[3:]
+        return Contact(last.time_s + share * duration_s, np.concatenate([pose, twist]))
+
+    def _outline_rate(self, linear: float, angular: float) -> float:
+        """Returns a bound of a rate of the outline's points from those of the base, SI."""
+        return abs(linear) + self._radius_m * abs(angular)
