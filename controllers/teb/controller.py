@@ -80,7 +80,8 @@ class TimedElasticBand:
         plan = cut_local_plan(observation, parameters, discs=self._discs, field=field)
         clusters = find_clusters(field, self._least_distance)
         plan, paths = self._settle_block(observation, plan, field, clusters)
-        limits = band_limits(parameters, observation.speed_limit)
+        least_clearance = plan.least_clearance(parameters.min_obstacle_dist, field.resolution)
+        limits = band_limits(parameters, observation.speed_limit, least_clearance)
         task = Task(
             start=np.array(observation.pose, dtype=np.float64),
             goal=plan.goal(parameters.global_plan_overwrite_orientation),

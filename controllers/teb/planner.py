@@ -12,7 +12,6 @@ from drake_navbench.controller import SpeedLimit
 from drake_navbench.controllers.teb.band import Band, Pace, freeze, unwrapped_goal
 from drake_navbench.controllers.teb.constraints import BandScene
 from drake_navbench.controllers.teb.layout import pack_band
-from drake_navbench.controllers.teb.local_plan import LEAST_CLEARANCE_RATIO
 from drake_navbench.controllers.teb.objective import Weights
 from drake_navbench.controllers.teb.obstacles import DistanceField, path_clearance
 from drake_navbench.controllers.teb.parameters import TebParameters
@@ -56,8 +55,13 @@ class PlannedBand(NamedTuple):
     accepted: bool
 
 
-def band_limits(parameters: TebParameters, speed_limit: SpeedLimit | None) -> BandLimits:
-    """Returns the limits under a speed limit, which scales all speeds (0 means no limit)."""
+def band_limits(
+    parameters: TebParameters, speed_limit: SpeedLimit | None, least_clearance: float
+) -> BandLimits:
+    """Returns the limits under a speed limit, which scales all speeds (0 means no limit).
+
+    least_clearance: to which the slack lets the clearance fall, m.
+    """
     scale = 1.0
     if speed_limit is not None and speed_limit.value > 0.0:
         nominal = PERCENT if speed_limit.is_percentage else parameters.max_vel_x
@@ -71,7 +75,7 @@ def band_limits(parameters: TebParameters, speed_limit: SpeedLimit | None) -> Ba
         clearance=parameters.min_obstacle_dist,
         shortest_step=SHORTEST_STEP_RATIO * parameters.dt_ref,
         longest_step=LONGEST_STEP_RATIO * parameters.dt_ref,
-        largest_slack=(1.0 - LEAST_CLEARANCE_RATIO) * parameters.min_obstacle_dist,
+        largest_slack=parameters.min_obstacle_dist - least_clearance,
         stops_at_goal=not parameters.free_goal_vel,
     )
 

@@ -67,7 +67,7 @@ class NavfnPlanner:
     nav2_plugin = "nav2_navfn_planner::NavfnPlanner"
     Parameters = NavfnPlannerParameters
 
-    def __init__(self, parameters: NavfnPlannerParameters, footprint: Array) -> None:
+    def __init__(self, parameters: NavfnPlannerParameters, footprint: Array | None) -> None:
         """footprint: not looked at; the search sees the cell under the robot's centre only."""
         self.parameters = parameters
 

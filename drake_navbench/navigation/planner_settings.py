@@ -25,6 +25,9 @@ PlannerSettings = plugin_choice(PLANNERS, SmacPlanner2D.nav2_plugin)
 """Parameters of a planner; without `plugin`, of the SmacPlanner2D."""
 
 
-def make_planner(settings: BaseModel, *, footprint: NDArray[np.float64]) -> Planner:
-    """Returns the planner that settings choose; footprint: (K, 2) padded, base frame, m."""
+def make_planner(settings: BaseModel, *, footprint: NDArray[np.float64] | None) -> Planner:
+    """Returns the planner that settings choose.
+
+    footprint: (K, 2) padded, base frame, m; None where the robot is given by a radius.
+    """
     return PLANNERS[settings.plugin](settings, footprint)

@@ -58,7 +58,7 @@ class ThetaStarPlanner:
     nav2_plugin = "nav2_theta_star_planner::ThetaStarPlanner"
     Parameters = ThetaStarPlannerParameters
 
-    def __init__(self, parameters: ThetaStarPlannerParameters, footprint: Array) -> None:
+    def __init__(self, parameters: ThetaStarPlannerParameters, footprint: Array | None) -> None:
         """footprint: not looked at; the search sees the cell under the robot's centre only."""
         self.parameters = parameters
 

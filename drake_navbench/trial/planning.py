@@ -59,7 +59,8 @@ def make_plan(
         return path_from_polyline(np.array(plan.points), plan.spacing_m)
     if costmap is None:
         costmap = global_costmap(scenario, robot)
-    planner = make_planner(robot.navigation.planner, footprint=robot.padded_outline)
+    outline = None if robot.is_circle else robot.padded_outline
+    planner = make_planner(robot.navigation.planner, footprint=outline)
     path = planner.plan(costmap, start, np.array(scenario.goal) if goal is None else goal)
     return _smoothed(path, costmap, plan)
 
