@@ -7,9 +7,13 @@ evolves is in its memory, which lives in the Drake Context. docs/controllers.md 
 
 from __future__ import annotations
 
+import contextlib
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from importlib.machinery import ModuleSpec
 from importlib.metadata import entry_points
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
 
@@ -21,6 +25,7 @@ from drake_navbench.errors import InputError, NavbenchError, nearest_name_hint, 
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.noise import NO_NOISE, NoiseKey
 
+OUR_PACKAGE = "drake_navbench"
 ENTRY_POINT_GROUP = "drake_navbench.controllers"
 # What a class must have to be a Controller.
 CONTROLLER_MEMBERS = ("Parameters", "nav2_plugin", "initial_memory", "step")
@@ -202,6 +207,20 @@ class GracefulController(Protocol):
         ...
 
 
+def _find_spec(name: str, path: Any) -> ModuleSpec | None:
+    """Does what importlib.util.find_spec does, which imports the parents of a module first."""
+    for finder in sys.meta_path:
+        spec = finder.find_spec(name, path)
+        if spec is not None:
+            return spec
+    return None
+
+
+def is_ours(module: str) -> bool:
+    """Returns whether a module belongs to this package, and not to a plugin of others."""
+    return module.partition(".")[0] == OUR_PACKAGE
+
+
 @dataclass(frozen=True)
 class Registry:
     """The installed controllers by name. Loading a class is put off until it is asked for."""
@@ -215,6 +234,21 @@ class Registry:
         """The registered names, sorted."""
         return sorted(self._entry_points)
 
+    def folder(self, name: str) -> Path | None:
+        """Returns where the module registered as `name` is, None where it is not found.
+
+        The module is not imported, nor are the packages that it is in: what others have installed
+        runs only where it is asked for.
+        """
+        parts = self._entry_points[name].module.split(".")
+        path, spec = None, None
+        for end in range(1, len(parts) + 1):
+            spec = _find_spec(".".join(parts[:end]), path)
+            if spec is None:
+                return None
+            path = spec.submodule_search_locations
+        return Path(spec.origin).parent if spec.origin else None
+
     def load(self, name: str) -> type[Controller]:
         """Returns the controller class registered as `name`.
 
@@ -227,8 +261,11 @@ class Registry:
             )
         entry_point = self._entry_points[name]
         try:
-            loaded = entry_point.load()
-        except (Exception, SystemExit) as error:
+            with contextlib.chdir("."):
+                loaded = entry_point.load()
+        except BaseException as error:
+            if isinstance(error, KeyboardInterrupt) and is_ours(entry_point.module):
+                raise
             # The module is somebody's code: anything can happen in it.
             raise InputError(
                 f"controller {name!r}: entry point {entry_point.value} cannot be loaded: "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -17,9 +18,8 @@ from matplotlib.lines import Line2D
 from matplotlib.transforms import ScaledTranslation
 
 from drake_navbench.analysis.colors import controller_color
+from drake_navbench.results import write_whole
 
-SUFFIXES = (".svg", ".png")
-PNG_DOTS_PER_INCH = 110
 INK, MUTED, GRID = "#1f2933", "#6b7480", "#e3e7eb"
 OBSTACLE_FACE, OBSTACLE_EDGE = "#c9ced4", "#6b7480"
 PLAN_COLOR = "#1f2933"
@@ -30,8 +30,16 @@ X_LABEL_BELOW_IN, Y_LABEL_BESIDE_IN = 0.3, 0.5
 CHARACTER_IN, LEGEND_KEY_IN, LEGEND_LINE_IN = 0.075, 0.6, 0.2
 # Few round numbers are easier to read, and ticks are what takes longest to draw.
 MAX_TICK_STEPS = 5
-# As small as 6 within a tenth, at a third of its time.
-PNG_COMPRESSION_LEVEL = 3
+SAVE_OPTIONS = {
+    ".svg": {"format": "svg", "metadata": {"Date": None}},
+    ".png": {
+        "format": "png",
+        "dpi": 110,
+        "metadata": {"Software": None},
+        # As small as 6 within a tenth, at a third of its time.
+        "pil_kwargs": {"compress_level": 3},
+    },
+}
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 
 STYLE = {
@@ -219,16 +227,7 @@ def figure_style():
 
 def write_figure(figure: Figure, stem: Path) -> list[Path]:
     """Writes a figure as SVG and PNG; equal figures give equal bytes. Returns the paths."""
-    stem.parent.mkdir(parents=True, exist_ok=True)
-    paths = [stem.with_name(stem.name + suffix) for suffix in SUFFIXES]
-    for path in paths:
-        if path.suffix == ".svg":
-            figure.savefig(path, metadata={"Date": None})
-        else:
-            figure.savefig(
-                path,
-                dpi=PNG_DOTS_PER_INCH,
-                metadata={"Software": None},
-                pil_kwargs={"compress_level": PNG_COMPRESSION_LEVEL},
-            )
+    paths = [stem.with_name(stem.name + suffix) for suffix in SAVE_OPTIONS]
+    for path, options in zip(paths, SAVE_OPTIONS.values(), strict=True):
+        write_whole(path, partial(figure.savefig, **options))
     return paths

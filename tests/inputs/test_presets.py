@@ -195,6 +195,7 @@ BROKEN_PLUGINS = {
     "does not parse": ("def step(:", "SyntaxError: invalid syntax"),
     "needs what is not installed": ("import no_such_package", "ModuleNotFoundError: No module"),
     "fails when imported": ("1 / 0", "ZeroDivisionError: division by zero"),
+    "pretends Ctrl-C when imported": ("raise KeyboardInterrupt", "KeyboardInterrupt"),
     "leaves Python when imported": ("raise SystemExit('no licence')", "SystemExit: no licence"),
     "has no such class": ("", "AttributeError: "),
     "is a number": ("Plugin = 3", "is no class with Parameters, nav2_plugin, initial_memory, step"),
@@ -211,11 +212,11 @@ def test_a_broken_plugin_is_named_and_leaves_the_others_alone(case, install, tmp
     module, reason = BROKEN_PLUGINS[case]
     install("broken", module)
     path = nav2_file(tmp_path, NAV2_RPP)
+    assert load_preset("rpp").controller == "rpp"
     with pytest.warns(UserWarning, match="controller 'broken': ") as warned:
-        assert load_preset("rpp").controller == "rpp"
+        assert load_parameter_file(path)[0].controller == "rpp"
     (warning,) = warned
     assert reason in str(warning.message)
-    assert load_parameter_file(path)[0].controller == "rpp"
     with pytest.raises(InputError, match="controller 'broken': ") as caught:
         Registry().load("broken")
     assert reason in str(caught.value)
