@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import multiprocessing
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,9 +21,11 @@ from drake_navbench.analysis.scenario_analysis import (
     analyse,
     read_trials,
 )
-from drake_navbench.errors import InputError
+from drake_navbench.errors import InputError, NavbenchError
 from drake_navbench.log import TrialLog
 from drake_navbench.results import ResultsFolder
+from drake_navbench.worker_process import Raised, Returned
+from drake_navbench.workers import Task, run_tasks, start_server
 
 FIGURES_FOLDER = "figures"
 DEFAULT_JOBS = 2
@@ -74,11 +75,7 @@ def analyse_folder(
     if jobs == 1:
         results = [_analyse_scenario(*task) for task in tasks]
     else:
-        context = multiprocessing.get_context("forkserver")
-        # Imported once, in the server that the workers are forked from.
-        context.set_forkserver_preload([__name__])
-        with ProcessPoolExecutor(max_workers=jobs, mp_context=context) as pool:
-            results = list(pool.map(_analyse_scenario, *zip(*tasks, strict=True)))
+        results = _analyse_apart(tasks, jobs)
     wanted = list(manifest.get("scenarios", []))
     results.sort(key=lambda result: _place(result[0].scenario, wanted))
     if not any(analysis.trials for analysis, _ in results):
@@ -89,6 +86,20 @@ def analyse_folder(
         scenarios=tuple(analysis for analysis, _ in results),
         figures=tuple(entry for _, written in results for entry in written),
     )
+
+
+def _analyse_apart(tasks: Sequence[tuple[Any, ...]], jobs: int) -> list[Any]:
+    """Returns the results of `_analyse_scenario`, each from a worker; raises what one raised."""
+    start_server([__name__])
+    results = []
+    with closing(run_tasks([Task(_analyse_scenario, task) for task in tasks], jobs=jobs)) as ended:
+        for task, ending in ended:
+            if isinstance(ending, Raised):
+                raise ending.error
+            if not isinstance(ending, Returned):
+                raise NavbenchError(f"{task.arguments[1][0].parent.parent}: {ending.sentence}")
+            results.append(ending.value)
+    return results
 
 
 def _analyse_scenario(

@@ -10,7 +10,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from drake_navbench.errors import InputError
+from drake_navbench.errors import NavbenchError
 
 EXIT_DONE = 0
 EXIT_REGRESSION = 1
@@ -23,7 +23,7 @@ tolerance; success counts by the trial. A regression test for CI:
 
   python -m drake_navbench.compare results/main results/branch --junit compare.xml
 
-exit status: 0 no listed metric got worse, 1 one did, 2 wrong input
+exit status: 0 no listed metric got worse, 1 one did, 2 wrong input, or nothing could be compared
 """
 
 
@@ -73,7 +73,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         _write(arguments.markdown, text)
         if arguments.junit is not None:
             _write(arguments.junit, compare.to_junit(comparison))
-    except InputError as error:
+    except NavbenchError as error:
+        # Also where a worker was ended from outside: status 1 is for regressions alone.
         print(f"error: {error}", file=sys.stderr)
         return EXIT_WRONG_INPUT
     for finding in comparison.regressions:
@@ -93,10 +94,9 @@ def _write(path: Path | None, text: str) -> None:
     if path is None:
         sys.stdout.write(text)
         return
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error.strerror}") from error
+    from drake_navbench.results import write_text
+
+    write_text(path, text)
 
 
 def _positive(text: str) -> int:

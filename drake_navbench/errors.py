@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import difflib
+import errno
 from collections.abc import Iterable
 
 # Longer lines are cut: what is wrong may be a value of any size.
 MAX_LINE_LENGTH = 1000
+MAX_LINES = 100
 # A longer name is no misspelt one, and to compare it would take long.
 MAX_HINTED_LENGTH = 100
 
@@ -18,7 +20,8 @@ class NavbenchError(Exception):
     """
 
     def __str__(self) -> str:
-        return "\n".join(map(printable, super().__str__().split("\n")))
+        lines = super().__str__().split("\n")
+        return "\n".join(map(printable, lines[:MAX_LINES]))
 
 
 class InputError(NavbenchError):
@@ -27,6 +30,30 @@ class InputError(NavbenchError):
 
 class InputWarning(UserWarning):
     """Something the user gave is taken, but probably not what was meant; its text is one line."""
+
+
+class CannotBeWritten(InputError):
+    """A file cannot be written where it was asked for, as on a full disk. Exit status 2."""
+
+
+# What the machine lacked: memory, space, open files; or a disk that fails.
+MACHINE_FAULTS = frozenset(
+    {
+        errno.EDQUOT,
+        errno.EIO,
+        errno.EMFILE,
+        errno.ENFILE,
+        errno.ENOMEM,
+        errno.ENOSPC,
+    }
+)
+
+
+def is_machine_fault(error: BaseException) -> bool:
+    """Returns whether an exception tells of the machine, not of the code that met it."""
+    if isinstance(error, OSError):
+        return error.errno in MACHINE_FAULTS
+    return isinstance(error, MemoryError)
 
 
 def nearest_name_hint(name: str, known_names: Iterable[str]) -> str:
@@ -50,6 +77,11 @@ def printable(text: str) -> str:
     if text.isprintable():
         return text
     return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
+
+
+def as_line(text: str) -> str:
+    """Returns a text of any length and number of lines as one printable line."""
+    return printable(" ".join(text[: 2 * MAX_LINE_LENGTH].splitlines()))
 
 
 def one_line(error: BaseException) -> str:

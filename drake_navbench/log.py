@@ -20,8 +20,9 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
+from pydantic import ConfigDict
 
-from drake_navbench.errors import InputError
+from drake_navbench.errors import InputError, as_line, one_line
 from drake_navbench.immutable import Immutable
 from drake_navbench.plans import (
     PLAN_COLUMNS,
@@ -31,6 +32,7 @@ from drake_navbench.plans import (
     plan_columns,
     read_plans,
 )
+from drake_navbench.typed_yaml import FrozenModel, validate
 
 SCHEMA_VERSION = 2
 METADATA_KEY = b"drake_navbench"
@@ -58,6 +60,10 @@ COLUMNS: Mapping[str, str] = {
     "cycle_count": "control cycles so far",
     "compute_time_ms": "wall-clock time of the last control cycle (varies from run to run)",
 }
+
+
+# Uncompressed; a trial of an hour takes a tenth of it.
+MAX_LOG_BYTES = 1_000_000_000
 
 
 class Outcome(StrEnum):
@@ -90,6 +96,29 @@ class Scan(Immutable):
         bearing = self.sensor_pose[2] + self.angles_rad[valid]
         direction = np.column_stack([np.cos(bearing), np.sin(bearing)])
         return self.sensor_pose[:2] + self.ranges_m[valid, None] * direction
+
+
+class _HeaderScenario(FrozenModel):
+    model_config = ConfigDict(extra="allow")
+
+    name: str
+    goal: tuple[float, float, float]
+
+
+class _Header(FrozenModel):
+    """What everybody who reads a log relies on, of all that is in its header."""
+
+    model_config = ConfigDict(extra="allow")
+
+    scenario: _HeaderScenario
+    robot: dict[str, Any]
+    controller: str
+    trial: int
+    seed: int
+    outcome: Outcome
+    reason: str
+    start_time_s: float
+    end_time_s: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,17 +208,26 @@ class TrialLog:
     def read(cls, path: Path) -> TrialLog:
         """Reads a log; raises InputError where the file is no whole log of this schema version."""
         try:
+            if not path.is_file():
+                raise InputError(f"{path}: not a readable trial log: no such file")
+            size = pq.read_metadata(path)
+            uncompressed = sum(
+                size.row_group(group).total_byte_size for group in range(size.num_row_groups)
+            )
+            if uncompressed > MAX_LOG_BYTES:
+                raise InputError(f"{path}: not a trial log: {uncompressed / 1e9:.3g} GB of columns")
             table = pq.read_table(path)
-        except (OSError, pa.ArrowInvalid) as error:
-            reason = str(error).splitlines()[0]
-            raise InputError(f"{path}: not a readable trial log: {reason}") from error
+        except (OSError, pa.ArrowException) as error:
+            raise InputError(f"{path}: not a readable trial log: {as_line(str(error))}") from error
         metadata = (table.schema.metadata or {}).get(METADATA_KEY)
         if metadata is None:
             raise InputError(f"{path}: a Parquet file, but not a trial log")
         try:
             info = json.loads(metadata)
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             raise InputError(f"{path}: a trial log with unreadable metadata: {error}") from error
+        if not isinstance(info, dict):
+            raise InputError(f"{path}: a trial log with unreadable metadata: expected an object")
         version = info.pop("schema_version", None)
         if version != SCHEMA_VERSION:
             raise InputError(
@@ -200,16 +238,37 @@ class TrialLog:
             raise InputError(
                 f"{path}: a trial log without the columns {', '.join(sorted(missing))}"
             )
-        angles = np.array(info.pop("scan_angles_rad"))
+        header = {name: info[name] for name in _Header.model_fields if name in info}
+        validate(_Header, header, str(path))
+        try:
+            return cls._of(table, info)
+        except (
+            pa.ArrowException,
+            AttributeError,
+            KeyError,
+            OverflowError,
+            RecursionError,
+            TypeError,
+            ValueError,
+        ) as error:
+            raise InputError(f"{path}: a damaged trial log: {one_line(error)}") from error
+
+    @classmethod
+    def _of(cls, table: pa.Table, info: dict[str, Any]) -> TrialLog:
+        """Returns the log that a table and its header make; raises anything where they do not."""
+        angles = np.array(info.pop("scan_angles_rad"), dtype=float)
         events = info.pop("events", [])
         notes = [json.loads(n) for n in table["diagnostics"].drop_null().to_pylist()]
+        samples = table.select(list(COLUMNS)).to_pandas()
+        if not all(kind.kind in "if" for kind in samples.dtypes):
+            raise TypeError("a column does not hold numbers")
         return cls(
-            samples=table.select(list(COLUMNS)).to_pandas(),
+            samples=samples,
             plans=read_plans(table),
             info=info,
             scans=tuple(_read_scan(s, angles) for s in table["scan"].drop_null().to_pylist()),
-            diagnostics=tuple((n.pop("time_s"), n) for n in notes),
-            events=tuple((event.pop("time_s"), event) for event in events),
+            diagnostics=tuple((float(n.pop("time_s")), n) for n in notes),
+            events=tuple((float(event.pop("time_s")), event) for event in events),
         )
 
 

@@ -7,14 +7,20 @@ are, in pyproject.toml.
 
 from __future__ import annotations
 
+import contextlib
+import sys
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
+from importlib.machinery import ModuleSpec
 from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
 from typing import Any
 
 from drake_navbench.errors import InputError, InputWarning, nearest_name_hint, one_line
+
+OUR_PACKAGE = "drake_navbench"
 
 
 @dataclass(frozen=True)
@@ -56,8 +62,12 @@ class PluginKind:
             )
         (point,) = points
         try:
-            loaded = point.load()
-        except (Exception, SystemExit) as error:
+            with contextlib.chdir("."):
+                loaded = point.load()
+        except BaseException as error:
+            if isinstance(error, KeyboardInterrupt) and is_ours(point.module):
+                raise
+            # The module is somebody's code: anything can happen in it.
             raise InputError(
                 f"{self.noun} {name!r} of {_package(point)}: entry point {point.value} cannot be "
                 f"loaded: {one_line(error)}"
@@ -69,6 +79,21 @@ class PluginKind:
                 f"{', '.join(missing or self.members)}, as {self.guide} describes it"
             )
         return loaded
+
+    def folder(self, name: str) -> Path | None:
+        """Returns where the module registered as `name` is, None where it is not found.
+
+        The module is not imported, nor are the packages that it is in: what others have installed
+        runs only where it is asked for.
+        """
+        parts = _installed(self.group)[name][0].module.split(".")
+        path, spec = None, None
+        for end in range(1, len(parts) + 1):
+            spec = _find_spec(".".join(parts[:end]), path)
+            if spec is None:
+                return None
+            path = spec.submodule_search_locations
+        return Path(spec.origin).parent if spec.origin else None
 
     def load_all(self, check: Callable[[str, Any], Any] = lambda name, loaded: loaded) -> dict:
         """Returns what can be loaded, by name; warns of the others.
@@ -97,6 +122,20 @@ def _installed(group: str) -> Mapping[str, tuple[EntryPoint, ...]]:
 def forget_installed() -> None:
     """Makes the next look-up read the installed packages again, such as after an installation."""
     _installed.cache_clear()
+
+
+def is_ours(module: str) -> bool:
+    """Tells whether a module belongs to this package, and not to a plugin of others."""
+    return module.partition(".")[0] == OUR_PACKAGE
+
+
+def _find_spec(name: str, path: Any) -> ModuleSpec | None:
+    """Does what importlib.util.find_spec does, which imports the parents of a module first."""
+    for finder in sys.meta_path:
+        spec = finder.find_spec(name, path)
+        if spec is not None:
+            return spec
+    return None
 
 
 def _package(point: EntryPoint) -> str:

@@ -10,9 +10,10 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from drake_navbench.errors import InputError
+from drake_navbench.errors import InputError, NavbenchError
 
 EXIT_DONE = 0
+EXIT_FAILED = 1
 EXIT_WRONG_INPUT = 2
 PERCENT = 100.0
 
@@ -23,7 +24,7 @@ def build_parser() -> argparse.ArgumentParser:
         prog="python -m drake_navbench.report",
         description="Makes tables, figures and report.html of a results folder again, from its "
         "logs, without simulating.",
-        epilog="exit status: 0 done, 2 wrong input",
+        epilog="exit status: 0 done, 1 a worker was ended from outside, 2 wrong input",
     )
     parser.add_argument("folder", type=Path, metavar="DIR", help="a results folder")
     parser.add_argument(
@@ -57,9 +58,9 @@ def main(argv: Sequence[str] | None = None) -> int:
             jobs=arguments.jobs,
             difference=arguments.difference / PERCENT,
         )
-    except InputError as error:
+    except NavbenchError as error:
         print(f"error: {error}", file=sys.stderr)
-        return EXIT_WRONG_INPUT
+        return EXIT_WRONG_INPUT if isinstance(error, InputError) else EXIT_FAILED
     for entry in result.left_out:
         print(f"left out: {entry.path}: {entry.reason}", file=sys.stderr)
     print(f"{result.path}: {result.trial_count} trial{'s' if result.trial_count > 1 else ''}")

@@ -6,31 +6,38 @@ replays/. Every file appears whole or not at all.
 
 from __future__ import annotations
 
+import fcntl
 import hashlib
 import json
 import os
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
+from pydantic import ConfigDict, Field
 
-from drake_navbench.errors import InputError
+from drake_navbench.errors import CannotBeWritten, InputError
+from drake_navbench.input_file import read_input
 from drake_navbench.log import TrialLog
+from drake_navbench.typed_yaml import MAX_FILE_BYTES, FrozenModel, validate
 
 MANIFEST_VERSION = 1
 # Of 255 bytes that a file system takes: a replay has two names in one, and a suffix.
 MAX_NAME_LENGTH = 100
+UNFINISHED = ".unfinished"
 
 
 def write_whole(path: Path, write: Callable[[Path], None]) -> None:
     """Makes a file appear whole or not at all: written under another name, synced, renamed.
 
-    Raises InputError where it cannot be written, as on a full disk.
+    What a killed process leaves behind has the suffix `UNFINISHED`. Raises CannotBeWritten where
+    it cannot be written, as on a full disk.
     """
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}")
+    unfinished = path.with_name(f".{path.name}.{os.getpid()}{UNFINISHED}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
@@ -41,7 +48,8 @@ def write_whole(path: Path, write: Callable[[Path], None]) -> None:
         finally:
             unfinished.unlink(missing_ok=True)
     except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error}") from error
+        reason = error.strerror or str(error)
+        raise CannotBeWritten(f"{path}: cannot be written: {reason}") from error
 
 
 def write_text(path: Path, text: str) -> None:
@@ -52,12 +60,44 @@ def write_text(path: Path, text: str) -> None:
 def file_name(name: str) -> str:
     """Returns a column's name as a file name: anything unusual becomes '_', a long one is cut.
 
+    It is never hidden, an option or a way out of its folder: no dot or dash stays in front.
     Names that would collide after that are told apart by a piece of their hash.
     """
-    plain = re.sub(r"[^A-Za-z0-9._-]", "_", name)[:MAX_NAME_LENGTH]
-    if plain == name:
+    plain = re.sub(r"[^A-Za-z0-9._-]|^[.-]", "_", name)[:MAX_NAME_LENGTH]
+    if plain == name and plain:
         return plain
-    return f"{plain}-{hashlib.sha256(name.encode()).hexdigest()[:6]}"
+    return f"{plain or '_'}-{hashlib.sha256(name.encode()).hexdigest()[:6]}"
+
+
+class _Asked(FrozenModel):
+    """What the report and the reproduction show of a request."""
+
+    model_config = ConfigDict(extra="allow")
+
+    scenarios: tuple[str, ...] = ()
+    controllers: tuple[str, ...] = ()
+    parameter_files: tuple[str, ...] = ()
+    trials: int | None = None
+    seed: int | None = None
+    robot: str | None = None
+
+
+class _Manifest(FrozenModel):
+    """What everybody who reads a manifest may rely on, where it is there at all."""
+
+    model_config = ConfigDict(extra="allow")
+
+    request: _Asked = _Asked()
+    scenarios: tuple[str, ...] = ()
+    controllers: tuple[str, ...] = ()
+    inputs: dict[str, str] = Field(default_factory=dict)
+    packages: dict[str, str] = Field(default_factory=dict)
+    wall_clock_s: float = Field(0.0, ge=0.0)
+    identity: str = ""
+    drake_navbench: str = ""
+    python: str = ""
+    platform: str = ""
+    created: str = ""
 
 
 @dataclass(frozen=True)
@@ -90,11 +130,25 @@ class ResultsFolder:
         stem = file_name(scenario) + (f"--{file_name(controller)}" if controller else "")
         return self.path / "replays" / f"{stem}.html"
 
-    def write_log(self, log: TrialLog) -> None:
-        """Writes a trial's log."""
+    def write_log(self, log: TrialLog, campaign_identity: str | None = None) -> None:
+        """Writes a trial's log.
+
+        campaign_identity: of the campaign that it belongs to. Raises InputError where the folder
+        is meanwhile another one's, as when a worker outlives its run.
+        """
         info = log.info
         path = self.log_path(info["scenario"]["name"], info["controller"], info["trial"])
-        write_whole(path, log.write)
+
+        def write(unfinished: Path) -> None:
+            log.write(unfinished)
+            if campaign_identity is not None:
+                self._require_campaign(campaign_identity)
+
+        write_whole(path, write)
+
+    def _require_campaign(self, identity: str) -> None:
+        if self.read_manifest().get("identity") != identity:
+            raise InputError(f"{self.path}: is no longer the folder of this run")
 
     def write_manifest(self, manifest: Mapping[str, Any]) -> None:
         """Writes the manifest."""
@@ -104,12 +158,12 @@ class ResultsFolder:
     def read_manifest(self) -> dict[str, Any]:
         """Returns the manifest; raises InputError where the folder is no results folder."""
         try:
-            manifest = json.loads(self.manifest_path.read_text(encoding="utf-8"))
-        except OSError as error:
-            raise InputError(
-                f"{self.path}: not a results folder: no readable {self.manifest_path.name}"
-            ) from error
-        except ValueError as error:
+            content = read_input(self.manifest_path, max_bytes=MAX_FILE_BYTES)
+        except InputError as error:
+            raise InputError(f"{self.path}: not a results folder: {error}") from error
+        try:
+            manifest = json.loads(content)
+        except (ValueError, RecursionError) as error:
             raise InputError(f"{self.manifest_path}: not valid JSON: {error}") from error
         if not isinstance(manifest, dict):
             raise InputError(
@@ -120,6 +174,7 @@ class ResultsFolder:
             raise InputError(
                 f"{self.manifest_path}: manifest version {version}, expected {MANIFEST_VERSION}"
             )
+        validate(_Manifest, manifest, str(self.manifest_path))
         return manifest
 
     def write_trials(self, trials: pd.DataFrame) -> None:
@@ -127,12 +182,45 @@ class ResultsFolder:
         write_whole(self.trials_path, lambda path: trials.to_parquet(path, index=False))
 
 
+@contextmanager
+def only_run_in(path: Path) -> Iterator[None]:
+    """Keeps every other run out of a folder while the block runs; makes it where there is none.
+
+    The lock is the system's and on the folder itself: it ends with this process, however that
+    ends. Raises InputError where another run is in it, CannotBeWritten where it cannot be made.
+    """
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        descriptor = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise CannotBeWritten(f"{path}: cannot be used: {reason}") from error
+    try:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            raise InputError(f"{path}: another run is writing into it; wait for its end") from error
+        except OSError:
+            # A file system without locks: there the user alone can take care.
+            pass
+        yield
+    finally:
+        os.close(descriptor)
+
+
+def remove_unfinished(path: Path) -> None:
+    """Removes the unfinished files that killed processes have left in a folder and below it."""
+    for file in path.rglob(f".*{UNFINISHED}"):
+        with suppress(OSError):
+            file.unlink()
+
+
 def require_writable(path: Path) -> None:
     """Raises InputError unless a folder can be made, or written to, at `path`."""
     try:
         if path.exists() and not path.is_dir():
             raise InputError(f"--out {path}: exists and is not a folder")
-        if path.is_dir() and any(path.iterdir()):
+        if path.is_dir() and any(file.suffix != UNFINISHED for file in path.iterdir()):
             raise InputError(
                 f"--out {path}: is not empty; name a new folder, or continue with --resume"
             )
@@ -141,5 +229,7 @@ def require_writable(path: Path) -> None:
             existing = existing.parent
         if not existing.is_dir() or not os.access(existing, os.W_OK | os.X_OK):
             raise InputError(f"--out {path}: {existing} is not a folder that can be written to")
-    except OSError as error:
-        raise InputError(f"--out {path}: cannot be used: {error.strerror}") from error
+    except (OSError, ValueError) as error:
+        # ValueError: a name with a NUL.
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError(f"--out {path}: cannot be used: {reason}") from error

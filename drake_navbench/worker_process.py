@@ -33,6 +33,11 @@ class Raised(NamedTuple):
 
     error: NavbenchError
 
+    @property
+    def sentence(self) -> str:
+        """Why there is no result."""
+        return str(self.error)
+
 
 class TaskFailed(NavbenchError):
     """What a task raised, in a line; `details` has its traceback."""

@@ -16,6 +16,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from multiprocessing import forkserver
 from multiprocessing.connection import Connection, wait
 from types import ModuleType
 from typing import Any, NamedTuple
@@ -43,6 +44,7 @@ OUTSIDE_SIGNALS = frozenset(
 UNKNOWN_EXIT_CODE = 255
 EXIT_PATIENCE_S = 1.0
 LONGEST_WAIT_S = 3600.0
+BLAS_THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,11 +67,16 @@ class TimedOut(NamedTuple):
 
     limit_s: float
 
+    @property
+    def sentence(self) -> str:
+        """Why there is no result."""
+        return f"no result after {self.limit_s:g} s of wall clock; ended"
+
 
 class Died(NamedTuple):
-    """The worker died. is_from_outside: something else than the task made it."""
+    """The worker died. sentence: how. is_from_outside: something else than the task made it."""
 
-    reason: str
+    sentence: str
     is_from_outside: bool
 
 
@@ -78,6 +85,18 @@ Ending = Returned | Raised | TimedOut | Died
 
 class NoWorkers(NavbenchError):
     """No worker can be started, such as where the system allows no more processes."""
+
+
+def start_server(preload: Sequence[str]) -> None:
+    """Starts the server that workers are forked from, where none runs; the caller goes on at once.
+
+    preload: the modules that it imports once for all its workers.
+    """
+    for variable in BLAS_THREAD_VARIABLES:
+        # Each worker has one core; threads of a linear algebra library would only fight for it.
+        os.environ.setdefault(variable, "1")
+    forkserver.set_forkserver_preload(list(preload))
+    forkserver.ensure_running()
 
 
 def run_tasks(
@@ -144,7 +163,7 @@ class _Crew:
                 self._drop(worker)
                 if not worker.has_begun:
                     self._waiting.insert(0, task)
-                    self._count_failed_start(said.reason)
+                    self._count_failed_start(said.sentence)
                     continue
             yield task, said
         now_s = time.monotonic()

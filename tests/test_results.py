@@ -55,6 +55,7 @@ def manifest() -> dict:
             "replay": "none",
         },
         "inputs": {},
+        "identity": "",
         "drake_navbench": "0.1.0",
     }
 

@@ -98,7 +98,7 @@ def end_by(number: int) -> None:
 def test_a_kill_is_told_from_what_a_task_does(number):
     (ending,) = endings(Task(_sleep_killed_by, (number,)))
     assert ending.is_from_outside
-    assert f"signal {int(number)}" in ending.reason
+    assert f"signal {int(number)}" in ending.sentence
 
 
 def _sleep_killed_by(number: int) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -17,10 +18,10 @@ from matplotlib.lines import Line2D
 from matplotlib.transforms import ScaledTranslation
 
 from drake_navbench.analysis.colors import controller_color
+from drake_navbench.results import write_whole
 
 SVG, PNG = ".svg", ".png"
 SUFFIXES = (SVG, PNG)
-PNG_DOTS_PER_INCH = 110
 POINTS_PER_INCH = 72
 INK, MUTED, GRID = "#1f2933", "#6b7480", "#e3e7eb"
 OBSTACLE_FACE, OBSTACLE_EDGE = "#c9ced4", "#6b7480"
@@ -32,8 +33,16 @@ X_LABEL_BELOW_IN, Y_LABEL_BESIDE_IN = 0.3, 0.5
 CHARACTER_IN, LEGEND_KEY_IN, LEGEND_LINE_IN = 0.075, 0.6, 0.2
 # Few round numbers are easier to read, and ticks are what takes longest to draw.
 MAX_TICK_STEPS = 5
-# As small as 6 within a tenth, at a third of its time.
-PNG_COMPRESSION_LEVEL = 3
+SAVE_OPTIONS = {
+    ".svg": {"format": "svg", "metadata": {"Date": None}},
+    ".png": {
+        "format": "png",
+        "dpi": 110,
+        "metadata": {"Software": None},
+        # As small as 6 within a tenth, at a third of its time.
+        "pil_kwargs": {"compress_level": 3},
+    },
+}
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 
 STYLE = {
@@ -227,16 +236,7 @@ def figure_style():
 
 def write_figure(figure: Figure, stem: Path, suffixes: Sequence[str] = SUFFIXES) -> list[Path]:
     """Writes a figure in these formats; equal figures give equal bytes. Returns the paths."""
-    stem.parent.mkdir(parents=True, exist_ok=True)
     paths = [stem.with_name(stem.name + suffix) for suffix in suffixes]
     for path in paths:
-        if path.suffix == SVG:
-            figure.savefig(path, metadata={"Date": None})
-        else:
-            figure.savefig(
-                path,
-                dpi=PNG_DOTS_PER_INCH,
-                metadata={"Software": None},
-                pil_kwargs={"compress_level": PNG_COMPRESSION_LEVEL},
-            )
+        write_whole(path, partial(figure.savefig, **SAVE_OPTIONS[path.suffix]))
     return paths

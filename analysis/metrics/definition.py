@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import NamedTuple
 
+from drake_navbench.errors import one_line
 from drake_navbench.log import TrialLog
 
 
@@ -59,9 +60,11 @@ class Metric:
             return Measurement(self(log))
         except Undefined as undefined:
             return Measurement(math.nan, str(undefined))
-        except Exception as error:
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
             # A user's metric may break in any way; its cell stays empty, the analysis goes on.
-            return Measurement(math.nan, f"{type(error).__name__}: {error}")
+            return Measurement(math.nan, one_line(error))
 
     @property
     def description(self) -> str:

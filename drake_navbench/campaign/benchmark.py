@@ -6,10 +6,11 @@ import argparse
 import platform
 import tempfile
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from datetime import datetime
 from hashlib import sha256
 from importlib.metadata import version
+from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
@@ -20,21 +21,23 @@ from rich.console import Console
 
 from drake_navbench import __version__
 from drake_navbench.analysis.tables import scenario_table, table_to_markdown
-from drake_navbench.campaign.campaign import (
-    DEFAULT_TRIALS,
-    Campaign,
-    available_jobs,
-    plan_campaign,
-    run_campaign,
-)
+from drake_navbench.campaign.campaign import DEFAULT_TRIALS, Campaign, plan_campaign
 from drake_navbench.campaign.console import CampaignProgress, print_scenario, terminal
+from drake_navbench.campaign.driving import Undriven, available_jobs, run_campaign
 from drake_navbench.campaign.replays import write_replays
 from drake_navbench.campaign.request import Request
 from drake_navbench.campaign.warm_up import kernels_are_cold, start_worker_server, warm_up
-from drake_navbench.errors import InputError
+from drake_navbench.errors import InputError, NavbenchError, printable
 from drake_navbench.inputs.presets import Preset, as_yaml
 from drake_navbench.log import Outcome
-from drake_navbench.results import ResultsFolder, file_name, require_writable, write_text
+from drake_navbench.results import (
+    ResultsFolder,
+    file_name,
+    only_run_in,
+    remove_unfinished,
+    require_writable,
+    write_text,
+)
 from drake_navbench.trial.trial import DEFAULT_ROBOT
 from drake_navbench.typed_yaml import FrozenModel, validate
 
@@ -48,6 +51,7 @@ class _Begun(FrozenModel):
 
     request: Request
     inputs: dict[str, str]
+    identity: str
     drake_navbench: str
     wall_clock_s: float = 0.0
 
@@ -66,8 +70,10 @@ def run_benchmark(
 
     The arguments are those of the command line. `out` keeps the logs in a new folder, of which
     `python -m drake_navbench.report` makes a report; `--resume` goes on with it unless a
-    controller was a Preset, which a manifest cannot name. Raises InputError where one is wrong.
+    controller was a Preset, which a manifest cannot name. Raises InputError where one is wrong,
+    NavbenchError where trials came to no end by something that they did not do.
     """
+    out = None if out is None else Path(out).absolute()
     names = [c if isinstance(c, str) else c.name for c in controllers]
     asked = {
         "scenarios": list(scenarios),
@@ -81,10 +87,14 @@ def run_benchmark(
     request = validate(Request, asked, "run_benchmark")
     campaign = plan_campaign(scenarios, controllers, trials=trials, seed=seed, robot=robot)
     with tempfile.TemporaryDirectory() as temporary:
-        folder = ResultsFolder(Path(temporary if out is None else out))
-        require_writable(folder.path)
-        _begin(folder, campaign, request if names == list(controllers) else None)
-        return run_campaign(campaign, folder, jobs=jobs or available_jobs())
+        folder = ResultsFolder(out or Path(temporary))
+        with only_run_in(folder.path):
+            require_writable(folder.path)
+            _begin(folder, campaign, request if names == list(controllers) else None)
+            trials, undriven = run_campaign(campaign, folder, jobs=jobs or available_jobs())
+    if undriven:
+        raise NavbenchError("\n".join(map(_undriven_line, undriven)))
+    return trials
 
 
 def run_from_command_line(arguments: argparse.Namespace) -> bool:
@@ -94,8 +104,10 @@ def run_from_command_line(arguments: argparse.Namespace) -> bool:
     """
     console = terminal(quiet=arguments.quiet)
     resumed = arguments.resume is not None
+    # A plugin may change the working directory; what is asked for is where it was asked from.
+    path = (arguments.resume or arguments.out or default_results_path()).absolute()
+    folder = ResultsFolder(path)
     if resumed:
-        folder = ResultsFolder(arguments.resume)
         begun = validate(_Begun, folder.read_manifest(), str(folder.manifest_path))
         request = begun.request
         campaign = request.campaign()
@@ -103,23 +115,25 @@ def run_from_command_line(arguments: argparse.Namespace) -> bool:
     else:
         request = _request_from_arguments(arguments)
         campaign = request.campaign()
-        folder = ResultsFolder(arguments.out or default_results_path())
         require_writable(folder.path)
     if arguments.live:
         from drake_navbench.campaign.live import show_live
 
         return show_live(campaign, console)
-    for preset in _presets(campaign):
+    for preset in campaign.presets:
         if preset.ignored:
             ignored = ", ".join(preset.ignored)
-            console.print(
-                f"{preset.source}: has no use here and is ignored: {ignored}", markup=False
-            )
-    if not resumed:
-        _begin(folder, campaign, request)
+            told = f"{preset.source}: has no use here and is ignored: {ignored}"
+            console.print(printable(told))
     jobs = arguments.jobs or available_jobs()
     try:
-        return _run(request, campaign, folder, jobs=jobs, console=console)
+        with only_run_in(folder.path):
+            if resumed:
+                _complete(folder, campaign)
+            else:
+                require_writable(folder.path)
+                _begin(folder, campaign, request)
+            return _run(request, campaign, folder, jobs=jobs, console=console)
     except KeyboardInterrupt:
         console.print(
             f"Go on with: python -m drake_navbench.run --resume {folder.path}", soft_wrap=True
@@ -128,15 +142,22 @@ def run_from_command_line(arguments: argparse.Namespace) -> bool:
 
 
 def default_results_path() -> Path:
-    """Returns results/<time>."""
-    return Path("results") / datetime.now().strftime("%Y-%m-%d_%H-%M-%S")
+    """Returns results/<time>, with a number behind it where that exists already."""
+    stem = datetime.now().strftime("%Y-%m-%d_%H-%M-%S")
+    paths = (
+        Path("results") / f"{stem}{suffix}" for suffix in chain([""], map("_{}".format, count(2)))
+    )
+    return next(path for path in paths if not path.exists())
 
 
 def _request_from_arguments(arguments: argparse.Namespace) -> Request:
     listed = arguments.controllers.split(",") if arguments.controllers else []
+    controllers = tuple(name.strip() for name in listed if name.strip())
+    if arguments.controllers is not None and not controllers:
+        raise InputError(f"--controllers {arguments.controllers!r}: expected names, found none")
     return Request(
         scenarios=tuple(arguments.scenarios),
-        controllers=tuple(name.strip() for name in listed if name.strip()),
+        controllers=controllers,
         parameter_files=tuple(str(path) for path in arguments.params),
         trials=arguments.trials,
         seed=arguments.seed,
@@ -159,10 +180,22 @@ def _run(
     from drake_navbench.analysis.report import build_report
 
     with CampaignProgress(console) as progress:
-        trials = run_campaign(campaign, folder, jobs=jobs, on_progress=progress.update)
+        trials, undriven = run_campaign(
+            campaign,
+            folder,
+            jobs=jobs,
+            on_progress=progress.update,
+            on_refused_log=_print_error,
+        )
     wall_s = time.perf_counter() - started
     _add_wall_clock(folder, wall_s)
-    for scenario in campaign.scenarios:
+    for entry in undriven:
+        _print_error(_undriven_line(entry))
+    if undriven:
+        _print_error(f"{len(undriven)} trials were not driven; --resume {folder.path} drives them")
+    if trials.empty:
+        return True
+    for scenario in dict.fromkeys(trials["scenario"]):
         table = scenario_table(trials, scenario)
         write_text(folder.table_path(scenario, ".csv"), table.to_csv())
         write_text(folder.table_path(scenario, ".md"), table_to_markdown(table))
@@ -184,12 +217,18 @@ def _run(
     for row in errors.itertuples():
         where = f"{row.scenario}, {row.controller}, trial {row.trial}"
         _print_error(f"error: {where}: {row.reason}")
-    return not errors.empty
+    return bool(undriven) or not errors.empty
+
+
+def _undriven_line(entry: Undriven) -> str:
+    spec = entry.spec
+    where = f"{spec.scenario.name}, {spec.preset.name}, trial {spec.trial}"
+    return f"not driven: {where}: {entry.reason}"
 
 
 def _print_error(text: str) -> None:
     """Prints a line that may hold anything, as it is, however quiet the run is."""
-    terminal(stderr=True).print(text, markup=False, soft_wrap=True)
+    terminal(stderr=True).print(text, soft_wrap=True)
 
 
 def _add_wall_clock(folder: ResultsFolder, wall_s: float) -> None:
@@ -202,8 +241,19 @@ def _add_wall_clock(folder: ResultsFolder, wall_s: float) -> None:
 def _begin(folder: ResultsFolder, campaign: Campaign, request: Request | None) -> None:
     """Writes the manifest and the resolved inputs; without a request it cannot be resumed."""
     inputs = _inputs(campaign)
+    remove_unfinished(folder.path)
     asked = {} if request is None else {"request": request.model_dump(mode="json")}
     folder.write_manifest(asked | _manifest(campaign, inputs))
+    _write_inputs(folder, inputs)
+
+
+def _complete(folder: ResultsFolder, campaign: Campaign) -> None:
+    """Makes up for what the end of a run, at any moment, may have kept it from writing."""
+    remove_unfinished(folder.path)
+    _write_inputs(folder, _inputs(campaign))
+
+
+def _write_inputs(folder: ResultsFolder, inputs: dict[str, str]) -> None:
     for name, text in inputs.items():
         write_text(folder.path / "inputs" / name, text)
 
@@ -213,6 +263,7 @@ def _manifest(campaign: Campaign, inputs: dict[str, str]) -> dict[str, Any]:
         "scenarios": campaign.scenarios,
         "controllers": campaign.columns,
         "inputs": _hashes(inputs),
+        "identity": campaign.identity,
         "drake_navbench": __version__,
         "python": platform.python_version(),
         "packages": {name: version(name) for name in PACKAGES_IN_MANIFEST},
@@ -231,16 +282,11 @@ def _inputs(campaign: Campaign) -> dict[str, str]:
         scenario, name = spec.scenario, file_name(spec.scenario.name)
         texts[f"scenarios/{name}.yaml"] = _dump(scenario.model_dump(mode="json", exclude={"name"}))
         if scenario.files:
-            hashes = {str(path): sha256(path.read_bytes()).hexdigest() for path in scenario.files}
-            texts[f"scenarios/{name}.maps.yaml"] = _dump(hashes)
+            texts[f"scenarios/{name}.maps.yaml"] = _dump(scenario.file_hashes)
         texts[f"robots/{name}.yaml"] = _dump(spec.robot.model_dump(mode="json"))
-    for preset in _presets(campaign):
+    for preset in campaign.presets:
         texts[f"controllers/{file_name(preset.name)}.yaml"] = as_yaml(preset)
     return texts
-
-
-def _presets(campaign: Campaign) -> Iterable[Preset]:
-    return {spec.preset.name: spec.preset for spec in campaign.specs}.values()
 
 
 def _dump(data: dict[str, Any]) -> str:
@@ -263,3 +309,5 @@ def _require_same_inputs(folder: ResultsFolder, campaign: Campaign, begun: _Begu
             f"--resume {folder.path}: begun with version {begun.drake_navbench}, "
             f"this is {__version__}"
         )
+    if begun.identity != campaign.identity:
+        raise InputError(f"--resume {folder.path}: its trials are no longer those that it began")

@@ -2,38 +2,22 @@
 
 from __future__ import annotations
 
-import multiprocessing
-import os
-import signal
-import traceback
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import TimeoutError as FutureTimeoutError
-from concurrent.futures import as_completed
-from contextlib import contextmanager
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from hashlib import sha256
 
 import numpy as np
-import pandas as pd
-from pebble import ProcessExpired, ProcessPool
 
-from drake_navbench.analysis.tables import trial_row
-from drake_navbench.campaign.warm_up import start_worker_server
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import Preset, default_presets, load_preset
 from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, load_scenario
 from drake_navbench.inputs.task_check import check_task
-from drake_navbench.log import Outcome, TrialLog
-from drake_navbench.results import ResultsFolder
 from drake_navbench.trial.spec import TrialSpec
-from drake_navbench.trial.task_cost import check_cost, wall_clock_limit_s
-from drake_navbench.trial.trial import DEFAULT_ROBOT, failed_log, make_controller, simulate
+from drake_navbench.trial.task_cost import check_cost
+from drake_navbench.trial.trial import DEFAULT_ROBOT, make_controller
 
 DEFAULT_TRIALS = 4
-# Drake's bindings never free Python systems, so a worker is replaced after this many trials.
-TRIALS_PER_WORKER = 24
-
-Row = dict[str, object]
 
 
 @dataclass(frozen=True)
@@ -48,19 +32,19 @@ class Campaign:
         return list(dict.fromkeys(spec.scenario.name for spec in self.specs))
 
     @property
+    def presets(self) -> list[Preset]:
+        """The presets, in order."""
+        return list({spec.preset.name: spec.preset for spec in self.specs}.values())
+
+    @property
     def columns(self) -> list[str]:
         """Names of the presets, in order."""
-        return list(dict.fromkeys(spec.preset.name for spec in self.specs))
+        return [preset.name for preset in self.presets]
 
-
-@dataclass
-class Progress:
-    """How far a campaign is; `failed` counts the trials that ended in an error."""
-
-    total: int
-    done: int = 0
-    running: int = 0
-    failed: int = 0
+    @property
+    def identity(self) -> str:
+        """A digest of all its trials; what belongs to another campaign differs in it."""
+        return sha256("".join(spec.identity for spec in self.specs).encode()).hexdigest()
 
 
 def trial_seed(seed: int, scenario: str, trial: int) -> int:
@@ -120,111 +104,10 @@ def _require_different_names(kind: str, names_and_sources: Iterable[tuple[str, s
     """Raises InputError where two have one name: their logs would overwrite each other."""
     sources: dict[str, str] = {}
     for name, source in names_and_sources:
+        if not name.isprintable():
+            raise InputError(f"{kind} {name!r}: expected a name of printable characters")
         if name in sources:
             raise InputError(
                 f"{kind} {name!r}: expected one of this name, got {sources[name]} and {source}"
             )
         sources[name] = source
-
-
-def run_campaign(
-    campaign: Campaign,
-    folder: ResultsFolder,
-    *,
-    jobs: int,
-    on_progress: Callable[[Progress], None] = lambda progress: None,
-) -> pd.DataFrame:
-    """Runs every trial that has no log in the folder yet; returns and writes the table of trials.
-
-    A trial that breaks, hangs or kills its worker becomes a row with the outcome `error`. Ctrl-C
-    stops the workers and leaves the finished logs behind, from which a resumed run goes on.
-    """
-    rows: dict[int, Row] = {}
-    waiting = []
-    for index, spec in enumerate(campaign.specs):
-        path = folder.log_path(spec.scenario.name, spec.preset.name, spec.trial)
-        if path.is_file():
-            rows[index] = _table_row(TrialLog.read(path))
-        else:
-            waiting.append(index)
-    progress = Progress(total=len(campaign.specs), done=len(rows))
-    progress.failed = sum(row["outcome"] == Outcome.ERROR for row in rows.values())
-    on_progress(progress)
-    with worker_pool(jobs) as pool:
-        futures = {
-            pool.schedule(
-                _run_and_write,
-                args=[campaign.specs[index], folder],
-                timeout=wall_clock_limit_s(campaign.specs[index].scenario),
-            ): index
-            for index in waiting
-        }
-        for future in as_completed(futures):
-            index = futures.pop(future)
-            rows[index] = _row_of(future, campaign.specs[index], folder)
-            progress.done += 1
-            progress.failed += rows[index]["outcome"] == Outcome.ERROR
-            progress.running = min(jobs, len(futures))
-            on_progress(progress)
-    trials = pd.DataFrame([rows[index] for index in range(len(campaign.specs))])
-    folder.write_trials(trials)
-    return trials
-
-
-def available_jobs() -> int:
-    """Returns the number of processors this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-@contextmanager
-def worker_pool(jobs: int) -> Iterator[ProcessPool]:
-    """Gives a pool whose workers are forked from a server that has everything loaded.
-
-    The end of the block waits for what is scheduled; an exception in it stops the workers at once.
-    """
-    start_worker_server()
-    with ProcessPool(
-        max_workers=jobs,
-        max_tasks=TRIALS_PER_WORKER,
-        initializer=_ignore_interrupts,
-        context=multiprocessing.get_context("forkserver"),
-    ) as pool:
-        try:
-            yield pool
-        except BaseException:
-            pool.stop()
-            raise
-
-
-def _ignore_interrupts() -> None:
-    # Ctrl-C reaches the whole process group; the parent alone decides what it means.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
-def _run_and_write(spec: TrialSpec, folder: ResultsFolder) -> Row:
-    """Runs one trial in a worker, writes its log, returns its row of the table."""
-    try:
-        log = simulate(spec)
-        folder.write_log(log)
-        return _table_row(log)
-    except (Exception, SystemExit) as error:
-        # Drake reports a failed C++ check as SystemExit. A log may hold what a plugin left in it.
-        log = failed_log(spec, f"{type(error).__name__}: {error}", traceback.format_exc())
-    folder.write_log(log)
-    return _table_row(log)
-
-
-def _table_row(log: TrialLog) -> Row:
-    return trial_row(log) | {"simulated_time_s": log.end_time_s}
-
-
-def _row_of(future, spec: TrialSpec, folder: ResultsFolder) -> Row:
-    try:
-        return future.result()
-    except FutureTimeoutError:
-        reason = f"no result after {wall_clock_limit_s(spec.scenario):g} s of wall clock; ended"
-    except ProcessExpired as error:
-        reason = f"the worker process died with exit code {error.exitcode}"
-    log = failed_log(spec, reason)
-    folder.write_log(log)
-    return _table_row(log)

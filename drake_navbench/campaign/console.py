@@ -15,7 +15,7 @@ from rich.progress import (
 from rich.progress import Progress as RichProgress
 from rich.table import Table
 
-from drake_navbench.campaign.campaign import Progress
+from drake_navbench.campaign.driving import Progress
 
 COUNT_UNIT = "trials"
 NOTHING = "–"
@@ -25,7 +25,8 @@ PIPE_WIDTH = 160
 
 def terminal(*, quiet: bool = False, stderr: bool = False) -> Console:
     """Returns the console that everything is printed to; stderr: the one for errors."""
-    console = Console(quiet=quiet, stderr=stderr, highlight=False)
+    # Names may be anybody's: what looks like markup in them is none.
+    console = Console(quiet=quiet, stderr=stderr, highlight=False, markup=False, emoji=False)
     if not console.is_terminal:
         console.width = PIPE_WIDTH
     return console

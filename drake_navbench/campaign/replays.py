@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from pathlib import Path
 
 from drake_navbench.analysis.replay import write_race_replay, write_trial_replay
-from drake_navbench.campaign.campaign import Campaign, worker_pool
-from drake_navbench.errors import one_line
+from drake_navbench.campaign.campaign import Campaign
+from drake_navbench.campaign.warm_up import start_worker_server
 from drake_navbench.log import TrialLog
 from drake_navbench.results import ResultsFolder, write_whole
+from drake_navbench.worker_process import Returned
+from drake_navbench.workers import Task, run_tasks
+
+REPLAY_LIMIT_S = 600.0
 
 
 def write_replays(
@@ -19,21 +24,22 @@ def write_replays(
     Returns the scenarios whose replays could not be written, with the reason.
     """
     models = {spec.scenario.name: spec.robot.model_path for spec in campaign.specs}
-    with worker_pool(jobs) as pool:
-        futures = {
-            scenario: pool.schedule(
-                _write_scenario, args=[folder, scenario, campaign.columns, models[scenario], each]
-            )
-            for scenario in campaign.scenarios
-        }
-        failures = {}
-        for scenario, future in futures.items():
-            try:
-                future.result()
-            except (Exception, SystemExit) as error:
-                # Such as a model that cannot be parsed; Drake reports a failed check as SystemExit.
-                failures[scenario] = one_line(error)
-    return failures
+    tasks = {
+        Task(
+            _write_scenario,
+            (folder, scenario, campaign.columns, models[scenario], each),
+            time_limit_s=REPLAY_LIMIT_S,
+        ): scenario
+        for scenario in campaign.scenarios
+    }
+    start_worker_server()
+    failures = {}
+    with closing(run_tasks(list(tasks), jobs=jobs)) as endings:
+        for task, ending in endings:
+            # Such as a model that cannot be parsed.
+            if not isinstance(ending, Returned):
+                failures[tasks[task]] = ending.sentence
+    return {scenario: failures[scenario] for scenario in campaign.scenarios if scenario in failures}
 
 
 def _write_scenario(

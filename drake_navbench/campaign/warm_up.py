@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
-import os
-from multiprocessing import forkserver
-
 from drake_navbench.kernels.angles import wrap
+from drake_navbench.workers import start_server
 
 # Imported by the server from which the workers are forked; see that module.
 PRELOAD_MODULE = "drake_navbench.campaign.worker_preload"
-BLAS_THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")
 
 
 def start_worker_server() -> None:
     """Starts the server that workers are forked from; it loads while the caller goes on."""
-    for variable in BLAS_THREAD_VARIABLES:
-        # Each worker has one core; threads of a linear algebra library would only fight for it.
-        os.environ.setdefault(variable, "1")
-    forkserver.set_forkserver_preload([PRELOAD_MODULE])
-    forkserver.ensure_running()
+    start_server([PRELOAD_MODULE])
 
 
 def kernels_are_cold() -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
@@ -115,9 +114,9 @@ def installed_controllers() -> Mapping[str, type[Controller]]:
 def preset_files() -> dict[str, Path]:
     """Returns the preset files that come with the installed controllers, by name."""
     found: dict[str, Path] = {}
-    for controller in installed_controllers().values():
-        folder = Path(inspect.getfile(controller)).parent / "presets"
-        for path in sorted(folder.glob("*.yaml")):
+    for name in CONTROLLERS.names:
+        folder = CONTROLLERS.folder(name)
+        for path in sorted((folder / "presets").glob("*.yaml")) if folder else ():
             # Controllers of one package share its presets.
             if found.get(path.stem, path) != path:
                 raise InputError(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
+from hashlib import sha256
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -211,6 +212,11 @@ class Scenario(FrozenModel):
         """The map and mask files that it refers to, with their images."""
         grids = [self.map, *(mask.grid for mask in self.filter_masks)]
         return [path for grid in grids if grid is not None for path in grid.files]
+
+    @cached_property
+    def file_hashes(self) -> dict[str, str]:
+        """The SHA-256 of each of these files, by path."""
+        return {str(path): sha256(path.read_bytes()).hexdigest() for path in self.files}
 
     @property
     def _lattice(self) -> Lattice:

@@ -25,7 +25,7 @@ from drake_navbench.controller import (
     Observation,
     SpeedLimit,
 )
-from drake_navbench.errors import one_line
+from drake_navbench.errors import as_line, is_machine_fault, one_line
 from drake_navbench.inputs.robot import PATIENT_FOR_EVER, ControllerServerSettings
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.kernels.read_only import read_only
@@ -49,6 +49,10 @@ NANOSECOND_DIGITS = 9
 STANDSTILL = read_only(np.zeros(2))
 # Of the arrays that a log can hold: flags, whole numbers, numbers, text.
 LOGGABLE_KINDS = "biufU"
+# Of what is a velocity: complex numbers, flags and text are none, though numpy would convert them.
+REAL_KINDS = "iuf"
+# Of numbers, text and flags of one cycle as JSON, in characters.
+MAX_NOTE_LENGTH = 100_000
 
 
 class ServerState(NamedTuple):
@@ -300,7 +304,7 @@ class ControllerServer(LeafSystem):
             memory=server.memory if error.memory is None else error.memory,
             cycle_count=server.cycle_count + 1,
             compute_time_ms=1e3 * (time.perf_counter() - started),
-            diagnostics={"failure": str(error)},
+            diagnostics={"failure": as_line(str(error))},
         )
         tolerance_s = self._settings.failure_tolerance
         if tolerance_s == 0.0:
@@ -327,7 +331,11 @@ class ControllerServer(LeafSystem):
         details: Mapping[str, Any] | None = None,
     ) -> ServerState:
         status = replace(
-            server.status, state=state, error_code=code, reason=reason, details=dict(details or {})
+            server.status,
+            state=state,
+            error_code=code,
+            reason=as_line(reason),
+            details=dict(details or {}),
         )
         return server._replace(status=status, command=STANDSTILL)
 
@@ -344,15 +352,22 @@ def _plugin_code() -> Iterator[None]:
     """
     try:
         yield
-    except (Exception, SystemExit) as error:
-        # Drake reports a failed C++ check as SystemExit.
+    except KeyboardInterrupt:
+        # The user's own, unless Ctrl-C cannot reach this process.
+        raise
+    except BaseException as error:
+        # Drake reports a failed C++ check as SystemExit; plugins may raise anything.
+        if is_machine_fault(error):
+            raise
         raise _PluginBroke from error
 
 
 def _checked_command(decision: Decision) -> NDArray[np.float64]:
     """Returns (2,) the command; raises ValueError where it is none."""
-    command = np.array(decision.command, dtype=float)
-    if command.shape != (2,) or not all(map(math.isfinite, command.tolist())):
+    given = np.asarray(decision.command)
+    is_real = given.dtype.kind in REAL_KINDS and given.shape == (2,)
+    command = given.astype(float) if is_real else STANDSTILL
+    if not is_real or not all(map(math.isfinite, command.tolist())):
         raise ValueError(
             f"the controller returned the command {decision.command!r}; "
             "expected two finite numbers, v m/s and w rad/s"
@@ -371,4 +386,6 @@ def _require_loggable(name: str, values: Mapping[str, Any]) -> None:
             raise TypeError(
                 f"{name}: {key}: expected numbers or text, got an array of {value.dtype}"
             )
-    as_json(without_arrays(values))
+    length = len(as_json(without_arrays(values)))
+    if length > MAX_NOTE_LENGTH:
+        raise ValueError(f"{name}: {length} characters of JSON, expected at most {MAX_NOTE_LENGTH}")

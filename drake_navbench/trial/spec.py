@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
+from hashlib import sha256
 
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_navbench import __version__
 from drake_navbench.costmaps.layered_costmap import LayeredCostmap
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot
@@ -30,6 +34,23 @@ class TrialSpec:
     seed: int
     trial: int = 0
     wants_diagnostics: bool = False
+
+    @cached_property
+    def identity(self) -> str:
+        """A digest of all of it, by which the trial's log is known: equal ones, equal trials."""
+        everything = {
+            "drake_navbench": __version__,
+            "scenario": self.scenario.model_dump(mode="json"),
+            "files": sorted(self.scenario.file_hashes.values()),
+            "robot": self.preset.robot(self.robot).model_dump(mode="json"),
+            "controller": self.preset.controller,
+            "parameters": self.preset.parameters.model_dump(mode="json"),
+            "column": self.preset.name,
+            "seed": self.seed,
+            "trial": self.trial,
+            "wants_diagnostics": self.wants_diagnostics,
+        }
+        return sha256(json.dumps(everything, sort_keys=True).encode()).hexdigest()
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import traceback
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -22,7 +23,8 @@ from pydrake.systems.framework import Context, EventStatus
 
 from drake_navbench.controller import Controller, ControllerSetup
 from drake_navbench.costmaps.map_file import OccupancyMap
-from drake_navbench.errors import InputError, one_line
+from drake_navbench.errors import InputError, NavbenchError, as_line, is_machine_fault, one_line
+from drake_navbench.inputs.foreign_code import runs_foreign_code
 from drake_navbench.inputs.presets import Preset, load_preset
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario, load_scenario
@@ -37,8 +39,10 @@ from drake_navbench.trial.contact_watch import Contact, ContactWatch
 from drake_navbench.trial.diagram import TrialDiagram, build_trial_diagram
 from drake_navbench.trial.planning import global_layers, known_map, make_plan
 from drake_navbench.trial.spec import FollowPlan, NavigateToPoses, TrialSpec
-from drake_navbench.trial.task_cost import check_cost
+from drake_navbench.trial.task_cost import check_cost, wall_clock_limit_s
 from drake_navbench.trial.timing import CONTROLLER_OFFSET_S, MAX_STEP_S
+from drake_navbench.worker_process import Returned
+from drake_navbench.workers import Died, Ending, Task, TimedOut, run_tasks, start_server
 
 Array = NDArray[np.float64]
 
@@ -53,6 +57,11 @@ OUTCOME_OF_TASK = {
 }
 HAS_ENDED = SimulatorStatus.ReturnReason.kReachedTerminationCondition
 DEFAULT_ROBOT = "wheelchair"
+MAX_TRACEBACK_LENGTH = 20_000
+
+
+class NotDriven(NavbenchError):
+    """A trial came to no end by something that it did not do; it should be driven again."""
 
 
 def run_trial(
@@ -68,7 +77,8 @@ def run_trial(
     scenario, controller, robot: names of built-in ones, paths of files (not for `controller`, which
     may be a variant such as 'rpp:lookahead_dist=0.9'), or loaded objects. A loaded robot is taken
     as it is: the scenario's robot_overrides do not change it. Raises InputError where one of them
-    is wrong; a controller that breaks is an outcome, not an exception.
+    is wrong; a controller that breaks is an outcome, not an exception. One that is not ours runs in
+    a process of its own, which it may end or hang without harm.
     """
     scenario = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
     preset = controller if isinstance(controller, Preset) else load_preset(controller)
@@ -76,9 +86,40 @@ def run_trial(
         robot = scenario.load_robot(robot)
     check_task(scenario, robot)
     check_cost(scenario, robot)
-    return simulate(
-        TrialSpec(scenario, robot, preset, seed=seed, wants_diagnostics=wants_diagnostics)
-    )
+    spec = TrialSpec(scenario, robot, preset, seed=seed, wants_diagnostics=wants_diagnostics)
+    return _simulated_apart(spec) if runs_foreign_code(preset) else simulate(spec)
+
+
+def _simulated_apart(spec: TrialSpec) -> TrialLog:
+    start_server([__name__])
+    limit_s = wall_clock_limit_s(spec.scenario)
+    task = Task(drive, (spec,), time_limit_s=limit_s, owner=spec.preset.name)
+    ((_, ending),) = run_tasks([task], jobs=1)
+    return ending.value if isinstance(ending, Returned) else log_of_ending(spec, ending)
+
+
+def drive(spec: TrialSpec) -> TrialLog:
+    """Runs a trial in a worker, where whatever its controller raises is an outcome.
+
+    What the machine lacks (see `is_machine_fault`) is raised.
+    """
+    try:
+        return simulate(spec)
+    except BaseException as error:
+        if is_machine_fault(error):
+            raise
+        return failed_log(spec, one_line(error), traceback.format_exc())
+
+
+def log_of_ending(spec: TrialSpec, ending: Ending) -> TrialLog:
+    """Returns the log of a trial whose worker ended otherwise than by returning it.
+
+    Raises NotDriven where that was not the trial's doing.
+    """
+    is_its_own = isinstance(ending, Died) and not ending.is_from_outside
+    if is_its_own or isinstance(ending, TimedOut):
+        return failed_log(spec, ending.sentence)
+    raise NotDriven(ending.sentence)
 
 
 def simulate(
@@ -144,8 +185,11 @@ def make_controller(preset: Preset, robot: Robot, *, wants_diagnostics: bool = F
         return preset.controller_class(preset.parameters, setup)
     except InputError as error:
         raise InputError(f"{preset.source}: {error}") from error
-    except (Exception, SystemExit) as error:
+    except BaseException as error:
         # A plugin may break in any way; Drake reports a failed C++ check as SystemExit.
+        is_interrupt = isinstance(error, KeyboardInterrupt) and not runs_foreign_code(preset)
+        if is_interrupt or is_machine_fault(error):
+            raise
         raise InputError(f"{preset.source}: {one_line(error)}") from error
 
 
@@ -221,9 +265,9 @@ def _put_back_to_contact(trial: TrialDiagram, context: Context, contact: Contact
     trial.recorder.find_recording(recorder_context).forget_after(contact.time_s)
 
 
-def failed_log(spec: TrialSpec, reason: str, traceback: str = "") -> TrialLog:
-    """Returns the log of a trial that never came to an end of its own."""
-    status = TaskStatus(TaskState.ERROR, reason=reason, traceback=traceback)
+def failed_log(spec: TrialSpec, reason: str, details: str = "") -> TrialLog:
+    """Returns the log of a trial that never came to an end of its own; details: a traceback."""
+    status = TaskStatus(TaskState.ERROR, reason=as_line(reason), traceback=details)
     return TrialLog(
         samples=_samples(Recording()),
         plans=(),
@@ -279,13 +323,15 @@ def _info(spec: TrialSpec, outcome: Outcome, status: TaskStatus) -> dict[str, An
         "controller": spec.preset.name,
         "controller_plugin": spec.preset.controller,
         "parameters": spec.preset.parameters.model_dump(mode="json"),
+        "identity": spec.identity,
         "seed": spec.seed,
         "trial": spec.trial,
         "outcome": str(outcome),
         "reason": status.reason,
         "error_code": status.error_code,
         "details": json.loads(json.dumps(status.details or {}, default=str)),
-        "traceback": status.traceback,
+        # The end of it tells most; what recurs endlessly would fill it.
+        "traceback": status.traceback[-MAX_TRACEBACK_LENGTH:],
         # A trial may end before its first control cycle.
         "start_time_s": min(CONTROLLER_OFFSET_S, status.time_s),
         "end_time_s": status.time_s,

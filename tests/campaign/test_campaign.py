@@ -1,8 +1,6 @@
 """A campaign: which trials it has, what its folder holds, how it ends when something breaks."""
 
-import dataclasses
 import json
-import time
 from pathlib import Path
 
 import pandas as pd
@@ -11,15 +9,11 @@ import pytest
 from drake_navbench import run_benchmark
 from drake_navbench.analysis.folder_analysis import analyse_folder
 from drake_navbench.analysis.metrics.registry import unrepeatable_names
-from drake_navbench.campaign import campaign as campaign_module
-from drake_navbench.campaign.campaign import plan_campaign, worker_pool
+from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.parameter_files import load_parameter_file
 from drake_navbench.inputs.presets import load_preset
-from drake_navbench.log import Outcome, TrialLog
-from drake_navbench.results import ResultsFolder
 from drake_navbench.run import main
-from drake_navbench.trial.trial import failed_log
 
 SCENARIO = "description: nothing in the way\ngoal: [1.0, 0.0, 0.0]\n"
 PRESET = "controller: rpp\ndescription: slower\nparameters: {max_linear_vel: 0.3}\n"
@@ -96,36 +90,3 @@ def test_a_folder_with_other_results_is_refused(kept):
 def test_a_benchmark_of_no_trials_is_refused():
     with pytest.raises(InputError, match=r"run_benchmark: trials: .* greater than or equal to 1"):
         run_benchmark(["empty"], ["rpp"], trials=0)
-
-
-def test_a_log_that_cannot_be_written_ends_only_its_own_trial(tmp_path, monkeypatch):
-    (spec,) = plan_campaign(["empty"], ["rpp"], trials=1).specs
-    samples = pd.DataFrame({name: [0.0] for name in failed_log(spec, "").samples.columns})
-    odd = dataclasses.replace(
-        failed_log(spec, ""), samples=samples, diagnostics=((0.0, {"tried": {1, 2}}),)
-    )
-    monkeypatch.setattr(campaign_module, "simulate", lambda spec: odd)
-    folder = ResultsFolder(tmp_path)
-    row = campaign_module._run_and_write(spec, folder)
-    assert row["outcome"] == Outcome.ERROR
-    assert row["reason"].startswith("TypeError: ")
-    assert "got set" in row["reason"]
-    log = TrialLog.read(folder.log_path("empty", "rpp", 0))
-    assert log.info["reason"] == row["reason"]
-    assert "Traceback" in log.info["traceback"]
-
-
-def test_an_exception_stops_the_workers_without_waiting_for_them():
-    naps = []
-
-    def interrupted_nap():
-        with worker_pool(1) as pool:
-            naps.append(pool.schedule(time.sleep, args=[5.0]))
-            while not naps[0].running():
-                time.sleep(0.01)
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        interrupted_nap()
-    slept_to_the_end = naps[0].done() and naps[0].exception() is None
-    assert not slept_to_the_end

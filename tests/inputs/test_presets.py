@@ -153,6 +153,7 @@ BROKEN_PLUGINS = {
     "does not parse": ("def step(:", "SyntaxError: invalid syntax"),
     "needs what is not installed": ("import no_such_package", "ModuleNotFoundError: No module"),
     "fails when imported": ("1 / 0", "ZeroDivisionError: division by zero"),
+    "pretends Ctrl-C when imported": ("raise KeyboardInterrupt", "KeyboardInterrupt"),
     "leaves Python when imported": ("raise SystemExit('no licence')", "SystemExit: no licence"),
     "has no such class": ("", "AttributeError: "),
     "is a number": ("Plugin = 3", "is no class with Parameters, nav2_plugin, initial_memory, step"),
@@ -173,16 +174,13 @@ def test_a_broken_plugin_is_named_and_leaves_the_others_alone(case, install, tmp
         "controller_server: {ros__parameters: {FollowPath: {plugin: "
         "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController}}}"
     )
-    with pytest.warns(
-        UserWarning, match="controller 'broken' of package 'broken_package': "
-    ) as warned:
-        assert load_preset("rpp").controller == "rpp"
+    named = "controller 'broken' of package 'broken_package': "
+    assert load_preset("rpp").controller == "rpp"
+    with pytest.warns(UserWarning, match=named) as warned:
+        assert load_parameter_file(path)[0].controller == "rpp"
     (warning,) = warned
     assert reason in str(warning.message)
-    assert load_parameter_file(path)[0].controller == "rpp"
-    with pytest.raises(
-        InputError, match="controller 'broken' of package 'broken_package': "
-    ) as caught:
+    with pytest.raises(InputError, match=named) as caught:
         CONTROLLERS.load("broken")
     assert reason in str(caught.value)
     assert "\n" not in str(caught.value)

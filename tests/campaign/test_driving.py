@@ -1,0 +1,173 @@
+"""What the machine does to a campaign is never a trial's fault, and nothing is lost by it."""
+
+import dataclasses
+import errno
+import os
+import shutil
+import signal
+
+import pandas as pd
+import pytest
+
+from drake_navbench.campaign import driving
+from drake_navbench.campaign.campaign import Campaign, plan_campaign
+from drake_navbench.campaign.driving import run_campaign
+from drake_navbench.errors import CannotBeWritten, InputError
+from drake_navbench.log import Outcome, TrialLog
+from drake_navbench.results import ResultsFolder
+from drake_navbench.trial.trial import NotDriven, failed_log
+from drake_navbench.worker_process import Raised, TaskFailed
+from drake_navbench.workers import Died, TimedOut
+
+SCENARIO = "description: nothing in the way\ngoal: [0.6, 0.0, 0.0]\ntimeout_s: 20.0\n"
+
+
+@pytest.fixture
+def campaign(tmp_path) -> Campaign:
+    """Two short trials of one column."""
+    (tmp_path / "short.yaml").write_text(SCENARIO)
+    return plan_campaign([str(tmp_path / "short.yaml")], ["rpp"], trials=2)
+
+
+@pytest.fixture
+def folder(tmp_path, campaign) -> ResultsFolder:
+    """The folder of that campaign, begun."""
+    results = ResultsFolder(tmp_path / "out")
+    results.write_manifest({"identity": campaign.identity})
+    return results
+
+
+def logs_in(folder: ResultsFolder) -> list[str]:
+    return sorted(path.name for path in folder.path.rglob("trial_*"))
+
+
+def test_a_log_that_cannot_be_written_leaves_its_trial_to_be_driven_again(
+    campaign, folder, monkeypatch
+):
+    def full_disk(log, path):
+        path.write_bytes(b"half of it")
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(TrialLog, "write", full_disk)
+    with pytest.raises(CannotBeWritten, match="No space left on device"):
+        driving._drive_and_write(campaign.specs[0], folder, campaign.identity)
+    assert logs_in(folder) == []
+    assert list(folder.path.rglob(".*")) == []
+
+
+def test_a_log_that_holds_what_no_file_can_is_the_trials_own_fault(campaign, folder, monkeypatch):
+    spec = campaign.specs[0]
+    samples = pd.DataFrame({name: [0.0] for name in failed_log(spec, "").samples.columns})
+    odd = dataclasses.replace(
+        failed_log(spec, ""), samples=samples, diagnostics=((0.0, {"tried": {1, 2}}),)
+    )
+    monkeypatch.setattr(driving, "drive", lambda spec: odd)
+    row = driving._drive_and_write(spec, folder, campaign.identity)
+    assert row["outcome"] == Outcome.ERROR
+    assert row["reason"].startswith("TypeError: ")
+    assert "got set" in row["reason"]
+    log = TrialLog.read(folder.log_path("short", "rpp", 0))
+    assert log.info["reason"] == row["reason"]
+    assert "Traceback" in log.info["traceback"]
+
+
+@pytest.mark.parametrize("fault", [MemoryError("16 GB"), OSError(errno.ENOSPC, "No space left")])
+def test_what_the_machine_lacks_in_a_trial_is_not_the_trials_fault(
+    fault, campaign, folder, monkeypatch
+):
+    def lacking(spec, **options):
+        raise fault
+
+    monkeypatch.setattr("drake_navbench.trial.trial.simulate", lacking)
+    with pytest.raises(type(fault)):
+        driving._drive_and_write(campaign.specs[0], folder, campaign.identity)
+    assert logs_in(folder) == []
+
+
+ENDINGS_OF_THE_MACHINE = {
+    "killed from outside": Died("ended by signal 9", is_from_outside=True),
+    "out of memory": Raised(TaskFailed("MemoryError")),
+}
+ENDINGS_OF_THE_TRIAL = {
+    "crashed": Died("ended by signal 11", is_from_outside=False),
+    "hung": TimedOut(120.0),
+}
+
+
+@pytest.mark.parametrize("case", ENDINGS_OF_THE_MACHINE)
+def test_a_trial_that_the_machine_ended_has_no_log(case, campaign, folder):
+    ending = ENDINGS_OF_THE_MACHINE[case]
+    with pytest.raises(NotDriven):
+        driving._row_of(ending, campaign.specs[0], folder)
+    assert logs_in(folder) == []
+
+
+@pytest.mark.parametrize("case", ENDINGS_OF_THE_TRIAL)
+def test_a_trial_that_ended_its_worker_has_a_log_of_it(case, campaign, folder):
+    row = driving._row_of(ENDINGS_OF_THE_TRIAL[case], campaign.specs[0], folder)
+    assert row["outcome"] == Outcome.ERROR
+    assert logs_in(folder) == ["trial_000.parquet"]
+
+
+def test_a_campaign_stops_where_a_log_cannot_be_kept(campaign, folder):
+    with pytest.raises(CannotBeWritten):
+        driving._row_of(Raised(CannotBeWritten("full")), campaign.specs[0], folder)
+
+
+def _killed_by_somebody() -> None:
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def test_a_worker_killed_by_somebody_costs_one_trial_until_it_is_resumed(
+    campaign, folder, monkeypatch
+):
+    run_tasks = driving.run_tasks
+
+    def with_first_killed(tasks, **options):
+        killed = dataclasses.replace(tasks[0], function=_killed_by_somebody, arguments=())
+        for task, ending in run_tasks([killed, *tasks[1:]], **options):
+            yield (tasks[0] if task is killed else task), ending
+
+    with monkeypatch.context() as patch:
+        patch.setattr(driving, "run_tasks", with_first_killed)
+        trials, undriven = run_campaign(campaign, folder, jobs=1)
+    assert list(trials["trial"]) == [1]
+    ((spec, reason),) = undriven
+    assert spec.trial == 0
+    assert reason == "the worker process was ended by signal 9 (Killed)"
+    trials, undriven = run_campaign(campaign, folder, jobs=1)
+    assert list(trials["trial"]) == [0, 1]
+    assert set(trials["outcome"]) == {"succeeded"}
+    assert undriven == []
+
+
+def test_logs_of_other_trials_and_spoilt_ones_are_driven_again(campaign, folder):
+    first, second = (folder.log_path("short", "rpp", trial) for trial in (0, 1))
+    trials, _ = run_campaign(campaign, folder, jobs=1)
+    before = TrialLog.read(first)
+    shutil.copy(second, first)
+    second.write_bytes(second.read_bytes()[:1000])
+    told = []
+    again, _ = run_campaign(campaign, folder, jobs=1, on_refused_log=told.append)
+    assert f"{first}: the log of another trial; driven again" in told
+    assert any(line.startswith(f"{second}: not a readable trial log") for line in told)
+    assert TrialLog.read(first).info == before.info
+    assert list(again["path_length"]) == list(trials["path_length"])
+
+
+def test_a_worker_that_outlives_its_run_writes_nothing_into_another(campaign, folder):
+    folder.write_manifest({"identity": "of another campaign"})
+    with pytest.raises(InputError, match="is no longer the folder of this run"):
+        driving._drive_and_write(campaign.specs[0], folder, campaign.identity)
+    assert logs_in(folder) == []
+
+
+def test_equal_specifications_and_no_others_have_one_identity(campaign, tmp_path):
+    first, second = campaign.specs
+    assert first.identity != second.identity
+    again = plan_campaign([str(tmp_path / "short.yaml")], ["rpp"], trials=2)
+    assert [spec.identity for spec in again.specs] == [first.identity, second.identity]
+    (tmp_path / "short.yaml").write_text(SCENARIO.replace("0.6", "0.7"))
+    other = plan_campaign([str(tmp_path / "short.yaml")], ["rpp"], trials=2)
+    assert other.specs[0].identity != first.identity
+    assert other.identity != campaign.identity
