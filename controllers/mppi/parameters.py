@@ -217,12 +217,15 @@ def _resolve_motion_model(raw: dict[str, Any]) -> None:
         raise ValueError(f"{name}.plugin: found {plugin!r}, expected one of {known}")
     raw["motion_model"] = MOTION_MODEL_PLUGINS[plugin]
     values = {key: value for key, value in block.items() if key != "plugin"}
-    if raw["motion_model"] == "Ackermann":
-        raw["AckermannConstraints"] = values
-    elif values:
-        hint = f"unknown field: {raw['motion_model']} has no parameters"
-        faults = [unknown_field(hint, (name, key), value) for key, value in values.items()]
+    is_car = raw["motion_model"] == "Ackermann"
+    known = AckermannParameters.model_fields if is_car else {}
+    unknown = [key for key in values if key not in known]
+    if unknown:
+        text = f"unknown field, {plugin} has {', '.join(known) or 'none'}"
+        faults = [unknown_field(text, (name, key), values[key]) for key in unknown]
         raise ValidationError.from_exception_data("motion model", faults)
+    if is_car:
+        raw["AckermannConstraints"] = values
 
 
 def _listed_critics(values: Mapping[str, Any]) -> list[str]:
@@ -350,7 +353,7 @@ class MppiParameters(ControllerParameters):
         _resolve_motion_model(raw)
         users = raw.pop("user_critics", {})
         for name in _listed_critics(raw):
-            if name not in cls.model_fields and name in raw:
+            if name not in cls.model_fields and name in raw and isinstance(users, Mapping):
                 users = {**users, name: raw.pop(name)}
         return {**tuples_for_lists(raw), "user_critics": users}
 

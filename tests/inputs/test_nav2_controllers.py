@@ -263,6 +263,10 @@ def test_parameters_that_a_motion_model_does_not_have_are_told(preset_of):
     preset = preset_of(MPPI, '{diff_drive: {plugin: "mppi::DiffDriveMotionModel", radius: 1.0}}')
     assert preset.parameters.motion_model == "DiffDrive"
     assert preset.ignored == ("diff_drive.radius",)
+    car = {"plugin": "mppi::AckermannMotionModel", "min_turning_r": 0.6, "radius": 1.0}
+    preset = preset_of(MPPI, {"motion_model": "car", "car": car})
+    assert preset.parameters.AckermannConstraints.min_turning_r == 0.6
+    assert preset.ignored == ("car.radius",)
 
 
 JAZZY_PATH = {
