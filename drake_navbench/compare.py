@@ -10,7 +10,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from drake_navbench.errors import NavbenchError
+from drake_navbench.errors import InputError, NavbenchError
 
 EXIT_DONE = 0
 EXIT_REGRESSION = 1
@@ -94,9 +94,10 @@ def _write(path: Path | None, text: str) -> None:
     if path is None:
         sys.stdout.write(text)
         return
-    from drake_navbench.results import write_text
-
-    write_text(path, text)
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror}") from error
 
 
 def _positive(text: str) -> int:
