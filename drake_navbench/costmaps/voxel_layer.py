@@ -1,7 +1,8 @@
 """The voxel layer of a costmap: which sources it listens to, and what each of them shows it.
 
 Source: nav2_costmap_2d (VoxelLayer, ObservationBuffer). Only the newest message of a source counts,
-as without `observation_persistence` there.
+as without `observation_persistence` there. Nav2 passes points on as float32; here they stay
+float64, as in the obstacle layer.
 """
 
 from __future__ import annotations
@@ -130,9 +131,9 @@ class VoxelLayer:
 
 
 def _observation(source: ObservationSourceSettings, cloud: PointCloud) -> Observation:
-    """Returns what a source makes of a cloud: points within its heights, rounded as Nav2's are."""
-    points = np.asarray(cloud.points, dtype=np.float32)
-    heights = points[:, 2].astype(np.float64)
+    """Returns what a source makes of a cloud: the points within its heights."""
+    points = np.ascontiguousarray(cloud.points, dtype=np.float64)
+    heights = points[:, 2]
     is_within = (heights <= source.max_obstacle_height) & (heights >= source.min_obstacle_height)
     return Observation(
         origin=np.ascontiguousarray(cloud.origin, dtype=np.float64),

@@ -61,11 +61,11 @@ class VoxelFrame(NamedTuple):
 class Observation(NamedTuple):
     """Points of one source, and what they are good for; ranges m.
 
-    origin: (3,) of the sensor, m. points: (N, 3) float32 m.
+    origin: (3,) of the sensor, m. points: (N, 3) m, C-contiguous; Nav2's are float32.
     """
 
     origin: NDArray[np.float64]
-    points: NDArray[np.float32]
+    points: NDArray[np.floating]
     marking: bool
     clearing: bool
     obstacle_min_range: float

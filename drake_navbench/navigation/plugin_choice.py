@@ -5,9 +5,21 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any, Union
 
-from pydantic import BeforeValidator, Discriminator, Tag
+from pydantic import BeforeValidator, Discriminator, GetJsonSchemaHandler, Tag
+from pydantic_core import CoreSchema
 
 from drake_navbench.errors import nearest_name_hint
+
+
+class _AnyOfThem:
+    """Lets editors accept parameters that more than one of the plugins has, without a name."""
+
+    def __get_pydantic_json_schema__(
+        self, core_schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        schema = handler(core_schema)
+        schema["anyOf"] = schema.pop("oneOf")
+        return schema
 
 
 def plugin_choice(plugins: Mapping[str, Any], default: str) -> Any:
@@ -33,4 +45,4 @@ def plugin_choice(plugins: Mapping[str, Any], default: str) -> Any:
 
     tagged = [Annotated[chosen.Parameters, Tag(plugin)] for plugin, chosen in plugins.items()]
     union = Union[tuple(tagged)]  # noqa: UP007
-    return Annotated[union, Discriminator(plugin_of), BeforeValidator(check_plugin)]
+    return Annotated[union, Discriminator(plugin_of), BeforeValidator(check_plugin), _AnyOfThem()]

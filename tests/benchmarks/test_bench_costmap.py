@@ -16,6 +16,11 @@ from drake_navbench.kernels.layer_grid import MergeRule, merge_layer
 from drake_navbench.kernels.obstacle_layer import update_obstacle_layer
 from drake_navbench.kernels.rasterize import mark_polygon
 from drake_navbench.kernels.ray_casting import cast_rays
+from drake_navbench.kernels.voxel_layer import (
+    UNKNOWN_COLUMN,
+    Observation,
+    update_voxel_layer,
+)
 from drake_navbench.log import Scan
 
 BEAMS = np.linspace(-np.pi, np.pi, 360, endpoint=False)
@@ -72,6 +77,29 @@ def test_scan_of_360_beams_against_100_segments(benchmark):
 @pytest.mark.parametrize("size", [60, 120])
 def test_obstacle_layer_takes_a_scan(benchmark, size):
     result = benchmark(update, walls(size))
+    assert np.any(result.costs == LETHAL)
+
+
+@pytest.mark.parametrize("size", [60, 120])
+def test_voxel_layer_takes_a_scan(benchmark, size):
+    costs = np.zeros((size, size), dtype=np.uint8)
+    voxels = np.full((size, size), UNKNOWN_COLUMN, dtype=np.uint32)
+    middle = np.array([0.5, 0.5, 0.0]) * size * 0.05
+    ranges = 1.0 + 2.0 * np.random.default_rng(0).random(BEAMS.size)
+    points = middle + ranges[:, None] * np.column_stack(
+        [np.cos(BEAMS), np.sin(BEAMS), np.zeros(BEAMS.size)]
+    )
+    scan = Observation(middle, points, True, True, 0.0, 2.5, 0.0, 3.0)
+    result = benchmark(
+        update_voxel_layer,
+        costs,
+        voxels,
+        (0.0, 0.0),
+        [scan],
+        resolution=0.05,
+        robot_pose=middle,
+        footprint=FOOTPRINT,
+    )
     assert np.any(result.costs == LETHAL)
 
 

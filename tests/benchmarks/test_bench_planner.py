@@ -8,13 +8,14 @@ from drake_navbench.kernels.astar import FOUND, search
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.navigation import constrained_smoother
 from drake_navbench.navigation.constrained_smoother import ConstrainedSmootherParameters
+from drake_navbench.navigation.navfn_planner import NavfnPlanner
+from drake_navbench.navigation.planner_settings import PLANNERS
 from drake_navbench.navigation.simple_smoother import SimpleSmootherParameters, smooth_path
-from drake_navbench.navigation.smac_planner_2d import plan_path
-from drake_navbench.navigation.smac_planner_2d_parameters import SmacPlanner2DParameters
 
 RESOLUTION_M = 0.05
 ROOMS = 10
 NO_LIMIT = 10**12
+NO_FOOTPRINT = np.empty((0, 2))
 
 
 def building(size):
@@ -68,10 +69,20 @@ def test_bench_search_across_a_building(benchmark, size):
 
 
 @pytest.mark.parametrize("size", [400, 1000])
-def test_bench_plan_across_a_building(benchmark, size):
+@pytest.mark.parametrize("plugin", PLANNERS)
+def test_bench_plan_across_a_building(benchmark, plugin, size):
+    plan_across(benchmark, PLANNERS[plugin], size)
+
+
+def test_bench_plan_across_a_building_by_navfns_astar(benchmark):
+    plan_across(benchmark, NavfnPlanner, 1000, use_astar=True)
+
+
+def plan_across(benchmark, planner_class, size, **parameters):
     costmap = Costmap(building(size), 0.0, 0.0, RESOLUTION_M)
     start, goal = (((np.array([*cell, 0.0]) + 0.5) * RESOLUTION_M) for cell in across(size))
-    path = benchmark(plan_path, costmap, start, goal, SmacPlanner2DParameters())
+    planner = planner_class(planner_class.Parameters(**parameters), NO_FOOTPRINT)
+    path = benchmark(planner.plan, costmap, start, goal)
     benchmark.extra_info["poses"] = len(path)
 
 

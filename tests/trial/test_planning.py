@@ -8,6 +8,7 @@ from drake_navbench.inputs.robot import Robot, load_robot
 from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.kernels.path_geometry import path_length
 from drake_navbench.navigation.planner import GoalOccupied, PlanningError
+from drake_navbench.navigation.planner_settings import PLANNERS
 from drake_navbench.trial.planning import global_costmap, make_plan
 from drake_navbench.typed_yaml import validate
 
@@ -45,6 +46,21 @@ def test_without_obstacles_the_plan_is_the_straight_line():
 def test_a_goal_other_than_the_scenarios_may_be_given():
     plan = make_plan(scenario_of(), ROBOT, np.zeros(3), np.array([0.0, 2.0, 1.0]))
     np.testing.assert_allclose(plan[-1], [0.0, 2.0, 1.0])
+
+
+@pytest.mark.parametrize("plugin", PLANNERS)
+def test_a_plan_comes_from_the_planner_that_the_robot_names(plugin):
+    robot = ROBOT.model_copy(
+        update={"navigation": ROBOT.navigation.model_copy(update={"planner": settings_of(plugin)})}
+    )
+    scenario = scenario_of(world={"obstacles": [BOX]})
+    planner = PLANNERS[plugin](settings_of(plugin), robot.padded_outline)
+    expected = planner.plan(global_costmap(scenario, robot), np.zeros(3), np.array(scenario.goal))
+    np.testing.assert_array_equal(make_plan(scenario, robot, np.zeros(3)), expected)
+
+
+def settings_of(plugin):
+    return PLANNERS[plugin].Parameters()
 
 
 def test_a_plan_is_made_on_the_costmap_that_is_handed_in():
