@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 from drake_navbench.analysis.findings import PUBLISHED_SETTINGS
 from drake_navbench.analysis.folder_analysis import FIGURES_FOLDER, FolderAnalysis, analyse_folder
 from drake_navbench.analysis.html import page_environment, relative_change
+from drake_navbench.analysis.invariants import warnings_of
 from drake_navbench.analysis.metrics.definition import Better
 from drake_navbench.analysis.metrics.registry import all_metrics, installed_metrics
 from drake_navbench.analysis.reproduction import (
@@ -120,6 +121,7 @@ def _page(analysis: FolderAnalysis, difference: float) -> dict[str, Any]:
         "headlines": _headlines(scenarios),
         "without_arrival": [s.scenario for s in scenarios if not s.anyone_arrived],
         "left_out": analysis.left_out,
+        "warnings": _warnings(scenarios),
         "metric_rows": [row for entry in scenarios for row in _metric_rows(entry)],
         "themes": list(installed_metrics()),
         "pair_rows": [row for entry in scenarios for row in _pair_rows(entry, difference)],
@@ -128,6 +130,16 @@ def _page(analysis: FolderAnalysis, difference: float) -> dict[str, Any]:
         "resamples": BOOTSTRAP_RESAMPLES,
         "fewest_trials": min(s.trials for entry in scenarios for s in entry.successes),
     }
+
+
+def _warnings(scenarios: Sequence[ScenarioAnalysis]) -> list[str]:
+    """Returns a line for every invariant that does not hold in some log."""
+    return warnings_of(
+        (f"{scenario.scenario}, {entry.row['controller']}, trial {entry.row['trial']}", found)
+        for scenario in scenarios
+        for entry in scenario.trials
+        if (found := entry.violations)
+    )
 
 
 def _headlines(scenarios: Sequence[ScenarioAnalysis]) -> list[dict[str, Any]]:

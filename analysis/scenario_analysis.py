@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
+from drake_navbench.analysis.invariants import Violation, violations_of
 from drake_navbench.analysis.journey import Deed, Leg, deeds_of, legs_of
 from drake_navbench.analysis.metrics.registry import all_metrics, measure_all
 from drake_navbench.analysis.statistics import (
@@ -51,7 +52,7 @@ class LeftOut(NamedTuple):
 class TrialEntry(NamedTuple):
     """A trial that was read: its row, the reasons of undefined metrics, where its log is.
 
-    legs, deeds: of trials with a navigator.
+    legs, deeds: of trials with a navigator. violations: of what must hold in every log.
     """
 
     row: dict[str, object]
@@ -59,6 +60,7 @@ class TrialEntry(NamedTuple):
     path: str
     legs: Sequence[Leg] = ()
     deeds: Sequence[Deed] = ()
+    violations: Sequence[Violation] = ()
 
 
 class Cell(NamedTuple):
@@ -122,6 +124,7 @@ def read_trials(
         try:
             log = TrialLog.read(path)
             row = trial_identity(log)
+            violations = violations_of(log)
         except InputError as error:
             left_out.append(LeftOut(name, str(error).removeprefix(f"{path}: ")))
             continue
@@ -131,9 +134,10 @@ def read_trials(
             continue
         measured = measure_all(log)
         row.update({key: value.value for key, value in measured.items()})
+        row["violations"] = sum(violation.count for violation in violations)
         reasons = {key: value.reason for key, value in measured.items() if value.reason}
         logs.append(log)
-        entries.append(TrialEntry(row, reasons, name, legs_of(log), deeds_of(log)))
+        entries.append(TrialEntry(row, reasons, name, legs_of(log), deeds_of(log), violations))
     return logs, entries, left_out
 
 

@@ -3,6 +3,7 @@
 import re
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 from drake_navbench import run_benchmark
@@ -14,8 +15,12 @@ TRIALS = 2
 
 
 @pytest.fixture(scope="module")
-def verdicts() -> dict[int, Verdict]:
-    trials = run_benchmark(controllers=tuple(PUBLISHED_SETTINGS.presets.values()), trials=TRIALS)
+def trials() -> pd.DataFrame:
+    return run_benchmark(controllers=tuple(PUBLISHED_SETTINGS.presets.values()), trials=TRIALS)
+
+
+@pytest.fixture(scope="module")
+def verdicts(trials) -> dict[int, Verdict]:
     return {judgement.finding.number: judgement.verdict for judgement in judge_all(trials)}
 
 
@@ -35,3 +40,7 @@ def test_at_least_46_of_57_findings_hold(verdicts):
 def test_every_finding_that_does_not_hold_is_explained(verdicts):
     contradicted = {number for number, found in verdicts.items() if found is Verdict.CONTRADICTED}
     assert contradicted <= explained_findings()
+
+
+def test_nothing_that_must_hold_in_every_log_is_violated(trials):
+    assert trials.loc[trials["violations"] > 0, ["scenario", "controller", "violations"]].empty
