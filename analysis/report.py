@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 from drake_navbench.analysis.figures.album import FigureChoice
 from drake_navbench.analysis.folder_analysis import FIGURES_FOLDER, FolderAnalysis, analyse_folder
 from drake_navbench.analysis.html import page_environment, relative_change
+from drake_navbench.analysis.invariants import warnings_of
 from drake_navbench.analysis.lineups import PUBLISHED_SETTINGS
 from drake_navbench.analysis.metrics.definition import Better
 from drake_navbench.analysis.metrics.registry import all_metrics, installed_metrics
@@ -131,6 +132,7 @@ def _page(analysis: FolderAnalysis, difference: float) -> dict[str, Any]:
         "missing": missing,
         "missing_count": sum(count.total() for count in missing.values()),
         "wanted_count": sum(1 for _ in _wanted(analysis)),
+        "warnings": _warnings(scenarios),
         "metric_rows": [row for entry in scenarios for row in _metric_rows(entry)],
         "themes": list(installed_metrics()),
         "pair_rows": [row for entry in scenarios for row in _pair_rows(entry, difference)],
@@ -155,6 +157,16 @@ def _missing(analysis: FolderAnalysis) -> dict[str, Counter[str]]:
         if not results.log_path(scenario, controller, trial).is_file():
             missing.setdefault(scenario, Counter())[controller] += 1
     return missing
+
+
+def _warnings(scenarios: Sequence[ScenarioAnalysis]) -> list[str]:
+    """Returns a line for every invariant that does not hold in some log."""
+    return warnings_of(
+        (f"{scenario.scenario}, {entry.row['controller']}, trial {entry.row['trial']}", found)
+        for scenario in scenarios
+        for entry in scenario.trials
+        if (found := entry.violations)
+    )
 
 
 def _headlines(scenarios: Sequence[ScenarioAnalysis]) -> list[dict[str, Any]]:

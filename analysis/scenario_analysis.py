@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import pandas as pd
 
+from drake_navbench.analysis.invariants import Violation, violations_of
 from drake_navbench.analysis.journey import Deed, Leg, deeds_of, legs_of
 from drake_navbench.analysis.metrics.definition import Metric
 from drake_navbench.analysis.metrics.registry import all_metrics, measure_all
@@ -57,7 +58,7 @@ class LeftOut(NamedTuple):
 class TrialEntry(NamedTuple):
     """A trial that was read: its row, the reasons of undefined metrics, where its log is.
 
-    legs, deeds: of trials with a navigator.
+    legs, deeds: of trials with a navigator. violations: of what must hold in every log.
     """
 
     row: dict[str, object]
@@ -65,6 +66,7 @@ class TrialEntry(NamedTuple):
     path: str
     legs: Sequence[Leg] = ()
     deeds: Sequence[Deed] = ()
+    violations: Sequence[Violation] = ()
 
 
 class Cell(NamedTuple):
@@ -133,6 +135,7 @@ def read_trials(
             log = TrialLog.read(path)
             row = trial_identity(log)
             legs, deeds = legs_of(log), deeds_of(log)
+            violations = violations_of(log)
         except InputError as error:
             left_out.append(LeftOut(name, str(error).removeprefix(f"{path}: ")))
             continue
@@ -142,9 +145,10 @@ def read_trials(
             continue
         measured = measure_all(log)
         row.update({key: value.value for key, value in measured.items()})
+        row["violations"] = sum(violation.count for violation in violations)
         reasons = {key: value.reason for key, value in measured.items() if value.reason}
         logs.append(log)
-        entries.append(TrialEntry(row, reasons, name, legs, deeds))
+        entries.append(TrialEntry(row, reasons, name, legs, deeds, violations))
     return logs, entries, left_out
 
 

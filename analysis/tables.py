@@ -10,6 +10,7 @@ from typing import Any
 
 import pandas as pd
 
+from drake_navbench.analysis.invariants import violations_of
 from drake_navbench.analysis.metrics.registry import measure_all
 from drake_navbench.analysis.published import PUBLISHED_METRICS
 from drake_navbench.log import Outcome, TrialLog
@@ -23,10 +24,12 @@ TABLE_DECIMALS = 3
 def trial_row(log: TrialLog) -> dict[str, Any]:
     """Returns what trials.parquet holds of a trial: who and how it ended, then every metric.
 
-    A metric without a value for this trial is NaN.
+    A metric without a value for this trial is NaN. Last comes at how many rows of the log something
+    did not hold that must hold in every trial (see analysis.invariants).
     """
     row = trial_identity(log)
     row.update({name: measured.value for name, measured in measure_all(log).items()})
+    row["violations"] = sum(violation.count for violation in violations_of(log))
     return row
 
 

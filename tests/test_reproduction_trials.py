@@ -84,3 +84,7 @@ def test_a_short_program_of_its_own_finds_the_same_numbers_in_a_log(tmp_path):
     assert published.energy(log) == pytest.approx(energy, rel=1e-9)
     assert published.rms_linear_jerk(log) == pytest.approx(jerk, rel=1e-9)
     assert published.abort_time(log) == pytest.approx(stamps[-1] - stamps[held.index(min(held))])
+
+
+def test_nothing_that_must_hold_in_every_log_is_violated(trials):
+    assert trials.loc[trials["violations"] > 0, ["scenario", "controller", "violations"]].empty

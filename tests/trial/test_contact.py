@@ -7,6 +7,7 @@ import pytest
 import shapely
 from stub_controller import StubPreset
 
+from drake_navbench.analysis.invariants import violations_of
 from drake_navbench.controller import Decision, NoValidControl
 from drake_navbench.inputs.robot import Drive, load_robot
 from drake_navbench.inputs.scenario import Scenario
@@ -61,6 +62,7 @@ def assert_ends_at_contact(log: TrialLog, outline, world: World) -> None:
     assert log.end_time_s == times[-1]
     assert log.samples["clearance_m"].iloc[-1] == 0.0
     assert (log.samples["clearance_m"].iloc[:-1] > 0.0).all()
+    assert violations_of(log) == []
 
 
 @pytest.mark.parametrize("phase", range(PHASES))

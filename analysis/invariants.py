@@ -1,0 +1,195 @@
+"""What must hold in the log of every trial, whatever the controller does.
+
+Where one of these does not hold, the robot did not do what its file says that it can, or the log
+is not what happened: a warning, never an error.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.analysis.metrics.efficiency import YAW_GYRATION_RADIUS_SQUARED_M2
+from drake_navbench.analysis.metrics.safety import robot_outline
+from drake_navbench.log import TrialLog
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+# The end of a task takes effect with the next step and sample.
+END_GRACE_S = 0.05
+# Slower than this is at rest.
+REST_MPS, REST_RADPS = 0.01, 0.02
+# What is farther away is not measured, and logged as infinite.
+CLEARANCE_REACH_M = 5.0
+CLEARANCE_PERIOD_S = 0.05
+# Between two rows the robot may be a little faster than in both.
+CLEARANCE_TOLERANCE_M = 1e-3
+SLACK = 1.01
+ROUNDING = 1e-6
+
+
+class Violation(NamedTuple):
+    """An invariant that does not hold. count: at how many rows. first_s: the time of the first."""
+
+    kind: str
+    count: int
+    first_s: float
+
+
+def violations_of(log: TrialLog) -> list[Violation]:
+    """Returns what does not hold in a log, at most one entry an invariant, in fixed order.
+
+    A value that is not a number breaks what is said of it. A trial without samples breaks nothing.
+    """
+    time_s = _column(log, "time_s")
+    if len(time_s) == 0:
+        return []
+    with np.errstate(invalid="ignore"):
+        flags = {kind: check(log) for kind, check in INVARIANTS.items()}
+    return [
+        Violation(kind, int(rows.sum()), float(time_s[rows.argmax()]))
+        for kind, rows in flags.items()
+        if rows.any()
+    ]
+
+
+def warnings_of(trials: Iterable[tuple[str, Sequence[Violation]]]) -> list[str]:
+    """Returns a line for every invariant that some trial breaks: how often, and where first.
+
+    trials: the name of each and what does not hold in it.
+    """
+    found: dict[str, list[tuple[str, Violation]]] = {}
+    for name, violations in trials:
+        for violation in violations:
+            found.setdefault(violation.kind, []).append((name, violation))
+    lines = []
+    for kind, places in found.items():
+        rows = sum(violation.count for _, violation in places)
+        name, first = places[0]
+        lines.append(
+            f"{kind}: {_counted(rows, 'row')} in {_counted(len(places), 'trial')}; "
+            f"first in {name}, at {first.first_s:.2f} s"
+        )
+    return lines
+
+
+def _time_stands_still(log: TrialLog) -> Flags:
+    """Flags rows that are not later than the one before."""
+    return _from_second(~(np.diff(_column(log, "time_s")) > 0.0))
+
+
+def _command_beyond_the_drive(log: TrialLog) -> Flags:
+    """Flags rows with a command that the drive has to cut."""
+    limits = _Limits.of(log)
+    v, w = _column(log, "command_v_mps"), _column(log, "command_w_radps")
+    is_within = (
+        (v <= limits.forward_mps + ROUNDING)
+        & (v >= limits.backward_mps - ROUNDING)
+        & (np.abs(w) <= limits.turning_radps + ROUNDING)
+    )
+    return ~is_within
+
+
+def _motion_after_the_end(log: TrialLog) -> Flags:
+    """Flags rows after the end of the trial in which the robot moves."""
+    is_late = ~(_column(log, "time_s") <= log.end_time_s + END_GRACE_S)
+    v, w = np.abs(_column(log, "v_mps")), np.abs(_column(log, "w_radps"))
+    return is_late & ~((v <= REST_MPS) & (w <= REST_RADPS))
+
+
+def _clearance_jumps(log: TrialLog) -> Flags:
+    """Flags rows whose clearance differs from the last sample's by more than the outline moved.
+
+    No distance changes faster than the fastest point of the outline: |v| + |w| times its radius.
+    """
+    time_s = _column(log, "time_s")
+    radius_m = float(np.hypot(*robot_outline(log).T).max())
+    v, w = np.abs(_column(log, "v_mps")), np.abs(_column(log, "w_radps"))
+    speed_mps = np.maximum(v[1:], v[:-1]) + radius_m * np.maximum(w[1:], w[:-1])
+    moved_m = np.concatenate([[0.0], np.cumsum(speed_mps * np.diff(time_s))])
+    # A sample holds for a period: the last one was taken no earlier than that before this row.
+    moved_before_m = np.interp(time_s - CLEARANCE_PERIOD_S, time_s, moved_m)
+    allowed_m = moved_m[1:] - moved_before_m[:-1] + CLEARANCE_TOLERANCE_M
+    clearance_m = np.minimum(_column(log, "clearance_m"), CLEARANCE_REACH_M)
+    return _from_second(~(np.abs(np.diff(clearance_m)) <= allowed_m))
+
+
+def _energy_from_nowhere(log: TrialLog) -> Flags:
+    """Flags rows with more kinetic energy, per kg of the robot, than the drive can have given.
+
+    Neither the velocities nor the way since the last row may take more than there is at the top
+    speeds, and the velocities may not gain more than the largest accelerations do work.
+    """
+    limits = _Limits.of(log)
+    step_s = np.diff(_column(log, "time_s"))
+    v, w = np.abs(_column(log, "v_mps")), np.abs(_column(log, "w_radps"))
+    way_x, way_y, turn = (np.diff(_column(log, name)) for name in ("x_m", "y_m", "yaw_rad"))
+    energy, way_energy = _kinetic_energy(v, w), _kinetic_energy(np.hypot(way_x, way_y), turn)
+    top = SLACK * _kinetic_energy(
+        max(limits.forward_mps, -limits.backward_mps), limits.turning_radps
+    )
+    is_fast = ~(way_energy <= top * step_s**2 + ROUNDING**2)
+    if limits.has_accelerations:
+        power = limits.acceleration_mps2 * np.maximum(v[1:], v[:-1])
+        turning_power = limits.angular_acceleration_radps2 * np.maximum(w[1:], w[:-1])
+        power += YAW_GYRATION_RADIUS_SQUARED_M2 * turning_power
+        is_fast |= ~(np.diff(energy) <= SLACK * power * step_s + ROUNDING)
+    return ~(energy <= top) | _from_second(is_fast)
+
+
+INVARIANTS: Mapping[str, Callable[[TrialLog], Flags]] = {
+    "time stands still": _time_stands_still,
+    "command beyond the limits of the drive": _command_beyond_the_drive,
+    "motion after the end": _motion_after_the_end,
+    "clearance jumps": _clearance_jumps,
+    "kinetic energy from nowhere": _energy_from_nowhere,
+}
+
+
+class _Limits(NamedTuple):
+    """What the drive of the robot can do, infinite where the log tells no limit."""
+
+    forward_mps: float
+    backward_mps: float
+    turning_radps: float
+    acceleration_mps2: float
+    angular_acceleration_radps2: float
+
+    @classmethod
+    def of(cls, log: TrialLog) -> _Limits:
+        drive = log.info["robot"]["drive"]
+        top_mps = drive["max_linear_velocity_mps"]
+        return cls(
+            top_mps,
+            drive.get("min_linear_velocity_mps", -top_mps),
+            drive.get("max_angular_velocity_radps") or math.inf,
+            drive.get("max_linear_acceleration_mps2") or math.inf,
+            drive.get("max_angular_acceleration_radps2") or math.inf,
+        )
+
+    @property
+    def has_accelerations(self) -> bool:
+        return math.isfinite(self.acceleration_mps2 + self.angular_acceleration_radps2)
+
+
+def _kinetic_energy(v: Array | float, w: Array | float) -> Array | float:
+    """Returns the kinetic energy per mass, J/kg, at v m/s and w rad/s."""
+    return 0.5 * (np.square(v) + YAW_GYRATION_RADIUS_SQUARED_M2 * np.square(w))
+
+
+def _column(log: TrialLog, name: str) -> Array:
+    return log.samples[name].to_numpy(dtype=float)
+
+
+def _from_second(flags: Flags) -> Flags:
+    """Returns what is said of every row but the first, as flags of all rows."""
+    return np.concatenate([[False], flags])
+
+
+def _counted(count: int, what: str) -> str:
+    return f"{count} {what}{'s' if count > 1 else ''}"
