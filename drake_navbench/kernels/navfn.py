@@ -66,19 +66,15 @@ def _potential_at(potential, cell):
 
 @njit(cache=True, error_model="numpy")
 def _planar_wave(left, right, up, down, cost):
-    """Returns the potential of a cell of a cost from those of its neighbours, all float32."""
-    low_x = left if left < right else right
-    low_y = up if up < down else down
-    lowest = low_y
-    difference = low_x - low_y
-    if difference < ZERO:
-        difference = -difference
-        lowest = low_x
-    if difference >= cost:
-        return lowest + cost
+    """Returns the potential of a cell of a cost from those of its neighbours, all float32.
+
+    Both cases are computed: a choice without a branch takes three quarters of the time.
+    """
+    low_x, low_y = min(left, right), min(up, down)
+    lowest, difference = min(low_x, low_y), abs(low_x - low_y)
     share = difference / cost
     factor = np.float32(-0.2301 * share * share + 0.5307 * share + 0.7040)
-    return lowest + cost * factor
+    return lowest + cost if difference >= cost else lowest + cost * factor
 
 
 @njit(cache=True, error_model="numpy")

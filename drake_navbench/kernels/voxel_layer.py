@@ -10,8 +10,8 @@ that are not rounded to cells, and start nowhere if the sensor is above or below
 that is cleared sets the cost of its column anew: free, or unknown where too many of its voxels are.
 The footprint frees costs only; the voxels under it stay.
 Source: nav2_costmap_2d (VoxelLayer) and nav2_voxel_grid, branch lyrical. Before it, rays were cut
-half a voxel below the top of the grid; humble cuts rays at the grid's sides without a margin, and
-marks points below min_obstacle_height.
+half a voxel before the grid's top and far sides; humble cuts them at the sides without a margin,
+and marks points below min_obstacle_height.
 """
 
 from __future__ import annotations

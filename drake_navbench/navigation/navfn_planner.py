@@ -8,8 +8,9 @@ first cell of the next row, as in Nav2; above, where Nav2 reads and writes memor
 map's, a start is refused here and a goal counts as not reached.
 
 Nav2 frees the start's cell in the costmap for good; here the costmap stays as it is.
-Source: nav2_navfn_planner (NavfnPlanner), branch lyrical. In releases before it max_cycles_factor
-is fixed at its default.
+Source: nav2_navfn_planner (NavfnPlanner), branch lyrical. Before it, max_cycles_factor is fixed at
+its default; humble has no codes for what failed, and adds the goal as a further pose also where the
+path ends at its position.
 """
 
 from __future__ import annotations
