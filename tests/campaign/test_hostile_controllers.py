@@ -46,7 +46,7 @@ def installed(tmp_path_factory, patch) -> Iterator[Path]:
     patch.syspath_prepend(path)
     patch.setenv("PYTHONPATH", f"{path}{os.pathsep}{Path(hostile.__file__).parent}")
     patch.setattr(presets, "_registry", Registry)
-    patch.setattr(task_cost, "MIN_WALL_CLOCK_S", 5.0)
+    patch.setattr(task_cost, "MIN_WALL_CLOCK_S", 4.0)
     patch.setattr(task_cost, "WALL_CLOCK_PER_SIMULATED_SECOND", 1.0)
     # A server of the workers that runs already knows nothing of them, one that runs on too much.
     _forkserver._stop()
