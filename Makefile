@@ -5,13 +5,19 @@ BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 ARGS ?=
 
-.PHONY: run test lint format bench docs clean
+.PHONY: run test test-all fuzz lint format bench docs clean
 
 run: $(INSTALLED)
 	$(BIN)/python -m drake_navbench.run $(ARGS)
 
 test: $(INSTALLED)
 	$(BIN)/python -m pytest $(ARGS)
+
+test-all: $(INSTALLED)
+	$(BIN)/python -m pytest -m "long or not long" $(ARGS)
+
+fuzz: $(INSTALLED)
+	FUZZ_CASES=10000 $(BIN)/python -m pytest tests/fuzz $(ARGS)
 
 lint: $(INSTALLED)
 	$(BIN)/ruff check .

@@ -8,8 +8,16 @@ import pytest
 
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.named_files import NamedFiles
-from drake_navbench.results import ResultsFolder, file_name, require_writable, write_text
-from drake_navbench.run import main
+from drake_navbench.report import main as report_main
+from drake_navbench.results import (
+    ResultsFolder,
+    file_name,
+    only_run_in,
+    remove_unfinished,
+    require_writable,
+    write_text,
+)
+from drake_navbench.run import main as run_main
 
 TOO_LONG = "n" * 300
 
@@ -38,6 +46,36 @@ def test_a_variant_of_many_parameters_has_a_file_name_that_fits():
     # 100 characters of the name, '-' and 6 of its hash.
     assert [len(name) for name in shortened] == [107, 107]
     assert shortened[0] != shortened[1]
+
+
+@pytest.mark.parametrize("name", ["..", ".", ".hidden", "-rf", "a/../b", "", "\x1b[31m", "\x00"])
+def test_no_name_leads_out_of_its_folder_or_hides_in_it(name):
+    path = ResultsFolder(Path("out")).log_path(name, name, 0)
+    assert len(path.parts) == 5
+    assert all(part[0] not in ".-" and part.isprintable() for part in path.parts)
+    assert file_name(name) != file_name(name + "_")
+
+
+def test_two_runs_do_not_write_into_one_folder(tmp_path):
+    out = tmp_path / "out"
+    refused = pytest.raises(InputError, match="out: another run is writing into it")
+    with only_run_in(out), refused, only_run_in(out):
+        pass
+    with only_run_in(out):
+        pass
+
+
+def test_a_folder_that_a_killed_run_left_unfinished_files_in_is_as_good_as_empty(tmp_path):
+    (tmp_path / ".manifest.json.123.unfinished").write_text("{")
+    require_writable(tmp_path)
+    remove_unfinished(tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_name_with_a_nul_is_no_folder():
+    refused = pytest.raises(InputError, match="cannot be used: embedded null byte")
+    with refused, only_run_in(Path("a\0b")):
+        pass
 
 
 @pytest.fixture(scope="module")
@@ -92,10 +130,37 @@ WRONG_MANIFESTS = {
 def test_a_manifest_that_cannot_be_resumed_is_one_line_and_exit_2(case, manifest, tmp_path, capsys):
     change, expected = WRONG_MANIFESTS[case]
     (tmp_path / "manifest.json").write_text(json.dumps(change(manifest)))
-    assert main(["--resume", str(tmp_path)]) == 2
+    assert run_main(["--resume", str(tmp_path)]) == 2
     message = capsys.readouterr().err
     assert expected in message
     assert len(message.strip().splitlines()) == 1
+
+
+CRAFTED = {
+    "controllers that are none": {"controllers": None},
+    "scenarios that are no names": {"scenarios": [1]},
+    "packages that are text": {"packages": "numpy 2.0"},
+    "a request that is a list": {"request": []},
+    "a seed that is text": {"request": {"seed": "0"}},
+    "a time that is none": {"wall_clock_s": None},
+    "a date that is a number": {"created": 0},
+}
+
+
+@pytest.mark.parametrize("command", [run_main, report_main])
+@pytest.mark.parametrize("case", CRAFTED)
+def test_a_crafted_manifest_is_one_line_and_exit_2(command, case, manifest, tmp_path, capsys):
+    (tmp_path / "manifest.json").write_text(json.dumps(manifest | CRAFTED[case]))
+    arguments = [str(tmp_path)] if command is report_main else ["--resume", str(tmp_path)]
+    assert command(arguments) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert f"{tmp_path / 'manifest.json'}: {next(iter(CRAFTED[case]))}" in line
+
+
+def test_a_manifest_nested_without_end_is_refused(tmp_path):
+    (tmp_path / "manifest.json").write_text(100_000 * "[")
+    with pytest.raises(InputError, match=r"manifest\.json: not valid JSON"):
+        ResultsFolder(tmp_path).read_manifest()
 
 
 def test_a_manifest_that_is_no_text_is_refused(tmp_path):
@@ -111,7 +176,7 @@ def test_a_replay_that_cannot_be_drawn_is_a_line_and_the_report_is_written(tmp_p
     out = tmp_path / "out"
     arguments = ["restricted_small", "--controllers", "rpp", "--trials", "1", "--jobs", "1"]
     robot = str(tmp_path / "robot.yaml")
-    assert main([*arguments, "--robot", robot, "--out", str(out), "--quiet"]) == 0
+    assert run_main([*arguments, "--robot", robot, "--out", str(out), "--quiet"]) == 0
     printed = capsys.readouterr()
     assert printed.out == ""
     assert printed.err.startswith("no replay: restricted_small: ")

@@ -155,16 +155,17 @@ def _request_from_arguments(arguments: argparse.Namespace) -> Request:
     controllers = tuple(name.strip() for name in listed if name.strip())
     if arguments.controllers is not None and not controllers:
         raise InputError(f"--controllers {arguments.controllers!r}: expected names, found none")
-    return Request(
-        scenarios=tuple(arguments.scenarios),
-        controllers=controllers,
-        parameter_files=tuple(str(path) for path in arguments.params),
-        trials=arguments.trials,
-        seed=arguments.seed,
-        robot=arguments.robot,
-        replay=arguments.replay,
-        figures=arguments.figures,
-    )
+    asked = {
+        "scenarios": arguments.scenarios,
+        "controllers": controllers,
+        "parameter_files": [str(path) for path in arguments.params],
+        "trials": arguments.trials,
+        "seed": arguments.seed,
+        "robot": arguments.robot,
+        "replay": arguments.replay,
+        "figures": arguments.figures,
+    }
+    return validate(Request, asked, "command line")
 
 
 def _run(

@@ -13,12 +13,11 @@ from hostile_controllers import ABORTED, ALL, EXPECTED, LEFT_OUT, SPOILING
 from drake_navbench import run_trial
 from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.campaign.driving import Driven, run_campaign
-from drake_navbench.controller import Registry
 from drake_navbench.errors import MAX_LINE_LENGTH, InputError
-from drake_navbench.inputs import presets
 from drake_navbench.inputs.foreign_code import runs_foreign_code
 from drake_navbench.inputs.presets import Preset, load_preset
 from drake_navbench.log import Outcome, TrialLog
+from drake_navbench.plugins import forget_installed
 from drake_navbench.results import ResultsFolder
 from drake_navbench.trial import task_cost
 
@@ -45,12 +44,13 @@ def installed(tmp_path_factory, patch) -> Iterator[Path]:
     (path / "short.yaml").write_text(SCENARIO)
     patch.syspath_prepend(path)
     patch.setenv("PYTHONPATH", f"{path}{os.pathsep}{Path(hostile.__file__).parent}")
-    patch.setattr(presets, "_registry", Registry)
-    patch.setattr(task_cost, "MIN_WALL_CLOCK_S", 5.0)
+    forget_installed()
+    patch.setattr(task_cost, "MIN_WALL_CLOCK_S", 4.0)
     patch.setattr(task_cost, "WALL_CLOCK_PER_SIMULATED_SECOND", 1.0)
     # A server of the workers that runs already knows nothing of them, one that runs on too much.
     _forkserver._stop()
     yield path
+    forget_installed()
     _forkserver._stop()
 
 

@@ -13,6 +13,7 @@ from drake_navbench.analysis.metrics.registry import unrepeatable_names
 from drake_navbench.campaign import benchmark
 from drake_navbench.errors import NavbenchError
 from drake_navbench.log import TrialLog
+from drake_navbench.results import only_run_in
 from drake_navbench.run import main
 
 QUICK = ["restricted_small", "--controllers", "rpp", "--trials", "2", "--quiet"]
@@ -118,6 +119,16 @@ goal: [4.0, 0.0, 0.0]
 
 
 WRONG_INPUTS = {
+    "list of no controllers": (
+        ["empty", "--controllers", ",,"],
+        "--controllers ',,': expected names, found none",
+    ),
+    "seed beyond 64 bits": (["empty", "--seed", str(2**64)], "seed: input should be less than"),
+    "trials without end": (["empty", "--trials", str(10**9)], "trials: input should be less than"),
+    "preset that a terminal would obey": (
+        ["empty", "--controllers", "rpp:\x1b[31m=1"],
+        r"\x1b[31m: unknown field",
+    ),
     "unknown scenario": (["emty"], "scenario 'emty' is not known; did you mean 'empty'?"),
     "missing file": (["no/such.yaml"], "scenario file no/such.yaml: no such file"),
     "unknown controller": (
@@ -195,6 +206,36 @@ def test_a_wrong_scenario_is_one_line_and_exit_2(case, tmp_path, monkeypatch, ca
     Path("mine.yaml").write_text(text)
     check_refused(["mine.yaml"], expected, capsys)
     assert [path.name for path in tmp_path.iterdir()] == ["mine.yaml"]
+
+
+def test_a_name_that_a_terminal_would_obey_is_refused(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    Path("a\x1b[31m.yaml").write_text(SCENARIO)
+    check_refused(
+        ["a\x1b[31m.yaml", "--controllers", "rpp"],
+        r"scenario 'a\x1b[31m': expected a name of printable characters",
+        capsys,
+    )
+
+
+def test_resume_makes_up_for_inputs_that_were_not_written(finished, tmp_path):
+    folder = tmp_path / "interrupted"
+    shutil.copytree(finished, folder)
+    expected = {path.name: path.read_bytes() for path in (finished / "inputs").rglob("*.yaml")}
+    shutil.rmtree(folder / "inputs")
+    (folder / "trials" / ".trial_000.parquet.7.unfinished").write_text("half")
+    assert main(["--resume", str(folder), "--quiet"]) == 0
+    assert {
+        path.name: path.read_bytes() for path in (folder / "inputs").rglob("*.yaml")
+    } == expected
+    assert [path for path in folder.rglob(".*")] == []
+
+
+def test_resume_into_a_folder_that_is_being_written_is_refused(finished, tmp_path, capsys):
+    folder = tmp_path / "busy"
+    shutil.copytree(finished, folder)
+    with only_run_in(folder):
+        check_refused(["--resume", str(folder)], "another run is writing into it", capsys)
 
 
 def test_an_error_fit_to_be_shown_is_one_line_and_exit_1(monkeypatch, capsys):

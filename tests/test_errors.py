@@ -1,0 +1,68 @@
+"""What a user sees of an error is a line that a terminal shows as it is."""
+
+import errno
+
+import pytest
+
+from drake_navbench.errors import (
+    MAX_LINE_LENGTH,
+    InputError,
+    as_line,
+    is_machine_fault,
+    nearest_name_hint,
+    one_line,
+    printable,
+)
+
+
+def test_codes_that_a_terminal_would_obey_are_shown_as_they_are_written():
+    assert printable("\x1b[2Ja\x00b\u202ec") == r"\x1b[2Ja\x00b\u202ec"
+    assert str(InputError("field 'a\x1b[31m': unknown")) == r"field 'a\x1b[31m': unknown"
+
+
+def test_lines_of_an_error_stay_lines():
+    assert str(InputError("first\nsecond\x07")) == "first\nsecond\\x07"
+
+
+def test_a_file_name_that_is_no_text_can_be_printed():
+    # What Python makes of the byte 0xff in a name.
+    assert str(InputError("\udcff.yaml: no such file")).encode() == rb"\udcff.yaml: no such file"
+
+
+def test_a_long_line_is_cut():
+    assert len(printable("x" * 10_000_000)) == MAX_LINE_LENGTH
+    assert len(one_line(ValueError("x" * 10_000_000))) == MAX_LINE_LENGTH
+
+
+def test_many_lines_become_one_that_is_cut():
+    assert as_line("two\nlines") == "two lines"
+    assert len(as_line("a\n" * 10_000_000)) == MAX_LINE_LENGTH
+
+
+class Unspeakable(Exception):
+    def __str__(self):
+        raise RuntimeError
+
+
+def test_an_exception_without_text_is_named():
+    assert one_line(Unspeakable()) == "Unspeakable"
+
+
+def test_a_name_of_any_length_is_no_misspelt_one():
+    assert nearest_name_hint("x" * 1_000_000, ["speed"]) == ""
+
+
+@pytest.mark.parametrize(
+    ("error", "is_fault"),
+    [
+        (MemoryError(), True),
+        (OSError(errno.ENOSPC, ""), True),
+        (OSError(errno.EMFILE, ""), True),
+        (FileNotFoundError(errno.ENOENT, ""), False),
+        (OSError("without a number"), False),
+        (ValueError(), False),
+        (KeyboardInterrupt(), False),
+    ],
+)
+def test_what_the_machine_lacks_is_told_from_what_code_does(error, is_fault):
+    assert is_machine_fault(error) is is_fault
