@@ -1,4 +1,4 @@
-"""Compiles every kernel once, and starts the server of the workers, before the trials start."""
+"""Compiles the kernels once for an installation, and starts the server of the workers, before the trials start."""
 
 from __future__ import annotations
 
@@ -7,6 +7,9 @@ from drake_navbench.workers import start_server
 
 # Imported by the server from which the workers are forked; see that module.
 PRELOAD_MODULE = "drake_navbench.campaign.worker_preload"
+# Together they plan with a smoother and with filters, and recover.
+WARM_UP_SCENARIOS = ("one_obstacle", "speed_zone", "dead_end")
+WARM_UP_S = 0.1
 
 
 def start_worker_server() -> None:
@@ -21,15 +24,13 @@ def kernels_are_cold() -> bool:
 
 
 def warm_up() -> None:
-    """Runs every default controller for a moment, so that all kernels are compiled and loaded."""
+    """Drives every default controller for a moment, so that all kernels are compiled."""
     from drake_navbench.inputs.presets import default_presets, load_preset
-    from drake_navbench.inputs.robot import load_robot
     from drake_navbench.inputs.scenario import load_scenario
     from drake_navbench.trial.trial import DEFAULT_ROBOT, TrialSpec, simulate
 
-    scenario = load_scenario("one_obstacle").model_copy(update={"timeout_s": 0.5})
-    planned = load_scenario("speed_zone").model_copy(update={"timeout_s": 0.1})
-    robot = load_robot(DEFAULT_ROBOT)
-    for name in default_presets():
-        simulate(TrialSpec(scenario, robot, load_preset(name), seed=0))
-    simulate(TrialSpec(planned, robot, load_preset(default_presets()[0]), seed=0))
+    for name in WARM_UP_SCENARIOS:
+        scenario = load_scenario(name).model_copy(update={"timeout_s": WARM_UP_S})
+        robot = scenario.load_robot(DEFAULT_ROBOT)
+        for preset in default_presets():
+            simulate(TrialSpec(scenario, robot, load_preset(preset), seed=0))
