@@ -26,6 +26,7 @@ from drake_navbench.controllers.teb.local_plan import (
 )
 from drake_navbench.controllers.teb.obstacles import DistanceField, distance_field
 from drake_navbench.controllers.teb.parameters import TebParameters
+from drake_navbench.controllers.teb.passage import plan_passage
 from drake_navbench.controllers.teb.planner import (
     BandPlanner,
     PlannedBand,
@@ -80,13 +81,13 @@ class TimedElasticBand:
         plan = cut_local_plan(observation, parameters, discs=self._discs, field=field)
         clusters = find_clusters(field, self._least_distance)
         plan, paths = self._settle_block(observation, plan, field, clusters)
-        least_clearance = plan.least_clearance(parameters.min_obstacle_dist, field.resolution)
-        limits = band_limits(parameters, observation.speed_limit, least_clearance)
+        limits = band_limits(parameters, observation.speed_limit)
         task = Task(
             start=np.array(observation.pose, dtype=np.float64),
             goal=plan.goal(parameters.global_plan_overwrite_orientation),
             twist=observation.twist,
             field=field,
+            passage=plan_passage(plan, field, self._discs, parameters.min_obstacle_dist),
             via_points=via_points(plan, parameters.global_plan_viapoint_sep),
             limits=limits,
         )

@@ -15,7 +15,7 @@ from drake_navbench.controllers.teb.parameters import TebParameters
 
 Array = NDArray[np.float64]
 
-# A band gives up so much of min_obstacle_dist at most, unless the plan itself leaves it less.
+# A band gives up the rest of the clearance it shall keep, at a price, but not this share.
 LEAST_CLEARANCE_RATIO = 0.5
 # The local goal moves back so far at most to a pose with more clearance, m.
 LONGEST_RETREAT_M = 0.5
@@ -64,20 +64,6 @@ class LocalPlan(NamedTuple):
         """Returns the plan cut before the block, with room to the block where there is any."""
         last = _roomy_index(self.poses, self.clearances, self.blocked_index - 1, min_obstacle_dist)
         return self._replace(goal_index=max(last, 0), blocked_index=None, ends_plan=False)
-
-    def least_clearance(self, min_obstacle_dist: float, room_m: float) -> float:
-        """Returns how close to an obstacle a band may come, m.
-
-        The planner found the plan wide enough for the robot. Where it leads through a place that
-        is narrower than the share of min_obstacle_dist that any band keeps, the band may come as
-        close as the plan does, less the room_m that it needs to bend, and down to what the check of
-        the outline asks for.
-        """
-        share = LEAST_CLEARANCE_RATIO * min_obstacle_dist
-        if self.blocked_index is not None:
-            return share
-        narrowest = float(self.clearances[: self.goal_index + 1].min())
-        return min(share, max(narrowest - room_m, OUTLINE_MARGIN_M))
 
 
 def _roomy_index(poses: Array, clearances: Array, last: int, min_obstacle_dist: float) -> int:

@@ -12,9 +12,11 @@ from drake_navbench.controller import SpeedLimit
 from drake_navbench.controllers.teb.band import Band, Pace, freeze, unwrapped_goal
 from drake_navbench.controllers.teb.constraints import BandScene
 from drake_navbench.controllers.teb.layout import pack_band
+from drake_navbench.controllers.teb.local_plan import LEAST_CLEARANCE_RATIO
 from drake_navbench.controllers.teb.objective import Weights
 from drake_navbench.controllers.teb.obstacles import DistanceField, path_clearance
 from drake_navbench.controllers.teb.parameters import TebParameters
+from drake_navbench.controllers.teb.passage import Passage
 from drake_navbench.controllers.teb.program import (
     BandLimits,
     BandProgram,
@@ -36,13 +38,15 @@ PERCENT = 100.0
 class Task(NamedTuple):
     """What the bands of one cycle have in common.
 
-    start (3,), goal (3,), twist (2,) as measured, field, via_points (V, 2) m, limits.
+    start (3,), goal (3,), twist (2,) as measured, field, passage: that of the plan,
+    via_points (V, 2) m, limits.
     """
 
     start: Array
     goal: Array
     twist: Array
     field: DistanceField
+    passage: Passage
     via_points: Array
     limits: BandLimits
 
@@ -55,13 +59,8 @@ class PlannedBand(NamedTuple):
     accepted: bool
 
 
-def band_limits(
-    parameters: TebParameters, speed_limit: SpeedLimit | None, least_clearance: float
-) -> BandLimits:
-    """Returns the limits under a speed limit, which scales all speeds (0 means no limit).
-
-    least_clearance: to which the slack lets the clearance fall, m.
-    """
+def band_limits(parameters: TebParameters, speed_limit: SpeedLimit | None) -> BandLimits:
+    """Returns the limits under a speed limit, which scales all speeds (0 means no limit)."""
     scale = 1.0
     if speed_limit is not None and speed_limit.value > 0.0:
         nominal = PERCENT if speed_limit.is_percentage else parameters.max_vel_x
@@ -75,7 +74,7 @@ def band_limits(
         clearance=parameters.min_obstacle_dist,
         shortest_step=SHORTEST_STEP_RATIO * parameters.dt_ref,
         longest_step=LONGEST_STEP_RATIO * parameters.dt_ref,
-        largest_slack=parameters.min_obstacle_dist - least_clearance,
+        largest_slack=(1.0 - LEAST_CLEARANCE_RATIO) * parameters.min_obstacle_dist,
         stops_at_goal=not parameters.free_goal_vel,
     )
 
@@ -157,6 +156,7 @@ class BandPlanner:
             goal_twist=np.array([goal_speed, 0.0]),
             discs=self._discs,
             field=task.field,
+            clearance_shares=task.passage.shares_at(guess.poses[1:-1]),
             via_points=task.via_points,
             via_poses=_nearest_inner_poses(guess.poses, task.via_points),
         )

@@ -1,4 +1,4 @@
-"""Compiles the kernels once for an installation, and starts the server of the workers, before the trials start."""
+"""Compiles the kernels once for an installation, and starts the server of the workers."""
 
 from __future__ import annotations
 
