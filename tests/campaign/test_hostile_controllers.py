@@ -45,7 +45,7 @@ def installed(tmp_path_factory, patch) -> Iterator[Path]:
     patch.syspath_prepend(path)
     patch.setenv("PYTHONPATH", f"{path}{os.pathsep}{Path(hostile.__file__).parent}")
     forget_installed()
-    patch.setattr(task_cost, "MIN_WALL_CLOCK_S", 4.0)
+    patch.setattr(task_cost, "MIN_WALL_CLOCK_S", 15.0)
     patch.setattr(task_cost, "WALL_CLOCK_PER_SIMULATED_SECOND", 1.0)
     # A server of the workers that runs already knows nothing of them, one that runs on too much.
     _forkserver._stop()
