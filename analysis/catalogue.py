@@ -6,11 +6,13 @@
 from __future__ import annotations
 
 import argparse
+import inspect
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from drake_navbench.analysis.invariants import INVARIANTS
 from drake_navbench.analysis.metrics.definition import Metric
 from drake_navbench.analysis.metrics.registry import installed_metrics
 
@@ -24,6 +26,14 @@ stands in another theme under a name with its unit. Add one of your own by an en
 group `drake_navbench.metrics` that names a module with functions decorated with
 `drake_navbench.analysis.metrics.metric`.
 """
+CHECKS = """
+## Checks
+
+Not metrics, but what must hold in every log, whatever the controller does. The report warns, a line
+a check, and `violations` in trials.parquet counts the rows of a log.
+
+| check | what |
+|---|---|"""
 PUBLICATION = "Schena 2024"
 REPLACED_BY = {
     "avg_heading_error": "heading_error_mean_deg",
@@ -47,6 +57,8 @@ def catalogue() -> str:
         parts.append("|---|---|---|---|---|---|")
         default_source = PUBLICATION if theme == "published" else "–"
         parts += [_row(entry, default_source) for entry in metrics]
+    parts.append(CHECKS)
+    parts += [f"| {kind} | {_first_line(check)} |" for kind, check in INVARIANTS.items()]
     return "\n".join(parts) + "\n"
 
 
@@ -66,6 +78,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     else:
         file.write_text(catalogue(), encoding="utf-8")
     return 0
+
+
+def _first_line(check: Callable[..., object]) -> str:
+    return (inspect.getdoc(check) or "").partition("\n")[0].removeprefix("Flags ")
 
 
 def _row(entry: Metric, default_source: str) -> str:
