@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import inspect
 import re
+from collections.abc import Callable
 
+from drake_navbench.analysis.invariants import INVARIANTS
 from drake_navbench.analysis.metrics.definition import Metric
 from drake_navbench.analysis.metrics.registry import installed_metrics
 
@@ -22,6 +25,14 @@ each from where the robot then was (`course` of a `TrialLog`; one by one, `first
 in force at a time is the latest one of `plans` that the controller had been given; it stays in
 force during recoveries and pauses. Times before the first plan are left out of tracking.
 """
+CHECKS = """
+## Checks
+
+Not metrics, but what must hold in every log, whatever the controller does. The report warns, a line
+a check, and `violations` in trials.parquet counts the rows of a log.
+
+| check | what |
+|---|---|"""
 PUBLICATION = "Schena 2024"
 REPLACED_BY = {
     "abort_time": "stall_time_s",
@@ -46,6 +57,8 @@ def catalogue() -> str:
         parts.append("|---|---|---|---|---|---|")
         default_source = PUBLICATION if theme == "published" else "–"
         parts += [_row(entry, default_source) for entry in metrics]
+    parts.append(CHECKS)
+    parts += [f"| {kind} | {_first_line(check)} |" for kind, check in INVARIANTS.items()]
     return "\n".join(parts) + "\n"
 
 
@@ -53,6 +66,10 @@ def section(entry: Metric, title: str) -> str:
     """Returns the paragraph of a metric's docstring that starts with `title:`, on one line."""
     found = re.search(rf"^{title}: (.*?)(?=^\w+: |\Z)", entry.description, re.M | re.S)
     return " ".join(found.group(1).split()) if found else ""
+
+
+def _first_line(check: Callable[..., object]) -> str:
+    return (inspect.getdoc(check) or "").partition("\n")[0].removeprefix("Flags ")
 
 
 def _row(entry: Metric, default_source: str) -> str:

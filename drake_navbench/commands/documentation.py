@@ -33,6 +33,15 @@ from drake_navbench.trial.trial import DEFAULT_ROBOT, controller_setup
 
 EXIT_DONE = 0
 EXIT_WRONG_INPUT = 2
+CONTACT_TEXT = """\
+## Contact
+
+A trial ends as `collided` at the instant at which the outline first touches an obstacle or a wall
+of a map: `end_time_s` and the last row are that instant, with the pose and velocity then and a
+clearance of 0. It is found between samples, too, on the cubic through the poses and velocities at
+both ends of each step of the integrator, by conservative advancement: less than 0.01 mm apart is
+touching, and no overlap of that motion is missed. A task that had ended before is no collision. The
+clearance in the rows before is sampled every 0.05 s and held."""
 SCHEMAS = {"scenario": Scenario, "robot": Robot, "preset": PresetFile}
 # Between these two lines of docs/controllers.md stands the table of presets.
 TABLE_BEGIN = "<!-- presets: made by `make docs` -->"
@@ -101,6 +110,8 @@ def log_format() -> str:
         *(f"| `{name}` | {meaning} |" for name, meaning in PLAN_COLUMNS.items()),
         "| `scan` | a new lidar scan: time, sensor pose in the world frame, ranges |",
         "| `diagnostics` | JSON: what the controller left in a new control cycle |",
+        "",
+        *CONTACT_TEXT.splitlines(),
         "",
     ]
     return "\n".join(lines)
