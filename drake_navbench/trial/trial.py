@@ -73,7 +73,13 @@ def run_trial(
         robot = scenario.load_robot(robot)
     check_task(scenario, robot)
     return simulate(
-        TrialSpec(scenario, robot, preset, seed=seed, wants_diagnostics=wants_diagnostics)
+        TrialSpec(
+            scenario,
+            robot,
+            preset.for_robot(robot),
+            seed=seed,
+            wants_diagnostics=wants_diagnostics,
+        )
     )
 
 
