@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -29,6 +29,11 @@ class PresetFile(FrozenModel):
     parameters: dict[str, Any] = Field(
         default_factory=dict, description="Parameters that differ from the controller's defaults."
     )
+    parameters_for_radius: dict[str, Any] = Field(
+        default_factory=dict,
+        description="Parameters that replace those for a robot given by robot_radius, such as a "
+        "critic's consider_footprint, which Nav2 refuses there.",
+    )
     path_handler: dict[str, Any] = Field(
         default_factory=dict,
         description="Fields of the robot's path_handler that this controller needs otherwise, such "
@@ -44,6 +49,7 @@ class Preset:
     values: the parameters as given, before defaults; names may be dotted or nested.
     ignored: dotted names of what was given but has no effect, because the controller accepts and
     drops it or, in a Nav2 file, does not know it.
+    values_for_radius: in place of `values` for a robot given by a radius; None where they serve it.
     path_handler: fields that replace those of the robot's path handler.
     """
 
@@ -53,6 +59,7 @@ class Preset:
     values: Mapping[str, Any]
     source: str
     ignored: tuple[str, ...] = ()
+    values_for_radius: Mapping[str, Any] | None = None
     path_handler: Mapping[str, Any] = field(default_factory=dict)
 
     @property
@@ -65,6 +72,12 @@ class Preset:
         """The typed parameters; raises InputError where a value is wrong."""
         values = nested(flattened(self.values), self.source)
         return validate(self.controller_class.Parameters, values, self.source)
+
+    def for_robot(self, robot: Robot) -> Preset:
+        """Returns the column with the parameters that it has for a robot."""
+        if not robot.is_circle or self.values_for_radius is None:
+            return self
+        return replace(self, values=self.values_for_radius, values_for_radius=None)
 
     def robot(self, robot: Robot) -> Robot:
         """Returns a robot as this column drives it; raises InputError where a field is wrong."""
@@ -79,14 +92,21 @@ class Preset:
     def checked(self) -> Preset:
         """Returns itself; raises InputError where a parameter is wrong."""
         _ = self.parameters
+        if self.values_for_radius is not None:
+            validate(self.controller_class.Parameters, self.values_for_radius, self.source)
         return self
 
 
 def _preset_of(
-    content: PresetFile, name: str, source: str, values: Mapping[str, Any] | None = None
+    content: PresetFile, name: str, source: str, assigned: Mapping[str, Any] | None = None
 ) -> Preset:
-    """Returns the preset of a file's content; values: in place of its parameters."""
-    values = content.parameters if values is None else values
+    """Returns the preset of a file's content; assigned: parameters laid over all of its own."""
+    assigned = assigned or {}
+    own = nested(flattened(content.parameters), source)
+    values, for_radius = merged(own, assigned), None
+    if content.parameters_for_radius:
+        instead = nested(flattened(content.parameters_for_radius), source)
+        for_radius = merged(merged(own, instead), assigned)
     model = CONTROLLERS.load(content.controller).Parameters
     return Preset(
         name,
@@ -95,6 +115,7 @@ def _preset_of(
         values,
         source,
         ignored=tuple(name for name, _ in flattened(values) if model.is_without_effect(name)),
+        values_for_radius=for_radius,
         path_handler=content.path_handler,
     ).checked()
 
@@ -136,14 +157,11 @@ def load_preset(text: str) -> Preset:
     if name not in files:
         raise InputError(f"controller {name!r} is not known{nearest_name_hint(name, files)}")
     content = validate(PresetFile, read_yaml(files[name]), str(files[name]))
-    source = str(files[name])
-    values: Mapping[str, Any] = content.parameters
-    if assignments:
-        values = nested(flattened(values), source)
-        source = f"controller {text}"
-        for assignment in assignments:
-            values = merged(values, _parse_assignment(assignment, text))
-    return _preset_of(content, text, source, values)
+    source = f"controller {text}" if assignments else str(files[name])
+    assigned: Mapping[str, Any] = {}
+    for assignment in assignments:
+        assigned = merged(assigned, _parse_assignment(assignment, text))
+    return _preset_of(content, text, source, assigned)
 
 
 def _parse_assignment(assignment: str, text: str) -> dict[str, Any]:

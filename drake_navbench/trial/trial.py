@@ -87,6 +87,7 @@ def run_trial(
         robot = scenario.load_robot(robot)
     check_task(scenario, robot)
     check_cost(scenario, robot)
+    preset = preset.for_robot(robot)
     spec = TrialSpec(scenario, robot, preset, seed=seed, wants_diagnostics=wants_diagnostics)
     return _simulated_apart(spec) if runs_foreign_code(preset) else simulate(spec)
 
