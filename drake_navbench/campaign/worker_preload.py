@@ -6,7 +6,7 @@ no worker spends time on imports. Nothing else should import it.
 
 import signal
 
-import drake_navbench.analysis.folder_analysis  # noqa: F401
+import drake_navbench.analysis.folder_analysis
 import drake_navbench.trial.trial  # noqa: F401
 from drake_navbench.analysis.metrics.registry import installed_metrics
 from drake_navbench.inputs.presets import preset_files
