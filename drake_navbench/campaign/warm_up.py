@@ -1,9 +1,14 @@
-"""Compiles the kernels once for an installation, and starts the server of the workers."""
+"""Compiles the kernels, once for an installation, and starts the server of the workers."""
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.workers import start_server
+
+if TYPE_CHECKING:
+    from drake_navbench.trial.spec import TrialSpec
 
 # Imported by the server from which the workers are forked; see that module.
 PRELOAD_MODULE = "drake_navbench.campaign.worker_preload"
@@ -25,12 +30,28 @@ def kernels_are_cold() -> bool:
 
 def warm_up() -> None:
     """Drives every default controller for a moment, so that all kernels are compiled."""
-    from drake_navbench.inputs.presets import default_presets, load_preset
-    from drake_navbench.inputs.scenario import load_scenario
-    from drake_navbench.trial.trial import DEFAULT_ROBOT, TrialSpec, simulate
+    from drake_navbench.inputs.presets import default_presets
+    from drake_navbench.trial.trial import simulate
 
-    for name in WARM_UP_SCENARIOS:
-        scenario = load_scenario(name).model_copy(update={"timeout_s": WARM_UP_S})
-        robot = scenario.load_robot(DEFAULT_ROBOT)
-        for preset in default_presets():
-            simulate(TrialSpec(scenario, robot, load_preset(preset), seed=0))
+    for preset in default_presets():
+        for spec in warm_up_specs(preset):
+            simulate(spec)
+
+
+def warm_up_specs(preset: str) -> list[TrialSpec]:
+    """Returns the short trials that have the kernels of a preset compiled."""
+    from drake_navbench.inputs.presets import load_preset
+    from drake_navbench.inputs.scenario import load_scenario
+    from drake_navbench.trial.spec import TrialSpec
+    from drake_navbench.trial.trial import DEFAULT_ROBOT
+
+    scenarios = [load_scenario(name) for name in WARM_UP_SCENARIOS]
+    return [
+        TrialSpec(
+            scenario.model_copy(update={"timeout_s": WARM_UP_S}),
+            scenario.load_robot(DEFAULT_ROBOT),
+            load_preset(preset),
+            seed=0,
+        )
+        for scenario in scenarios
+    ]

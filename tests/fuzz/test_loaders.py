@@ -21,7 +21,8 @@ from PIL import Image
 
 from drake_navbench.costmaps.map_file import load_map
 from drake_navbench.errors import InputError
-from drake_navbench.inputs.presets import load_parameter_file, load_preset
+from drake_navbench.inputs.parameter_files import load_parameter_file
+from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import load_scenario
 from drake_navbench.inputs.task_check import check_task
