@@ -4,8 +4,11 @@ VENV := .venv
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 ARGS ?=
+# Folders that are installed as subpackages of drake_navbench.
+SUBPACKAGES := analysis controllers models scenarios
+TYPES := build/types
 
-.PHONY: run test test-all fuzz lint format bench docs clean
+.PHONY: run test test-all fuzz lint types format bench docs clean
 
 run: $(INSTALLED)
 	$(BIN)/python -m drake_navbench.run $(ARGS)
@@ -19,9 +22,18 @@ test-all: $(INSTALLED)
 fuzz: $(INSTALLED)
 	FUZZ_CASES=10000 $(BIN)/python -m pytest tests/fuzz $(ARGS)
 
-lint: $(INSTALLED)
+lint: $(INSTALLED) types
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+
+# mypy looks for a subpackage in its package's folder, so it is given a folder of links.
+types: $(INSTALLED)
+	rm -rf $(TYPES)/drake_navbench
+	mkdir -p $(TYPES)/drake_navbench
+	ln -s $(abspath $(wildcard drake_navbench/*) $(SUBPACKAGES)) $(TYPES)/drake_navbench
+	cd $(TYPES) && $(abspath $(BIN))/python -m mypy --config-file $(CURDIR)/pyproject.toml >found; \
+	status=$$?; \
+	sed -E 's:^drake_navbench/($(subst $() ,|,$(SUBPACKAGES)))/:\1/:' found; exit $$status
 
 format: $(INSTALLED)
 	$(BIN)/ruff check --fix .

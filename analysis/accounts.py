@@ -50,6 +50,9 @@ class Account:
         return [cell for cell in self.cells if cell.metric not in EXCLUDED_METRICS]
 
 
+Row = Ordering | Comparison
+
+
 class Share(NamedTuple):
     """How many findings of a scenario came to which verdict, and how many rest on one trial."""
 
@@ -105,21 +108,12 @@ def agreements(own: Account, noisy: Account | None = None) -> list[Agreement]:
     claimed = findings()
     rows = []
     for scenario in published_table()["scenario"].unique():
-        rows.append(_agreement(own, scenario, scenario, lambda row, s=scenario: row.scenario == s))
+        rows.append(_agreement(own, scenario, scenario, _is_of_scenario(scenario)))
         if noisy is not None and noisy.lineup.scenario(scenario) != scenario:
             title = noisy.lineup.scenario(scenario)
-            rows.append(
-                _agreement(noisy, title, scenario, lambda row, s=scenario: row.scenario == s)
-            )
+            rows.append(_agreement(noisy, title, scenario, _is_of_scenario(scenario)))
     for name in PUBLISHED_CONTROLLERS:
-        rows.append(
-            _agreement(
-                own,
-                own.lineup.presets[name],
-                name,
-                lambda row, n=name: n in _controllers_of(row),
-            )
-        )
+        rows.append(_agreement(own, own.lineup.presets[name], name, _is_of_controller(name)))
     covered = {ordering for ordering in own.orderings if is_covered(ordering, claimed)}
     for title, wanted in (("claimed in a finding", True), ("not claimed", False)):
         some = [o for o in own.orderings if (o in covered) is wanted]
@@ -130,7 +124,7 @@ def agreements(own: Account, noisy: Account | None = None) -> list[Agreement]:
 def lineup_agreements(own: Account) -> list[Agreement]:
     """Returns concordance and relative error by scenario and of all together."""
     by_scenario = [
-        _agreement(own, name, name, lambda row, n=name: row.scenario == n)
+        _agreement(own, name, name, _is_of_scenario(name))
         for name in published_table()["scenario"].unique()
     ]
     return [*by_scenario, _agreement(own, TOGETHER, "", lambda row: True)]
@@ -139,18 +133,25 @@ def lineup_agreements(own: Account) -> list[Agreement]:
 def _share(name: str, judgements: Sequence[Judgement]) -> Share:
     verdicts = [judgement.verdict for judgement in judgements]
     once = sum(judgement.is_one_trial for judgement in judgements)
-    return Share(name, *(verdicts.count(verdict) for verdict in Verdict), once)
+    counts = {verdict.name.lower(): verdicts.count(verdict) for verdict in Verdict}
+    return Share(name, **counts, from_one_trial=once)
 
 
-def _agreement(
-    own: Account, title: str, key: str, is_wanted: Callable[[Ordering | Comparison], bool]
-) -> Agreement:
+def _agreement(own: Account, title: str, key: str, is_wanted: Callable[[Row], bool]) -> Agreement:
     return Agreement(
         title,
         concordance(filter(is_wanted, own.orderings)),
         own.ceilings.get(key),
         relative_error(filter(is_wanted, own.compared_cells)),
     )
+
+
+def _is_of_scenario(name: str) -> Callable[[Row], bool]:
+    return lambda row: row.scenario == name
+
+
+def _is_of_controller(name: str) -> Callable[[Row], bool]:
+    return lambda row: name in _controllers_of(row)
 
 
 def _controllers_of(row: Ordering | Comparison) -> tuple[str, ...]:

@@ -51,7 +51,7 @@ class Deed(NamedTuple):
     first_s: float
     last_s: float
     text: str
-    count: int
+    count: int  # type: ignore[assignment]  # nobody counts in it as in a tuple
 
 
 def legs_of(log: TrialLog) -> list[Leg]:

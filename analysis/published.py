@@ -72,7 +72,7 @@ def published_samples(
     rows = log.samples
     if count < 1 or len(rows) == 0:
         raise Undefined("the trial ended before the first published sample")
-    times = first_s + period_s * np.arange(count)
+    times = first_s + period_s * np.arange(count, dtype=np.float64)
     logged = rows["time_s"].to_numpy()
     pose = [np.interp(times, logged, rows[name].to_numpy()) for name in ("x_m", "y_m", "yaw_rad")]
     held = np.searchsorted(logged, times + TIME_TOLERANCE_S, side="right") - 1

@@ -130,7 +130,9 @@ def render(
 def _share_rows(accounts: Sequence[Account]) -> list[tuple[str, list[Share | None]]]:
     """Returns a scenario and its share a lineup; None where a lineup has the published one's."""
     main, *others = accounts
-    rows = [(share.scenario, [share]) for share in shares(main.judgements)]
+    rows: list[tuple[str, list[Share | None]]] = [
+        (share.scenario, [share]) for share in shares(main.judgements)
+    ]
     for other in others:
         for (scenario, row), share in zip(rows, shares(other.judgements), strict=True):
             differs = scenario == TOGETHER or any(
@@ -155,10 +157,12 @@ def _is_ordering(judgement: Judgement) -> bool:
 
 def _is_small(judgement: Judgement) -> bool:
     """Whether an ordering holds, or is level, with a fraction of the published difference."""
+    part = judgement.deciding
     return (
         judgement.verdict in (Verdict.HOLDS, Verdict.LEVEL)
-        and _is_ordering(judgement)
-        and abs(judgement.deciding.share_of_published) < SMALL_SHARE
+        and part is not None
+        and part.is_ordering
+        and abs(part.share_of_published) < SMALL_SHARE
     )
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import pandas as pd
 
@@ -61,7 +61,7 @@ class TrialEntry(NamedTuple):
     legs, deeds: of trials with a navigator. violations: of what must hold in every log.
     """
 
-    row: dict[str, object]
+    row: dict[str, Any]
     reasons: dict[str, str]
     path: str
     legs: Sequence[Leg] = ()

@@ -47,7 +47,7 @@ class Summary(NamedTuple):
     count: different trials with a value. left_out: trials without one. interval: of the mean, 95%.
     """
 
-    count: int
+    count: int  # type: ignore[assignment]  # nobody counts in it as in a tuple
     left_out: int
     mean: float
     sd: float
@@ -77,9 +77,9 @@ def summarize(values: Sequence[float]) -> Summary:
 
     NaN counts as left out.
     """
-    values = np.asarray(values, dtype=float)
-    known = values[np.isfinite(values)]
-    count, left_out = len(known), len(values) - len(known)
+    array = np.asarray(values, dtype=float)
+    known = array[np.isfinite(array)]
+    count, left_out = len(known), len(array) - len(known)
     if count == 0:
         return Summary(0, left_out, math.nan, math.nan, math.nan, UNDEFINED_INTERVAL)
     sd = float(known.std(ddof=1)) if count > 1 else math.nan
@@ -177,12 +177,12 @@ def rank_biserial(differences: Array) -> float:
 
 def holm(p_values: Sequence[float]) -> Array:
     """Returns p-values adjusted for their number (Holm 1979); NaN stays and does not count."""
-    p_values = np.asarray(p_values, dtype=float)
-    adjusted = np.full_like(p_values, math.nan)
-    known = np.flatnonzero(np.isfinite(p_values))
-    order = known[np.argsort(p_values[known], kind="stable")]
+    given = np.asarray(p_values, dtype=float)
+    adjusted = np.full_like(given, math.nan)
+    known = np.flatnonzero(np.isfinite(given))
+    order = known[np.argsort(given[known], kind="stable")]
     factors = np.arange(len(order), 0, -1)
-    adjusted[order] = np.minimum(np.maximum.accumulate(factors * p_values[order]), 1.0)
+    adjusted[order] = np.minimum(np.maximum.accumulate(factors * given[order]), 1.0)
     return adjusted
 
 
@@ -230,10 +230,10 @@ def pareto_front(costs: Array) -> NDArray[np.bool_]:
 
     A row with NaN is not on the front and beats none.
     """
-    known = np.isfinite(costs).all(axis=1)
-    no_worse = (costs[:, None, :] <= costs[None, :, :]).all(axis=2)
-    better = (costs[:, None, :] < costs[None, :, :]).any(axis=2)
-    return known & ~(no_worse & better & known[:, None]).any(axis=0)
+    known = np.all(np.isfinite(costs), axis=1)
+    no_worse = np.all(costs[:, None, :] <= costs[None, :, :], axis=2)
+    better = np.any(costs[:, None, :] < costs[None, :, :], axis=2)
+    return known & ~np.any(no_worse & better & known[:, None], axis=0)
 
 
 def _power(count: int, effect: float, confidence: float) -> float:

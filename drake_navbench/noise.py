@@ -40,7 +40,8 @@ class NoiseKey(NamedTuple):
     def generator(self) -> np.random.Generator:
         """Returns a fresh generator that depends on the key alone."""
         words = _PhiloxKey((self.seed, self.stream | self.step << STEP_SHIFT))
-        return np.random.Generator(np.random.Philox(words))
+        # It takes any ISeedSequence; numpy's stubs know the one class only.
+        return np.random.Generator(np.random.Philox(words))  # type: ignore[arg-type]
 
 
 class _PhiloxKey(ISeedSequence):
@@ -53,7 +54,10 @@ class _PhiloxKey(ISeedSequence):
     def __init__(self, words: tuple[int, int]) -> None:
         self._words = words
 
-    def generate_state(self, n_words: int, dtype: DTypeLike = np.uint64) -> tuple[int, int]:
+    # Any two words will do, and a tuple is made sooner than an array.
+    def generate_state(  # type: ignore[override]
+        self, n_words: int, dtype: DTypeLike = np.uint64
+    ) -> tuple[int, int]:
         """Returns the two words of the key, whatever is asked for."""
         return self._words
 

@@ -77,6 +77,7 @@ def plan_columns(plans: Sequence[Plan], rows: Sequence[int], row_count: int) -> 
     """Returns the columns of a log table; rows: where each plan stands. See `PLAN_COLUMNS`."""
     columns: dict[str, list[list[Any] | None]] = {name: [None] * row_count for name in PLAN_COLUMNS}
     legs: set[int] = set()
+    poses: NDArray[Any]
     for plan, row in zip(plans, rows, strict=True):
         if plan.leg in legs:
             name, fields, poses = "replans", _ROUNDED_FIELDS, _as_whole(plan.poses)

@@ -93,7 +93,7 @@ class PluginKind:
             if spec is None:
                 return None
             path = spec.submodule_search_locations
-        return Path(spec.origin).parent if spec.origin else None
+        return Path(spec.origin).parent if spec and spec.origin else None
 
     def load_all(self, check: Callable[[str, Any], Any] = lambda name, loaded: loaded) -> dict:
         """Returns what can be loaded, by name; warns of the others.

@@ -31,7 +31,7 @@ MAX_NAME_LENGTH = 100
 UNFINISHED = ".unfinished"
 
 
-def write_whole(path: Path, write: Callable[[Path], None]) -> None:
+def write_whole(path: Path, write: Callable[[Path], object]) -> None:
     """Makes a file appear whole or not at all: written under another name, synced, renamed.
 
     What a killed process leaves behind has the suffix `UNFINISHED`. Raises CannotBeWritten where

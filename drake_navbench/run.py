@@ -129,7 +129,9 @@ def _input_warnings_as_lines(*, quiet: bool) -> Iterator[None]:
     with warnings.catch_warnings():
         show_others = warnings.showwarning
 
-        def show(message: Warning, category: type[Warning], *where: Any, **options: Any) -> None:
+        def show(
+            message: Warning | str, category: type[Warning], *where: Any, **options: Any
+        ) -> None:
             if issubclass(category, InputWarning):
                 print(message, file=sys.stderr)
             else:

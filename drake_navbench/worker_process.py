@@ -12,14 +12,14 @@ import threading
 import traceback
 from collections.abc import Callable
 from multiprocessing.connection import Connection
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from drake_navbench.errors import InputError, NavbenchError, one_line, printable
 
 # A task that holds the interpreter's lock keeps a worker from noticing that its caller has died.
 ALARM_MARGIN_S = 60.0
 # What is said of every call before it is made.
-BEGUN = "begun"
+BEGUN: Final = "begun"
 
 
 class Returned(NamedTuple):

@@ -13,13 +13,13 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing import forkserver
 from multiprocessing.connection import Connection, wait
 from types import ModuleType
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from drake_navbench.errors import NavbenchError, one_line
 from drake_navbench.worker_process import BEGUN, Raised, Returned, serve
@@ -80,7 +80,8 @@ class Died(NamedTuple):
     is_from_outside: bool
 
 
-Ending = Returned | Raised | TimedOut | Died
+Failure = Raised | TimedOut | Died
+Ending = Returned | Failure
 
 
 class NoWorkers(NavbenchError):
@@ -101,7 +102,7 @@ def start_server(preload: Sequence[str]) -> None:
 
 def run_tasks(
     tasks: Sequence[Task], *, jobs: int, tasks_per_worker: float = math.inf
-) -> Iterator[tuple[Task, Ending]]:
+) -> Generator[tuple[Task, Ending], None, None]:
     """Runs tasks in up to `jobs` workers; yields each with how it ended, as they end.
 
     tasks_per_worker: after so many a worker is replaced. When the iterator is closed, also by an
@@ -132,7 +133,7 @@ class _Crew:
 
     def hand_out(self) -> None:
         """Gives every worker a task; those for which there is none go."""
-        for worker in [worker for worker in self._workers if worker.task is None]:
+        for worker in [worker for worker in self._workers if worker.is_idle]:
             task = self._next_for(worker)
             if task is None:
                 self._drop(worker)
@@ -152,7 +153,9 @@ class _Crew:
         """Waits until something happens; yields the tasks that have ended."""
         deadline_s = min((worker.deadline_s for worker in self._workers), default=-math.inf)
         patience_s = min(max(deadline_s - time.monotonic(), 0.0), LONGEST_WAIT_S)
-        signs = {sign: worker for worker in self._workers for sign in worker.signs}
+        signs: dict[Any, _Worker] = {
+            sign: worker for worker in self._workers for sign in worker.signs
+        }
         stirring = wait(signs, timeout=patience_s)
         for worker in dict.fromkeys(signs[sign] for sign in stirring):
             task, said = worker.task, worker.listen()
@@ -200,8 +203,8 @@ class _Crew:
 class _Worker:
     """A process and the pipe to it, as the caller sees them.
 
-    task: what it was given, None when it has ended. has_begun: whether it has taken that up; what
-    it has not begun another may do. owner: of all its tasks.
+    task: what it was given last. is_idle: whether that has ended. has_begun: whether it has taken
+    it up; what it has not begun another may do. owner: of all its tasks.
     """
 
     def __init__(self, task: Task) -> None:
@@ -228,12 +231,12 @@ class _Worker:
 
     def begin(self, task: Task) -> None:
         """Hands a task to the process; that it has died meanwhile is found when listening."""
-        self.task, self.has_begun = task, False
+        self.task, self.is_idle, self.has_begun = task, False, False
         self.deadline_s = time.monotonic() + START_LIMIT_S
         with suppress(OSError):
             self._connection.send((task.function, task.arguments, task.time_limit_s))
 
-    def listen(self) -> Ending | str:
+    def listen(self) -> Returned | Raised | Died | Literal["begun"]:
         """Returns what the process says: BEGUN, how its task ended, or that it has died."""
         try:
             said = self._connection.recv() if self._connection.poll() else None
@@ -246,7 +249,7 @@ class _Worker:
         if not isinstance(said, Returned | Raised):
             return self._death()
         self.tasks_done += 1
-        self.task, self.deadline_s = None, math.inf
+        self.is_idle, self.deadline_s = True, math.inf
         return said
 
     def _death(self) -> Died:
@@ -254,7 +257,8 @@ class _Worker:
         code = self._process.exitcode
         if code is None:
             return Died("the worker process closed its pipe", is_from_outside=False)
-        if code == UNKNOWN_EXIT_CODE and _is_alive(self._process.pid):
+        pid = self._process.pid
+        if code == UNKNOWN_EXIT_CODE and pid is not None and _is_alive(pid):
             return Died("the server of the workers died", is_from_outside=True)
         if code >= 0:
             return Died(f"the worker process died with exit code {code}", is_from_outside=False)

@@ -21,7 +21,7 @@ PLAIN_TAGS = frozenset(
 SHOWN_LENGTH = 60
 
 # The one on libyaml reads 16 MB in a second, the other in half a minute.
-_FastestLoader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+_FastestLoader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 def load_yaml(text: str) -> Any:
@@ -42,7 +42,7 @@ def require_limits(text: str) -> None:
     count = 0
     # Of the collections that are open: their anchor, and the count before them.
     open_anchors: list[tuple[str | None, int]] = []
-    sizes: dict[str, int] = {}
+    sizes: dict[str | None, int] = {}
     for event in yaml.parse(text, Loader=_FastestLoader):
         if isinstance(event, yaml.CollectionEndEvent):
             anchor, before = open_anchors.pop()
@@ -102,7 +102,8 @@ class _PlainLoader(_FastestLoader):
 
 
 def _fault(text: str, place: yaml.Node | yaml.Event) -> yaml.MarkedYAMLError:
-    return yaml.constructor.ConstructorError(None, None, text, place.start_mark)
+    mark: Any = place.start_mark  # One of two classes, with and without libyaml.
+    return yaml.constructor.ConstructorError(None, None, text, mark)
 
 
 def _is_scalar(node: yaml.Node) -> bool:

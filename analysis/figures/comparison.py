@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -157,7 +157,7 @@ def box_figure(panels: Sequence[BoxPanel], look: Look) -> Figure | None:
         unused.set_axis_off()
     keys = look.marker_keys(box.controller for box in panels[0].boxes)
     if any(box.failed.any() for panel in panels for box in panel.boxes):
-        hollow = {"marker": "o", "ms": 7, "mfc": "white", "mec": MUTED}
+        hollow: dict[str, Any] = {"marker": "o", "ms": 7, "mfc": "white", "mec": MUTED}
         keys.append(Line2D([], [], ls="none", label="hollow: trial failed", **hollow))
     legend_below(figure, keys)
     return figure
@@ -234,7 +234,8 @@ def _draw_boxes(axes: Axes, panel: BoxPanel, look: Look) -> None:
 
 def _draw_outlines(axes: Axes, boxes: Sequence[Box], look: Look) -> None:
     """Draws boxes, medians and whiskers: all of a kind at once, which is quicker than singly."""
-    outlines, colors, medians, whiskers = [], [], [], []
+    outlines, colors, medians = [], [], []
+    whiskers: list[list[tuple[float, float]]] = []
     for place, box in enumerate(boxes, 1):
         if len(box.values) == 0:
             continue

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -50,7 +51,7 @@ def draw_world(axes: Axes, log: TrialLog) -> None:
             label=label if plan is log.first_plans[0] else None,
         )
     *waypoints, goal = goals(log)
-    mark = {"mfc": "white", "mec": PLAN_COLOR, "ls": "none"}
+    mark: dict[str, Any] = {"mfc": "white", "mec": PLAN_COLOR, "ls": "none"}
     if waypoints:
         axes.plot(*np.array(waypoints)[:, :2].T, marker="D", ms=6, **mark, label="waypoint")
     axes.plot(*goal[:2], marker="*", ms=11, **mark, label="goal")
@@ -59,7 +60,7 @@ def draw_world(axes: Axes, log: TrialLog) -> None:
     axes.set_ylabel("y [m]")
 
 
-def draw_robot(axes: Axes, log: TrialLog, *, row: int, color: object) -> None:
+def draw_robot(axes: Axes, log: TrialLog, *, row: int, color: Any) -> None:
     """Draws the robot's outline at a row of the samples."""
     sample = log.samples.iloc[row]
     corners = place_footprint(robot_outline(log), (sample["x_m"], sample["y_m"], sample["yaw_rad"]))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -23,7 +24,7 @@ from drake_navbench.analysis.metrics.efficiency import drive_power_w, robot_mass
 from drake_navbench.analysis.metrics.signals import Motion, column, motion, positions, times
 from drake_navbench.log import Outcome, TrialLog
 
-Line = dict[str, object]
+Line = dict[str, Any]
 
 PANEL_SIZE_IN = (3.2, 2.1)
 SECOND_LINE: Line = {"color": MUTED, "lw": 1.0}

@@ -63,8 +63,11 @@ def rank_figure(
     trials: pd.DataFrame, scenario: str, metrics: Sequence[Metric], look: Look
 ) -> Figure | None:
     """Returns a critical difference diagram, one line a metric; None without two controllers."""
-    found = [(entry, ranks_of(trials, scenario, entry)) for entry in metrics]
-    found = [(entry, ranks) for entry, ranks in found if ranks is not None]
+    found = [
+        (entry, ranks)
+        for entry in metrics
+        if (ranks := ranks_of(trials, scenario, entry)) is not None
+    ]
     if not found:
         return None
     figure, (axes,) = new_figure(

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import matplotlib as mpl
 
@@ -33,7 +33,7 @@ X_LABEL_BELOW_IN, Y_LABEL_BESIDE_IN = 0.3, 0.5
 CHARACTER_IN, LEGEND_KEY_IN, LEGEND_LINE_IN = 0.075, 0.6, 0.2
 # Few round numbers are easier to read, and ticks are what takes longest to draw.
 MAX_TICK_STEPS = 5
-SAVE_OPTIONS = {
+SAVE_OPTIONS: Mapping[str, Any] = {
     ".svg": {"format": "svg", "metadata": {"Date": None}},
     ".png": {
         "format": "png",
@@ -92,7 +92,7 @@ class Look:
     def __init__(self, controllers: Sequence[str]) -> None:
         self._place = {name: place for place, name in enumerate(controllers)}
 
-    def line(self, controller: str) -> dict[str, object]:
+    def line(self, controller: str) -> dict[str, Any]:
         """Returns the keywords of a line."""
         return {
             "color": controller_color(controller),
@@ -109,10 +109,15 @@ class Look:
 
     def marker_keys(self, controllers: Iterable[str]) -> list[Line2D]:
         """Returns the legend's entries for markers."""
-        keys = []
+        keys: list[Line2D] = []
         for name in controllers:
             color = self.line(name)["color"]
-            look = {"color": color, "marker": self.marker(name), "ms": 7, "mec": "white"}
+            look: dict[str, Any] = {
+                "color": color,
+                "marker": self.marker(name),
+                "ms": 7,
+                "mec": "white",
+            }
             keys.append(Line2D([], [], label=name, ls="none", **look))
         return keys
 
@@ -170,7 +175,7 @@ def new_figure(
 
 def place_labels(axes: Axes, *, is_right: bool = False) -> None:
     """Fixes where the labels of the axes stand; finding room for them takes long."""
-    inches = axes.get_figure().dpi_scale_trans
+    inches = axes.figure.dpi_scale_trans
     below = axes.transAxes + ScaledTranslation(0.0, -X_LABEL_BELOW_IN, inches)
     beside_in = Y_LABEL_BESIDE_IN if is_right else -Y_LABEL_BESIDE_IN
     beside = axes.transAxes + ScaledTranslation(beside_in, 0.0, inches)
@@ -182,8 +187,9 @@ def clear_data(axes: Axes) -> None:
     """Takes out all that was drawn, legend included; axes, ticks, labels and titles stay."""
     for artist in [*axes.lines, *axes.collections, *axes.patches, *axes.texts]:
         artist.remove()
-    if axes.get_legend() is not None:
-        axes.get_legend().remove()
+    legend = axes.get_legend()
+    if legend is not None:
+        legend.remove()
     axes.relim()
     axes.autoscale(enable=True)
 

@@ -114,7 +114,7 @@ def _circle_meets_edges(arm: Array, start: Array, along: Array, *, rate_radps: A
     c = (start**2).sum(-1) - (arm**2).sum(-1)
     root = np.sqrt(half_b**2 - a * c)
     bearing = np.arctan2(arm[..., 1], arm[..., 0])
-    first = np.inf
+    first: Array = np.array(np.inf)
     for share in ((-half_b - root) / a, (-half_b + root) / a):
         met = start + share[..., None] * along
         turn = np.sign(rate_radps) * (np.arctan2(met[..., 1], met[..., 0]) - bearing)

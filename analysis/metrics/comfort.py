@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drake_navbench.analysis.metrics.definition import Undefined, metric
 from drake_navbench.analysis.metrics.signals import Array, column, motion, times
@@ -101,7 +102,7 @@ def sustained_accelerations(log: TrialLog) -> Array:
     return (np.interp(later[whole], time_s, v) - v[whole]) / SUSTAINED_S
 
 
-def weighting_wd(frequency_hz: Array) -> Array:
+def weighting_wd(frequency_hz: NDArray[np.floating]) -> Array:
     """Returns the magnitude of ISO 2631-1's weighting W_d at frequencies (N,) Hz."""
     s = 2j * np.pi * np.asarray(frequency_hz, dtype=float)
     high, low, turn = (2.0 * np.pi * f for f in (HIGH_PASS_HZ, LOW_PASS_HZ, TRANSITION_HZ))

@@ -115,9 +115,10 @@ def fitted_derivatives(values: Array, period_s: float) -> tuple[Array, Array, Ar
     width = max(round(DERIVATIVE_WINDOW_S / period_s), MIN_WINDOW_SAMPLES)
     width = min(width, len(values))
     width -= 1 - width % 2
-    return tuple(
+    value, first, second = (
         savgol_filter(values, width, PARABOLA, deriv=order, delta=period_s) for order in range(3)
     )
+    return value, first, second
 
 
 def rms(values: Array) -> float:

@@ -49,7 +49,8 @@ def project_on_polyline(points: Array, polyline: Array) -> Projection:
     start, step, length = start[kept], step[kept], length[kept]
     if len(step) == 0:
         raise Undefined("the plan has no length")
-    tree = shapely.STRtree(shapely.linestrings(np.stack([start, start + step], axis=1)))
+    lines = np.asarray(shapely.linestrings(np.stack([start, start + step], axis=1)))
+    tree = shapely.STRtree(lines)
     query, segment = tree.query_nearest(shapely.points(points), all_matches=False)
     segment = segment[np.argsort(query)]
     offset = points - start[segment]

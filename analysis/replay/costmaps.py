@@ -56,7 +56,7 @@ def local_costmaps(
             for column in (motion.x_m, motion.y_m, motion.yaw_rad)
         ]
         state = layers.updated(state, scan=scan, pose=np.array(pose), time_s=time_s)
-        if count % stride == 0:
+        if count % stride == 0 and state.costmap is not None:
             yield state.costmap
 
 

@@ -65,7 +65,7 @@ def ring(centre: ArrayLike, *, radius_m: float, width_m: float, height_m: float)
 
 def arrow(pose: ArrayLike, *, length_m: float, width_m: float, height_m: float) -> FlatMesh:
     """Returns an arrowhead at `pose` (3,), x m, y m, yaw rad, pointing where the pose does."""
-    x, y, yaw = pose
+    x, y, yaw = np.asarray(pose)
     forward = np.array([np.cos(yaw), np.sin(yaw)])
     left = np.array([-forward[1], forward[0]])
     tail = np.array([x, y])

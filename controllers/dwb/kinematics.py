@@ -43,8 +43,7 @@ class Kinematics(NamedTuple):
         speed scales them in proportion; at or above it the present limits stay. No limit restores
         `base`. Lower limits are never touched.
         """
-        is_lifted = speed_limit is None or speed_limit.value == NO_SPEED_LIMIT
-        if is_lifted or speed_limit.is_percentage:
+        if speed_limit is None or speed_limit.value == NO_SPEED_LIMIT or speed_limit.is_percentage:
             return self._with_upper_limits_of(base, lambda speed: limited_speed(speed, speed_limit))
         if speed_limit.value < base.max_speed_xy:
             ratio = speed_limit.value / base.max_speed_xy

@@ -23,7 +23,8 @@ def clearances_of(costs: NDArray[np.uint8]) -> NDArray[np.int32]:
 
     Shape (rows, columns); larger than the map where there is no such cell.
     """
-    return cell_distances(*costs.shape, np.flatnonzero(costs >= LETHAL), diagonal=True)
+    rows, columns = costs.shape
+    return cell_distances(rows, columns, np.flatnonzero(costs >= LETHAL), diagonal=True)
 
 
 @njit(cache=True)

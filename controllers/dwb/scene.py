@@ -50,7 +50,8 @@ class Situation:
 
     def distances_to(self, seeds: NDArray[np.int32]) -> NDArray[np.int32]:
         """Returns the Manhattan distance of every cell to the nearest seed, in cells."""
-        return cell_distances(*self.costmap.costs.shape, seeds)
+        rows, columns = self.costmap.costs.shape
+        return cell_distances(rows, columns, seeds)
 
     @cached_property
     def path_cells(self) -> NDArray[np.int32]:

@@ -123,6 +123,7 @@ class ModelPredictivePathIntegral:
     def _draw(self, key: NoiseKey, reset_count: int, pass_index: int) -> Noise:
         """Returns the noise of one pass: new in every pass, or the same between two resets."""
         p = self._parameters
+        words: tuple[int, ...]
         if p.regenerate_noises:
             words = (key.seed, key.stream, _REGENERATED, key.step, pass_index)
         else:
@@ -145,7 +146,7 @@ class ModelPredictivePathIntegral:
             numbers["polish_evaluation_count"] = refinement.outcome.evaluation_count
             numbers["polish_solver"] = refinement.outcome.solver
             numbers["polish_fallback_count"] = fallbacks
-        if self._wants_diagnostics:
+        if self._wants_diagnostics and result.batch is not None:
             step = self._parameters.TrajectoryVisualizer.trajectory_step
             numbers["sampled_trajectories"] = result.batch.poses[::step].astype(np.float64)
             numbers["sampled_costs"] = result.costs[::step].astype(np.float64)

@@ -33,15 +33,15 @@ class MotionModel(IntEnum):
 class MotionLimits(NamedTuple):
     """Limits of the control sequence, float32: m/s, rad/s, m/s^2, rad/s^2; *_min are signed."""
 
-    vx_max: float
-    vx_min: float
-    vy_max: float
-    wz_max: float
-    ax_max: float
-    ax_min: float
-    ay_max: float
-    ay_min: float
-    az_max: float
+    vx_max: np.float32
+    vx_min: np.float32
+    vy_max: np.float32
+    wz_max: np.float32
+    ax_max: np.float32
+    ax_min: np.float32
+    ay_max: np.float32
+    ay_min: np.float32
+    az_max: np.float32
 
     def scaled(self, ratio: float) -> MotionLimits:
         """Returns the limits under a speed limit: velocities times `ratio`, accelerations kept."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
@@ -30,7 +30,7 @@ MOTION_MODEL_PLUGINS = {
 }
 DEFAULT_MOTION_MODEL = "diff_drive"
 DEFAULT_MOTION_MODEL_PLUGIN = "mppi::DiffDriveMotionModel"
-DEFAULT_VALIDATOR = "mppi::DefaultOptimalTrajectoryValidator"
+DEFAULT_VALIDATOR: Final = "mppi::DefaultOptimalTrajectoryValidator"
 # The cubic B-spline of the polish needs as many knots as its order.
 MIN_KNOT_COUNT = 4
 MIN_TIME_STEPS = 2

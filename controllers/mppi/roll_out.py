@@ -37,7 +37,7 @@ class RollOutSetting(NamedTuple):
     cost_factors: NDArray[np.float32]
     delayed: NDArray[np.float32]
     delays: NDArray[np.int64]
-    dt: float
+    dt: np.float32
     holonomic: bool
     clamp_raw_controls: bool
     column_step: int

@@ -206,9 +206,9 @@ class Sampler:
             if self._deviations[axis] > 0:
                 cycle.costs += self._scorer.control_costs[axis].ravel()[: p.batch_size]
         cycle.weights = softmax_weights(cycle.costs, F32(p.temperature))
-        weights = np.zeros(block_count(p.batch_size) * LANES, np.float32)
-        weights[: p.batch_size] = cycle.weights
-        weights = weights.reshape(-1, LANES)
+        padded = np.zeros(block_count(p.batch_size) * LANES, np.float32)
+        padded[: p.batch_size] = cycle.weights
+        weights = padded.reshape(-1, LANES)
         source = self._scorer.clamped if p.clamp_raw_controls else noise
         for axis, samples in enumerate(source):
             if samples.size:

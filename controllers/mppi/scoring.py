@@ -110,6 +110,7 @@ class BatchScorer:
             elif isinstance(critic, PathCritic):
                 self._run_path_critic(cycle, critic, row)
             else:
+                assert cycle.batch is not None  # Kept where there is such a critic.
                 costs[:], cycle.failed = critic.score(cycle.batch)
             cycle.costs += costs
 
@@ -122,11 +123,12 @@ class BatchScorer:
         """
         self._table[:] = 0
         blocks = self._table.shape[1]
-        begun = {
-            row: critic.begin(cycle.scene, blocks)
+        critics = {
+            row: critic
             for row, critic in enumerate(self._critics)
             if isinstance(critic, PointwiseCritic) and critic.parameters.enabled
         }
+        begun = {row: critic.begin(cycle.scene, blocks) for row, critic in critics.items()}
         begun = {row: active for row, active in begun.items() if active is not None}
         for first in range(0, blocks, self._chunk_blocks):
             last = min(first + self._chunk_blocks, blocks)
@@ -144,7 +146,7 @@ class BatchScorer:
             )
             for row, active in begun.items():
                 sums = self._table[row, first:last]
-                self._critics[row].add(active, chunk, sums, first_block=first)
+                critics[row].add(active, chunk, sums, first_block=first)
         return begun
 
     def _run_path_critic(self, cycle: Cycle, critic: PathCritic, row: int) -> None:

@@ -155,8 +155,9 @@ class TimedElasticBand:
         postponed: list[Alternative] = []
         for candidate in candidates:
             best = min((self._cost(*other) for other in tried), default=np.inf)
-            if np.isfinite(best) and candidate.lost_lately(time_s):
-                postponed.append(candidate.predecessor)
+            known = candidate.predecessor
+            if np.isfinite(best) and known is not None and candidate.lost_lately(time_s):
+                postponed.append(known)
                 continue
             if candidate.length_m / task.limits.forward_speed > best:
                 continue

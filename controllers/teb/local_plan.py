@@ -62,6 +62,7 @@ class LocalPlan(NamedTuple):
 
     def before_the_block(self, min_obstacle_dist: float) -> LocalPlan:
         """Returns the plan cut before the block, with room to the block where there is any."""
+        assert self.blocked_index is not None
         last = _roomy_index(self.poses, self.clearances, self.blocked_index - 1, min_obstacle_dist)
         return self._replace(goal_index=max(last, 0), blocked_index=None, ends_plan=False)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import closing
+from functools import partial
 from pathlib import Path
 
 from drake_navbench.analysis.replay import write_race_replay, write_trial_replay
@@ -56,5 +57,5 @@ def _write_scenario(
         for log in driven:
             write_whole(
                 folder.replay_path(scenario, log.info["controller"]),
-                lambda path, log=log: write_trial_replay(log, path, model=model),
+                partial(write_trial_replay, log, model=model),
             )

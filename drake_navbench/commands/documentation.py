@@ -13,7 +13,7 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
 
@@ -30,6 +30,7 @@ from drake_navbench.plans import PLAN_COLUMNS
 from drake_navbench.trial.diagram import build_trial_diagram
 from drake_navbench.trial.spec import FollowPlan
 from drake_navbench.trial.trial import DEFAULT_ROBOT, controller_setup
+from drake_navbench.typed_yaml import FrozenModel
 
 EXIT_DONE = 0
 EXIT_WRONG_INPUT = 2
@@ -42,7 +43,11 @@ clearance of 0. It is found between samples, too, on the cubic through the poses
 both ends of each step of the integrator, by conservative advancement: less than 0.01 mm apart is
 touching, and no overlap of that motion is missed. A task that had ended before is no collision. The
 clearance in the rows before is sampled every 0.05 s and held."""
-SCHEMAS = {"scenario": Scenario, "robot": Robot, "preset": PresetFile}
+SCHEMAS: Mapping[str, type[FrozenModel]] = {
+    "scenario": Scenario,
+    "robot": Robot,
+    "preset": PresetFile,
+}
 # Between these two lines of docs/controllers.md stands the table of presets.
 TABLE_BEGIN = "<!-- presets: made by `make docs` -->"
 TABLE_END = "<!-- end of presets -->"
@@ -85,7 +90,7 @@ def _in_fixed_order(source: str) -> str:
     """
     numbers = list(dict.fromkeys(re.findall(r"^s(\d+) \[", source, re.M)))
     numbering = {number: str(index) for index, number in enumerate(numbers, start=1)}
-    own = re.search(r"^digraph _(\d+)", source)[1]
+    (own,) = re.findall(r"^digraph _(\d+)", source)
     source = re.sub(rf"\b(_|cluster){own}(?=\b|[a-z])", r"\g<1>0", source)
     source = re.sub(
         r"\bs(\d+)(?= \[|:)", lambda found: f"s{numbering.get(found[1], found[1])}", source

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,7 +62,8 @@ class GridGeometry(NamedTuple):
     @classmethod
     def of_map(cls, grid: OccupancyMap) -> GridGeometry:
         """Returns the geometry of a costmap that stays on a map's own grid."""
-        return cls(*grid.occupancy.shape, grid.origin_x, grid.origin_y, grid.resolution, False)
+        rows, columns = grid.occupancy.shape
+        return cls(rows, columns, grid.origin_x, grid.origin_y, grid.resolution, False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +118,7 @@ class LayeredCostmap:
         self._footprint = np.ascontiguousarray(footprint)
         self._inscribed_radius, _ = footprint_radii(self._footprint)
         self._default_cost = NO_INFORMATION if settings.track_unknown_space else FREE
-        grid = {
+        grid: dict[str, Any] = {
             "footprint": self._footprint,
             "resolution": geometry.resolution,
             "default_cost": self._default_cost,
@@ -151,7 +152,11 @@ class LayeredCostmap:
             voxels=(
                 self._voxel_layer.initial_grids(shape) if "voxel_layer" in self._plugins else None
             ),
-            static=self._static_costs() if "static_layer" in self._plugins else None,
+            static=(
+                self._static_costs(self._static_map)
+                if self._static_map is not None and "static_layer" in self._plugins
+                else None
+            ),
         )
 
     def cleared(self, state: LayersState) -> LayersState:
@@ -192,10 +197,10 @@ class LayeredCostmap:
         static = state.static if is_restored else cycle.static
         return LayersState(cycle.origin, cycle.obstacles, cycle.voxels, static, master, costmap)
 
-    def _static_costs(self) -> Costs:
+    def _static_costs(self, known: OccupancyMap) -> Costs:
         settings = self._settings
         return static_costs(
-            self._static_map.occupancy,
+            known.occupancy,
             track_unknown_space=settings.track_unknown_space,
             lethal_cost_threshold=settings.lethal_cost_threshold,
             trinary_costmap=settings.trinary_costmap,
@@ -222,8 +227,9 @@ class LayeredCostmap:
             )
             touched = _joined(touched, bounds)
         static = state.static
-        if static is not None and self._settings.static_layer.footprint_clearing_enabled:
-            grid = self._static_map
+        grid = self._static_map
+        is_cleared = self._settings.static_layer.footprint_clearing_enabled
+        if static is not None and grid is not None and is_cleared:
             outline = place_outline(self._footprint, pose)
             touched = _joined(touched, [*outline.min(axis=0), *outline.max(axis=0)])
             static = static.copy()
@@ -231,7 +237,7 @@ class LayeredCostmap:
         window = CellWindow.whole(obstacles.shape)
         if state.plugged is not None and not self._geometry.rolling_window:
             window = self._window_around(touched)
-        return _Cycle(pose, tuple(origin), obstacles, voxels, static, window)
+        return _Cycle(pose, (origin[0], origin[1]), obstacles, voxels, static, window)
 
     def _window_around(self, touched: Array) -> CellWindow:
         """Returns the cells within the inflation's reach of a box min_x, min_y, max_x, max_y, m."""
@@ -247,22 +253,25 @@ class LayeredCostmap:
         return CellWindow(int(first[1]), int(last[1]), int(first[0]), int(last[0]))
 
     def _reset_window(self, state: LayersState, cycle: _Cycle) -> Costs:
-        if cycle.window == CellWindow.whole(cycle.obstacles.shape):
+        plugged = state.plugged
+        if plugged is None or cycle.window == CellWindow.whole(cycle.obstacles.shape):
             return np.full(cycle.obstacles.shape, self._default_cost, np.uint8)
-        master = state.plugged.copy()
+        master = plugged.copy()
         master[cycle.window.slices] = self._default_cost
         return master
 
     def _write_static(self, master: Costs, cycle: _Cycle) -> Costs:
         window = cycle.window.slices
+        static, grid = cycle.static, self._static_map
+        assert static is not None  # Or the layer were not among the plugins.
+        assert grid is not None
         if not self._geometry.rolling_window:
             rule = MergeRule.MAX if self._settings.use_maximum else MergeRule.TRUE_OVERWRITE
-            merge_layer(master[window], cycle.static[window], rule)
+            merge_layer(master[window], static[window], rule)
             return master
-        grid = self._static_map
         sample_static(
             Grid(master, *cycle.origin, self._geometry.resolution),
-            Grid(cycle.static, *grid.frame),
+            Grid(static, *grid.frame),
             SAME_FRAME,
             self._settings.use_maximum,
         )
@@ -277,6 +286,7 @@ class LayeredCostmap:
     def _write_voxels(self, master: Costs, cycle: _Cycle) -> Costs:
         window = cycle.window.slices
         rule = MergeRule(self._settings.voxel_layer.combination_method)
+        assert cycle.voxels is not None  # Or the layer were not among the plugins.
         merge_layer(master[window], cycle.voxels.costs[window], rule)
         return master
 
@@ -319,7 +329,9 @@ class LayeredCostmap:
         """Returns what is written in place of the mask's costs while the robot stands in it."""
         settings = self._settings.keepout_filter
         value = mask.value_at(pose[:2]) if settings.override_lethal_cost else None
-        is_inside = value not in (None, MASK_UNKNOWN) and mask_costs(np.int8(value)) >= INSCRIBED
+        if value is None or value == MASK_UNKNOWN:
+            return NO_OVERRIDE
+        is_inside = mask_costs(np.array(value, np.int8)) >= INSCRIBED
         return settings.lethal_override_cost if is_inside else NO_OVERRIDE
 
 

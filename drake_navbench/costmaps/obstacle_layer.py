@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -56,7 +58,10 @@ class ObstacleLayer:
 
         origin: lower left corner before the cycle, m. pose: (3,) of the robot, x m, y m, yaw rad.
         """
-        grid = {"resolution": self._resolution, "default_cost": self._default_cost}
+        grid: dict[str, Any] = {
+            "resolution": self._resolution,
+            "default_cost": self._default_cost,
+        }
         if scan is not None:
             return update_obstacle_layer(
                 costs,
@@ -70,5 +75,6 @@ class ObstacleLayer:
                 **self._parameters,
             )
         if self._rolling_window:
-            costs, *origin = centre_window(costs, origin, robot_pose=pose, **grid)
+            costs, *corner = centre_window(costs, origin, robot_pose=pose, **grid)
+            origin = (corner[0], corner[1])
         return ObstacleLayerUpdate(costs, *origin, np.array(NOTHING_TOUCHED))

@@ -114,7 +114,7 @@ def _known_values(
     return known
 
 
-def _remove(values: dict[str, Any], place: tuple[int | str, ...]) -> bool:
+def _remove(values: Any, place: tuple[int | str, ...]) -> bool:
     """Removes a nested value; returns whether it was there."""
     *blocks, last = place
     for block in blocks:

@@ -145,7 +145,8 @@ class _RosLoader(yaml.SafeLoader):
     """
 
     bool_values: ClassVar[dict[str, bool]] = {**yaml.SafeLoader.bool_values, "y": True, "n": False}
-    yaml_implicit_resolvers: ClassVar[dict[str | None, list[Any]]] = {}
+    # PyYAML's is one of the class too; its stubs say otherwise.
+    yaml_implicit_resolvers: ClassVar[dict[str | None, list[Any]]] = {}  # type: ignore[misc]
 
 
 _FLOAT = r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)"

@@ -227,7 +227,7 @@ class Scenario(FrozenModel):
         return Lattice(self.start[0] - half, self.start[1] - half, MASK_RESOLUTION_M)
 
     @property
-    def _bounds(self) -> tuple[float, ...]:
+    def _bounds(self) -> tuple[float, float, float, float]:
         """min_x, min_y, max_x, max_y of all that matters, m."""
         points = [pose[:2] for pose in (self.start, *self.goals)]
         if self.map is not None:

@@ -121,7 +121,7 @@ class Cylinder(_Shape):
 
     @property
     def outline(self) -> Array:
-        return np.array(self.region.exterior.coords[:-1])[::-1].copy()
+        return shapely.get_coordinates(self.region)[:-1][::-1].copy()
 
 
 Obstacle = Annotated[Box | Wall | Polygon | Cylinder, Field(discriminator="type")]
@@ -159,7 +159,9 @@ class World:
         """Returns whether a point or an area touches any shape."""
         return bool(shapely.intersects(self.regions, geometry).any())
 
-    def bounds(self, points: Sequence[Sequence[float]], margin_m: float) -> tuple[float, ...]:
+    def bounds(
+        self, points: Sequence[Sequence[float]], margin_m: float
+    ) -> tuple[float, float, float, float]:
         """Returns (min_x, min_y, max_x, max_y) around all obstacles and `points`, with a margin."""
         corners = [np.asarray(points, dtype=float)[:, :2]] + [o.outline for o in self.obstacles]
         stacked = np.vstack(corners)

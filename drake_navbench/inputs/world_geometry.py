@@ -71,4 +71,4 @@ def convex_pieces(outline: NDArray[np.float64]) -> list[NDArray[np.float64]]:
     if polygon.equals(polygon.convex_hull):
         return [outline]
     triangles = shapely.constrained_delaunay_triangles(polygon)
-    return [np.array(t.exterior.coords[:-1]) for t in triangles.geoms]
+    return [shapely.get_coordinates(t)[:-1] for t in triangles.geoms]

@@ -131,8 +131,8 @@ def _heuristic(column, row, goal_x, goal_y):
 def is_goal_admissible(
     costs: NDArray[np.uint8],
     goal_cell: tuple[int, int],
-    goal_point: tuple[float, float],
-    tolerance: float,
+    goal_point: tuple[np.float32, np.float32],
+    tolerance: np.float32,
     allow_unknown: bool,
 ) -> bool:
     """Tells whether a search may start: the goal cell is free, or a cell within `tolerance` is.
@@ -314,8 +314,8 @@ def search(
     """
     no_cells = np.empty((0, 2), dtype=np.int64)
     goal_x, goal_y = np.float32(goal_point[0]), np.float32(goal_point[1])
-    tolerance = np.float32(tolerance)
-    if not is_goal_admissible(costs, goal_cell, (goal_x, goal_y), tolerance, allow_unknown):
+    reach = np.float32(tolerance)
+    if not is_goal_admissible(costs, goal_cell, (goal_x, goal_y), reach, allow_unknown):
         return GOAL_OCCUPIED, no_cells, 0
     columns = costs.shape[1]
     start = int(start_cell[1]) * columns + int(start_cell[0])
@@ -326,7 +326,7 @@ def search(
         int(goal_cell[1]) * columns + int(goal_cell[0]),
         goal_x,
         goal_y,
-        tolerance,
+        reach,
         step_costs(cost_travel_multiplier, allow_unknown),
         corner_cutting,
         max_iterations,

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from enum import IntEnum
+from typing import TypeVar
 
 import numpy as np
 from numba import njit
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 
 from drake_navbench.kernels.grid import NO_INFORMATION, world_to_cell
 
+Value = TypeVar("Value", bound=np.generic)
 WHOLE_LINE = np.iinfo(np.int64).max
 
 
@@ -34,13 +36,13 @@ class MergeRule(IntEnum):
 
 
 def roll_window(
-    costs: NDArray[np.generic],
+    costs: NDArray[Value],
     origin: tuple[float, float],
     *,
     resolution: float,
     wanted: tuple[float, float],
-    default_cost: int,
-) -> tuple[NDArray[np.generic], float, float]:
+    default_cost: int | np.unsignedinteger,
+) -> tuple[NDArray[Value], float, float]:
     """Returns (costs, origin_x, origin_y) of the grid moved toward a wanted lower left corner, m.
 
     The move is a whole number of cells, truncated toward zero, so that the origin stays on its
@@ -60,13 +62,13 @@ def roll_window(
 
 
 def centre_window(
-    costs: NDArray[np.generic],
+    costs: NDArray[Value],
     origin: tuple[float, float],
     *,
     resolution: float,
     robot_pose: NDArray[np.float64],
-    default_cost: int,
-) -> tuple[NDArray[np.generic], float, float]:
+    default_cost: int | np.unsignedinteger,
+) -> tuple[NDArray[Value], float, float]:
     """Returns `roll_window` toward where the robot, (3,) m, m, rad, is in the grid's middle."""
     rows, columns = costs.shape
     wanted = (

@@ -36,7 +36,7 @@ def _sample_stations(length_m: float, spacing_m: float) -> Array:
     """Returns the arc lengths 0, spacing, 2 spacing, ... and the whole length."""
     spacing_m = _positive(spacing_m, "spacing_m")
     count = math.ceil(length_m / spacing_m - NEGLIGIBLE_INTERVAL_RATIO)
-    stations = spacing_m * np.arange(count + 1)
+    stations = spacing_m * np.arange(count + 1, dtype=np.float64)
     stations[-1] = length_m
     return stations
 

@@ -12,8 +12,11 @@ NO_SPEED_LIMIT = 0.0
 class Limit(Protocol):
     """A limit in m/s, or in percent of the controller's own speed."""
 
-    value: float
-    is_percentage: bool
+    @property
+    def value(self) -> float: ...
+
+    @property
+    def is_percentage(self) -> bool: ...
 
 
 def limited_speed(speed: float, limit: Limit | None) -> float:

@@ -48,7 +48,7 @@ class CostTables(NamedTuple):
 def cost_tables(w_traversal_cost: float, *, allow_unknown: bool) -> CostTables:
     """Returns the tables of a search. A cost of 252 may be entered, but not be crossed by lines."""
     costs = np.arange(256)
-    scaled = 26 + 0.9 * costs
+    scaled = 26 + 0.9 * costs.astype(np.float64)
     crossed = np.where(costs == NO_INFORMATION, float(INSCRIBED), scaled)
     is_allowed_unknown = (costs == NO_INFORMATION) & allow_unknown
     limit = MAX_NON_OBSTACLE

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -118,12 +118,17 @@ def update_voxel_layer(
     """
     grids = (costs.copy(), voxels.copy())
     if rolling_window:
-        place = {"resolution": resolution, "robot_pose": robot_pose}
+        place: dict[str, Any] = {"resolution": resolution, "robot_pose": robot_pose}
         rolled, *_ = centre_window(voxels, origin, default_cost=UNKNOWN_COLUMN, **place)
-        costs, *origin = centre_window(costs, origin, default_cost=default_cost, **place)
-        grids = (costs, rolled)
+        costs, *corner = centre_window(costs, origin, default_cost=default_cost, **place)
+        grids, origin = (costs, rolled), (corner[0], corner[1])
     frame = VoxelFrame(
-        *map(float, origin), float(origin_z), resolution, float(z_resolution), z_voxels
+        float(origin[0]),
+        float(origin[1]),
+        float(origin_z),
+        resolution,
+        float(z_resolution),
+        z_voxels,
     )
     bounds = np.array(NOTHING_TOUCHED)
     # Levels that the grid does not have stay unknown; the threshold does not count them.

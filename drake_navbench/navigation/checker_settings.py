@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel
+from typing import Any
 
 from drake_navbench.navigation.goal_checkers import GOAL_CHECKERS, GoalChecker, SimpleGoalChecker
 from drake_navbench.navigation.plugin_choice import plugin_choice
@@ -14,11 +14,11 @@ ProgressCheckerSettings = plugin_choice(PROGRESS_CHECKERS, SimpleProgressChecker
 """Parameters of a progress checker; without `plugin`, of the SimpleProgressChecker."""
 
 
-def make_goal_checker(settings: BaseModel) -> GoalChecker:
+def make_goal_checker(settings: Any) -> GoalChecker:
     """Returns the goal checker that settings choose."""
     return GOAL_CHECKERS[settings.plugin](settings)
 
 
-def make_progress_checker(settings: BaseModel) -> SimpleProgressChecker:
+def make_progress_checker(settings: Any) -> SimpleProgressChecker:
     """Returns the progress checker that settings choose."""
     return PROGRESS_CHECKERS[settings.plugin](settings)

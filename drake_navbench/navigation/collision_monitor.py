@@ -140,7 +140,7 @@ class CollisionMonitor:
     def __init__(self, parameters: CollisionMonitorParameters, footprint: Array) -> None:
         self._parameters = parameters
         self._footprint = np.ascontiguousarray(footprint)
-        self._vertices = {
+        self._vertices: dict[tuple[str, str | None], Array] = {
             (name, part): np.ascontiguousarray(points, dtype=float)
             for name, shape in parameters.polygons.items()
             for part, points in _corners(shape).items()

@@ -8,7 +8,7 @@ lyrical.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, Literal, NamedTuple, Protocol
 
@@ -79,7 +79,8 @@ class PositionGoalCheckerParameters(FrozenModel):
 class SimpleGoalCheckerParameters(PositionGoalCheckerParameters):
     """Parameters of nav2_controller::SimpleGoalChecker."""
 
-    plugin: Literal["nav2_controller::SimpleGoalChecker"] = "nav2_controller::SimpleGoalChecker"
+    # A derived set of parameters has a tag of its own.
+    plugin: Literal["nav2_controller::SimpleGoalChecker"] = "nav2_controller::SimpleGoalChecker"  # type: ignore[assignment]
     yaw_goal_tolerance: Angle = Field(0.25, ge=0.0, description="Heading error [rad].")
     symmetric_yaw_tolerance: bool = Field(False, description="Facing backwards is as good.")
 
@@ -87,7 +88,8 @@ class SimpleGoalCheckerParameters(PositionGoalCheckerParameters):
 class StoppedGoalCheckerParameters(SimpleGoalCheckerParameters):
     """Parameters of nav2_controller::StoppedGoalChecker."""
 
-    plugin: Literal["nav2_controller::StoppedGoalChecker"] = "nav2_controller::StoppedGoalChecker"
+    # A derived set of parameters has a tag of its own.
+    plugin: Literal["nav2_controller::StoppedGoalChecker"] = "nav2_controller::StoppedGoalChecker"  # type: ignore[assignment]
     trans_stopped_velocity: Speed = Field(0.25, ge=0.0, description="Counts as standing [m/s].")
     rot_stopped_velocity: AngularSpeed = Field(
         0.25, ge=0.0, description="Counts as standing [rad/s]."
@@ -375,7 +377,8 @@ class AdaptiveToleranceGoalChecker:
         if distance_squared > parameters.coarse_xy_goal_tolerance**2:
             return False, AdaptiveState()
         to_goal = float(goal[0] - pose[0]), float(goal[1] - pose[1])
-        if state.entry is None:
+        entry = state.entry
+        if entry is None:
             return False, AdaptiveState(entry=to_goal, best_squared=distance_squared)
         is_standing = _is_standing(
             twist,
@@ -389,7 +392,7 @@ class AdaptiveToleranceGoalChecker:
             ),
             standing_cycles=state.standing_cycles + 1 if is_standing else 0,
         )
-        has_passed = to_goal[0] * state.entry[0] + to_goal[1] * state.entry[1] <= 0.0
+        has_passed = to_goal[0] * entry[0] + to_goal[1] * entry[1] <= 0.0
         enough = parameters.required_stagnation_cycles
         if has_passed or max(state.standing_cycles, state.stagnant_cycles) >= enough:
             return True, state._replace(is_xy_reached=parameters.stateful, was_fine=False)
@@ -426,7 +429,7 @@ def _end_direction(local_plan: Array, goal: Array) -> float | None:
     return None
 
 
-GOAL_CHECKERS: Mapping[str, type[GoalChecker]] = MappingProxyType(
+GOAL_CHECKERS: Mapping[str, Callable[[Any], GoalChecker]] = MappingProxyType(
     {
         checker.nav2_plugin: checker
         for checker in (

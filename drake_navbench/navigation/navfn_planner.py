@@ -92,13 +92,16 @@ class NavfnPlanner:
         parameters = self.parameters
         rows, columns = costmap.costs.shape
         frame = (costmap.origin_x, costmap.origin_y, costmap.resolution)
-        seed = navfn.nearest_cell(start[0], start[1], *frame, columns, rows)[:2]
-        if seed[1] * columns + seed[0] >= costmap.costs.size:
+        seed_x, seed_y, *_ = navfn.nearest_cell(start[0], start[1], *frame, columns, rows)
+        if seed_y * columns + seed_x >= costmap.costs.size:
             raise outside_map(costmap, start, StartOutsideMapBounds, "start")
+        goal_x, goal_y, *_ = navfn.nearest_cell(goal[0], goal[1], *frame, columns, rows)
         potential = navfn.spread_potential(
             navfn.traversal_costs(costmap.costs, allow_unknown=parameters.allow_unknown),
-            *seed,
-            *navfn.nearest_cell(goal[0], goal[1], *frame, columns, rows)[:2],
+            seed_x,
+            seed_y,
+            goal_x,
+            goal_y,
             parameters.use_astar,
         )
         end_x, end_y, found = navfn.reached_point_near(
@@ -108,10 +111,13 @@ class NavfnPlanner:
             raise NoValidPathCouldBeFound(
                 f"goal: not reachable within a tolerance of {parameters.tolerance:g} m"
             )
+        first_x, first_y, *_ = navfn.nearest_cell(end_x, end_y, *frame, columns, rows)
         steps = navfn.path_down(
             potential,
-            *navfn.nearest_cell(end_x, end_y, *frame, columns, rows)[:2],
-            *seed,
+            first_x,
+            first_y,
+            seed_x,
+            seed_y,
             max(columns, rows) * parameters.max_cycles_factor,
         )
         if len(steps) == 0:

@@ -106,7 +106,7 @@ class PathHandler:
             raise InvalidPath("plan: found no poses, expected at least one")
         if self.parameters.reject_unit_path and end - begin == 1:
             raise InvalidPath("plan: found one pose, expected two or more (reject_unit_path)")
-        x, y, yaw = map(float, pose)
+        x, y, yaw = np.asarray(pose, dtype=np.float64).tolist()
         first, stop = local_plan_range(
             plan,
             begin,

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel
 
 from drake_navbench.navigation.navfn_planner import NavfnPlanner
 from drake_navbench.navigation.planner import Planner
@@ -25,7 +24,7 @@ PlannerSettings = plugin_choice(PLANNERS, SmacPlanner2D.nav2_plugin)
 """Parameters of a planner; without `plugin`, of the SmacPlanner2D."""
 
 
-def make_planner(settings: BaseModel, *, footprint: NDArray[np.float64] | None) -> Planner:
+def make_planner(settings: Any, *, footprint: NDArray[np.float64] | None) -> Planner:
     """Returns the planner that settings choose.
 
     footprint: (K, 2) padded, base frame, m; None where the robot is given by a radius.

@@ -44,5 +44,5 @@ def plugin_choice(plugins: Mapping[str, Any], default: str) -> Any:
         return data
 
     tagged = [Annotated[chosen.Parameters, Tag(plugin)] for plugin, chosen in plugins.items()]
-    union = Union[tuple(tagged)]  # noqa: UP007
+    union: Any = Union[tuple(tagged)]  # noqa: UP007
     return Annotated[union, Discriminator(plugin_of), BeforeValidator(check_plugin), _AnyOfThem()]

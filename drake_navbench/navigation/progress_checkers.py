@@ -57,7 +57,8 @@ class SimpleProgressCheckerParameters(FrozenModel):
 class PoseProgressCheckerParameters(SimpleProgressCheckerParameters):
     """Parameters of nav2_controller::PoseProgressChecker."""
 
-    plugin: Literal["nav2_controller::PoseProgressChecker"] = "nav2_controller::PoseProgressChecker"
+    # A derived set of parameters has a tag of its own.
+    plugin: Literal["nav2_controller::PoseProgressChecker"] = "nav2_controller::PoseProgressChecker"  # type: ignore[assignment]
     required_movement_angle: Angle = Field(
         0.5, ge=0.0, description="Turn that counts as progress [rad]."
     )
@@ -72,8 +73,9 @@ class SimpleProgressChecker:
     def __init__(self, parameters: SimpleProgressCheckerParameters) -> None:
         self.parameters = parameters
 
-    def initial_state(self) -> None:
+    def initial_state(self) -> Baseline | None:
         """Returns None: there is no baseline before the first check."""
+        return None
 
     def check(self, state: Baseline | None, *, pose: Array, time_s: float) -> ProgressCheck:
         """Tells whether the robot moved enough, or still has time to; pose: (3,) m, m, rad."""

@@ -143,7 +143,7 @@ def _search_cells(
         (int(start_cell[0]), int(start_cell[1])),
         (int(goal_in_grid[0]), int(goal_in_grid[1])),
         (goal_in_grid[0] - offset, goal_in_grid[1] - offset),
-        tolerance=np.float32(parameters.tolerance) / np.float32(grid.resolution),
+        tolerance=float(np.float32(parameters.tolerance) / np.float32(grid.resolution)),
         cost_travel_multiplier=parameters.cost_travel_multiplier,
         allow_unknown=parameters.allow_unknown,
         corner_cutting=parameters.allow_corner_cutting,

@@ -54,7 +54,10 @@ class Clearance(LeafSystem):
 
     def _on_period(self, context: Context, discrete_state: DiscreteValues) -> None:
         pose = self._state_port.Eval(context)[:3]
-        clearance = clearance_at(self._footprint, *pose, self._edges, self._circles, MAX_DISTANCE_M)
+        x, y, yaw = pose
+        clearance = clearance_at(
+            self._footprint, x, y, yaw, self._edges, self._circles, MAX_DISTANCE_M
+        )
         costmap = self._costmap_port.Eval(context)
         to_centre = to_corner = math.inf
         if costmap is not None and len(costmap.lethal_centres):

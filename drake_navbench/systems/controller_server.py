@@ -144,7 +144,7 @@ class ControllerServer(LeafSystem):
         try:
             new = self._advanced(context, server, plan, is_new_task=is_new_task)
         except _PluginBroke as broken:
-            new = self._broken(server, plan.task_id, broken.__cause__)
+            new = self._broken(server, plan.task_id, broken.error)
         if new.status.state.is_final:
             new = new._replace(status=replace(new.status, time_s=context.get_time()))
         state.get_mutable_abstract_state(self._state).set_value(new)
@@ -341,7 +341,11 @@ class ControllerServer(LeafSystem):
 
 
 class _PluginBroke(Exception):
-    """A plugin did what it may not; the cause tells what."""
+    """A plugin did what it may not; error: what it raised."""
+
+    def __init__(self, error: BaseException) -> None:
+        super().__init__()
+        self.error = error
 
 
 @contextmanager
@@ -359,7 +363,7 @@ def _plugin_code() -> Iterator[None]:
         # Drake reports a failed C++ check as SystemExit; plugins may raise anything.
         if is_machine_fault(error):
             raise
-        raise _PluginBroke from error
+        raise _PluginBroke(error) from error
 
 
 def _checked_command(decision: Decision) -> NDArray[np.float64]:

@@ -33,7 +33,7 @@ class Recording:
 
     rows: list[tuple[float | np.ndarray, ...]] = field(default_factory=list)
     scans: list[Scan] = field(default_factory=list)
-    diagnostics: list[tuple[float, dict[str, Any]]] = field(default_factory=list)
+    diagnostics: list[tuple[float, Mapping[str, Any]]] = field(default_factory=list)
     events: list[tuple[float, dict[str, Any]]] = field(default_factory=list)
     noted_cycle: int = 0
     arrays_due_s: float = 0.0

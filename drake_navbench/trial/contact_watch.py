@@ -83,7 +83,8 @@ class ContactWatch:
             self.contact = self._contact_since(self._last, time_s, state)
         if self.contact is not None:
             return
-        gap_m = clearance_at(self._footprint, *state[:3], self._edges, self._circles, REACH_M)
+        x, y, yaw = state[:3]
+        gap_m = clearance_at(self._footprint, x, y, yaw, self._edges, self._circles, REACH_M)
         # Later there is no way into an obstacle but through its edge.
         starts_inside = self._last is None and covers(self._edges, self._circles, *state[:2])
         if gap_m <= TOUCHING_M or starts_inside:

@@ -81,7 +81,9 @@ def global_costmap(scenario: Scenario, robot: Robot) -> Costmap:
     """Returns the global costmap as it is before anything was seen."""
     layers = global_layers(scenario, robot)
     start = np.array(scenario.start)
-    return layers.updated(layers.initial_state(), scan=None, pose=start, time_s=0.0).costmap
+    costmap = layers.updated(layers.initial_state(), scan=None, pose=start, time_s=0.0).costmap
+    assert costmap is not None  # After an update there is one.
+    return costmap
 
 
 def global_layers(scenario: Scenario, robot: Robot) -> LayeredCostmap:

@@ -43,7 +43,7 @@ from drake_navbench.trial.spec import FollowPlan, NavigateToPoses, TrialSpec
 from drake_navbench.trial.task_cost import check_cost, wall_clock_limit_s
 from drake_navbench.trial.timing import CONTROLLER_OFFSET_S, MAX_STEP_S
 from drake_navbench.worker_process import Returned
-from drake_navbench.workers import Died, Ending, Task, TimedOut, run_tasks, start_server
+from drake_navbench.workers import Died, Failure, Task, TimedOut, run_tasks, start_server
 
 Array = NDArray[np.float64]
 
@@ -113,7 +113,7 @@ def drive(spec: TrialSpec) -> TrialLog:
         return failed_log(spec, one_line(error), traceback.format_exc())
 
 
-def log_of_ending(spec: TrialSpec, ending: Ending) -> TrialLog:
+def log_of_ending(spec: TrialSpec, ending: Failure) -> TrialLog:
     """Returns the log of a trial whose worker ended otherwise than by returning it.
 
     Raises NotDriven where that was not the trial's doing.

@@ -64,7 +64,7 @@ class Trend(NamedTuple):
 class OscillationMemory(NamedTuple):
     """Trends of x, y and theta; pose and time (whole nanoseconds) of the last change of sign."""
 
-    trends: tuple[Trend, Trend, Trend] = (Trend(), Trend(), Trend())
+    trends: tuple[Trend, ...] = (Trend(), Trend(), Trend())
     flip_pose: tuple[float, float, float] = (0.0, 0.0, 0.0)
     flip_time_ns: int = 0
 

@@ -162,7 +162,7 @@ class PathCritic:
     def considers(self, scene: Scene) -> bool:
         """Whether the critic may act in this cycle; only then is the reached point needed."""
         threshold = F32(self.parameters.threshold_to_consider)
-        return self.parameters.enabled and scene.path_length >= threshold
+        return self.parameters.enabled and bool(scene.path_length >= threshold)
 
     def score_reach(self, scene: Scene, reach: Reach, furthest: int) -> Float32Array | None:
         """Returns the raw terms (blocks, LANES); None where inactive."""

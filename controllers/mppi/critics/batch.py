@@ -133,9 +133,10 @@ class Batch:
         """Packs poses (B, N, 3) x, y, yaw and velocities (B, N, 3) vx, vy, wz."""
         poses = np.asarray(poses, dtype=np.float32)
         velocities = np.asarray(velocities, dtype=np.float32)
-        columns = [pack(poses[:, :, k]) for k in range(3)]
-        columns += [pack(velocities[:, :, k]) for k in range(3)]
-        return cls(scene, poses.shape[0], *columns, known_furthest=known_furthest)
+        x, y, yaw = (pack(poses[:, :, k]) for k in range(3))
+        vx, vy, wz = (pack(velocities[:, :, k]) for k in range(3))
+        size = poses.shape[0]
+        return cls(scene, size, x, y, yaw, vx, vy, wz, known_furthest=known_furthest)
 
     @property
     def poses(self) -> Float32Array:
@@ -153,11 +154,11 @@ class Batch:
             columns = [
                 np.ascontiguousarray(q[:, ::column_step]) for q in (self.x, self.y, self.yaw)
             ]
-            ends = [np.ascontiguousarray(q[:, -1]) for q in (self.x, self.y, self.yaw)]
-            lengths = np.zeros_like(ends[0])
+            x, y, yaw = (np.ascontiguousarray(q[:, -1]) for q in (self.x, self.y, self.yaw))
+            lengths = np.zeros_like(x)
             for block in range(len(lengths)):
                 length_lanes(self.x[block], self.y[block], lengths[block])
-            self._reach[column_step] = Reach(*ends, lengths, *columns)
+            self._reach[column_step] = Reach(x, y, yaw, lengths, *columns)
         return self._reach[column_step]
 
     @cached_property

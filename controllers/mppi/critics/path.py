@@ -63,9 +63,9 @@ class PathAlignCritic(PathCritic):
 def is_path_blocked(valid, furthest: int, max_occupancy_ratio: float) -> bool:
     """Returns whether too many of the path points before `furthest` are occupied."""
     invalid = furthest - int(np.count_nonzero(valid[:furthest]))
-    return invalid > MAX_IGNORED_POINTS and np.float32(invalid) / np.float32(furthest) > np.float32(
-        max_occupancy_ratio
-    )
+    if invalid <= MAX_IGNORED_POINTS:
+        return False
+    return bool(np.float32(invalid) / np.float32(furthest) > np.float32(max_occupancy_ratio))
 
 
 @njit(cache=True)

@@ -68,12 +68,12 @@ class TickInputs:
 class Board:
     """What the leaves of a tree share: inputs to read, and values to read and write.
 
-    inputs: of the present tick; None before the first.
+    inputs: of the present tick; unset before the first.
     """
 
     make_plan: MakePlan
     is_path_valid: IsPathValid
-    inputs: TickInputs | None = None
+    inputs: TickInputs = field(init=False)
     values: Blackboard = field(default_factory=Blackboard)
 
     def write(self, **changes: Any) -> None:

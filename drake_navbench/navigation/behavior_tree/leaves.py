@@ -132,10 +132,10 @@ class ComputePathToPose(Leaf):
     def update(self) -> Status:
         """Plans."""
         board = self.board
+        goal = board.values.goal
+        assert goal is not None  # The navigator sets it before the first tick.
         try:
-            path = board.make_plan(
-                board.inputs.pose, board.values.goal, board.inputs.global_costmap
-            )
+            path = board.make_plan(board.inputs.pose, goal, board.inputs.global_costmap)
         except PlanningError as error:
             board.write(path=None)
             board.write_result(COMPUTE_PATH, TaskStatus(TaskState.ABORTED, error.code, str(error)))
@@ -183,8 +183,8 @@ class FollowPath(Leaf):
 
     def terminate(self, new_status: Status) -> None:
         """Cancels the task where it is halted."""
-        if new_status == Status.INVALID and self.status == Status.RUNNING:
-            task = self.board.values.follow_path
+        task = self.board.values.follow_path
+        if new_status == Status.INVALID and self.status == Status.RUNNING and task is not None:
             self.board.write(follow_path=replace(task, cancel_requested=True))
 
 
@@ -254,8 +254,8 @@ class RunBehavior(Leaf):
 
     def terminate(self, new_status: Status) -> None:
         """Cancels the task where it is halted."""
-        if new_status == Status.INVALID and self.status == Status.RUNNING:
-            goal = self.board.values.behavior
+        goal = self.board.values.behavior
+        if new_status == Status.INVALID and self.status == Status.RUNNING and goal is not None:
             self.board.write(behavior=replace(goal, cancel_requested=True))
 
 

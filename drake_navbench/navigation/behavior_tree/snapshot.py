@@ -27,7 +27,8 @@ Snapshot = tuple[NodeSnapshot, ...]
 
 def nodes_of(root: TreeNode) -> tuple[TreeNode, ...]:
     """Returns all nodes in a fixed order."""
-    return tuple(root.iterate())
+    # A tree is made of TreeNodes only, which py_trees cannot know.
+    return tuple(root.iterate())  # type: ignore[arg-type]
 
 
 def take_snapshot(nodes: Sequence[TreeNode]) -> Snapshot:
