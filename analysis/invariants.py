@@ -34,10 +34,10 @@ ROUNDING = 1e-6
 
 
 class Violation(NamedTuple):
-    """An invariant that does not hold. count: at how many rows. first_s: the time of the first."""
+    """An invariant that does not hold. row_count: at how many rows. first_s: the time of the first."""
 
     kind: str
-    count: int
+    row_count: int
     first_s: float
 
 
@@ -69,7 +69,7 @@ def warnings_of(trials: Iterable[tuple[str, Sequence[Violation]]]) -> list[str]:
             found.setdefault(violation.kind, []).append((name, violation))
     lines = []
     for kind, places in found.items():
-        rows = sum(violation.count for _, violation in places)
+        rows = sum(violation.row_count for _, violation in places)
         name, first = places[0]
         lines.append(
             f"{kind}: {_counted(rows, 'row')} in {_counted(len(places), 'trial')}; "
@@ -139,7 +139,7 @@ def _energy_from_nowhere(log: TrialLog) -> Flags:
         turning_power = limits.angular_acceleration_radps2 * np.maximum(w[1:], w[:-1])
         power += YAW_GYRATION_RADIUS_SQUARED_M2 * turning_power
         is_fast |= ~(np.diff(energy) <= SLACK * power * step_s + ROUNDING)
-    return ~(energy <= top) | _from_second(is_fast)
+    return np.asarray(~(energy <= top) | _from_second(is_fast))
 
 
 INVARIANTS: Mapping[str, Callable[[TrialLog], Flags]] = {

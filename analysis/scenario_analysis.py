@@ -145,7 +145,7 @@ def read_trials(
             continue
         measured = measure_all(log)
         row.update({key: value.value for key, value in measured.items()})
-        row["violations"] = sum(violation.count for violation in violations)
+        row["violations"] = sum(violation.row_count for violation in violations)
         reasons = {key: value.reason for key, value in measured.items() if value.reason}
         logs.append(log)
         entries.append(TrialEntry(row, reasons, name, legs, deeds, violations))

@@ -29,7 +29,7 @@ def trial_row(log: TrialLog) -> dict[str, Any]:
     """
     row = trial_identity(log)
     row.update({name: measured.value for name, measured in measure_all(log).items()})
-    row["violations"] = sum(violation.count for violation in violations_of(log))
+    row["violations"] = sum(violation.row_count for violation in violations_of(log))
     return row
 
 

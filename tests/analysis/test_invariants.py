@@ -83,7 +83,7 @@ def test_an_honest_drive_breaks_nothing():
 def test_a_planted_violation_is_counted_with_its_time(changes, kind, count, first_s):
     (found,) = violations_of(drive_towards_a_wall(**changes))
     assert found.kind.startswith(kind)
-    assert found.count == count
+    assert found.row_count == count
     assert found.first_s == pytest.approx(first_s)
 
 
