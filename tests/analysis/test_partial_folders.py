@@ -6,7 +6,6 @@ from itertools import product
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
@@ -30,10 +29,10 @@ def log_in_state(scenario: str, controller: str, trial: int, state: str) -> Tria
     log = trial_log(scenario, controller, trial, outcome=outcome)
     if state == "error":
         # As a worker writes it for a trial that never came to its first sample.
-        return TrialLog(log.samples[:0], np.empty((0, 3)), dict(log.info) | {"end_time_s": 0.0})
+        return TrialLog(log.samples[:0], (), dict(log.info) | {"end_time_s": 0.0})
     if state == "collided at once":
         ended = {"outcome": "collided", "end_time_s": 0.0}
-        return TrialLog(log.samples[:1], log.plan, dict(log.info) | ended)
+        return TrialLog(log.samples[:1], log.plans, dict(log.info) | ended)
     return log
 
 
