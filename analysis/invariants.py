@@ -34,7 +34,7 @@ ROUNDING = 1e-6
 
 
 class Violation(NamedTuple):
-    """An invariant that does not hold. row_count: at how many rows. first_s: the time of the first."""
+    """An invariant that does not hold: at how many rows, and the time of the first, s."""
 
     kind: str
     row_count: int
