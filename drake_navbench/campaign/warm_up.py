@@ -1,14 +1,21 @@
-"""Compiles every kernel once, and starts the server of the workers, before the trials start."""
+"""Compiles the kernels, once for an installation, and starts the server of the workers."""
 
 from __future__ import annotations
 
 import os
 from multiprocessing import forkserver
+from typing import TYPE_CHECKING
 
 from drake_navbench.kernels.angles import wrap
 
+if TYPE_CHECKING:
+    from drake_navbench.trial.spec import TrialSpec
+
 # Imported by the server from which the workers are forked; see that module.
 PRELOAD_MODULE = "drake_navbench.campaign.worker_preload"
+# Together they plan with a smoother and with filters, and recover.
+WARM_UP_SCENARIOS = ("one_obstacle", "speed_zone", "dead_end")
+WARM_UP_S = 0.1
 BLAS_THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")
 
 
@@ -28,15 +35,29 @@ def kernels_are_cold() -> bool:
 
 
 def warm_up() -> None:
-    """Runs every default controller for a moment, so that all kernels are compiled and loaded."""
-    from drake_navbench.inputs.presets import default_presets, load_preset
-    from drake_navbench.inputs.robot import load_robot
-    from drake_navbench.inputs.scenario import load_scenario
-    from drake_navbench.trial.trial import DEFAULT_ROBOT, TrialSpec, simulate
+    """Drives every default controller for a moment, so that all kernels are compiled."""
+    from drake_navbench.inputs.presets import default_presets
+    from drake_navbench.trial.trial import simulate
 
-    scenario = load_scenario("one_obstacle").model_copy(update={"timeout_s": 0.5})
-    planned = load_scenario("speed_zone").model_copy(update={"timeout_s": 0.1})
-    robot = load_robot(DEFAULT_ROBOT)
-    for name in default_presets():
-        simulate(TrialSpec(scenario, robot, load_preset(name), seed=0))
-    simulate(TrialSpec(planned, robot, load_preset(default_presets()[0]), seed=0))
+    for preset in default_presets():
+        for spec in warm_up_specs(preset):
+            simulate(spec)
+
+
+def warm_up_specs(preset: str) -> list[TrialSpec]:
+    """Returns the short trials that have the kernels of a preset compiled."""
+    from drake_navbench.inputs.presets import load_preset
+    from drake_navbench.inputs.scenario import load_scenario
+    from drake_navbench.trial.spec import TrialSpec
+    from drake_navbench.trial.trial import DEFAULT_ROBOT
+
+    scenarios = [load_scenario(name) for name in WARM_UP_SCENARIOS]
+    return [
+        TrialSpec(
+            scenario.model_copy(update={"timeout_s": WARM_UP_S}),
+            scenario.load_robot(DEFAULT_ROBOT),
+            load_preset(preset),
+            seed=0,
+        )
+        for scenario in scenarios
+    ]

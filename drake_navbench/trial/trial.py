@@ -34,6 +34,7 @@ from drake_navbench.systems.recorder import Recording
 from drake_navbench.systems.tree_navigator import TreeNavigator
 from drake_navbench.trial.diagram import TrialDiagram, build_trial_diagram
 from drake_navbench.trial.planning import global_layers, known_map, make_plan
+from drake_navbench.trial.rehearsal import rehearse
 from drake_navbench.trial.spec import FollowPlan, NavigateToPoses, TrialSpec
 from drake_navbench.trial.timing import CONTROLLER_OFFSET_S
 
@@ -80,7 +81,17 @@ def run_trial(
 def simulate(
     spec: TrialSpec, *, meshcat: Meshcat | None = None, realtime_rate: float = 0.0
 ) -> TrialLog:
-    """Runs the trial of a checked specification; realtime_rate 0 runs as fast as possible."""
+    """Runs the trial of a checked specification; realtime_rate 0 runs as fast as possible.
+
+    It is rehearsed before, so that compute times do not hold what is done once in a process.
+    """
+    rehearse(spec, _simulate)
+    return _simulate(spec, meshcat=meshcat, realtime_rate=realtime_rate)
+
+
+def _simulate(
+    spec: TrialSpec, *, meshcat: Meshcat | None = None, realtime_rate: float = 0.0
+) -> TrialLog:
     spec = replace(spec, robot=spec.preset.robot(spec.robot))
     controller = make_controller(spec.preset, spec.robot, wants_diagnostics=spec.wants_diagnostics)
     trial = build_trial_diagram(
