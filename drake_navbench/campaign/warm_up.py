@@ -25,7 +25,8 @@ def warm_up() -> None:
     from drake_navbench.inputs.presets import default_presets, load_preset
     from drake_navbench.inputs.robot import load_robot
     from drake_navbench.inputs.scenario import load_scenario
-    from drake_navbench.trial.trial import DEFAULT_ROBOT, TrialSpec, simulate
+    from drake_navbench.trial.spec import TrialSpec
+    from drake_navbench.trial.trial import DEFAULT_ROBOT, simulate
 
     scenario = load_scenario("one_obstacle").model_copy(update={"timeout_s": 0.5})
     planned = load_scenario("speed_zone").model_copy(update={"timeout_s": 0.1})
