@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Self
+from typing import Any, Self
 
 
 class Immutable:
@@ -12,5 +12,5 @@ class Immutable:
     is cloned. A payload that cannot change may stand for its own copy.
     """
 
-    def __deepcopy__(self, memo: dict) -> Self:
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         return self

@@ -119,7 +119,7 @@ def _entries(column: pa.ChunkedArray) -> Iterable[pa.StructScalar]:
         yield from chunk.flatten()
 
 
-def _poses(entry: pa.StructScalar, fields: Sequence[str]) -> NDArray:
+def _poses(entry: pa.StructScalar, fields: Sequence[str]) -> NDArray[Any]:
     return np.column_stack([entry[name].values.to_numpy() for name in fields])
 
 

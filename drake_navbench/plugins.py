@@ -95,7 +95,9 @@ class PluginKind:
             path = spec.submodule_search_locations
         return Path(spec.origin).parent if spec and spec.origin else None
 
-    def load_all(self, check: Callable[[str, Any], Any] = lambda name, loaded: loaded) -> dict:
+    def load_all(
+        self, check: Callable[[str, Any], Any] = lambda name, loaded: loaded
+    ) -> dict[str, Any]:
         """Returns what can be loaded, by name; warns of the others.
 
         check: makes what is kept of a plugin from its name and what was loaded; raises InputError

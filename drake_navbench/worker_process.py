@@ -54,7 +54,7 @@ def serve(connection: Connection) -> None:
     """Does what comes through the pipe, in the worker, until it closes."""
     # Ctrl-C reaches the whole process group; what it means is for the caller alone to decide.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    calls: queue.SimpleQueue = queue.SimpleQueue()
+    calls: queue.SimpleQueue[Any] = queue.SimpleQueue()
     threading.Thread(target=_receive, args=(connection, calls), daemon=True).start()
     while True:
         call = calls.get()
@@ -68,7 +68,7 @@ def serve(connection: Connection) -> None:
             os._exit(1)
 
 
-def _receive(connection: Connection, calls: queue.SimpleQueue) -> None:
+def _receive(connection: Connection, calls: queue.SimpleQueue[Any]) -> None:
     """Passes on what comes through the pipe; ends the process when the other end is gone."""
     while True:
         try:

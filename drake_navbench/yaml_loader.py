@@ -86,7 +86,7 @@ class _PlainLoader(_FastestLoader):
             reason = f": {error}" if isinstance(error, ValueError) else ""
             raise _fault(f"{_shown(node)} is no {_short_tag(node)}{reason}", node) from error
 
-    def construct_mapping(self, node: yaml.Node, deep: bool = False) -> dict:
+    def construct_mapping(self, node: yaml.Node, deep: bool = False) -> dict[Any, Any]:
         if not isinstance(node, yaml.MappingNode):
             raise _fault(f"{_shown(node)} is no {_short_tag(node)}", node)
         seen = set()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -45,7 +46,7 @@ SAVE_OPTIONS: Mapping[str, Any] = {
 }
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 
-STYLE = {
+STYLE: Any = {
     "axes.axisbelow": True,
     "axes.edgecolor": MUTED,
     "axes.grid": True,
@@ -235,7 +236,7 @@ def size_of(figure: Figure) -> tuple[int, int]:
     return round(POINTS_PER_INCH * width_in), round(POINTS_PER_INCH * height_in)
 
 
-def figure_style():
+def figure_style() -> AbstractContextManager[None]:
     """Returns the context in which figures are drawn and written."""
     return mpl.rc_context(STYLE)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from drake_navbench.analysis.metrics.definition import Undefined
@@ -61,6 +63,6 @@ def leg_lengths_m(log: TrialLog) -> Array:
     return lengths
 
 
-def _legs(log: TrialLog) -> list[dict]:
+def _legs(log: TrialLog) -> list[dict[str, Any]]:
     """Returns the legs that ended, none in the mode follow_path."""
     return log.info.get("legs", [])

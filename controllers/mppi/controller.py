@@ -10,7 +10,6 @@ from drake_navbench.controller import (
     ControllerSetup,
     Decision,
     InvalidPath,
-    NoiseKey,
     NoValidControl,
     Observation,
     SpeedLimit,
@@ -26,6 +25,7 @@ from drake_navbench.controllers.mppi.refinement import Refinement, Refiner
 from drake_navbench.controllers.mppi.sampler import CycleResult, Sampler, SamplerState
 from drake_navbench.errors import InputError
 from drake_navbench.kernels.speed_limit import speed_limit_ratio
+from drake_navbench.noise import NoiseKey
 
 # Names the two ways of drawing noise in its key, so that they never share numbers.
 _FIXED, _REGENERATED = 0, 1

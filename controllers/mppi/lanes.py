@@ -8,6 +8,8 @@ quantities fits into the second-level cache, which is what makes the fused pass 
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -39,7 +41,7 @@ def unpack(lanes: Lanes, batch_size: int) -> Lanes:
     return lanes.transpose(0, 2, 1).reshape(blocks * width, steps)[:batch_size].copy()
 
 
-def frozen(array: NDArray) -> NDArray:
+def frozen(array: NDArray[Any]) -> NDArray[Any]:
     """Makes an array of one's own read-only, in its own precision, and returns it."""
     array.flags.writeable = False
     return array

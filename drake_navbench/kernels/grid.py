@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -31,7 +31,7 @@ class Grid(NamedTuple):
     (0, 0), m. resolution: edge of a cell, m.
     """
 
-    costs: NDArray
+    costs: NDArray[Any]
     origin_x: float
     origin_y: float
     resolution: float
@@ -73,7 +73,7 @@ class Costmap:
         centres.flags.writeable = False
         object.__setattr__(self, "lethal_centres", centres)
 
-    def __deepcopy__(self, memo: dict) -> Costmap:
+    def __deepcopy__(self, memo: dict[int, Any]) -> Costmap:
         """Returns itself: a snapshot never changes, so Drake's state copies cost nothing."""
         return self
 

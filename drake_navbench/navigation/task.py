@@ -41,7 +41,7 @@ class TaskStatus(Immutable):
     state: TaskState = TaskState.IDLE
     error_code: int = 0
     reason: str = ""
-    details: dict | None = None
+    details: dict[str, Any] | None = None
     traceback: str = ""
     time_s: float = 0.0
     task_id: int = 0

@@ -77,7 +77,7 @@ class ServerState(NamedTuple):
     diagnostics: Mapping[str, Any] = MappingProxyType({})
     waiting_since_s: float | None = None
 
-    def __deepcopy__(self, memo: dict) -> Self:
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         """Returns itself: a state never changes, so Drake's copies cost nothing."""
         return self
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numba import njit
 
@@ -14,16 +16,18 @@ from drake_navbench.controllers.mppi.lanes import LANES, Lanes
 class GoalCritic(PointwiseCritic):
     """Mean distance to the last point of the local plan, where that is near."""
 
-    def begin(self, scene: Scene, blocks: int) -> tuple | None:
+    def begin(self, scene: Scene, blocks: int) -> tuple[Any, ...] | None:
         if scene.path_length > F32(self.parameters.threshold_to_consider):
             return None
         return scene.path[-1, 0], scene.path[-1, 1]
 
-    def add(self, cycle: tuple, chunk: Trajectories, sums: Lanes, *, first_block: int) -> None:
+    def add(
+        self, cycle: tuple[Any, ...], chunk: Trajectories, sums: Lanes, *, first_block: int
+    ) -> None:
         goal_x, goal_y = cycle
         add_distances(chunk.x, chunk.y, goal_x, goal_y, sums)
 
-    def finish(self, cycle: tuple, costs: Float32Array) -> bool:
+    def finish(self, cycle: tuple[Any, ...], costs: Float32Array) -> bool:
         costs /= F32(self.context.time_steps)
         return super().finish(cycle, costs)
 
@@ -49,16 +53,18 @@ class GoalAngleCritic(PointwiseCritic):
     With `symmetric_yaw_tolerance` the reversed yaw is as good.
     """
 
-    def begin(self, scene: Scene, blocks: int) -> tuple | None:
+    def begin(self, scene: Scene, blocks: int) -> tuple[Any, ...] | None:
         if scene.path_length > F32(self.parameters.threshold_to_consider):
             return None
         return (scene.path[-1, 2],)
 
-    def add(self, cycle: tuple, chunk: Trajectories, sums: Lanes, *, first_block: int) -> None:
+    def add(
+        self, cycle: tuple[Any, ...], chunk: Trajectories, sums: Lanes, *, first_block: int
+    ) -> None:
         (goal_yaw,) = cycle
         add_yaw_errors(chunk.yaw, goal_yaw, self.parameters.symmetric_yaw_tolerance, sums)
 
-    def finish(self, cycle: tuple, costs: Float32Array) -> bool:
+    def finish(self, cycle: tuple[Any, ...], costs: Float32Array) -> bool:
         costs /= F32(self.context.time_steps)
         return super().finish(cycle, costs)
 

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from drake_navbench.controllers.mppi.critics.base import CriticContext, PathCritic
 from drake_navbench.controllers.mppi.critics.batch import Float32Array, Reach, Scene
@@ -60,7 +61,7 @@ class PathAlignCritic(PathCritic):
         return costs
 
 
-def is_path_blocked(valid, furthest: int, max_occupancy_ratio: float) -> bool:
+def is_path_blocked(valid: NDArray[np.bool_], furthest: int, max_occupancy_ratio: float) -> bool:
     """Returns whether too many of the path points before `furthest` are occupied."""
     invalid = furthest - int(np.count_nonzero(valid[:furthest]))
     if invalid <= MAX_IGNORED_POINTS:
@@ -167,7 +168,7 @@ class PathAngleCritic(PathCritic):
         return costs
 
 
-def angle_to_target(pose, target, mode: int) -> np.float32:
+def angle_to_target(pose: Float32Array, target: Float32Array, mode: int) -> np.float32:
     """Returns the angle in rad between the robot's heading and a path point (3,), by mode."""
     yaw, target_yaw = np.float32(pose[2]), target[2]
     bearing = np.float32(math.atan2(target[1] - pose[1], target[0] - pose[0]))

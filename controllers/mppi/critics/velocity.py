@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numba import njit
 
@@ -18,11 +20,13 @@ _LEAST_TURN_RATE = F32(1e-6)
 class ConstraintCritic(PointwiseCritic):
     """Velocity outside the limits, integrated over time; a speed limit does not count."""
 
-    def begin(self, scene: Scene, blocks: int) -> tuple:
+    def begin(self, scene: Scene, blocks: int) -> tuple[Any, ...]:
         limits = self.context.limits
         return limits.vx_max, limits.vx_min, limits.vy_max, F32(self.context.min_turning_r)
 
-    def add(self, cycle: tuple, chunk: Trajectories, sums: Lanes, *, first_block: int) -> None:
+    def add(
+        self, cycle: tuple[Any, ...], chunk: Trajectories, sums: Lanes, *, first_block: int
+    ) -> None:
         vx_max, vx_min, vy_max, min_turning_r = cycle
         add_excess(chunk.vx, vx_min, vx_max, sums)
         if self.context.motion_model is MotionModel.OMNI:
@@ -30,7 +34,7 @@ class ConstraintCritic(PointwiseCritic):
         if self.context.motion_model is MotionModel.ACKERMANN:
             add_tight_turns(chunk.vx, chunk.wz, min_turning_r, sums)
 
-    def finish(self, cycle: tuple, costs: Float32Array) -> bool:
+    def finish(self, cycle: tuple[Any, ...], costs: Float32Array) -> bool:
         costs *= F32(self.context.model_dt)
         return super().finish(cycle, costs)
 
@@ -64,14 +68,16 @@ def add_tight_turns(vx, wz, min_turning_r, sums):
 class PreferForwardCritic(PointwiseCritic):
     """Distance driven backward, while the goal is far."""
 
-    def begin(self, scene: Scene, blocks: int) -> tuple | None:
+    def begin(self, scene: Scene, blocks: int) -> tuple[Any, ...] | None:
         near = scene.path_length < F32(self.parameters.threshold_to_consider)
         return None if near else ()
 
-    def add(self, cycle: tuple, chunk: Trajectories, sums: Lanes, *, first_block: int) -> None:
+    def add(
+        self, cycle: tuple[Any, ...], chunk: Trajectories, sums: Lanes, *, first_block: int
+    ) -> None:
         add_excess(chunk.vx, ZERO, F32(np.inf), sums)
 
-    def finish(self, cycle: tuple, costs: Float32Array) -> bool:
+    def finish(self, cycle: tuple[Any, ...], costs: Float32Array) -> bool:
         costs *= F32(self.context.model_dt)
         return super().finish(cycle, costs)
 
@@ -79,13 +85,15 @@ class PreferForwardCritic(PointwiseCritic):
 class TwirlingCritic(PointwiseCritic):
     """Mean |wz|, while the goal tolerance is not reached."""
 
-    def begin(self, scene: Scene, blocks: int) -> tuple | None:
+    def begin(self, scene: Scene, blocks: int) -> tuple[Any, ...] | None:
         return None if float(scene.path_length) < scene.goal_xy_tolerance_m else ()
 
-    def add(self, cycle: tuple, chunk: Trajectories, sums: Lanes, *, first_block: int) -> None:
+    def add(
+        self, cycle: tuple[Any, ...], chunk: Trajectories, sums: Lanes, *, first_block: int
+    ) -> None:
         add_excess(chunk.wz, ZERO, ZERO, sums)
 
-    def finish(self, cycle: tuple, costs: Float32Array) -> bool:
+    def finish(self, cycle: tuple[Any, ...], costs: Float32Array) -> bool:
         costs /= F32(self.context.time_steps)
         return super().finish(cycle, costs)
 
@@ -93,17 +101,19 @@ class TwirlingCritic(PointwiseCritic):
 class VelocityDeadbandCritic(PointwiseCritic):
     """Velocities too small for the drives to follow, integrated over time."""
 
-    def begin(self, scene: Scene, blocks: int) -> tuple:
+    def begin(self, scene: Scene, blocks: int) -> tuple[Any, ...]:
         return tuple(F32(abs(v)) for v in self.parameters.deadband_velocities)
 
-    def add(self, cycle: tuple, chunk: Trajectories, sums: Lanes, *, first_block: int) -> None:
+    def add(
+        self, cycle: tuple[Any, ...], chunk: Trajectories, sums: Lanes, *, first_block: int
+    ) -> None:
         vx, vy, wz = cycle
         add_shortfall(chunk.vx, vx, sums)
         if self.context.holonomic:
             add_shortfall(chunk.vy, vy, sums)
         add_shortfall(chunk.wz, wz, sums)
 
-    def finish(self, cycle: tuple, costs: Float32Array) -> bool:
+    def finish(self, cycle: tuple[Any, ...], costs: Float32Array) -> bool:
         costs *= F32(self.context.model_dt)
         return super().finish(cycle, costs)
 
