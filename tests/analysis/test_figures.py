@@ -19,6 +19,7 @@ from drake_navbench.analysis.figures.ranking import pareto_figure, pareto_points
 from drake_navbench.analysis.figures.style import Look, figure_style, new_figure, write_figure
 from drake_navbench.analysis.metrics import efficiency
 from drake_navbench.analysis.tables import trial_row
+from drake_navbench.errors import CannotBeWritten
 
 
 @pytest.fixture(scope="module")
@@ -50,6 +51,13 @@ def test_a_figure_is_written_twice_to_the_same_bytes(tmp_path):
         written.append([path.read_bytes() for path in paths])
         assert [path.name for path in paths] == ["figure.of.1.svg", "figure.of.1.png"]
     assert written[0] == written[1]
+
+
+def test_a_figure_that_cannot_be_written_is_one_line_and_leaves_nothing(tmp_path):
+    (tmp_path / "figures").write_text("a file stands where the folder should be")
+    with figure_style(), pytest.raises(CannotBeWritten, match="line.svg: cannot be written"):
+        write_figure(new_figure()[0], tmp_path / "figures" / "line")
+    assert [path.name for path in tmp_path.iterdir()] == ["figures"]
 
 
 def test_the_map_shows_everything_that_was_driven_and_planned():
