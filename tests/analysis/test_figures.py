@@ -55,7 +55,7 @@ def test_a_figure_is_written_twice_to_the_same_bytes(tmp_path):
 
 def test_a_figure_that_cannot_be_written_is_one_line_and_leaves_nothing(tmp_path):
     (tmp_path / "figures").write_text("a file stands where the folder should be")
-    with figure_style(), pytest.raises(CannotBeWritten, match="line.svg: cannot be written"):
+    with figure_style(), pytest.raises(CannotBeWritten, match=r"line\.svg: cannot be written"):
         write_figure(new_figure()[0], tmp_path / "figures" / "line")
     assert [path.name for path in tmp_path.iterdir()] == ["figures"]
 
