@@ -7,12 +7,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from drake_navbench.cache_folder import provide_cache_folder
+
 if TYPE_CHECKING:
     from drake_navbench.campaign.benchmark import run_benchmark
     from drake_navbench.log import TrialLog
     from drake_navbench.trial.trial import run_trial
 
 __version__ = "0.1.0"
+
+# numba looks for it when the first module with a kernel is imported.
+provide_cache_folder()
+
 __all__ = ["TrialLog", "__version__", "run_benchmark", "run_trial"]
 
 _HOMES = {

@@ -72,11 +72,10 @@ def printable(text: str) -> str:
 
     What is not printable, such as the codes that move a cursor, becomes its escape ('\\x1b').
     """
-    if len(text) > MAX_LINE_LENGTH:
-        text = f"{text[: MAX_LINE_LENGTH - 3]}..."
-    if text.isprintable():
-        return text
-    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
+    text = text[: MAX_LINE_LENGTH + 1]
+    if not text.isprintable():
+        text = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
+    return text if len(text) <= MAX_LINE_LENGTH else f"{text[: MAX_LINE_LENGTH - 3]}..."
 
 
 def as_line(text: str) -> str:

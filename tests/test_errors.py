@@ -31,6 +31,7 @@ def test_a_file_name_that_is_no_text_can_be_printed():
 
 def test_a_long_line_is_cut():
     assert len(printable("x" * 10_000_000)) == MAX_LINE_LENGTH
+    assert len(printable("\x1b" * 900)) == MAX_LINE_LENGTH
     assert len(one_line(ValueError("x" * 10_000_000))) == MAX_LINE_LENGTH
 
 

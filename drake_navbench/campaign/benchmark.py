@@ -19,7 +19,7 @@ import yaml
 from pydantic import ConfigDict
 from rich.console import Console
 
-from drake_navbench import __version__
+from drake_navbench import __version__, cache_folder
 from drake_navbench.analysis.tables import scenario_table, table_to_markdown
 from drake_navbench.campaign.campaign import DEFAULT_TRIALS, Campaign, plan_campaign
 from drake_navbench.campaign.console import CampaignProgress, print_scenario, terminal
@@ -171,6 +171,8 @@ def _request_from_arguments(arguments: argparse.Namespace) -> Request:
 def _run(
     request: Request, campaign: Campaign, folder: ResultsFolder, *, jobs: int, console: Console
 ) -> bool:
+    if line := cache_folder.notice():
+        console.print(line)
     if kernels_are_cold():
         console.print("Compiling the kernels, once for this installation (about half a minute) ...")
         warm_up()

@@ -32,6 +32,7 @@ from drake_navbench.analysis.figures.style import (
 )
 from drake_navbench.analysis.metrics import efficiency
 from drake_navbench.analysis.tables import trial_row
+from drake_navbench.errors import CannotBeWritten
 from drake_navbench.plans import Plan
 
 
@@ -64,6 +65,13 @@ def test_a_figure_is_written_twice_to_the_same_bytes(tmp_path):
         written.append([path.read_bytes() for path in paths])
         assert [path.name for path in paths] == ["figure.of.1.svg", "figure.of.1.png"]
     assert written[0] == written[1]
+
+
+def test_a_figure_that_cannot_be_written_is_one_line_and_leaves_nothing(tmp_path):
+    (tmp_path / "figures").write_text("a file stands where the folder should be")
+    with figure_style(), pytest.raises(CannotBeWritten, match=r"line\.svg: cannot be written"):
+        write_figure(new_figure()[0], tmp_path / "figures" / "line")
+    assert [path.name for path in tmp_path.iterdir()] == ["figures"]
 
 
 def test_the_map_shows_everything_that_was_driven_and_planned():
