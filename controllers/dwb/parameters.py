@@ -2,25 +2,17 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping
 from typing import Any, ClassVar, Self
 
-from pydantic import (
-    ConfigDict,
-    Field,
-    SerializeAsAny,
-    ValidationError,
-    field_validator,
-    model_validator,
-)
-from pydantic_core import InitErrorDetails, PydanticCustomError
+from pydantic import Field, field_validator, model_validator
 
-from drake_navbench.controller import ControllerParameters
+from drake_navbench.controllers.critic_parameters import CriticBlock, ParametersWithCritics
 from drake_navbench.controllers.dwb.critics.base import CriticParameters
-from drake_navbench.controllers.dwb.critics.registry import CRITICS, is_critic, load_critic
-from drake_navbench.errors import InputError, nearest_name_hint
+from drake_navbench.controllers.dwb.critics.registry import CRITICS, bare_name
+from drake_navbench.errors import nearest_name_hint
+from drake_navbench.plugins import PluginKind
 from drake_navbench.quantities import (
     Acceleration,
     Angle,
@@ -31,7 +23,6 @@ from drake_navbench.quantities import (
     Length,
     Speed,
 )
-from drake_navbench.typed_yaml import EXTRA_FIELD, tuples_for_lists, unknown_field
 
 STANDARD_GENERATOR = "dwb_plugins::StandardTrajectoryGenerator"
 LIMITED_ACCEL_GENERATOR = "dwb_plugins::LimitedAccelGenerator"
@@ -41,7 +32,7 @@ CLASS_KEY = "class"
 MAX_POSES = 10_000_000
 
 
-class DynamicWindowApproachParameters(ControllerParameters):
+class DynamicWindowApproachParameters(ParametersWithCritics):
     """All parameters of the controller's namespace in Nav2.
 
     A critic's parameters are a block under its name, `PathAlign: {scale: 32.0}`.
@@ -63,9 +54,8 @@ class DynamicWindowApproachParameters(ControllerParameters):
         }
     )
 
-    # The blocks of the critics are fields whose names the file chooses; each is validated below.
-    model_config = ConfigDict(extra="allow")
-    __pydantic_extra__: dict[str, SerializeAsAny[CriticParameters]]
+    CRITICS: ClassVar[PluginKind] = CRITICS
+    CRITIC_BLOCK: ClassVar[type[CriticBlock]] = CriticParameters
 
     critics: tuple[str, ...] = Field(
         min_length=1, description="names of the critics, in the order of evaluation"
@@ -147,48 +137,11 @@ class DynamicWindowApproachParameters(ControllerParameters):
         """Whether the window spans sim_time and roll-outs obey the acceleration limits."""
         return self.trajectory_generator_name == STANDARD_GENERATOR
 
-    def critic(self, name: str) -> CriticParameters:
-        """Returns the block of a critic in `critics`."""
-        return (self.model_extra or {})[name]
-
     @classmethod
-    def keys_not_read(cls, values: Mapping[str, Any]) -> list[str]:
-        """Returns the blocks of critics that are not listed in `critics`."""
-        critics = values.get("critics")
-        listed = critics if isinstance(critics, list | tuple) else []
-        return [key for key in values if key not in cls.model_fields and key not in listed]
-
-    @model_validator(mode="before")
-    @classmethod
-    def _read_critic_blocks(cls, data: Any) -> Any:
-        if not isinstance(data, Mapping):
-            return data
-        fields = {name: tuples_for_lists(data[name]) for name in data if name in cls.model_fields}
-        blocks = {name: data[name] for name in data if name not in cls.model_fields}
-        listed = fields.get("critics")
-        listed = [n for n in listed if isinstance(n, str)] if isinstance(listed, tuple) else []
-        faults: list[InitErrorDetails] = []
-        for name in dict.fromkeys([*listed, *blocks]):
-            block = blocks.get(name, {})
-            if isinstance(block, CriticParameters):
-                fields[name] = block
-                continue
-            if name not in listed and not is_critic(name):
-                known = [*cls.model_fields, *CRITICS.names]
-                text = f"unknown field{nearest_name_hint(name, known)}"
-                faults.append(unknown_field(text, (name,), block))
-                continue
-            try:
-                model = _critic_model(name, block)
-                # Through JSON, because strictness there takes a list for a tuple.
-                fields[name] = model.model_validate_json(json.dumps(block), strict=True)
-            except InputError as error:
-                faults.append(_fault(str(error), ("critics",), name))
-            except ValidationError as error:
-                faults.extend(_nested_faults(name, error, model))
-        if faults:
-            raise ValidationError.from_exception_data(cls.__name__, faults)
-        return fields
+    def registered_name(cls, name: str, block: Any = None) -> str:
+        """Returns the name of the critic that a block, by its `class` or its name, is for."""
+        class_name = block.get(CLASS_KEY) if isinstance(block, Mapping) else None
+        return bare_name(class_name if isinstance(class_name, str) else name)
 
     @field_validator("trajectory_generator_name")
     @classmethod
@@ -230,29 +183,3 @@ class DynamicWindowApproachParameters(ControllerParameters):
             fastest / self.linear_granularity, self.max_vel_theta / self.angular_granularity
         )
         return samples * max(1.0, self.sim_time * step_rate)
-
-
-def _critic_model(name: str, block: Any) -> type[CriticParameters]:
-    """Returns the parameter model for a critic's block; raises InputError for no such critic."""
-    class_name = block.get(CLASS_KEY) if isinstance(block, Mapping) else None
-    return load_critic(class_name if isinstance(class_name, str) else name).Parameters
-
-
-def _nested_faults(
-    name: str, error: ValidationError, model: type[CriticParameters]
-) -> list[InitErrorDetails]:
-    """Returns the faults of a critic's block as faults of the whole model."""
-    faults = []
-    for fault in error.errors():
-        place = (name, *fault["loc"])
-        if fault["type"] == EXTRA_FIELD:
-            hint = nearest_name_hint(fault["loc"][-1], model.model_fields)
-            text = f"critic {name} has no such parameter{hint}"
-            faults.append(unknown_field(text, place, fault["input"]))
-        else:
-            faults.append(_fault(fault["msg"].removeprefix("Value error, "), place, fault["input"]))
-    return faults
-
-
-def _fault(text: str, location: tuple[int | str, ...], found: Any) -> InitErrorDetails:
-    return InitErrorDetails(type=PydanticCustomError("critic", text), loc=location, input=found)

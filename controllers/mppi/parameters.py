@@ -1,4 +1,4 @@
-"""MPPI's parameters under Nav2's names, nested by critic; the polish is ours."""
+"""MPPI's parameters under Nav2's names, one nested block a critic; the polish is ours."""
 
 from __future__ import annotations
 
@@ -8,10 +8,12 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from drake_navbench.controller import ControllerParameters
+from drake_navbench.controllers.critic_parameters import CriticBlock, ParametersWithCritics
+from drake_navbench.controllers.mppi.critics.base import CriticParameters
+from drake_navbench.controllers.mppi.critics.registry import CRITICS
+from drake_navbench.plugins import PluginKind
 from drake_navbench.quantities import (
     Acceleration,
-    Angle,
     AngularAcceleration,
     AngularSpeed,
     Count,
@@ -21,7 +23,7 @@ from drake_navbench.quantities import (
     Period,
     Speed,
 )
-from drake_navbench.typed_yaml import tuples_for_lists, unknown_field
+from drake_navbench.typed_yaml import unknown_field
 
 MOTION_MODEL_PLUGINS = {
     "mppi::DiffDriveMotionModel": "DiffDrive",
@@ -43,114 +45,6 @@ class Block(BaseModel):
     """Base of the nested blocks: unknown names refused, frozen."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class CriticBlock(Block):
-    """What every critic has."""
-
-    enabled: bool = Field(True, description="whether the critic scores at all")
-    cost_power: Count = Field(1, ge=1, description="power of the weighted term")
-
-
-class ConstraintParameters(CriticBlock):
-    """ConstraintCritic."""
-
-    cost_weight: Number = Field(4.0, description="weight of the excess velocity [1/m]")
-
-
-class GoalParameters(CriticBlock):
-    """GoalCritic."""
-
-    cost_weight: Number = Field(5.0, description="weight of the mean goal distance [1/m]")
-    threshold_to_consider: Length = Field(1.4, ge=0, description="longest plan it acts on [m]")
-
-
-class GoalAngleParameters(CriticBlock):
-    """GoalAngleCritic."""
-
-    cost_weight: Number = Field(3.0, description="weight of the mean yaw error [1/rad]")
-    threshold_to_consider: Length = Field(0.5, ge=0, description="longest plan it acts on [m]")
-    symmetric_yaw_tolerance: bool = Field(False, description="also accept the reversed goal yaw")
-
-
-class PreferForwardParameters(CriticBlock):
-    """PreferForwardCritic."""
-
-    cost_weight: Number = Field(5.0, description="weight of the distance in reverse [1/m]")
-    threshold_to_consider: Length = Field(0.5, ge=0, description="shortest plan it acts on [m]")
-
-
-class TwirlingParameters(CriticBlock):
-    """TwirlingCritic."""
-
-    cost_weight: Number = Field(10.0, description="weight of the mean turn rate [s/rad]")
-
-
-class VelocityDeadbandParameters(CriticBlock):
-    """VelocityDeadbandCritic."""
-
-    cost_weight: Number = Field(35.0, description="weight of the deadband shortfall [1/m]")
-    deadband_velocities: tuple[float, float, float] = Field(
-        (0.0, 0.0, 0.0), description="least usable |vx|, |vy|, |wz| [m/s, m/s, rad/s]"
-    )
-
-
-class CostParameters(CriticBlock):
-    """CostCritic."""
-
-    cost_weight: Number = Field(3.81, description="weight of the mean cell cost [1]")
-    critical_cost: Number = Field(300.0, description="score of a near-collision column [1]")
-    near_collision_cost: int = Field(253, ge=0, le=255, description="cell cost that is one [1]")
-    collision_cost: Number = Field(1e6, description="score of a colliding sample [1]")
-    consider_footprint: bool = Field(False, description="check the outline, not the centre alone")
-    near_goal_distance: Length = Field(0.5, ge=0, description="plan length without cell costs [m]")
-    trajectory_point_step: Count = Field(2, ge=1, description="columns from one check to the next")
-    inflation_layer_name: str = Field("", description="kept for Nav2's files; there is one layer")
-
-
-class ObstaclesParameters(CriticBlock):
-    """ObstaclesCritic."""
-
-    repulsion_weight: Number = Field(1.5, description="weight of the inflation shortfall [1/m]")
-    critical_weight: Number = Field(20.0, description="weight of the margin shortfall [1/m]")
-    collision_cost: Number = Field(1e5, description="margin shortfall of a colliding sample [m]")
-    collision_margin_distance: Length = Field(0.10, ge=0, description="distance to keep [m]")
-    near_goal_distance: Length = Field(0.5, ge=0, description="plan length without repulsion [m]")
-    consider_footprint: bool = Field(False, description="check the outline, not the centre alone")
-    inflation_layer_name: str = Field("", description="kept for Nav2's files; there is one layer")
-
-
-class PathAlignParameters(CriticBlock):
-    """PathAlignCritic."""
-
-    cost_weight: Number = Field(10.0, description="weight of the mean path distance [1/m]")
-    max_path_occupancy_ratio: Number = Field(
-        0.07, ge=0, description="share of occupied path points that turns it off [1]"
-    )
-    offset_from_furthest: Count = Field(20, ge=0, description="least furthest path point [index]")
-    trajectory_point_step: Count = Field(4, ge=1, description="columns from one check to the next")
-    threshold_to_consider: Length = Field(0.5, ge=0, description="shortest plan it acts on [m]")
-    use_path_orientations: bool = Field(False, description="add the yaw error to the distance")
-
-
-class PathFollowParameters(CriticBlock):
-    """PathFollowCritic."""
-
-    cost_weight: Number = Field(5.0, description="weight of the carrot distance [1/m]")
-    offset_from_furthest: Count = Field(6, ge=0, description="carrot ahead of furthest [index]")
-    threshold_to_consider: Length = Field(1.4, ge=0, description="shortest plan it acts on [m]")
-
-
-class PathAngleParameters(CriticBlock):
-    """PathAngleCritic."""
-
-    cost_weight: Number = Field(2.2, description="weight of the angle to the carrot [1/rad]")
-    offset_from_furthest: Count = Field(4, ge=0, description="carrot ahead of furthest [index]")
-    threshold_to_consider: Length = Field(0.5, ge=0, description="shortest plan it acts on [m]")
-    max_angle_to_furthest: Angle = Field(0.785398, ge=0, description="least angle to act on [rad]")
-    mode: Literal[0, 1, 2] = Field(
-        0, description="0 forward preference, 1 none, 2 by the path's own orientations"
-    )
 
 
 class AckermannParameters(Block):
@@ -228,14 +122,7 @@ def _resolve_motion_model(raw: dict[str, Any]) -> None:
         raw["AckermannConstraints"] = values
 
 
-def _listed_critics(values: Mapping[str, Any]) -> list[str]:
-    """Returns the names in `critics`, as far as they are names."""
-    critics = values.get("critics")
-    critics = critics if isinstance(critics, list | tuple) else ()
-    return [name for name in critics if isinstance(name, str)]
-
-
-class MppiParameters(ControllerParameters):
+class MppiParameters(ParametersWithCritics):
     """Parameters of Nav2's MPPI (branch lyrical), with its defaults, and of the polish.
 
     `AckermannConstraints` is where releases before Lyrical had what is now in the block that
@@ -262,6 +149,9 @@ class MppiParameters(ControllerParameters):
             "inversion_yaw_tolerance",
         }
     )
+
+    CRITICS: ClassVar[PluginKind] = CRITICS
+    CRITIC_BLOCK: ClassVar[type[CriticBlock]] = CriticParameters
 
     time_steps: Count = Field(
         56, ge=MIN_TIME_STEPS, le=10_000, description="columns of the horizon"
@@ -313,49 +203,31 @@ class MppiParameters(ControllerParameters):
     AckermannConstraints: AckermannParameters = AckermannParameters()
     TrajectoryValidator: ValidatorParameters = ValidatorParameters()
     TrajectoryVisualizer: VisualizerParameters = VisualizerParameters()
-    ConstraintCritic: ConstraintParameters = ConstraintParameters()
-    CostCritic: CostParameters = CostParameters()
-    GoalCritic: GoalParameters = GoalParameters()
-    GoalAngleCritic: GoalAngleParameters = GoalAngleParameters()
-    ObstaclesCritic: ObstaclesParameters = ObstaclesParameters()
-    PathAlignCritic: PathAlignParameters = PathAlignParameters()
-    PathAngleCritic: PathAngleParameters = PathAngleParameters()
-    PathFollowCritic: PathFollowParameters = PathFollowParameters()
-    PreferForwardCritic: PreferForwardParameters = PreferForwardParameters()
-    TwirlingCritic: TwirlingParameters = TwirlingParameters()
-    VelocityDeadbandCritic: VelocityDeadbandParameters = VelocityDeadbandParameters()
-    user_critics: dict[str, dict[str, Any]] = Field(
-        default_factory=dict, description="parameter blocks of critics found by entry point"
-    )
     polish: PolishParameters = PolishParameters()
+
+    @classmethod
+    def registered_name(cls, name: str, block: Any = None) -> str:
+        """Returns the name of a critic's block: MPPI's critics have no others."""
+        return name
 
     @classmethod
     def keys_not_read(cls, values: Mapping[str, Any]) -> list[str]:
         """Returns blocks of critics that are not listed, and another motion model's parameters."""
-        listed = _listed_critics(values)
-        not_read = {
-            name
-            for name, field in cls.model_fields.items()
-            if isinstance(field.default, CriticBlock) and name not in listed
-        }
-        name = values.get("motion_model")
-        if name != "Ackermann" or name in values:
-            not_read.add("AckermannConstraints")
-        return [name for name in values if name in not_read]
+        name = values.get("motion_model", DEFAULT_MOTION_MODEL)
+        not_read = [key for key in super().keys_not_read(values) if key != name]
+        if "AckermannConstraints" in values and (name != "Ackermann" or name in values):
+            not_read.append("AckermannConstraints")
+        return not_read
 
     @model_validator(mode="before")
     @classmethod
-    def _from_nav2(cls, raw: Any) -> Any:
-        """Accepts the block of a motion model, and blocks of users' critics."""
+    def _read_motion_model(cls, raw: Any) -> Any:
+        """Accepts the block of a motion model; runs before the base's, which wants critics only."""
         if not isinstance(raw, Mapping):
             return raw
         raw = dict(raw)
         _resolve_motion_model(raw)
-        users = raw.pop("user_critics", {})
-        for name in _listed_critics(raw):
-            if name not in cls.model_fields and name in raw and isinstance(users, Mapping):
-                users = {**users, name: raw.pop(name)}
-        return {**tuples_for_lists(raw), "user_critics": users}
+        return raw
 
     @model_validator(mode="after")
     def _check_together(self) -> MppiParameters:

@@ -74,7 +74,7 @@ class Refiner:
             weights=self._weights,
             limits=sampler.rules.base_limits,
         )
-        critics = [getattr(p, name) for name in _COLLISION_CRITICS if name in p.critics]
+        critics = [p.critic(name) for name in _COLLISION_CRITICS if name in p.critics]
         self._checks_outline = p.TrajectoryValidator.consider_footprint or any(
             critic.enabled and critic.consider_footprint for critic in critics
         )

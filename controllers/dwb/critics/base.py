@@ -24,7 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ConfigDict, Field
 
-from drake_navbench.controller import ControllerParameters, ControllerSetup
+from drake_navbench.controller import ControllerSetup
+from drake_navbench.controllers.critic_parameters import CriticBlock
 from drake_navbench.quantities import Number
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
-class CriticParameters(ControllerParameters):
+class CriticParameters(CriticBlock):
     """What every critic has; a critic with more parameters subclasses it."""
 
     model_config = ConfigDict(

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+from pydantic import Field
 
 from drake_navbench.controllers.mppi.critics.base import (
     CriticContext,
+    CriticParameters,
     MapView,
     PointwiseCritic,
+    TermParameters,
     Trajectories,
     weigh,
 )
@@ -21,6 +24,7 @@ from drake_navbench.controllers.mppi.lanes import LANES, Lanes
 from drake_navbench.errors import InputError
 from drake_navbench.kernels.footprint import footprint_cost
 from drake_navbench.kernels.grid import INSCRIBED, LETHAL, NO_INFORMATION
+from drake_navbench.quantities import Count, Length, Number
 
 COST_COUNT = 256
 # Marks a sample that collides until the raw terms become costs.
@@ -39,8 +43,23 @@ class CostCycle(NamedTuple):
     outline_collides: NDArray[np.bool_]
 
 
+class CostParameters(TermParameters):
+    """Parameters of CostCritic."""
+
+    cost_weight: Number = Field(3.81, description="weight of the mean cell cost [1]")
+    critical_cost: Number = Field(300.0, description="score of a near-collision column [1]")
+    near_collision_cost: int = Field(253, ge=0, le=255, description="cell cost that is one [1]")
+    collision_cost: Number = Field(1e6, description="score of a colliding sample [1]")
+    consider_footprint: bool = Field(False, description="check the outline, not the centre alone")
+    near_goal_distance: Length = Field(0.5, ge=0, description="plan length without cell costs [m]")
+    trajectory_point_step: Count = Field(2, ge=1, description="columns from one check to the next")
+    inflation_layer_name: str = Field("", description="kept for Nav2's files; there is one layer")
+
+
 class CostCritic(PointwiseCritic):
     """Mean cell cost over every `trajectory_point_step`-th column, or the collision cost."""
+
+    Parameters: ClassVar[type[CriticParameters]] = CostParameters
 
     def __init__(self, parameters: Any, context: CriticContext) -> None:
         super().__init__(parameters, context)
@@ -143,8 +162,22 @@ class ObstaclesCycle(NamedTuple):
     repulsion_sums: Lanes
 
 
+class ObstaclesParameters(TermParameters):
+    """Parameters of ObstaclesCritic."""
+
+    repulsion_weight: Number = Field(1.5, description="weight of the inflation shortfall [1/m]")
+    critical_weight: Number = Field(20.0, description="weight of the margin shortfall [1/m]")
+    collision_cost: Number = Field(1e5, description="margin shortfall of a colliding sample [m]")
+    collision_margin_distance: Length = Field(0.10, ge=0, description="distance to keep [m]")
+    near_goal_distance: Length = Field(0.5, ge=0, description="plan length without repulsion [m]")
+    consider_footprint: bool = Field(False, description="check the outline, not the centre alone")
+    inflation_layer_name: str = Field("", description="kept for Nav2's files; there is one layer")
+
+
 class ObstaclesCritic(PointwiseCritic):
     """Distances to obstacles, read back from the inflated costs, or the collision cost."""
+
+    Parameters: ClassVar[type[CriticParameters]] = ObstaclesParameters
 
     def __init__(self, parameters: Any, context: CriticContext) -> None:
         super().__init__(parameters, context)

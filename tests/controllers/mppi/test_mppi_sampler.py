@@ -227,11 +227,6 @@ def test_a_step_below_the_control_period_is_refused():
         controller_of(model_dt=0.04)
 
 
-def test_an_unknown_critic_is_refused_with_the_nearest_name():
-    with pytest.raises(InputError, match="did you mean 'GoalCritic'"):
-        controller_of(critics=["GoalCritik"])
-
-
 def test_nav2_names_of_motion_models_are_understood():
     parameters = MppiParameters.model_validate(
         {
