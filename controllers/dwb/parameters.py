@@ -58,79 +58,83 @@ class DynamicWindowApproachParameters(ParametersWithCritics):
     CRITIC_BLOCK: ClassVar[type[CriticBlock]] = CriticParameters
 
     critics: tuple[str, ...] = Field(
-        min_length=1, description="names of the critics, in the order of evaluation"
+        min_length=1, description="Names of the critics, in the order of evaluation."
     )
     trajectory_generator_name: str = Field(
-        STANDARD_GENERATOR, description="Standard: window over sim_time; LimitedAccel: one period"
+        STANDARD_GENERATOR, description="Standard: window over sim_time; LimitedAccel: one period."
     )
     short_circuit_trajectory_evaluation: bool = Field(
-        True, description="stop scoring a trajectory that is already worse than the best"
+        True, description="Stop scoring a trajectory that is already worse than the best."
     )
 
-    min_vel_x: Speed = Field(0.0, description="lowest forward velocity, negative backward [m/s]")
-    max_vel_x: Speed = Field(0.0, description="highest forward velocity [m/s]")
-    min_vel_y: Speed = Field(0.0, description="lowest lateral velocity [m/s]")
-    max_vel_y: Speed = Field(0.0, description="highest lateral velocity [m/s]")
+    min_vel_x: Speed = Field(0.0, description="Lowest forward velocity, negative backward [m/s].")
+    max_vel_x: Speed = Field(0.0, description="Highest forward velocity [m/s].")
+    min_vel_y: Speed = Field(0.0, description="Lowest lateral velocity [m/s].")
+    max_vel_y: Speed = Field(0.0, description="Highest lateral velocity [m/s].")
     max_vel_theta: AngularSpeed = Field(
-        0.0, ge=0.0, description="highest yaw rate, both ways [rad/s]"
+        0.0, ge=0.0, description="Highest yaw rate, both ways [rad/s]."
     )
     min_speed_xy: Speed = Field(
-        0.0, description="lowest planar speed unless min_speed_theta is kept; negative: none [m/s]"
+        0.0, description="Lowest planar speed unless min_speed_theta is kept; negative: none [m/s]."
     )
-    max_speed_xy: Speed = Field(0.0, description="highest planar speed; negative: none [m/s]")
+    max_speed_xy: Speed = Field(0.0, description="Highest planar speed; negative: none [m/s].")
     min_speed_theta: AngularSpeed = Field(
-        0.0, description="lowest yaw rate unless min_speed_xy is kept; negative: none [rad/s]"
+        0.0, description="Lowest yaw rate unless min_speed_xy is kept; negative: none [rad/s]."
     )
-    acc_lim_x: Acceleration = Field(0.0, ge=0.0, description="forward acceleration limit [m/s^2]")
-    acc_lim_y: Acceleration = Field(0.0, ge=0.0, description="lateral acceleration limit [m/s^2]")
+    acc_lim_x: Acceleration = Field(0.0, ge=0.0, description="Forward acceleration limit [m/s^2].")
+    acc_lim_y: Acceleration = Field(0.0, ge=0.0, description="Lateral acceleration limit [m/s^2].")
     acc_lim_theta: AngularAcceleration = Field(
-        0.0, ge=0.0, description="yaw acceleration limit [rad/s^2]"
+        0.0, ge=0.0, description="Yaw acceleration limit [rad/s^2]."
     )
-    decel_lim_x: Acceleration = Field(0.0, le=0.0, description="forward deceleration limit [m/s^2]")
-    decel_lim_y: Acceleration = Field(0.0, le=0.0, description="lateral deceleration limit [m/s^2]")
+    decel_lim_x: Acceleration = Field(
+        0.0, le=0.0, description="Forward deceleration limit [m/s^2]."
+    )
+    decel_lim_y: Acceleration = Field(
+        0.0, le=0.0, description="Lateral deceleration limit [m/s^2]."
+    )
     decel_lim_theta: AngularAcceleration = Field(
-        0.0, le=0.0, description="yaw deceleration limit [rad/s^2]"
+        0.0, le=0.0, description="Yaw deceleration limit [rad/s^2]."
     )
 
-    vx_samples: Count = Field(20, description="samples of the forward velocity; below 2: 2 [-]")
-    vy_samples: Count = Field(5, description="samples of the lateral velocity; below 2: 2 [-]")
-    vtheta_samples: Count = Field(20, description="samples of the yaw rate; below 2: 2 [-]")
+    vx_samples: Count = Field(20, description="Samples of the forward velocity; below 2: 2 [-].")
+    vy_samples: Count = Field(5, description="Samples of the lateral velocity; below 2: 2 [-].")
+    vtheta_samples: Count = Field(20, description="Samples of the yaw rate; below 2: 2 [-].")
     sim_period: Duration | None = Field(
-        None, gt=0.0, description="window time of LimitedAccel; None: the control period [s]"
+        None, gt=0.0, description="Window time of LimitedAccel; None: the control period [s]."
     )
 
-    sim_time: Duration = Field(1.7, gt=0.0, le=1000.0, description="horizon of a trajectory [s]")
-    discretize_by_time: bool = Field(False, description="steps of time_granularity, not distance")
-    time_granularity: Duration = Field(0.5, ge=0.001, description="longest time step [s]")
-    linear_granularity: Length = Field(0.5, ge=0.001, description="longest way in a step [m]")
-    angular_granularity: Angle = Field(0.025, ge=0.001, description="largest turn in a step [rad]")
-    include_last_point: bool = Field(True, description="append the end pose once more")
+    sim_time: Duration = Field(1.7, gt=0.0, le=1000.0, description="Horizon of a trajectory [s].")
+    discretize_by_time: bool = Field(False, description="Steps of time_granularity, not distance.")
+    time_granularity: Duration = Field(0.5, ge=0.001, description="Longest time step [s].")
+    linear_granularity: Length = Field(0.5, ge=0.001, description="Longest way in a step [m].")
+    angular_granularity: Angle = Field(0.025, ge=0.001, description="Largest turn in a step [rad].")
+    include_last_point: bool = Field(True, description="Append the end pose once more.")
     limit_vel_cmd_in_traj: bool = Field(
-        False, description="command the first simulated velocity instead of the sampled one"
+        False, description="Command the first simulated velocity instead of the sampled one."
     )
 
     xy_goal_tolerance: Length = Field(
-        0.25, ge=0.0, description="RotateToGoal: distance at which turning begins [m]"
+        0.25, ge=0.0, description="RotateToGoal: distance at which turning begins [m]."
     )
     trans_stopped_velocity: Speed = Field(
-        0.25, ge=0.0, description="RotateToGoal: speed that counts as stopped [m/s]"
+        0.25, ge=0.0, description="RotateToGoal: speed that counts as stopped [m/s]."
     )
 
     debug_trajectory_details: bool = Field(
-        False, description="logging in Nav2; here the counts are always in the error"
+        False, description="Logging in Nav2; here the counts are always in the error."
     )
     default_critic_namespaces: tuple[str, ...] = Field(
-        (), description="class lookup in Nav2; here critics are found by entry point"
+        (), description="Class lookup in Nav2; here critics are found by entry point."
     )
-    publish_evaluation: bool = Field(True, description="output in Nav2; no effect here")
-    publish_local_plan: bool = Field(True, description="output in Nav2; no effect here")
-    publish_trajectories: bool = Field(True, description="output in Nav2; no effect here")
-    publish_transformed_plan: bool = Field(True, description="older Nav2; no effect here")
-    publish_global_plan: bool = Field(True, description="older Nav2; no effect here")
-    publish_cost_grid_pc: bool = Field(False, description="output in Nav2; no effect here")
-    marker_lifetime: Duration = Field(0.1, description="output in Nav2; no effect here [s]")
-    stateful: bool = Field(True, description="older Nav2; no effect here")
-    transform_tolerance: Duration = Field(0.1, description="older Nav2; no effect here [s]")
+    publish_evaluation: bool = Field(True, description="Output in Nav2; no effect here.")
+    publish_local_plan: bool = Field(True, description="Output in Nav2; no effect here.")
+    publish_trajectories: bool = Field(True, description="Output in Nav2; no effect here.")
+    publish_transformed_plan: bool = Field(True, description="Older Nav2; no effect here.")
+    publish_global_plan: bool = Field(True, description="Older Nav2; no effect here.")
+    publish_cost_grid_pc: bool = Field(False, description="Output in Nav2; no effect here.")
+    marker_lifetime: Duration = Field(0.1, description="Output in Nav2; no effect here [s].")
+    stateful: bool = Field(True, description="Older Nav2; no effect here.")
+    transform_tolerance: Duration = Field(0.1, description="Older Nav2; no effect here [s].")
 
     @property
     def uses_standard_generator(self) -> bool:

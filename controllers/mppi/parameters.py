@@ -50,43 +50,53 @@ class Block(BaseModel):
 class AckermannParameters(Block):
     """What the Ackermann motion model adds."""
 
-    min_turning_r: Length = Field(0.2, ge=0, description="least turning radius; 0: no limit [m]")
+    min_turning_r: Length = Field(0.2, ge=0, description="Least turning radius; 0: no limit [m].")
 
 
 class ValidatorParameters(Block):
     """TrajectoryValidator: the last check of the averaged trajectory."""
 
     plugin: Literal["mppi::DefaultOptimalTrajectoryValidator"] = Field(
-        DEFAULT_VALIDATOR, description="the only validator there is"
+        DEFAULT_VALIDATOR, description="The only validator there is."
     )
-    collision_lookahead_time: Duration = Field(2.0, ge=0, description="time checked [s]")
-    consider_footprint: bool = Field(False, description="check the outline, not the centre alone")
+    collision_lookahead_time: Duration = Field(2.0, ge=0, description="Time checked [s].")
+    consider_footprint: bool = Field(False, description="Check the outline, not the centre alone.")
 
 
 class VisualizerParameters(Block):
     """TrajectoryVisualizer: accepted from Nav2's files, of no effect on the command."""
 
-    trajectory_step: Count = Field(5, ge=1, description="every how many samples are kept to draw")
-    time_step: Count = Field(3, ge=1, description="every how many columns Nav2 draws")
+    trajectory_step: Count = Field(5, ge=1, description="Every how many samples are kept to draw.")
+    time_step: Count = Field(3, ge=1, description="Every how many columns Nav2 draws.")
 
 
 class PolishParameters(Block):
     """The nonlinear program that refines the sampled sequence. Not part of Nav2."""
 
-    enabled: bool = Field(False, description="whether to refine; Nav2 does not")
-    knot_count: Count = Field(8, ge=MIN_KNOT_COUNT, description="B-spline knots each for v and w")
-    max_iterations: Count = Field(5, ge=1, description="IPOPT's iteration limit")
-    carrot_offset: Count = Field(5, ge=0, description="carrot ahead of the sampled end [index]")
-    path_weight: Number = Field(20.0, ge=0, description="of the mean squared path distance [1/m^2]")
-    heading_weight: Number = Field(2.0, ge=0, description="of the mean of 1 - cos(yaw error) [1]")
-    obstacle_weight: Number = Field(2.0, ge=0, description="of the mean squared cell cost [1]")
-    progress_weight: Number = Field(2.0, ge=0, description="of the end's carrot distance [1/m]")
-    deviation_weight: Number = Field(
-        0.5, ge=0, description="of the mean squared deviation over the sampling variance [1]"
+    enabled: bool = Field(False, description="Whether to refine; Nav2 does not.")
+    knot_count: Count = Field(8, ge=MIN_KNOT_COUNT, description="B-spline knots each for v and w.")
+    max_iterations: Count = Field(5, ge=1, description="IPOPT's iteration limit.")
+    carrot_offset: Count = Field(5, ge=0, description="Carrot ahead of the sampled end [index].")
+    path_weight: Number = Field(
+        20.0, ge=0, description="Weight of the mean squared path distance [1/m^2]."
     )
-    jerk_weight: Number = Field(0.2, ge=0, description="of the mean squared jerk [s^6/m^2]")
+    heading_weight: Number = Field(
+        2.0, ge=0, description="Weight of the mean of 1 - cos(yaw error) [-]."
+    )
+    obstacle_weight: Number = Field(
+        2.0, ge=0, description="Weight of the mean squared cell cost [-]."
+    )
+    progress_weight: Number = Field(
+        2.0, ge=0, description="Weight of the end's carrot distance [1/m]."
+    )
+    deviation_weight: Number = Field(
+        0.5,
+        ge=0,
+        description="Weight of the mean squared deviation over the sampling variance [-].",
+    )
+    jerk_weight: Number = Field(0.2, ge=0, description="Weight of the mean squared jerk [s^6/m^2].")
     angular_jerk_weight: Number = Field(
-        0.002, ge=0, description="of the mean squared angular jerk [s^6/rad^2]"
+        0.002, ge=0, description="Weight of the mean squared angular jerk [s^6/rad^2]."
     )
 
 
@@ -101,14 +111,14 @@ def _resolve_motion_model(raw: dict[str, Any]) -> None:
         elif name not in MOTION_MODEL_PLUGINS.values():
             known = ", ".join(MOTION_MODEL_PLUGINS.values())
             raise ValueError(
-                f"motion_model: found {name!r}, expected one of {known}, or a block of that name"
+                f"motion_model: got {name!r}, expected one of {known}, or a block of that name"
             )
         return
     block = raw.pop(name)
     plugin = block.get("plugin")
     if not isinstance(plugin, str) or plugin not in MOTION_MODEL_PLUGINS:
         known = ", ".join(MOTION_MODEL_PLUGINS)
-        raise ValueError(f"{name}.plugin: found {plugin!r}, expected one of {known}")
+        raise ValueError(f"{name}.plugin: got {plugin!r}, expected one of {known}")
     raw["motion_model"] = MOTION_MODEL_PLUGINS[plugin]
     values = {key: value for key, value in block.items() if key != "plugin"}
     is_car = raw["motion_model"] == "Ackermann"
@@ -154,51 +164,51 @@ class MppiParameters(ParametersWithCritics):
     CRITIC_BLOCK: ClassVar[type[CriticBlock]] = CriticParameters
 
     time_steps: Count = Field(
-        56, ge=MIN_TIME_STEPS, le=10_000, description="columns of the horizon"
+        56, ge=MIN_TIME_STEPS, le=10_000, description="Columns of the horizon."
     )
-    model_dt: Period = Field(0.05, description="step of the horizon [s]")
-    batch_size: Count = Field(1000, ge=1, le=1_000_000, description="sampled trajectories")
-    iteration_count: Count = Field(1, ge=1, description="optimisation passes a cycle")
-    temperature: Number = Field(0.3, gt=0, description="softmax temperature [1]")
-    gamma: Number = Field(0.015, ge=0, description="factor of the control cost [1]")
-    vx_max: Speed = Field(0.5, description="largest forward velocity [m/s]")
-    vx_min: Speed = Field(-0.35, description="smallest (reverse) velocity [m/s]")
-    vy_max: Speed = Field(0.5, ge=0, description="largest sideways velocity [m/s]")
-    wz_max: AngularSpeed = Field(1.9, ge=0, description="largest turn rate [rad/s]")
+    model_dt: Period = Field(0.05, description="Step of the horizon [s].")
+    batch_size: Count = Field(1000, ge=1, le=1_000_000, description="Sampled trajectories.")
+    iteration_count: Count = Field(1, ge=1, description="Optimisation passes a cycle.")
+    temperature: Number = Field(0.3, gt=0, description="Softmax temperature [-].")
+    gamma: Number = Field(0.015, ge=0, description="Factor of the control cost [-].")
+    vx_max: Speed = Field(0.5, description="Largest forward velocity [m/s].")
+    vx_min: Speed = Field(-0.35, description="Smallest (reverse) velocity [m/s].")
+    vy_max: Speed = Field(0.5, ge=0, description="Largest sideways velocity [m/s].")
+    wz_max: AngularSpeed = Field(1.9, ge=0, description="Largest turn rate [rad/s].")
     ax_max: Acceleration = Field(
-        3.0, description="largest acceleration along x, made positive [m/s^2]"
+        3.0, description="Largest acceleration along x, made positive [m/s^2]."
     )
-    ax_min: Acceleration = Field(-3.0, description="largest deceleration, made negative [m/s^2]")
+    ax_min: Acceleration = Field(-3.0, description="Largest deceleration, made negative [m/s^2].")
     ay_max: Acceleration = Field(
-        3.0, description="largest acceleration along y, made positive [m/s^2]"
+        3.0, description="Largest acceleration along y, made positive [m/s^2]."
     )
-    ay_min: Acceleration = Field(-3.0, description="largest deceleration, made negative [m/s^2]")
-    az_max: AngularAcceleration = Field(3.5, description="largest angular acceleration [rad/s^2]")
-    vx_std: Speed = Field(0.2, gt=0, description="sampling deviation of vx [m/s]")
-    vy_std: Speed = Field(0.2, ge=0, description="sampling deviation of vy [m/s]")
-    wz_std: AngularSpeed = Field(0.4, ge=0, description="sampling deviation of wz [rad/s]")
+    ay_min: Acceleration = Field(-3.0, description="Largest deceleration, made negative [m/s^2].")
+    az_max: AngularAcceleration = Field(3.5, description="Largest angular acceleration [rad/s^2].")
+    vx_std: Speed = Field(0.2, gt=0, description="Sampling deviation of vx [m/s].")
+    vy_std: Speed = Field(0.2, ge=0, description="Sampling deviation of vy [m/s].")
+    wz_std: AngularSpeed = Field(0.4, ge=0, description="Sampling deviation of wz [rad/s].")
     model_delay_vx: Duration = Field(
-        0.0, ge=0, le=MAX_DELAY_S, description="actuation delay of vx [s]"
+        0.0, ge=0, le=MAX_DELAY_S, description="Actuation delay of vx [s]."
     )
     model_delay_vy: Duration = Field(
-        0.0, ge=0, le=MAX_DELAY_S, description="actuation delay of vy [s]"
+        0.0, ge=0, le=MAX_DELAY_S, description="Actuation delay of vy [s]."
     )
     model_delay_wz: Duration = Field(
-        0.0, ge=0, le=MAX_DELAY_S, description="actuation delay of wz [s]"
+        0.0, ge=0, le=MAX_DELAY_S, description="Actuation delay of wz [s]."
     )
-    clamp_raw_controls: bool = Field(False, description="average rate-limited, not raw, samples")
-    open_loop: bool = Field(False, description="start from the last command, not the measurement")
-    sgf_order: Count = Field(2, description="degree of the smoothing filter, 1 or 2 (else 2)")
-    retry_attempt_limit: Count = Field(1, ge=0, description="new attempts after a failed one")
-    regenerate_noises: bool = Field(False, description="new noise every pass, not one for all")
+    clamp_raw_controls: bool = Field(False, description="Average rate-limited, not raw, samples.")
+    open_loop: bool = Field(False, description="Start from the last command, not the measurement.")
+    sgf_order: Count = Field(2, description="Degree of the smoothing filter, 1 or 2 (else 2).")
+    retry_attempt_limit: Count = Field(1, ge=0, description="New attempts after a failed one.")
+    regenerate_noises: bool = Field(False, description="New noise every pass, not one for all.")
     motion_model: Literal["DiffDrive", "Omni", "Ackermann"] = Field(
-        "DiffDrive", description="motion model, or the name of a block that gives its plugin"
+        "DiffDrive", description="Motion model, or the name of a block that gives its plugin."
     )
-    critics: tuple[str, ...] = Field((), description="critics in the order of scoring")
-    visualize: bool = Field(False, description="output only, of no effect here")
-    publish_optimal_trajectory: bool = Field(False, description="output only, of no effect here")
-    publish_critics_stats: bool = Field(False, description="output only, of no effect here")
-    critic_index_to_visualize: Count = Field(0, description="output only, of no effect here")
+    critics: tuple[str, ...] = Field((), description="Critics in the order of scoring.")
+    visualize: bool = Field(False, description="Output only, of no effect here.")
+    publish_optimal_trajectory: bool = Field(False, description="Output only, of no effect here.")
+    publish_critics_stats: bool = Field(False, description="Output only, of no effect here.")
+    critic_index_to_visualize: Count = Field(0, description="Output only, of no effect here.")
 
     AckermannConstraints: AckermannParameters = AckermannParameters()
     TrajectoryValidator: ValidatorParameters = ValidatorParameters()
@@ -232,20 +242,20 @@ class MppiParameters(ParametersWithCritics):
     @model_validator(mode="after")
     def _check_together(self) -> MppiParameters:
         if self.vx_min > self.vx_max:
-            raise ValueError(f"vx_min: found {self.vx_min}, expected at most vx_max {self.vx_max}")
+            raise ValueError(f"vx_min: got {self.vx_min}, expected at most vx_max {self.vx_max}")
         if self.batch_size * self.time_steps > MAX_BATCH_CELLS:
             raise ValueError(
-                f"batch_size: found {self.batch_size} of {self.time_steps} time_steps each, "
+                f"batch_size: got {self.batch_size} of {self.time_steps} time_steps each, "
                 f"expected a product of at most {MAX_BATCH_CELLS}"
             )
         doubled = [name for name, count in Counter(self.critics).items() if count > 1]
         if doubled:
-            raise ValueError(f"critics: found {sorted(doubled)} twice, expected each name once")
+            raise ValueError(f"critics: got {sorted(doubled)} twice, expected each name once")
         if self.polish.enabled and self.motion_model == "Omni":
-            raise ValueError("polish.enabled: found true, expected false with motion_model Omni")
+            raise ValueError("polish.enabled: got true, expected false with motion_model Omni")
         if self.polish.enabled and self.polish.knot_count > self.time_steps:
             raise ValueError(
-                f"polish.knot_count: found {self.polish.knot_count}, expected at most time_steps "
+                f"polish.knot_count: got {self.polish.knot_count}, expected at most time_steps "
                 f"{self.time_steps}"
             )
         return self

@@ -43,9 +43,9 @@ class CriticParameters(CriticBlock):
     )
 
     critic_class: str | None = Field(
-        None, alias="class", description="registered critic; None: the one of the block's name"
+        None, alias="class", description="Registered critic; None: the one of the block's name."
     )
-    scale: Number = Field(1.0, ge=0.0, description="weight in the total; 0 switches it off [-]")
+    scale: Number = Field(1.0, ge=0.0, description="Weight in the total; 0 switches it off [-].")
 
 
 class Verdict(NamedTuple):

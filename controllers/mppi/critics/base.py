@@ -112,13 +112,13 @@ class CriticContext:
 class CriticParameters(CriticBlock):
     """What every critic has; a critic with more parameters subclasses it."""
 
-    enabled: bool = Field(True, description="whether the critic scores at all")
+    enabled: bool = Field(True, description="Whether the critic scores at all.")
 
 
 class TermParameters(CriticParameters):
     """What the critics have whose cost is (weight term)^power; each has a weight of its own."""
 
-    cost_power: Count = Field(1, ge=1, description="power of the weighted term")
+    cost_power: Count = Field(1, ge=1, description="Power of the weighted term.")
 
 
 class Critic(ABC):

@@ -46,14 +46,14 @@ class CostCycle(NamedTuple):
 class CostParameters(TermParameters):
     """Parameters of CostCritic."""
 
-    cost_weight: Number = Field(3.81, description="weight of the mean cell cost [1]")
-    critical_cost: Number = Field(300.0, description="score of a near-collision column [1]")
-    near_collision_cost: int = Field(253, ge=0, le=255, description="cell cost that is one [1]")
-    collision_cost: Number = Field(1e6, description="score of a colliding sample [1]")
-    consider_footprint: bool = Field(False, description="check the outline, not the centre alone")
-    near_goal_distance: Length = Field(0.5, ge=0, description="plan length without cell costs [m]")
-    trajectory_point_step: Count = Field(2, ge=1, description="columns from one check to the next")
-    inflation_layer_name: str = Field("", description="kept for Nav2's files; there is one layer")
+    cost_weight: Number = Field(3.81, description="Weight of the mean cell cost [-].")
+    critical_cost: Number = Field(300.0, description="Score of a near-collision column [-].")
+    near_collision_cost: int = Field(253, ge=0, le=255, description="Cell cost that is one [-].")
+    collision_cost: Number = Field(1e6, description="Score of a colliding sample [-].")
+    consider_footprint: bool = Field(False, description="Check the outline, not the centre alone.")
+    near_goal_distance: Length = Field(0.5, ge=0, description="Plan length without cell costs [m].")
+    trajectory_point_step: Count = Field(2, ge=1, description="Columns from one check to the next.")
+    inflation_layer_name: str = Field("", description="Kept for Nav2's files; there is one layer.")
 
 
 class CostCritic(PointwiseCritic):
@@ -165,13 +165,13 @@ class ObstaclesCycle(NamedTuple):
 class ObstaclesParameters(TermParameters):
     """Parameters of ObstaclesCritic."""
 
-    repulsion_weight: Number = Field(1.5, description="weight of the inflation shortfall [1/m]")
-    critical_weight: Number = Field(20.0, description="weight of the margin shortfall [1/m]")
-    collision_cost: Number = Field(1e5, description="margin shortfall of a colliding sample [m]")
-    collision_margin_distance: Length = Field(0.10, ge=0, description="distance to keep [m]")
-    near_goal_distance: Length = Field(0.5, ge=0, description="plan length without repulsion [m]")
-    consider_footprint: bool = Field(False, description="check the outline, not the centre alone")
-    inflation_layer_name: str = Field("", description="kept for Nav2's files; there is one layer")
+    repulsion_weight: Number = Field(1.5, description="Weight of the inflation shortfall [1/m].")
+    critical_weight: Number = Field(20.0, description="Weight of the margin shortfall [1/m].")
+    collision_cost: Number = Field(1e5, description="Margin shortfall of a colliding sample [m].")
+    collision_margin_distance: Length = Field(0.10, ge=0, description="Distance to keep [m].")
+    near_goal_distance: Length = Field(0.5, ge=0, description="Plan length without repulsion [m].")
+    consider_footprint: bool = Field(False, description="Check the outline, not the centre alone.")
+    inflation_layer_name: str = Field("", description="Kept for Nav2's files; there is one layer.")
 
 
 class ObstaclesCritic(PointwiseCritic):
@@ -290,7 +290,7 @@ def collision_values(*, consider_footprint: bool, tracks_unknown: bool) -> NDArr
 def _require_outline(name: str, parameters: Any, context: CriticContext) -> None:
     if parameters.consider_footprint and context.setup.footprint_is_circle:
         raise InputError(
-            f"{name}.consider_footprint: found true, expected false for a robot given by a radius"
+            f"{name}.consider_footprint: got true, expected false for a robot given by a radius"
         )
 
 

@@ -23,8 +23,8 @@ from drake_navbench.quantities import Length, Number
 class GoalParameters(TermParameters):
     """Parameters of GoalCritic."""
 
-    cost_weight: Number = Field(5.0, description="weight of the mean goal distance [1/m]")
-    threshold_to_consider: Length = Field(1.4, ge=0, description="longest plan it acts on [m]")
+    cost_weight: Number = Field(5.0, description="Weight of the mean goal distance [1/m].")
+    threshold_to_consider: Length = Field(1.4, ge=0, description="Longest plan it acts on [m].")
 
 
 class GoalCritic(PointwiseCritic):
@@ -64,9 +64,9 @@ def _distance_row(x, y, goal_x, goal_y, sums):
 class GoalAngleParameters(TermParameters):
     """Parameters of GoalAngleCritic."""
 
-    cost_weight: Number = Field(3.0, description="weight of the mean yaw error [1/rad]")
-    threshold_to_consider: Length = Field(0.5, ge=0, description="longest plan it acts on [m]")
-    symmetric_yaw_tolerance: bool = Field(False, description="also accept the reversed goal yaw")
+    cost_weight: Number = Field(3.0, description="Weight of the mean yaw error [1/rad].")
+    threshold_to_consider: Length = Field(0.5, ge=0, description="Longest plan it acts on [m].")
+    symmetric_yaw_tolerance: bool = Field(False, description="Also accept the reversed goal yaw.")
 
 
 class GoalAngleCritic(PointwiseCritic):

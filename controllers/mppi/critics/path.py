@@ -42,14 +42,14 @@ class PathAngleMode(IntEnum):
 class PathAlignParameters(TermParameters):
     """Parameters of PathAlignCritic."""
 
-    cost_weight: Number = Field(10.0, description="weight of the mean path distance [1/m]")
+    cost_weight: Number = Field(10.0, description="Weight of the mean path distance [1/m].")
     max_path_occupancy_ratio: Number = Field(
-        0.07, ge=0, description="share of occupied path points that turns it off [1]"
+        0.07, ge=0, description="Share of occupied path points that turns it off [-]."
     )
-    offset_from_furthest: Count = Field(20, ge=0, description="least furthest path point [index]")
-    trajectory_point_step: Count = Field(4, ge=1, description="columns from one check to the next")
-    threshold_to_consider: Length = Field(0.5, ge=0, description="shortest plan it acts on [m]")
-    use_path_orientations: bool = Field(False, description="add the yaw error to the distance")
+    offset_from_furthest: Count = Field(20, ge=0, description="Least furthest path point [index].")
+    trajectory_point_step: Count = Field(4, ge=1, description="Columns from one check to the next.")
+    threshold_to_consider: Length = Field(0.5, ge=0, description="Shortest plan it acts on [m].")
+    use_path_orientations: bool = Field(False, description="Add the yaw error to the distance.")
 
 
 class PathAlignCritic(PathCritic):
@@ -147,9 +147,9 @@ def _nearest_by_length_row(lengths, count, arcs, indices):
 class PathFollowParameters(TermParameters):
     """Parameters of PathFollowCritic."""
 
-    cost_weight: Number = Field(5.0, description="weight of the carrot distance [1/m]")
-    offset_from_furthest: Count = Field(6, ge=0, description="carrot ahead of furthest [index]")
-    threshold_to_consider: Length = Field(1.4, ge=0, description="shortest plan it acts on [m]")
+    cost_weight: Number = Field(5.0, description="Weight of the carrot distance [1/m].")
+    offset_from_furthest: Count = Field(6, ge=0, description="Carrot ahead of furthest [index].")
+    threshold_to_consider: Length = Field(1.4, ge=0, description="Shortest plan it acts on [m].")
 
 
 class PathFollowCritic(PathCritic):
@@ -182,12 +182,12 @@ def distance_costs(target_x, target_y, x, y, costs):
 class PathAngleParameters(TermParameters):
     """Parameters of PathAngleCritic."""
 
-    cost_weight: Number = Field(2.2, description="weight of the angle to the carrot [1/rad]")
-    offset_from_furthest: Count = Field(4, ge=0, description="carrot ahead of furthest [index]")
-    threshold_to_consider: Length = Field(0.5, ge=0, description="shortest plan it acts on [m]")
-    max_angle_to_furthest: Angle = Field(0.785398, ge=0, description="least angle to act on [rad]")
+    cost_weight: Number = Field(2.2, description="Weight of the angle to the carrot [1/rad].")
+    offset_from_furthest: Count = Field(4, ge=0, description="Carrot ahead of furthest [index].")
+    threshold_to_consider: Length = Field(0.5, ge=0, description="Shortest plan it acts on [m].")
+    max_angle_to_furthest: Angle = Field(0.785398, ge=0, description="Least angle to act on [rad].")
     mode: Literal[0, 1, 2] = Field(
-        0, description="0 forward preference, 1 none, 2 by the path's own orientations"
+        0, description="0 forward preference, 1 none, 2 by the path's own orientations."
     )
 
 

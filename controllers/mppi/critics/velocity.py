@@ -27,7 +27,7 @@ _LEAST_TURN_RATE = F32(1e-6)
 class ConstraintParameters(TermParameters):
     """Parameters of ConstraintCritic."""
 
-    cost_weight: Number = Field(4.0, description="weight of the excess velocity [1/m]")
+    cost_weight: Number = Field(4.0, description="Weight of the excess velocity [1/m].")
 
 
 class ConstraintCritic(PointwiseCritic):
@@ -81,8 +81,8 @@ def add_tight_turns(vx, wz, min_turning_r, sums):
 class PreferForwardParameters(TermParameters):
     """Parameters of PreferForwardCritic."""
 
-    cost_weight: Number = Field(5.0, description="weight of the distance in reverse [1/m]")
-    threshold_to_consider: Length = Field(0.5, ge=0, description="shortest plan it acts on [m]")
+    cost_weight: Number = Field(5.0, description="Weight of the distance in reverse [1/m].")
+    threshold_to_consider: Length = Field(0.5, ge=0, description="Shortest plan it acts on [m].")
 
 
 class PreferForwardCritic(PointwiseCritic):
@@ -105,7 +105,7 @@ class PreferForwardCritic(PointwiseCritic):
 class TwirlingParameters(TermParameters):
     """Parameters of TwirlingCritic."""
 
-    cost_weight: Number = Field(10.0, description="weight of the mean turn rate [s/rad]")
+    cost_weight: Number = Field(10.0, description="Weight of the mean turn rate [s/rad].")
 
 
 class TwirlingCritic(PointwiseCritic):
@@ -127,9 +127,9 @@ class TwirlingCritic(PointwiseCritic):
 class VelocityDeadbandParameters(TermParameters):
     """Parameters of VelocityDeadbandCritic."""
 
-    cost_weight: Number = Field(35.0, description="weight of the deadband shortfall [1/m]")
+    cost_weight: Number = Field(35.0, description="Weight of the deadband shortfall [1/m].")
     deadband_velocities: tuple[float, float, float] = Field(
-        (0.0, 0.0, 0.0), description="least usable |vx|, |vy|, |wz| [m/s, m/s, rad/s]"
+        (0.0, 0.0, 0.0), description="Least usable |vx|, |vy|, |wz| [m/s, m/s, rad/s]."
     )
 
 

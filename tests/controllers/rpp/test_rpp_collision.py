@@ -14,8 +14,8 @@ import pytest
 
 from drake_navbench.controller import CollisionAhead, SpeedLimit
 from drake_navbench.controllers.rpp import RegulatedPurePursuit, RegulatedPurePursuitParameters
-from drake_navbench.controllers.rpp.controller import Memory
 from drake_navbench.controllers.rpp.kernels import project_arc
+from drake_navbench.controllers.rpp.memory import RppMemory
 
 
 def straight(length_m=1.5):
@@ -34,7 +34,7 @@ def collides(make_controller, observe, make_costmap):
         )
         parameters.setdefault("use_cost_regulated_linear_velocity_scaling", False)
         try:
-            make_controller(**parameters).step(observation, Memory())
+            make_controller(**parameters).step(observation, RppMemory())
         except CollisionAhead:
             return True
         return False
@@ -75,7 +75,7 @@ def test_turning_in_place_sweeps_the_corners(make_controller, observe, make_cost
     turning = observe(left, twist=(0.0, 1.0), costmap=make_costmap(lethal=[(0.66, 0.51)]))
     controller = RegulatedPurePursuit(RegulatedPurePursuitParameters(), long_robot)
     with pytest.raises(CollisionAhead, match=r"v 0.000 m/s, w 1.160 rad/s"):
-        controller.step(turning, Memory())
+        controller.step(turning, RppMemory())
 
 
 def test_a_graded_cost_is_no_collision_but_a_lethal_one_is(collides):
@@ -136,7 +136,7 @@ def test_the_error_tells_when_and_with_what_it_would_collide(
     observation = observe(straight(), costmap=make_costmap(lethal=[(0.51, 0.01)]))
     controller = make_controller(use_cost_regulated_linear_velocity_scaling=False)
     with pytest.raises(CollisionAhead, match=r"collision ahead in 0.60 s with v 0.500") as failure:
-        controller.step(observation, Memory())
+        controller.step(observation, RppMemory())
     # The outline first touches at 0.27 m: the pose at 0.30 m, after 0.6 s.
     assert failure.value.details["time_to_collision_s"] == pytest.approx(0.6)
     assert failure.value.code == 106
