@@ -12,7 +12,6 @@ from drake_navbench.controllers.teb.homotopy import (
     LEFT,
     RIGHT,
     Clusters,
-    path_length,
     path_past_cluster,
     same_class,
     swept_angles,
@@ -22,6 +21,7 @@ from drake_navbench.controllers.teb.memory import Alternative, TebMemory
 from drake_navbench.controllers.teb.obstacles import DistanceField
 from drake_navbench.controllers.teb.parameters import TebParameters
 from drake_navbench.kernels.angles import wrap
+from drake_navbench.kernels.path_geometry import path_length
 
 Array = NDArray[np.float64]
 

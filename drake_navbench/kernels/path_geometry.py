@@ -116,9 +116,13 @@ def _stations_of_points(points: Array) -> Array:
 
 
 def path_length(path: ArrayLike) -> float:
-    """Returns the length of a path or polyline (N, 2 or 3), m; 0 for fewer than two points."""
+    """Returns the length of a path or polyline (N, 2 or more), m; 0 for fewer than two points.
+
+    numpy adds the segments up in pairs. `path_pruning.arc_length` adds them one after the other as
+    Nav2's calculate_path_length, since what compares it with a tolerance depends on its last bit.
+    """
     points = np.asarray(path, dtype=np.float64)
-    return float(_stations_of_points(points)[-1]) if len(points) > 1 else 0.0
+    return float(np.hypot(*np.diff(points[:, :2], axis=0).T).sum())
 
 
 def path_from_polyline(points: ArrayLike, spacing_m: float) -> Array:
