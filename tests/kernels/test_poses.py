@@ -7,6 +7,7 @@ import math
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
+from scenes import WHEELCHAIR
 
 from drake_navbench.kernels.poses import (
     carrier_pose,
@@ -28,10 +29,9 @@ def test_an_outline_is_turned_then_moved():
 
 @given(pose=POSES)
 def test_an_outline_has_its_points_where_each_is_placed_by_itself_to_the_last_bit(pose):
-    outline = np.array([[0.85, 0.3], [0.85, -0.3], [-0.25, -0.3], [-0.25, 0.3]])
     turn = (math.cos(pose[2]), math.sin(pose[2]))
-    one_by_one = [place_point(x, y, *pose[:2], *turn) for x, y in outline]
-    np.testing.assert_array_equal(place_outline(outline, pose), one_by_one)
+    one_by_one = [place_point(x, y, *pose[:2], *turn) for x, y in WHEELCHAIR]
+    np.testing.assert_array_equal(place_outline(WHEELCHAIR, pose), one_by_one)
 
 
 @given(point=st.tuples(COORDINATES, COORDINATES), pose=POSES)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from mppi_scenes import BRINGUP, observe, round_robot, scene_of, straight_plan
+from mppi_scenes import BRINGUP, observe, round_robot, scene_of
+from scenes import straight_plan
 
 from drake_navbench.controller import NoValidControl
 from drake_navbench.controllers.mppi import ModelPredictivePathIntegral, MppiParameters
@@ -29,13 +30,13 @@ def run_from(sampler, velocity, *, scene=None):
         controls=steady, history=steady[:, :4].copy(), last_command=np.asarray(velocity, float)
     )
     silence = Noise.empty(1, STEPS, holonomic=sampler.rules.holonomic)
-    scene = scene_of(straight_plan()) if scene is None else scene
+    scene = scene_of(straight_plan(1.45)) if scene is None else scene
     return sampler.run(scene, velocity, start, draw=lambda resets, index: silence)
 
 
 def test_an_omnidirectional_robot_slides_sideways():
     # Heading along y, its left is -x: 0.2 m/s x 0.05 s = 0.01 m a step.
-    scene = scene_of(straight_plan(), pose=(0.0, 0.0, np.pi / 2))
+    scene = scene_of(straight_plan(1.45), pose=(0.0, 0.0, np.pi / 2))
     result = run_from(sampler_of(motion_model="Omni"), (0.0, 0.2, 0.0), scene=scene)
     slid = -0.01 * np.arange(1, STEPS + 1)
     np.testing.assert_allclose(result.batch.poses[0, :, 0], slid, atol=1e-5)
@@ -82,7 +83,7 @@ def wall_ahead():
     """A wall 0.4 m ahead of the robot."""
     costs = np.zeros((60, 60), np.uint8)
     costs[:, 38] = LETHAL  # x in [0.40, 0.45)
-    return scene_of(straight_plan(), costs=costs)
+    return scene_of(straight_plan(1.45), costs=costs)
 
 
 def test_a_colliding_average_is_optimised_anew_from_rest():

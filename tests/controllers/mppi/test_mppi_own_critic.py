@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from mppi_scenes import critic_of, round_robot, scene_of, straight_plan
+from mppi_scenes import critic_of, round_robot, scene_of
+from scenes import straight_plan
 
 from drake_navbench.controllers.mppi.noise import Noise
 from drake_navbench.controllers.mppi.parameters import MppiParameters
