@@ -115,7 +115,7 @@ def _nested_faults(
     for fault in error.errors():
         place = (name, *fault["loc"])
         if fault["type"] == EXTRA_FIELD:
-            hint = nearest_name_hint(fault["loc"][-1], model.model_fields)
+            hint = nearest_name_hint(str(fault["loc"][-1]), model.model_fields)
             text = f"critic {name} has no such parameter{hint}"
             faults.append(unknown_field(text, place, fault["input"]))
         else:

@@ -111,6 +111,7 @@ class BatchScorer:
             elif isinstance(critic, PathCritic):
                 self._run_path_critic(cycle, critic, row)
             elif p.critic(name).enabled:
+                assert cycle.batch is not None  # Kept where there is such a critic.
                 costs[:], cycle.failed = critic.score(cycle.batch)
             cycle.costs += costs
 
