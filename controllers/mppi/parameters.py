@@ -122,10 +122,10 @@ def _resolve_motion_model(raw: dict[str, Any]) -> None:
     raw["motion_model"] = MOTION_MODEL_PLUGINS[plugin]
     values = {key: value for key, value in block.items() if key != "plugin"}
     is_car = raw["motion_model"] == "Ackermann"
-    known = AckermannParameters.model_fields if is_car else {}
-    unknown = [key for key in values if key not in known]
+    fields = AckermannParameters.model_fields if is_car else {}
+    unknown = [key for key in values if key not in fields]
     if unknown:
-        text = f"unknown field, {plugin} has {', '.join(known) or 'none'}"
+        text = f"unknown field, {plugin} has {', '.join(fields) or 'none'}"
         faults = [unknown_field(text, (name, key), values[key]) for key in unknown]
         raise ValidationError.from_exception_data("motion model", faults)
     if is_car:
