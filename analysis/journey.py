@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drake_navbench.analysis.metrics.signals import polyline_length, positions, times
+from drake_navbench.analysis.metrics.signals import positions, times
+from drake_navbench.kernels.path_geometry import path_length
 from drake_navbench.log import TrialLog
 
 # The nodes of Nav2's trees that act; the others only decide which of these is next. A node's name
@@ -100,4 +101,4 @@ def _driven_between(log: TrialLog, start_s: float, end_s: float) -> float:
     inside = time_s[(time_s > start_s) & (time_s < end_s)]
     moments = np.concatenate([[start_s], inside, [end_s]])
     points = [np.interp(moments, time_s, path[:, axis]) for axis in range(2)]
-    return polyline_length(np.column_stack(points))
+    return path_length(np.column_stack(points))

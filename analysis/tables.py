@@ -15,7 +15,6 @@ from drake_navbench.analysis.metrics.registry import measure_all
 from drake_navbench.analysis.published import PUBLISHED_METRICS
 from drake_navbench.log import Outcome, TrialLog
 
-IDENTITY_COLUMNS = ("scenario", "controller", "trial", "seed", "outcome", "reason")
 STD_HEADING_ERROR = "std_heading_error"
 PUBLISHED_CONTROLLERS = ("dwb", "rpp", "teb", "mppi")
 TABLE_DECIMALS = 3

@@ -16,7 +16,8 @@ from hypothesis.extra.numpy import arrays
 
 sys.path.insert(0, str(Path(__file__).parent / "analysis"))
 
-from synthetic_logs import make_log, straight_plan
+from scenes import straight_plan
+from synthetic_logs import make_log
 
 from drake_navbench.errors import InputError
 from drake_navbench.log import METADATA_KEY, TrialLog

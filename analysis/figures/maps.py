@@ -21,7 +21,7 @@ from drake_navbench.analysis.figures.style import (
 from drake_navbench.analysis.metrics.mission import goals
 from drake_navbench.analysis.metrics.safety import obstacle_outlines, robot_outline
 from drake_navbench.analysis.metrics.signals import Array, positions
-from drake_navbench.inputs.world import place_footprint
+from drake_navbench.kernels.poses import place_outline
 from drake_navbench.log import TrialLog
 
 MARGIN_M = 0.6
@@ -63,7 +63,7 @@ def draw_world(axes: Axes, log: TrialLog) -> None:
 def draw_robot(axes: Axes, log: TrialLog, *, row: int, color: Any) -> None:
     """Draws the robot's outline at a row of the samples."""
     sample = log.samples.iloc[row]
-    corners = place_footprint(robot_outline(log), (sample["x_m"], sample["y_m"], sample["yaw_rad"]))
+    corners = place_outline(robot_outline(log), (sample["x_m"], sample["y_m"], sample["yaw_rad"]))
     axes.fill(*corners.T, fill=False, edgecolor=color, linewidth=1.0, zorder=2.5)
 
 

@@ -18,11 +18,11 @@ from drake_navbench.analysis.metrics.signals import (
     driven_length,
     hold_durations,
     motion,
-    polyline_length,
     positions,
     time_mean,
     times,
 )
+from drake_navbench.kernels.path_geometry import path_length
 from drake_navbench.log import Outcome, TrialLog
 
 STOPPED_BELOW_MPS = 0.01
@@ -81,7 +81,7 @@ def path_efficiency_ratio(log: TrialLog) -> float:
     length_m = driven_length(log)
     if length_m == 0.0:
         raise Undefined("the robot did not move")
-    return polyline_length(positions_between_legs(log)) / length_m
+    return path_length(positions_between_legs(log)) / length_m
 
 
 @metric(unit="", better="lower")
@@ -93,10 +93,10 @@ def goal_traversal_ratio(log: TrialLog) -> float:
     Source: SocNavBench.
     """
     path, to_reach = positions(log), goals(log)[:, :2]
-    whole_m = polyline_length(np.vstack([path[:1], to_reach]))
+    whole_m = path_length(np.vstack([path[:1], to_reach]))
     if whole_m == 0.0:
         raise Undefined("the robot started on the goal")
-    return polyline_length(np.vstack([path[-1:], to_reach[present_leg(log) :]])) / whole_m
+    return path_length(np.vstack([path[-1:], to_reach[present_leg(log) :]])) / whole_m
 
 
 @metric(unit="", better="higher")

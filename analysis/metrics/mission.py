@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from drake_navbench.analysis.metrics.definition import Undefined
-from drake_navbench.analysis.metrics.signals import Array, polyline_length, positions, times
+from drake_navbench.analysis.metrics.signals import Array, positions, times
+from drake_navbench.kernels.path_geometry import path_length
 from drake_navbench.log import Outcome, TrialLog
 
 GAVE_UP = (Outcome.ABORTED, Outcome.ERROR)
@@ -48,7 +49,7 @@ def first_plans_length_m(log: TrialLog) -> float:
     """Returns the length of the first plans of all legs; raises Undefined where there is none."""
     if not any(len(plan.poses) > 1 for plan in log.first_plans):
         raise Undefined("there is no plan")
-    return sum(polyline_length(plan.poses) for plan in log.first_plans)
+    return sum(path_length(plan.poses) for plan in log.first_plans)
 
 
 def leg_lengths_m(log: TrialLog) -> Array:
@@ -59,7 +60,7 @@ def leg_lengths_m(log: TrialLog) -> Array:
     corners = np.vstack([positions(log)[:1], goals(log)[:, :2]])
     lengths = np.hypot(*np.diff(corners, axis=0).T)
     for plan in log.first_plans:
-        lengths[plan.leg] = polyline_length(plan.poses)
+        lengths[plan.leg] = path_length(plan.poses)
     return lengths
 
 

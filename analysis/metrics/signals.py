@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
 from drake_navbench.analysis.metrics.definition import Undefined
+from drake_navbench.kernels.path_geometry import path_length
 from drake_navbench.log import TrialLog
 
 Array = NDArray[np.float64]
@@ -60,12 +61,7 @@ def positions(log: TrialLog) -> Array:
 
 def driven_length(log: TrialLog) -> float:
     """Returns the driven length, m."""
-    return polyline_length(positions(log))
-
-
-def polyline_length(points: Array) -> float:
-    """Returns the length of a polyline, points (N, 2+) m."""
-    return float(np.hypot(*np.diff(points[:, :2], axis=0).T).sum())
+    return path_length(positions(log))
 
 
 def hold_durations(time_s: Array) -> Array:

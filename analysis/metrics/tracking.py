@@ -17,12 +17,12 @@ from drake_navbench.analysis.metrics.mission import leg_lengths_m, present_leg
 from drake_navbench.analysis.metrics.signals import (
     Array,
     column,
-    polyline_length,
     positions,
     time_mean,
     times,
 )
 from drake_navbench.kernels.angles import wrap
+from drake_navbench.kernels.path_geometry import path_length
 from drake_navbench.log import Outcome, TrialLog
 
 # Less is no progress: the edge of a usual costmap's cell.
@@ -180,7 +180,7 @@ def _projection(log: TrialLog) -> Projection:
     found = Projection(*np.full((3, len(path)), np.nan))
     for index in np.unique(in_force[in_force >= 0]):
         line = log.plans[index].poses[:, :2]
-        if polyline_length(line) > 0.0:
+        if path_length(line) > 0.0:
             rows = in_force == index
             for values, part in zip(found, project_on_polyline(path[rows], line), strict=True):
                 values[rows] = part

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 from pydrake.geometry import Rgba
 
-from drake_navbench.analysis.metrics.signals import polyline_length
 from drake_navbench.analysis.replay.flat_meshes import dashes
 from drake_navbench.analysis.replay.stage import Stage, frame_of, spaced_in_time
+from drake_navbench.kernels.path_geometry import path_length
 from drake_navbench.plans import Plan
 
 PLAN_PATH = "/plan"
@@ -29,7 +29,7 @@ def add_course(stage: Stage, plans: Sequence[Plan]) -> None:
 def add_plans_in_force(stage: Stage, plans: Sequence[Plan], period_s: float) -> None:
     """Shows each plan until the next one; of those within a period only the first."""
     in_turn = spaced_in_time(((plan.time_s, plan) for plan in plans), period_s)
-    length_m = sum(polyline_length(plan.poses) for _, plan in in_turn)
+    length_m = sum(path_length(plan.poses) for _, plan in in_turn)
     dash_m = max(PLAN_DASH_M, 0.5 * length_m / MAX_DASHES)
     shown: list[tuple[float, str | None]] = []
     for time_s, plan in in_turn:

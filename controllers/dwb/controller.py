@@ -17,8 +17,8 @@ from drake_navbench.controllers.dwb.local_planner import (
     NONE_CHOSEN,
     Evaluation,
     LocalPlanner,
-    PlannerMemory,
 )
+from drake_navbench.controllers.dwb.memory import DwbMemory
 from drake_navbench.controllers.dwb.parameters import DynamicWindowApproachParameters
 from drake_navbench.controllers.dwb.scene import Situation
 from drake_navbench.errors import InputError
@@ -49,11 +49,11 @@ class DynamicWindowApproach:
         self._wants_diagnostics = setup.wants_diagnostics
         self._planner = LocalPlanner(parameters, setup)
 
-    def initial_memory(self) -> PlannerMemory:
+    def initial_memory(self) -> DwbMemory:
         """Returns the memory that the first `step` of a goal gets."""
         return self._planner.initial_memory()
 
-    def step(self, observation: Observation, memory: PlannerMemory) -> Decision:
+    def step(self, observation: Observation, memory: DwbMemory) -> Decision:
         """Returns the command of one cycle.
 
         Raises InvalidPath for an empty plan, and NoValidControl where every trajectory is illegal;

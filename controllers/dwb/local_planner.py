@@ -13,6 +13,7 @@ from drake_navbench.controller import ControllerSetup, SpeedLimit
 from drake_navbench.controllers.dwb.critics.base import Critic
 from drake_navbench.controllers.dwb.critics.registry import load_critic
 from drake_navbench.controllers.dwb.kinematics import Kinematics
+from drake_navbench.controllers.dwb.memory import DwbMemory
 from drake_navbench.controllers.dwb.parameters import DynamicWindowApproachParameters
 from drake_navbench.controllers.dwb.scene import Scene, Situation
 from drake_navbench.controllers.dwb.trajectories import Trajectories, TrajectoryGenerator
@@ -22,18 +23,6 @@ Array = NDArray[np.float64]
 # Nav2 starts with this total as "none yet", and takes any total below zero for it.
 NO_TOTAL = np.float32(-1.0)
 NONE_CHOSEN = -1
-
-
-class PlannerMemory(NamedTuple):
-    """Everything that evolves.
-
-    plan_id: of the last cycle. kinematics: limits under the last speed limit. critics: one memory
-    for each, in their order.
-    """
-
-    plan_id: int | None
-    kinematics: Kinematics
-    critics: tuple[Any, ...]
 
 
 class Evaluation(NamedTuple):
@@ -53,7 +42,7 @@ class Evaluation(NamedTuple):
 
     best: int
     command: Array
-    memory: PlannerMemory
+    memory: DwbMemory
     trajectories: Trajectories
     scales: NDArray[np.float32]
     raw_scores: Array
@@ -122,9 +111,9 @@ class LocalPlanner:
         """The critics' names, in the order of evaluation."""
         return self._parameters.critics
 
-    def initial_memory(self) -> PlannerMemory:
+    def initial_memory(self) -> DwbMemory:
         """Returns the memory at the start of a trial."""
-        return PlannerMemory(
+        return DwbMemory(
             plan_id=None,
             kinematics=self._base_kinematics,
             critics=tuple(critic.initial_memory() for critic in self._critics),
@@ -133,7 +122,7 @@ class LocalPlanner:
     def evaluate(
         self,
         situation: Situation,
-        memory: PlannerMemory,
+        memory: DwbMemory,
         *,
         plan_id: int,
         speed_limit: SpeedLimit | None = None,
@@ -172,7 +161,7 @@ class LocalPlanner:
         return Evaluation(
             best=best,
             command=command,
-            memory=PlannerMemory(plan_id, kinematics, memories),
+            memory=DwbMemory(plan_id, kinematics, memories),
             trajectories=window,
             scales=scales,
             raw_scores=raw_scores,

@@ -2,25 +2,17 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping
 from typing import Any, ClassVar, Self
 
-from pydantic import (
-    ConfigDict,
-    Field,
-    SerializeAsAny,
-    ValidationError,
-    field_validator,
-    model_validator,
-)
-from pydantic_core import InitErrorDetails, PydanticCustomError
+from pydantic import Field, field_validator, model_validator
 
-from drake_navbench.controller import ControllerParameters
+from drake_navbench.controllers.critic_parameters import CriticBlock, ParametersWithCritics
 from drake_navbench.controllers.dwb.critics.base import CriticParameters
-from drake_navbench.controllers.dwb.critics.registry import CRITICS, is_critic, load_critic
-from drake_navbench.errors import InputError, nearest_name_hint
+from drake_navbench.controllers.dwb.critics.registry import CRITICS, bare_name
+from drake_navbench.errors import nearest_name_hint
+from drake_navbench.plugins import PluginKind
 from drake_navbench.quantities import (
     Acceleration,
     Angle,
@@ -31,7 +23,6 @@ from drake_navbench.quantities import (
     Length,
     Speed,
 )
-from drake_navbench.typed_yaml import EXTRA_FIELD, tuples_for_lists, unknown_field
 
 STANDARD_GENERATOR = "dwb_plugins::StandardTrajectoryGenerator"
 LIMITED_ACCEL_GENERATOR = "dwb_plugins::LimitedAccelGenerator"
@@ -41,7 +32,7 @@ CLASS_KEY = "class"
 MAX_POSES = 10_000_000
 
 
-class DynamicWindowApproachParameters(ControllerParameters):
+class DynamicWindowApproachParameters(ParametersWithCritics):
     """All parameters of the controller's namespace in Nav2.
 
     A critic's parameters are a block under its name, `PathAlign: {scale: 32.0}`.
@@ -63,132 +54,98 @@ class DynamicWindowApproachParameters(ControllerParameters):
         }
     )
 
-    # The blocks of the critics are fields whose names the file chooses; each is validated below.
-    model_config = ConfigDict(extra="allow")
-    __pydantic_extra__: dict[str, SerializeAsAny[CriticParameters]]
+    CRITICS: ClassVar[PluginKind] = CRITICS
+    CRITIC_BLOCK: ClassVar[type[CriticBlock]] = CriticParameters
 
     critics: tuple[str, ...] = Field(
-        min_length=1, description="names of the critics, in the order of evaluation"
+        min_length=1, description="Names of the critics, in the order of evaluation."
     )
     trajectory_generator_name: str = Field(
-        STANDARD_GENERATOR, description="Standard: window over sim_time; LimitedAccel: one period"
+        STANDARD_GENERATOR, description="Standard: window over sim_time; LimitedAccel: one period."
     )
     short_circuit_trajectory_evaluation: bool = Field(
-        True, description="stop scoring a trajectory that is already worse than the best"
+        True, description="Stop scoring a trajectory that is already worse than the best."
     )
 
-    min_vel_x: Speed = Field(0.0, description="lowest forward velocity, negative backward [m/s]")
-    max_vel_x: Speed = Field(0.0, description="highest forward velocity [m/s]")
-    min_vel_y: Speed = Field(0.0, description="lowest lateral velocity [m/s]")
-    max_vel_y: Speed = Field(0.0, description="highest lateral velocity [m/s]")
+    min_vel_x: Speed = Field(0.0, description="Lowest forward velocity, negative backward [m/s].")
+    max_vel_x: Speed = Field(0.0, description="Highest forward velocity [m/s].")
+    min_vel_y: Speed = Field(0.0, description="Lowest lateral velocity [m/s].")
+    max_vel_y: Speed = Field(0.0, description="Highest lateral velocity [m/s].")
     max_vel_theta: AngularSpeed = Field(
-        0.0, ge=0.0, description="highest yaw rate, both ways [rad/s]"
+        0.0, ge=0.0, description="Highest yaw rate, both ways [rad/s]."
     )
     min_speed_xy: Speed = Field(
-        0.0, description="lowest planar speed unless min_speed_theta is kept; negative: none [m/s]"
+        0.0, description="Lowest planar speed unless min_speed_theta is kept; negative: none [m/s]."
     )
-    max_speed_xy: Speed = Field(0.0, description="highest planar speed; negative: none [m/s]")
+    max_speed_xy: Speed = Field(0.0, description="Highest planar speed; negative: none [m/s].")
     min_speed_theta: AngularSpeed = Field(
-        0.0, description="lowest yaw rate unless min_speed_xy is kept; negative: none [rad/s]"
+        0.0, description="Lowest yaw rate unless min_speed_xy is kept; negative: none [rad/s]."
     )
-    acc_lim_x: Acceleration = Field(0.0, ge=0.0, description="forward acceleration limit [m/s^2]")
-    acc_lim_y: Acceleration = Field(0.0, ge=0.0, description="lateral acceleration limit [m/s^2]")
+    acc_lim_x: Acceleration = Field(0.0, ge=0.0, description="Forward acceleration limit [m/s^2].")
+    acc_lim_y: Acceleration = Field(0.0, ge=0.0, description="Lateral acceleration limit [m/s^2].")
     acc_lim_theta: AngularAcceleration = Field(
-        0.0, ge=0.0, description="yaw acceleration limit [rad/s^2]"
+        0.0, ge=0.0, description="Yaw acceleration limit [rad/s^2]."
     )
-    decel_lim_x: Acceleration = Field(0.0, le=0.0, description="forward deceleration limit [m/s^2]")
-    decel_lim_y: Acceleration = Field(0.0, le=0.0, description="lateral deceleration limit [m/s^2]")
+    decel_lim_x: Acceleration = Field(
+        0.0, le=0.0, description="Forward deceleration limit [m/s^2]."
+    )
+    decel_lim_y: Acceleration = Field(
+        0.0, le=0.0, description="Lateral deceleration limit [m/s^2]."
+    )
     decel_lim_theta: AngularAcceleration = Field(
-        0.0, le=0.0, description="yaw deceleration limit [rad/s^2]"
+        0.0, le=0.0, description="Yaw deceleration limit [rad/s^2]."
     )
 
-    vx_samples: Count = Field(20, description="samples of the forward velocity; below 2: 2 [-]")
-    vy_samples: Count = Field(5, description="samples of the lateral velocity; below 2: 2 [-]")
-    vtheta_samples: Count = Field(20, description="samples of the yaw rate; below 2: 2 [-]")
+    vx_samples: Count = Field(20, description="Samples of the forward velocity; below 2: 2 [-].")
+    vy_samples: Count = Field(5, description="Samples of the lateral velocity; below 2: 2 [-].")
+    vtheta_samples: Count = Field(20, description="Samples of the yaw rate; below 2: 2 [-].")
     sim_period: Duration | None = Field(
-        None, gt=0.0, description="window time of LimitedAccel; None: the control period [s]"
+        None, gt=0.0, description="Window time of LimitedAccel; None: the control period [s]."
     )
 
-    sim_time: Duration = Field(1.7, gt=0.0, le=1000.0, description="horizon of a trajectory [s]")
-    discretize_by_time: bool = Field(False, description="steps of time_granularity, not distance")
-    time_granularity: Duration = Field(0.5, ge=0.001, description="longest time step [s]")
-    linear_granularity: Length = Field(0.5, ge=0.001, description="longest way in a step [m]")
-    angular_granularity: Angle = Field(0.025, ge=0.001, description="largest turn in a step [rad]")
-    include_last_point: bool = Field(True, description="append the end pose once more")
+    sim_time: Duration = Field(1.7, gt=0.0, le=1000.0, description="Horizon of a trajectory [s].")
+    discretize_by_time: bool = Field(False, description="Steps of time_granularity, not distance.")
+    time_granularity: Duration = Field(0.5, ge=0.001, description="Longest time step [s].")
+    linear_granularity: Length = Field(0.5, ge=0.001, description="Longest way in a step [m].")
+    angular_granularity: Angle = Field(0.025, ge=0.001, description="Largest turn in a step [rad].")
+    include_last_point: bool = Field(True, description="Append the end pose once more.")
     limit_vel_cmd_in_traj: bool = Field(
-        False, description="command the first simulated velocity instead of the sampled one"
+        False, description="Command the first simulated velocity instead of the sampled one."
     )
 
     xy_goal_tolerance: Length = Field(
-        0.25, ge=0.0, description="RotateToGoal: distance at which turning begins [m]"
+        0.25, ge=0.0, description="RotateToGoal: distance at which turning begins [m]."
     )
     trans_stopped_velocity: Speed = Field(
-        0.25, ge=0.0, description="RotateToGoal: speed that counts as stopped [m/s]"
+        0.25, ge=0.0, description="RotateToGoal: speed that counts as stopped [m/s]."
     )
 
     debug_trajectory_details: bool = Field(
-        False, description="logging in Nav2; here the counts are always in the error"
+        False, description="Logging in Nav2; here the counts are always in the error."
     )
     default_critic_namespaces: tuple[str, ...] = Field(
-        (), description="class lookup in Nav2; here critics are found by entry point"
+        (), description="Class lookup in Nav2; here critics are found by entry point."
     )
-    publish_evaluation: bool = Field(True, description="output in Nav2; no effect here")
-    publish_local_plan: bool = Field(True, description="output in Nav2; no effect here")
-    publish_trajectories: bool = Field(True, description="output in Nav2; no effect here")
-    publish_transformed_plan: bool = Field(True, description="older Nav2; no effect here")
-    publish_global_plan: bool = Field(True, description="older Nav2; no effect here")
-    publish_cost_grid_pc: bool = Field(False, description="output in Nav2; no effect here")
-    marker_lifetime: Duration = Field(0.1, description="output in Nav2; no effect here [s]")
-    stateful: bool = Field(True, description="older Nav2; no effect here")
-    transform_tolerance: Duration = Field(0.1, description="older Nav2; no effect here [s]")
+    publish_evaluation: bool = Field(True, description="Output in Nav2; no effect here.")
+    publish_local_plan: bool = Field(True, description="Output in Nav2; no effect here.")
+    publish_trajectories: bool = Field(True, description="Output in Nav2; no effect here.")
+    publish_transformed_plan: bool = Field(True, description="Older Nav2; no effect here.")
+    publish_global_plan: bool = Field(True, description="Older Nav2; no effect here.")
+    publish_cost_grid_pc: bool = Field(False, description="Output in Nav2; no effect here.")
+    marker_lifetime: Duration = Field(0.1, description="Output in Nav2; no effect here [s].")
+    stateful: bool = Field(True, description="Older Nav2; no effect here.")
+    transform_tolerance: Duration = Field(0.1, description="Older Nav2; no effect here [s].")
 
     @property
     def uses_standard_generator(self) -> bool:
         """Whether the window spans sim_time and roll-outs obey the acceleration limits."""
         return self.trajectory_generator_name == STANDARD_GENERATOR
 
-    def critic(self, name: str) -> CriticParameters:
-        """Returns the block of a critic in `critics`."""
-        return (self.model_extra or {})[name]
-
     @classmethod
-    def keys_not_read(cls, values: Mapping[str, Any]) -> list[str]:
-        """Returns the blocks of critics that are not listed in `critics`."""
-        critics = values.get("critics")
-        listed = critics if isinstance(critics, list | tuple) else []
-        return [key for key in values if key not in cls.model_fields and key not in listed]
-
-    @model_validator(mode="before")
-    @classmethod
-    def _read_critic_blocks(cls, data: Any) -> Any:
-        if not isinstance(data, Mapping):
-            return data
-        fields = {name: tuples_for_lists(data[name]) for name in data if name in cls.model_fields}
-        blocks = {name: data[name] for name in data if name not in cls.model_fields}
-        listed = fields.get("critics")
-        listed = [n for n in listed if isinstance(n, str)] if isinstance(listed, tuple) else []
-        faults: list[InitErrorDetails] = []
-        for name in dict.fromkeys([*listed, *blocks]):
-            block = blocks.get(name, {})
-            if isinstance(block, CriticParameters):
-                fields[name] = block
-                continue
-            if name not in listed and not is_critic(name):
-                known = [*cls.model_fields, *CRITICS.names]
-                text = f"unknown field{nearest_name_hint(name, known)}"
-                faults.append(unknown_field(text, (name,), block))
-                continue
-            try:
-                model = _critic_model(name, block)
-                # Through JSON, because strictness there takes a list for a tuple.
-                fields[name] = model.model_validate_json(json.dumps(block), strict=True)
-            except InputError as error:
-                faults.append(_fault(str(error), ("critics",), name))
-            except ValidationError as error:
-                faults.extend(_nested_faults(name, error, model))
-        if faults:
-            raise ValidationError.from_exception_data(cls.__name__, faults)
-        return fields
+    def registered_name(cls, name: str, block: Any = None) -> str:
+        """Returns the name of the critic that a block, by its `class` or its name, is for."""
+        class_name = block.get(CLASS_KEY) if isinstance(block, Mapping) else None
+        return bare_name(class_name if isinstance(class_name, str) else name)
 
     @field_validator("trajectory_generator_name")
     @classmethod
@@ -230,29 +187,3 @@ class DynamicWindowApproachParameters(ControllerParameters):
             fastest / self.linear_granularity, self.max_vel_theta / self.angular_granularity
         )
         return samples * max(1.0, self.sim_time * step_rate)
-
-
-def _critic_model(name: str, block: Any) -> type[CriticParameters]:
-    """Returns the parameter model for a critic's block; raises InputError for no such critic."""
-    class_name = block.get(CLASS_KEY) if isinstance(block, Mapping) else None
-    return load_critic(class_name if isinstance(class_name, str) else name).Parameters
-
-
-def _nested_faults(
-    name: str, error: ValidationError, model: type[CriticParameters]
-) -> list[InitErrorDetails]:
-    """Returns the faults of a critic's block as faults of the whole model."""
-    faults = []
-    for fault in error.errors():
-        place = (name, *fault["loc"])
-        if fault["type"] == EXTRA_FIELD:
-            hint = nearest_name_hint(str(fault["loc"][-1]), model.model_fields)
-            text = f"critic {name} has no such parameter{hint}"
-            faults.append(unknown_field(text, place, fault["input"]))
-        else:
-            faults.append(_fault(fault["msg"].removeprefix("Value error, "), place, fault["input"]))
-    return faults
-
-
-def _fault(text: str, location: tuple[int | str, ...], found: Any) -> InitErrorDetails:
-    return InitErrorDetails(type=PydanticCustomError("critic", text), loc=location, input=found)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -16,32 +16,19 @@ from drake_navbench.controller import (
 )
 from drake_navbench.controllers.mppi.critics.batch import Scene
 from drake_navbench.controllers.mppi.lanes import frozen
+from drake_navbench.controllers.mppi.memory import MppiMemory
 from drake_navbench.controllers.mppi.motion_models import VX, WZ, MotionLimits
 from drake_navbench.controllers.mppi.noise import Noise
-from drake_navbench.controllers.mppi.objective import Array
 from drake_navbench.controllers.mppi.parameters import MppiParameters
 from drake_navbench.controllers.mppi.polish import PolishStatus
 from drake_navbench.controllers.mppi.refinement import Refinement, Refiner
-from drake_navbench.controllers.mppi.sampler import CycleResult, Sampler, SamplerState
+from drake_navbench.controllers.mppi.sampler import CycleResult, Sampler
 from drake_navbench.errors import InputError
 from drake_navbench.kernels.speed_limit import speed_limit_ratio
 from drake_navbench.noise import NoiseKey
 
 # Names the two ways of drawing noise in its key, so that they never share numbers.
 _FIXED, _REGENERATED = 0, 1
-
-
-class MppiMemory(NamedTuple):
-    """What a cycle hands to the next one.
-
-    sampler: the optimiser's state. start_speed: (2,) v m/s, w rad/s that the cycle's roll-outs
-    started from. polish_fallback_count: cycles since the start in which the sampled sequence was
-    used because the polish did not improve it.
-    """
-
-    sampler: SamplerState
-    start_speed: Array
-    polish_fallback_count: int = 0
 
 
 class ModelPredictivePathIntegral:
@@ -58,7 +45,7 @@ class ModelPredictivePathIntegral:
     def __init__(self, parameters: MppiParameters, setup: ControllerSetup) -> None:
         if parameters.motion_model == "Omni":
             raise InputError(
-                "motion_model: found 'Omni', expected DiffDrive or Ackermann: commands are v and w"
+                "motion_model: got 'Omni', expected DiffDrive or Ackermann: commands are v and w"
             )
         self._parameters = parameters
         self._wants_diagnostics = setup.wants_diagnostics
@@ -79,7 +66,7 @@ class ModelPredictivePathIntegral:
         attempt passes the trajectory validator; its memory is that of a reset optimiser.
         """
         if len(observation.plan) == 0:
-            raise InvalidPath("plan: found no poses, expected at least one")
+            raise InvalidPath("plan: got no poses, expected at least one")
         scene = Scene.from_plan(
             observation.plan,
             pose=observation.pose,

@@ -56,14 +56,13 @@ class PolishStatus(StrEnum):
 class PolishOutcome(NamedTuple):
     """One solve: the refined sequence (N, 2), or the sampled one where IPOPT found no point.
 
-    solver: name of the solver that ran. result_status: Drake's SolutionResult. evaluation_count:
-    evaluations of objective and gradient.
+    solver: name of the solver that ran. evaluation_count: evaluations of objective and
+    gradient.
     """
 
     sequence: Array
     found: bool
     solver: str
-    result_status: str
     evaluation_count: int
 
 
@@ -157,7 +156,6 @@ class Polish:
             self.sequence(situation, variables) if found else situation.sampled,
             found,
             result.get_solver_id().name(),
-            result.get_solution_result().name,
             self._evaluation_count,
         )
 

@@ -11,6 +11,7 @@ from numba import njit
 from drake_navbench.controllers.mppi.critics.base import MapView
 from drake_navbench.controllers.mppi.critics.batch import Float32Array, Scene
 from drake_navbench.controllers.mppi.lanes import frozen
+from drake_navbench.controllers.mppi.memory import SamplerState
 from drake_navbench.controllers.mppi.motion_models import (
     VX,
     WZ,
@@ -26,7 +27,7 @@ from drake_navbench.controllers.mppi.objective import (
 )
 from drake_navbench.controllers.mppi.parameters import MppiParameters
 from drake_navbench.controllers.mppi.polish import Polish, PolishOutcome, PolishStatus
-from drake_navbench.controllers.mppi.sampler import CycleResult, Sampler, SamplerState
+from drake_navbench.controllers.mppi.sampler import CycleResult, Sampler
 from drake_navbench.controllers.mppi.validator import is_trajectory_clear
 from drake_navbench.kernels.angles import wrap
 
@@ -74,7 +75,7 @@ class Refiner:
             weights=self._weights,
             limits=sampler.rules.base_limits,
         )
-        critics = [getattr(p, name) for name in _COLLISION_CRITICS if name in p.critics]
+        critics = [p.critic(name) for name in _COLLISION_CRITICS if name in p.critics]
         self._checks_outline = p.TrajectoryValidator.consider_footprint or any(
             critic.enabled and critic.consider_footprint for critic in critics
         )

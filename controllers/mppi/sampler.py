@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,6 +20,7 @@ from drake_navbench.controllers.mppi.critics.batch import Batch, Float32Array, S
 from drake_navbench.controllers.mppi.critics.registry import load_critics
 from drake_navbench.controllers.mppi.float32_math import F32
 from drake_navbench.controllers.mppi.lanes import LANES, block_count, frozen
+from drake_navbench.controllers.mppi.memory import SamplerState
 from drake_navbench.controllers.mppi.motion_models import (
     AXES,
     VX,
@@ -47,21 +47,6 @@ _MODELS = {
     "Omni": MotionModel.OMNI,
     "Ackermann": MotionModel.ACKERMANN,
 }
-
-
-class SamplerState(NamedTuple):
-    """What survives a cycle; arrays are read-only and by axis (vx, vy, wz).
-
-    controls: (3, N) float32, warm start. history: (3, 4) float32, what the filter sees before
-    column 0. last_command: (3,) float64. delayed: (3, D) float32 commands, oldest first.
-    reset_count: how often the optimiser was reset, which names the fixed noise.
-    """
-
-    controls: Float32Array
-    history: Float32Array
-    last_command: NDArray[np.float64]
-    delayed: Float32Array
-    reset_count: int = 0
 
 
 @dataclass(frozen=True, eq=False)

@@ -95,11 +95,12 @@ class BatchScorer:
         controls: (3, N) sequence to sample around. `control_costs` (3, blocks, LANES) and, where
         the setting clamps raw controls, `clamped` are written for the update of the sequence.
         """
-        size = self._parameters.batch_size
+        p = self._parameters
+        size = p.batch_size
         begun = self._run_pointwise(cycle, setting, controls, noise)
         if self._keeps:
             cycle.batch = Batch(cycle.scene, size, *self._stored, known_furthest=cycle.furthest)
-        for row, critic in enumerate(self._critics):
+        for row, (name, critic) in enumerate(zip(p.critics, self._critics, strict=True)):
             costs = self._table[row].ravel()[:size]
             if cycle.failed:
                 costs[:] = 0
@@ -109,7 +110,7 @@ class BatchScorer:
                 cycle.failed = active is not None and critic.finish(active, costs)
             elif isinstance(critic, PathCritic):
                 self._run_path_critic(cycle, critic, row)
-            else:
+            elif p.critic(name).enabled:
                 assert cycle.batch is not None  # Kept where there is such a critic.
                 costs[:], cycle.failed = critic.score(cycle.batch)
             cycle.costs += costs

@@ -126,6 +126,6 @@ def _shifts(model_dt: float, control_period_s: float) -> bool:
         return True
     if model_dt < control_period_s:
         raise InputError(
-            f"model_dt: found {model_dt}, expected at least the control period {control_period_s} s"
+            f"model_dt: got {model_dt}, expected at least the control period {control_period_s} s"
         )
     return False

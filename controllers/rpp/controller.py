@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,7 @@ from drake_navbench.controllers.rpp.cycle import (
     run_cycle,
 )
 from drake_navbench.controllers.rpp.kernels import Settings, project_arc
+from drake_navbench.controllers.rpp.memory import RppMemory
 from drake_navbench.controllers.rpp.parameters import RegulatedPurePursuitParameters
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.kernels.speed_limit import limited_speed
@@ -37,19 +38,6 @@ BRANCH_NAMES = {
     ROTATE_TO_GOAL: "rotate_to_goal",
     ROTATE_TO_PATH: "rotate_to_path",
 }
-
-
-class Memory(NamedTuple):
-    """What evolves: the last command, and how far cancelling has come.
-
-    last_v m/s, last_w rad/s: the command of the last cycle that had one; the dynamic window starts
-    there. is_cancelling: asked to stop, with `use_cancel_deceleration`. has_stopped: came to rest.
-    """
-
-    last_v: float = 0.0
-    last_w: float = 0.0
-    is_cancelling: bool = False
-    has_stopped: bool = False
 
 
 class RegulatedPurePursuit:
@@ -71,11 +59,11 @@ class RegulatedPurePursuit:
         self._settings = _kernel_settings(parameters, setup)
         self._footprint = read_only(setup.footprint)
 
-    def initial_memory(self) -> Memory:
+    def initial_memory(self) -> RppMemory:
         """Returns the memory at the start of a goal: at rest, not cancelling."""
-        return Memory()
+        return RppMemory()
 
-    def step(self, observation: Observation, memory: Memory) -> Decision:
+    def step(self, observation: Observation, memory: RppMemory) -> Decision:
         """Returns the command of one cycle.
 
         Raises InvalidPath for a plan without poses, or of one pose where it must be extrapolated;
@@ -104,15 +92,15 @@ class RegulatedPurePursuit:
         chosen.flags.writeable = False
         return Decision(
             chosen,
-            Memory(command.v, command.w, is_cancelling, has_stopped),
+            RppMemory(command.v, command.w, is_cancelling, has_stopped),
             self._diagnostics(cycle, observation, has_stopped),
         )
 
-    def is_at_rest(self, memory: Memory) -> bool:
+    def is_at_rest(self, memory: RppMemory) -> bool:
         """Tells whether a cancelled controller is done; without deceleration it is at once."""
         return memory.has_stopped or not self._parameters.use_cancel_deceleration
 
-    def _run(self, observation: Observation, memory: Memory, is_cancelling: bool) -> Cycle:
+    def _run(self, observation: Observation, memory: RppMemory, is_cancelling: bool) -> Cycle:
         x, y, yaw = observation.pose.tolist()
         measured_v, measured_w = observation.twist.tolist()
         costmap = observation.costmap
@@ -136,14 +124,14 @@ class RegulatedPurePursuit:
 
     def _check_plan(self, plan: Array) -> None:
         if len(plan) == 0:
-            raise InvalidPath("plan: found no poses, expected at least one")
+            raise InvalidPath("plan: got no poses, expected at least one")
         if len(plan) == 1 and self._settings.interpolate_curvature_after_goal:
             raise InvalidPath(
-                "plan: found one pose, expected two or more (interpolate_curvature_after_goal)"
+                "plan: got one pose, expected two or more (interpolate_curvature_after_goal)"
             )
 
     @staticmethod
-    def _collision_ahead(cycle: Cycle, memory: Memory) -> CollisionAhead:
+    def _collision_ahead(cycle: Cycle, memory: RppMemory) -> CollisionAhead:
         # At rest the period is infinite, and the collision is at the present pose.
         time_to_collision_s = cycle.collision * cycle.period if cycle.collision > 0 else 0.0
         v, w = cycle.command.v, cycle.command.w

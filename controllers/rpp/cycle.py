@@ -30,7 +30,7 @@ from drake_navbench.controllers.rpp.kernels import (
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.grid import OFF_MAP, cost_at
 from drake_navbench.kernels.path_pruning import arc_length
-from drake_navbench.kernels.robot_frame import to_robot_frame
+from drake_navbench.kernels.poses import to_robot_frame
 
 # What a cycle did: the values of `Command.branch`.
 TRACK, ROTATE_TO_GOAL, ROTATE_TO_PATH, CENTRE_OFF_MAP = range(4)

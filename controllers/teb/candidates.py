@@ -12,45 +12,22 @@ from drake_navbench.controllers.teb.homotopy import (
     LEFT,
     RIGHT,
     Clusters,
-    path_length,
     path_past_cluster,
     same_class,
     swept_angles,
 )
 from drake_navbench.controllers.teb.local_plan import LocalPlan
+from drake_navbench.controllers.teb.memory import Alternative, TebMemory
 from drake_navbench.controllers.teb.obstacles import DistanceField
 from drake_navbench.controllers.teb.parameters import TebParameters
 from drake_navbench.kernels.angles import wrap
+from drake_navbench.kernels.path_geometry import path_length
 
 Array = NDArray[np.float64]
 
 # A band that lost against another class is optimised again only after so long: neither changes
 # much in a cycle.
 REVISIT_PERIOD_S = 0.25
-
-
-class Alternative(NamedTuple):
-    """A band of another class than the driven one, perhaps not yet converged.
-
-    stamp_s: when it was optimised. accepted: it obeyed the limits then.
-    """
-
-    band: Band
-    stamp_s: float
-    accepted: bool
-
-
-class TebMemory(NamedTuple):
-    """What one cycle leaves to the next.
-
-    band: the last band that was driven, or None. alternatives: bands of other classes. stamp_s:
-    when the driven one was planned. switched_s: when the class last changed.
-    """
-
-    band: Band | None = None
-    alternatives: tuple[Alternative, ...] = ()
-    stamp_s: float = 0.0
-    switched_s: float = -np.inf
 
 
 class Candidate(NamedTuple):

@@ -10,9 +10,7 @@ from numpy.typing import NDArray
 from drake_navbench.controller import ControllerSetup, Decision, NoValidControl, Observation
 from drake_navbench.controllers.teb.band import Band, mean_twist, shift
 from drake_navbench.controllers.teb.candidates import (
-    Alternative,
     Candidate,
-    TebMemory,
     gather_candidates,
     ways_past_block,
 )
@@ -24,6 +22,7 @@ from drake_navbench.controllers.teb.local_plan import (
     cut_local_plan,
     via_points,
 )
+from drake_navbench.controllers.teb.memory import Alternative, TebMemory
 from drake_navbench.controllers.teb.obstacles import DistanceField, distance_field
 from drake_navbench.controllers.teb.parameters import TebParameters
 from drake_navbench.controllers.teb.passage import plan_passage

@@ -249,8 +249,3 @@ def _sees(a: Array, b: Array, labels: NDArray[np.int64], field: DistanceField) -
     return _line_is_free(
         a[0], a[1], b[0], b[1], labels, field.origin_x, field.origin_y, field.resolution
     )
-
-
-def path_length(points: Array) -> float:
-    """Returns the length of a path (P, 2+), m."""
-    return float(np.sum(np.hypot(*np.diff(points[:, :2], axis=0).T)))

@@ -23,6 +23,7 @@ from drake_navbench.controllers.teb.program import (
     BandSolution,
     SolverSettings,
 )
+from drake_navbench.kernels.speed_limit import speed_limit_ratio
 
 Array = NDArray[np.float64]
 
@@ -32,7 +33,6 @@ LONGEST_STEP_RATIO = 4.0
 ACCEPTED_VIOLATION = 1e-2
 # Of the braking acceleration, what a stop at the goal may count on.
 BRAKING_RESERVE_RATIO = 0.9
-PERCENT = 100.0
 
 
 class Task(NamedTuple):
@@ -60,11 +60,8 @@ class PlannedBand(NamedTuple):
 
 
 def band_limits(parameters: TebParameters, speed_limit: SpeedLimit | None) -> BandLimits:
-    """Returns the limits under a speed limit, which scales all speeds (0 means no limit)."""
-    scale = 1.0
-    if speed_limit is not None and speed_limit.value > 0.0:
-        nominal = PERCENT if speed_limit.is_percentage else parameters.max_vel_x
-        scale = min(speed_limit.value / nominal, 1.0)
+    """Returns the limits under a speed limit, which scales all speeds and raises none."""
+    scale = min(speed_limit_ratio(parameters.max_vel_x, speed_limit), 1.0)
     return BandLimits(
         forward_speed=scale * parameters.max_vel_x,
         backward_speed=scale * parameters.max_vel_x_backwards,

@@ -32,8 +32,8 @@ from drake_navbench.kernels.layer_grid import (
     MergeRule,
     fill_outline,
     merge_layer,
-    place_outline,
 )
+from drake_navbench.kernels.poses import place_outline
 from drake_navbench.kernels.rasterize import MASK_UNKNOWN, apply_keepout, mask_costs
 from drake_navbench.kernels.static_layer import sample_static, static_costs
 from drake_navbench.log import Scan

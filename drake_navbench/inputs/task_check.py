@@ -9,7 +9,7 @@ from drake_navbench.costmaps.map_file import UNKNOWN
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
-from drake_navbench.inputs.world import place_footprint
+from drake_navbench.kernels.poses import place_outline
 from drake_navbench.kernels.rasterize import MASK_FULL
 
 
@@ -19,7 +19,7 @@ def check_task(scenario: Scenario, robot: Robot) -> None:
     On a map the start must not overlap an occupied cell, and the goal must be on the map and known.
     The start is looked at without its variation: a trial that begins in contact ends as collided.
     """
-    body = shapely.Polygon(place_footprint(robot.outline, scenario.start))
+    body = shapely.Polygon(place_outline(robot.outline, scenario.start))
     if scenario.true_world.intersects(body):
         raise InputError(
             f"scenario {scenario.name}: start: the robot's footprint at {list(scenario.start)} "

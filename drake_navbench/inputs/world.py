@@ -172,10 +172,3 @@ class World:
 def _edges(shapes: Sequence[_Shape]) -> Array:
     edges = [np.hstack([s.outline, np.roll(s.outline, -1, axis=0)]) for s in shapes]
     return np.ascontiguousarray(np.vstack(edges)) if edges else np.empty((0, 4))
-
-
-def place_footprint(footprint: Array, pose: Sequence[float]) -> Array:
-    """Returns (K, 2) corners of a footprint, given in the base frame, at a pose (x, y, yaw)."""
-    cos_yaw, sin_yaw = np.cos(pose[2]), np.sin(pose[2])
-    rotation = np.array([[cos_yaw, -sin_yaw], [sin_yaw, cos_yaw]])
-    return footprint @ rotation.T + np.asarray(pose[:2])

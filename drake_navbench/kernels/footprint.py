@@ -9,6 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from drake_navbench.kernels.grid import LETHAL, line_max_cost, world_to_cell
+from drake_navbench.kernels.poses import place_point
 
 CIRCLE_VERTEX_COUNT = 16
 # Nav2 keeps the inscribed radius of a degenerate footprint at the largest double.
@@ -61,8 +62,7 @@ def footprint_cost(grid, footprint, x, y, yaw, closing_edge_from_first):
     largest = 0
     first = previous = (0, 0)
     for k in range(vertex_count):
-        vertex_x = x + (footprint[k, 0] * cos_yaw - footprint[k, 1] * sin_yaw)
-        vertex_y = y + (footprint[k, 0] * sin_yaw + footprint[k, 1] * cos_yaw)
+        vertex_x, vertex_y = place_point(footprint[k, 0], footprint[k, 1], x, y, cos_yaw, sin_yaw)
         cell = world_to_cell(vertex_x, vertex_y, origin_x, origin_y, resolution, columns, rows)
         if cell[0] < 0:
             return LETHAL

@@ -7,7 +7,6 @@ Source: nav2_costmap_2d (Costmap2D, CostmapLayer) and nav2_util (raytraceLine).
 
 from __future__ import annotations
 
-import math
 from enum import IntEnum
 from typing import TypeVar
 
@@ -102,15 +101,6 @@ def merge_layer(
     elif rule == MergeRule.MAX_KEEP_UNKNOWN:
         writes &= layer > master
     np.copyto(master, layer, where=writes)
-
-
-def place_outline(footprint: NDArray[np.float64], pose: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Returns a (K, 2) footprint, base frame, m, as it lies at a pose (3,) x m, y m, yaw rad."""
-    cos_yaw, sin_yaw = math.cos(pose[2]), math.sin(pose[2])
-    outline = np.empty(footprint.shape)
-    outline[:, 0] = pose[0] + (footprint[:, 0] * cos_yaw - footprint[:, 1] * sin_yaw)
-    outline[:, 1] = pose[1] + (footprint[:, 0] * sin_yaw + footprint[:, 1] * cos_yaw)
-    return outline
 
 
 @njit(cache=True)

@@ -18,7 +18,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from drake_navbench.kernels.grid import FREE, LETHAL, Grid, distance_to_cells, world_to_cell
-from drake_navbench.kernels.layer_grid import centre_window, draw_line, fill_outline, place_outline
+from drake_navbench.kernels.layer_grid import centre_window, draw_line, fill_outline
+from drake_navbench.kernels.poses import place_outline
 
 # A ray that leaves the grid through its right or upper edge is cut this far inside of it, m.
 UPPER_EDGE_MARGIN = 0.001

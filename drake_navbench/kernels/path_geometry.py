@@ -28,7 +28,7 @@ def _positive(value: float, name: str) -> float:
     """Returns `value` as a float; raises InputError unless it is finite and above zero."""
     number = float(value)
     if not (math.isfinite(number) and number > 0.0):
-        raise InputError(f"{name}: found {value!r}, expected a finite number above 0")
+        raise InputError(f"{name}: got {value!r}, expected a finite number above 0")
     return number
 
 
@@ -58,7 +58,7 @@ def _element_shape(element: Mapping[str, float], index: int) -> tuple[float, flo
         length = _positive(radius * abs(angle), f"{where}, arc (as a length)")
         return length, math.copysign(1.0 / radius, angle)
     raise InputError(
-        f"{where}: found fields {sorted(fields)}, expected 's' for a straight or 'arc' and 'r'"
+        f"{where}: got fields {sorted(fields)}, expected 's' for a straight or 'arc' and 'r'"
     )
 
 
@@ -94,7 +94,7 @@ def path_from_elements(
     Returns (N, 3), both end points included. Raises InputError on a wrong element or spacing.
     """
     if not elements:
-        raise InputError("path elements: found none, expected at least one straight or arc")
+        raise InputError("path elements: got none, expected at least one straight or arc")
     shapes = [_element_shape(element, index) for index, element in enumerate(elements)]
     ends = np.cumsum([length for length, _ in shapes])
     stations = _sample_stations(float(ends[-1]), spacing_m)
@@ -116,9 +116,13 @@ def _stations_of_points(points: Array) -> Array:
 
 
 def path_length(path: ArrayLike) -> float:
-    """Returns the length of a path or polyline (N, 2 or 3), m; 0 for fewer than two points."""
+    """Returns the length of a path or polyline (N, 2 or more), m; 0 for fewer than two points.
+
+    numpy adds the segments up in pairs. `path_pruning.arc_length` adds them one after the other as
+    Nav2's calculate_path_length, since what compares it with a tolerance depends on its last bit.
+    """
     points = np.asarray(path, dtype=np.float64)
-    return float(_stations_of_points(points)[-1]) if len(points) > 1 else 0.0
+    return float(np.hypot(*np.diff(points[:, :2], axis=0).T).sum())
 
 
 def path_from_polyline(points: ArrayLike, spacing_m: float) -> Array:
@@ -131,12 +135,12 @@ def path_from_polyline(points: ArrayLike, spacing_m: float) -> Array:
     corners = np.asarray(points, dtype=np.float64)
     if corners.ndim != 2 or corners.shape[1] != 2 or not np.all(np.isfinite(corners)):
         raise InputError(
-            f"polyline: found an array of shape {corners.shape}, expected finite points (M, 2)"
+            f"polyline: got an array of shape {corners.shape}, expected finite points (M, 2)"
         )
     is_new = np.concatenate([[True], np.any(np.diff(corners, axis=0) != 0.0, axis=1)])
     corners = corners[is_new]
     if len(corners) < 2:
-        raise InputError(f"polyline: found {len(corners)} distinct points, expected at least 2")
+        raise InputError(f"polyline: got {len(corners)} distinct points, expected at least 2")
     at_corner = _stations_of_points(corners)
     stations = _sample_stations(float(at_corner[-1]), spacing_m)
     segment = np.searchsorted(at_corner, stations, side="right") - 1

@@ -24,7 +24,10 @@ LEAST_POSES_WITH_CONSTRAINT = 3
 
 @njit(cache=True)
 def arc_length(plan):
-    """Returns the length of a plan (N, 3), summed segment by segment, m; 0 below two poses."""
+    """Returns the length of a plan (N, 3), summed segment by segment, m; 0 below two poses.
+
+    Adds in order, as Nav2's calculate_path_length; elsewhere `path_geometry.path_length` serves.
+    """
     length = 0.0
     for i in range(plan.shape[0] - 1):
         length += math.hypot(plan[i + 1, 0] - plan[i, 0], plan[i + 1, 1] - plan[i, 1])

@@ -10,6 +10,8 @@ import math
 import numpy as np
 from numba import njit
 
+from drake_navbench.kernels.poses import see_point
+
 NO_COLLISION = -1.0
 
 
@@ -68,9 +70,7 @@ def time_to_collision(points, vertices, radius, min_points, v, w, time_limit, ti
         )
         cos_yaw, sin_yaw = math.cos(yaw), math.sin(yaw)
         for k in range(points.shape[0]):
-            delta_x, delta_y = points[k, 0] - x, points[k, 1] - y
-            moved[k, 0] = delta_x * cos_yaw + delta_y * sin_yaw
-            moved[k, 1] = delta_y * cos_yaw - delta_x * sin_yaw
+            moved[k, 0], moved[k, 1] = see_point(points[k, 0], points[k, 1], x, y, cos_yaw, sin_yaw)
         if count_inside(moved, vertices, radius) >= min_points:
             return time
         time += time_step

@@ -32,8 +32,9 @@ from drake_navbench.kernels.grid import (
     distance_to_cells,
     world_to_cell,
 )
-from drake_navbench.kernels.layer_grid import centre_window, fill_outline, place_outline
+from drake_navbench.kernels.layer_grid import centre_window, fill_outline
 from drake_navbench.kernels.obstacle_layer import NOTHING_TOUCHED
+from drake_navbench.kernels.poses import place_outline
 
 MAX_VOXELS = 16
 UNKNOWN_COLUMN = np.uint32((1 << MAX_VOXELS) - 1)

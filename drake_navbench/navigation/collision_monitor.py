@@ -258,7 +258,10 @@ def _speed(command: tuple[float, float]) -> float:
 
 
 def points_in_base(hits: Array, base_pose: Array) -> Array:
-    """Returns hits (N, 2) of the world frame in the frame of a base at (3,) x m, y m, yaw rad."""
+    """Returns hits (N, 2) of the world frame in the frame of a base at (3,) x m, y m, yaw rad.
+
+    One matrix product for a whole scan; it may round otherwise than `poses.see_point`.
+    """
     cos_yaw, sin_yaw = math.cos(base_pose[2]), math.sin(base_pose[2])
     delta = hits - base_pose[:2]
     return np.ascontiguousarray(delta @ np.array([[cos_yaw, -sin_yaw], [sin_yaw, cos_yaw]]))

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, State
 
 from drake_navbench.inputs.robot import LidarSettings
+from drake_navbench.kernels.poses import carrier_pose
 from drake_navbench.log import Scan
 from drake_navbench.navigation.collision_monitor import (
     CollisionMonitor,
@@ -68,20 +67,5 @@ class CollisionMonitorSystem(LeafSystem):
         if self._parameters.base_shift_correction:
             base_pose = self._state_port.Eval(context)[:3]
         else:
-            base_pose = _base_pose(scan.sensor_pose, self._lidar.pose)
+            base_pose = carrier_pose(scan.sensor_pose, self._lidar.pose)
         return points_in_base(scan.hits, base_pose)
-
-
-def _base_pose(
-    sensor_pose: NDArray[np.float64], mount: tuple[float, float, float]
-) -> NDArray[np.float64]:
-    """Returns (3,) where the base was when its sensor, mounted at `mount`, was at `sensor_pose`."""
-    yaw = sensor_pose[2] - mount[2]
-    cos_yaw, sin_yaw = math.cos(yaw), math.sin(yaw)
-    return np.array(
-        [
-            sensor_pose[0] - cos_yaw * mount[0] + sin_yaw * mount[1],
-            sensor_pose[1] - sin_yaw * mount[0] - cos_yaw * mount[1],
-            yaw,
-        ]
-    )

@@ -11,6 +11,7 @@ from pydrake.systems.framework import Context, LeafSystem, State
 
 from drake_navbench.inputs.robot import LidarSettings
 from drake_navbench.inputs.world import World
+from drake_navbench.kernels.poses import compose
 from drake_navbench.kernels.ray_casting import cast_rays
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.log import Scan
@@ -49,15 +50,7 @@ class Lidar(LeafSystem):
     def _on_scan(self, context: Context, state: State) -> None:
         settings = self._settings
         base = self._state_port.Eval(context)
-        cos_yaw, sin_yaw = math.cos(base[2]), math.sin(base[2])
-        mount_x, mount_y, mount_yaw = settings.pose
-        sensor_pose = np.array(
-            [
-                base[0] + cos_yaw * mount_x - sin_yaw * mount_y,
-                base[1] + sin_yaw * mount_x + cos_yaw * mount_y,
-                base[2] + mount_yaw,
-            ]
-        )
+        sensor_pose = compose(base[:3], settings.pose)
         segments, circles = context.get_abstract_parameter(self.world_parameter).get_value()
         ranges = cast_rays(
             sensor_pose[:2],

@@ -15,6 +15,7 @@ import numpy as np
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import ElementsPlan, PolylinePlan, Scenario, Straight
+from drake_navbench.kernels.path_geometry import path_length
 from drake_navbench.trial.planning import global_grid_shape
 
 # A trial that takes this much longer than the time it simulates hangs.
@@ -118,7 +119,7 @@ def _plan_length_m(scenario: Scenario) -> float:
     """Returns the length of a plan that the scenario gives, 0 where a planner makes it."""
     plan = scenario.plan
     if isinstance(plan, PolylinePlan):
-        return float(np.hypot(*np.diff(np.array(plan.points), axis=0).T).sum())
+        return path_length(plan.points)
     if isinstance(plan, ElementsPlan):
         return sum(
             e.straight_m if isinstance(e, Straight) else abs(np.radians(e.arc_deg)) * e.radius_m

@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from synthetic_logs import log_times, make_log, straight_plan
+from scenes import straight_plan
+from synthetic_logs import log_times, make_log
 
 from drake_navbench.log import TrialLog
 from drake_navbench.results import ResultsFolder

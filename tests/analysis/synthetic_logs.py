@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from scenes import WHEELCHAIR, straight_plan
 
 from drake_navbench.log import COLUMNS, TrialLog
 from drake_navbench.plans import Plan
 
 LOG_PERIOD_S = 0.02
-FOOTPRINT = [[0.85, 0.3], [0.85, -0.3], [-0.25, -0.3], [-0.25, 0.3]]
+FOOTPRINT = WHEELCHAIR.tolist()
 
 
 def log_times(end_time_s: float) -> np.ndarray:
@@ -81,14 +82,6 @@ def make_log(
         }
         | (info or {}),
     )
-
-
-def straight_plan(
-    length_m: float, spacing_m: float = 0.05, *, x_m: float = 0.0, y_m: float = 0.0
-) -> np.ndarray:
-    """Returns a plan along x from (x_m, y_m)."""
-    x = x_m + spacing_m * np.arange(round(length_m / spacing_m) + 1)
-    return np.column_stack([x, np.full_like(x, y_m), np.zeros_like(x)])
 
 
 def straight_log(*, speed_mps: float = 0.5, end_time_s: float = 10.0, **kwargs: Any) -> TrialLog:

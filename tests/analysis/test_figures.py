@@ -8,7 +8,8 @@ import numpy as np
 import pandas as pd
 import pytest
 from results_folders import CONTROLLERS, SEEDS, trial_log
-from synthetic_logs import log_times, make_log, straight_log, straight_plan
+from scenes import straight_plan
+from synthetic_logs import log_times, make_log, straight_log
 
 from drake_navbench.analysis.colors import controller_color
 from drake_navbench.analysis.figures.album import headline_metrics, write_scenario_figures

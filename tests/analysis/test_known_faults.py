@@ -11,7 +11,8 @@ import math
 import numpy as np
 import pandas as pd
 import pytest
-from synthetic_logs import circle_log, log_times, make_log, straight_log, straight_plan
+from scenes import straight_plan
+from synthetic_logs import circle_log, log_times, make_log, straight_log
 
 from drake_navbench.analysis import published
 from drake_navbench.analysis.metrics import Undefined, efficiency, safety, smoothness, tracking

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from replay_logs import replay_log, with_diagnostics
-from synthetic_logs import straight_plan
+from scenes import straight_plan
 
 from drake_navbench.analysis.colors import controller_color
 from drake_navbench.analysis.replay import write_race_replay, write_trial_replay

@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 import pytest
-from synthetic_logs import circle_log, log_times, make_log, straight_log, straight_plan
+from scenes import straight_plan
+from synthetic_logs import circle_log, log_times, make_log, straight_log
 
 from drake_navbench.analysis.metrics import Undefined, tracking
 from drake_navbench.plans import Plan

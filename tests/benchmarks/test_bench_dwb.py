@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
+from scenes import WHEELCHAIR, straight_plan
 
 from drake_navbench.controller import ControllerSetup, Observation
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.kernels.footprint import footprint_radii, pad_footprint
 from drake_navbench.kernels.grid import Costmap
 
-WHEELCHAIR = np.array([[0.85, 0.30], [0.85, -0.30], [-0.25, -0.30], [-0.25, 0.30]])
 RESOLUTION_M = 0.05
 
 
@@ -29,12 +29,11 @@ def controller_of(preset_name):
 def observation_of(costs):
     """Returns a robot driving at 0.3 m/s in the middle of a map, its plan straight ahead."""
     half_m = 0.5 * costs.shape[0] * RESOLUTION_M
-    x = np.arange(0.0, half_m, 0.05)
     return Observation(
         time_s=0.0,
         pose=np.array([0.01, 0.02, 0.1]),
         twist=np.array([0.3, 0.0]),
-        plan=np.column_stack([x, np.zeros_like(x), np.zeros_like(x)]),
+        plan=straight_plan(half_m - 0.05),
         plan_id=1,
         costmap=Costmap(costs, -half_m, -half_m, RESOLUTION_M),
         goal=np.array([5.0, 0.0, 0.0]),

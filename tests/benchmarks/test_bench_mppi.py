@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scenes import straight_plan
 
 from drake_navbench.controller import ControllerSetup, NoiseKey, Observation
 from drake_navbench.controllers.mppi import ModelPredictivePathIntegral, MppiParameters
@@ -34,8 +35,7 @@ def observation(step: int) -> Observation:
     """A straight plan of 1.45 m beside a patch of inflated cost, driven at 0.4 m/s."""
     costs = np.zeros((60, 60), np.uint8)
     costs[36:50, 34:48] = 90
-    x = np.arange(30) * 0.05
-    plan = np.column_stack([x, 0 * x, 0 * x])
+    plan = straight_plan(1.45)
     return Observation(
         time_s=0.0,
         pose=np.array([0.0, 0.03, 0.1]),

@@ -141,7 +141,7 @@ WRONG_INPUTS = {
     ),
     "parameter that does not fit the control period": (
         ["empty", "--controllers", "mppi_nav2:model_dt=0.01"],
-        "model_dt: found 0.01, expected at least the control period 0.05 s",
+        "model_dt: got 0.01, expected at least the control period 0.05 s",
     ),
     "unknown robot": (["empty", "--robot", "wheelchar"], "did you mean 'wheelchair'?"),
     "unreadable file": (["empty", "--params", "none.yaml"], "none.yaml: cannot be read"),

@@ -13,6 +13,7 @@ from dataclasses import fields, is_dataclass, replace
 
 import numpy as np
 import pytest
+from scenes import straight_plan
 
 from drake_navbench.controller import (
     Controller,
@@ -104,12 +105,8 @@ def make_observation(plan, *, pose, twist=(0.0, 0.0), obstacles=(), **values) ->
 PLAN_Y_M = 0.018
 
 
-def straight_plan(length_m=2.0):
-    count = round(length_m / 0.05) + 1
-    plan = np.zeros((count, 3))
-    plan[:, 0] = np.linspace(0.0, length_m, count)
-    plan[:, 1] = PLAN_Y_M
-    return plan
+def plan_ahead(length_m):
+    return straight_plan(length_m, y_m=PLAN_Y_M)
 
 
 def arc_plan(radius_m=1.5, angle=1.2):
@@ -119,18 +116,21 @@ def arc_plan(radius_m=1.5, angle=1.2):
 
 
 SITUATIONS = {
-    "starting": lambda: make_observation(straight_plan(), pose=(0.013, 0.013, 0.05)),
+    "starting": lambda: make_observation(plan_ahead(2.0), pose=(0.013, 0.013, 0.05)),
     "cruising": lambda: make_observation(
-        straight_plan(), pose=(0.011, 0.062, -0.1), twist=(0.4, 0.1)
+        plan_ahead(2.0), pose=(0.011, 0.062, -0.1), twist=(0.4, 0.1)
     ),
     "in a curve": lambda: make_observation(
         arc_plan(), pose=(0.012, 0.021, 0.02), twist=(0.3, 0.15)
     ),
     "beside an obstacle": lambda: make_observation(
-        straight_plan(), pose=(0.012, 0.021, 0.02), twist=(0.3, 0.0), obstacles=[(84, 78)]
+        plan_ahead(2.0),
+        pose=(0.012, 0.021, 0.02),
+        twist=(0.3, 0.0),
+        obstacles=[(84, 78)],
     ),
     "before the goal": lambda: make_observation(
-        straight_plan(0.4), pose=(0.012, 0.021, 0.2), twist=(0.2, 0.0)
+        plan_ahead(0.4), pose=(0.012, 0.021, 0.2), twist=(0.2, 0.0)
     ),
 }
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from drake_navbench.controllers.dwb.critics.registry import CRITICS, load_critic
+from drake_navbench.controllers.critic_parameters import ParametersWithCritics
 from drake_navbench.errors import InputError, InputWarning
 from drake_navbench.inputs.parameter_files import load_parameter_file
 from drake_navbench.inputs.parameter_names import flattened
@@ -102,7 +102,7 @@ OTHER_VALUES = {
     "teb": {"footprint_model.type": "two_circles"},
 }
 # Ours alone, no part of Nav2's files.
-OURS = {"mppi": {"polish", "user_critics"}}
+OURS = {"mppi": {"polish"}}
 
 
 def another_value(default):
@@ -117,14 +117,10 @@ def another_value(default):
 def every_parameter_changed(controller):
     """Returns dotted names with other values than the defaults: all that the controller has."""
     model = installed_controllers()[controller].Parameters
-    blocks = {}
     required = {}
-    if controller == "dwb":
-        names = CRITICS.names
-        required = {"critics": names}
-        blocks = {name: load_critic(name).Parameters() for name in names}
+    if issubclass(model, ParametersWithCritics):
+        required = {"critics": model.CRITICS.names}
     defaults = model(**required).model_dump(mode="json", exclude=OURS.get(controller, set()))
-    defaults |= {name: block.model_dump(mode="json") for name, block in blocks.items()}
     values = {}
     for name, default in flattened(defaults):
         if name.endswith(".class"):
@@ -132,8 +128,7 @@ def every_parameter_changed(controller):
         elif name.endswith(".aggregation_type"):
             values[name] = "sum"
         elif name == "critics":
-            critics = [n for n in model.model_fields if n.endswith("Critic")]
-            values[name] = required.get("critics", critics)
+            values[name] = required["critics"]
         elif name in OTHER_VALUES[controller]:
             values[name] = OTHER_VALUES[controller][name]
         else:
@@ -209,7 +204,7 @@ def test_an_unknown_parameter_of_a_critic_is_told_like_any_other(form, preset_of
     given = {"critics": ["GoalCritic"], "GoalCritic.cost_weight": 7.0, "GoalCritic.weight": 8.0}
     preset = preset_of(MPPI, form(given))
     assert preset.ignored == ("GoalCritic.weight",)
-    assert preset.parameters.GoalCritic.cost_weight == 7.0
+    assert preset.parameters.critic("GoalCritic").cost_weight == 7.0
     preset = preset_of(TEB, form({"footprint_model.radius": 0.25, "footprint_model.line_end": 1.0}))
     assert preset.ignored == ("footprint_model.line_end",)
     assert preset.parameters.footprint_model.radius == 0.25
@@ -220,7 +215,7 @@ def test_blocks_of_critics_that_are_not_listed_are_told_because_nav2_does_not_re
     assert preset.ignored == ("Twirling.scale", "GoalDist.scale")
     preset = preset_of(MPPI, "{critics: [GoalCritic], CostCritic.cost_weight: 9.0}")
     assert preset.ignored == ("CostCritic.cost_weight",)
-    assert preset.parameters.CostCritic.cost_weight == 3.81
+    assert "CostCritic" not in preset.parameters.model_dump()
 
 
 def test_a_wrong_value_of_a_critic_is_still_refused(preset_of):
@@ -326,19 +321,26 @@ def test_a_file_without_mistakes_warns_of_nothing(preset_of):
 USERS_CRITICS = """
     from pydantic import Field
 
-    from drake_navbench.controllers.dwb.critics.base import Critic, CriticParameters
+    from drake_navbench.controllers.dwb.critics import base as dwb
+    from drake_navbench.controllers.mppi.critics import base as mppi
+    from drake_navbench.typed_yaml import FrozenModel
 
 
-    class KeepLeft(Critic):
-        class Parameters(CriticParameters):
-            border_y: float = Field(0.0, description="smallest y of an end pose [m]")
+    class KeepLeft(dwb.Critic):
+        class Parameters(dwb.CriticParameters):
+            border_y: float = Field(0.0, description="Smallest y of an end pose [m].")
 
         def score(self, scene, memory): ...
 
 
-    class TurnLeft:
-        def __init__(self, parameters, context):
-            self.parameters = parameters
+    class Curve(FrozenModel):
+        radius: float = 1.0
+
+
+    class TurnLeft(mppi.Critic):
+        class Parameters(mppi.CriticParameters):
+            weight: float = Field(1.0, ge=0.0, description="Weight of the yaw [1/rad].")
+            curve: Curve = Curve()
 
         def score(self, batch): ...
 """
@@ -364,7 +366,8 @@ def test_the_parameters_of_a_users_own_critic_reach_it(form, preset_of):
     assert (held.scale, held.border_y) == (3.0, 0.5)
     given = {"critics": ["TurnLeft"], "TurnLeft.weight": 3.0, "TurnLeft.curve.radius": 0.5}
     preset = preset_of(MPPI, form(given))
-    assert critics_of(preset)["TurnLeft"] == {"weight": 3.0, "curve": {"radius": 0.5}}
+    held = critics_of(preset)["TurnLeft"]
+    assert (held.weight, held.curve.radius, held.enabled) == (3.0, 0.5, True)
     assert preset.ignored == ()
 
 

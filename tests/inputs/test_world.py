@@ -8,7 +8,8 @@ from drake_navbench.errors import InputError
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.inputs.task_check import check_task
-from drake_navbench.inputs.world import Box, Cylinder, Polygon, Wall, World, place_footprint
+from drake_navbench.inputs.world import Box, Cylinder, Polygon, Wall, World
+from drake_navbench.kernels.poses import place_outline
 from drake_navbench.typed_yaml import validate
 
 BOX = Box(type="box", min=(1.0, 2.0), max=(3.0, 5.0))
@@ -51,7 +52,7 @@ def test_an_empty_world_is_bounded_by_start_and_goal():
 
 def test_a_footprint_turned_left_by_a_right_angle_points_along_y():
     footprint = np.array([[0.85, 0.3], [-0.25, 0.3]])
-    placed = place_footprint(footprint, (1.0, 2.0, np.pi / 2))
+    placed = place_outline(footprint, (1.0, 2.0, np.pi / 2))
     np.testing.assert_allclose(placed, [[0.7, 2.85], [0.7, 1.75]])
 
 

@@ -1,7 +1,5 @@
 """A layer's grid rolls, is filled and merged as Nav2's is."""
 
-import math
-
 import numpy as np
 import pytest
 
@@ -10,7 +8,6 @@ from drake_navbench.kernels.layer_grid import (
     MergeRule,
     fill_outline,
     merge_layer,
-    place_outline,
     roll_window,
 )
 
@@ -70,11 +67,6 @@ def test_origin_stays_on_the_lattice_of_the_first_one():
 
 
 # Footprint
-
-
-def test_outline_is_turned_then_moved():
-    outline = place_outline(np.array([[2.0, 1.0]]), np.array([10.0, 20.0, math.pi / 2]))
-    np.testing.assert_allclose(outline, [[9.0, 22.0]])
 
 
 def test_filling_sets_outline_and_inside():

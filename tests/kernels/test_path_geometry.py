@@ -134,10 +134,10 @@ def test_mirrored_arcs_give_the_mirrored_path(elements):
 @pytest.mark.parametrize(
     ("elements", "text"),
     [
-        ([], "found none"),
-        ([{"s": 0.0}], "path element 0, s: found 0.0"),
-        ([{"s": 1.0}, {"arc": 45}], "path element 1: found fields"),
-        ([{"arc": 45, "r": -1.0}], "r: found -1.0"),
+        ([], "got none"),
+        ([{"s": 0.0}], "path element 0, s: got 0.0"),
+        ([{"s": 1.0}, {"arc": 45}], "path element 1: got fields"),
+        ([{"arc": 45, "r": -1.0}], "r: got -1.0"),
         ([{"arc": 0.0, "r": 1.0}], "arc"),
         ([{"s": math.nan}], "finite"),
     ],
@@ -148,7 +148,7 @@ def test_a_wrong_element_is_named(elements, text):
 
 
 def test_a_spacing_of_zero_is_refused():
-    with pytest.raises(InputError, match=r"spacing_m: found 0\.0"):
+    with pytest.raises(InputError, match=r"spacing_m: got 0\.0"):
         path_from_elements(ORIGIN, [{"s": 1.0}], 0.0)
 
 
@@ -174,7 +174,7 @@ def test_repeated_points_of_a_polyline_are_dropped():
 
 @pytest.mark.parametrize("points", [[[0.0, 0.0]], [[1.0, 1.0], [1.0, 1.0]], [0.0, 1.0]])
 def test_a_polyline_without_two_points_is_refused(points):
-    with pytest.raises(InputError, match="polyline: found"):
+    with pytest.raises(InputError, match="polyline: got"):
         path_from_polyline(points, 0.1)
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scenes import straight_plan
 
 from drake_navbench.controller import InvalidPath
 from drake_navbench.kernels.grid import Costmap
@@ -19,13 +20,6 @@ def make_costmap(origin_x=-3.0, origin_y=-3.0, cells=96):
     return Costmap(np.zeros((cells, cells), np.uint8), origin_x, origin_y, RESOLUTION)
 
 
-def straight_plan(length_m=6.0, spacing_m=0.25):
-    count = round(length_m / spacing_m) + 1
-    plan = np.zeros((count, 3))
-    plan[:, 0] = spacing_m * np.arange(count)
-    return plan
-
-
 def handler(**parameters):
     return PathHandler(PathHandlerParameters(**parameters))
 
@@ -35,31 +29,31 @@ def cut(path_handler, plan, pose, costmap=None):
 
 
 def test_local_plan_runs_from_the_closest_pose_over_the_prune_distance():
-    local_plan, state = cut(handler(prune_distance=1.0), straight_plan(), (0.6, 0.3, 0.0))
+    local_plan, state = cut(handler(prune_distance=1.0), straight_plan(6.0, 0.25), (0.6, 0.3, 0.0))
     # The closest pose is at 0.5 m; the poses at 0.75, 1.0, 1.25 and 1.5 m lie within 1 m of it.
     np.testing.assert_array_equal(local_plan[:, 0], [0.5, 0.75, 1.0, 1.25, 1.5])
     assert (state.begin, state.end) == (2, 25)
 
 
 def test_the_later_of_two_equally_close_poses_is_the_closest():
-    local_plan, _ = cut(handler(), straight_plan(), (0.375, 0.0, 0.0))
+    local_plan, _ = cut(handler(), straight_plan(6.0, 0.25), (0.375, 0.0, 0.0))
     assert local_plan[0, 0] == 0.5
 
 
 def test_the_last_two_poses_stay_when_the_robot_is_at_the_end():
-    local_plan, _ = cut(handler(), straight_plan(1.0), (1.1, 0.0, 0.0))
+    local_plan, _ = cut(handler(), straight_plan(1.0, 0.25), (1.1, 0.0, 0.0))
     np.testing.assert_array_equal(local_plan[:, 0], [0.75, 1.0])
 
 
 def test_local_plan_ends_before_the_first_pose_off_the_costmap():
     # The costmap reaches from -1 m to just below 1 m.
     costmap = make_costmap(-1.0, -1.0, cells=32)
-    local_plan, _ = cut(handler(), straight_plan(), (0.0, 0.0, 0.0), costmap)
+    local_plan, _ = cut(handler(), straight_plan(6.0, 0.25), (0.0, 0.0, 0.0), costmap)
     np.testing.assert_array_equal(local_plan[:, 0], [0.0, 0.25, 0.5, 0.75])
 
 
 def test_a_plan_that_comes_back_later_is_not_entered_at_its_later_part():
-    out = straight_plan(4.0)
+    out = straight_plan(4.0, 0.25)
     back = out[::-1][1:] + np.array([0.0, 0.5, 0.0])
     plan = np.vstack([out, back])
     pose = (0.0, 0.4, 0.0)  # 0.4 m from the first pose, 0.1 m from the last
@@ -72,19 +66,21 @@ def test_a_plan_that_comes_back_later_is_not_entered_at_its_later_part():
 
 def test_search_window_leaves_out_the_first_pose_beyond_it():
     # Poses at 0, 0.25 and 0.5 m are within 0.5 m of the start; the pose at 0.75 m is not searched.
-    local_plan, _ = cut(handler(max_robot_pose_search_dist=0.5), straight_plan(), (2.0, 0.0, 0.0))
+    local_plan, _ = cut(
+        handler(max_robot_pose_search_dist=0.5), straight_plan(6.0, 0.25), (2.0, 0.0, 0.0)
+    )
     assert local_plan[0, 0] == 0.5
 
 
 def test_passed_poses_are_gone_for_good():
     path_handler = handler()
-    _, state = cut(path_handler, straight_plan(), (1.0, 0.0, 0.0))
+    _, state = cut(path_handler, straight_plan(6.0, 0.25), (1.0, 0.0, 0.0))
     local_plan, _ = path_handler.cut(state, np.zeros(3), make_costmap())
     assert local_plan[0, 0] == 1.0
 
 
 def test_cutting_changes_neither_the_plan_nor_the_state():
-    path_handler, plan = handler(), straight_plan()
+    path_handler, plan = handler(), straight_plan(6.0, 0.25)
     state = path_handler.set_plan(plan)
     plan[:] = -1.0
     first, _ = path_handler.cut(state, np.array([1.0, 0.0, 0.0]), make_costmap())
@@ -102,7 +98,7 @@ def test_cutting_changes_neither_the_plan_nor_the_state():
         ({"reject_unit_path": True}, np.zeros((1, 3)), (0.0, 0.0, 0.0), "reject_unit_path"),
         (
             {},
-            straight_plan() + np.array([10.0, 0.0, 0.0]),
+            straight_plan(6.0, 0.25) + np.array([10.0, 0.0, 0.0]),
             (0.0, 0.0, 0.0),
             "outside the local costmap",
         ),
@@ -156,7 +152,7 @@ def test_a_cusp_holds_until_both_position_and_heading_are_near(pose):
 
 def turning_plan(step_rad, steps):
     """Straight for 1 m, a turn in place in equal steps, then straight on for 1 m."""
-    before = straight_plan(1.0)
+    before = straight_plan(1.0, 0.25)
     turn = np.repeat(before[-1:], steps, axis=0)
     turn[:, 2] = step_rad * np.arange(1, steps + 1)
     after = before[1:] + np.array([1.0, 0.0, 0.0])

@@ -6,14 +6,11 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from drake_navbench.controller import SpeedLimit
 from drake_navbench.kernels.collision_check import distance_from_cost, is_pose_in_collision
 from drake_navbench.kernels.grid import OFF_MAP, Grid, cost_at
 from drake_navbench.kernels.read_only import read_only
-from drake_navbench.kernels.robot_frame import to_robot_frame
 from drake_navbench.kernels.speed_limit import limited_speed, speed_limit_ratio
 
 SQUARE = np.array([[0.2, 0.2], [0.2, -0.2], [-0.2, -0.2], [-0.2, 0.2]])
@@ -32,25 +29,6 @@ def collides(costs, x, y, yaw=0.0, tracks_unknown=False):
     return is_pose_in_collision(
         Grid(costs, 0.0, 0.0, RESOLUTION), tracks_unknown, SQUARE, x, y, yaw
     )
-
-
-def test_a_pose_is_seen_from_a_robot_that_faces_left():
-    # Robot at (1, 2), facing +y: the point one ahead of it and two to its right.
-    seen = to_robot_frame(np.array([[3.0, 3.0, 0.0]]), 1.0, 2.0, math.pi / 2.0)
-    np.testing.assert_allclose(seen, [[1.0, -2.0, -math.pi / 2.0]], atol=1e-15)
-
-
-@given(
-    x=st.floats(-5.0, 5.0),
-    y=st.floats(-5.0, 5.0),
-    yaw=st.floats(-3.0, 3.0),
-)
-def test_distances_from_the_robot_are_kept(x, y, yaw):
-    poses = np.array([[1.0, 2.0, 0.3], [-2.0, 0.5, -3.0]])
-    seen = to_robot_frame(poses, x, y, yaw)
-    expected = np.hypot(poses[:, 0] - x, poses[:, 1] - y)
-    np.testing.assert_allclose(np.hypot(seen[:, 0], seen[:, 1]), expected, atol=1e-12)
-    assert np.all(np.abs(seen[:, 2]) <= math.pi)
 
 
 @pytest.mark.parametrize(

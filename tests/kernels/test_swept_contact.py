@@ -10,6 +10,7 @@ from pydrake.geometry import SceneGraph
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
+from scenes import WHEELCHAIR
 
 from drake_navbench.inputs.robot import Drive
 from drake_navbench.kernels.swept_contact import (
@@ -22,14 +23,13 @@ from drake_navbench.kernels.swept_contact import (
 from drake_navbench.systems.wheelchair import Wheelchair
 from drake_navbench.trial.trial import INTEGRATION
 
-CHAIR = np.array([[0.85, 0.3], [0.85, -0.3], [-0.25, -0.3], [-0.25, 0.3]])
 CORNER_M = math.hypot(0.85, 0.3)
 STEP_S = 0.02
 TOUCHING_M = 1e-5
 NO_EDGES, NO_CIRCLES = np.empty((0, 4)), np.empty((0, 3))
 
 
-def share(start, end, *, edges=NO_EDGES, circles=NO_CIRCLES, footprint=CHAIR):
+def share(start, end, *, edges=NO_EDGES, circles=NO_CIRCLES, footprint=WHEELCHAIR):
     """Returns the share of a step until contact."""
     return share_until_contact(
         footprint,
@@ -57,7 +57,7 @@ def after_step(start):
 def test_the_motion_within_a_step_is_the_dense_output_of_drake():
     builder = DiagramBuilder()
     scene_graph = builder.AddSystem(SceneGraph())
-    wheelchair = builder.AddSystem(Wheelchair(Drive(), scene_graph, footprint=CHAIR))
+    wheelchair = builder.AddSystem(Wheelchair(Drive(), scene_graph, footprint=WHEELCHAIR))
     command = builder.AddSystem(ConstantVectorSource([0.5, 1.5]))
     builder.Connect(command.get_output_port(), wheelchair.get_command_input_port())
     simulator = Simulator(builder.Build())
@@ -78,10 +78,10 @@ def test_the_motion_within_a_step_is_the_dense_output_of_drake():
 def test_the_clearance_is_to_the_nearest_of_edges_and_circles():
     wall, pillar = np.array([[2.0, -5.0, 2.0, 5.0]]), np.array([[-1.0, 0.0, 0.25]])
     # Fronts at 0.85 and 2.0; the back at -0.25, the pillar's rim at -0.75.
-    assert clearance_at(CHAIR, 0.0, 0.0, 0.0, wall, NO_CIRCLES, 5.0) == pytest.approx(1.15)
-    assert clearance_at(CHAIR, 0.0, 0.0, 0.0, wall, pillar, 5.0) == pytest.approx(0.5)
-    assert clearance_at(CHAIR, 0.0, 0.0, 0.0, wall, pillar, 0.4) == math.inf
-    assert clearance_at(CHAIR, -0.8, 0.0, 0.0, wall, pillar, 5.0) == 0.0
+    assert clearance_at(WHEELCHAIR, 0.0, 0.0, 0.0, wall, NO_CIRCLES, 5.0) == pytest.approx(1.15)
+    assert clearance_at(WHEELCHAIR, 0.0, 0.0, 0.0, wall, pillar, 5.0) == pytest.approx(0.5)
+    assert clearance_at(WHEELCHAIR, 0.0, 0.0, 0.0, wall, pillar, 0.4) == math.inf
+    assert clearance_at(WHEELCHAIR, -0.8, 0.0, 0.0, wall, pillar, 5.0) == 0.0
 
 
 @pytest.mark.parametrize(
@@ -123,7 +123,7 @@ def test_a_post_under_the_corner_is_met_though_both_ends_of_the_step_are_clear(d
     end = after_step(start)
     met = share(start, end, circles=post)
     assert met * w * STEP_S == pytest.approx(bearing - math.asin(0.3 / radius), abs=2e-4)
-    assert clearance_at(CHAIR, *end[:3], NO_EDGES, post, 1.0) > 0.01
+    assert clearance_at(WHEELCHAIR, *end[:3], NO_EDGES, post, 1.0) > 0.01
 
 
 def test_passing_by_is_no_contact_however_close():
@@ -147,15 +147,15 @@ def test_nothing_is_touched_before_the_first_contact_and_something_at_it(v, w, d
     start = np.array([0.0, 0.0, 0.0, v, w])
     end = after_step([0.0, 0.0, 0.0, v + 0.5 * dv, w + 0.5 * dw])
     end[3:] = v + dv, w + dw
-    assume(clearance_at(CHAIR, *start[:3], NO_EDGES, post, 5.0) > TOUCHING_M)
+    assume(clearance_at(WHEELCHAIR, *start[:3], NO_EDGES, post, 5.0) > TOUCHING_M)
     met = share(start, end, circles=post)
     parts = np.linspace(0.0, min(met, 1.0), 200, endpoint=False)
     for part in parts:
         pose = pose_within_step(start, end, STEP_S, part)
-        assert clearance_at(CHAIR, *pose, NO_EDGES, post, 5.0) > 0.0
+        assert clearance_at(WHEELCHAIR, *pose, NO_EDGES, post, 5.0) > 0.0
     if math.isfinite(met):
         pose = pose_within_step(start, end, STEP_S, met)
-        assert clearance_at(CHAIR, *pose, NO_EDGES, post, 5.0) <= TOUCHING_M
+        assert clearance_at(WHEELCHAIR, *pose, NO_EDGES, post, 5.0) <= TOUCHING_M
 
 
 def test_the_soonest_contact_is_at_the_top_speed_or_after_speeding_up():

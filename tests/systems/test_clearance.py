@@ -9,14 +9,15 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
+from scenes import WHEELCHAIR
 
 from drake_navbench.inputs.scenario import load_scenario
-from drake_navbench.inputs.world import Box, Cylinder, World, place_footprint
+from drake_navbench.inputs.world import Box, Cylinder, World
 from drake_navbench.kernels.grid import LETHAL, Costmap
+from drake_navbench.kernels.poses import place_outline
 from drake_navbench.systems.clearance import MAX_DISTANCE_M, Clearance
 
 # The front reaches 0.85 m ahead of the reference point, which stands at the origin.
-FOOTPRINT = np.array([[0.85, 0.3], [0.85, -0.3], [-0.25, -0.3], [-0.25, 0.3]])
 FRONT_M = 0.85
 # Two arms ahead, 0.5 m apart, about a notch whose bottom lies at x = 0.1 m.
 FORK = np.array(
@@ -34,12 +35,12 @@ FORK = np.array(
 SLALOM = load_scenario("static_obstacles").true_world
 
 
-def distances(*obstacles, walls=(), costmap=None, footprint=FOOTPRINT):
+def distances(*obstacles, walls=(), costmap=None, footprint=WHEELCHAIR):
     """Returns what is measured at the start."""
     return distances_at((0.0, 0.0, 0.0), World(obstacles, walls), footprint, costmap)
 
 
-def distances_at(pose, world, footprint=FOOTPRINT, costmap=None):
+def distances_at(pose, world, footprint=WHEELCHAIR, costmap=None):
     builder = DiagramBuilder()
     clearance = builder.AddSystem(
         Clearance(world, footprint=footprint, period_s=0.05, offset_s=0.02)
@@ -98,7 +99,7 @@ def test_a_post_in_a_notch_of_the_footprint_is_measured_to_the_outline(low_y_m, 
 @given(x=st.floats(-1.0, 16.0), y=st.floats(-4.0, 4.0), yaw=st.floats(-3.1, 3.1))
 def test_among_obstacles_it_is_the_distance_of_the_areas(x, y, yaw):
     # SceneGraph, which used to measure it, is wrong at one such pose in fifty.
-    body = shapely.Polygon(place_footprint(FOOTPRINT, (x, y, yaw)))
+    body = shapely.Polygon(place_outline(WHEELCHAIR, (x, y, yaw)))
     expected = shapely.distance(SLALOM.regions, body).min()
     expected = expected if expected <= MAX_DISTANCE_M else np.inf
     assert distances_at((x, y, yaw), SLALOM)[0] == pytest.approx(expected, abs=1e-9)

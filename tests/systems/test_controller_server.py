@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
+from scenes import straight_plan
 
 from drake_navbench.controller import Decision, NoValidControl, SpeedLimit
 from drake_navbench.inputs.robot import ControllerServerSettings
@@ -42,9 +43,8 @@ class Gentle(Counter):
         return memory >= 3
 
 
-def plan(task_id=1, plan_id=1, length_m=3.0, **more) -> GlobalPlan:
-    x = np.arange(0.0, length_m, 0.05)
-    return GlobalPlan(plan_id, np.column_stack([x, 0 * x, 0 * x]), task_id=task_id, **more)
+def plan(task_id=1, plan_id=1, length_m=2.95, **more) -> GlobalPlan:
+    return GlobalPlan(plan_id, straight_plan(length_m), task_id=task_id, **more)
 
 
 def costmap(stamp_s=0.0) -> Costmap:
@@ -105,7 +105,7 @@ def test_a_preempting_plan_keeps_the_memory_and_a_new_task_starts_afresh():
 
 def test_a_task_that_has_ended_waits_for_the_next_one():
     rig = Rig(Counter())
-    rig.give(plan=plan(length_m=0.1))
+    rig.give(plan=plan(length_m=0.05))
     state = rig.run(3)
     assert state.status.state is TaskState.SUCCEEDED
     assert state.memory == 0

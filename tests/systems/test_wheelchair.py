@@ -6,11 +6,10 @@ from pydrake.geometry import SceneGraph
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
+from scenes import WHEELCHAIR
 
 from drake_navbench.inputs.robot import Drive
 from drake_navbench.systems.wheelchair import Wheelchair
-
-FOOTPRINT = np.array([[0.85, 0.3], [0.85, -0.3], [-0.25, -0.3], [-0.25, 0.3]])
 
 
 def drive(command, duration_s, *, settings=None, start=(0.0, 0.0, 0.0), step_s=0.005):
@@ -18,7 +17,7 @@ def drive(command, duration_s, *, settings=None, start=(0.0, 0.0, 0.0), step_s=0
     builder = DiagramBuilder()
     scene_graph = builder.AddSystem(SceneGraph())
     wheelchair = builder.AddSystem(
-        Wheelchair(settings or Drive(), scene_graph, footprint=FOOTPRINT)
+        Wheelchair(settings or Drive(), scene_graph, footprint=WHEELCHAIR)
     )
     source = builder.AddSystem(ConstantVectorSource(command))
     builder.Connect(source.get_output_port(), wheelchair.get_command_input_port())
@@ -81,7 +80,7 @@ def test_a_mirrored_command_gives_the_mirrored_path():
 
 def test_the_footprint_stands_where_the_state_says():
     scene_graph = SceneGraph()
-    wheelchair = Wheelchair(Drive(), scene_graph, footprint=FOOTPRINT)
+    wheelchair = Wheelchair(Drive(), scene_graph, footprint=WHEELCHAIR)
     context = wheelchair.CreateDefaultContext()
     wheelchair.set_pose(context, np.array([1.0, 2.0, 0.5 * np.pi]))
     poses = wheelchair.get_geometry_pose_output_port().Eval(context)
@@ -91,5 +90,5 @@ def test_the_footprint_stands_where_the_state_says():
 
 
 def test_the_state_does_not_jump_with_the_command():
-    wheelchair = Wheelchair(Drive(), SceneGraph(), footprint=FOOTPRINT)
+    wheelchair = Wheelchair(Drive(), SceneGraph(), footprint=WHEELCHAIR)
     assert not wheelchair.HasAnyDirectFeedthrough()

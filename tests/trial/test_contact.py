@@ -11,8 +11,9 @@ from drake_navbench.analysis.invariants import violations_of
 from drake_navbench.controller import Decision, NoValidControl
 from drake_navbench.inputs.robot import Drive, load_robot
 from drake_navbench.inputs.scenario import Scenario
-from drake_navbench.inputs.world import Box, Cylinder, World, place_footprint
+from drake_navbench.inputs.world import Box, Cylinder, World
 from drake_navbench.kernels.footprint import circle_footprint
+from drake_navbench.kernels.poses import place_outline
 from drake_navbench.log import Outcome, TrialLog
 from drake_navbench.trial.contact_watch import TOUCHING_M, ContactWatch
 from drake_navbench.trial.spec import TrialSpec
@@ -48,7 +49,7 @@ def drive(v, w, *, obstacles=(), robot="wheelchair", world=None, directory="", s
 
 def gap_at_the_end(log: TrialLog, outline, world: World) -> float:
     last = log.samples.iloc[-1]
-    body = shapely.Polygon(place_footprint(outline, (last.x_m, last.y_m, last.yaw_rad)))
+    body = shapely.Polygon(place_outline(outline, (last.x_m, last.y_m, last.yaw_rad)))
     return body.distance(shapely.union_all(list(world.regions)))
 
 

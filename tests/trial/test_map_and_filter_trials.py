@@ -7,7 +7,7 @@ import shapely
 from drake_navbench import run_trial
 from drake_navbench.analysis.metrics.safety import obstacle_outlines
 from drake_navbench.inputs.scenario import PolylinePlan, load_scenario
-from drake_navbench.inputs.world import place_footprint
+from drake_navbench.kernels.poses import place_outline
 from drake_navbench.log import Outcome, TrialLog
 
 
@@ -53,7 +53,7 @@ def test_a_keepout_is_never_entered_by_any_part_of_the_wheelchair(ward):
     area = shapely.Polygon(keepout.areas[0].polygon)
     footprint = np.array(ward.info["robot"]["footprint"])
     for sample in ward.samples.iloc[::10].itertuples():
-        body = place_footprint(footprint, (sample.x_m, sample.y_m, sample.yaw_rad))
+        body = place_outline(footprint, (sample.x_m, sample.y_m, sample.yaw_rad))
         assert not shapely.Polygon(body).intersects(area)
     # It lies across the straight way.
     assert area.intersects(shapely.LineString([(0.0, -1.0 - 0.3), (11.0, -1.0 - 0.3)]))

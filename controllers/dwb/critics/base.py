@@ -24,7 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ConfigDict, Field
 
-from drake_navbench.controller import ControllerParameters, ControllerSetup
+from drake_navbench.controller import ControllerSetup
+from drake_navbench.controllers.critic_parameters import CriticBlock
 from drake_navbench.quantities import Number
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
-class CriticParameters(ControllerParameters):
+class CriticParameters(CriticBlock):
     """What every critic has; a critic with more parameters subclasses it."""
 
     model_config = ConfigDict(
@@ -42,9 +43,9 @@ class CriticParameters(ControllerParameters):
     )
 
     critic_class: str | None = Field(
-        None, alias="class", description="registered critic; None: the one of the block's name"
+        None, alias="class", description="Registered critic; None: the one of the block's name."
     )
-    scale: Number = Field(1.0, ge=0.0, description="weight in the total; 0 switches it off [-]")
+    scale: Number = Field(1.0, ge=0.0, description="Weight in the total; 0 switches it off [-].")
 
 
 class Verdict(NamedTuple):

@@ -44,7 +44,7 @@ class MapGridParameters(CriticParameters):
     """Parameters of the Dist critics."""
 
     aggregation_type: str = Field(
-        "last", description="last, sum or product, in any case; anything else means last"
+        "last", description="Last, sum or product, in any case; anything else means last."
     )
 
     @property
@@ -57,7 +57,7 @@ class AlignParameters(MapGridParameters):
     """Parameters of the Align critics."""
 
     forward_point_distance: Length = Field(
-        0.325, description="how far ahead of the robot's origin the point is [m]"
+        0.325, description="How far ahead of the robot's origin the point is [m]."
     )
 
 

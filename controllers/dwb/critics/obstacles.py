@@ -24,7 +24,9 @@ from drake_navbench.kernels.read_only import read_only
 class ObstacleParameters(CriticParameters):
     """Parameters of both obstacle critics."""
 
-    sum_scores: bool = Field(False, description="sum over all poses instead of the last one's cost")
+    sum_scores: bool = Field(
+        False, description="Sum over all poses instead of the last one's cost."
+    )
 
 
 @njit(cache=True)

@@ -21,11 +21,11 @@ NANOSECONDS_PER_SECOND = 1e9
 class OscillationParameters(CriticParameters):
     """Parameters of Oscillation; a negative condition is switched off."""
 
-    oscillation_reset_dist: Length = Field(0.05, description="way that ends a ban [m]")
-    oscillation_reset_angle: Angle = Field(0.2, description="turn that ends a ban [rad]")
-    oscillation_reset_time: Duration = Field(-1.0, description="time that ends a ban [s]")
+    oscillation_reset_dist: Length = Field(0.05, description="Way that ends a ban [m].")
+    oscillation_reset_angle: Angle = Field(0.2, description="Turn that ends a ban [rad].")
+    oscillation_reset_time: Duration = Field(-1.0, description="Time that ends a ban [s].")
     x_only_threshold: Speed = Field(
-        0.05, description="y and theta are watched up to this |vx|; negative: always [m/s]"
+        0.05, description="Y and theta are watched up to this |vx|; negative: always [m/s]."
     )
 
 

@@ -15,10 +15,12 @@ from drake_navbench.quantities import AngularSpeed, Number, Speed
 class PreferForwardParameters(CriticParameters):
     """Parameters of PreferForward."""
 
-    penalty: Number = Field(1.0, description="score of going backward or creeping [-]")
-    strafe_x: Speed = Field(0.1, description="below this forward velocity ... [m/s]")
-    strafe_theta: AngularSpeed = Field(0.2, description="... and this yaw rate it creeps [rad/s]")
-    theta_scale: Number = Field(10.0, description="score per yaw rate otherwise [s/rad]")
+    penalty: Number = Field(1.0, description="Score of going backward or creeping [-].")
+    strafe_x: Speed = Field(0.1, description="Forward velocity below which it may creep [m/s].")
+    strafe_theta: AngularSpeed = Field(
+        0.2, description="Yaw rate below which it then creeps [rad/s]."
+    )
+    theta_scale: Number = Field(10.0, description="Score per yaw rate otherwise [s/rad].")
 
 
 class PreferForward(Critic):

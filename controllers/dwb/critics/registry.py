@@ -17,13 +17,9 @@ def load_critic(name: str) -> type[Critic]:
 
     Raises InputError where there is none, or where it is broken.
     """
-    return CRITICS.load(_bare_name(name))
+    return CRITICS.load(bare_name(name))
 
 
-def is_critic(name: str) -> bool:
-    """Tells whether a critic of this name is installed."""
-    return _bare_name(name) in CRITICS
-
-
-def _bare_name(name: str) -> str:
+def bare_name(name: str) -> str:
+    """Returns the name of an entry point for one of Nav2's class names, `dwb_critics::XCritic`."""
     return name.rpartition(NAMESPACE_SEPARATOR)[2].removesuffix(NAV2_SUFFIX)

@@ -24,9 +24,11 @@ NANOSECONDS_PER_SECOND = 1e9
 class RotateToGoalParameters(CriticParameters):
     """Parameters of RotateToGoal; two more are the controller's own."""
 
-    slowing_factor: Number = Field(5.0, description="weight of the squared speed while slowing [-]")
+    slowing_factor: Number = Field(
+        5.0, description="Weight of the squared speed while slowing [-]."
+    )
     lookahead_time: Duration = Field(
-        -1.0, description="time at which the yaw is compared; negative: at the end [s]"
+        -1.0, description="Time at which the yaw is compared; negative: at the end [s]."
     )
 
 

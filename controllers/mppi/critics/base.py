@@ -2,25 +2,30 @@
 
 `PointwiseCritic`s look at one trajectory at a time: the sampler hands them chunks of the batch
 while these are still in the processor's cache. `PathCritic`s compare the samples with the path
-point that the whole batch reaches, so they run afterwards. A user's critic needs nothing but
-`score(batch) -> (costs, fail)`.
+point that the whole batch reaches, so they run afterwards. A critic of your own is a subclass of
+`Critic` with a `score`, installed under the entry point group `drake_navbench.mppi_critics`;
+docs/controllers.md goes through it step by step.
 """
 
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
 
 from drake_navbench.controller import ControllerSetup
+from drake_navbench.controllers.critic_parameters import CriticBlock
 from drake_navbench.controllers.mppi.critics.batch import Batch, Float32Array, Reach, Scene
 from drake_navbench.controllers.mppi.float32_math import F32
 from drake_navbench.controllers.mppi.lanes import LANES, Lanes
 from drake_navbench.controllers.mppi.motion_models import MotionLimits, MotionModel
 from drake_navbench.kernels.grid import INSCRIBED, MAX_NON_OBSTACLE, NO_INFORMATION, Costmap, Grid
+from drake_navbench.quantities import Count
 
 
 class Trajectories(NamedTuple):
@@ -104,25 +109,43 @@ class CriticContext:
         return int(MAX_NON_OBSTACLE * decay)
 
 
-class Critic(Protocol):
-    """A critic: built from its parameter block (a mapping for a user's) and the context."""
+class CriticParameters(CriticBlock):
+    """What every critic has; a critic with more parameters subclasses it."""
 
-    def __init__(self, parameters: Any, context: CriticContext) -> None: ...
-
-    def score(self, batch: Batch) -> tuple[Float32Array, bool]:
-        """Returns the cost of each sample (B,) and whether the critic calls the batch a failure."""
-        ...
+    enabled: bool = Field(True, description="Whether the critic scores at all.")
 
 
-class PointwiseCritic:
-    """Base of the critics that look at one trajectory at a time.
+class TermParameters(CriticParameters):
+    """What the critics have whose cost is (weight term)^power; each has a weight of its own."""
 
-    In a cycle: `begin` once, `add` for every chunk, `finish` once.
+    cost_power: Count = Field(1, ge=1, description="Power of the weighted term.")
+
+
+class Critic(ABC):
+    """Scores a whole batch in one call; nothing that evolves is kept between calls.
+
+    A subclass finds its own block in `self.parameters` and what it may know of its controller in
+    `self.context`. One whose block has `enabled: false` is not asked.
+
+    Parameters: its parameter model.
     """
+
+    Parameters: ClassVar[type[CriticParameters]] = CriticParameters
 
     def __init__(self, parameters: Any, context: CriticContext) -> None:
         self.parameters = parameters
         self.context = context
+
+    @abstractmethod
+    def score(self, batch: Batch) -> tuple[Float32Array, bool]:
+        """Returns the cost of each sample (B,) and whether the critic calls the batch a failure."""
+
+
+class PointwiseCritic(Critic):
+    """Base of the critics that look at one trajectory at a time.
+
+    In a cycle: `begin` once, `add` for every chunk, `finish` once.
+    """
 
     def begin(self, scene: Scene, blocks: int) -> Any:
         """Returns what `add` needs in this cycle for a batch of `blocks`; None where inactive."""
@@ -150,14 +173,10 @@ class PointwiseCritic:
         return scored, fail
 
 
-class PathCritic:
+class PathCritic(Critic):
     """Base of the critics that need the path point which the whole batch reaches."""
 
     column_step: int = 0
-
-    def __init__(self, parameters: Any, context: CriticContext) -> None:
-        self.parameters = parameters
-        self.context = context
 
     def considers(self, scene: Scene) -> bool:
         """Whether the critic may act in this cycle; only then is the reached point needed."""

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+from pydantic import Field
 
 from drake_navbench.controllers.mppi.critics.base import (
     CriticContext,
+    CriticParameters,
     MapView,
     PointwiseCritic,
+    TermParameters,
     Trajectories,
     weigh,
 )
@@ -21,6 +24,7 @@ from drake_navbench.controllers.mppi.lanes import LANES, Lanes
 from drake_navbench.errors import InputError
 from drake_navbench.kernels.footprint import footprint_cost
 from drake_navbench.kernels.grid import INSCRIBED, LETHAL, NO_INFORMATION
+from drake_navbench.quantities import Count, Length, Number
 
 COST_COUNT = 256
 # Marks a sample that collides until the raw terms become costs.
@@ -39,8 +43,23 @@ class CostCycle(NamedTuple):
     outline_collides: NDArray[np.bool_]
 
 
+class CostParameters(TermParameters):
+    """Parameters of CostCritic."""
+
+    cost_weight: Number = Field(3.81, description="Weight of the mean cell cost [-].")
+    critical_cost: Number = Field(300.0, description="Score of a near-collision column [-].")
+    near_collision_cost: int = Field(253, ge=0, le=255, description="Cell cost that is one [-].")
+    collision_cost: Number = Field(1e6, description="Score of a colliding sample [-].")
+    consider_footprint: bool = Field(False, description="Check the outline, not the centre alone.")
+    near_goal_distance: Length = Field(0.5, ge=0, description="Plan length without cell costs [m].")
+    trajectory_point_step: Count = Field(2, ge=1, description="Columns from one check to the next.")
+    inflation_layer_name: str = Field("", description="Kept for Nav2's files; there is one layer.")
+
+
 class CostCritic(PointwiseCritic):
     """Mean cell cost over every `trajectory_point_step`-th column, or the collision cost."""
+
+    Parameters: ClassVar[type[CriticParameters]] = CostParameters
 
     def __init__(self, parameters: Any, context: CriticContext) -> None:
         super().__init__(parameters, context)
@@ -143,8 +162,22 @@ class ObstaclesCycle(NamedTuple):
     repulsion_sums: Lanes
 
 
+class ObstaclesParameters(TermParameters):
+    """Parameters of ObstaclesCritic."""
+
+    repulsion_weight: Number = Field(1.5, description="Weight of the inflation shortfall [1/m].")
+    critical_weight: Number = Field(20.0, description="Weight of the margin shortfall [1/m].")
+    collision_cost: Number = Field(1e5, description="Margin shortfall of a colliding sample [m].")
+    collision_margin_distance: Length = Field(0.10, ge=0, description="Distance to keep [m].")
+    near_goal_distance: Length = Field(0.5, ge=0, description="Plan length without repulsion [m].")
+    consider_footprint: bool = Field(False, description="Check the outline, not the centre alone.")
+    inflation_layer_name: str = Field("", description="Kept for Nav2's files; there is one layer.")
+
+
 class ObstaclesCritic(PointwiseCritic):
     """Distances to obstacles, read back from the inflated costs, or the collision cost."""
+
+    Parameters: ClassVar[type[CriticParameters]] = ObstaclesParameters
 
     def __init__(self, parameters: Any, context: CriticContext) -> None:
         super().__init__(parameters, context)
@@ -257,7 +290,7 @@ def collision_values(*, consider_footprint: bool, tracks_unknown: bool) -> NDArr
 def _require_outline(name: str, parameters: Any, context: CriticContext) -> None:
     if parameters.consider_footprint and context.setup.footprint_is_circle:
         raise InputError(
-            f"{name}.consider_footprint: found true, expected false for a robot given by a radius"
+            f"{name}.consider_footprint: got true, expected false for a robot given by a radius"
         )
 
 

@@ -2,19 +2,35 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numba import njit
+from pydantic import Field
 
-from drake_navbench.controllers.mppi.critics.base import PointwiseCritic, Trajectories
+from drake_navbench.controllers.mppi.critics.base import (
+    CriticParameters,
+    PointwiseCritic,
+    TermParameters,
+    Trajectories,
+)
 from drake_navbench.controllers.mppi.critics.batch import Float32Array, Scene
 from drake_navbench.controllers.mppi.float32_math import F32, PI, wrap32
 from drake_navbench.controllers.mppi.lanes import LANES, Lanes
+from drake_navbench.quantities import Length, Number
+
+
+class GoalParameters(TermParameters):
+    """Parameters of GoalCritic."""
+
+    cost_weight: Number = Field(5.0, description="Weight of the mean goal distance [1/m].")
+    threshold_to_consider: Length = Field(1.4, ge=0, description="Longest plan it acts on [m].")
 
 
 class GoalCritic(PointwiseCritic):
     """Mean distance to the last point of the local plan, where that is near."""
+
+    Parameters: ClassVar[type[CriticParameters]] = GoalParameters
 
     def begin(self, scene: Scene, blocks: int) -> tuple[Any, ...] | None:
         if scene.path_length > F32(self.parameters.threshold_to_consider):
@@ -47,11 +63,21 @@ def _distance_row(x, y, goal_x, goal_y, sums):
         sums[lane] += np.sqrt(dx * dx + dy * dy)
 
 
+class GoalAngleParameters(TermParameters):
+    """Parameters of GoalAngleCritic."""
+
+    cost_weight: Number = Field(3.0, description="Weight of the mean yaw error [1/rad].")
+    threshold_to_consider: Length = Field(0.5, ge=0, description="Longest plan it acts on [m].")
+    symmetric_yaw_tolerance: bool = Field(False, description="Also accept the reversed goal yaw.")
+
+
 class GoalAngleCritic(PointwiseCritic):
     """Mean yaw error against the last point of the local plan, where that is near.
 
     With `symmetric_yaw_tolerance` the reversed yaw is as good.
     """
+
+    Parameters: ClassVar[type[CriticParameters]] = GoalAngleParameters
 
     def begin(self, scene: Scene, blocks: int) -> tuple[Any, ...] | None:
         if scene.path_length > F32(self.parameters.threshold_to_consider):

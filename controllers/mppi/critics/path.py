@@ -8,16 +8,23 @@ from __future__ import annotations
 
 import math
 from enum import IntEnum
-from typing import Any
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+from pydantic import Field
 
-from drake_navbench.controllers.mppi.critics.base import CriticContext, PathCritic
+from drake_navbench.controllers.mppi.critics.base import (
+    CriticContext,
+    CriticParameters,
+    PathCritic,
+    TermParameters,
+)
 from drake_navbench.controllers.mppi.critics.batch import Float32Array, Reach, Scene
 from drake_navbench.controllers.mppi.float32_math import F32, HALF_PI, ONE, PI, ZERO, wrap32
 from drake_navbench.controllers.mppi.lanes import LANES
+from drake_navbench.quantities import Angle, Count, Length, Number
 
 # PathAlign ignores up to this many invalid path points, whatever their share.
 MAX_IGNORED_POINTS = 2
@@ -33,8 +40,23 @@ class PathAngleMode(IntEnum):
     CONSIDER_FEASIBLE_PATH_ORIENTATIONS = 2
 
 
+class PathAlignParameters(TermParameters):
+    """Parameters of PathAlignCritic."""
+
+    cost_weight: Number = Field(10.0, description="Weight of the mean path distance [1/m].")
+    max_path_occupancy_ratio: Number = Field(
+        0.07, ge=0, description="Share of occupied path points that turns it off [-]."
+    )
+    offset_from_furthest: Count = Field(20, ge=0, description="Least furthest path point [index].")
+    trajectory_point_step: Count = Field(4, ge=1, description="Columns from one check to the next.")
+    threshold_to_consider: Length = Field(0.5, ge=0, description="Shortest plan it acts on [m].")
+    use_path_orientations: bool = Field(False, description="Add the yaw error to the distance.")
+
+
 class PathAlignCritic(PathCritic):
     """Keeps samples on the path, point by point."""
+
+    Parameters: ClassVar[type[CriticParameters]] = PathAlignParameters
 
     def __init__(self, parameters: Any, context: CriticContext) -> None:
         super().__init__(parameters, context)
@@ -123,8 +145,18 @@ def _nearest_by_length_row(lengths, count, arcs, indices):
         indices[lane] = found
 
 
+class PathFollowParameters(TermParameters):
+    """Parameters of PathFollowCritic."""
+
+    cost_weight: Number = Field(5.0, description="Weight of the carrot distance [1/m].")
+    offset_from_furthest: Count = Field(6, ge=0, description="Carrot ahead of furthest [index].")
+    threshold_to_consider: Length = Field(1.4, ge=0, description="Shortest plan it acts on [m].")
+
+
 class PathFollowCritic(PathCritic):
     """Pulls the ends of the samples toward a free path point ahead of all of them."""
+
+    Parameters: ClassVar[type[CriticParameters]] = PathFollowParameters
 
     def score_reach(self, scene: Scene, reach: Reach, furthest: int) -> Float32Array | None:
         last = len(scene.path) - 1
@@ -148,8 +180,22 @@ def distance_costs(target_x, target_y, x, y, costs):
             costs[block, lane] = np.sqrt(dx * dx + dy * dy)
 
 
+class PathAngleParameters(TermParameters):
+    """Parameters of PathAngleCritic."""
+
+    cost_weight: Number = Field(2.2, description="Weight of the angle to the carrot [1/rad].")
+    offset_from_furthest: Count = Field(4, ge=0, description="Carrot ahead of furthest [index].")
+    threshold_to_consider: Length = Field(0.5, ge=0, description="Shortest plan it acts on [m].")
+    max_angle_to_furthest: Angle = Field(0.785398, ge=0, description="Least angle to act on [rad].")
+    mode: Literal[0, 1, 2] = Field(
+        0, description="0 forward preference, 1 none, 2 by the path's own orientations."
+    )
+
+
 class PathAngleCritic(PathCritic):
     """Turns the robot toward a path point where it points far away from it."""
+
+    Parameters: ClassVar[type[CriticParameters]] = PathAngleParameters
 
     def __init__(self, parameters: Any, context: CriticContext) -> None:
         super().__init__(parameters, context)

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from drake_navbench.controllers.mppi.critics.base import Critic, CriticContext
-from drake_navbench.controllers.mppi.parameters import MppiParameters
 from drake_navbench.plugins import PluginKind
 
-CRITICS = PluginKind(noun="critic", group="drake_navbench.mppi_critics", members=("score",))
+if TYPE_CHECKING:
+    from drake_navbench.controllers.mppi.parameters import MppiParameters
+
+CRITICS = PluginKind(
+    noun="critic", group="drake_navbench.mppi_critics", members=("Parameters", "score")
+)
 
 
 def load_critics(parameters: MppiParameters, context: CriticContext) -> list[Critic]:
@@ -14,11 +20,4 @@ def load_critics(parameters: MppiParameters, context: CriticContext) -> list[Cri
 
     Raises InputError for a name that is not registered, or that is broken.
     """
-    critics = []
-    for name in parameters.critics:
-        critic = CRITICS.load(name)
-        block = getattr(parameters, name, None)
-        if block is None:
-            block = parameters.user_critics.get(name, {})
-        critics.append(critic(block, context))
-    return critics
+    return [CRITICS.load(name)(parameters.critic(name), context) for name in parameters.critics]

@@ -2,23 +2,38 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numba import njit
+from pydantic import Field
 
-from drake_navbench.controllers.mppi.critics.base import PointwiseCritic, Trajectories
+from drake_navbench.controllers.mppi.critics.base import (
+    CriticParameters,
+    PointwiseCritic,
+    TermParameters,
+    Trajectories,
+)
 from drake_navbench.controllers.mppi.critics.batch import Float32Array, Scene
 from drake_navbench.controllers.mppi.float32_math import F32, ZERO
 from drake_navbench.controllers.mppi.lanes import LANES, Lanes
 from drake_navbench.controllers.mppi.motion_models import MotionModel
+from drake_navbench.quantities import Length, Number
 
 # Ackermann's turning radius |vx| / |wz| is cut off where the robot does not turn.
 _LEAST_TURN_RATE = F32(1e-6)
 
 
+class ConstraintParameters(TermParameters):
+    """Parameters of ConstraintCritic."""
+
+    cost_weight: Number = Field(4.0, description="Weight of the excess velocity [1/m].")
+
+
 class ConstraintCritic(PointwiseCritic):
     """Velocity outside the limits, integrated over time; a speed limit does not count."""
+
+    Parameters: ClassVar[type[CriticParameters]] = ConstraintParameters
 
     def begin(self, scene: Scene, blocks: int) -> tuple[Any, ...]:
         limits = self.context.limits
@@ -65,8 +80,17 @@ def add_tight_turns(vx, wz, min_turning_r, sums):
                 sums[block, lane] += max(min_turning_r - radius, ZERO)
 
 
+class PreferForwardParameters(TermParameters):
+    """Parameters of PreferForwardCritic."""
+
+    cost_weight: Number = Field(5.0, description="Weight of the distance in reverse [1/m].")
+    threshold_to_consider: Length = Field(0.5, ge=0, description="Shortest plan it acts on [m].")
+
+
 class PreferForwardCritic(PointwiseCritic):
     """Distance driven backward, while the goal is far."""
+
+    Parameters: ClassVar[type[CriticParameters]] = PreferForwardParameters
 
     def begin(self, scene: Scene, blocks: int) -> tuple[Any, ...] | None:
         near = scene.path_length < F32(self.parameters.threshold_to_consider)
@@ -82,8 +106,16 @@ class PreferForwardCritic(PointwiseCritic):
         return super().finish(cycle, costs)
 
 
+class TwirlingParameters(TermParameters):
+    """Parameters of TwirlingCritic."""
+
+    cost_weight: Number = Field(10.0, description="Weight of the mean turn rate [s/rad].")
+
+
 class TwirlingCritic(PointwiseCritic):
     """Mean |wz|, while the goal tolerance is not reached."""
+
+    Parameters: ClassVar[type[CriticParameters]] = TwirlingParameters
 
     def begin(self, scene: Scene, blocks: int) -> tuple[Any, ...] | None:
         return None if float(scene.path_length) < scene.goal_xy_tolerance_m else ()
@@ -98,8 +130,19 @@ class TwirlingCritic(PointwiseCritic):
         return super().finish(cycle, costs)
 
 
+class VelocityDeadbandParameters(TermParameters):
+    """Parameters of VelocityDeadbandCritic."""
+
+    cost_weight: Number = Field(35.0, description="Weight of the deadband shortfall [1/m].")
+    deadband_velocities: tuple[float, float, float] = Field(
+        (0.0, 0.0, 0.0), description="Least usable |vx|, |vy|, |wz| [m/s, m/s, rad/s]."
+    )
+
+
 class VelocityDeadbandCritic(PointwiseCritic):
     """Velocities too small for the drives to follow, integrated over time."""
+
+    Parameters: ClassVar[type[CriticParameters]] = VelocityDeadbandParameters
 
     def begin(self, scene: Scene, blocks: int) -> tuple[Any, ...]:
         return tuple(F32(abs(v)) for v in self.parameters.deadband_velocities)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scenes import straight_plan
 
 from drake_navbench.controller import ControllerSetup, Observation
 from drake_navbench.controllers.dwb import DynamicWindowApproachParameters
@@ -62,19 +63,13 @@ def map_of(costs, *, resolution=1.0, origin=(0.0, 0.0)) -> Costmap:
     return Costmap(np.array(costs, dtype=np.uint8), *origin, resolution)
 
 
-def straight_plan(start_x, end_x, *, y=0.0, spacing=0.05):
-    """Returns a plan along x."""
-    x = np.arange(start_x, end_x + 1e-9, spacing)
-    return np.column_stack([x, np.full_like(x, y), np.zeros_like(x)])
-
-
 def observe(**changes) -> Observation:
     """Returns an observation of a robot at rest at the origin before a straight plan."""
     known = {
         "time_s": 0.0,
         "pose": np.zeros(3),
         "twist": np.zeros(2),
-        "plan": straight_plan(0.0, 1.4),
+        "plan": straight_plan(1.4),
         "plan_id": 1,
         "costmap": free_map(),
         "goal": np.array([5.0, 0.0, 0.0]),
@@ -88,7 +83,7 @@ def situate(**changes) -> Situation:
         "time_s": 0.0,
         "pose": (0.0, 0.0, 0.0),
         "twist": (0.0, 0.0, 0.0),
-        "plan": straight_plan(0.0, 1.4),
+        "plan": straight_plan(1.4),
         "goal": (5.0, 0.0, 0.0),
         "costmap": free_map(),
     }

@@ -6,9 +6,10 @@ from dataclasses import replace
 import dwb_reference
 import numpy as np
 import pytest
-from dwb_cases import RECTANGLE, SETUP, free_map, observe, parameters, situate, straight_plan
+from dwb_cases import RECTANGLE, SETUP, free_map, observe, parameters, situate
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scenes import straight_plan
 
 from drake_navbench.controller import InvalidPath, NoValidControl, SpeedLimit
 from drake_navbench.controllers.dwb import DynamicWindowApproach
@@ -161,7 +162,7 @@ def test_ties_go_to_the_slowest_and_then_the_most_negative_yaw_rate():
 def test_straight_path_of_7_25_m_takes_the_original_15_05_s():
     # Bringup critics at 0.5 m/s, 20 Hz, perfect velocity tracking, tolerance 0.25 m, pruned at 2 m.
     controller = controller_of(max_vel_x=0.5, max_speed_xy=0.5)
-    plan = straight_plan(0.0, 7.25)
+    plan = straight_plan(7.25)
     memory, x, v, cycles = controller.initial_memory(), 0.0, 0.0, 0
     while 7.25 - x > 0.25:
         nearest = int(np.argmin(np.abs(plan[:, 0] - x)))
@@ -203,7 +204,7 @@ def test_decision_depends_on_observation_and_memory_alone():
 
 def test_new_plan_makes_the_critics_forget():
     controller = controller_of()
-    at_goal = {"goal": np.array([0.1, 0.0, 1.0]), "plan": straight_plan(0.0, 0.1)}
+    at_goal = {"goal": np.array([0.1, 0.0, 1.0]), "plan": straight_plan(0.1)}
     memory = controller.step(observe(**at_goal), controller.initial_memory()).memory
     assert memory.critics[0].rotating
     far = {"goal": np.array([5.0, 0.0, 0.0])}

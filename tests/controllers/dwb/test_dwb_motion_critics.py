@@ -4,9 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from dwb_cases import SETUP, parameters, scene_of, situate, straight_plan
+from dwb_cases import SETUP, parameters, scene_of, situate
 from hypothesis import given
 from hypothesis import strategies as st
+from scenes import straight_plan
 
 from drake_navbench.controllers.dwb.critics.oscillation import Oscillation, OscillationMemory, Trend
 from drake_navbench.controllers.dwb.critics.preferences import PreferForward, Twirling
@@ -55,7 +56,7 @@ class TestRotateToGoal:
         memory = self.critic.initial_memory()
         for distance, speed in ((0.2, 0.3), (0.2, 0.2), (0.6, 0.4)):
             situation = situate(
-                goal=(distance, 0.0, 0.0), plan=straight_plan(0.0, 0.5), twist=(speed, 0.0, 0.0)
+                goal=(distance, 0.0, 0.0), plan=straight_plan(0.5), twist=(speed, 0.0, 0.0)
             )
             memory = self.critic.prepare(situation, memory)
             flags.append(tuple(memory))

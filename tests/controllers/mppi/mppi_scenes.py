@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scenes import straight_plan
 
 from drake_navbench.controller import ControllerSetup, NoiseKey, Observation
 from drake_navbench.controllers.mppi.critics.base import CriticContext
@@ -59,12 +60,6 @@ def costmap(costs=None) -> Costmap:
     return Costmap(costs, -1.5, -1.5, RESOLUTION)
 
 
-def straight_plan(length_m=1.45) -> np.ndarray:
-    """From the origin along x, points 0.05 m apart."""
-    x = np.arange(0.0, length_m + RESOLUTION / 2, RESOLUTION)
-    return np.column_stack([x, np.zeros_like(x), np.zeros_like(x)])
-
-
 def scene_of(plan, *, pose=(0.0, 0.0, 0.0), costs=None) -> Scene:
     """A scene in the 3 x 3 m map."""
     return Scene.from_plan(np.asarray(plan, float), pose=pose, costmap=costmap(costs))
@@ -94,7 +89,7 @@ def critic_of(name, *, setup=None, steps=56, **parameters):
 
 def observe(*, pose=(0.0, 0.0, 0.0), twist=(0.0, 0.0), plan=None, step=0, seed=1, costs=None):
     """An observation in the 3 x 3 m map; the plan is straight where none is given."""
-    plan = straight_plan() if plan is None else np.asarray(plan, float)
+    plan = straight_plan(1.45) if plan is None else np.asarray(plan, float)
     return Observation(
         time_s=0.05 * step,
         pose=np.array(pose),

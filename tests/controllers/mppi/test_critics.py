@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 import pytest
-from mppi_scenes import batch_of, critic_of, round_robot, scene_of, straight_plan
+from mppi_scenes import batch_of, critic_of, round_robot, scene_of
+from scenes import straight_plan
 
 
 def score(critic, batch):
@@ -16,27 +17,27 @@ def score(critic, batch):
 
 def test_constraint_integrates_the_excess_over_the_limits():
     # 0.05 s (0.2 + 0 + 0.15) m/s = 0.0175 m, times 4.
-    batch = batch_of(scene_of(straight_plan()), x=np.zeros(3), vx=[0.7, 0.1, -0.5])
+    batch = batch_of(scene_of(straight_plan(1.45)), x=np.zeros(3), vx=[0.7, 0.1, -0.5])
     assert score(critic_of("ConstraintCritic", steps=3), batch)[0] == pytest.approx(0.07, rel=1e-5)
 
 
 def test_prefer_forward_integrates_reverse_velocity():
     # 0.05 s (0.1 + 0.3) m/s = 0.02 m, times 5.
-    batch = batch_of(scene_of(straight_plan()), x=np.zeros(3), vx=[-0.1, 0.2, -0.3])
+    batch = batch_of(scene_of(straight_plan(1.45)), x=np.zeros(3), vx=[-0.1, 0.2, -0.3])
     cost, _ = score(critic_of("PreferForwardCritic", steps=3), batch)
     assert cost == pytest.approx(0.1, rel=1e-5)
 
 
 def test_twirling_is_the_mean_turn_rate():
     # (0.3 + 0.6) / 3 = 0.3 rad/s, times 10.
-    batch = batch_of(scene_of(straight_plan()), x=np.zeros(3), wz=[0.3, -0.6, 0.0])
+    batch = batch_of(scene_of(straight_plan(1.45)), x=np.zeros(3), wz=[0.3, -0.6, 0.0])
     assert score(critic_of("TwirlingCritic", steps=3), batch)[0] == pytest.approx(3.0, rel=1e-5)
 
 
 def test_velocity_deadband_integrates_what_lacks_to_the_deadband():
     # vx: 0.05 + 0, wz: 0.1 + 0.05; 0.05 s x 0.2 = 0.01, times 35.
     critic = critic_of("VelocityDeadbandCritic", steps=2, deadband_velocities=(0.1, 0.0, 0.2))
-    batch = batch_of(scene_of(straight_plan()), x=np.zeros(2), vx=[0.05, -0.3], wz=[0.1, 0.15])
+    batch = batch_of(scene_of(straight_plan(1.45)), x=np.zeros(2), vx=[0.05, -0.3], wz=[0.1, 0.15])
     assert score(critic, batch)[0] == pytest.approx(0.35, rel=1e-5)
 
 
@@ -64,7 +65,7 @@ def test_path_follow_aims_at_the_free_point_ahead_of_the_furthest():
     # Furthest 2, offset 6: point 8 at x = 0.40; occupied, so point 9 at 0.45.
     costs = np.zeros((60, 60), np.uint8)
     costs[:, 38] = 254  # x in [0.40, 0.45)
-    plan = straight_plan() + np.array([0.01, 0.0, 0.0])
+    plan = straight_plan(1.45) + np.array([0.01, 0.0, 0.0])
     batch = batch_of(scene_of(plan, costs=costs), x=[0.0, 0.1], furthest=2)
     # Point 9 is at 0.46, 0.36 m ahead of the end; times 5.
     assert score(critic_of("PathFollowCritic", steps=2, threshold_to_consider=1.0), batch)[
@@ -107,7 +108,7 @@ def test_path_angle_acts_beyond_its_gate_and_by_its_mode():
 def test_cost_sums_cell_values_over_every_second_column():
     # 28 columns on cells of 100: 28 x 100 x 3.81 / 254 / 28 = 1.5.
     costs = np.full((60, 60), 100, np.uint8)
-    batch = batch_of(scene_of(straight_plan(), costs=costs), x=np.zeros(56))
+    batch = batch_of(scene_of(straight_plan(1.45), costs=costs), x=np.zeros(56))
     assert score(critic_of("CostCritic"), batch) == (pytest.approx(1.5, rel=1e-5), False)
 
 
@@ -115,7 +116,7 @@ def test_cost_of_a_collision_replaces_the_sum_and_fails_if_all_collide():
     # 1e6 x 3.81 / 254 / 28 = 535.71.
     costs = np.zeros((60, 60), np.uint8)
     costs[30, 40] = 254  # x in [0.50, 0.55), y in [0, 0.05)
-    scene = scene_of(straight_plan(), costs=costs)
+    scene = scene_of(straight_plan(1.45), costs=costs)
     x = np.linspace(0.0, 1.2, 56)
     x[20] = 0.52
     assert score(critic_of("CostCritic"), batch_of(scene, x=x, y=0.02)) == (
@@ -125,7 +126,7 @@ def test_cost_of_a_collision_replaces_the_sum_and_fails_if_all_collide():
 
 
 def test_cost_takes_leaving_the_map_for_a_collision():
-    batch = batch_of(scene_of(straight_plan()), x=np.linspace(0.0, 3.0, 56))
+    batch = batch_of(scene_of(straight_plan(1.45)), x=np.linspace(0.0, 3.0, 56))
     assert score(critic_of("CostCritic"), batch) == (pytest.approx(535.71, rel=1e-4), True)
 
 
@@ -135,7 +136,7 @@ def test_obstacles_reads_distances_back_from_the_costs():
     costs = np.zeros((60, 60), np.uint8)
     costs[30, 30] = 252
     setup = round_robot(inflation_radius_m=0.7, inflation_cost_scaling_factor=3.0)
-    batch = batch_of(scene_of(straight_plan(), costs=costs), x=[0.02, 1.0], y=0.02)
+    batch = batch_of(scene_of(straight_plan(1.45), costs=costs), x=[0.02, 1.0], y=0.02)
     cost, fail = score(critic_of("ObstaclesCritic", setup=setup, steps=2), batch)
     assert cost == pytest.approx(20 * 0.09868, rel=1e-4)
     assert not fail

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from importlib.metadata import EntryPoint
-
 import numpy as np
 import pytest
-from mppi_scenes import BRINGUP, observe, round_robot, scene_of, straight_plan
+from mppi_scenes import BRINGUP, observe, round_robot, scene_of
+from scenes import straight_plan
 
-from drake_navbench import plugins
 from drake_navbench.controller import NoValidControl
 from drake_navbench.controllers.mppi import ModelPredictivePathIntegral, MppiParameters
-from drake_navbench.controllers.mppi.critics import registry
 from drake_navbench.controllers.mppi.noise import Noise
 from drake_navbench.controllers.mppi.sampler import Sampler
-from drake_navbench.errors import InputError
 
 STEPS = 56
 LETHAL = 254
@@ -34,13 +30,13 @@ def run_from(sampler, velocity, *, scene=None):
         controls=steady, history=steady[:, :4].copy(), last_command=np.asarray(velocity, float)
     )
     silence = Noise.empty(1, STEPS, holonomic=sampler.rules.holonomic)
-    scene = scene_of(straight_plan()) if scene is None else scene
+    scene = scene_of(straight_plan(1.45)) if scene is None else scene
     return sampler.run(scene, velocity, start, draw=lambda resets, index: silence)
 
 
 def test_an_omnidirectional_robot_slides_sideways():
     # Heading along y, its left is -x: 0.2 m/s x 0.05 s = 0.01 m a step.
-    scene = scene_of(straight_plan(), pose=(0.0, 0.0, np.pi / 2))
+    scene = scene_of(straight_plan(1.45), pose=(0.0, 0.0, np.pi / 2))
     result = run_from(sampler_of(motion_model="Omni"), (0.0, 0.2, 0.0), scene=scene)
     slid = -0.01 * np.arange(1, STEPS + 1)
     np.testing.assert_allclose(result.batch.poses[0, :, 0], slid, atol=1e-5)
@@ -87,7 +83,7 @@ def wall_ahead():
     """A wall 0.4 m ahead of the robot."""
     costs = np.zeros((60, 60), np.uint8)
     costs[:, 38] = LETHAL  # x in [0.40, 0.45)
-    return scene_of(straight_plan(), costs=costs)
+    return scene_of(straight_plan(1.45), costs=costs)
 
 
 def test_a_colliding_average_is_optimised_anew_from_rest():
@@ -108,51 +104,6 @@ def test_without_retries_a_colliding_average_is_no_valid_control():
 def test_the_validator_looks_no_further_than_its_time():
     sampler = sampler_of(TrajectoryValidator={"collision_lookahead_time": 0.5})
     assert run_from(sampler, (0.5, 0.0, 0.0), scene=wall_ahead()).retry_count == 0
-
-
-class TurnLeft:
-    """A user's critic: rewards the yaw at the end."""
-
-    def __init__(self, parameters, context):
-        self.weight = parameters.get("weight", 1.0)
-
-    def score(self, batch):
-        return -np.float32(self.weight) * batch.poses[:, -1, 2], False
-
-
-@pytest.fixture
-def installed_user_critic(monkeypatch):
-    group = registry.CRITICS.group
-    point = EntryPoint("TurnLeft", f"{__name__}:TurnLeft", group)
-    installed = {**plugins._installed(group), "TurnLeft": (point,)}
-    monkeypatch.setattr(plugins, "_installed", lambda group: installed)
-
-
-@pytest.mark.usefixtures("installed_user_critic")
-def test_a_users_critic_is_found_by_entry_point_and_steers():
-    def turned(weight):
-        parameters = MppiParameters.model_validate(
-            {"critics": ["GoalCritic", "TurnLeft"], "TurnLeft": {"weight": weight}}
-        )
-        sampler = Sampler(parameters, round_robot())
-        noise = Noise.empty(1000, STEPS, holonomic=False)
-        noise.draw((4,), (0.2, 0.0, 0.4))
-        result = sampler.run(
-            scene_of(straight_plan(1.0)),
-            (0.3, 0.0, 0.0),
-            sampler.initial_state()._replace(last_command=np.array([0.3, 0.0, 0.0])),
-            draw=lambda resets, index: noise,
-        )
-        assert result.critic_costs.shape == (2, 1000)
-        return result.trajectory[-1, 2]
-
-    assert turned(10.0) > turned(0.0) + 0.1
-
-
-def test_a_critic_that_is_not_installed_is_refused():
-    parameters = MppiParameters.model_validate({"critics": ["TurnLeft"], "TurnLeft": {}})
-    with pytest.raises(InputError, match="TurnLeft"):
-        Sampler(parameters, round_robot())
 
 
 def test_diagnostics_carry_what_a_replay_draws():

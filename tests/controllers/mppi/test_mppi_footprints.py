@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 import pytest
-from mppi_scenes import batch_of, critic_of, round_robot, scene_of, straight_plan
+from mppi_scenes import batch_of, critic_of, round_robot, scene_of
+from scenes import straight_plan
 
 from drake_navbench.controllers.mppi.critics.base import MapView
 from drake_navbench.controllers.mppi.validator import is_trajectory_clear
@@ -43,9 +44,9 @@ def map_with(*, centre, at_corner=0):
 
 def standing(costs, *, yaw=0.0, tracks_unknown=False):
     """One sample of two columns that stands at (0.01, 0.01)."""
-    scene = scene_of(straight_plan())
+    scene = scene_of(straight_plan(1.45))
     costmap = Costmap(costs, -1.5, -1.5, 0.05, tracks_unknown=tracks_unknown)
-    scene = type(scene).from_plan(straight_plan(), pose=(0.0, 0.0, 0.0), costmap=costmap)
+    scene = type(scene).from_plan(straight_plan(1.45), pose=(0.0, 0.0, 0.0), costmap=costmap)
     return batch_of(scene, x=[0.01, 0.01], y=0.01, yaw=yaw)
 
 

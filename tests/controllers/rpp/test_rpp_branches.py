@@ -16,7 +16,7 @@ from drake_navbench.controller import (
     SpeedLimit,
 )
 from drake_navbench.controllers.rpp import RegulatedPurePursuit, RegulatedPurePursuitParameters
-from drake_navbench.controllers.rpp.controller import Memory
+from drake_navbench.controllers.rpp.memory import RppMemory
 
 DIGITS = 1e-6
 
@@ -41,7 +41,7 @@ def command(controller, observation, memory=None):
 def test_steers_along_the_circle_through_the_carrot(make_controller, observe):
     # Carrot (0.6, 0.3): curvature 2 * 0.3 / 0.45 = 4/3, radius 0.75 < 0.9.
     # v = 0.5 * 0.75 / 0.9 = 0.416667, w = 4/3 v.
-    decision = make_controller().step(observe(), Memory())
+    decision = make_controller().step(observe(), RppMemory())
     assert decision.command == pytest.approx([0.416667, 0.555556], abs=DIGITS)
     assert decision.diagnostics["branch"] == "track"
     assert decision.diagnostics["curvature_radpm"] == pytest.approx(4.0 / 3.0)
@@ -112,7 +112,7 @@ def test_lateral_error_does_not_shorten_the_lookahead(make_controller, observe):
     # 0.6 m along the plan, wherever the robot is: carrot (0.6, 1.0) seen from the robot, with
     # curvature 2 / 1.36; the heading error of 1.03 rad would turn the robot in place otherwise.
     controller = make_controller(use_rotate_to_heading=False)
-    decision = controller.step(observe(straight(y=1.0)), Memory())
+    decision = controller.step(observe(straight(y=1.0)), RppMemory())
     assert decision.diagnostics["curvature_radpm"] == pytest.approx(2.0 / 1.36)
 
 
@@ -120,7 +120,7 @@ def test_lateral_error_does_not_shorten_the_lookahead(make_controller, observe):
 def test_lookahead_scales_with_the_measured_speed(make_controller, observe, measured_v, expected):
     # 1.5 s of the speed, between 0.3 and 0.9 m.
     controller = make_controller(use_velocity_scaled_lookahead_dist=True)
-    decision = controller.step(observe(straight(), twist=(measured_v, 0.0)), Memory())
+    decision = controller.step(observe(straight(), twist=(measured_v, 0.0)), RppMemory())
     assert decision.diagnostics["lookahead_distance_m"] == pytest.approx(expected)
 
 
@@ -134,11 +134,11 @@ def test_that_point_runs_on_beyond_the_plan_where_asked(make_controller, observe
     # The plan of 0.8 m ends at (0.8, 0.3); 1.2 m along its continuation is (1.2, 0.3).
     plan = straight(0.8, y=0.3)
     fixed = {"use_fixed_curvature_lookahead": True, "curvature_lookahead_dist": 1.2}
-    stays = make_controller(**fixed).step(observe(plan), Memory())
+    stays = make_controller(**fixed).step(observe(plan), RppMemory())
     runs_on = make_controller(**fixed, interpolate_curvature_after_goal=True).step(
-        observe(plan), Memory()
+        observe(plan), RppMemory()
     )
-    alone = make_controller(interpolate_curvature_after_goal=True).step(observe(plan), Memory())
+    alone = make_controller(interpolate_curvature_after_goal=True).step(observe(plan), RppMemory())
     assert stays.diagnostics["curvature_radpm"] == pytest.approx(0.6 / 0.73)
     assert runs_on.diagnostics["curvature_radpm"] == pytest.approx(0.6 / 1.53)
     assert alone.diagnostics["curvature_radpm"] == pytest.approx(0.6 / 0.45)
@@ -181,20 +181,20 @@ def test_turns_towards_a_plan_far_off_the_heading(
     make_controller, observe, angle, measured_w, expected
 ):
     observation = observe(turned(straight(), angle), twist=(0.0, measured_w))
-    decision = make_controller().step(observation, Memory())
+    decision = make_controller().step(observation, RppMemory())
     assert decision.command == pytest.approx([0.0, expected])
     assert decision.diagnostics["branch"] == "rotate_to_path"
 
 
 def test_drives_a_plan_only_a_little_off_the_heading(make_controller, observe):
-    decision = make_controller().step(observe(turned(straight(), 0.78)), Memory())
+    decision = make_controller().step(observe(turned(straight(), 0.78)), RppMemory())
     assert decision.diagnostics["branch"] == "track"
 
 
 def test_turns_to_the_heading_of_the_goal_at_its_position(make_controller, observe):
     plan = [[0.0, 0.0, 0.0], [0.1, 0.0, 1.0]]
     observation = observe(plan, goal_xy_reached=True)
-    decision = make_controller().step(observation, Memory())
+    decision = make_controller().step(observation, RppMemory())
     assert decision.command == pytest.approx([0.0, 0.16])
     assert decision.diagnostics["branch"] == "rotate_to_goal"
 
@@ -210,7 +210,7 @@ def test_does_not_turn_in_place_where_switched_off(make_controller, observe):
     controller = make_controller(use_rotate_to_heading=False)
     plan = turned(straight(), 0.9)
     for at_goal in (False, True):
-        decision = controller.step(observe(plan, goal_xy_reached=at_goal), Memory())
+        decision = controller.step(observe(plan, goal_xy_reached=at_goal), RppMemory())
         assert decision.diagnostics["branch"] == "track"
 
 
@@ -220,7 +220,7 @@ def test_does_not_turn_in_place_where_switched_off(make_controller, observe):
 def test_drives_backwards_where_the_carrot_is_behind(make_controller, observe):
     # Carrot (-0.6, 0.3): curvature 4/3 as ahead; the speed changes its sign, and w with it.
     plan = [[-x, y, yaw] for x, y, yaw in straight(y=0.3)]
-    decision = make_controller(allow_reversing=True).step(observe(plan), Memory())
+    decision = make_controller(allow_reversing=True).step(observe(plan), RppMemory())
     assert decision.command == pytest.approx([-0.416667, -0.555556], abs=DIGITS)
 
 
@@ -274,7 +274,7 @@ def test_cancelling_changes_nothing_where_switched_off(make_controller, observe)
 
 
 def test_an_empty_plan_is_invalid(make_controller, observe):
-    with pytest.raises(InvalidPath, match="found no poses"):
+    with pytest.raises(InvalidPath, match="got no poses"):
         command(make_controller(), observe(np.zeros((0, 3))))
 
 
@@ -319,8 +319,8 @@ def test_what_cancelling_did_is_kept_when_the_command_collides(
         straight(), costmap=make_costmap(lethal=[(0.22, 0.01)]), cancel_requested=True
     )
     with pytest.raises(CollisionAhead) as failure:
-        controller.step(observation, Memory(last_v=0.3, last_w=0.1))
-    assert failure.value.memory == Memory(0.3, 0.1, is_cancelling=True, has_stopped=True)
+        controller.step(observation, RppMemory(last_v=0.3, last_w=0.1))
+    assert failure.value.memory == RppMemory(0.3, 0.1, is_cancelling=True, has_stopped=True)
 
 
 # Parameters and diagnostics
@@ -361,11 +361,11 @@ def test_arrays_to_draw_come_only_where_wanted(make_controller, observe, setup):
     pose = (0.5, -0.2, math.pi / 2.0)
     plan = np.array(turned(straight(), math.pi / 2.0)) + np.array([0.5, -0.2, 0.0])
     observation = observe(plan, pose=pose)
-    assert "carrot" not in make_controller().step(observation, Memory()).diagnostics
+    assert "carrot" not in make_controller().step(observation, RppMemory()).diagnostics
     drawing = RegulatedPurePursuit(
         RegulatedPurePursuitParameters(), replace(setup, wants_diagnostics=True)
     )
-    diagnostics = drawing.step(observation, Memory()).diagnostics
+    diagnostics = drawing.step(observation, RppMemory()).diagnostics
     # 0.6 m ahead of a robot that faces +y.
     assert diagnostics["carrot"] == pytest.approx([0.5, 0.4])
     # A pose each cell of 0.05 m at 0.5 m/s, so each 0.1 s of 1 s: the present one and nine more.

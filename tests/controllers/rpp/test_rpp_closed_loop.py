@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scenes import straight_plan
 
 from drake_navbench.controller import ControllerSetup, NoValidControl, Observation
 from drake_navbench.controllers.rpp import RegulatedPurePursuit, RegulatedPurePursuitParameters
@@ -74,13 +75,6 @@ def drive(controller, plan, pose, time_limit_s=40.0):
         twist, memory, _ = controller.step(observation, memory)
         pose = advance(pose, twist)
     raise AssertionError(f"not at the goal after {time_limit_s} s, but at {pose}")
-
-
-def straight_plan(length_m):
-    count = round(length_m / 0.05) + 1
-    plan = np.zeros((count, 3))
-    plan[:, 0] = np.linspace(0.0, length_m, count)
-    return plan
 
 
 def test_straight_plan_takes_as_long_as_with_the_original():

@@ -11,15 +11,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scenes import straight_plan
 
 from drake_navbench.controller import CollisionAhead, SpeedLimit
 from drake_navbench.controllers.rpp import RegulatedPurePursuit, RegulatedPurePursuitParameters
-from drake_navbench.controllers.rpp.controller import Memory
 from drake_navbench.controllers.rpp.kernels import project_arc
-
-
-def straight(length_m=1.5):
-    return [[0.05 * i, 0.0, 0.0] for i in range(round(length_m / 0.05) + 1)]
+from drake_navbench.controllers.rpp.memory import RppMemory
 
 
 @pytest.fixture
@@ -28,13 +25,13 @@ def collides(make_controller, observe, make_costmap):
 
     def check(lethal, *, plan=None, cost=0, tracks_unknown=False, observed=None, **parameters):
         observation = observe(
-            straight() if plan is None else plan,
+            straight_plan(1.5) if plan is None else plan,
             costmap=make_costmap(cost, lethal=lethal, tracks_unknown=tracks_unknown),
             **(observed or {}),
         )
         parameters.setdefault("use_cost_regulated_linear_velocity_scaling", False)
         try:
-            make_controller(**parameters).step(observation, Memory())
+            make_controller(**parameters).step(observation, RppMemory())
         except CollisionAhead:
             return True
         return False
@@ -75,7 +72,7 @@ def test_turning_in_place_sweeps_the_corners(make_controller, observe, make_cost
     turning = observe(left, twist=(0.0, 1.0), costmap=make_costmap(lethal=[(0.66, 0.51)]))
     controller = RegulatedPurePursuit(RegulatedPurePursuitParameters(), long_robot)
     with pytest.raises(CollisionAhead, match=r"v 0.000 m/s, w 1.160 rad/s"):
-        controller.step(turning, Memory())
+        controller.step(turning, RppMemory())
 
 
 def test_a_graded_cost_is_no_collision_but_a_lethal_one_is(collides):
@@ -119,7 +116,7 @@ def test_a_scaled_lookahead_lets_the_check_reach_beyond_the_carrot(collides):
 
 def test_the_end_of_the_plan_ends_the_check_unless_told_otherwise(collides):
     # A plan of 0.7 m in place of the 0.8 m: 0.93 m. Beyond it, 0.75 m and 0.98 m as above.
-    plan = straight(0.7)
+    plan = straight_plan(0.7)
     assert not collides([(0.96, 0.01)], plan=plan, **SCALED)
     assert collides([(0.96, 0.01)], plan=plan, allow_obstacle_checking_beyond_goal=True, **SCALED)
 
@@ -133,10 +130,10 @@ def test_the_largest_lookahead_bounds_that_check(collides):
 def test_the_error_tells_when_and_with_what_it_would_collide(
     make_controller, observe, make_costmap
 ):
-    observation = observe(straight(), costmap=make_costmap(lethal=[(0.51, 0.01)]))
+    observation = observe(straight_plan(1.5), costmap=make_costmap(lethal=[(0.51, 0.01)]))
     controller = make_controller(use_cost_regulated_linear_velocity_scaling=False)
     with pytest.raises(CollisionAhead, match=r"collision ahead in 0.60 s with v 0.500") as failure:
-        controller.step(observation, Memory())
+        controller.step(observation, RppMemory())
     # The outline first touches at 0.27 m: the pose at 0.30 m, after 0.6 s.
     assert failure.value.details["time_to_collision_s"] == pytest.approx(0.6)
     assert failure.value.code == 106

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from drake_navbench.controllers.rpp.controller import Memory
 from drake_navbench.controllers.rpp.dynamic_window import (
     axis_window,
     command_in_window,
     cut_to_speed,
 )
+from drake_navbench.controllers.rpp.memory import RppMemory
 
 ACCELERATION, DECELERATION, PERIOD = 2.0, -4.0, 0.1
 
@@ -82,7 +82,7 @@ def test_of_equally_near_corners_the_fastest_wins():
 def test_controller_starts_its_window_at_its_last_command(make_controller, observe, y, expected):
     controller = make_controller(use_dynamic_window=True, rotate_to_heading_min_angle=3.0)
     plan = [[0.1 * i, y, 0.0] for i in range(20)]
-    decision = controller.step(observe(plan, twist=(0.0, 1.0)), Memory(last_v=0.3, last_w=0.0))
+    decision = controller.step(observe(plan, twist=(0.0, 1.0)), RppMemory(last_v=0.3, last_w=0.0))
     assert decision.command == pytest.approx(expected)
     assert decision.memory[:2] == tuple(decision.command)
 
@@ -92,7 +92,7 @@ def test_turning_in_place_ignores_the_window_but_the_next_window_starts_there(
 ):
     controller = make_controller(use_dynamic_window=True)
     behind = [[-0.1 * i, 0.0, 0.0] for i in range(20)]
-    turning = controller.step(observe(behind, twist=(0.0, 1.0)), Memory(last_v=0.5))
+    turning = controller.step(observe(behind, twist=(0.0, 1.0)), RppMemory(last_v=0.5))
     assert turning.command == pytest.approx([0.0, 1.16])
     ahead = [[0.1 * i, 0.0, 0.0] for i in range(20)]
     tracking = controller.step(observe(ahead), turning.memory)

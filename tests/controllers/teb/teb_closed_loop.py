@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
+from scenes import WHEELCHAIR
 
 from drake_navbench.controller import ControllerError, ControllerSetup, Observation
 from drake_navbench.kernels.footprint import footprint_cost, footprint_radii
@@ -24,7 +25,6 @@ WINDOW_M = 6.0
 SIGHT_M = 2.95
 PLAN_AHEAD_M = 3.0
 GOAL_TOLERANCE_M, GOAL_TOLERANCE_RAD = 0.25, 0.25
-WHEELCHAIR = np.array([[0.85, 0.30], [0.85, -0.30], [-0.25, -0.30], [-0.25, 0.30]])
 
 
 def wheelchair_setup(*, wants_diagnostics: bool = False) -> ControllerSetup:

@@ -10,7 +10,8 @@ from teb_closed_loop import drive, plan_from_elements, wheelchair_setup, window
 from drake_navbench.controller import CONTROLLERS, NoValidControl, Observation, SpeedLimit
 from drake_navbench.controllers.teb import TimedElasticBand
 from drake_navbench.controllers.teb import program as program_module
-from drake_navbench.controllers.teb.candidates import REVISIT_PERIOD_S, TebMemory
+from drake_navbench.controllers.teb.candidates import REVISIT_PERIOD_S
+from drake_navbench.controllers.teb.memory import TebMemory
 from drake_navbench.controllers.teb.planner import ACCEPTED_VIOLATION
 from drake_navbench.inputs.presets import load_preset
 

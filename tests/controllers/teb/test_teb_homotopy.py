@@ -8,13 +8,13 @@ from drake_navbench.controllers.teb.homotopy import (
     RIGHT,
     class_name,
     find_clusters,
-    path_length,
     path_past_cluster,
     same_class,
     swept_angles,
 )
 from drake_navbench.controllers.teb.obstacles import distance_field
 from drake_navbench.kernels.grid import FREE, LETHAL, Costmap
+from drake_navbench.kernels.path_geometry import path_length
 
 CLEARANCE_M = 0.4
 START, GOAL = np.array([-2.0, 0.0]), np.array([2.0, 0.0])

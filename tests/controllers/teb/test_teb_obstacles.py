@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from teb_closed_loop import WHEELCHAIR
+from scenes import WHEELCHAIR
 
 from drake_navbench.controllers.teb.obstacles import (
     distance_field,

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 from pydantic import ValidationError
-from teb_closed_loop import WHEELCHAIR, wheelchair_setup
+from scenes import WHEELCHAIR
+from teb_closed_loop import wheelchair_setup
 
 from drake_navbench.controller import SpeedLimit
 from drake_navbench.controllers.teb import TimedElasticBand

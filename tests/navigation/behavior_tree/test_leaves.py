@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from py_trees.common import Status
+from scenes import straight_plan
 
 from drake_navbench.navigation.behavior_tree.board import Board, TickInputs
 from drake_navbench.navigation.behavior_tree.leaves import (
@@ -25,14 +26,8 @@ from drake_navbench.navigation.planner import NoValidPathCouldBeFound
 from drake_navbench.navigation.task import TaskState, TaskStatus
 
 
-def straight(length_m: float) -> np.ndarray:
-    """Returns a path along x with a pose every 0.1 m."""
-    x = np.linspace(0.0, length_m, round(length_m / 0.1) + 1)
-    return np.column_stack([x, 0 * x, 0 * x])
-
-
 def plan_straight(start, goal, costmap):
-    return straight(goal[0])
+    return straight_plan(goal[0], 0.1)
 
 
 def board(**values) -> Board:
@@ -75,7 +70,7 @@ def test_a_goal_is_updated_only_while_the_node_is_active():
     ("x", "status"), [(1.9, Status.FAILURE), (2.1, Status.SUCCESS), (5.9, Status.SUCCESS)]
 )
 def test_the_goal_is_nearby_when_less_than_the_threshold_is_left_of_the_path(x, status):
-    shared = board(path=straight(6.0))
+    shared = board(path=straight_plan(6.0, 0.1))
     node = IsGoalNearby("n", shared, threshold_m=4.0, search_distance_m=10.0)
     see(shared, pose=np.array([x, 0.3, 0.0]))
     assert tick(node) == status
@@ -83,7 +78,7 @@ def test_the_goal_is_nearby_when_less_than_the_threshold_is_left_of_the_path(x, 
 
 def test_the_robot_is_looked_for_from_where_it_was_last_found():
     # There and back again: 3 m out, 3 m home, 0.2 m to the side.
-    out = straight(3.0)
+    out = straight_plan(3.0, 0.1)
     back = out[::-1] + np.array([0.0, 0.2, np.pi])
     shared = board(path=np.vstack([out, back]))
     node = IsGoalNearby("n", shared, threshold_m=4.0, search_distance_m=1.5)
@@ -98,7 +93,7 @@ def test_without_a_path_the_goal_is_not_nearby():
 
 
 def test_the_remaining_path_begins_at_the_pose_nearest_to_the_robot():
-    shared = board(path=straight(6.0))
+    shared = board(path=straight_plan(6.0, 0.1))
     see(shared, pose=np.array([2.04, 0.5, 0.0]))
     assert tick(TruncatePathLocal("n", shared)) == Status.SUCCESS
     np.testing.assert_allclose(shared.values.remaining_path[0], [2.0, 0.0, 0.0])
@@ -112,14 +107,14 @@ def test_of_equally_near_poses_the_last_one_counts():
 def test_only_a_path_that_is_there_and_free_is_valid():
     shared = board()
     assert tick(ValidatePath("n", shared)) == Status.FAILURE
-    shared.write(remaining_path=straight(1.0))
+    shared.write(remaining_path=straight_plan(1.0, 0.1))
     assert tick(ValidatePath("n", shared)) == Status.SUCCESS
     shared.is_path_valid = lambda path, costmap: False
     assert tick(ValidatePath("n", shared)) == Status.FAILURE
 
 
 def test_a_failed_plan_empties_the_path_and_keeps_the_code():
-    shared = board(path=straight(1.0))
+    shared = board(path=straight_plan(1.0, 0.1))
 
     def no_way(start, goal, costmap):
         raise NoValidPathCouldBeFound("no way")
@@ -152,19 +147,19 @@ def test_a_recovery_helps_after_nav2s_recoverable_codes_only(key, code, status):
 
 
 def test_a_new_path_preempts_the_task_and_the_same_path_does_not():
-    shared = board(path=straight(6.0), plan_count=1)
+    shared = board(path=straight_plan(6.0, 0.1), plan_count=1)
     node = FollowPath("n", shared)
     assert tick(node) == Status.RUNNING
     first = shared.values.follow_path
     assert tick(node) == Status.RUNNING
     assert shared.values.follow_path is first
-    shared.write(path=straight(6.0), plan_count=2)
+    shared.write(path=straight_plan(6.0, 0.1), plan_count=2)
     tick(node)
     assert (shared.values.follow_path.task_id, shared.values.follow_path.plan_id) == (1, 2)
 
 
 def test_the_status_of_an_older_task_is_not_the_present_ones():
-    shared = board(path=straight(6.0), task_count=4)
+    shared = board(path=straight_plan(6.0, 0.1), task_count=4)
     node = FollowPath("n", shared)
     see(shared, controller_status=TaskStatus(TaskState.ABORTED, 106, task_id=4))
     assert tick(node) == Status.RUNNING
@@ -174,7 +169,7 @@ def test_the_status_of_an_older_task_is_not_the_present_ones():
 
 
 def test_halting_cancels_what_runs_at_a_server():
-    shared = board(path=straight(6.0))
+    shared = board(path=straight_plan(6.0, 0.1))
     follow = FollowPath("n", shared)
     spin = RunBehavior("n", shared, behavior="spin", arguments={"target_yaw": 1.0})
     for node in (follow, spin):

@@ -1,0 +1,127 @@
+"""Parameters of controllers that let critics judge: a critic owns the typed model of its block.
+
+A parameter file gives each critic a block under its name, `PathAlign: {scale: 32.0}`, as Nav2's
+does. Which fields a block has says the critic's class, a built-in one or a user's, by its
+`Parameters`.
+"""
+
+from __future__ import annotations
+
+import json
+from abc import abstractmethod
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+from pydantic import ConfigDict, SerializeAsAny, ValidationError, model_validator
+from pydantic_core import InitErrorDetails, PydanticCustomError
+
+from drake_navbench.controller import ControllerParameters
+from drake_navbench.errors import InputError, nearest_name_hint
+from drake_navbench.plugins import PluginKind
+from drake_navbench.typed_yaml import EXTRA_FIELD, tuples_for_lists, unknown_field
+
+
+class CriticBlock(ControllerParameters):
+    """Base of the parameter models of all critics."""
+
+
+class ParametersWithCritics(ControllerParameters):
+    """Base of the parameter models of controllers with critics.
+
+    A subclass has the field `critics`, with the names in the order of evaluation. Resolved it holds
+    a block for each of them, and for other registered critics whose blocks were given.
+
+    CRITICS: where its critics are registered. CRITIC_BLOCK: what the model of each derives from.
+    """
+
+    CRITICS: ClassVar[PluginKind]
+    CRITIC_BLOCK: ClassVar[type[CriticBlock]] = CriticBlock
+
+    # The blocks of the critics are fields whose names the file chooses; each is validated below.
+    model_config = ConfigDict(extra="allow")
+    __pydantic_extra__: dict[str, SerializeAsAny[CriticBlock]]
+
+    def critic(self, name: str) -> Any:
+        """Returns the block of a critic in `critics`, an instance of the critic's `Parameters`."""
+        return (self.model_extra or {})[name]
+
+    @classmethod
+    @abstractmethod
+    def registered_name(cls, name: str, block: Any = None) -> str:
+        """Returns the name of the entry point of the critic that a block of this name is for."""
+
+    @classmethod
+    def keys_not_read(cls, values: Mapping[str, Any]) -> list[str]:
+        """Returns the blocks of critics that are not listed in `critics`."""
+        listed = listed_critics(values)
+        return [key for key in values if key not in cls.model_fields and key not in listed]
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read_critic_blocks(cls, data: Any) -> Any:
+        if not isinstance(data, Mapping):
+            return data
+        fields = {name: tuples_for_lists(data[name]) for name in data if name in cls.model_fields}
+        blocks = {name: data[name] for name in data if name not in cls.model_fields}
+        listed = listed_critics(data)
+        faults: list[InitErrorDetails] = []
+        for name in dict.fromkeys([*listed, *blocks]):
+            block = blocks.get(name, {})
+            if isinstance(block, CriticBlock):
+                fields[name] = block
+                continue
+            if name not in listed and cls.registered_name(name) not in cls.CRITICS:
+                known = [*cls.model_fields, *cls.CRITICS.names]
+                text = f"unknown field{nearest_name_hint(name, known)}"
+                faults.append(unknown_field(text, (name,), block))
+                continue
+            try:
+                model = cls._critic_model(name, block)
+                # Through JSON, because strictness there takes a list for a tuple.
+                fields[name] = model.model_validate_json(json.dumps(block), strict=True)
+            except InputError as error:
+                faults.append(_fault(str(error), ("critics",), name))
+            except ValidationError as error:
+                faults.extend(_nested_faults(name, error, model))
+        if faults:
+            raise ValidationError.from_exception_data(cls.__name__, faults)
+        return fields
+
+    @classmethod
+    def _critic_model(cls, name: str, block: Any) -> type[CriticBlock]:
+        """Returns the model of a critic's block; raises InputError where there is none."""
+        registered = cls.registered_name(name, block)
+        model = cls.CRITICS.load(registered).Parameters
+        if not (isinstance(model, type) and issubclass(model, cls.CRITIC_BLOCK)):
+            raise InputError(
+                f"{cls.CRITICS.noun} {registered!r}: its Parameters are no "
+                f"{cls.CRITIC_BLOCK.__name__}, as {cls.CRITICS.guide} describes them"
+            )
+        return model
+
+
+def listed_critics(values: Mapping[str, Any]) -> list[str]:
+    """Returns the names in `critics` of values as given, as far as they are names."""
+    critics = values.get("critics")
+    critics = critics if isinstance(critics, list | tuple) else ()
+    return [name for name in critics if isinstance(name, str)]
+
+
+def _nested_faults(
+    name: str, error: ValidationError, model: type[CriticBlock]
+) -> list[InitErrorDetails]:
+    """Returns the faults of a critic's block as faults of the whole model."""
+    faults = []
+    for fault in error.errors():
+        place = (name, *fault["loc"])
+        if fault["type"] == EXTRA_FIELD:
+            hint = nearest_name_hint(str(fault["loc"][-1]), model.model_fields)
+            text = f"critic {name} has no such parameter{hint}"
+            faults.append(unknown_field(text, place, fault["input"]))
+        else:
+            faults.append(_fault(fault["msg"].removeprefix("Value error, "), place, fault["input"]))
+    return faults
+
+
+def _fault(text: str, location: tuple[int | str, ...], found: Any) -> InitErrorDetails:
+    return InitErrorDetails(type=PydanticCustomError("critic", text), loc=location, input=found)

@@ -1,0 +1,19 @@
+"""What DWB keeps from one cycle to the next."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from drake_navbench.controllers.dwb.kinematics import Kinematics
+
+
+class DwbMemory(NamedTuple):
+    """Everything that evolves.
+
+    plan_id: of the last cycle. kinematics: limits under the last speed limit. critics: one memory
+    for each, in their order.
+    """
+
+    plan_id: int | None
+    kinematics: Kinematics
+    critics: tuple[Any, ...]

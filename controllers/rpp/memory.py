@@ -1,0 +1,18 @@
+"""What Regulated Pure Pursuit keeps from one cycle to the next."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class RppMemory(NamedTuple):
+    """What evolves: the last command, and how far cancelling has come.
+
+    last_v m/s, last_w rad/s: the command of the last cycle that had one; the dynamic window starts
+    there. is_cancelling: asked to stop, with `use_cancel_deceleration`. has_stopped: came to rest.
+    """
+
+    last_v: float = 0.0
+    last_w: float = 0.0
+    is_cancelling: bool = False
+    has_stopped: bool = False

@@ -1,0 +1,68 @@
+"""Poses in the plane: points and outlines placed by one, what is seen from one, two in a row.
+
+A pose (x m, y m, yaw rad) says where a frame lies in another one. Products are added up in one
+order, that of Nav2's transformFootprint, x + (p_x cos - p_y sin), so that equal input comes to lie
+in equal cells; a kernel that must add as another part of Nav2 does says so.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from drake_navbench.kernels.angles import wrap
+
+Array = NDArray[np.float64]
+
+
+@njit(cache=True)
+def place_point(point_x, point_y, x, y, cos_yaw, sin_yaw):
+    """Returns (x, y) m of a point given in the frame that lies at (x, y) m, yaw."""
+    return (
+        x + (point_x * cos_yaw - point_y * sin_yaw),
+        y + (point_x * sin_yaw + point_y * cos_yaw),
+    )
+
+
+@njit(cache=True)
+def see_point(point_x, point_y, x, y, cos_yaw, sin_yaw):
+    """Returns (x, y) m of a point in the frame that lies at (x, y) m, yaw: undoes `place_point`."""
+    delta_x, delta_y = point_x - x, point_y - y
+    return cos_yaw * delta_x + sin_yaw * delta_y, cos_yaw * delta_y - sin_yaw * delta_x
+
+
+def place_outline(outline: Array, pose: Sequence[float] | Array) -> Array:
+    """Returns a (K, 2) outline, base frame, m, as it lies at a pose (3,) x m, y m, yaw rad."""
+    cos_yaw, sin_yaw = math.cos(pose[2]), math.sin(pose[2])
+    placed = np.empty(outline.shape)
+    placed[:, 0] = pose[0] + (outline[:, 0] * cos_yaw - outline[:, 1] * sin_yaw)
+    placed[:, 1] = pose[1] + (outline[:, 0] * sin_yaw + outline[:, 1] * cos_yaw)
+    return placed
+
+
+@njit(cache=True)
+def to_robot_frame(poses, x, y, yaw):
+    """Returns poses (N, 3) x m, y m, yaw rad in the frame of a robot at (x, y) m, yaw rad."""
+    cos_yaw, sin_yaw = math.cos(yaw), math.sin(yaw)
+    seen = np.empty((poses.shape[0], 3))
+    for i in range(poses.shape[0]):
+        seen[i, 0], seen[i, 1] = see_point(poses[i, 0], poses[i, 1], x, y, cos_yaw, sin_yaw)
+        seen[i, 2] = wrap(poses[i, 2] - yaw)
+    return seen
+
+
+def compose(pose_AB: Sequence[float] | Array, pose_BC: Sequence[float] | Array) -> Array:
+    """Returns (3,) where frame C lies in A, from where B lies in A and C in B; yaw unwrapped."""
+    cos_yaw, sin_yaw = math.cos(pose_AB[2]), math.sin(pose_AB[2])
+    x, y = place_point(pose_BC[0], pose_BC[1], pose_AB[0], pose_AB[1], cos_yaw, sin_yaw)
+    return np.array([x, y, pose_AB[2] + pose_BC[2]])
+
+
+def carrier_pose(pose_AC: Sequence[float] | Array, pose_BC: Sequence[float] | Array) -> Array:
+    """Returns (3,) where frame B lies in A, from where C, which B carries, lies in A and in B."""
+    yaw = pose_AC[2] - pose_BC[2]
+    return compose((pose_AC[0], pose_AC[1], yaw), (-pose_BC[0], -pose_BC[1], 0.0))
