@@ -17,7 +17,7 @@ from pydantic import (
 )
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
-from drake_navbench.controller import ControllerParameters
+from drake_navbench.controller import AskedSpeeds, ControllerParameters
 from drake_navbench.controllers.dwb.critics.base import CriticParameters
 from drake_navbench.controllers.dwb.critics.registry import CRITICS, is_critic, load_critic
 from drake_navbench.errors import InputError, nearest_name_hint
@@ -141,6 +141,10 @@ class DynamicWindowApproachParameters(ControllerParameters):
     marker_lifetime: Duration = Field(0.1, description="output in Nav2; no effect here [s]")
     stateful: bool = Field(True, description="older Nav2; no effect here")
     transform_tolerance: Duration = Field(0.1, description="older Nav2; no effect here [s]")
+
+    def asked_speeds(self) -> AskedSpeeds:
+        """Returns the limits of its samples."""
+        return AskedSpeeds(self.max_vel_x, self.min_vel_x, self.max_vel_theta)
 
     @property
     def uses_standard_generator(self) -> bool:

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from drake_navbench.controller import ControllerParameters
+from drake_navbench.controller import AskedSpeeds, ControllerParameters
 from drake_navbench.quantities import (
     Acceleration,
     Angle,
@@ -325,6 +325,10 @@ class MppiParameters(ControllerParameters):
         default_factory=dict, description="parameter blocks of critics found by entry point"
     )
     polish: PolishParameters = PolishParameters()
+
+    def asked_speeds(self) -> AskedSpeeds:
+        """Returns the limits of its samples."""
+        return AskedSpeeds(self.vx_max, self.vx_min, self.wz_max)
 
     @classmethod
     def keys_not_read(cls, values: Mapping[str, Any]) -> list[str]:
