@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from drake_navbench.errors import InputError, nearest_name_hint
+from drake_navbench.errors import InputError
 from drake_navbench.inputs.nav2_check import CheckRow, Status
 from drake_navbench.inputs.nav2_controllers import (
     NoCounterpart,
@@ -10,6 +10,7 @@ from drake_navbench.inputs.nav2_controllers import (
     plugin_preset,
     plugin_type_of,
 )
+from drake_navbench.inputs.nav2_node_reader import similar_name_hint
 from drake_navbench.inputs.nav2_parameters import Node
 from drake_navbench.inputs.nav2_substitutions import missing_value
 from drake_navbench.inputs.parameter_names import flattened
@@ -96,8 +97,8 @@ def _rows(server: Node, plugin: str, preset: Preset) -> list[CheckRow]:
         elif is_shim:
             rows.append(_row(Status.STAND_IN, server, full, "left out with the rotation shim"))
         else:
-            hint = nearest_name_hint(name, names)
-            remark = f"unknown{hint}" if "mean" in hint else "unknown, or its block is not listed"
+            what = "unknown, or its block is not asked for" if "." in name else "unknown"
+            remark = f"{what}{similar_name_hint(name, names)}"
             rows.append(_row(Status.UNREAD, server, full, remark))
     return rows
 

@@ -143,7 +143,12 @@ class NodeReader:
         return found.replace("/", "::")
 
     def fault(self, name: str, text: str) -> InputError:
-        """Returns the error of a parameter as one line that names file, line and parameter."""
+        """Returns the error of a parameter as one line that names file, line and parameter.
+
+        name: also of an entry below a parameter, which then is named.
+        """
+        while name not in self._node.parameters and "." in name:
+            name = name.rpartition(".")[0]
         return InputError(f"{self._node.where(name)}: {text}")
 
     def block(
@@ -197,7 +202,8 @@ class NodeReader:
                 return values
             fault = faults[0]
             location = [str(part) for part in fault["loc"] if part != fault["input"]]
-            field = location[0] if location else ""
+            # What is wrong with several together is told of the first.
+            field = location[0] if location else next(iter(values), "")
             name = prefix + ".".join([(renamed or {}).get(field, field), *location[1:]])
             whole = fault["input"]
             wants_integer = fault["type"].startswith("int") and len(location) == 1
@@ -207,7 +213,7 @@ class NodeReader:
                 continue
             message = fault["msg"].removeprefix("Value error, ")
             shown = f", got {_shortened(whole)}" if location else ""
-            raise self.fault(name.rstrip("."), message[:1].lower() + message[1:] + shown)
+            raise self.fault(name, message[:1].lower() + message[1:] + shown)
 
     def finish(self, without_meaning: Collection[str] = ()) -> None:
         """Notes what is left: as without meaning where it is listed, else as not read by Nav2.
@@ -231,8 +237,16 @@ class NodeReader:
 
     def _misspelt(self, name: str, idle: Collection[str]) -> str:
         known = {*self._known, *(entry for entry in idle if "*" not in entry)}
-        hint = nearest_name_hint(name, known)
-        return f"unknown{hint}" if "mean" in hint else "unknown"
+        elsewhere = [entry for entry in sorted(known) if entry.endswith(f".{name}")]
+        if elsewhere:
+            return f"unknown; did you mean {elsewhere[0]!r}?"
+        return f"unknown{similar_name_hint(name, known)}"
+
+
+def similar_name_hint(name: str, known: Iterable[str]) -> str:
+    """Returns '; did you mean X?' for a known name of as many parts that is close, else ''."""
+    hint = nearest_name_hint(name, [n for n in known if n.count(".") == name.count(".")])
+    return hint if hint.startswith("; did") else ""
 
 
 def _nested_model(model: type[BaseModel], field: str) -> type[BaseModel] | None:

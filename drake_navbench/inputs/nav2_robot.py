@@ -126,6 +126,8 @@ class _Files:
         navigation = self._navigation()
         data = self._base.model_dump(mode="json", exclude_unset=True)
         data["description"] = f"from {', '.join(p.name for p in paths)}, drive of {self._base_name}"
+        remark = f"not in a Nav2 file; those of {self._base_name}"
+        self._note(Status.OTHER_FORM, "robot", "mass, lidar, accelerations, localization", remark)
         body = self._body(navigation)
         if body:
             for field in ("footprint", "robot_radius", "model"):
@@ -208,10 +210,9 @@ class _Files:
                     name = "footprint_padding"
                 other_reader.note(Status.OTHER_FORM, name, remark)
         if outline.footprint is not None:
-            reader.checked(Robot, {"description": "outline", "footprint": outline.footprint})
+            reader.checked(Robot, {"footprint": outline.footprint, "description": "outline"})
             return {"footprint": outline.footprint}
-        body = {"description": "outline", "robot_radius": outline.radius_m}
-        reader.checked(Robot, body)
+        reader.checked(Robot, {"robot_radius": outline.radius_m, "description": "outline"})
         return {"robot_radius": outline.radius_m}
 
     def _drive(self, presets: Iterable[Preset], navigation: dict[str, Any]) -> dict[str, Any]:
@@ -253,13 +254,10 @@ class _Files:
             self._note_unread_section(section.name.lstrip("/"))
 
     def _note_unread_section(self, name: str) -> None:
-        base_name = name.rpartition("/")[2]
         if name in ("local_costmap", "global_costmap"):
             self._note(Status.UNREAD, name, "", f"the node is called {name}/{name}")
         elif any(name.endswith(f"/{other}") or name == other for other in READ):
             remark = f"another namespace; only that of '{self._namespace or '/'}' is read"
             self._note(Status.STAND_IN, name, "", remark)
-        elif base_name.endswith(("_rclcpp_node", "_client")):
-            self._note(Status.NO_MEANING, name, "", "")
         else:
             self._note(Status.NO_MEANING, name, "", "")
