@@ -88,7 +88,7 @@ WITHOUT_MEANING = {
         )
     ),
 }
-SOURCE_FIELDS = {
+SOURCE_FIELDS = (
     "min_obstacle_height",
     "max_obstacle_height",
     "obstacle_min_range",
@@ -96,7 +96,7 @@ SOURCE_FIELDS = {
     "raytrace_min_range",
     "raytrace_max_range",
     "inf_is_valid",
-}
+)
 SCAN = "LaserScan"
 # Nav2's obstacle layer looks at points up to this height where the file says nothing, m.
 DEFAULT_LAYER_HEIGHT_M = 2.0

@@ -247,6 +247,7 @@ def read_bt_navigator(reader: NodeReader) -> Fields:
             "error_code_names",
             "filter_duration",
             "goal_blackboard_id",
+            "goal_reached_tol",
             "goal_updater_topic",
             "goals_blackboard_id",
             "groot_zmq_publisher_port",
