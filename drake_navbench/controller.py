@@ -156,6 +156,14 @@ class CollisionAhead(NoValidControl):
     """The command that the controller wants would collide."""
 
 
+class AskedSpeeds(NamedTuple):
+    """The speeds that parameters ask of the base; None where they ask for none in particular."""
+
+    max_linear_mps: float | None = None
+    min_linear_mps: float | None = None
+    max_angular_radps: float | None = None
+
+
 class ControllerParameters(BaseModel):
     """Base of every parameter model: unknown names refused, values checked, frozen.
 
@@ -182,6 +190,10 @@ class ControllerParameters(BaseModel):
         Such as the block of a critic that is not among the critics.
         """
         return []
+
+    def asked_speeds(self) -> AskedSpeeds:
+        """Returns how fast, backward and about itself the base must be able to drive."""
+        return AskedSpeeds()
 
 
 @runtime_checkable

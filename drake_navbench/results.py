@@ -91,6 +91,7 @@ class _Manifest(FrozenModel):
     scenarios: tuple[str, ...] = ()
     controllers: tuple[str, ...] = ()
     inputs: dict[str, str] = Field(default_factory=dict)
+    stand_ins: tuple[str, ...] = ()
     packages: dict[str, str] = Field(default_factory=dict)
     wall_clock_s: float = Field(0.0, ge=0.0)
     identity: str = ""

@@ -29,6 +29,7 @@ examples:
   python -m drake_navbench.run empty --controllers rpp     one scenario, one controller
   python -m drake_navbench.run my_scenario.yaml --controllers rpp,rpp:lookahead_dist=0.9
   python -m drake_navbench.run --params nav2_params.yaml   the controllers of a Nav2 file
+  python -m drake_navbench.run --nav2 nav2_params.yaml     the whole of a Nav2 file
 
 exit status: 0 every trial ran (an abort is a result), 1 some trial ended in an error,
 2 wrong input, 130 interrupted
@@ -74,6 +75,30 @@ def build_parser() -> argparse.ArgumentParser:
         metavar="FILE",
         help="a preset file, or a Nav2 parameter file; its controllers become columns",
     )
+    add(
+        "--nav2",
+        action="append",
+        default=[],
+        type=Path,
+        metavar="FILE",
+        help="a whole Nav2 parameter file: columns, costmaps, planner, checkers and so on; of "
+        "several files later ones count more",
+    )
+    add(
+        "--set",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="value for $(var NAME) or <NAME> in the Nav2 files",
+    )
+    add(
+        "--check",
+        action="store_true",
+        help="tell what becomes of each parameter of the Nav2 files, and run nothing",
+    )
+    add("--map", type=Path, metavar="FILE", help="a map to navigate on, with --start and --goal")
+    for name in ("start", "goal"):
+        add(f"--{name}", type=float, nargs=3, metavar=("X", "Y", "YAW"), help="m, m, rad")
     add("--robot", default="wheelchair", metavar="NAME|FILE", help="robot (wheelchair)")
     add("--out", type=Path, metavar="DIR", help="new results folder (results/<time>)")
     add(
@@ -161,6 +186,11 @@ def _exit_status(parser: argparse.ArgumentParser, arguments: argparse.Namespace)
             return EXIT_DONE
         if arguments.resume is not None:
             _require_nothing_else(parser, arguments)
+        if arguments.check:
+            from drake_navbench.campaign.asked import print_check
+
+            print_check(arguments)
+            return EXIT_DONE
         from drake_navbench.campaign.benchmark import run_from_command_line
 
         any_error = run_from_command_line(arguments)

@@ -13,6 +13,7 @@ PACKAGE = "drake_navbench"
 
 # Modules at the root of the package that any folder may use: they use kernels at most.
 CONTRACTS = {
+    "cache_folder",
     "controller",
     "errors",
     "immutable",
@@ -73,6 +74,9 @@ def modules() -> Iterator[tuple[str, Path]]:
             yield ".".join(part for part in parts if part != "__init__"), path
 
 
+MODULES = {module for module, _ in modules()}
+
+
 def imports(path: Path) -> Iterator[tuple[int, str]]:
     """Yields the line and the name of everything of the package that a file imports."""
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
@@ -80,8 +84,8 @@ def imports(path: Path) -> Iterator[tuple[int, str]]:
             yield node.lineno, "a relative import"
         elif isinstance(node, ast.ImportFrom) and node.module.split(".")[0] == PACKAGE:
             for alias in node.names:
-                is_package = node.module == PACKAGE
-                yield node.lineno, f"{node.module}.{alias.name}" if is_package else node.module
+                name = f"{node.module}.{alias.name}"
+                yield node.lineno, name if name in MODULES else node.module
         elif isinstance(node, ast.Import):
             for alias in node.names:
                 if alias.name.split(".")[0] == PACKAGE:

@@ -8,6 +8,7 @@ from typing import Any, ClassVar, Self
 
 from pydantic import Field, field_validator, model_validator
 
+from drake_navbench.controller import AskedSpeeds
 from drake_navbench.controllers.critic_parameters import CriticBlock, ParametersWithCritics
 from drake_navbench.controllers.dwb.critics.base import CriticParameters
 from drake_navbench.controllers.dwb.critics.registry import CRITICS, bare_name
@@ -135,6 +136,10 @@ class DynamicWindowApproachParameters(ParametersWithCritics):
     marker_lifetime: Duration = Field(0.1, description="Output in Nav2; no effect here [s].")
     stateful: bool = Field(True, description="Older Nav2; no effect here.")
     transform_tolerance: Duration = Field(0.1, description="Older Nav2; no effect here [s].")
+
+    def asked_speeds(self) -> AskedSpeeds:
+        """Returns the limits of its samples."""
+        return AskedSpeeds(self.max_vel_x, self.min_vel_x, self.max_vel_theta)
 
     @property
     def uses_standard_generator(self) -> bool:

@@ -8,6 +8,7 @@ from typing import Any, ClassVar, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
+from drake_navbench.controller import AskedSpeeds
 from drake_navbench.controllers.critic_parameters import CriticBlock, ParametersWithCritics
 from drake_navbench.controllers.mppi.critics.base import CriticParameters
 from drake_navbench.controllers.mppi.critics.registry import CRITICS
@@ -214,6 +215,10 @@ class MppiParameters(ParametersWithCritics):
     TrajectoryValidator: ValidatorParameters = ValidatorParameters()
     TrajectoryVisualizer: VisualizerParameters = VisualizerParameters()
     polish: PolishParameters = PolishParameters()
+
+    def asked_speeds(self) -> AskedSpeeds:
+        """Returns the limits of its samples."""
+        return AskedSpeeds(self.vx_max, self.vx_min, self.wz_max)
 
     @classmethod
     def registered_name(cls, name: str, block: Any = None) -> str:

@@ -7,7 +7,7 @@ from typing import Any, ClassVar, Self
 
 from pydantic import AliasChoices, ConfigDict, Field, model_validator
 
-from drake_navbench.controller import ControllerParameters
+from drake_navbench.controller import AskedSpeeds, ControllerParameters
 from drake_navbench.quantities import (
     Acceleration,
     Angle,
@@ -134,6 +134,11 @@ class RegulatedPurePursuitParameters(ControllerParameters):
     use_dynamic_window: bool = Field(
         False, description="Obey acceleration limits, staying close to the curvature."
     )
+
+    def asked_speeds(self) -> AskedSpeeds:
+        """Returns the cruise speed, as far back where it reverses; its turn rate has no limit."""
+        backward = -self.max_linear_vel if self.allow_reversing else None
+        return AskedSpeeds(self.max_linear_vel, backward)
 
     @classmethod
     def keys_not_read(cls, values: Mapping[str, Any]) -> list[str]:

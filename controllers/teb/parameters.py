@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from drake_navbench.controller import ControllerParameters, ControllerSetup
+from drake_navbench.controller import AskedSpeeds, ControllerParameters, ControllerSetup
 from drake_navbench.controllers.teb.obstacles import footprint_discs
 from drake_navbench.quantities import (
     Acceleration,
@@ -237,6 +237,10 @@ class TebParameters(ControllerParameters):
     blocked_goal_distance_m: Length = Field(
         0.05, gt=0.0, description="Give up so near to the end of the free part of the plan [m]."
     )
+
+    def asked_speeds(self) -> AskedSpeeds:
+        """Returns the limits of its bands."""
+        return AskedSpeeds(self.max_vel_x, -self.max_vel_x_backwards, self.max_vel_theta)
 
     @model_validator(mode="before")
     @classmethod

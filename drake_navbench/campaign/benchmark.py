@@ -21,6 +21,7 @@ from rich.console import Console
 
 from drake_navbench import __version__, cache_folder
 from drake_navbench.analysis.tables import scenario_table, table_to_markdown
+from drake_navbench.campaign.asked import request_from_arguments, short_form
 from drake_navbench.campaign.campaign import DEFAULT_TRIALS, Campaign, plan_campaign
 from drake_navbench.campaign.console import CampaignProgress, print_scenario, terminal
 from drake_navbench.campaign.driving import Undriven, available_jobs, run_campaign
@@ -113,7 +114,7 @@ def run_from_command_line(arguments: argparse.Namespace) -> bool:
         campaign = request.campaign()
         _require_same_inputs(folder, campaign, begun)
     else:
-        request = _request_from_arguments(arguments)
+        request = request_from_arguments(arguments)
         campaign = request.campaign()
         require_writable(folder.path)
     if arguments.live:
@@ -125,6 +126,9 @@ def run_from_command_line(arguments: argparse.Namespace) -> bool:
             ignored = ", ".join(preset.ignored)
             told = f"{preset.source}: has no use here and is ignored: {ignored}"
             console.print(printable(told))
+    if campaign.nav2 is not None:
+        for line in short_form(campaign.nav2):
+            console.print(line, soft_wrap=True)
     jobs = arguments.jobs or available_jobs()
     try:
         with only_run_in(folder.path):
@@ -148,24 +152,6 @@ def default_results_path() -> Path:
         Path("results") / f"{stem}{suffix}" for suffix in chain([""], map("_{}".format, count(2)))
     )
     return next(path for path in paths if not path.exists())
-
-
-def _request_from_arguments(arguments: argparse.Namespace) -> Request:
-    listed = arguments.controllers.split(",") if arguments.controllers else []
-    controllers = tuple(name.strip() for name in listed if name.strip())
-    if arguments.controllers is not None and not controllers:
-        raise InputError(f"--controllers {arguments.controllers!r}: expected names, found none")
-    asked = {
-        "scenarios": arguments.scenarios,
-        "controllers": controllers,
-        "parameter_files": [str(path) for path in arguments.params],
-        "trials": arguments.trials,
-        "seed": arguments.seed,
-        "robot": arguments.robot,
-        "replay": arguments.replay,
-        "figures": arguments.figures,
-    }
-    return validate(Request, asked, "command line")
 
 
 def _run(
@@ -262,7 +248,9 @@ def _write_inputs(folder: ResultsFolder, inputs: dict[str, str]) -> None:
 
 
 def _manifest(campaign: Campaign, inputs: dict[str, str]) -> dict[str, Any]:
+    stand_ins = campaign.nav2.check.stand_ins if campaign.nav2 is not None else ()
     return {
+        "stand_ins": [row.text for row in stand_ins],
         "scenarios": campaign.scenarios,
         "controllers": campaign.columns,
         "inputs": _hashes(inputs),
@@ -289,6 +277,9 @@ def _inputs(campaign: Campaign) -> dict[str, str]:
         texts[f"robots/{name}.yaml"] = _dump(spec.robot.model_dump(mode="json"))
     for preset in campaign.presets:
         texts[f"controllers/{file_name(preset.name)}.yaml"] = as_yaml(preset)
+    if campaign.nav2 is not None:
+        texts["nav2_robot.yaml"] = campaign.nav2.robot_file()
+        texts["nav2_check.txt"] = campaign.nav2.check.as_text() + "\n"
     return texts
 
 

@@ -10,8 +10,10 @@ from hashlib import sha256
 import numpy as np
 
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.nav2_robot import Nav2Setup
 from drake_navbench.inputs.presets import Preset, default_presets, load_preset
-from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, load_scenario
+from drake_navbench.inputs.robot import Robot
+from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, Scenario, load_scenario
 from drake_navbench.inputs.task_check import check_task
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.task_cost import check_cost
@@ -22,9 +24,13 @@ DEFAULT_TRIALS = 4
 
 @dataclass(frozen=True)
 class Campaign:
-    """Every trial of a benchmark, in the order of its table, all input checked."""
+    """Every trial of a benchmark, in the order of its table, all input checked.
+
+    nav2: what whole Nav2 files made of it, where there were any.
+    """
 
     specs: tuple[TrialSpec, ...]
+    nav2: Nav2Setup | None = None
 
     @property
     def scenarios(self) -> list[str]:
@@ -54,12 +60,12 @@ def trial_seed(seed: int, scenario: str, trial: int) -> int:
 
 
 def plan_campaign(
-    scenarios: Sequence[str] = (),
+    scenarios: Sequence[str | Scenario] = (),
     presets: Sequence[str | Preset] = (),
     *,
     trials: int = DEFAULT_TRIALS,
     seed: int = 0,
-    robot: str = DEFAULT_ROBOT,
+    robot: str | Robot = DEFAULT_ROBOT,
     wants_diagnostics: bool = False,
 ) -> Campaign:
     """Returns every trial of a campaign, all input checked; raises InputError.
@@ -67,10 +73,14 @@ def plan_campaign(
     Empty sequences stand for the five published scenarios and the default presets. What is given
     twice runs once; different ones of the same name are refused.
     """
-    scenario_texts = tuple(dict.fromkeys(scenarios)) or PUBLISHED_SCENARIOS
-    loaded = [load_scenario(text) for text in scenario_texts]
+    asked = tuple({str(entry): entry for entry in scenarios}.values()) or PUBLISHED_SCENARIOS
+    loaded = [entry if isinstance(entry, Scenario) else load_scenario(entry) for entry in asked]
     _require_different_names(
-        "scenario", [(s.name, text) for s, text in zip(loaded, scenario_texts, strict=True)]
+        "scenario",
+        [
+            (found.name, entry if isinstance(entry, str) else found.description)
+            for found, entry in zip(loaded, asked, strict=True)
+        ],
     )
     columns = [
         preset if isinstance(preset, Preset) else load_preset(preset)

@@ -26,32 +26,47 @@ DEFAULT_TYPE = "dwb_core::DWBLocalPlanner"
 PATH_HANDLERS = "path_handler_plugins"
 
 
+class NoCounterpart(InputError):
+    """A controller plugin of a Nav2 file that is not there."""
+
+
 def controller_presets(sections: Iterable[Section], path: Path) -> list[Preset]:
     """Returns a preset for each plugin of each controller server in a file.
 
     Raises InputError where there is no controller server, a plugin has no counterpart here, or a
     value is wrong.
     """
-    servers = [node for node in nodes_called(SERVER, sections) if _has_controllers(node)]
+    servers = [node for node in nodes_called(SERVER, sections) if has_controllers(node)]
     if not servers:
         raise InputError(f"{path}: no parameters of a {SERVER} with {PLUGINS}")
-    return [_preset(server, plugin) for server in servers for plugin in _plugins(server)]
+    return [
+        plugin_preset(server, plugin, plugin_type_of(server, plugin))
+        for server in servers
+        for plugin in listed_plugins(server)
+    ]
 
 
-def _has_controllers(node: Node) -> bool:
+def has_controllers(node: Node) -> bool:
+    """Tells whether a controller server is given any controllers."""
     return PLUGINS in node.parameters or any(node.below(plugin) for plugin in DEFAULT_PLUGINS)
 
 
-def _plugins(server: Node) -> list[str]:
+def listed_plugins(server: Node) -> list[str]:
+    """Returns the names of its controllers; raises InputError where one is listed twice."""
     plugins = server.get(PLUGINS, DEFAULT_PLUGINS)
     if not isinstance(plugins, list) or not all(isinstance(name, str) for name in plugins):
         raise InputError(f"{server.where(PLUGINS)}: expected a list of names, got {plugins!r}")
+    for name in plugins:
+        if plugins.count(name) > 1:
+            raise InputError(f"{server.where(PLUGINS)}: {name!r} is listed twice, expected once")
     return plugins
 
 
-def _preset(server: Node, plugin: str) -> Preset:
-    """Returns the preset of a plugin; its name tells file, namespace and plugin."""
-    plugin_type = _plugin_type(server, plugin)
+def plugin_preset(server: Node, plugin: str, plugin_type: str) -> Preset:
+    """Returns the preset of a plugin; its name tells file, namespace and plugin.
+
+    Raises NoCounterpart where there is no controller of the type.
+    """
     controller, model = _counterpart(plugin_type, server.where(f"{plugin}.plugin"))
     given = server.below(plugin)
     given.pop("plugin", None)
@@ -74,9 +89,10 @@ def _preset(server: Node, plugin: str) -> Preset:
     ).checked()
 
 
-def _plugin_type(server: Node, plugin: str) -> str:
+def plugin_type_of(server: Node, plugin: str) -> str:
+    """Returns the type of one of its controllers."""
     name = f"{plugin}.plugin"
-    has_default = _plugins(server) == DEFAULT_PLUGINS and bool(server.below(plugin))
+    has_default = listed_plugins(server) == DEFAULT_PLUGINS and bool(server.below(plugin))
     plugin_type = server.get(name, DEFAULT_TYPE)
     if name not in server.parameters and not has_default:
         raise InputError(
@@ -93,7 +109,7 @@ def _counterpart(plugin_type: str, where: str) -> tuple[str, type[ControllerPara
     controllers = installed_controllers()
     by_type = {c.nav2_plugin: name for name, c in controllers.items() if c.nav2_plugin}
     if plugin_type not in by_type:
-        raise InputError(
+        raise NoCounterpart(
             f"{where}: {plugin_type!r} has no counterpart here"
             f"{nearest_name_hint(plugin_type, by_type)}"
         )

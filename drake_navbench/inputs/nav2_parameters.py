@@ -15,7 +15,7 @@ Sources: nav2_common (RewrittenYaml), rcl_yaml_param_parser (parse.c), rclcpp (p
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
@@ -32,10 +32,11 @@ WILDCARDS = {"/**": "(/[^/]+)*", "/*": "/[^/]+"}
 
 
 class Parameter(NamedTuple):
-    """A value and its line, counted from 1."""
+    """A value with its file and line, counted from 1."""
 
     value: Any
     line: int
+    file: Path
 
 
 @dataclass(frozen=True)
@@ -102,13 +103,20 @@ class Node:
 
     def where(self, name: str) -> str:
         """Returns the beginning of an error about a parameter: its file, line and place."""
-        line = f", line {self.parameters[name].line}" if name in self.parameters else ""
-        return f"{self.file}{line}: {self.name.lstrip('/')}.{PARAMETERS_KEY}.{name}"
+        place = str(self.file)
+        if name in self.parameters:
+            place = f"{self.parameters[name].file}, line {self.parameters[name].line}"
+        return f"{place}: {self.name.lstrip('/')}.{PARAMETERS_KEY}.{name}"
 
 
-def read_parameter_file(path: Path) -> ParameterFile:
-    """Returns the sections of a file; raises InputError where it cannot be read or is no YAML."""
+def read_parameter_file(path: Path, prepare: Callable[[str], str] | None = None) -> ParameterFile:
+    """Returns the sections of a file; raises InputError where it cannot be read or is no YAML.
+
+    prepare: changes the text before it is taken apart, as nav2_common's substitutions do.
+    """
     text = read_text(path)
+    if prepare is not None:
+        text = prepare(text)
     try:
         require_limits(text)
         reader = _Reader(path, text)
@@ -195,7 +203,8 @@ class _Reader:
             if name in parameters:
                 # Once dotted and once in a block, or in two dotted ways.
                 self._remark_again(place + name, parameters.pop(name).line, line)
-            parameters[name] = Parameter(self._loader.construct_object(value, deep=True), line)
+            constructed = self._loader.construct_object(value, deep=True)
+            parameters[name] = Parameter(constructed, line, self._path)
         return parameters
 
     def _leaves(self, node: yaml.Node, place: str) -> Iterator[tuple[str, yaml.Node]]:

@@ -255,6 +255,15 @@ def load_robot(
     return _robot_of(merged(data, overrides), overrides_source, path.parent)
 
 
+def overridden(robot: Robot, overrides: Mapping[str, Any], source: str) -> Robot:
+    """Returns a robot of which single fields are replaced; source: names them in an InputError."""
+    if not overrides:
+        return robot
+    data = robot.model_dump(mode="json", exclude_unset=True)
+    data.pop("directory", None)
+    return _robot_of(merged(data, overrides), source, Path(robot.directory))
+
+
 def _robot_of(data: Mapping[str, Any], source: str, directory: Path) -> Robot:
     if "directory" in data:
         raise InputError(f"{source}: directory: unknown field; it follows from where the file is")

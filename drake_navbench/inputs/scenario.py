@@ -20,7 +20,7 @@ from drake_navbench.costmaps.map_file import OccupancyMap, load_map
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.map_world import occupied_boxes
 from drake_navbench.inputs.named_files import NamedFiles
-from drake_navbench.inputs.robot import Robot, load_robot
+from drake_navbench.inputs.robot import Robot, load_robot, overridden
 from drake_navbench.inputs.world import Obstacle, Point, World
 from drake_navbench.navigation.smoother_parameters import (
     ConstrainedSmootherParameters,
@@ -44,6 +44,8 @@ SET_BY_LOADING = ("name", "directory")
 # How far masks that are drawn from polygons reach beyond everything else.
 MASK_MARGIN_M = 2.0
 MASK_RESOLUTION_M = 0.05
+# Of a task that is given by a map, a start and a goal alone.
+TIMEOUT_ON_MAPS_S = 600.0
 
 Pose = tuple[Length, Length, Angle]
 
@@ -245,10 +247,12 @@ class Scenario(FrozenModel):
         """The shapes that the planner's map shows, besides the map itself."""
         return World(tuple(o for o in self.world.obstacles if o.known_to_planner))
 
-    def load_robot(self, name_or_path: str) -> Robot:
-        """Returns a robot by name or from a file, changed by the overrides; raises InputError."""
+    def load_robot(self, robot: str | Robot) -> Robot:
+        """Returns a robot, also by name or from a file, with the overrides; raises InputError."""
         source = f"scenario {self.name}: robot_overrides"
-        return load_robot(name_or_path, self.robot_overrides, overrides_source=source)
+        if isinstance(robot, Robot):
+            return overridden(robot, self.robot_overrides, source)
+        return load_robot(robot, self.robot_overrides, overrides_source=source)
 
     def start_pose(self, seed: int) -> np.ndarray:
         """Returns (3,) the start pose of the trial with this seed, the same for all controllers."""
@@ -257,6 +261,23 @@ class Scenario(FrozenModel):
         return np.array(self.start) + deviation * np.array(
             [spread.start_xy_std_m, spread.start_xy_std_m, spread.start_yaw_std_rad]
         )
+
+
+def scenario_on_map(map_file: Path, start: Pose, goal: Pose) -> Scenario:
+    """Returns the task to navigate from a start to a goal on a map; raises InputError."""
+    data = {
+        "description": f"{map_file.name}: from {list(start)} to {list(goal)}",
+        "world": {"map": map_file.name},
+        "start": start,
+        "goal": goal,
+        "navigation_mode": "navigate_to_pose",
+        "timeout_s": TIMEOUT_ON_MAPS_S,
+        "name": map_file.stem,
+    }
+    scenario = validate(Scenario, data, f"--map {map_file}")
+    scenario = scenario.model_copy(update={"directory": str(map_file.absolute().parent)})
+    _ = scenario.map
+    return scenario
 
 
 def load_scenario(name_or_path: str) -> Scenario:

@@ -1,0 +1,67 @@
+"""From the arguments of the command line to a request, and what is told of Nav2 files."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from drake_navbench.campaign.request import Request
+from drake_navbench.errors import InputError, printable
+from drake_navbench.inputs.nav2_check import WIDTH
+from drake_navbench.inputs.nav2_robot import Nav2Setup
+from drake_navbench.inputs.nav2_substitutions import read_assignments
+from drake_navbench.typed_yaml import validate
+
+
+def request_from_arguments(arguments: argparse.Namespace) -> Request:
+    """Returns the request; raises InputError where arguments do not go together."""
+    listed = arguments.controllers.split(",") if arguments.controllers else []
+    controllers = tuple(name.strip() for name in listed if name.strip())
+    if arguments.controllers is not None and not controllers:
+        raise InputError(f"--controllers {arguments.controllers!r}: expected names, found none")
+    if arguments.set and not arguments.nav2:
+        raise InputError(f"--set {arguments.set[0]!r}: expected a Nav2 file by --nav2 as well")
+    asked = {
+        "scenarios": arguments.scenarios,
+        "controllers": controllers,
+        "parameter_files": [str(path) for path in arguments.params],
+        "nav2_files": [str(path) for path in arguments.nav2],
+        "substitutions": read_assignments(arguments.set),
+        "map_task": _map_task(arguments.map, arguments.start, arguments.goal),
+        "trials": arguments.trials,
+        "seed": arguments.seed,
+        "robot": arguments.robot,
+        "replay": arguments.replay,
+        "figures": arguments.figures,
+    }
+    return validate(Request, asked, "command line")
+
+
+def _map_task(
+    map_file: Path | None, start: list[float] | None, goal: list[float] | None
+) -> dict[str, object] | None:
+    given = {"--map": map_file, "--start": start, "--goal": goal}
+    missing = [name for name, value in given.items() if value is None]
+    if len(missing) == len(given):
+        return None
+    if missing:
+        raise InputError(f"{missing[0]}: missing; --map, --start and --goal go together")
+    return {"map": str(map_file), "start": start, "goal": goal}
+
+
+def print_check(arguments: argparse.Namespace) -> None:
+    """Prints what becomes of each parameter of the Nav2 files; raises InputError without any."""
+    if not arguments.nav2:
+        raise InputError("--check: expected a Nav2 file by --nav2")
+    setup = request_from_arguments(arguments).nav2_setup()
+    assert setup is not None
+    columns = ", ".join(preset.name for preset in setup.presets) or "none"
+    print(printable(f"Columns: {columns}"))
+    print("\n".join(map(printable, setup.check.as_text(WIDTH).split("\n"))))
+
+
+def short_form(setup: Nav2Setup) -> list[str]:
+    """Returns the lines that a run prints of its Nav2 files."""
+    told = [f"Nav2 file: {setup.check.summary()} (--check tells all)"]
+    told += [f"  stands in: {row.text}" for row in setup.check.stand_ins]
+    return [printable(line) for line in told]

@@ -1,0 +1,117 @@
+"""What becomes of each parameter of a Nav2 file: rows of data, and the table that they make."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from itertools import groupby
+from typing import NamedTuple
+
+WIDTH = 80
+INDENT = "    "
+
+
+class Status(StrEnum):
+    """What becomes of a parameter."""
+
+    USED = "used"
+    OTHER_FORM = "used in another form"
+    STAND_IN = "not supported; what stands in"
+    UNREAD = "not read by Nav2 either"
+    NO_MEANING = "no meaning here"
+
+
+# Those whose parameters stand side by side, because there is nothing more to say of them.
+LISTED = (Status.USED, Status.NO_MEANING)
+
+
+class CheckRow(NamedTuple):
+    """What becomes of a parameter, or of a whole node where `parameter` is ''.
+
+    node: without the leading slash. remark: why, or what else; may be ''. line: in its file.
+    """
+
+    status: Status
+    node: str
+    parameter: str
+    remark: str = ""
+    line: int | None = None
+
+    @property
+    def place(self) -> str:
+        """Node and parameter as one word."""
+        return ": ".join(filter(None, (self.node, self.parameter)))
+
+    @property
+    def text(self) -> str:
+        """Place, line and remark as one line."""
+        line = f" (line {self.line})" if self.line is not None else ""
+        return f"{self.place}{line}: {self.remark}" if self.remark else f"{self.place}{line}"
+
+
+@dataclass(frozen=True)
+class Check:
+    """All rows of one or several files, in the order of reading."""
+
+    rows: tuple[CheckRow, ...]
+
+    @property
+    def stand_ins(self) -> tuple[CheckRow, ...]:
+        """The rows of what is not supported."""
+        return self.of(Status.STAND_IN)
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether nothing stands in for anything."""
+        return not self.stand_ins
+
+    def of(self, status: Status) -> tuple[CheckRow, ...]:
+        """Returns the rows of a status."""
+        return tuple(row for row in self.rows if row.status == status)
+
+    def summary(self) -> str:
+        """Returns one line with how many rows there are of each status."""
+        counts = ((len(self.of(status)), status) for status in Status)
+        return ", ".join(f"{count} {status.split(';')[0]}" for count, status in counts if count)
+
+    def as_text(self, width: int = WIDTH) -> str:
+        """Returns the table: what needs words first, then lists of names, a paragraph a node."""
+        lines = []
+        told = (Status.STAND_IN, Status.OTHER_FORM, Status.UNREAD, *LISTED)
+        for status in told:
+            rows = self.of(status)
+            if rows:
+                lines += ["", f"{status[0].upper()}{status[1:]} ({len(rows)})"]
+                lines += _listed(rows, width) if status in LISTED else _told(rows, width)
+        return "\n".join([self.summary(), *lines])
+
+
+def _told(rows: Iterable[CheckRow], width: int) -> list[str]:
+    return [line for row in rows for line in _wrapped(f"- {row.text}", width)]
+
+
+def _listed(rows: Sequence[CheckRow], width: int) -> list[str]:
+    nodes = list(dict.fromkeys(row.node for row in rows))
+    by_node = sorted(rows, key=lambda row: nodes.index(row.node))
+    lines = []
+    for node, group in groupby(by_node, key=lambda row: row.node):
+        names = [
+            f"{row.parameter} ({row.remark})" if row.remark and row.parameter else row.parameter
+            for row in group
+        ]
+        text = ", ".join(filter(None, names))
+        if text:
+            lines += _wrapped(f"- {node}: {text}", width)
+    whole = [row.node for row in rows if not row.parameter and not row.remark]
+    if whole:
+        lines += _wrapped(f"- whole nodes: {', '.join(dict.fromkeys(whole))}", width)
+    told = [row for row in rows if not row.parameter and row.remark]
+    return lines + _told(told, width)
+
+
+def _wrapped(text: str, width: int) -> list[str]:
+    return textwrap.wrap(
+        text, width, subsequent_indent=INDENT, break_on_hyphens=False, break_long_words=True
+    )

@@ -1,0 +1,133 @@
+"""From the collision monitor of a Nav2 file to ours.
+
+Source: nav2_collision_monitor, branches humble to lyrical.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from drake_navbench.inputs.nav2_check import Status
+from drake_navbench.inputs.nav2_costmaps import parse_points
+from drake_navbench.inputs.nav2_node_reader import NodeReader
+from drake_navbench.navigation.collision_monitor import (
+    CollisionMonitorParameters,
+    MonitorCircle,
+    MonitorPolygon,
+    SubPolygon,
+    VelocityPolygon,
+)
+from drake_navbench.typed_yaml import FrozenModel
+
+Fields = dict[str, Any]
+
+SHAPES: dict[str, type[FrozenModel]] = {
+    "polygon": MonitorPolygon,
+    "circle": MonitorCircle,
+    "velocity_polygon": VelocityPolygon,
+}
+APART = {"type", "points", "velocity_polygons"}
+OTHER_SENSORS = ("pointcloud", "range", "polygon", "costmap")
+
+
+def read_collision_monitor(reader: NodeReader) -> Fields:
+    """Returns the collision monitor; None where none of its shapes can be had."""
+    names = ("enabled", "source_timeout", "base_shift_correction")
+    values = reader.block(CollisionMonitorParameters, names=names)
+    if reader.given("enabled"):
+        reader.value("enabled")
+    _note_sources(reader)
+    shapes = {name: _shape(reader, name) for name in reader.names("polygons", [])}
+    values["polygons"] = {name: shape for name, shape in shapes.items() if shape is not None}
+    _note_unlisted(reader, shapes)
+    idle = (
+        "footprint_topic",
+        "polygon_pub_topic",
+        "polygon_sub_topic",
+        "polygon_subscribe_transient_local",
+        "visualize",
+    )
+    without_meaning = {f"*.{name}" for name in idle}
+    reader.finish({*without_meaning, "state_topic", "stop_pub_timeout", "toggle_topic"})
+    return {"collision_monitor": values if values["polygons"] else None}
+
+
+def _note_sources(reader: NodeReader) -> None:
+    for index, source in enumerate(reader.names("observation_sources", [])):
+        kind = reader.text(f"{source}.type", "scan")
+        if kind in OTHER_SENSORS:
+            remark = f"{kind}: no such sensor here; the lidar alone is looked at"
+            reader.note_block(Status.STAND_IN, source, remark)
+        elif index > 0:
+            remark = "left out; the robot has one lidar"
+            reader.note_block(Status.STAND_IN, source, remark)
+        else:
+            remark = "the robot's lidar"
+            reader.note_block(Status.OTHER_FORM, source, remark)
+
+
+def _shape(reader: NodeReader, name: str) -> Fields | None:
+    """Returns a shape; None where it cannot be had."""
+    kind = reader.text(f"{name}.type")
+    model = SHAPES.get(kind)
+    if model is None:
+        raise reader.fault(f"{name}.type", f"expected one of {', '.join(SHAPES)}, got {kind!r}")
+    own = [field for field in model.model_fields if field not in APART]
+    place = f"{name}."
+    values: Fields = {}
+    for field in own:
+        if reader.given(place + field):
+            values[field] = reader.value(place + field)
+    if "min_points" not in values and reader.given(f"{place}max_points"):
+        # In humble: more points than this trigger.
+        values["min_points"] = int(reader.number(f"{place}max_points", 3)) + 1
+        reader.note(Status.OTHER_FORM, f"{place}max_points", "min_points less one, as in humble")
+    if kind == "velocity_polygon":
+        values["velocity_polygons"] = {
+            sub: _sub_polygon(reader, f"{place}{sub}.")
+            for sub in reader.names(f"{place}velocity_polygons", [])
+        }
+        _note_holonomic(reader, place)
+    elif kind == "polygon":
+        values["points"] = _points(reader, f"{place}points")
+        if values["points"] is None and values.get("action_type") != "approach":
+            remark = "left out; its corners come over a topic"
+            reader.note_block(Status.STAND_IN, name, remark)
+            return None
+    return {"type": kind, **reader.checked(model, {"type": kind, **values}, place)}
+
+
+def _note_holonomic(reader: NodeReader, place: str) -> None:
+    if reader.flag(f"{place}holonomic", False):
+        remark = "the base is differential: sideways motion has no sub-polygon"
+        reader.note(Status.OTHER_FORM, f"{place}holonomic", remark)
+    elif reader.given(f"{place}holonomic"):
+        reader.note(Status.USED, f"{place}holonomic")
+
+
+def _sub_polygon(reader: NodeReader, place: str) -> Fields:
+    limits = [field for field in SubPolygon.model_fields if field != "points"]
+    values = {f: reader.value(place + f) for f in limits if reader.given(place + f)}
+    values["points"] = _points(reader, f"{place}points")
+    return reader.checked(SubPolygon, values, place)
+
+
+def _points(reader: NodeReader, name: str) -> list[list[float]] | None:
+    """Returns corners from a text as from iron on, or from a flat list as in humble."""
+    given = reader.value(name)
+    if given is None:
+        return None
+    corners = parse_points(given) if isinstance(given, str) else given
+    is_flat = isinstance(corners, list) and all(isinstance(v, int | float) for v in corners)
+    if is_flat and len(corners) % 2 == 0:
+        return [list(pair) for pair in zip(corners[::2], corners[1::2], strict=True)]
+    if not isinstance(corners, list):
+        raise reader.fault(name, f"expected '[[x, y], [x, y], ...]', got {str(given)[:60]!r}")
+    return corners
+
+
+def _note_unlisted(reader: NodeReader, listed: Fields) -> None:
+    kinds = (name for name in reader.node.parameters if name.endswith(".action_type"))
+    for shape in dict.fromkeys(name.rpartition(".")[0] for name in kinds):
+        if shape not in listed:
+            reader.note_block(Status.UNREAD, shape, "not listed in polygons")

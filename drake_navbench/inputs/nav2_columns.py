@@ -1,0 +1,108 @@
+"""The columns that a whole Nav2 file makes, and what became of each controller's parameters."""
+
+from __future__ import annotations
+
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.nav2_check import CheckRow, Status
+from drake_navbench.inputs.nav2_controllers import (
+    NoCounterpart,
+    listed_plugins,
+    plugin_preset,
+    plugin_type_of,
+)
+from drake_navbench.inputs.nav2_node_reader import similar_name_hint
+from drake_navbench.inputs.nav2_parameters import Node
+from drake_navbench.inputs.nav2_substitutions import missing_value
+from drake_navbench.inputs.parameter_names import flattened
+from drake_navbench.inputs.presets import Preset
+
+# What the controllers of earlier releases read, and those of Lyrical, which are ours, do not.
+OF_EARLIER_RELEASES = frozenset(
+    {
+        "ObstaclesCritic.cost_scaling_factor",
+        "ObstaclesCritic.inflation_radius",
+        "forward_prune_distance",
+        "max_allowed_time_to_collision",
+        "prune_plan",
+        "reset_period",
+        "shorten_transformed_plan",
+        "use_interpolation",
+    }
+)
+ROTATION_SHIM = "nav2_rotation_shim_controller::RotationShimController"
+
+
+def read_columns(server: Node) -> tuple[list[Preset], list[CheckRow]]:
+    """Returns a column for each controller that there is a counterpart of, and rows for all.
+
+    Raises InputError where there is none at all, or a value is wrong.
+    """
+    _require_values(server)
+    plugins = listed_plugins(server)
+    presets: list[Preset] = []
+    rows: list[CheckRow] = []
+    left_out: list[InputError] = []
+    for plugin in plugins:
+        try:
+            preset = _column(server, plugin, rows)
+        except NoCounterpart as error:
+            left_out.append(error)
+            remark = f"{plugin_type_of(server, plugin)}: no such controller here, no column"
+            rows.append(_row(Status.STAND_IN, server, f"{plugin}.plugin", remark))
+        else:
+            presets.append(preset)
+            rows += _rows(server, plugin, preset)
+    if not presets and left_out:
+        raise left_out[0]
+    return presets, rows
+
+
+def _require_values(server: Node) -> None:
+    for name, parameter in server.parameters.items():
+        missing = missing_value(parameter.value)
+        if missing is not None:
+            raise InputError(
+                f"{server.where(name)}: {missing} has no value; expected --set {missing}=value"
+            )
+
+
+def _column(server: Node, plugin: str, rows: list[CheckRow]) -> Preset:
+    plugin_type = plugin_type_of(server, plugin)
+    if plugin_type != ROTATION_SHIM:
+        return plugin_preset(server, plugin, plugin_type)
+    primary = server.get(f"{plugin}.primary_controller")
+    preset = plugin_preset(server, plugin, str(primary))
+    remark = f"{plugin_type}: its primary controller alone stands in"
+    rows.append(_row(Status.STAND_IN, server, f"{plugin}.plugin", remark))
+    return preset
+
+
+def _rows(server: Node, plugin: str, preset: Preset) -> list[CheckRow]:
+    model = preset.controller_class.Parameters
+    is_shim = plugin_type_of(server, plugin) == ROTATION_SHIM
+    names = {*model.model_fields, *(name for name, _ in flattened(preset.values))}
+    rows = []
+    for name in server.below(plugin):
+        full = f"{plugin}.{name}"
+        if name == "plugin":
+            if not is_shim:
+                rows.append(_row(Status.USED, server, full))
+        elif name not in preset.ignored or (is_shim and name == "primary_controller"):
+            rows.append(_row(Status.USED, server, full))
+        elif model.is_without_effect(name) or name == "transform_tolerance":
+            rows.append(_row(Status.NO_MEANING, server, full))
+        elif name in OF_EARLIER_RELEASES:
+            remark = "of earlier releases; the controller drives as in Lyrical"
+            rows.append(_row(Status.OTHER_FORM, server, full, remark))
+        elif is_shim:
+            rows.append(_row(Status.STAND_IN, server, full, "left out with the rotation shim"))
+        else:
+            what = "unknown, or its block is not asked for" if "." in name else "unknown"
+            remark = f"{what}{similar_name_hint(name, names)}"
+            rows.append(_row(Status.UNREAD, server, full, remark))
+    return rows
+
+
+def _row(status: Status, server: Node, name: str, remark: str = "") -> CheckRow:
+    parameter = server.parameters.get(name)
+    return CheckRow(status, server.name.lstrip("/"), name, remark, parameter and parameter.line)

@@ -1,0 +1,263 @@
+"""From whole Nav2 files to a robot, to columns and to a check of every parameter.
+
+What a Nav2 file cannot tell (mass, response and accelerations of the drive, lidar, localization)
+stays that of a base robot. What it tells replaces the base robot's, whole server by whole server:
+a parameter that is missing there has Nav2's default, not the base robot's value.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from drake_navbench.controller import AskedSpeeds
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.nav2_check import Check, CheckRow, Status
+from drake_navbench.inputs.nav2_collision_monitor import read_collision_monitor
+from drake_navbench.inputs.nav2_columns import read_columns
+from drake_navbench.inputs.nav2_controllers import SERVER, has_controllers
+from drake_navbench.inputs.nav2_costmaps import (
+    Outline,
+    read_global_costmap,
+    read_local_costmap,
+    read_outline,
+)
+from drake_navbench.inputs.nav2_node_reader import NodeReader, Rows
+from drake_navbench.inputs.nav2_parameters import (
+    PARAMETERS_KEY,
+    Node,
+    Section,
+    nodes_called,
+    read_parameter_file,
+)
+from drake_navbench.inputs.nav2_servers import (
+    read_behavior_server,
+    read_bt_navigator,
+    read_controller_server,
+    read_planner_server,
+    read_smoother_server,
+    read_velocity_smoother,
+    read_waypoint_follower,
+)
+from drake_navbench.inputs.nav2_substitutions import Substitutions
+from drake_navbench.inputs.presets import Preset
+from drake_navbench.inputs.robot import Robot, merged
+from drake_navbench.typed_yaml import validate
+
+LOCAL_COSTMAP = "local_costmap/local_costmap"
+GLOBAL_COSTMAP = "global_costmap/global_costmap"
+# By name of the node; some nodes have had two.
+SERVERS: Mapping[str, Callable[[NodeReader], dict[str, Any]]] = {
+    "planner_server": read_planner_server,
+    "smoother_server": read_smoother_server,
+    "recoveries_server": read_behavior_server,
+    "behavior_server": read_behavior_server,
+    "bt_navigator": read_bt_navigator,
+    "waypoint_follower": read_waypoint_follower,
+    "velocity_smoother": read_velocity_smoother,
+    "collision_monitor": read_collision_monitor,
+}
+READ = (SERVER, LOCAL_COSTMAP, GLOBAL_COSTMAP, *SERVERS)
+# What a robot has only where its file says so.
+OPTIONAL = ("velocity_smoother", "collision_monitor")
+
+
+@dataclass(frozen=True)
+class Nav2Setup:
+    """What Nav2 files make: columns, the robot that they drive, and what became of the files."""
+
+    presets: tuple[Preset, ...]
+    robot: Robot
+    check: Check
+
+    def robot_file(self) -> str:
+        """Returns the robot as the text of a robot file that can be kept."""
+        data = self.robot.model_dump(mode="json", exclude_unset=True)
+        data.pop("directory", None)
+        if self.robot.model_path is not None:
+            data["model"] = str(self.robot.model_path)
+        return yaml.safe_dump(data, sort_keys=False)
+
+
+def read_nav2_files(
+    paths: Sequence[Path], base: Robot, base_name: str, values: Mapping[str, str] | None = None
+) -> Nav2Setup:
+    """Returns what Nav2 files say together; of two that give a parameter the later one counts.
+
+    base, base_name: the robot for what they do not say. values: for their substitutions. Raises
+    InputError, one line with file, line and parameter, where something is wrong.
+    """
+    substitutions = Substitutions(values or {})
+    sections: list[Section] = []
+    rows: Rows = {}
+    for path in paths:
+        prepare = partial(substitutions.applied_to, path=path)
+        file = read_parameter_file(path, prepare)
+        if not file.sections:
+            raise InputError(f"{path}: no node with {PARAMETERS_KEY}; expected a Nav2 file")
+        sections += file.sections
+        for number, remark in enumerate(file.remarks):
+            row = CheckRow(Status.OTHER_FORM, path.name, "", remark.removeprefix(f"{path}, "))
+            rows[path.name, str(number)] = row
+    substitutions.require_all_used()
+    return _Files(sections, rows, base, base_name).setup(paths)
+
+
+class _Files:
+    """The sections of all files on the way to a robot."""
+
+    def __init__(self, sections: list[Section], rows: Rows, base: Robot, base_name: str) -> None:
+        self._sections = sections
+        self._rows = rows
+        self._base = base
+        self._base_name = base_name
+        servers = [node for node in nodes_called(SERVER, sections) if has_controllers(node)]
+        self._servers = servers
+        self._namespace = servers[0].name.removesuffix(f"/{SERVER}") if servers else ""
+
+    def setup(self, paths: Sequence[Path]) -> Nav2Setup:
+        """Returns what the files make."""
+        presets = tuple(preset for node in self._servers for preset in self._columns(node))
+        navigation = self._navigation()
+        data = self._base.model_dump(mode="json", exclude_unset=True)
+        data["description"] = f"from {', '.join(p.name for p in paths)}, drive of {self._base_name}"
+        remark = f"not in a Nav2 file; those of {self._base_name}"
+        self._note(Status.OTHER_FORM, "robot", "mass, lidar, accelerations, localization", remark)
+        body = self._body(navigation)
+        if body:
+            for field in ("footprint", "robot_radius", "model"):
+                data.pop(field, None)
+        data |= body
+        data["navigation"] = {**data.get("navigation", {}), **dict.fromkeys(OPTIONAL), **navigation}
+        data["drive"] = {**data.get("drive", {}), **self._drive(presets, navigation)}
+        robot = validate(Robot, data, ", ".join(map(str, paths)))
+        self._note_other_sections()
+        robot = robot.model_copy(update={"directory": self._base.directory})
+        return Nav2Setup(presets, robot, Check(tuple(self._rows.values())))
+
+    def _columns(self, node: Node) -> list[Preset]:
+        presets, rows = read_columns(node)
+        for row in rows:
+            self._rows[row.node, row.parameter] = row
+        return [replace(preset, ignored=()) for preset in presets]
+
+    def _find(self, name: str) -> Node | None:
+        """Returns the node of a name beside the first controller server; None without sections."""
+        full = f"{self._namespace}/{name}"
+        nodes = [node for node in nodes_called(name, self._sections) if node.name == full]
+        is_named = any(s.is_for(full) and s.name.endswith(f"/{name}") for s in self._sections)
+        return nodes[0] if nodes and is_named else None
+
+    def _navigation(self) -> dict[str, Any]:
+        fields: dict[str, Any] = {}
+        if self._servers:
+            server = self._servers[0]
+            blocks = {name.partition(".")[0] for _, name in self._rows if "." in name}
+            listed = server.get("controller_plugins", ["FollowPath"])
+            reader = NodeReader(server, self._rows)
+            columns_rows = dict(self._rows)
+            fields |= read_controller_server(reader, blocks & set(listed))
+            self._rows.update(columns_rows)
+        fields |= self._costmaps()
+        for name, read in SERVERS.items():
+            node = self._find(name)
+            if node is not None:
+                fields = merged(fields, read(NodeReader(node, self._rows)))
+            elif name not in ("recoveries_server", "smoother_server", *OPTIONAL):
+                self._note_missing(name)
+        return fields
+
+    def _costmaps(self) -> dict[str, Any]:
+        height_m = self._base.lidar.height_m
+        fields: dict[str, Any] = {}
+        self._outlines: list[tuple[NodeReader, Outline]] = []
+        for name, read in (
+            (LOCAL_COSTMAP, read_local_costmap),
+            (GLOBAL_COSTMAP, read_global_costmap),
+        ):
+            node = self._find(name)
+            if node is None:
+                self._note_missing(name)
+                continue
+            reader = NodeReader(node, self._rows)
+            self._outlines.append((reader, read_outline(reader)))
+            settings = read(reader, height_m)
+            if name == GLOBAL_COSTMAP:
+                settings["margin_m"] = self._base.navigation.global_costmap.margin_m
+            fields[name.partition("/")[0]] = settings
+        return fields
+
+    def _body(self, navigation: dict[str, Any]) -> dict[str, Any]:
+        """Returns the outline: the local costmap's, else the global one's, else none."""
+        given = [(reader, outline) for reader, outline in self._outlines if outline.is_given]
+        if "local_costmap" in navigation and self._outlines[0][1].padding_m is not None:
+            navigation["local_costmap"]["footprint_padding"] = self._outlines[0][1].padding_m
+        if not given:
+            remark = f"not given; that of {self._base_name}"
+            self._note(Status.OTHER_FORM, "robot", "footprint", remark)
+            return {}
+        reader, outline = given[0]
+        for other_reader, other in given[1:]:
+            if other != outline:
+                name = "footprint" if other.footprint is not None else "robot_radius"
+                remark = "plans are made for the local costmap's outline and padding"
+                if other[:2] == outline[:2]:
+                    name = "footprint_padding"
+                other_reader.note(Status.OTHER_FORM, name, remark)
+        if outline.footprint is not None:
+            reader.checked(Robot, {"footprint": outline.footprint, "description": "outline"})
+            return {"footprint": outline.footprint}
+        reader.checked(Robot, {"robot_radius": outline.radius_m, "description": "outline"})
+        return {"robot_radius": outline.radius_m}
+
+    def _drive(self, presets: Iterable[Preset], navigation: dict[str, Any]) -> dict[str, Any]:
+        """Returns the speeds that the base must have for the controllers and the behaviours."""
+        base = self._base.drive
+        asked = [preset.parameters.asked_speeds() for preset in presets] or [AskedSpeeds()]
+        spin = navigation.get("behavior_server", {}).get("max_rotational_vel")
+        forward = [s.max_linear_mps or base.max_linear_velocity_mps for s in asked]
+        backward = [s.min_linear_mps or 0.0 for s in asked]
+        turning = [s.max_angular_radps or base.max_angular_velocity_radps for s in asked]
+        speeds = {
+            "max_linear_velocity_mps": max(forward),
+            "min_linear_velocity_mps": min(base.min_linear_velocity_mps, *backward),
+            "max_angular_velocity_radps": max([*turning, spin or 0.0]),
+        }
+        for field, value in speeds.items():
+            own = getattr(base, field)
+            if value != own:
+                remark = f"{value:g}, as the controllers ask; {self._base_name} has {own:g}"
+                self._note(Status.OTHER_FORM, "robot", f"drive.{field}", remark)
+        return speeds
+
+    def _note(self, status: Status, node: str, parameter: str, remark: str) -> None:
+        self._rows[node, parameter] = CheckRow(status, node, parameter, remark)
+
+    def _note_missing(self, name: str) -> None:
+        if name == "behavior_server" and self._find("recoveries_server") is not None:
+            return
+        remark = f"not in the file; that of {self._base_name}"
+        self._note(Status.OTHER_FORM, name, "", remark)
+
+    def _note_other_sections(self) -> None:
+        """Notes the nodes of which nothing is read."""
+        read = {f"{self._namespace}/{name}" for name in READ}
+        read |= {node.name for node in self._servers}
+        for section in self._sections:
+            if section.name in read or section.has_wildcards:
+                continue
+            self._note_unread_section(section.name.lstrip("/"))
+
+    def _note_unread_section(self, name: str) -> None:
+        if name in ("local_costmap", "global_costmap"):
+            self._note(Status.UNREAD, name, "", f"the node is called {name}/{name}")
+        elif any(name.endswith(f"/{other}") or name == other for other in READ):
+            remark = f"another namespace; only that of '{self._namespace or '/'}' is read"
+            self._note(Status.STAND_IN, name, "", remark)
+        else:
+            self._note(Status.NO_MEANING, name, "", "")

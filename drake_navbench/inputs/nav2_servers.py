@@ -1,0 +1,295 @@
+"""From the servers of a Nav2 file, all but the controllers and the costmaps, to a robot's settings.
+
+Each function takes a node and returns fields of `NavigationSettings`, checked. A parameter that is
+missing has Nav2's default. Sources: nav2_controller, nav2_planner, nav2_behaviors,
+nav2_bt_navigator, nav2_waypoint_follower, nav2_velocity_smoother, nav2_collision_monitor.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from typing import Any
+
+from drake_navbench.inputs.nav2_check import Status
+from drake_navbench.inputs.nav2_node_reader import NodeReader
+from drake_navbench.inputs.robot import ControllerServerSettings
+from drake_navbench.navigation.behavior_tree.settings import (
+    RECOVERY_ACTIONS,
+    BehaviorTreeSettings,
+)
+from drake_navbench.navigation.behaviors import BehaviorServerParameters
+from drake_navbench.navigation.goal_checkers import GOAL_CHECKERS, SimpleGoalChecker
+from drake_navbench.navigation.path_handler import PathHandlerParameters
+from drake_navbench.navigation.planner_settings import PLANNERS
+from drake_navbench.navigation.progress_checkers import PROGRESS_CHECKERS, SimpleProgressChecker
+from drake_navbench.navigation.smac_planner_2d_parameters import SmacPlanner2DParameters
+from drake_navbench.navigation.velocity_smoother import VelocitySmootherParameters
+from drake_navbench.navigation.waypoint_follower import (
+    WaitAtWaypointParameters,
+    WaypointFollowerParameters,
+)
+
+Fields = dict[str, Any]
+
+NAVFN = "nav2_navfn_planner::NavfnPlanner"
+PATH_HANDLER = "nav2_controller::FeasiblePathHandler"
+WAIT_AT_WAYPOINT = "nav2_waypoint_follower::WaitAtWaypoint"
+# The plugins that Nav2's default behaviour tree asks for by name, where there are several.
+DEFAULT_PLANNER = "GridBased"
+DEFAULT_GOAL_CHECKER = "general_goal_checker"
+# Names of the default tree in Nav2's releases.
+DEFAULT_TREES = {
+    "",
+    "navigate_w_replanning_and_recovery.xml",
+    "navigate_to_pose_w_replanning_and_recovery.xml",
+}
+# Behaviours of Nav2: type without its package -> the default tree's recovery action.
+BEHAVIORS: Mapping[str, str] = {
+    "Spin": "spin",
+    "BackUp": "backup",
+    "Wait": "wait",
+    "DriveOnHeading": "",
+    "AssistedTeleop": "",
+}
+BEHAVIOR_PACKAGES = ("nav2_behaviors", "nav2_recoveries")
+DEFAULT_BEHAVIORS = {
+    "spin": "nav2_behaviors::Spin",
+    "backup": "nav2_behaviors::BackUp",
+    "drive_on_heading": "nav2_behaviors::DriveOnHeading",
+    "wait": "nav2_behaviors::Wait",
+}
+
+
+def read_controller_server(reader: NodeReader, controllers: Collection[str]) -> Fields:
+    """Returns controller server, checkers and path handler; controllers: blocks read elsewhere."""
+    fields: Fields = {
+        "controller_server": reader.block(ControllerServerSettings),
+        "goal_checker": _goal_checker(reader),
+        "progress_checker": _progress_checker(reader),
+    }
+    if reader.given("path_handler_plugins"):
+        fields["path_handler"] = _path_handler(reader)
+    if reader.given("min_y_velocity_threshold"):
+        reader.note(Status.NO_MEANING, "min_y_velocity_threshold", "the base is differential")
+    reader.value("controller_plugins")
+    reader.finish({*controllers, "odom_duration", "publish_zero_velocity", "speed_limit_topic"})
+    return fields
+
+
+def _goal_checker(reader: NodeReader) -> Fields:
+    names = reader.names("goal_checker_plugins", ["goal_checker"])
+    if not names:
+        raise reader.fault("goal_checker_plugins", "expected at least one name")
+    name = DEFAULT_GOAL_CHECKER if DEFAULT_GOAL_CHECKER in names else names[0]
+    for other in names:
+        if other != name:
+            remark = f"not asked for by the default tree; {name} checks every goal"
+            reader.note_block(Status.NO_MEANING, other, remark)
+    return _checker(reader, name, GOAL_CHECKERS, SimpleGoalChecker, "goal_checker_plugins")
+
+
+def _progress_checker(reader: NodeReader) -> Fields:
+    listed_in = "progress_checker_plugins"
+    if not reader.given(listed_in) and reader.given("progress_checker_plugin"):
+        # Up to humble there was one, named by another parameter.
+        listed_in = "progress_checker_plugin"
+    names = reader.names(listed_in, ["progress_checker"])
+    if not names:
+        raise reader.fault(listed_in, "expected at least one name")
+    for other in names[1:]:
+        remark = f"not asked for by the default tree; {names[0]} checks progress"
+        reader.note_block(Status.NO_MEANING, other, remark)
+    return _checker(reader, names[0], PROGRESS_CHECKERS, SimpleProgressChecker, listed_in)
+
+
+def _checker(
+    reader: NodeReader, name: str, known: Mapping[str, Any], simple: Any, listed_in: str
+) -> Fields:
+    plugin_type = reader.plugin_type(name, simple.nav2_plugin, listed_in)
+    if plugin_type not in known:
+        remark = f"{plugin_type}: {simple.nav2_plugin} stands in"
+        reader.note(Status.STAND_IN, f"{name}.plugin", remark)
+        plugin_type = simple.nav2_plugin
+    model = known[plugin_type].Parameters
+    names = [field for field in model.model_fields if field != "plugin"]
+    return {"plugin": plugin_type, **reader.block(model, f"{name}.", names=names)}
+
+
+def _path_handler(reader: NodeReader) -> Fields:
+    names = reader.names("path_handler_plugins", ["PathHandler"])
+    for other in names[1:]:
+        reader.note_block(Status.NO_MEANING, other, f"{names[0]} handles every path")
+    if not names:
+        return {}
+    plugin_type = reader.plugin_type(names[0], PATH_HANDLER, "path_handler_plugins")
+    if plugin_type != PATH_HANDLER:
+        remark = f"{plugin_type}: {PATH_HANDLER} stands in"
+        reader.note(Status.STAND_IN, f"{names[0]}.plugin", remark)
+    return reader.block(PathHandlerParameters, f"{names[0]}.")
+
+
+def read_planner_server(reader: NodeReader) -> Fields:
+    """Returns the planner that the default tree asks for."""
+    names = reader.names("planner_plugins", [DEFAULT_PLANNER])
+    if not names:
+        raise reader.fault("planner_plugins", "expected at least one name")
+    types = {name: _planner_type(reader, name, names) for name in names}
+    name = DEFAULT_PLANNER if DEFAULT_PLANNER in names else names[0]
+    for other in names:
+        if other != name:
+            remark = f"{types[other]}: not asked for by the default tree; {name} plans"
+            reader.note_block(Status.NO_MEANING, other, remark)
+    plugin_type = types[name]
+    if plugin_type in PLANNERS:
+        values = _planner(reader, name, plugin_type)
+    else:
+        plugin_type = SmacPlanner2DParameters.model_fields["plugin"].default
+        remark = f"{types[name]}: SmacPlanner2D with its defaults stands in"
+        reader.note_block(Status.STAND_IN, name, remark)
+        values = _classic({})
+    reader.finish({"expected_planner_frequency", "costmap_update_timeout"})
+    return {"planner": {"plugin": plugin_type, **values}}
+
+
+def _planner_type(reader: NodeReader, name: str, names: list[str]) -> str:
+    default = NAVFN if names == [DEFAULT_PLANNER] else None
+    return reader.plugin_type(name, default, "planner_plugins")
+
+
+def _planner(reader: NodeReader, name: str, plugin_type: str) -> Fields:
+    model = PLANNERS[plugin_type].Parameters
+    if model is not SmacPlanner2DParameters:
+        names = [field for field in model.model_fields if field != "plugin"]
+        return reader.block(model, f"{name}.", names=names)
+    ours = {*_classic({}), "plugin", "expansions_per_second"}
+    names = [field for field in model.model_fields if field not in ours]
+    return _classic(reader.block(model, f"{name}.", names=names))
+
+
+def _classic(values: Fields) -> Fields:
+    """Returns parameters of SmacPlanner2D with which it behaves as Nav2's, flaws included."""
+    switches = SmacPlanner2DParameters.nav2_classic().model_dump(exclude_unset=True)
+    return {**switches, **values}
+
+
+def read_behavior_server(reader: NodeReader) -> Fields:
+    """Returns the behaviours, and which of them the default tree finds for its recoveries."""
+    least = "min_rotational_vel"
+    names = [field for field in BehaviorServerParameters.model_fields if field != least]
+    values = reader.block(BehaviorServerParameters, names=names)
+    if reader.number(least, 0.0) < 0.0:
+        # A spin is never slower than 0 on its way.
+        reader.note(Status.OTHER_FORM, least, "as 0, to the same effect")
+        values[least] = 0.0
+    else:
+        values |= reader.block(BehaviorServerParameters, names=(least,))
+    listed_in = "behavior_plugins"
+    if reader.node.name.endswith("recoveries_server"):
+        listed_in = "recovery_plugins"
+    found = []
+    names = reader.names(listed_in, DEFAULT_BEHAVIORS)
+    for name in names:
+        default = DEFAULT_BEHAVIORS.get(name) if names == list(DEFAULT_BEHAVIORS) else None
+        found.append(_recovery_action(reader, name, default, listed_in))
+    actions = [action for action in RECOVERY_ACTIONS if action == "clear" or action in found]
+    reader.finish(
+        {
+            "assisted_teleop",
+            "cmd_vel_teleop",
+            "cmd_vel_topic",
+            "global_costmap_topic",
+            "global_footprint_topic",
+            "local_costmap_topic",
+            "local_footprint_topic",
+            "local_frame",
+            "transform_timeout",
+        }
+    )
+    return {"behavior_server": values, "behavior_tree": {"recovery_actions": actions}}
+
+
+def _recovery_action(reader: NodeReader, name: str, default: str | None, listed_in: str) -> str:
+    """Returns the recovery action that a behaviour serves, '' where the tree has no use for it."""
+    plugin_type = reader.plugin_type(name, default, listed_in)
+    package, _, kind = plugin_type.partition("::")
+    if package in BEHAVIOR_PACKAGES and kind in BEHAVIORS:
+        if not BEHAVIORS[kind]:
+            remark = "the default tree has no use for it"
+            reader.note(Status.NO_MEANING, f"{name}.plugin", remark)
+        return BEHAVIORS[kind]
+    action = {"back_up": "backup"}.get(name, name)
+    if action in BEHAVIORS.values():
+        reader.note(Status.STAND_IN, f"{name}.plugin", f"{plugin_type}: Nav2's own stands in")
+        return action
+    remark = f"{plugin_type}: left out; the default tree has no use for it"
+    reader.note_block(Status.NO_MEANING, name, remark)
+    return ""
+
+
+def read_bt_navigator(reader: NodeReader) -> Fields:
+    """Returns what the navigator says of the default tree; another one is noted."""
+    values = reader.block(BehaviorTreeSettings, names=("bt_loop_duration",))
+    trees = ("default_nav_to_pose_bt_xml", "default_bt_xml_filename", "bt_xml_filename")
+    for name in trees:
+        file_name = reader.text(name).rpartition("/")[2]
+        if file_name not in DEFAULT_TREES:
+            remark = f"{file_name}: Nav2's default tree stands in"
+            reader.note(Status.STAND_IN, name, remark)
+    reader.finish(
+        {
+            "always_reload_bt_xml",
+            "bt_search_directories",
+            "default_cancel_timeout",
+            "default_nav_through_poses_bt_xml",
+            "default_server_timeout",
+            "enable_groot_monitoring",
+            "error_code_name_prefixes",
+            "error_code_names",
+            "filter_duration",
+            "goal_blackboard_id",
+            "goal_reached_tol",
+            "goal_updater_topic",
+            "goals_blackboard_id",
+            "groot_zmq_publisher_port",
+            "groot_zmq_server_port",
+            "navigate_through_poses",
+            "navigate_to_pose",
+            "navigators",
+            "path_blackboard_id",
+            "plugin_lib_names",
+            "wait_for_service_timeout",
+        }
+    )
+    return {"behavior_tree": values}
+
+
+def read_waypoint_follower(reader: NodeReader) -> Fields:
+    """Returns the waypoint follower with its pause at each waypoint."""
+    values = reader.block(WaypointFollowerParameters, names=("stop_on_failure",))
+    name = reader.text("waypoint_task_executor_plugin", "wait_at_waypoint")
+    plugin_type = reader.plugin_type(name, WAIT_AT_WAYPOINT, "waypoint_task_executor_plugin")
+    if plugin_type == WAIT_AT_WAYPOINT:
+        values["wait_at_waypoint"] = reader.block(WaitAtWaypointParameters, f"{name}.")
+    else:
+        remark = f"{plugin_type}: left out; nothing is done at waypoints"
+        reader.note_block(Status.STAND_IN, name, remark)
+        values["wait_at_waypoint"] = {"enabled": False}
+    reader.finish({"loop_rate", "global_frame_id"})
+    return {"waypoint_follower": values}
+
+
+def read_velocity_smoother(reader: NodeReader) -> Fields:
+    """Returns the velocity smoother."""
+    values = reader.block(VelocitySmootherParameters)
+    reader.finish({"odom_duration", "stamp_smoothed_velocity_with_smoothing_time"})
+    return {"velocity_smoother": values}
+
+
+def read_smoother_server(reader: NodeReader) -> Fields:
+    """Notes that the default tree smooths no path; returns nothing."""
+    for name in reader.node.parameters:
+        reader.note(Status.NO_MEANING, name)
+    reader.note(
+        Status.NO_MEANING, "", "the default tree smooths no path; a scenario's plan.smoother does"
+    )
+    return {}
