@@ -21,6 +21,7 @@ OF_EARLIER_RELEASES = frozenset(
     {
         "ObstaclesCritic.cost_scaling_factor",
         "ObstaclesCritic.inflation_radius",
+        "PathAngleCritic.forward_preference",
         "forward_prune_distance",
         "max_allowed_time_to_collision",
         "prune_plan",
