@@ -171,6 +171,13 @@ def test_a_source_that_no_layer_listens_to_is_told(setup_of):
     assert row_of(setup, "obstacles.b").status == Status.UNREAD
 
 
+def test_sideways_motion_is_left_out_and_told(setup_of):
+    omni = COLUMN.replace(RPP, "nav2_mppi_controller::MPPIController\n      motion_model: Omni")
+    setup = setup_of(omni + "      critics: [GoalCritic]\n")
+    assert setup.presets[0].parameters.motion_model == "DiffDrive"
+    assert row_of(setup, "FollowPath.motion_model").status == Status.STAND_IN
+
+
 def test_a_controller_that_is_not_there_costs_its_column_alone(setup_of):
     more = "controller_plugins: [FollowPath, Mine], Mine: {plugin: my::Own}"
     mine = f"controller_server: {{ros__parameters: {{{more}}}}}"
