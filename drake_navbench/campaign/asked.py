@@ -10,6 +10,7 @@ from drake_navbench.errors import InputError, printable
 from drake_navbench.inputs.nav2_check import WIDTH
 from drake_navbench.inputs.nav2_robot import Nav2Setup
 from drake_navbench.inputs.nav2_substitutions import read_assignments
+from drake_navbench.trial.trial import make_controller
 from drake_navbench.typed_yaml import validate
 
 
@@ -55,6 +56,9 @@ def print_check(arguments: argparse.Namespace) -> None:
         raise InputError("--check: expected a Nav2 file by --nav2")
     setup = request_from_arguments(arguments).nav2_setup()
     assert setup is not None
+    for preset in setup.presets:
+        # Some parameters are wrong only for this robot.
+        make_controller(preset, preset.robot(setup.robot))
     columns = ", ".join(preset.name for preset in setup.presets) or "none"
     print(printable(f"Columns: {columns}"))
     print("\n".join(map(printable, setup.check.as_text(WIDTH).split("\n"))))

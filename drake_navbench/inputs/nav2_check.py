@@ -85,7 +85,7 @@ class Check:
             if rows:
                 lines += ["", f"{status[0].upper()}{status[1:]} ({len(rows)})"]
                 lines += _listed(rows, width) if status in LISTED else _told(rows, width)
-        return "\n".join([self.summary(), *lines])
+        return "\n".join([*_wrapped(self.summary(), width), *lines])
 
 
 def _told(rows: Iterable[CheckRow], width: int) -> list[str]:

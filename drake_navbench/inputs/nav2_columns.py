@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Collection
+from dataclasses import replace
+from typing import Any
+
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.nav2_check import CheckRow, Status
 from drake_navbench.inputs.nav2_controllers import (
@@ -21,6 +25,7 @@ OF_EARLIER_RELEASES = frozenset(
     {
         "ObstaclesCritic.cost_scaling_factor",
         "ObstaclesCritic.inflation_radius",
+        "PathAngleCritic.forward_preference",
         "forward_prune_distance",
         "max_allowed_time_to_collision",
         "prune_plan",
@@ -29,6 +34,12 @@ OF_EARLIER_RELEASES = frozenset(
         "use_interpolation",
     }
 )
+# What only a base that moves sideways can do: how it is told, and what stands in for it.
+SIDEWAYS: dict[str, tuple[Callable[[Any], bool], Any]] = {
+    "motion_model": (lambda model: "Omni" in str(model), "DiffDrive"),
+    "min_vel_y": (lambda speed: _moves(speed), 0.0),
+    "max_vel_y": (lambda speed: _moves(speed), 0.0),
+}
 ROTATION_SHIM = "nav2_rotation_shim_controller::RotationShimController"
 
 
@@ -51,10 +62,28 @@ def read_columns(server: Node) -> tuple[list[Preset], list[CheckRow]]:
             rows.append(_row(Status.STAND_IN, server, f"{plugin}.plugin", remark))
         else:
             presets.append(preset)
-            rows += _rows(server, plugin, preset)
+            told = {row.parameter.removeprefix(f"{plugin}.") for row in rows}
+            rows += _rows(server, plugin, preset, told)
     if not presets and left_out:
         raise left_out[0]
     return presets, rows
+
+
+def _without_sideways_motion(server: Node, plugin: str, rows: list[CheckRow]) -> Node:
+    """Returns a server whose controller asks for what a differential base can do."""
+    parameters = dict(server.parameters)
+    for name, (is_sideways, stand_in) in SIDEWAYS.items():
+        full = f"{plugin}.{name}"
+        given = server.get(full)
+        if given is not None and is_sideways(given):
+            parameters[full] = parameters[full]._replace(value=stand_in)
+            remark = f"{given}: the base is differential; {stand_in} stands in"
+            rows.append(_row(Status.STAND_IN, server, full, remark))
+    return replace(server, parameters=parameters)
+
+
+def _moves(speed: Any) -> bool:
+    return isinstance(speed, int | float) and speed != 0
 
 
 def _require_values(server: Node) -> None:
@@ -68,6 +97,7 @@ def _require_values(server: Node) -> None:
 
 def _column(server: Node, plugin: str, rows: list[CheckRow]) -> Preset:
     plugin_type = plugin_type_of(server, plugin)
+    server = _without_sideways_motion(server, plugin, rows)
     if plugin_type != ROTATION_SHIM:
         return plugin_preset(server, plugin, plugin_type)
     primary = server.get(f"{plugin}.primary_controller")
@@ -77,12 +107,14 @@ def _column(server: Node, plugin: str, rows: list[CheckRow]) -> Preset:
     return preset
 
 
-def _rows(server: Node, plugin: str, preset: Preset) -> list[CheckRow]:
+def _rows(server: Node, plugin: str, preset: Preset, told: Collection[str]) -> list[CheckRow]:
     model = preset.controller_class.Parameters
     is_shim = plugin_type_of(server, plugin) == ROTATION_SHIM
     names = {*model.model_fields, *(name for name, _ in flattened(preset.values))}
     rows = []
     for name in server.below(plugin):
+        if name in told:
+            continue
         full = f"{plugin}.{name}"
         if name == "plugin":
             if not is_shim:

@@ -253,6 +253,7 @@ class _CostmapReader:
             remark = "left out; without observation_sources it sees nothing, in Nav2 as well"
             reader.note_block(Status.OTHER_FORM, name, remark)
             return None
+        self._note_unlisted(prefix, sources)
         scans = [s for s in sources if reader.node.get(f"{prefix}{s}.data_type", SCAN) == SCAN]
         source = (scans or sources)[0]
         if not scans:
@@ -265,6 +266,17 @@ class _CostmapReader:
         if ours == "voxel_layer":
             return self._voxel_layer(prefix, source)
         return self._obstacle_layer(name, source)
+
+    def _note_unlisted(self, prefix: str, sources: list[str]) -> None:
+        """Notes the blocks of sources that the layer does not listen to."""
+        names = [
+            n.removeprefix(prefix) for n in self._reader.node.parameters if n.startswith(prefix)
+        ]
+        blocks = (name.partition(".")[0] for name in names if "." in name)
+        for block in dict.fromkeys(blocks):
+            if block not in sources:
+                remark = "not among observation_sources"
+                self._reader.note_block(Status.UNREAD, prefix + block, remark)
 
     def _sources(self, name: str) -> list[str]:
         return self._reader.text(f"{name}.observation_sources").split()

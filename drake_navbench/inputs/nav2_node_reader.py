@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import difflib
 import json
 from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from drake_navbench.errors import InputError, nearest_name_hint, printable
+from drake_navbench.errors import InputError, printable
 from drake_navbench.inputs.nav2_check import CheckRow, Status
 from drake_navbench.inputs.nav2_parameters import Node
 from drake_navbench.inputs.nav2_substitutions import missing_value
@@ -38,6 +39,8 @@ OF_EVERY_NODE = frozenset(
     }
 )
 MAX_SHOWN = 60
+# Share of two names that is the same, from which one counts as a slip of the other.
+LIKE_A_SLIP = 0.8
 
 Rows = dict[tuple[str, str], CheckRow]
 """Rows by node and parameter."""
@@ -244,9 +247,16 @@ class NodeReader:
 
 
 def similar_name_hint(name: str, known: Iterable[str]) -> str:
-    """Returns '; did you mean X?' for a known name of as many parts that is close, else ''."""
-    hint = nearest_name_hint(name, [n for n in known if n.count(".") == name.count(".")])
-    return hint if hint.startswith("; did") else ""
+    """Returns '; did you mean X?' for a known name that differs by a slip only, else ''.
+
+    Both have as many parts; `min_vel_x` is no slip of `max_vel_x`.
+    """
+    alike = [n for n in known if n.count(".") == name.count(".")]
+    for close in difflib.get_close_matches(name, sorted(alike), n=3, cutoff=LIKE_A_SLIP):
+        last, close_last = name.rpartition(".")[2], close.rpartition(".")[2]
+        if difflib.SequenceMatcher(None, last, close_last).ratio() >= LIKE_A_SLIP:
+            return f"; did you mean {close!r}?"
+    return ""
 
 
 def _nested_model(model: type[BaseModel], field: str) -> type[BaseModel] | None:

@@ -101,6 +101,14 @@ def test_wrong_arguments_are_one_line_and_nothing_is_written(
     assert list(tmp_path.iterdir()) == []
 
 
+def test_check_refuses_what_the_run_would_refuse(tmp_path, capsys):
+    text = Path(file_of("jazzy")).read_text().replace("footprint: false", "footprint: true")
+    path = tmp_path / "nav2.yaml"
+    path.write_text(text)
+    assert main(["--nav2", str(path), "--check"]) == 2
+    assert "CostCritic.consider_footprint" in capsys.readouterr().err
+
+
 def test_a_file_without_controllers_needs_them_by_name(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "part.yaml").write_text("planner_server: {ros__parameters: {use_sim_time: true}}")

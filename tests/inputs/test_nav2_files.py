@@ -11,6 +11,7 @@ import yaml
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.nav2_check import Check, CheckRow, Status
 from drake_navbench.inputs.nav2_costmaps import parse_points
+from drake_navbench.inputs.nav2_node_reader import similar_name_hint
 from drake_navbench.inputs.nav2_parameters import read_parameter_file
 from drake_navbench.inputs.nav2_robot import read_nav2_files
 from drake_navbench.inputs.robot import load_robot
@@ -153,6 +154,28 @@ def test_a_misspelt_parameter_is_told_with_the_right_one(setup_of):
     assert row.status == Status.UNREAD
     assert row.line == 1
     assert row.remark == "unknown; did you mean 'resolution'?"
+
+
+def test_no_other_parameter_is_offered_for_one_that_is_no_slip():
+    assert similar_name_hint("min_vel_x", ["max_vel_x", "vx_max"]) == ""
+    assert similar_name_hint("a.cost_weight", ["a.cost_power"]) == ""
+    assert similar_name_hint("lookahead_dits", ["lookahead_dist"]) == (
+        "; did you mean 'lookahead_dist'?"
+    )
+
+
+def test_a_source_that_no_layer_listens_to_is_told(setup_of):
+    scan = "max_obstacle_height: 2.0, clearing: true"
+    sources = f"observation_sources: a, a: {{{scan}}}, b: {{{scan}}}"
+    setup = setup_of(COLUMN, LOCAL % (SEEING % ("nav2_costmap_2d::VoxelLayer", sources)))
+    assert row_of(setup, "obstacles.b").status == Status.UNREAD
+
+
+def test_sideways_motion_is_left_out_and_told(setup_of):
+    omni = COLUMN.replace(RPP, "nav2_mppi_controller::MPPIController\n      motion_model: Omni")
+    setup = setup_of(omni + "      critics: [GoalCritic]\n")
+    assert setup.presets[0].parameters.motion_model == "DiffDrive"
+    assert row_of(setup, "FollowPath.motion_model").status == Status.STAND_IN
 
 
 def test_a_controller_that_is_not_there_costs_its_column_alone(setup_of):
