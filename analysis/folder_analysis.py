@@ -22,7 +22,7 @@ from drake_navbench.analysis.scenario_analysis import (
     read_trials,
 )
 from drake_navbench.errors import InputError, NavbenchError
-from drake_navbench.log import TrialLog
+from drake_navbench.log import Outcome, TrialLog
 from drake_navbench.results import ResultsFolder
 from drake_navbench.worker_process import Raised, Returned
 from drake_navbench.workers import Task, run_tasks, start_server
@@ -113,6 +113,9 @@ def _analyse_scenario(
     analysis = analyse(scenario, entries, left_out)
     if not logs:
         return analysis, []
+    asked = logs[0].info["scenario"]
+    analysis.description = str(asked.get("description", ""))
+    analysis.is_impossible = asked.get("expected_outcome") == Outcome.ABORTED
     by_controller: dict[str, list[TrialLog]] = {}
     for log in logs:
         by_controller.setdefault(log.info["controller"], []).append(log)
