@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from itertools import product
 from pathlib import Path
+from shlex import quote
 from typing import Any, NamedTuple
 
 from drake_navbench.analysis.figures.album import FigureChoice
@@ -22,7 +23,12 @@ from drake_navbench.analysis.reproduction import (
     has_published_scenarios,
     write_reproduction,
 )
-from drake_navbench.analysis.scenario_analysis import HEADLINE_METRICS, LeftOut, ScenarioAnalysis
+from drake_navbench.analysis.scenario_analysis import (
+    HEADLINE_METRICS,
+    LeftOut,
+    ScenarioAnalysis,
+    TrialEntry,
+)
 from drake_navbench.analysis.statistics import Interval, trials_needed
 from drake_navbench.analysis.tables import published_table, scenario_table, table_to_markdown
 from drake_navbench.log import Outcome
@@ -282,15 +288,30 @@ def _pair_rows(scenario: ScenarioAnalysis, difference: float) -> list[dict[str, 
 
 
 def _trial_rows(analysis: FolderAnalysis, scenario: ScenarioAnalysis) -> list[dict[str, Any]]:
-    results = ResultsFolder(analysis.path)
-    rows = []
-    for entry in scenario.trials:
-        row = entry.row
-        own = results.replay_path(str(row["scenario"]), str(row["controller"]))
-        race = results.replay_path(str(row["scenario"]))
-        replay = _relative(analysis.path, own) or _relative(analysis.path, race)
-        rows.append({"row": row, "path": entry.path, "replay": replay})
-    return rows
+    return [
+        {
+            "row": entry.row,
+            "path": entry.path,
+            "replay": _replay_of(analysis.path, entry),
+            "command": f"python -m drake_navbench replay {quote(entry.path)}",
+        }
+        for entry in scenario.trials
+    ]
+
+
+def _replay_of(root: Path, entry: TrialEntry) -> str:
+    """Returns a link to a replay that shows this trial, '' where there is none.
+
+    Of what a run writes, both the race and a controller's own replay show its first trial.
+    """
+    own = _relative(root, (root / entry.path).with_suffix(".html"))
+    if own or entry.row["trial"] != 0:
+        return own
+    results = ResultsFolder(root)
+    scenario, controller = str(entry.row["scenario"]), str(entry.row["controller"])
+    return _relative(root, results.replay_path(scenario, controller)) or _relative(
+        root, results.replay_path(scenario)
+    )
 
 
 def _relative(root: Path, path: Path) -> str:

@@ -309,3 +309,22 @@ def test_an_impossible_task_is_named_as_one_with_its_description(tmp_path):
     assert "<p>Walls all round.</p>" in own
     assert "Impossible on purpose" in own
     assert "Impossible on purpose" not in other
+
+
+def test_a_trial_is_linked_only_to_a_replay_that_shows_it(tmp_path):
+    path = write_folder(tmp_path / "campaign")
+    results = ResultsFolder(path)
+    race, own = results.replay_path("empty"), results.log_path("empty", "rpp", 2)
+    own = own.with_suffix(".html")
+    race.parent.mkdir()
+    for page in (race, own):
+        page.write_text("<!DOCTYPE html><title>replay</title>", encoding="utf-8")
+    table = render(analyse_folder(path, jobs=1)).partition('id="trials-table"')[2]
+    rows = re.findall(r"<tr>.*?</tr>", table, re.S)[1:]
+    shown = {re.findall(r"<code>(trials/[^<]+)</code>", row)[-1]: row for row in rows}
+    assert 'href="replays/empty.html"' in shown["trials/empty/rpp/trial_000.parquet"]
+    assert 'href="trials/empty/rpp/trial_002.html"' in shown["trials/empty/rpp/trial_002.parquet"]
+    second = shown["trials/empty/rpp/trial_001.parquet"]
+    assert "href" not in second
+    command_line = "python -m drake_navbench replay trials/empty/rpp/trial_001.parquet"
+    assert f"<code>{command_line}</code>" in second

@@ -34,6 +34,7 @@ plan:
 waypoints: [[2.0, 0.0, 0.1]]
 navigation_mode: navigate_to_pose
 timeout_s: 77.0
+expected_outcome: aborted
 variation: {start_xy_std_m: 0.01, start_yaw_std_rad: 0.02}
 robot_overrides: {lidar: {range_max_m: 9.0}}
 """
