@@ -7,7 +7,8 @@ are computed again from the logs, so that both folders are measured with the sam
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -16,7 +17,7 @@ from xml.etree import ElementTree
 
 import pandas as pd
 
-from drake_navbench.analysis.folder_analysis import analyse_folder
+from drake_navbench.analysis.folder_analysis import analyse_folder, find_logs
 from drake_navbench.analysis.metrics.definition import Better, Metric
 from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.analysis.scenario_analysis import LeftOut
@@ -28,7 +29,13 @@ from drake_navbench.analysis.statistics import (
 from drake_navbench.errors import InputError, nearest_name_hint
 
 SUCCESS = "success_rate"
-DEFAULT_LISTED = (SUCCESS, "min_clearance_m", "time_to_goal_s")
+DEFAULT_LISTED = (
+    SUCCESS,
+    "min_clearance_m",
+    "time_to_goal_s",
+    "cross_track_error_mean_m",
+    "heading_error_mean_deg",
+)
 # A change below this share of the baseline is none, however certain.
 DEFAULT_TOLERANCE = 0.01
 IDENTITY = ["scenario", "controller", "seed"]
@@ -59,24 +66,56 @@ class Finding(NamedTuple):
     change: Change
 
 
+class Unmatched(NamedTuple):
+    """Trials of a controller in a scenario that cannot be compared. reason: which and why."""
+
+    folder: str
+    scenario: str
+    controller: str
+    reason: str
+
+    def __str__(self) -> str:
+        return f"{self.scenario} / {self.controller}: {self.reason}"
+
+
 @dataclass(frozen=True)
 class FolderComparison:
     """Every finding, and what could not be compared.
 
-    listed: the metrics whose getting worse is a regression. notes: trials and columns that only
+    listed: the metrics whose getting worse is a regression. unmatched: trials and columns that only
     one of the folders has. left_out: unreadable files.
     """
 
     baseline: str
     listed: tuple[str, ...]
     findings: tuple[Finding, ...]
-    notes: tuple[str, ...]
+    unmatched: tuple[Unmatched, ...]
     left_out: tuple[LeftOut, ...]
 
     @property
     def regressions(self) -> list[Finding]:
         """The listed metrics that became worse."""
         return [f for f in self.findings if f.metric in self.listed and f.change is Change.WORSE]
+
+    @property
+    def not_compared(self) -> list[str]:
+        """A line for everything that could not be compared."""
+        return [
+            *map(str, self.unmatched),
+            *(f"{entry.path}: {entry.reason}" for entry in self.left_out),
+        ]
+
+    @property
+    def summary(self) -> str:
+        """The whole in a line."""
+        listed = [f for f in self.findings if f.metric in self.listed]
+        cells = {(f.folder, f.scenario, f.controller) for f in self.findings}
+        count = Counter(f.change for f in listed)
+        told = ", ".join(f"{count[change]} {change}" for change in Change)
+        return (
+            f"compared {len(cells)} pairs of scenario and controller in {len(self.listed)} listed "
+            f"metrics: {told}; not compared: {len(self.not_compared)}"
+        )
 
 
 def compare_folders(
@@ -91,7 +130,8 @@ def compare_folders(
     listed: names of metrics whose getting worse counts as a regression; success_rate is always one
     of them unless there is none: who fails has no time to the goal that could get worse.
     tolerance: share of the baseline below which a change is none. Raises InputError for a name
-    that is no metric, a folder that is no results folder, or folders without a common trial.
+    that is no metric, a folder that is no results folder (all are looked at before the work
+    begins), or folders without a common trial.
     """
     known = {entry.name: entry for entry in all_metrics()}
     for name in listed:
@@ -101,10 +141,12 @@ def compare_folders(
             raise InputError(f"metric {name!r} has no good direction; it cannot get worse")
     if listed and SUCCESS not in listed:
         listed = (SUCCESS, *listed)
+    for folder in folders:
+        find_logs(folder)
     analyses = [analyse_folder(folder, jobs=jobs) for folder in folders]
     baseline, *others = analyses
     findings: list[Finding] = []
-    notes: list[str] = []
+    unmatched: list[Unmatched] = []
     for other in others:
         name = str(other.path)
         found = compare_trials(baseline.trials, other.trials, folder=name, tolerance=tolerance)
@@ -113,12 +155,12 @@ def compare_folders(
                 f"{name}: no scenario, controller and seed in common with {folders[0]}"
             )
         findings += found
-        notes += _unmatched(baseline.trials, other.trials, name)
+        unmatched += _unmatched(baseline.trials, other.trials, name)
     return FolderComparison(
         baseline=str(folders[0]),
         listed=tuple(listed),
         findings=tuple(findings),
-        notes=tuple(notes),
+        unmatched=tuple(unmatched),
         left_out=tuple(
             LeftOut(f"{a.path}/{entry.path}", entry.reason)
             for a in analyses
@@ -190,7 +232,7 @@ def to_markdown(comparison: FolderComparison) -> str:
     regressions = comparison.regressions
     lines = [f"# Compared with {comparison.baseline}", ""]
     lines.append(f"Listed metrics: {', '.join(comparison.listed) or 'none'}.")
-    lines += [f"{len(regressions)} of them became worse.", ""]
+    lines += [f"{len(regressions)} of them became worse.", "", f"In all: {comparison.summary}.", ""]
     for title, chosen in (
         ("Regressions", regressions),
         ("Worse", _of(comparison, Change.WORSE)),
@@ -200,25 +242,27 @@ def to_markdown(comparison: FolderComparison) -> str:
     ):
         if chosen:
             lines += [f"## {title}", "", *_markdown_table(chosen), ""]
-    if comparison.notes or comparison.left_out:
+    if comparison.not_compared:
         lines += ["## Not compared", ""]
-        lines += [f"- {note}" for note in comparison.notes]
-        lines += [f"- {entry.path}: {entry.reason}" for entry in comparison.left_out]
+        lines += [f"- {line}" for line in comparison.not_compared]
         lines.append("")
     return "\n".join(lines)
 
 
 def to_junit(comparison: FolderComparison) -> str:
-    """Returns JUnit XML: a test case a listed metric, scenario and controller."""
+    """Returns JUnit XML: a test case a listed metric, scenario and controller.
+
+    What could not be compared is a skipped test case.
+    """
     cases = [f for f in comparison.findings if f.metric in comparison.listed]
     skipped = [f for f in cases if f.change is Change.UNDEFINED]
     suite = ElementTree.Element(
         "testsuite",
         name="drake_navbench.compare",
-        tests=str(len(cases)),
+        tests=str(len(cases) + len(comparison.unmatched) + len(comparison.left_out)),
         failures=str(len(comparison.regressions)),
         errors="0",
-        skipped=str(len(skipped)),
+        skipped=str(len(skipped) + len(comparison.unmatched) + len(comparison.left_out)),
     )
     for finding in cases:
         case = ElementTree.SubElement(
@@ -232,10 +276,20 @@ def to_junit(comparison: FolderComparison) -> str:
             failure.text = sentence(finding)
         elif finding.change is Change.UNDEFINED:
             ElementTree.SubElement(case, "skipped", message="no pair of trials with a value")
+    for entry in comparison.unmatched:
+        classname = f"{entry.folder}.{entry.scenario}.{entry.controller}"
+        _add_skipped(suite, classname, "trials", entry.reason)
+    for file in comparison.left_out:
+        _add_skipped(suite, "files", file.path, file.reason)
     suites = ElementTree.Element("testsuites")
     suites.append(suite)
     ElementTree.indent(suites)
     return ElementTree.tostring(suites, encoding="unicode", xml_declaration=True) + "\n"
+
+
+def _add_skipped(suite: ElementTree.Element, classname: str, name: str, reason: str) -> None:
+    case = ElementTree.SubElement(suite, "testcase", classname=classname, name=name)
+    ElementTree.SubElement(case, "skipped", message=reason)
 
 
 def sentence(finding: Finding) -> str:
@@ -276,30 +330,26 @@ def _markdown_table(findings: Sequence[Finding]) -> list[str]:
     return lines
 
 
-def _unmatched(baseline: pd.DataFrame, other: pd.DataFrame, name: str) -> list[str]:
-    notes = []
+def _unmatched(baseline: pd.DataFrame, other: pd.DataFrame, name: str) -> list[Unmatched]:
     before, after = (
         table.groupby(["scenario", "controller"])["seed"].agg(set).to_dict()
         for table in (baseline, other)
     )
-    for cell in dict.fromkeys([*before, *after]):
-        notes += _unmatched_cell(cell, before, after, name)
-    return notes
+    reasons = {
+        cell: _why_unmatched(before.get(cell, set()), after.get(cell, set()), name)
+        for cell in dict.fromkeys([*before, *after])
+    }
+    return [Unmatched(name, *cell, reason) for cell, reason in reasons.items() if reason]
 
 
-def _unmatched_cell(
-    cell: tuple[str, str],
-    before: Mapping[tuple[str, str], set[int]],
-    after: Mapping[tuple[str, str], set[int]],
-    name: str,
-) -> list[str]:
-    where = " / ".join(cell)
-    if cell not in after:
-        return [f"{where}: missing in {name}"]
-    if cell not in before:
-        return [f"{where}: only in {name}"]
-    alone = len(before[cell] ^ after[cell])
+def _why_unmatched(before: set[int], after: set[int], name: str) -> str:
+    """Returns what keeps the trials with these seeds from being compared, '' for nothing."""
+    if not after:
+        return f"missing in {name}"
+    if not before:
+        return f"only in {name}"
+    alone = len(before ^ after)
     if not alone:
-        return []
+        return ""
     have = "trial has" if alone == 1 else "trials have"
-    return [f"{where}: {alone} {have} no partner in {name} or in the baseline"]
+    return f"{alone} {have} no partner in {name} or in the baseline"

@@ -22,7 +22,7 @@ from drake_navbench.analysis.scenario_analysis import (
     read_trials,
 )
 from drake_navbench.errors import InputError, NavbenchError
-from drake_navbench.log import TrialLog
+from drake_navbench.log import Outcome, TrialLog
 from drake_navbench.results import ResultsFolder
 from drake_navbench.worker_process import Raised, Returned
 from drake_navbench.workers import Task, run_tasks, start_server
@@ -62,12 +62,7 @@ def analyse_folder(
     figures: which of them to draw into the folder. jobs: processes; 1 stays in this one.
     Raises InputError where the folder is no results folder or holds no readable log.
     """
-    manifest = ResultsFolder(path).read_manifest()
-    files: dict[Path, list[Path]] = {}
-    for file in sorted((path / "trials").glob("*/*/trial_*.parquet")):
-        files.setdefault(file.parent.parent, []).append(file)
-    if not files:
-        raise InputError(f"{path}: no trial logs below {path / 'trials'}")
+    manifest, files = find_logs(path)
     controllers = list(manifest.get("controllers", []))
     # The longest scenarios first: the last worker should not start with the most work.
     order = sorted(files, key=lambda key: -sum(file.stat().st_size for file in files[key]))
@@ -86,6 +81,20 @@ def analyse_folder(
         scenarios=tuple(analysis for analysis, _ in results),
         figures=tuple(entry for _, written in results for entry in written),
     )
+
+
+def find_logs(path: Path) -> tuple[Mapping[str, Any], dict[Path, list[Path]]]:
+    """Returns the manifest of a results folder, and its logs by the folder of their scenario.
+
+    Raises InputError where the folder is no results folder or holds no log.
+    """
+    manifest = ResultsFolder(path).read_manifest()
+    files: dict[Path, list[Path]] = {}
+    for file in sorted((path / "trials").glob("*/*/trial_*.parquet")):
+        files.setdefault(file.parent.parent, []).append(file)
+    if not files:
+        raise InputError(f"{path}: no trial logs below {path / 'trials'}")
+    return manifest, files
 
 
 def _analyse_apart(tasks: Sequence[tuple[Any, ...]], jobs: int) -> list[Any]:
@@ -113,6 +122,9 @@ def _analyse_scenario(
     analysis = analyse(scenario, entries, left_out)
     if not logs:
         return analysis, []
+    asked = logs[0].info["scenario"]
+    analysis.description = str(asked.get("description", ""))
+    analysis.is_impossible = asked.get("expected_outcome") == Outcome.ABORTED
     by_controller: dict[str, list[TrialLog]] = {}
     for log in logs:
         by_controller.setdefault(log.info["controller"], []).append(log)

@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from itertools import product
 from pathlib import Path
+from shlex import quote
 from typing import Any, NamedTuple
 
 from drake_navbench.analysis.figures.album import FigureChoice
@@ -16,12 +17,18 @@ from drake_navbench.analysis.invariants import warnings_of
 from drake_navbench.analysis.lineups import PUBLISHED_SETTINGS
 from drake_navbench.analysis.metrics.definition import Better
 from drake_navbench.analysis.metrics.registry import all_metrics, installed_metrics
+from drake_navbench.analysis.numbers import EMPTY, number
 from drake_navbench.analysis.reproduction import (
     PAGE_NAME,
     has_published_scenarios,
     write_reproduction,
 )
-from drake_navbench.analysis.scenario_analysis import HEADLINE_METRICS, LeftOut, ScenarioAnalysis
+from drake_navbench.analysis.scenario_analysis import (
+    HEADLINE_METRICS,
+    LeftOut,
+    ScenarioAnalysis,
+    TrialEntry,
+)
 from drake_navbench.analysis.statistics import Interval, trials_needed
 from drake_navbench.analysis.tables import published_table, scenario_table, table_to_markdown
 from drake_navbench.log import Outcome
@@ -30,11 +37,6 @@ from drake_navbench.results import ResultsFolder, write_text
 REPORT_NAME = "report.html"
 # Two trials that differ by this share of the mean should be told apart; asked for as `difference`.
 DEFAULT_DIFFERENCE = 0.05
-DIGITS = 4
-# Between these, numbers are written without an exponent; below ROUNDING they are 0.
-PLAIN_FROM, PLAIN_BELOW = 1e-3, 1e6
-ROUNDING = 1e-12
-EMPTY = "–"
 
 
 class ReportResult(NamedTuple):
@@ -90,19 +92,6 @@ def render(analysis: FolderAnalysis, *, difference: float = DEFAULT_DIFFERENCE) 
     return environment.get_template("report.html").render(page=_page(analysis, difference))
 
 
-def number(value: float | None) -> str:
-    """Returns a value with 4 significant digits, a dash where it is undefined."""
-    if value is None or not math.isfinite(value):
-        return EMPTY
-    if abs(value) < ROUNDING:
-        return "0"
-    if PLAIN_FROM <= abs(value) < PLAIN_BELOW:
-        # The exponent of what is shown: 99.9999 is shown as 100.0.
-        exponent = int(f"{value:.{DIGITS - 1}e}".partition("e")[2])
-        return f"{value:.{max(DIGITS - 1 - exponent, 0)}f}"
-    return f"{value:.{DIGITS - 1}e}"
-
-
 def interval(bounds: Interval) -> str:
     """Returns '[low, high]', a dash where it is undefined."""
     if not math.isfinite(bounds.low):
@@ -128,6 +117,8 @@ def _page(analysis: FolderAnalysis, difference: float) -> dict[str, Any]:
         "scenarios": [_scenario(analysis, entry) for entry in scenarios],
         "headlines": _headlines(scenarios),
         "without_arrival": [s.scenario for s in scenarios if not s.anyone_arrived],
+        "impossible": [s.scenario for s in scenarios if s.is_impossible],
+        "expected_aborts": sum(_aborts(s) for s in scenarios if s.is_impossible),
         "left_out": analysis.left_out,
         "missing": missing,
         "missing_count": sum(count.total() for count in missing.values()),
@@ -140,6 +131,10 @@ def _page(analysis: FolderAnalysis, difference: float) -> dict[str, Any]:
         "difference": difference,
         "has_all_figures": any(entry.controller for entry in analysis.figures),
     }
+
+
+def _aborts(scenario: ScenarioAnalysis) -> int:
+    return sum(entry.row["outcome"] == Outcome.ABORTED for entry in scenario.trials)
 
 
 def _wanted(analysis: FolderAnalysis) -> Iterator[tuple[str, str, int]]:
@@ -192,6 +187,8 @@ def _scenario(analysis: FolderAnalysis, scenario: ScenarioAnalysis) -> dict[str,
     table = _published_rows(analysis, scenario)
     return {
         "name": scenario.scenario,
+        "description": scenario.description,
+        "is_impossible": scenario.is_impossible,
         "successes": {success.controller: success for success in scenario.successes},
         "none_succeeded": not scenario.anyone_arrived,
         "verdicts": [(v, units[v.metric]) for v in scenario.verdicts],
@@ -291,15 +288,30 @@ def _pair_rows(scenario: ScenarioAnalysis, difference: float) -> list[dict[str, 
 
 
 def _trial_rows(analysis: FolderAnalysis, scenario: ScenarioAnalysis) -> list[dict[str, Any]]:
-    results = ResultsFolder(analysis.path)
-    rows = []
-    for entry in scenario.trials:
-        row = entry.row
-        own = results.replay_path(str(row["scenario"]), str(row["controller"]))
-        race = results.replay_path(str(row["scenario"]))
-        replay = _relative(analysis.path, own) or _relative(analysis.path, race)
-        rows.append({"row": row, "path": entry.path, "replay": replay})
-    return rows
+    return [
+        {
+            "row": entry.row,
+            "path": entry.path,
+            "replay": _replay_of(analysis.path, entry),
+            "command": f"python -m drake_navbench replay {quote(entry.path)}",
+        }
+        for entry in scenario.trials
+    ]
+
+
+def _replay_of(root: Path, entry: TrialEntry) -> str:
+    """Returns a link to a replay that shows this trial, '' where there is none.
+
+    Of what a run writes, both the race and a controller's own replay show its first trial.
+    """
+    own = _relative(root, (root / entry.path).with_suffix(".html"))
+    if own or entry.row["trial"] != 0:
+        return own
+    results = ResultsFolder(root)
+    scenario, controller = str(entry.row["scenario"]), str(entry.row["controller"])
+    return _relative(root, results.replay_path(scenario, controller)) or _relative(
+        root, results.replay_path(scenario)
+    )
 
 
 def _relative(root: Path, path: Path) -> str:

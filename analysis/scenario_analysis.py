@@ -103,7 +103,10 @@ class Pair(NamedTuple):
 
 @dataclass
 class ScenarioAnalysis:
-    """What was computed of a scenario, all in plain values."""
+    """What was computed of a scenario, all in plain values.
+
+    description: the scenario file's. is_impossible: whether its task is meant to be given up.
+    """
 
     scenario: str
     trials: list[TrialEntry] = field(default_factory=list)
@@ -112,6 +115,8 @@ class ScenarioAnalysis:
     cells: list[Cell] = field(default_factory=list)
     pairs: list[Pair] = field(default_factory=list)
     verdicts: list[Verdict] = field(default_factory=list)
+    description: str = ""
+    is_impossible: bool = False
 
     @property
     def table(self) -> pd.DataFrame:

@@ -23,7 +23,8 @@ tolerance; success counts by the trial. A regression test for CI:
 
   python -m drake_navbench.compare results/main results/branch --junit compare.xml
 
-exit status: 0 no listed metric got worse, 1 one did, 2 wrong input, or nothing could be compared
+exit status: 0 no listed metric got worse, 1 one did, or with --require-all something could not be
+compared, 2 wrong input, or nothing could be compared
 """
 
 
@@ -42,7 +43,8 @@ def build_parser() -> argparse.ArgumentParser:
         "--fail-on",
         metavar="LIST",
         help="metrics, comma-separated, whose getting worse is a regression, success_rate always "
-        "among them; none for no metric (success_rate,min_clearance_m,time_to_goal_s)",
+        "among them; none for no metric (success_rate,min_clearance_m,time_to_goal_s,"
+        "cross_track_error_mean_m,heading_error_mean_deg)",
     )
     add(
         "--tolerance",
@@ -53,6 +55,12 @@ def build_parser() -> argparse.ArgumentParser:
     )
     add("--markdown", type=Path, metavar="FILE", help="where the report goes (standard output)")
     add("--junit", type=Path, metavar="FILE", help="also write JUnit XML")
+    add(
+        "--require-all",
+        action="store_true",
+        help="a scenario, controller or trial that only one folder has, or that cannot be read, "
+        "fails, too",
+    )
     add("--jobs", type=_positive, default=2, help="parallel processes (2)")
     return parser
 
@@ -79,7 +87,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         return EXIT_WRONG_INPUT
     for finding in comparison.regressions:
         print(f"regression: {compare.sentence(finding)}", file=sys.stderr)
-    return EXIT_REGRESSION if comparison.regressions else EXIT_DONE
+    for line in comparison.not_compared:
+        print(f"not compared: {line}", file=sys.stderr)
+    print(comparison.summary, file=sys.stderr)
+    fails = comparison.regressions or (arguments.require_all and comparison.not_compared)
+    return EXIT_REGRESSION if fails else EXIT_DONE
 
 
 def _listed(text: str | None, default: tuple[str, ...]) -> tuple[str, ...]:

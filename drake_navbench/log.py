@@ -12,6 +12,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,7 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 from pydantic import ConfigDict
 
-from drake_navbench.errors import InputError, as_line, one_line
+from drake_navbench.errors import InputError, as_line, one_line, printable
 from drake_navbench.immutable import Immutable
 from drake_navbench.plans import (
     PLAN_COLUMNS,
@@ -62,6 +63,8 @@ COLUMNS: Mapping[str, str] = {
 }
 
 
+# Of a name or reason in the short form of a log.
+MAX_SHOWN = 80
 # Uncompressed; a trial of an hour takes a tenth of it.
 MAX_LOG_BYTES = 1_000_000_000
 
@@ -121,7 +124,7 @@ class _Header(FrozenModel):
     end_time_s: float
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class TrialLog:
     """What is known of one trial after it ended.
 
@@ -141,6 +144,35 @@ class TrialLog:
     scans: tuple[Scan, ...] = ()
     diagnostics: tuple[tuple[float, Mapping[str, Any]], ...] = field(default=())
     events: tuple[tuple[float, Mapping[str, Any]], ...] = field(default=())
+
+    def __repr__(self) -> str:
+        """Returns who drove what, how it ended and how much there is, as one short line."""
+        told = ", ".join(f"{name}={value}" for name, value in self._in_short().items())
+        return f"TrialLog({told})"
+
+    def _repr_html_(self) -> str:
+        """Returns the same as a small table, for notebooks."""
+        rows = "".join(
+            f"<tr><th>{name}</th><td>{escape(str(value))}</td></tr>"
+            for name, value in self._in_short().items()
+        )
+        return f"<table>{rows}</table>"
+
+    def _in_short(self) -> dict[str, Any]:
+        told = {
+            "scenario": self.info["scenario"]["name"],
+            "controller": self.info["controller"],
+            "trial": self.info["trial"],
+            "seed": self.info["seed"],
+            "outcome": self.info["outcome"],
+            "reason": self.info["reason"],
+        }
+        return {name: printable(str(value))[:MAX_SHOWN] for name, value in told.items()} | {
+            "end_time_s": f"{self.end_time_s:.4g}",
+            "samples": len(self.samples),
+            "scans": len(self.scans),
+            "plans": len(self.plans),
+        }
 
     @property
     def outcome(self) -> Outcome:

@@ -184,11 +184,12 @@ def _run(
         _print_error(f"{len(undriven)} trials were not driven; --resume {folder.path} drives them")
     if trials.empty:
         return True
+    impossible = {spec.scenario.name for spec in campaign.specs if spec.scenario.is_impossible}
     for scenario in dict.fromkeys(trials["scenario"]):
         table = scenario_table(trials, scenario)
         write_text(folder.table_path(scenario, ".csv"), table.to_csv())
         write_text(folder.table_path(scenario, ".md"), table_to_markdown(table))
-        print_scenario(console, table, scenario)
+        print_scenario(console, table, scenario, is_impossible=scenario in impossible)
     if request.replay != "none":
         console.print("Writing the replays ...")
         failures = write_replays(folder, campaign, each=request.replay == "each", jobs=jobs)

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import os
+from itertools import pairwise
+from textwrap import wrap
 from types import TracebackType
 
 import pandas as pd
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
+from rich.measure import Measurement
 from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
@@ -14,22 +19,34 @@ from rich.progress import (
 )
 from rich.progress import Progress as RichProgress
 from rich.table import Table
+from rich.text import Text
 
+from drake_navbench.analysis.numbers import number
 from drake_navbench.campaign.driving import Progress
 
 COUNT_UNIT = "trials"
-NOTHING = "–"
-# In a file or a pipe there is no width to respect; tables should come out whole.
+IMPOSSIBLE = "impossible on purpose, every trial should be aborted"
+# In a file or a pipe there is no width to respect unless COLUMNS gives one.
 PIPE_WIDTH = 160
+# Longer names of controllers take several lines.
+NAME_WIDTH = 12
+# Wider than any table is.
+MAX_WIDTH = 100_000
 
 
 def terminal(*, quiet: bool = False, stderr: bool = False) -> Console:
     """Returns the console that everything is printed to; stderr: the one for errors."""
     # Names may be anybody's: what looks like markup in them is none.
     console = Console(quiet=quiet, stderr=stderr, highlight=False, markup=False, emoji=False)
-    if not console.is_terminal:
+    if not console.is_terminal and not _columns_asked():
         console.width = PIPE_WIDTH
     return console
+
+
+def _columns_asked() -> bool:
+    """Tells whether COLUMNS gives a width, which rich then takes."""
+    columns = os.environ.get("COLUMNS", "")
+    return columns.isdecimal() and int(columns) > 0
 
 
 class CampaignProgress:
@@ -71,18 +88,64 @@ class CampaignProgress:
         )
 
 
-def print_scenario(console: Console, table: pd.DataFrame, scenario: str) -> None:
-    """Prints one scenario's table: metrics by controllers, then how the trials ended."""
-    shown = Table(title=scenario, title_justify="left", title_style="bold")
+def print_scenario(
+    console: Console, table: pd.DataFrame, scenario: str, *, is_impossible: bool = False
+) -> None:
+    """Prints one scenario's table: metrics by controllers, then how the trials ended.
+
+    Where not all controllers fit beside one another, they are spread evenly over several tables. No
+    number is ever wrapped or cut.
+
+    is_impossible: whether the task is meant to be given up.
+    """
+    note = f": {IMPOSSIBLE}" if is_impossible else ""
+    console.print(Text(f"{scenario}{note}", style="bold"))
+    for block in _blocks(console, table):
+        if _fits(console, block):
+            console.print(_shown(block))
+        else:
+            _print_as_list(console, block)
+        console.print()
+
+
+def _blocks(console: Console, table: pd.DataFrame) -> list[pd.DataFrame]:
+    """Returns the columns in as few blocks of about equal size as fit the console's width."""
+    count = len(table.columns)
+    for parts in range(1, count + 1):
+        bounds = [round(part * count / parts) for part in range(parts + 1)]
+        blocks = [table.iloc[:, first:last] for first, last in pairwise(bounds)]
+        if all(_fits(console, block) for block in blocks):
+            break
+    return blocks
+
+
+def _fits(console: Console, block: pd.DataFrame) -> bool:
+    """Tells whether a table can be printed with nothing in it wrapped."""
+    unlimited = console.options.update(max_width=MAX_WIDTH)
+    return Measurement.get(console, unlimited, _shown(block)).maximum <= console.width
+
+
+def _shown(table: pd.DataFrame) -> Table:
+    shown = Table(box=SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0))
     shown.add_column("metric", no_wrap=True)
     shown.add_column("unit", no_wrap=True)
     for controller in table.columns:
-        shown.add_column(str(controller), justify="right", overflow="fold")
+        name = "\n".join(wrap(str(controller), NAME_WIDTH))
+        shown.add_column(name, justify="right", no_wrap=True)
     counts = table.index.get_level_values("unit") == COUNT_UNIT
     for (metric, unit), values in table[~counts].iterrows():
-        shown.add_row(metric, unit, *(NOTHING if pd.isna(v) else f"{v:.3f}" for v in values))
+        shown.add_row(metric, unit, *map(number, values))
     shown.add_section()
     for (metric, _), values in table[counts].iterrows():
         if values.any():
             shown.add_row(metric, "", *(f"{v:.0f}" for v in values))
-    console.print(shown)
+    return shown
+
+
+def _print_as_list(console: Console, table: pd.DataFrame) -> None:
+    """Prints a line a number, for a terminal too narrow for a table of one controller."""
+    for controller, values in table.items():
+        console.print(str(controller), soft_wrap=True)
+        for (metric, unit), value in values.items():
+            shown = f"{value:.0f}" if unit == COUNT_UNIT else f"{number(value)} {unit}"
+            console.print(f"  {metric}: {shown}", soft_wrap=True)

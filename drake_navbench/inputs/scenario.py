@@ -149,6 +149,11 @@ class Scenario(FrozenModel):
     timeout_s: Duration = Field(
         120.0, gt=0.0, description="The trial ends as timed_out after this."
     )
+    expected_outcome: Literal["succeeded", "aborted"] = Field(
+        "succeeded",
+        description="How a trial should end; aborted: the task is impossible on purpose, and to "
+        "give up is right. Reports say so; nothing in a trial depends on it.",
+    )
     variation: Variation = Field(default_factory=Variation)
     robot_overrides: dict[str, Any] = Field(
         default_factory=dict, description="Fields of the robot file that this scenario replaces."
@@ -184,6 +189,11 @@ class Scenario(FrozenModel):
     def goals(self) -> tuple[Pose, ...]:
         """Where to go: the waypoints and then the goal."""
         return (*self.waypoints, self.goal)
+
+    @property
+    def is_impossible(self) -> bool:
+        """Whether the task is meant to be given up."""
+        return self.expected_outcome == "aborted"
 
     @cached_property
     def map(self) -> OccupancyMap | None:

@@ -9,6 +9,7 @@ import pytest
 from results_folders import write_folder
 
 from drake_navbench import compare as command
+from drake_navbench.analysis import compare
 from drake_navbench.analysis.compare import Change, compare_folders, judge
 from drake_navbench.analysis.metrics import efficiency, safety
 from drake_navbench.analysis.published import success_rate
@@ -107,8 +108,8 @@ def test_missing_trials_are_noted(folders, tmp_path):
         path.unlink()
     (other / "trials" / "own_corridor" / "rpp" / "trial_001.parquet").write_bytes(b"PAR1")
     comparison = compared(folders["main"], other)
-    assert any(note.startswith("empty / rpp: missing in") for note in comparison.notes)
-    assert any("1 trial has no partner" in note for note in comparison.notes)
+    assert any(n.startswith("empty / rpp: missing in") for n in comparison.not_compared)
+    assert any("1 trial has no partner" in n for n in comparison.not_compared)
     assert "trial_001.parquet" in comparison.left_out[0].path
 
 
@@ -118,8 +119,8 @@ def test_the_command_exits_1_on_a_regression_and_writes_junit(folders, tmp_path,
     status = command.main([*arguments, "--junit", str(junit), "--markdown", str(markdown)])
     assert status == 1
     suite = ElementTree.parse(junit).getroot().find("testsuite")
-    # 3 listed metrics, 2 scenarios, 2 controllers; clearance has no value in `empty`.
-    assert suite.attrib["tests"] == "12"
+    # 5 listed metrics, 2 scenarios, 2 controllers; clearance has no value in `empty`.
+    assert suite.attrib["tests"] == "20"
     assert suite.attrib["failures"] == "4"
     assert suite.attrib["skipped"] == "2"
     failed = [case for case in suite if case.find("failure") is not None]
@@ -179,3 +180,55 @@ def test_folders_without_a_common_trial_are_refused(folders, tmp_path):
         path.unlink()
     with pytest.raises(InputError, match="in common"):
         compared(other, half)
+
+
+@pytest.fixture(scope="module")
+def incomplete(tmp_path_factory):
+    """The results of `main` without one controller in one scenario."""
+    path = write_folder(tmp_path_factory.mktemp("incomplete") / "other")
+    for log in path.glob("trials/empty/rpp/*.parquet"):
+        log.unlink()
+    return path
+
+
+@pytest.mark.parametrize("is_reversed", [False, True])
+def test_what_only_one_folder_has_is_told_skipped_and_fails_on_demand(
+    folders, incomplete, is_reversed, tmp_path, capsys
+):
+    pair = [str(folders["main"]), str(incomplete)]
+    junit = tmp_path / "junit.xml"
+    arguments = [*(reversed(pair) if is_reversed else pair), "--jobs", "1", "--junit", str(junit)]
+    assert command.main(arguments) == 0
+    told = capsys.readouterr().err
+    assert "not compared: empty / rpp: " in told
+    suite = ElementTree.parse(junit).getroot().find("testsuite")
+    skipped = [case for case in suite if case.find("skipped") is not None]
+    assert len(skipped) == int(suite.attrib["skipped"])
+    assert len(suite) == int(suite.attrib["tests"])
+    assert "trials" in {case.attrib["name"] for case in skipped}
+    assert command.main([*arguments, "--require-all"]) == 1
+
+
+def test_a_complete_comparison_satisfies_require_all(folders):
+    arguments = [str(folders["main"]), str(folders["main"]), "--jobs", "1", "--require-all"]
+    assert command.main(arguments) == 0
+
+
+def test_a_summary_is_the_last_line_even_where_nothing_changed(folders, capsys):
+    assert command.main([str(folders["main"]), str(folders["main"]), "--jobs", "1"]) == 0
+    last = capsys.readouterr().err.splitlines()[-1]
+    # 2 scenarios and 2 controllers; 5 metrics each, of which clearance is undefined in `empty`.
+    assert last == (
+        "compared 4 pairs of scenario and controller in 5 listed metrics: 0 better, 0 worse, "
+        "0 changed, 18 same, 0 undecided, 2 undefined; not compared: 0"
+    )
+
+
+def test_all_folders_are_looked_at_before_any_is_analysed(folders, tmp_path, monkeypatch):
+    monkeypatch.setattr(compare, "analyse_folder", lambda *_, **__: pytest.fail("began"))
+    with pytest.raises(InputError, match="not a results folder"):
+        compared(folders["main"], folders["slow"], tmp_path)
+
+
+def test_worse_tracking_is_a_regression_unless_other_metrics_are_asked_for():
+    assert {"cross_track_error_mean_m", "heading_error_mean_deg"} <= set(compare.DEFAULT_LISTED)

@@ -7,7 +7,7 @@ from html.parser import HTMLParser
 
 import pandas as pd
 import pytest
-from results_folders import write_folder
+from results_folders import trial_log, write_folder, write_manifest
 from synthetic_logs import straight_log
 
 from drake_navbench import report as command
@@ -18,6 +18,8 @@ from drake_navbench.analysis.report import build_report, number, render
 from drake_navbench.analysis.statistics import Interval
 from drake_navbench.errors import InputError
 from drake_navbench.results import ResultsFolder
+
+WALLED = ("walled_in", "empty")
 
 
 class Page(HTMLParser):
@@ -289,3 +291,40 @@ def test_numbers_have_four_digits_and_nan_is_no_number(value, text):
 def test_intervals_exclude_only_what_lies_outside():
     assert Interval(1.0, 2.0).excludes(0.0)
     assert not Interval(-1.0, 2.0).excludes(0.0)
+
+
+def test_an_impossible_task_is_named_as_one_with_its_description(tmp_path):
+    path = tmp_path / "campaign"
+    results = write_manifest(path, scenarios=["walled_in"])
+    log = trial_log("walled_in", "rpp", 0, outcome="aborted")
+    log.info["scenario"] |= {"description": "Walls all round", "expected_outcome": "aborted"}
+    results.write_log(log)
+    results.write_log(trial_log("empty", "rpp", 0))
+    page = render(analyse_folder(path, jobs=1))
+    assert (
+        "1 succeeded, 1 aborted. The task in walled_in is impossible on purpose: "
+        "1 of the aborted trials did there what was expected." in re.sub(r"\s+", " ", page)
+    )
+    own, other = (re.search(rf"<h2>{name}.*?</section>", page, re.S)[0] for name in WALLED)
+    assert "<p>Walls all round.</p>" in own
+    assert "Impossible on purpose" in own
+    assert "Impossible on purpose" not in other
+
+
+def test_a_trial_is_linked_only_to_a_replay_that_shows_it(tmp_path):
+    path = write_folder(tmp_path / "campaign")
+    results = ResultsFolder(path)
+    race, own = results.replay_path("empty"), results.log_path("empty", "rpp", 2)
+    own = own.with_suffix(".html")
+    race.parent.mkdir()
+    for page in (race, own):
+        page.write_text("<!DOCTYPE html><title>replay</title>", encoding="utf-8")
+    table = render(analyse_folder(path, jobs=1)).partition('id="trials-table"')[2]
+    rows = re.findall(r"<tr>.*?</tr>", table, re.S)[1:]
+    shown = {re.findall(r"<code>(trials/[^<]+)</code>", row)[-1]: row for row in rows}
+    assert 'href="replays/empty.html"' in shown["trials/empty/rpp/trial_000.parquet"]
+    assert 'href="trials/empty/rpp/trial_002.html"' in shown["trials/empty/rpp/trial_002.parquet"]
+    second = shown["trials/empty/rpp/trial_001.parquet"]
+    assert "href" not in second
+    command_line = "python -m drake_navbench replay trials/empty/rpp/trial_001.parquet"
+    assert f"<code>{command_line}</code>" in second

@@ -6,7 +6,12 @@ import json
 
 import yaml
 
-from drake_navbench.inputs.scenario import SET_BY_LOADING, Scenario, load_scenario
+from drake_navbench.inputs.scenario import (
+    SCENARIO_FILES,
+    SET_BY_LOADING,
+    Scenario,
+    load_scenario,
+)
 
 EVERY_FIELD = """
 description: every field set, none to its default
@@ -29,6 +34,7 @@ plan:
 waypoints: [[2.0, 0.0, 0.1]]
 navigation_mode: navigate_to_pose
 timeout_s: 77.0
+expected_outcome: aborted
 variation: {start_xy_std_m: 0.01, start_yaw_std_rad: 0.02}
 robot_overrides: {lidar: {range_max_m: 9.0}}
 """
@@ -68,3 +74,13 @@ def test_a_scenario_with_every_field_set_is_the_same_after_a_round_trip(tmp_path
     again = load_scenario(str(path))
     assert again == scenario.model_copy(update={"directory": str(path.parent)})
     assert again.load_robot("wheelchair").lidar.range_max_m == 9.0
+
+
+def test_the_built_in_tasks_that_are_impossible_are_those_closed_in_by_walls():
+    loaded = [load_scenario(name) for name in SCENARIO_FILES.names]
+    assert {scenario.name for scenario in loaded if scenario.is_impossible} == {
+        "restricted_small",
+        "restricted_large",
+        "restricted_small_noisy",
+        "restricted_large_noisy",
+    }

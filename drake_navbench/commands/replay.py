@@ -1,0 +1,93 @@
+"""Renders one trial: `python -m drake_navbench replay LOG`.
+
+Only the standard library is imported before the arguments are read, so that --help is quick.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from drake_navbench.errors import InputError
+
+EXIT_DONE = 0
+EXIT_WRONG_INPUT = 2
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Returns the parser of the command line."""
+    parser = argparse.ArgumentParser(
+        prog="python -m drake_navbench replay",
+        description="Renders the replay of one trial from its log, a page that plays offline.",
+        epilog="exit status: 0 done, 2 wrong input",
+    )
+    add = parser.add_argument
+    add("log", type=Path, metavar="LOG", help="a trial's log, trials/*/*/trial_*.parquet")
+    add(
+        "--out",
+        type=Path,
+        metavar="FILE",
+        help="where the page goes (beside the log, where the next report finds it)",
+    )
+    add(
+        "--model",
+        type=Path,
+        metavar="SDF",
+        help="what the robot looks like (a built-in robot's own model, else its outline)",
+    )
+    return parser
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs the command; returns the exit status."""
+    arguments = build_parser().parse_args(argv)
+    try:
+        path = arguments.out or arguments.log.with_suffix(".html")
+        _render(arguments.log, path, arguments.model)
+    except InputError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return EXIT_WRONG_INPUT
+    print(path)
+    return EXIT_DONE
+
+
+def _render(log_path: Path, path: Path, model: Path | None) -> None:
+    from pydantic import ValidationError
+
+    from drake_navbench.analysis.replay import write_trial_replay
+    from drake_navbench.log import TrialLog
+    from drake_navbench.results import write_whole
+
+    log = TrialLog.read(log_path)
+    if log.samples.empty:
+        raise InputError(f"{log_path}: the trial ended before its first sample; nothing to show")
+    if model is not None and not model.is_file():
+        raise InputError(f"--model {model}: no such file")
+    shown = model or _built_in_model(log.info["robot"].get("model"))
+    try:
+        write_whole(path, lambda unfinished: write_trial_replay(log, unfinished, model=shown))
+    except ValidationError as error:
+        fault = error.errors()[0]
+        place = ".".join(map(str, fault["loc"]))
+        raise InputError(
+            f"{log_path}: scenario or robot in the log: {place}: {fault['msg']}"
+        ) from error
+    except RuntimeError as error:
+        # Drake's, of a model that it cannot parse.
+        raise InputError(f"{shown or log_path}: cannot be drawn: {error}") from error
+
+
+def _built_in_model(name: object) -> Path | None:
+    """Returns the model of a robot that comes with the package; a log does not tell the folder."""
+    from drake_navbench.inputs.robot import ROBOT_FILES
+
+    if not isinstance(name, str) or not name:
+        return None
+    path = ROBOT_FILES.folder / name
+    return path if path.is_file() else None
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,62 @@
+"""`python -m drake_navbench replay LOG`: any trial on demand, anything else one line."""
+
+from __future__ import annotations
+
+import pandas as pd
+import pytest
+from replay_logs import replay_log
+
+from drake_navbench.__main__ import main
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    path = tmp_path_factory.mktemp("logs") / "trial_003.parquet"
+    replay_log("rpp", info={"trial": 3, "seed": 77}, end_time_s=1.0).write(path)
+    return path
+
+
+def test_the_page_shows_that_trial_and_stands_beside_its_log(path, capsys):
+    assert main(["replay", str(path)]) == 0
+    page = path.with_suffix(".html")
+    assert capsys.readouterr().out == f"{page}\n"
+    assert "trial 3, seed 77" in page.read_text(encoding="utf-8")
+
+
+def test_it_goes_where_it_is_asked_to(path, tmp_path):
+    assert main(["replay", str(path), "--out", str(tmp_path / "own" / "page.html")]) == 0
+    assert (tmp_path / "own" / "page.html").is_file()
+
+
+def refused(capsys, *arguments) -> str:
+    assert main(["replay", *map(str, arguments)]) == 2
+    told = capsys.readouterr().err
+    assert told.count("\n") == 1
+    return told
+
+
+def test_a_torn_log_is_one_line_and_leaves_no_page(path, tmp_path, capsys):
+    torn = tmp_path / "torn.parquet"
+    torn.write_bytes(path.read_bytes()[:2000])
+    assert "not a readable trial log" in refused(capsys, torn)
+    assert list(tmp_path.iterdir()) == [torn]
+
+
+def test_a_foreign_file_is_one_line(path, tmp_path, capsys):
+    foreign = tmp_path / "foreign.parquet"
+    pd.DataFrame({"a": [1]}).to_parquet(foreign)
+    assert "a Parquet file, but not a trial log" in refused(capsys, foreign)
+    assert "no such file" in refused(capsys, tmp_path / "none.parquet")
+
+
+def test_a_log_whose_robot_is_none_is_one_line(tmp_path, capsys):
+    path = tmp_path / "odd.parquet"
+    replay_log("rpp", info={"robot": {"model": 3}}, end_time_s=1.0).write(path)
+    assert f"{path}: scenario or robot in the log: " in refused(capsys, path)
+
+
+def test_a_model_that_cannot_be_drawn_is_one_line(path, tmp_path, capsys):
+    model = tmp_path / "robot.sdf"
+    assert f"--model {model}: no such file" in refused(capsys, path, "--model", model)
+    model.write_text("<sdf>")
+    assert f"{model}: cannot be drawn" in refused(capsys, path, "--model", model)
