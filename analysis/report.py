@@ -124,6 +124,7 @@ def _page(analysis: FolderAnalysis, difference: float) -> dict[str, Any]:
         "missing_count": sum(count.total() for count in missing.values()),
         "wanted_count": sum(1 for _ in _wanted(analysis)),
         "warnings": _warnings(scenarios),
+        "stand_ins": analysis.manifest.get("stand_ins", ()),
         "metric_rows": [row for entry in scenarios for row in _metric_rows(entry)],
         "themes": list(installed_metrics()),
         "pair_rows": [row for entry in scenarios for row in _pair_rows(entry, difference)],

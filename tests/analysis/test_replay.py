@@ -112,7 +112,8 @@ def test_same_logs_give_the_same_page(tmp_path):
 
 def test_another_process_with_other_hashes_gives_the_same_page(tmp_path):
     code = (
-        "import sys; from pathlib import Path; sys.path.insert(0, sys.argv[1])\n"
+        "import sys; from pathlib import Path\n"
+        "sys.path[:0] = [sys.argv[1], str(Path(sys.argv[1]).parent)]\n"
         "from test_replay import MODEL, replay_log, write_race_replay\n"
         "write_race_replay([replay_log('dwb')], Path(sys.argv[2]), model=MODEL)"
     )

@@ -156,6 +156,16 @@ def test_an_interrupted_run_gives_a_report_that_says_what_is_missing(tmp_path):
     assert re.findall(r"<td>(–|<b>.*?</b>)", row) == ["–", "<b>2 of 2</b>"]
 
 
+def test_what_stood_in_for_plugins_of_a_nav2_file_is_repeated(tmp_path):
+    path = write_folder(tmp_path / "results", trials=1)
+    assert "What stands in" not in render(analyse_folder(path, jobs=1))
+    results = ResultsFolder(path)
+    told = "planner_server: Smac 2D stands in for <theirs::Planner>"
+    results.write_manifest(results.read_manifest() | {"stand_ins": [told]})
+    text = render(analyse_folder(path, jobs=1))
+    assert "<li>planner_server: Smac 2D stands in for &lt;theirs::Planner&gt;</li>" in text
+
+
 def test_a_finished_run_lacks_nothing(tmp_path):
     assert "Not finished" not in render(analyse_folder(write_folder(tmp_path, trials=3), jobs=1))
 
