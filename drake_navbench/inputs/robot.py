@@ -188,6 +188,11 @@ class Robot(FrozenModel):
         return pad_footprint(self.outline, self.navigation.local_costmap.footprint_padding)
 
     @property
+    def is_circle(self) -> bool:
+        """Whether it is given by a radius: Nav2 then plans for the centre, on inflated costs."""
+        return self.robot_radius is not None
+
+    @property
     def model_path(self) -> Path | None:
         """The SDF file, or None where the robot has none."""
         return Path(self.directory) / self.model if self.model else None

@@ -17,8 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 from drake_navbench.errors import InputError, NavbenchError
 from drake_navbench.kernels import astar
 from drake_navbench.kernels.footprint import footprint_cost
-from drake_navbench.kernels.grid import LETHAL, NO_INFORMATION, Costmap
-from drake_navbench.kernels.path_smoothing import smooth_grid_path, with_headings
+from drake_navbench.kernels.grid import INSCRIBED, LETHAL, NO_INFORMATION, Costmap
+from drake_navbench.kernels.path_smoothing import cell_cost, smooth_grid_path, with_headings
 from drake_navbench.navigation.planner_parameters import PlannerParameters
 
 Array = NDArray[np.float64]
@@ -101,14 +101,12 @@ def plan_path(
 
     start, goal: (3,) x m, y m, yaw rad in the costmap's frame.
     footprint: (K, 2) m in the base frame, for the smoother's collision test (and the check of the
-        final path); None where the robot is a circle, whose centre is enough. The search itself
-        only ever looks at the cell under the centre.
+        final path); None where the robot is given by a radius: the cell under its centre then tells
+        of a collision by its inflated cost. The search only ever looks at that cell.
     Returns (N, 3) x m, y m, yaw rad: one pose (the goal's) where start and goal share a cell.
     Raises a PlanningError, or InputError where start or goal is no finite pose.
     """
     start, goal = _as_pose(start, "start"), _as_pose(goal, "goal")
-    if parameters.check_footprint and footprint is None:
-        raise InputError("check_footprint: found true and no footprint, expected a footprint")
     grid = costmap
     if parameters.downsample_costmap and parameters.downsampling_factor > 1:
         grid = downsample(
@@ -132,7 +130,7 @@ def plan_path(
     if parameters.use_final_approach_orientation and len(path) > 1:
         path[-1, 2] = math.atan2(path[-1, 1] - path[-2, 1], path[-1, 0] - path[-2, 0])
     if parameters.check_footprint:
-        _require_free_footprint(costmap, path, footprint, parameters.allow_unknown)
+        _require_free_robot(costmap, path, footprint, parameters.allow_unknown)
     return path
 
 
@@ -253,17 +251,21 @@ def _smoothed(
     return with_headings(path, True) if parameters.always_assign_headings else path
 
 
-def _require_free_footprint(
-    costmap: Costmap, path: Array, footprint: Array, allow_unknown: bool
+def _require_free_robot(
+    costmap: Costmap, path: Array, footprint: Array | None, allow_unknown: bool
 ) -> None:
-    """Raises NoValidPathCouldBeFound where the outline meets an obstacle after the first pose."""
-    outline = np.ascontiguousarray(footprint, dtype=np.float64)
+    """Raises NoValidPathCouldBeFound where the robot meets an obstacle after the first pose."""
     grid = (costmap.costs, costmap.origin_x, costmap.origin_y, costmap.resolution)
+    outline = None if footprint is None else np.ascontiguousarray(footprint, dtype=np.float64)
+    part, blocked_from = ("centre", INSCRIBED) if outline is None else ("footprint", LETHAL)
     for index in range(1, len(path)):
         x, y, yaw = path[index]
-        cost = footprint_cost(*grid, outline, x, y, yaw, True)
-        if cost == LETHAL or (cost == NO_INFORMATION and not allow_unknown):
+        if outline is None:
+            cost = cell_cost(*grid, x, y)
+        else:
+            cost = footprint_cost(*grid, outline, x, y, yaw, True)
+        if cost >= blocked_from and not (cost == NO_INFORMATION and allow_unknown):
             raise NoValidPathCouldBeFound(
-                f"check_footprint: the footprint meets a cell of cost {cost} at pose {index} of "
-                f"the path, ({x:.3f}, {y:.3f}) m, expected a free outline"
+                f"check_footprint: the {part} meets a cell of cost {cost} at pose {index} of "
+                f"the path, ({x:.3f}, {y:.3f}) m, expected a free {part}"
             )

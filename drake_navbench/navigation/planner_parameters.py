@@ -87,7 +87,9 @@ class PlannerParameters(BaseModel):
         True, description="Ours: max_planning_time gives PlannerTimedOut; Nav2: no valid path [-]"
     )
     check_footprint: bool = Field(
-        False, description="Ours: refuse a path on which the footprint meets an obstacle [-]"
+        False,
+        description="Ours: refuse a path on which the footprint meets an obstacle, or the centre "
+        "of a robot given by a radius an inscribed cell [-]",
     )
 
     @classmethod

@@ -105,7 +105,7 @@ def _add_tree_navigation(
             is_path_valid=partial(
                 is_path_valid,
                 footprint=robot.padded_outline,
-                is_circle=robot.robot_radius is not None,
+                is_circle=robot.is_circle,
             ),
             period_s=navigation.behavior_tree.tick_period_s(control_period_s, behavior_period_s),
             offset_s=NAVIGATOR_OFFSET_S,

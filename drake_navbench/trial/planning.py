@@ -62,7 +62,7 @@ def make_plan(
         start,
         np.array(scenario.goal) if goal is None else goal,
         robot.navigation.planner,
-        footprint=robot.padded_outline,
+        footprint=None if robot.is_circle else robot.padded_outline,
     )
     return _smoothed(path, costmap, plan)
 

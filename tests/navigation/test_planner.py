@@ -8,7 +8,7 @@ from pydantic import ValidationError
 
 from drake_navbench.errors import InputError, NavbenchError
 from drake_navbench.kernels.footprint import circle_footprint
-from drake_navbench.kernels.grid import Costmap
+from drake_navbench.kernels.grid import NO_INFORMATION, Costmap
 from drake_navbench.navigation.planner import (
     GoalOccupied,
     GoalOutsideMapBounds,
@@ -335,11 +335,20 @@ def test_the_footprint_check_refuses_a_path_the_robot_is_too_wide_for():
     assert len(plan_path(empty_map(), start, goal, checked, footprint=robot)) == 161
 
 
-def test_a_footprint_check_without_a_footprint_is_refused():
-    with pytest.raises(InputError, match="check_footprint"):
-        plan_path(
-            empty_map(), (1.0, 1.0, 0.0), (2.0, 1.0, 0.0), PlannerParameters(check_footprint=True)
-        )
+def test_the_footprint_check_looks_under_the_centre_of_a_robot_given_by_a_radius():
+    # A wall two cells thick across the map, every second row of it unknown: Nav2 merges it to
+    # unknown cells, which may be entered.
+    costs = np.zeros((100, 200), dtype=np.uint8)
+    costs[:, 100:102] = LETHAL
+    costs[1::2, 100:102] = NO_INFORMATION
+    start, goal = (1.025, 2.525, 0.0), (9.025, 2.525, 0.0)
+    merging = {"downsample_costmap": True, "downsampling_factor": 2}
+    through = PlannerParameters.nav2_classic(**merging)
+    assert plan_path(make_map(costs), start, goal, through)[-1, 0] == 9.025
+    checked = PlannerParameters.nav2_classic(check_footprint=True, **merging)
+    with pytest.raises(NoValidPathCouldBeFound, match="centre meets a cell of cost 254"):
+        plan_path(make_map(costs), start, goal, checked)
+    assert plan_path(empty_map(), start, goal, checked)[-1, 0] == 9.025
 
 
 @pytest.mark.parametrize("pose", [(1.0, 1.0), (math.nan, 1.0, 0.0)])

@@ -94,6 +94,21 @@ def test_a_smoother_takes_the_kinks_out_of_the_planners_path(smoother):
     np.testing.assert_allclose(smooth[[0, -1], :2], raw[[0, -1], :2])
 
 
+def test_a_robot_given_by_a_radius_gets_a_smooth_plan_where_a_polygon_gets_none():
+    # Between walls 0.35 m to either side of the plan the centre of a robot of 0.2 m is free, by
+    # 0.15 m. Its outline reaches within 0.15 m of them, into the cells that are inscribed, which is
+    # where the planner's smoother stops.
+    walls = [([0.5, 0.35], [4.0, 0.6]), ([0.5, -0.6], [4.0, -0.35])]
+    task = {
+        "world": {"obstacles": [{"type": "box", "min": low, "max": high} for low, high in walls]},
+        "goal": [5.0, 1.2, 0.0],
+    }
+    square = [[0.2, 0.2], [0.2, -0.2], [-0.2, -0.2], [-0.2, 0.2]]
+    polygon = Robot(description="square", footprint=square, navigation=ROBOT.navigation)
+    assert np.degrees(bend(plan_of(ROBOT, **task))) < 10.0
+    assert np.degrees(bend(plan_of(polygon, **task))) == pytest.approx(45.0)
+
+
 def test_a_misspelt_smoother_or_parameter_is_one_line():
     for smoother in ("simpel", {"type": "simple", "w_dat": 0.2}):
         with pytest.raises(InputError) as caught:
