@@ -29,6 +29,8 @@ class BandScene(NamedTuple):
     start_twist, goal_twist: (2,) v m/s, w rad/s before the first and after the last interval.
     discs: (D, 2) offset along x and radius of the robot's discs, m.
     field: signed distance field of the obstacles.
+    clearance_shares: (m - 1,) the share of the wanted clearance that each inner pose shall keep; it
+        gives up as large a share of the slack.
     via_points: (V, 2) m, points that attract the band. via_poses: (V,) index of the attracted pose.
     """
 
@@ -38,6 +40,7 @@ class BandScene(NamedTuple):
     goal_twist: Array
     discs: Array
     field: DistanceField
+    clearance_shares: Array
     via_points: Array
     via_poses: NDArray[np.int64]
 
@@ -93,8 +96,8 @@ def _fill_accelerations(first_row, rates, start, end, slopes, time_steps, values
 
 
 @njit(cache=True)
-def _fill_clearances(first_row, poses, discs, field, slack, values, jacobian):
-    """Fills one row for each inner pose and disc: distance of the disc to obstacles plus slack."""
+def _fill_clearances(first_row, poses, discs, field, shares, slack, values, jacobian):
+    """Fills one row for each inner pose and disc: its distance to obstacles plus its slack."""
     m = poses.shape[0] - 1
     slack_column = jacobian.shape[1] - 1
     row = first_row
@@ -106,11 +109,11 @@ def _fill_clearances(first_row, poses, discs, field, slack, values, jacobian):
             distance, slope_x, slope_y = sample_distance(
                 field, poses[i, 0] + arm_x, poses[i, 1] + arm_y
             )
-            values[row] = distance - discs[disc, 1] + slack
+            values[row] = distance - discs[disc, 1] + shares[i - 1] * slack
             jacobian[row, x_column] = slope_x
             jacobian[row, y_column] = slope_y
             jacobian[row, yaw_column] = slope_y * arm_x - slope_x * arm_y
-            jacobian[row, slack_column] = 1.0
+            jacobian[row, slack_column] = shares[i - 1]
             row += 1
 
 
@@ -152,7 +155,16 @@ def band_constraints(z, interval_count, scene):
         values,
         jacobian,
     )
-    _fill_clearances(5 * m + 2, poses, scene.discs, scene.field, z[-1], values, jacobian)
+    _fill_clearances(
+        5 * m + 2,
+        poses,
+        scene.discs,
+        scene.field,
+        scene.clearance_shares,
+        z[-1],
+        values,
+        jacobian,
+    )
     return values, jacobian
 
 

@@ -18,6 +18,7 @@ from .homotopy import Clusters, class_name, find_clusters
 from .local_plan import LEAST_CLEARANCE_RATIO, LocalPlan, cut_local_plan, via_points
 from .obstacles import DistanceField, distance_field
 from .parameters import TebParameters
+from .passage import plan_passage
 from .planner import BandPlanner, PlannedBand, Task, band_limits, pace_of
 from .program import BandLimits
 
@@ -70,6 +71,7 @@ class TimedElasticBand:
             goal=plan.goal(parameters.global_plan_overwrite_orientation),
             twist=observation.twist,
             field=field,
+            passage=plan_passage(plan, field, self._discs, parameters.min_obstacle_dist),
             via_points=via_points(plan, parameters.global_plan_viapoint_sep),
             limits=limits,
         )

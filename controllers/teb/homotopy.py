@@ -204,7 +204,11 @@ def path_past_cluster(
         )
 
     ahead = goal[:2] - start[:2]
-    ahead = ahead / max(math.hypot(*ahead), cell)
+    distance = math.hypot(*ahead)
+    if distance < cell:
+        # Nothing lies between, and a cut without a direction would have no end.
+        return None
+    ahead = ahead / distance
     # The way past the left is open when the cut runs to the right, and the other way round.
     cut_direction = -side * np.array([-ahead[1], ahead[0]])
     anchor = (clusters.anchors[cluster] - origin) / cell

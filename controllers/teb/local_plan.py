@@ -9,16 +9,16 @@ from numpy.typing import NDArray
 
 from drake_navbench.controller import InvalidPath, Observation
 
+from .feasibility import OUTLINE_MARGIN_M
 from .homotopy import path_length
 from .obstacles import DistanceField, path_clearance
 from .parameters import TebParameters
 
 Array = NDArray[np.float64]
 
-# The plan counts as blocked, and a band as impossible, where not even this share of
-# min_obstacle_dist is left.
+# A band gives up the rest of the clearance it shall keep, at a price, but not this share.
 LEAST_CLEARANCE_RATIO = 0.5
-# The local goal moves back so far at most to a pose with all of min_obstacle_dist, m.
+# The local goal moves back so far at most to a pose with more clearance, m.
 LONGEST_RETREAT_M = 0.5
 # Plan points nearer to the robot say nothing about the direction to take, m.
 IGNORED_NEAR_ROBOT_M = 0.15
@@ -61,11 +61,23 @@ class LocalPlan(NamedTuple):
                 goal[2] = np.arctan2(step[1], step[0])
         return goal
 
-    def before_the_block(self, clearance_m: float) -> LocalPlan:
-        """Returns the plan cut at the last pose before the block that has the clearance."""
-        clear = np.flatnonzero(self.clearances[: self.blocked_index] >= clearance_m)
-        last = int(clear[-1]) if clear.size else 0
-        return self._replace(goal_index=last, blocked_index=None, ends_plan=False)
+    def before_the_block(self, min_obstacle_dist: float) -> LocalPlan:
+        """Returns the plan cut before the block, with room to the block where there is any."""
+        last = _roomy_index(self.poses, self.clearances, self.blocked_index - 1, min_obstacle_dist)
+        return self._replace(goal_index=max(last, 0), blocked_index=None, ends_plan=False)
+
+
+def _roomy_index(poses: Array, clearances: Array, last: int, min_obstacle_dist: float) -> int:
+    """Returns the index of a pose near the `last` one to end at, from where the plan is blocked.
+
+    The last one with min_obstacle_dist or else with the least share of it, if there is one within
+    LONGEST_RETREAT_M.
+    """
+    for wanted in (min_obstacle_dist, LEAST_CLEARANCE_RATIO * min_obstacle_dist):
+        roomy = np.flatnonzero(clearances[: last + 1] >= wanted)
+        if roomy.size and path_length(poses[int(roomy[-1]) : last + 1]) <= LONGEST_RETREAT_M:
+            return int(roomy[-1])
+    return last
 
 
 def cut_local_plan(
@@ -84,16 +96,17 @@ def cut_local_plan(
         beyond = np.searchsorted(lengths, parameters.max_global_plan_lookahead_dist)
         poses = poses[: int(beyond) + 2]
     clearances = path_clearance(field, discs, np.ascontiguousarray(poses))
-    least = LEAST_CLEARANCE_RATIO * parameters.min_obstacle_dist
-    clear = np.flatnonzero(clearances >= least)
+    # The outline check decides what is too narrow: the plan is blocked where it would fail.
+    passable = clearances >= min(
+        OUTLINE_MARGIN_M, LEAST_CLEARANCE_RATIO * parameters.min_obstacle_dist
+    )
+    clear = np.flatnonzero(passable)
     goal_index = int(clear[-1]) if clear.size else 0
-    roomy = np.flatnonzero(clearances[: goal_index + 1] >= parameters.min_obstacle_dist)
-    retreat = path_length(poses[int(roomy[-1]) : goal_index + 1]) if roomy.size else np.inf
-    if retreat <= LONGEST_RETREAT_M:
-        goal_index = int(roomy[-1])
-    blocked = np.flatnonzero(clearances[: goal_index + 1] < least)
     at_end = goal_index == len(poses) - 1
     ends_plan = at_end and bool(np.hypot(*(poses[-1, :2] - observation.goal[:2])) < SAME_GOAL_M)
+    if not ends_plan:
+        goal_index = _roomy_index(poses, clearances, goal_index, parameters.min_obstacle_dist)
+    blocked = np.flatnonzero(~passable[: goal_index + 1])
     return LocalPlan(
         poses=poses,
         clearances=clearances,

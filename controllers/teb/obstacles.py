@@ -177,17 +177,24 @@ def sample_distance(field, x, y):
 
 
 @njit(cache=True)
+def pose_clearance(field, discs, x, y, yaw):
+    """Returns the least distance between the robot's discs and an obstacle at a pose, m."""
+    cos_yaw, sin_yaw = math.cos(yaw), math.sin(yaw)
+    clearance = math.inf
+    for k in range(discs.shape[0]):
+        distance, _, _ = sample_distance(
+            field, x + discs[k, 0] * cos_yaw, y + discs[k, 0] * sin_yaw
+        )
+        clearance = min(clearance, distance - discs[k, 1])
+    return clearance
+
+
+@njit(cache=True)
 def path_clearance(field, discs, poses):
     """Returns (N,) m: the least distance between the robot's discs and an obstacle at each pose."""
     clearances = np.empty(poses.shape[0])
     for i in range(poses.shape[0]):
-        cos_yaw, sin_yaw = math.cos(poses[i, 2]), math.sin(poses[i, 2])
-        clearance = math.inf
-        for k in range(discs.shape[0]):
-            x = poses[i, 0] + discs[k, 0] * cos_yaw
-            y = poses[i, 1] + discs[k, 0] * sin_yaw
-            clearance = min(clearance, sample_distance(field, x, y)[0] - discs[k, 1])
-        clearances[i] = clearance
+        clearances[i] = pose_clearance(field, discs, poses[i, 0], poses[i, 1], poses[i, 2])
     return clearances
 
 

@@ -176,7 +176,9 @@ class TebParameters(ControllerParameters):
     free_goal_vel: bool = Field(False, description="The band may end in motion.")
 
     # Obstacles
-    min_obstacle_dist: float = Field(0.5, ge=0.0, description="Clearance of the circles [m].")
+    min_obstacle_dist: float = Field(
+        0.5, ge=0.0, description="Clearance of the circles where there is room for it [m]."
+    )
     inflation_dist: float = Field(0.6, ge=0.0, description="Clearance below which it costs [m].")
 
     # Optimisation

@@ -17,6 +17,7 @@ from .local_plan import LEAST_CLEARANCE_RATIO
 from .objective import Weights
 from .obstacles import DistanceField, path_clearance
 from .parameters import TebParameters
+from .passage import Passage
 from .program import BandLimits, BandProgram, BandSolution, SolverSettings
 
 Array = NDArray[np.float64]
@@ -33,13 +34,15 @@ PERCENT = 100.0
 class Task(NamedTuple):
     """What the bands of one cycle have in common.
 
-    start (3,), goal (3,), twist (2,) as measured, field, via_points (V, 2) m, limits.
+    start (3,), goal (3,), twist (2,) as measured, field, passage: that of the plan,
+    via_points (V, 2) m, limits.
     """
 
     start: Array
     goal: Array
     twist: Array
     field: DistanceField
+    passage: Passage
     via_points: Array
     limits: BandLimits
 
@@ -149,6 +152,7 @@ class BandPlanner:
             goal_twist=np.array([goal_speed, 0.0]),
             discs=self._discs,
             field=task.field,
+            clearance_shares=task.passage.shares_at(guess.poses[1:-1]),
             via_points=task.via_points,
             via_poses=_nearest_inner_poses(guess.poses, task.via_points),
         )

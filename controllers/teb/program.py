@@ -90,7 +90,7 @@ class BandProgram:
     """The program of all bands with one number of intervals and of discs."""
 
     def __init__(self, interval_count: int, disc_count: int, *, settings: SolverSettings) -> None:
-        self._interval_count = interval_count
+        self._interval_count, self._disc_count = interval_count, disc_count
         self._scene: BandScene | None = None
         self._weights: Weights | None = None
         self._evaluations = 0
@@ -124,7 +124,7 @@ class BandProgram:
     ) -> BandSolution:
         """Solves from the guess (N,); returns what IPOPT ends with after `iterations` at most."""
         self._scene, self._weights, self._evaluations = scene, weights, 0
-        lower, upper = self._set_bounds(limits)
+        lower, upper = self._set_bounds(limits, scene.clearance_shares)
         self._options.SetOption(IpoptSolver.id(), "max_iter", iterations)
         with solver_warnings_off():
             result = self._solver.Solve(self._program, guess, self._options)
@@ -142,7 +142,7 @@ class BandProgram:
             evaluations=self._evaluations,
         )
 
-    def _set_bounds(self, limits: BandLimits) -> tuple[Array, Array]:
+    def _set_bounds(self, limits: BandLimits, shares: Array) -> tuple[Array, Array]:
         lower = np.zeros(self._constraint.evaluator().num_constraints())
         upper = lower.copy()
         symmetric = {
@@ -154,7 +154,8 @@ class BandProgram:
             lower[self._rows[name]], upper[self._rows[name]] = -limit, limit
         lower[self._rows["speed"]] = -limits.backward_speed
         upper[self._rows["speed"]] = limits.forward_speed
-        lower[self._rows["clearance"]], upper[self._rows["clearance"]] = limits.clearance, np.inf
+        lower[self._rows["clearance"]] = limits.clearance * np.repeat(shares, self._disc_count)
+        upper[self._rows["clearance"]] = np.inf
         if not limits.stops_at_goal:
             for name in ("acceleration", "angular_acceleration"):
                 last = self._rows[name].stop - 1

@@ -13,6 +13,7 @@ from drake_navbench.controllers.teb.program import BandLimits
 WHEELCHAIR_DISCS = np.array([[0.05, 0.30], [0.55, 0.30]])
 CELLS = 120
 RESOLUTION = 0.05
+MOST_INNER_POSES = 100
 
 LIMITS = BandLimits(
     forward_speed=0.5,
@@ -58,7 +59,10 @@ def round_obstacles_field(obstacles, origin_x: float = -3.0, origin_y: float = -
 def make_scene(
     start, goal, *, field=None, start_twist=(0.0, 0.0), goal_twist=(0.0, 0.0), discs=None
 ) -> BandScene:
-    """Returns a scene without via-points; without a field there is no obstacle."""
+    """Returns a scene without via-points; without a field there is no obstacle.
+
+    Every pose of a band, however long, keeps all of the clearance.
+    """
     return BandScene(
         start=np.array(start, dtype=float),
         goal=np.array(goal, dtype=float),
@@ -66,9 +70,15 @@ def make_scene(
         goal_twist=np.array(goal_twist, dtype=float),
         discs=WHEELCHAIR_DISCS if discs is None else discs,
         field=round_obstacles_field([]) if field is None else field,
+        clearance_shares=np.ones(MOST_INNER_POSES),
         via_points=np.empty((0, 2)),
         via_poses=np.empty(0, dtype=np.int64),
     )
+
+
+def of_size(scene: BandScene, interval_count: int) -> BandScene:
+    """Returns the scene of `make_scene` for a band of m intervals."""
+    return scene._replace(clearance_shares=scene.clearance_shares[: interval_count - 1])
 
 
 def random_band(rng: np.random.Generator, interval_count: int):
@@ -94,6 +104,7 @@ def random_band(rng: np.random.Generator, interval_count: int):
     scene = scene._replace(
         via_points=rng.uniform(-1.0, 1.0, (3, 2)),
         via_poses=rng.integers(1, interval_count, 3),
+        clearance_shares=rng.uniform(0.1, 1.0, interval_count - 1),
     )
     return pack_band(poses, steps, 0.05), scene
 

@@ -51,6 +51,14 @@ def test_anchor_of_a_cluster_is_inside_the_obstacle_even_where_its_centroid_is_n
     assert anchor[0] < -0.7 or anchor[1] < -0.7
 
 
+@pytest.mark.parametrize("ahead_m", [0.0, 1e-9, 0.05])
+def test_there_is_no_way_past_anything_to_a_goal_where_the_robot_stands(ahead_m):
+    field = field_of([(-0.3, -0.5, 0.3, 0.5)])
+    clusters = find_clusters(field, CLEARANCE_M)
+    goal = START + np.array([ahead_m, 0.0])
+    assert path_past_cluster(field, clusters, cluster=0, side=LEFT, start=START, goal=goal) is None
+
+
 def test_ways_past_a_box_pass_it_on_the_named_side_and_keep_clear():
     clusters, found = ways([(-0.3, -0.5, 0.3, 0.5)])
     assert found[LEFT][:, 1].max() > 0.5 + CLEARANCE_M

@@ -66,14 +66,30 @@ def test_goal_heads_along_the_plan_unless_it_is_its_end():
     assert cut(poses, pose=(1.0, 0.0, 0.0)).goal(overwrite_orientation=True)[2] == 1.0
 
 
-def test_a_wall_across_the_plan_blocks_it_from_half_the_clearance_on():
-    # Face at x = 1 m: clearance falls below 0.1 m behind 0.9 m, below 0.2 m behind 0.8 m.
+def test_a_wall_across_the_plan_blocks_it_where_the_outline_check_would_fail():
+    # Face at x = 1 m: clearance falls below 0.02 m behind 0.98 m, below 0.2 m behind 0.8 m.
     plan = cut(straight_plan(2.5), [(1.0, -3.0, 1.2, 3.0)])
-    assert plan.poses[plan.blocked_index, 0] == pytest.approx(0.95, abs=0.03)
+    assert plan.poses[plan.blocked_index, 0] == pytest.approx(1.0)
     free = plan.before_the_block(PARAMETERS.min_obstacle_dist)
     assert free.poses[free.goal_index, 0] == pytest.approx(0.8, abs=0.03)
     assert free.blocked_index is None
     assert free.is_cut_short
+
+
+@pytest.mark.parametrize(
+    ("half_width", "last_x"),
+    [
+        # 0.2 m are nowhere left, half of them are up to 0.1 m before the wall.
+        (0.15, 0.9),
+        # Not even half: up to where the plan is blocked.
+        (0.1, 0.95),
+    ],
+)
+def test_in_a_narrow_corridor_a_block_is_approached_as_far_as_it_is_allowed(half_width, last_x):
+    sides = [(-3.0, half_width, 3.0, 2.0), (-3.0, -2.0, 3.0, -half_width)]
+    plan = cut(straight_plan(2.5), [*sides, (1.0, -3.0, 1.2, 3.0)])
+    free = plan.before_the_block(PARAMETERS.min_obstacle_dist)
+    assert free.poses[free.goal_index, 0] == pytest.approx(last_x)
 
 
 def test_a_goal_inside_an_obstacle_moves_back_to_where_there_is_clearance():
@@ -81,6 +97,13 @@ def test_a_goal_inside_an_obstacle_moves_back_to_where_there_is_clearance():
     assert plan.poses[plan.goal_index, 0] == pytest.approx(1.7, abs=0.03)
     assert plan.blocked_index is None
     assert plan.is_cut_short
+
+
+def test_a_goal_with_less_than_min_obstacle_dist_stays_where_it_is():
+    # The end of the plan at x = 2.5 m is 0.1 m before the box, min_obstacle_dist 0.2 m.
+    plan = cut(straight_plan(2.5), [(2.6, -0.5, 2.9, 0.5)], pose=(1.0, 0.0, 0.0))
+    assert plan.ends_plan
+    assert not plan.is_cut_short
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from teb_bands import LIMITS, WEIGHTS, make_scene, round_obstacles_field
+from teb_bands import LIMITS, WEIGHTS, make_scene, of_size, round_obstacles_field
 
 from drake_navbench.controllers.teb import program as program_module
 from drake_navbench.controllers.teb.band import Pace, initialise
@@ -31,8 +31,8 @@ def solve(scene, path=None, *, weights=WEIGHTS, limits=LIMITS, settings=PRECISE,
     """Returns (solution, values of all rows) from the first guess along a path."""
     path = np.empty((0, 2)) if path is None else np.array(path, dtype=float)
     guess = initialise(path, scene.start, scene.goal, pace=PACE)
-    scene = scene._replace(goal=guess.poses[-1].copy())
     count = len(guess.time_steps)
+    scene = of_size(scene._replace(goal=guess.poses[-1].copy()), count)
     program = BandProgram(count, len(scene.discs), settings=settings)
     solution = program.solve(
         pack_band(guess.poses, guess.time_steps, 0.0),
@@ -94,6 +94,20 @@ def test_slack_opens_a_passage_that_is_too_narrow_by_what_is_missing():
     solution, _ = solve(scene)
     # Poses may straddle the narrowest place; they cannot gain more than a centimetre by that.
     assert 0.04 < solution.slack < 0.0505
+
+
+def test_a_pose_gives_up_as_large_a_share_of_the_slack_as_it_keeps_of_the_clearance():
+    # The same passage: poses that shall keep 0.6 of 0.25 m have 0.15 m, and 0.05 m to spare; those
+    # that shall keep all of it miss a fifth, and so does a pose that shall keep 0.9 of it: 0.025 m.
+    field = round_obstacles_field([(0.0, 1.0, 0.5), (0.0, -1.0, 0.5)])
+    scene = make_scene((-1.2, 0, 0), (1.2, 0, 0), field=field)
+    wide = scene._replace(clearance_shares=np.full(100, 0.6))
+    assert solve(wide)[0].slack == pytest.approx(0.0, abs=1e-3)
+    narrow = scene._replace(clearance_shares=np.full(100, 0.9))
+    solution, values = solve(narrow)
+    clearance = values[row_slices(len(solution.time_steps), 2)["clearance"]]
+    assert clearance.min() == pytest.approx(0.9 * LIMITS.clearance, abs=1e-3)
+    assert 0.9 * solution.slack == pytest.approx(0.025, abs=0.01)
 
 
 def random_problem(seed):
@@ -178,14 +192,16 @@ def test_a_program_forgets_its_last_solve():
     near = make_scene((0, 0, 0), (2, 0, 0), field=round_obstacles_field([(1, 0.7, 0.3)]))
     far = make_scene((0, 0, 0), (2, 0, 0))
     guess = initialise(np.empty((0, 2)), near.start, near.goal, pace=PACE)
+    count = len(guess.time_steps)
     z = pack_band(guess.poses, guess.time_steps, 0.0)
 
     def run(program, scene):
+        scene = of_size(scene, count)
         return program.solve(z, scene=scene, weights=WEIGHTS, limits=LIMITS, iterations=20)
 
-    used = BandProgram(len(guess.time_steps), 2, settings=SolverSettings())
+    used = BandProgram(count, 2, settings=SolverSettings())
     run(used, far)
-    fresh = BandProgram(len(guess.time_steps), 2, settings=SolverSettings())
+    fresh = BandProgram(count, 2, settings=SolverSettings())
     np.testing.assert_array_equal(run(used, near).poses, run(fresh, near).poses)
 
 
@@ -193,7 +209,7 @@ def test_an_impossible_start_is_reported_as_violated():
     # Three steps of at most 1.2 s cannot cover 10 m.
     program = BandProgram(3, 2, settings=SolverSettings())
     poses = np.column_stack([np.linspace(0, 10, 4), np.zeros(4), np.zeros(4)])
-    scene = make_scene(poses[0], poses[-1])
+    scene = of_size(make_scene(poses[0], poses[-1]), 3)
     solution = program.solve(
         pack_band(poses, np.ones(3), 0.0),
         scene=scene,
