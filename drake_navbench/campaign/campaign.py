@@ -99,11 +99,12 @@ def plan_campaign(
     for scenario in loaded:
         loaded_robot = scenario.load_robot(robot)
         check_task(scenario, loaded_robot)
-        for preset in columns:
+        fitted = [preset.for_robot(loaded_robot) for preset in columns]
+        for preset in fitted:
             # Some parameters are wrong only for this robot or its control period.
             make_controller(preset, preset.robot(loaded_robot))
         for trial in range(trials):
-            for preset in columns:
+            for preset in fitted:
                 specs.append(
                     TrialSpec(
                         scenario,

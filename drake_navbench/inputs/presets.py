@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -31,6 +31,11 @@ class PresetFile(FrozenModel):
     parameters: dict[str, Any] = Field(
         default_factory=dict, description="Parameters that differ from the controller's defaults."
     )
+    parameters_for_radius: dict[str, Any] = Field(
+        default_factory=dict,
+        description="Parameters that replace those for a robot given by robot_radius, such as a "
+        "critic's consider_footprint, which Nav2 refuses there.",
+    )
     path_handler: dict[str, Any] = Field(
         default_factory=dict,
         description="Fields of the robot's path_handler that this controller needs otherwise, such "
@@ -46,6 +51,7 @@ class Preset:
     values: the parameters as given, before defaults.
     ignored: parameters that the controller accepts without effect, and those of a Nav2 file that it
     does not have; Nav2 ignores the latter, too.
+    values_for_radius: in place of `values` for a robot given by a radius; None where they serve it.
     path_handler: fields that replace those of the robot's path handler.
     """
 
@@ -55,6 +61,7 @@ class Preset:
     values: Mapping[str, Any]
     source: str
     ignored: tuple[str, ...] = ()
+    values_for_radius: Mapping[str, Any] | None = None
     path_handler: Mapping[str, Any] = field(default_factory=dict)
 
     @property
@@ -66,6 +73,12 @@ class Preset:
     def parameters(self) -> ControllerParameters:
         """The typed parameters; raises InputError where a value is wrong."""
         return validate(self.controller_class.Parameters, self.values, self.source)
+
+    def for_robot(self, robot: Robot) -> Preset:
+        """Returns the column with the parameters that it has for a robot."""
+        if not robot.is_circle or self.values_for_radius is None:
+            return self
+        return replace(self, values=self.values_for_radius, values_for_radius=None)
 
     def robot(self, robot: Robot) -> Robot:
         """Returns a robot as this column drives it; raises InputError where a field is wrong."""
@@ -80,14 +93,19 @@ class Preset:
     def checked(self) -> Preset:
         """Returns itself; raises InputError where a parameter is wrong."""
         _ = self.parameters
+        if self.values_for_radius is not None:
+            validate(self.controller_class.Parameters, self.values_for_radius, self.source)
         return self
 
 
 def _preset_of(
-    content: PresetFile, name: str, source: str, values: Mapping[str, Any] | None = None
+    content: PresetFile, name: str, source: str, assigned: Mapping[str, Any] | None = None
 ) -> Preset:
-    """Returns the preset of a file's content; values: in place of its parameters."""
-    values = content.parameters if values is None else values
+    """Returns the preset of a file's content; assigned: parameters laid over all of its own."""
+    assigned = assigned or {}
+    values, for_radius = merged(content.parameters, assigned), None
+    if content.parameters_for_radius:
+        for_radius = merged(merged(content.parameters, content.parameters_for_radius), assigned)
     without_effect = _registry().load(content.controller).Parameters.WITHOUT_EFFECT
     return Preset(
         name,
@@ -96,6 +114,7 @@ def _preset_of(
         values,
         source,
         ignored=tuple(key for key in values if key in without_effect),
+        values_for_radius=for_radius,
         path_handler=content.path_handler,
     )
 
@@ -144,13 +163,11 @@ def load_preset(text: str) -> Preset:
     if name not in files:
         raise InputError(f"controller {name!r} is not known{nearest_name_hint(name, files)}")
     content = validate(PresetFile, read_yaml(files[name]), str(files[name]))
-    source = str(files[name])
-    values: Mapping[str, Any] = content.parameters
-    if assignments:
-        source = f"controller {text}"
-        for assignment in assignments:
-            values = merged(values, _parse_assignment(assignment, text))
-    return _preset_of(content, text, source, values).checked()
+    source = f"controller {text}" if assignments else str(files[name])
+    assigned: Mapping[str, Any] = {}
+    for assignment in assignments:
+        assigned = merged(assigned, _parse_assignment(assignment, text))
+    return _preset_of(content, text, source, assigned).checked()
 
 
 def _parse_assignment(assignment: str, text: str) -> dict[str, Any]:

@@ -73,7 +73,13 @@ def run_trial(
         robot = scenario.load_robot(robot)
     check_task(scenario, robot)
     return simulate(
-        TrialSpec(scenario, robot, preset, seed=seed, wants_diagnostics=wants_diagnostics)
+        TrialSpec(
+            scenario,
+            robot,
+            preset.for_robot(robot),
+            seed=seed,
+            wants_diagnostics=wants_diagnostics,
+        )
     )
 
 
@@ -146,7 +152,7 @@ def controller_setup(robot: Robot, wants_diagnostics: bool = False) -> Controlle
         footprint=np.ascontiguousarray(robot.padded_outline),
         inscribed_radius_m=inscribed,
         circumscribed_radius_m=circumscribed,
-        footprint_is_circle=robot.robot_radius is not None,
+        footprint_is_circle=robot.is_circle,
         max_linear_velocity_mps=robot.drive.max_linear_velocity_mps,
         max_angular_velocity_radps=robot.drive.max_angular_velocity_radps,
         costmap_resolution_m=costmap.resolution,

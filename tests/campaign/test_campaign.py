@@ -14,11 +14,13 @@ from drake_navbench.analysis.metrics.registry import unrepeatable_names
 from drake_navbench.campaign import campaign as campaign_module
 from drake_navbench.campaign.campaign import plan_campaign, worker_pool
 from drake_navbench.errors import InputError
-from drake_navbench.inputs.presets import load_parameter_file, load_preset
+from drake_navbench.inputs.presets import load_parameter_file, load_preset, preset_files
+from drake_navbench.inputs.robot import ROBOT_FILES
 from drake_navbench.log import Outcome, TrialLog
 from drake_navbench.results import ResultsFolder
 from drake_navbench.run import main
-from drake_navbench.trial.trial import failed_log
+from drake_navbench.trial.trial import failed_log, simulate
+from drake_navbench.typed_yaml import read_yaml
 
 SCENARIO = "description: nothing in the way\ngoal: [1.0, 0.0, 0.0]\n"
 PRESET = "controller: rpp\ndescription: slower\nparameters: {max_linear_vel: 0.3}\n"
@@ -95,6 +97,35 @@ def test_a_folder_with_other_results_is_refused(kept):
 def test_a_benchmark_of_no_trials_is_refused():
     with pytest.raises(InputError, match=r"run_benchmark: trials: .* greater than or equal to 1"):
         run_benchmark(["empty"], ["rpp"], trials=0)
+
+
+@pytest.mark.parametrize("robot", ROBOT_FILES.names)
+def test_every_built_in_preset_drives_every_built_in_robot(robot, tmp_path):
+    scenario = str(written(tmp_path / "short.yaml", "description: ahead\ngoal: [0.7, 0.0, 0.0]\n"))
+    campaign = plan_campaign([scenario], list(preset_files()), trials=1, robot=robot)
+    assert campaign.columns == list(preset_files())
+    for spec in campaign.specs:
+        log = simulate(spec)
+        assert log.outcome is Outcome.SUCCEEDED, (spec.preset.name, log.info["reason"])
+
+
+def test_a_preset_is_kept_as_the_robot_was_driven_with_it(tmp_path):
+    scenario = str(written(tmp_path / "short.yaml", "description: ahead\ngoal: [0.7, 0.0, 0.0]\n"))
+    for robot, outline in (("wheelchair", True), ("round_robot", False)):
+        out = tmp_path / robot
+        run_benchmark([scenario], ["mppi_nav2"], trials=1, jobs=1, robot=robot, out=out)
+        kept = read_yaml(out / "inputs" / "controllers" / "mppi_nav2.yaml")
+        assert kept["parameters"]["ObstaclesCritic"]["consider_footprint"] is outline
+
+
+def test_a_preset_that_a_robot_cannot_be_driven_with_is_one_line_before_the_run(tmp_path, capsys):
+    column = "mppi_nav2:ObstaclesCritic.consider_footprint=true"
+    out = tmp_path / "out"
+    arguments = ["empty", "--controllers", column, "--robot", "round_robot", "--out", str(out)]
+    assert main(arguments) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(f"controller {column}: ObstaclesCritic.consider_footprint: found true")
+    assert not out.exists()
 
 
 def test_a_log_that_cannot_be_written_ends_only_its_own_trial(tmp_path, monkeypatch):

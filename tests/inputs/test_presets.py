@@ -83,6 +83,34 @@ def test_a_wrong_field_of_the_path_handler_is_named(tmp_path: Path):
         preset.robot(load_robot("wheelchair"))
 
 
+def test_a_preset_may_have_other_parameters_for_a_robot_given_by_a_radius(tmp_path: Path):
+    path = tmp_path / "either.yaml"
+    path.write_text(
+        "controller: rpp\ndescription: either\nparameters: {lookahead_dist: 0.7}\n"
+        "parameters_for_radius: {lookahead_dist: 0.8}\n"
+    )
+    (preset,) = load_parameter_file(path)
+    assert preset.for_robot(load_robot("wheelchair")).parameters.lookahead_dist == 0.7
+    assert preset.for_robot(load_robot("round_robot")).parameters.lookahead_dist == 0.8
+
+
+def test_a_wrong_parameter_for_a_robot_given_by_a_radius_is_named(tmp_path: Path):
+    path = tmp_path / "either.yaml"
+    path.write_text(
+        "controller: rpp\ndescription: either\nparameters_for_radius: {lookahead: 0.8}\n"
+    )
+    with pytest.raises(InputError, match=r"lookahead: unknown field; did you mean"):
+        load_parameter_file(path)
+
+
+def test_what_a_variant_asks_for_holds_for_every_robot():
+    variant = load_preset("mppi_nav2:ObstaclesCritic.consider_footprint=true")
+    round_one = variant.for_robot(load_robot("round_robot"))
+    assert round_one.parameters.ObstaclesCritic.consider_footprint
+    plain = load_preset("mppi_nav2:gamma=0.1").for_robot(load_robot("round_robot")).parameters
+    assert (plain.gamma, plain.ObstaclesCritic.consider_footprint) == (0.1, False)
+
+
 def nav2_file(tmp_path: Path, text: str) -> Path:
     path = tmp_path / "nav2_params.yaml"
     path.write_text(textwrap.dedent(text))
