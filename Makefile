@@ -1,14 +1,18 @@
-# `make run` drives the default benchmark, `make test` runs the tests. Both install what is missing.
+# `make run` drives the default benchmark, `make test` runs the tests. Both install what is missing;
+# with LOCKED=1 exactly what requirements.lock says, each file checked against its hash.
 PYTHON ?= python3
+LOCKED ?=
 VENV := .venv
 BIN := $(VENV)/bin
-INSTALLED := $(VENV)/.installed
+INSTALLED := $(VENV)/.installed$(if $(LOCKED),-locked)
+LOCK := requirements.lock
+TOOLS := .venv-tools
 ARGS ?=
 # Folders that are installed as subpackages of drake_navbench.
 SUBPACKAGES := analysis controllers models scenarios
 TYPES := build/types
 
-.PHONY: run test test-all fuzz lint types format bench docs clean
+.PHONY: run test test-all fuzz lint types format bench docs lock audit sbom clean
 
 run: $(INSTALLED)
 	$(BIN)/python -m drake_navbench.run $(ARGS)
@@ -45,11 +49,34 @@ bench: $(INSTALLED)
 docs: $(INSTALLED)
 	$(BIN)/python -m drake_navbench docs
 
-$(INSTALLED): pyproject.toml
+lock: $(TOOLS)/.installed
+	echo "setuptools>=77" | $(TOOLS)/bin/uv pip compile pyproject.toml - --extra test --universal \
+		--python-version 3.11 --generate-hashes --no-header --no-annotate --no-emit-index-url \
+		--quiet --output-file $(LOCK) $(ARGS)
+
+audit: $(TOOLS)/.installed
+	$(TOOLS)/bin/python .ci/audit.py $(LOCK)
+
+sbom: $(TOOLS)/.installed
+	$(TOOLS)/bin/cyclonedx-py requirements $(LOCK) --pyproject pyproject.toml --output-file sbom.json
+
+$(VENV)/.installed: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade pip
 	PYTHONWARNINGS=ignore $(BIN)/python -m pip install --quiet --editable ".[test]"
-	touch $(INSTALLED)
+	touch $@
+
+# A new environment: what another installation has left in it would not be what the lock says.
+$(VENV)/.installed-locked: pyproject.toml $(LOCK)
+	$(PYTHON) -m venv --clear $(VENV)
+	$(BIN)/python -m pip install --quiet --require-hashes --requirement $(LOCK)
+	$(BIN)/python -m pip install --quiet --no-deps --no-build-isolation --editable .
+	touch $@
+
+$(TOOLS)/.installed: Makefile
+	$(PYTHON) -m venv $(TOOLS)
+	$(TOOLS)/bin/python -m pip install --quiet "cyclonedx-bom>=7" "pip-audit>=2.9" "uv>=0.8"
+	touch $@
 
 clean:
-	rm -rf $(VENV) build *.egg-info .pytest_cache .ruff_cache
+	rm -rf $(VENV) $(TOOLS) build sbom.json *.egg-info .pytest_cache .ruff_cache
