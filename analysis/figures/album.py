@@ -20,7 +20,12 @@ from drake_navbench.analysis.figures.comparison import (
 )
 from drake_navbench.analysis.figures.maps import paths_figure
 from drake_navbench.analysis.figures.motion import MotionSheet
-from drake_navbench.analysis.figures.ranking import pareto_figure, rank_figure
+from drake_navbench.analysis.figures.ranking import (
+    pareto_figure,
+    pareto_points,
+    rank_figure,
+    rank_rows,
+)
 from drake_navbench.analysis.figures.style import (
     PNG,
     SVG,
@@ -119,9 +124,9 @@ def _comparisons(
     # Where nobody arrived there is no best.
     if not is_failed(trials).all():
         comparable = comparable_trials(trials, HEADLINE_METRICS)
-        if figure := rank_figure(comparable, scenario, metrics, look):
+        if figure := rank_figure(rank_rows(comparable, scenario, metrics), look):
             yield "ranks", "Ranks", figure
-    if figure := pareto_figure(trials, scenario, look):
+    if figure := pareto_figure(pareto_points(trials, scenario), look):
         yield "pareto", "Time, clearance, jerk", figure
     if figure := compute_figure(compute_times(logs), look):
         yield "compute", "Compute time", figure

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from scipy.integrate import cumulative_trapezoid
 
 from drake_navbench.analysis.figures.maps import bounds, draw_robot, draw_world
 from drake_navbench.analysis.figures.style import (
@@ -21,13 +22,87 @@ from drake_navbench.analysis.figures.style import (
 )
 from drake_navbench.analysis.metrics.definition import Undefined
 from drake_navbench.analysis.metrics.efficiency import drive_power_w, robot_mass_kg
-from drake_navbench.analysis.metrics.signals import Motion, column, motion, positions, times
+from drake_navbench.analysis.metrics.signals import (
+    Array,
+    Motion,
+    column,
+    motion,
+    positions,
+    times,
+)
 from drake_navbench.log import Outcome, TrialLog
 
 Line = dict[str, Any]
 
 PANEL_SIZE_IN = (3.2, 2.1)
 SECOND_LINE: Line = {"color": MUTED, "lw": 1.0}
+
+
+class FittedCurves(NamedTuple):
+    """What follows from derivatives of the velocities; all (M,), on an even grid of times."""
+
+    time_s: Array
+    v_mps: Array
+    acceleration_mps2: Array
+    jerk_mps3: Array
+    energy_j: Array
+
+
+class MotionCurves(NamedTuple):
+    """What a sheet shows over the time of a trial; all (N,) but for those fitted.
+
+    fitted: or why there is none.
+    """
+
+    time_s: Array
+    command_v_mps: Array
+    v_mps: Array
+    command_w_radps: Array
+    w_radps: Array
+    centripetal_mps2: Array
+    fitted: FittedCurves | str
+
+
+def shown_trial(logs: Sequence[TrialLog]) -> TrialLog:
+    """Returns the trial whose curves are shown: the first that succeeded, else the first."""
+    return next((log for log in logs if log.outcome is Outcome.SUCCEEDED), logs[0])
+
+
+def motion_curves(log: TrialLog) -> MotionCurves:
+    """Returns the curves of a trial that has samples."""
+    v_mps, w_radps = column(log, "v_mps"), column(log, "w_radps")
+    try:
+        fitted: FittedCurves | str = _fitted_curves(motion(log), robot_mass_kg(log))
+    except Undefined as reason:
+        fitted = str(reason)
+    return MotionCurves(
+        times(log),
+        column(log, "command_v_mps"),
+        v_mps,
+        column(log, "command_w_radps"),
+        w_radps,
+        np.abs(v_mps * w_radps),
+        fitted,
+    )
+
+
+def _fitted_curves(signal: Motion, mass_kg: float) -> FittedCurves:
+    power_w = drive_power_w(
+        signal.smooth_v_mps,
+        signal.acceleration_mps2,
+        signal.smooth_w_radps,
+        signal.angular_acceleration_radps2,
+        mass_kg=mass_kg,
+    )
+    # Braking gives nothing back.
+    spent_w = np.maximum(power_w, 0.0)
+    return FittedCurves(
+        signal.period_s * np.arange(len(signal.v_mps)),
+        signal.v_mps,
+        signal.acceleration_mps2,
+        signal.jerk_mps3,
+        cumulative_trapezoid(spent_w, dx=signal.period_s, initial=0.0),
+    )
 
 
 class MotionSheet:
@@ -45,27 +120,26 @@ class MotionSheet:
             axes.set_xlabel("time [s]")
 
     def draw(self, logs: Sequence[TrialLog], controller: str, look: Look) -> Figure:
-        """Returns the figure, which the next call draws anew; the curves are those of one trial.
+        """Returns the figure, which the next call draws anew.
 
-        The trial shown is the first that succeeded, else the first; the map shows all of them.
+        The curves are those of one trial, see `shown_trial`; the map shows all of them.
         """
-        shown = next((log for log in logs if log.outcome is Outcome.SUCCEEDED), logs[0])
+        shown = shown_trial(logs)
+        curves = motion_curves(shown)
         line = look.line(controller) | {"linestyle": "-"}
         path, velocity, derivatives, turning, sideways, energy = self._panels
         for axes in self._figure.axes:
             clear_data(axes)
         _draw_path(path, logs, shown, line)
-        _draw_velocity(velocity, shown, line)
-        _draw_turning(turning, shown, line)
-        _draw_sideways(sideways, shown, line)
-        try:
-            signal = motion(shown)
-        except Undefined as reason:
+        _draw_velocity(velocity, curves, line)
+        _draw_turning(turning, curves, line)
+        _draw_sideways(sideways, curves, line)
+        if isinstance(curves.fitted, str):
             for axes in (derivatives, energy):
-                axes.text(0.5, 0.5, str(reason), ha="center", transform=axes.transAxes)
+                axes.text(0.5, 0.5, curves.fitted, ha="center", transform=axes.transAxes)
         else:
-            _draw_derivatives(derivatives, signal, line)
-            _draw_energy(energy, self._speed, signal, line, mass_kg=robot_mass_kg(shown))
+            _draw_derivatives(derivatives, curves.fitted, line)
+            _draw_energy(energy, self._speed, curves.fitted, line)
         info = shown.info
         self._figure.suptitle(
             f"{info['scenario']['name']}: {controller}, curves of trial {info['trial']} "
@@ -99,54 +173,39 @@ def _draw_path(axes: Axes, logs: Sequence[TrialLog], shown: TrialLog, line: Line
     axes.set_title(f"Plan (dashed) and paths of {count}")
 
 
-def _draw_velocity(axes: Axes, log: TrialLog, line: Line) -> None:
-    time_s = times(log)
-    axes.step(time_s, column(log, "command_v_mps"), **SECOND_LINE, where="post", label="command")
-    axes.plot(time_s, column(log, "v_mps"), **line, label="true")
+def _draw_velocity(axes: Axes, curves: MotionCurves, line: Line) -> None:
+    axes.step(curves.time_s, curves.command_v_mps, **SECOND_LINE, where="post", label="command")
+    axes.plot(curves.time_s, curves.v_mps, **line, label="true")
     axes.set_ylabel("velocity [m/s]")
     axes.set_title("Velocity")
     legend_above(axes)
 
 
-def _draw_derivatives(axes: Axes, signal: Motion, line: Line) -> None:
-    grid = signal.period_s * np.arange(len(signal.v_mps))
-    axes.plot(grid, signal.jerk_mps3, **SECOND_LINE, label="jerk [m/s³]")
-    axes.plot(grid, signal.acceleration_mps2, **line, label="acceleration [m/s²]")
+def _draw_derivatives(axes: Axes, fitted: FittedCurves, line: Line) -> None:
+    axes.plot(fitted.time_s, fitted.jerk_mps3, **SECOND_LINE, label="jerk [m/s³]")
+    axes.plot(fitted.time_s, fitted.acceleration_mps2, **line, label="acceleration [m/s²]")
     axes.set_ylabel("m/s², m/s³")
     legend_above(axes)
 
 
-def _draw_turning(axes: Axes, log: TrialLog, line: Line) -> None:
-    time_s = times(log)
-    axes.step(time_s, column(log, "command_w_radps"), **SECOND_LINE, where="post", label="command")
-    axes.plot(time_s, column(log, "w_radps"), **line, label="true")
+def _draw_turning(axes: Axes, curves: MotionCurves, line: Line) -> None:
+    axes.step(curves.time_s, curves.command_w_radps, **SECOND_LINE, where="post", label="command")
+    axes.plot(curves.time_s, curves.w_radps, **line, label="true")
     axes.set_ylabel("yaw rate [rad/s]")
     axes.set_title("Yaw rate")
     legend_above(axes)
 
 
-def _draw_sideways(axes: Axes, log: TrialLog, line: Line) -> None:
-    centripetal = np.abs(column(log, "v_mps") * column(log, "w_radps"))
-    axes.plot(times(log), centripetal, **line)
+def _draw_sideways(axes: Axes, curves: MotionCurves, line: Line) -> None:
+    axes.plot(curves.time_s, curves.centripetal_mps2, **line)
     axes.set_ylabel("|v w| [m/s²]")
     axes.set_title("Centripetal acceleration")
 
 
-def _draw_energy(
-    axes: Axes, speed_axes: Axes, signal: Motion, line: Line, *, mass_kg: float
-) -> None:
-    grid = signal.period_s * np.arange(len(signal.v_mps))
-    power_w = drive_power_w(
-        signal.smooth_v_mps,
-        signal.acceleration_mps2,
-        signal.smooth_w_radps,
-        signal.angular_acceleration_radps2,
-        mass_kg=mass_kg,
-    )
-    energy_j = np.cumsum(np.maximum(power_w, 0.0)) * signal.period_s
-    axes.plot(grid, energy_j, **line, label="energy")
+def _draw_energy(axes: Axes, speed_axes: Axes, fitted: FittedCurves, line: Line) -> None:
+    axes.plot(fitted.time_s, fitted.energy_j, **line, label="energy")
     axes.set_ylabel("mechanical energy [J]")
-    speed_axes.plot(grid, signal.v_mps, **SECOND_LINE)
+    speed_axes.plot(fitted.time_s, fitted.v_mps, **SECOND_LINE)
     axes.plot([], [], **SECOND_LINE, label="velocity")
     axes.set_title("Energy")
     legend_above(axes)

@@ -49,6 +49,13 @@ class Ranks(NamedTuple):
     blocks: int
 
 
+class RankRow(NamedTuple):
+    """One metric in which the controllers are ranked."""
+
+    metric: Metric
+    ranks: Ranks
+
+
 def ranks_of(trials: pd.DataFrame, scenario: str, entry: Metric) -> Ranks | None:
     """Returns the mean ranks of the controllers; None where there is nothing to rank."""
     values = values_by_seed(trials, scenario, entry.name)
@@ -59,22 +66,21 @@ def ranks_of(trials: pd.DataFrame, scenario: str, entry: Metric) -> Ranks | None
     return Ranks(ranks, critical_difference(values.shape[1], len(values)), len(values))
 
 
-def rank_figure(
-    trials: pd.DataFrame, scenario: str, metrics: Sequence[Metric], look: Look
-) -> Figure | None:
-    """Returns a critical difference diagram, one line a metric; None without two controllers."""
-    found = [
-        (entry, ranks)
-        for entry in metrics
-        if (ranks := ranks_of(trials, scenario, entry)) is not None
-    ]
-    if not found:
+def rank_rows(trials: pd.DataFrame, scenario: str, metrics: Sequence[Metric]) -> list[RankRow]:
+    """Returns the ranks in every metric in which the controllers can be ranked."""
+    found = [(entry, ranks_of(trials, scenario, entry)) for entry in metrics]
+    return [RankRow(entry, ranks) for entry, ranks in found if ranks is not None]
+
+
+def rank_figure(rows: Sequence[RankRow], look: Look) -> Figure | None:
+    """Returns a critical difference diagram, one line a metric; None without a row."""
+    if not rows:
         return None
     figure, (axes,) = new_figure(
-        axes_size_in=(5.4, RANK_ROW_IN * len(found)), margins=Margins(left=2.2)
+        axes_size_in=(5.4, RANK_ROW_IN * len(rows)), margins=Margins(left=2.2)
     )
-    names = list(found[0][1].ranks.index)
-    for row, (_, ranks) in enumerate(found):
+    names = list(rows[0].ranks.ranks.index)
+    for row, (_, ranks) in enumerate(rows):
         best = ranks.ranks.min()
         axes.plot([best, best + ranks.critical], [row, row], color=MUTED, lw=7, alpha=0.25)
         for name in names:
@@ -86,10 +92,10 @@ def rank_figure(
                 ms=8,
                 mec="white",
             )
-    axes.set_yticks(range(len(found)), [entry.name for entry, _ in found])
+    axes.set_yticks(range(len(rows)), [entry.name for entry, _ in rows])
     axes.invert_yaxis()
     axes.set_xlim(0.8, len(names) + 0.2)
-    axes.set_xlabel(f"mean rank over {found[0][1].blocks} seeds, 1 is best")
+    axes.set_xlabel(f"mean rank over {rows[0].ranks.blocks} seeds, 1 is best")
     axes.set_title("Ranks; within the bar no difference to the best is shown (Nemenyi)", x=-0.4)
     legend_below(figure, look.marker_keys(names))
     return figure
@@ -113,9 +119,8 @@ def pareto_points(trials: pd.DataFrame, scenario: str) -> ParetoPoints:
     return ParetoPoints(list(means.index), values, pareto_front(costs))
 
 
-def pareto_figure(trials: pd.DataFrame, scenario: str, look: Look) -> Figure | None:
+def pareto_figure(points: ParetoPoints, look: Look) -> Figure | None:
     """Returns time against clearance, smoothness as size; None where none reached the goal."""
-    points = pareto_points(trials, scenario)
     if len(points.names) == 0 or np.isnan(points.values[:, 1]).all():
         return None
     figure, (axes,) = new_figure(axes_size_in=(5.8, 3.3))

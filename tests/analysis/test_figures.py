@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 from results_folders import CONTROLLERS, SEEDS, trial_log
 from scenes import straight_plan
-from synthetic_logs import log_times, make_log, straight_log
+from synthetic_logs import circle_log, log_times, make_log, straight_log
 
 from drake_navbench.analysis.colors import controller_color
 from drake_navbench.analysis.figures.album import headline_metrics, write_scenario_figures
@@ -22,8 +22,13 @@ from drake_navbench.analysis.figures.comparison import (
     compute_times,
 )
 from drake_navbench.analysis.figures.maps import bounds, paths_figure
-from drake_navbench.analysis.figures.motion import MotionSheet
-from drake_navbench.analysis.figures.ranking import pareto_figure, pareto_points, ranks_of
+from drake_navbench.analysis.figures.motion import MotionSheet, motion_curves, shown_trial
+from drake_navbench.analysis.figures.ranking import (
+    pareto_figure,
+    pareto_points,
+    rank_rows,
+    ranks_of,
+)
 from drake_navbench.analysis.figures.style import (
     PLAN_COLOR,
     Look,
@@ -124,6 +129,61 @@ def test_every_single_trial_is_visible_and_failed_ones_are_hollow(trials):
     assert sum(len(line.get_xdata()) for line in hollow) == 1
 
 
+def test_a_box_has_the_quartiles_and_whiskers_to_the_last_value_near_them():
+    rows = pd.DataFrame(
+        {
+            "scenario": "s",
+            "controller": "rpp",
+            "seed": range(6),
+            "outcome": ["succeeded"] * 4 + ["aborted", "succeeded"],
+            "driven_length_m": [1.0, 2.0, 3.0, 4.0, 100.0, math.nan],
+        }
+    )
+    (panel,) = box_panels(rows, "s", [efficiency.driven_length_m])
+    (box,) = panel.boxes
+    assert list(box.values) == [1.0, 2.0, 3.0, 4.0, 100.0]
+    assert list(box.failed) == [False, False, False, False, True]
+    # Half again the height of the box above it is 4 + 1.5 * 2 = 7.
+    assert (box.low, box.first, box.median, box.third, box.high) == (1.0, 2.0, 3.0, 4.0, 4.0)
+
+
+def test_clearance_stands_over_the_driven_length_and_is_unknown_out_of_reach():
+    clearance_m = np.where(log_times(2.0) < 1.0, np.inf, 0.4)
+    (curve,) = clearance_curves({"rpp": [straight_log(end_time_s=2.0, clearance_m=clearance_m)]})
+    assert curve.driven_m[-1] == pytest.approx(1.0)
+    assert np.isnan(curve.clearance_m[:50]).all()
+    assert (curve.clearance_m[50:] == 0.4).all()
+
+
+def test_compute_times_run_from_the_shortest_cycle_to_the_longest(logs):
+    found = compute_times(logs)
+    assert found.period_ms == 50.0
+    times_ms, share = found.curves["rpp"]
+    assert (times_ms[0], share[0]) == (1.0, 1.0)
+    assert times_ms[-1] == pytest.approx(7.0, abs=0.01)
+
+
+def test_the_curves_of_a_sheet_end_where_the_metrics_are():
+    log = circle_log(radius_m=2.0, speed_mps=0.4)
+    curves = motion_curves(log)
+    # v^2 / r
+    assert curves.centripetal_mps2 == pytest.approx(np.full(len(log.samples), 0.08))
+    assert curves.fitted.acceleration_mps2 == pytest.approx(0.0, abs=1e-9)
+    assert curves.fitted.energy_j[-1] == pytest.approx(efficiency.mechanical_energy_j(log))
+
+
+def test_a_sheet_shows_the_first_trial_that_arrived():
+    failed, arrived = straight_log(outcome="aborted"), straight_log()
+    assert shown_trial([failed, arrived, straight_log()]) is arrived
+    assert shown_trial([failed, straight_log(outcome="aborted")]) is failed
+
+
+def test_only_metrics_with_a_good_direction_and_a_value_are_ranked(trials):
+    metrics = [efficiency.time_to_goal_s, efficiency.driven_length_m, efficiency.spl]
+    rows = rank_rows(trials.assign(spl=np.nan), "own_corridor", metrics)
+    assert [row.metric.name for row in rows] == ["time_to_goal_s"]
+
+
 def test_without_values_there_is_no_figure(trials):
     look = Look(["rpp"])
     empty = {"rpp": [straight_log()]}
@@ -132,7 +192,8 @@ def test_without_values_there_is_no_figure(trials):
         assert compute_figure(compute_times(empty), look) is None
         no_values = trials.assign(spl=np.nan)
         assert box_figure(box_panels(no_values, "own_corridor", [efficiency.spl]), look) is None
-        assert pareto_figure(trials.assign(outcome="aborted"), "own_corridor", look) is None
+        nobody = pareto_points(trials.assign(outcome="aborted"), "own_corridor")
+        assert pareto_figure(nobody, look) is None
 
 
 def test_pareto_points_rest_on_successful_trials_only(trials):
