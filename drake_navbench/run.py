@@ -123,6 +123,17 @@ def _require_nothing_else(parser: argparse.ArgumentParser, arguments: argparse.N
             )
 
 
+def _unrecognized(arguments: argparse.Namespace, rest: Sequence[str]) -> str:
+    """Returns what is wrong with arguments that are none, such as controllers without commas."""
+    if arguments.controllers is None or any(argument.startswith("-") for argument in rest):
+        return f"unrecognized arguments: {' '.join(rest)}"
+    names = [arguments.controllers, *rest]
+    return (
+        f"--controllers: expected names separated by commas, --controllers {','.join(names)}; "
+        f"got {' '.join(names)}"
+    )
+
+
 @contextmanager
 def _input_warnings_as_lines(*, quiet: bool) -> Iterator[None]:
     """Lets warnings about the input be single lines on stderr, or none where it is to be quiet."""
@@ -146,7 +157,9 @@ def _input_warnings_as_lines(*, quiet: bool) -> Iterator[None]:
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs the command; returns the exit status."""
     parser = build_parser()
-    arguments = parser.parse_args(argv)
+    arguments, rest = parser.parse_known_args(argv)
+    if rest:
+        parser.error(_unrecognized(arguments, rest))
     with _input_warnings_as_lines(quiet=arguments.quiet):
         return _exit_status(parser, arguments)
 

@@ -28,7 +28,8 @@ from drake_navbench.campaign.replays import write_replays
 from drake_navbench.campaign.request import Request
 from drake_navbench.campaign.warm_up import kernels_are_cold, start_worker_server, warm_up
 from drake_navbench.errors import InputError, NavbenchError, printable
-from drake_navbench.inputs.presets import Preset, as_yaml
+from drake_navbench.inputs.presets import Preset, as_yaml, preset_files
+from drake_navbench.inputs.scenario import SCENARIO_FILES
 from drake_navbench.log import Outcome
 from drake_navbench.results import (
     ResultsFolder,
@@ -155,6 +156,8 @@ def _request_from_arguments(arguments: argparse.Namespace) -> Request:
     controllers = tuple(name.strip() for name in listed if name.strip())
     if arguments.controllers is not None and not controllers:
         raise InputError(f"--controllers {arguments.controllers!r}: expected names, found none")
+    if controllers:
+        _require_no_controllers_among(arguments.scenarios, arguments.controllers)
     asked = {
         "scenarios": arguments.scenarios,
         "controllers": controllers,
@@ -166,6 +169,22 @@ def _request_from_arguments(arguments: argparse.Namespace) -> Request:
         "figures": arguments.figures,
     }
     return validate(Request, asked, "command line")
+
+
+def _require_no_controllers_among(scenarios: Sequence[str], controllers: str) -> None:
+    """Raises InputError for `--controllers rpp dwb`, of which dwb would be a scenario."""
+    presets = preset_files()
+    strays = [
+        name
+        for name in scenarios
+        if name.partition(":")[0] in presets and name not in SCENARIO_FILES.names
+    ]
+    if strays:
+        names = [controllers.strip(","), *strays]
+        raise InputError(
+            "--controllers: expected names separated by commas, "
+            f"--controllers {','.join(names)}; got {' '.join(names)}"
+        )
 
 
 def _run(
