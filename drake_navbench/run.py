@@ -123,11 +123,8 @@ def _require_nothing_else(parser: argparse.ArgumentParser, arguments: argparse.N
             )
 
 
-def _unrecognized(arguments: argparse.Namespace, rest: Sequence[str]) -> str:
-    """Returns what is wrong with arguments that are none, such as controllers without commas."""
-    if arguments.controllers is None or any(argument.startswith("-") for argument in rest):
-        return f"unrecognized arguments: {' '.join(rest)}"
-    names = [arguments.controllers, *rest]
+def _commas_wanted(names: Sequence[str]) -> str:
+    """Returns the sentence for controllers that were given as several arguments."""
     return (
         f"--controllers: expected names separated by commas, --controllers {','.join(names)}; "
         f"got {' '.join(names)}"
@@ -158,8 +155,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Runs the command; returns the exit status."""
     parser = build_parser()
     arguments, rest = parser.parse_known_args(argv)
+    if rest and arguments.controllers and not any(text.startswith("-") for text in rest):
+        print(_commas_wanted([arguments.controllers, *rest]), file=sys.stderr)
+        return EXIT_WRONG_INPUT
     if rest:
-        parser.error(_unrecognized(arguments, rest))
+        parser.error(f"unrecognized arguments: {' '.join(rest)}")
     with _input_warnings_as_lines(quiet=arguments.quiet):
         return _exit_status(parser, arguments)
 
