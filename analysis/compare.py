@@ -339,7 +339,11 @@ def _unmatched(baseline: pd.DataFrame, other: pd.DataFrame, name: str) -> list[U
         cell: _why_unmatched(before.get(cell, set()), after.get(cell, set()), name)
         for cell in dict.fromkeys([*before, *after])
     }
-    return [Unmatched(name, *cell, reason) for cell, reason in reasons.items() if reason]
+    return [
+        Unmatched(name, scenario, controller, reason)
+        for (scenario, controller), reason in reasons.items()
+        if reason
+    ]
 
 
 def _why_unmatched(before: set[int], after: set[int], name: str) -> str:

@@ -148,6 +148,14 @@ def _require_nothing_else(parser: argparse.ArgumentParser, arguments: argparse.N
             )
 
 
+def _commas_wanted(names: Sequence[str]) -> str:
+    """Returns the sentence for controllers that were given as several arguments."""
+    return (
+        f"--controllers: expected names separated by commas, --controllers {','.join(names)}; "
+        f"got {' '.join(names)}"
+    )
+
+
 @contextmanager
 def _input_warnings_as_lines(*, quiet: bool) -> Iterator[None]:
     """Lets warnings about the input be single lines on stderr, or none where it is to be quiet."""
@@ -171,7 +179,12 @@ def _input_warnings_as_lines(*, quiet: bool) -> Iterator[None]:
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs the command; returns the exit status."""
     parser = build_parser()
-    arguments = parser.parse_args(argv)
+    arguments, rest = parser.parse_known_args(argv)
+    if rest and arguments.controllers and not any(text.startswith("-") for text in rest):
+        print(_commas_wanted([arguments.controllers, *rest]), file=sys.stderr)
+        return EXIT_WRONG_INPUT
+    if rest:
+        parser.error(f"unrecognized arguments: {' '.join(rest)}")
     with _input_warnings_as_lines(quiet=arguments.quiet):
         return _exit_status(parser, arguments)
 

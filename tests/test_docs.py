@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -46,3 +48,14 @@ def test_a_page_without_a_place_for_the_table_is_told(tmp_path, capsys):
     (tmp_path / "controllers.md").write_text("# Controllers\n")
     assert main(["docs", str(tmp_path)]) == 2
     assert f"controllers.md: expected the lines {TABLE_BEGIN!r}" in capsys.readouterr().err
+
+
+def test_the_python_example_of_the_readme_runs_as_a_script_as_it_is_printed(tmp_path):
+    (example,) = re.findall(r"```python\n(.*?)```", (REPOSITORY / "README.md").read_text(), re.S)
+    script = tmp_path / "example.py"
+    script.write_text(f"{example}print(repr(log), len(trials))\n", encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, script], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert re.fullmatch(r"TrialLog\(scenario=static_obstacles, .*\) 8\n", done.stdout)

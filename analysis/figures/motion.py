@@ -97,7 +97,7 @@ def _fitted_curves(signal: Motion, mass_kg: float) -> FittedCurves:
     # Braking gives nothing back.
     spent_w = np.maximum(power_w, 0.0)
     return FittedCurves(
-        signal.period_s * np.arange(len(signal.v_mps)),
+        signal.period_s * np.arange(len(signal.v_mps), dtype=np.float64),
         signal.v_mps,
         signal.acceleration_mps2,
         signal.jerk_mps3,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 
 from drake_navbench.campaign.request import Request
@@ -10,6 +11,8 @@ from drake_navbench.errors import InputError, printable
 from drake_navbench.inputs.nav2_check import WIDTH
 from drake_navbench.inputs.nav2_robot import Nav2Setup
 from drake_navbench.inputs.nav2_substitutions import read_assignments
+from drake_navbench.inputs.presets import preset_files
+from drake_navbench.inputs.scenario import SCENARIO_FILES
 from drake_navbench.trial.trial import make_controller
 from drake_navbench.typed_yaml import validate
 
@@ -20,6 +23,8 @@ def request_from_arguments(arguments: argparse.Namespace) -> Request:
     controllers = tuple(name.strip() for name in listed if name.strip())
     if arguments.controllers is not None and not controllers:
         raise InputError(f"--controllers {arguments.controllers!r}: expected names, found none")
+    if controllers:
+        _require_no_controllers_among(arguments.scenarios, arguments.controllers)
     if arguments.set and not arguments.nav2:
         raise InputError(f"--set {arguments.set[0]!r}: expected a Nav2 file by --nav2 as well")
     asked = {
@@ -36,6 +41,22 @@ def request_from_arguments(arguments: argparse.Namespace) -> Request:
         "figures": arguments.figures,
     }
     return validate(Request, asked, "command line")
+
+
+def _require_no_controllers_among(scenarios: Sequence[str], controllers: str) -> None:
+    """Raises InputError for `--controllers rpp dwb`, of which dwb would be a scenario."""
+    presets = preset_files()
+    strays = [
+        name
+        for name in scenarios
+        if name.partition(":")[0] in presets and name not in SCENARIO_FILES.names
+    ]
+    if strays:
+        names = [controllers.strip(","), *strays]
+        raise InputError(
+            "--controllers: expected names separated by commas, "
+            f"--controllers {','.join(names)}; got {' '.join(names)}"
+        )
 
 
 def _map_task(

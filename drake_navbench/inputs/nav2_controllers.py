@@ -36,9 +36,14 @@ def controller_presets(sections: Iterable[Section], path: Path) -> list[Preset]:
     Raises InputError where there is no controller server, a plugin has no counterpart here, or a
     value is wrong.
     """
+    sections = list(sections)
     servers = [node for node in nodes_called(SERVER, sections) if has_controllers(node)]
     if not servers:
-        raise InputError(f"{path}: no parameters of a {SERVER} with {PLUGINS}")
+        found = ", ".join(dict.fromkeys(section.name.lstrip("/") for section in sections))
+        raise InputError(
+            f"{path}: no parameters of a {SERVER} with {PLUGINS}; "
+            f"it is a Nav2 parameter file of {found}"
+        )
     return [
         plugin_preset(server, plugin, plugin_type_of(server, plugin))
         for server in servers

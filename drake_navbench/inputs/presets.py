@@ -13,6 +13,7 @@ from pydantic import Field
 
 from drake_navbench.controller import CONTROLLERS, Controller, ControllerParameters
 from drake_navbench.errors import InputError, nearest_name_hint
+from drake_navbench.inputs.file_kinds import PRESET, require_kind
 from drake_navbench.inputs.parameter_names import flattened, nested
 from drake_navbench.inputs.robot import Robot, merged
 from drake_navbench.typed_yaml import FrozenModel, parse_yaml, read_yaml, validate
@@ -122,7 +123,9 @@ def _preset_of(
 
 def load_preset_file(path: Path) -> Preset:
     """Returns the preset that a file describes; raises InputError."""
-    content = validate(PresetFile, read_yaml(path), str(path))
+    data = read_yaml(path)
+    require_kind(data, PRESET, path)
+    content = validate(PresetFile, data, str(path))
     return _preset_of(content, path.stem, str(path))
 
 

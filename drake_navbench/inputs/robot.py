@@ -13,6 +13,7 @@ from pydantic import Field, field_validator, model_validator
 
 from drake_navbench.costmaps.costmap_settings import GlobalCostmapSettings, LocalCostmapSettings
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.file_kinds import ROBOT, require_kind
 from drake_navbench.inputs.named_files import NamedFiles
 from drake_navbench.kernels.footprint import circle_footprint, footprint_radii, pad_footprint
 from drake_navbench.navigation.behavior_tree.settings import BehaviorTreeSettings
@@ -249,6 +250,7 @@ def load_robot(
     """
     path = ROBOT_FILES.find(name_or_path)
     data = read_yaml(path)
+    require_kind(data, ROBOT, path)
     robot = _robot_of(data, str(path), path.parent)
     if not overrides:
         return robot

@@ -18,6 +18,7 @@ from drake_navbench.costmaps.filter_masks import (
 )
 from drake_navbench.costmaps.map_file import OccupancyMap, load_map
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.file_kinds import SCENARIO, require_kind
 from drake_navbench.inputs.map_world import occupied_boxes
 from drake_navbench.inputs.named_files import NamedFiles
 from drake_navbench.inputs.robot import Robot, load_robot, overridden
@@ -297,6 +298,7 @@ def load_scenario(name_or_path: str) -> Scenario:
     """
     path = SCENARIO_FILES.find(name_or_path)
     data = read_yaml(path)
+    require_kind(data, SCENARIO, path)
     for field in SET_BY_LOADING:
         if field in data:
             raise InputError(f"{path}: {field}: unknown field; it follows from the file")

@@ -63,6 +63,7 @@ def test_what_a_nav2_file_repeats_is_one_line_unless_the_run_is_quiet(tmp_path, 
     path.write_text("amcl: {ros__parameters: {a: 1, a: 2}}\nnode: {ros__parameters: {}}\n")
     told = f"{path}, line 1: amcl.ros__parameters.a is given again; line 1 has no effect"
     refused = f"{path}: no parameters of a controller_server with controller_plugins"
+    refused += "; it is a Nav2 parameter file of amcl, node"
     assert main(["empty", "--params", str(path)]) == 2
     assert capsys.readouterr().err.splitlines() == [told, refused]
     assert main(["empty", "--params", str(path), "--quiet"]) == 2
@@ -276,3 +277,19 @@ def test_list_names_scenarios_controllers_and_robots():
     assert done.returncode == 0
     for name in ("restricted_large", "rpp_bringup", "wheelchair"):
         assert name in done.stdout
+
+
+COMMAS = "--controllers: expected names separated by commas, --controllers rpp,dwb; got rpp dwb\n"
+
+
+def test_controllers_without_commas_are_told_that_commas_are_wanted(capsys):
+    arguments = ["--controllers", "rpp", "dwb"]
+    assert main(arguments) == 2
+    assert capsys.readouterr().err == COMMAS
+    assert main(["empty", *arguments]) == 2
+    assert capsys.readouterr().err == COMMAS
+
+
+def test_a_scenario_may_still_follow_the_controllers(capsys):
+    assert main(["--controllers", "rpp", "emty"]) == 2
+    assert "scenario 'emty' is not known" in capsys.readouterr().err

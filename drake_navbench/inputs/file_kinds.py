@@ -1,0 +1,42 @@
+"""Tells what a YAML file is that was given where another kind belongs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final
+
+from drake_navbench.errors import InputError
+
+SCENARIO: Final = "a scenario file"
+ROBOT: Final = "a robot file"
+PRESET: Final = "a preset file"
+NAV2: Final = "a Nav2 parameter file"
+# Fields that no other kind has.
+SIGNS: Final[Mapping[str, frozenset[str]]] = {
+    SCENARIO: frozenset({"goal", "world", "waypoints", "navigation_mode"}),
+    ROBOT: frozenset({"drive", "lidar", "footprint", "robot_radius", "navigation"}),
+    PRESET: frozenset({"controller", "parameters"}),
+    "a map file": frozenset({"image", "occupied_thresh"}),
+}
+NAV2_SIGN = "ros__parameters"
+
+
+def require_kind(data: Mapping[str, Any], expected: str, path: Path) -> None:
+    """Raises InputError where a file's fields are those of another kind than expected.
+
+    expected: a key of `SIGNS`. A file with a field of the expected kind, or of none, is taken: what
+    is wrong in it the reader of that kind says better.
+    """
+    if SIGNS[expected] & data.keys():
+        return
+    found = [kind for kind, signs in SIGNS.items() if signs & data.keys()]
+    if _is_nav2(data):
+        found.append(NAV2)
+    if found:
+        wanted = f"{PRESET} or {NAV2}" if expected == PRESET else expected
+        raise InputError(f"{path}: is {found[0]}; expected {wanted}")
+
+
+def _is_nav2(data: Mapping[str, Any]) -> bool:
+    return any(isinstance(value, Mapping) and NAV2_SIGN in value for value in data.values())

@@ -1,0 +1,62 @@
+"""A file of another kind than expected is named as what it is, in one line."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.parameter_files import load_parameter_file
+from drake_navbench.inputs.presets import preset_files
+from drake_navbench.inputs.robot import ROBOT_FILES, load_robot
+from drake_navbench.inputs.scenario import SCENARIO_FILES, load_scenario
+
+SCENARIO_PATH = SCENARIO_FILES.find("one_obstacle")
+ROBOT_PATH = ROBOT_FILES.find("wheelchair")
+PRESET_PATH = preset_files()["rpp"]
+PRESET = "a preset file or a Nav2 parameter file"
+
+
+def refusal(load: Callable[..., object], given: object) -> str:
+    with pytest.raises(InputError) as refused:
+        load(given)
+    return str(refused.value)
+
+
+def test_a_scenario_given_as_parameters_is_called_one():
+    told = refusal(load_parameter_file, SCENARIO_PATH)
+    assert told == f"{SCENARIO_PATH}: is a scenario file; expected {PRESET}"
+
+
+def test_a_robot_given_as_parameters_is_called_one():
+    told = refusal(load_parameter_file, ROBOT_PATH)
+    assert told == f"{ROBOT_PATH}: is a robot file; expected {PRESET}"
+
+
+def test_other_files_given_as_a_scenario_are_called_what_they_are(tmp_path):
+    told = refusal(load_scenario, str(PRESET_PATH))
+    assert told == f"{PRESET_PATH}: is a preset file; expected a scenario file"
+    nav2 = tmp_path / "nav2_params.yaml"
+    nav2.write_text("amcl: {ros__parameters: {alpha1: 0.2}}")
+    told = refusal(load_scenario, str(nav2))
+    assert told == f"{nav2}: is a Nav2 parameter file; expected a scenario file"
+
+
+def test_a_scenario_given_as_a_robot_is_called_one():
+    told = refusal(load_robot, str(SCENARIO_PATH))
+    assert told == f"{SCENARIO_PATH}: is a scenario file; expected a robot file"
+
+
+def test_a_nav2_file_without_controller_server_is_told_by_its_nodes(tmp_path):
+    path = tmp_path / "nav2_params.yaml"
+    path.write_text("amcl: {ros__parameters: {a: 1}}\nmap_server: {ros__parameters: {b: 1}}")
+    assert refusal(load_parameter_file, path) == (
+        f"{path}: no parameters of a controller_server with controller_plugins; "
+        "it is a Nav2 parameter file of amcl, map_server"
+    )
+
+
+@pytest.mark.parametrize("name", SCENARIO_FILES.names)
+def test_every_built_in_scenario_is_taken_for_one(name):
+    assert load_scenario(name).name == name
