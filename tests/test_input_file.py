@@ -52,7 +52,7 @@ def test_a_file_that_does_not_exist_is_named(tmp_path):
 
 
 def test_a_name_with_a_nul_is_no_file():
-    assert refusal(Path("a\0b.yaml")).endswith("cannot be read: embedded null byte")
+    assert "embedded null" in refusal(Path("a\0b.yaml"))
 
 
 def test_bytes_that_are_no_text_are_refused(tmp_path):

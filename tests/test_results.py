@@ -73,7 +73,7 @@ def test_a_folder_that_a_killed_run_left_unfinished_files_in_is_as_good_as_empty
 
 
 def test_a_name_with_a_nul_is_no_folder():
-    refused = pytest.raises(InputError, match="cannot be used: embedded null byte")
+    refused = pytest.raises(InputError, match=r"cannot be used: .*embedded null")
     with refused, only_run_in(Path("a\0b")):
         pass
 
