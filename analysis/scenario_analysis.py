@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
 from pathlib import Path
@@ -39,6 +39,10 @@ HEADLINE_METRICS = (
     "gulati_kuipers_discomfort_s",
     "compute_time_p95_ms",
 )
+
+
+# What was measured already: path of a log -> metric -> value.
+KnownValues = Mapping[Path, Mapping[str, float]]
 
 
 class LeftOut(NamedTuple):
@@ -113,7 +117,7 @@ class ScenarioAnalysis:
 
 
 def read_trials(
-    paths: Sequence[Path], root: Path
+    paths: Sequence[Path], root: Path, known: KnownValues
 ) -> tuple[list[TrialLog], list[TrialEntry], list[LeftOut]]:
     """Reads and measures logs; those that cannot be read are left out with the reason."""
     logs, entries, left_out = [], [], []
@@ -130,7 +134,7 @@ def read_trials(
             # A file of the right version whose content is damaged or incomplete.
             left_out.append(LeftOut(name, f"damaged log: {type(error).__name__}: {error}"))
             continue
-        measured = measure_all(log)
+        measured = measure_all(log, known.get(path))
         row.update({key: value.value for key, value in measured.items()})
         reasons = {key: value.reason for key, value in measured.items() if value.reason}
         logs.append(log)

@@ -19,7 +19,7 @@ from pydantic import ConfigDict
 from rich.console import Console
 
 from drake_navbench import __version__
-from drake_navbench.analysis.tables import scenario_table, table_to_markdown
+from drake_navbench.analysis.tables import scenario_table
 from drake_navbench.campaign.campaign import (
     DEFAULT_TRIALS,
     Campaign,
@@ -163,17 +163,14 @@ def _run(
     wall_s = time.perf_counter() - started
     _add_wall_clock(folder, wall_s)
     for scenario in campaign.scenarios:
-        table = scenario_table(trials, scenario)
-        write_text(folder.table_path(scenario, ".csv"), table.to_csv())
-        write_text(folder.table_path(scenario, ".md"), table_to_markdown(table))
-        print_scenario(console, table, scenario)
+        print_scenario(console, scenario_table(trials, scenario), scenario)
     if request.replay != "none":
         console.print("Writing the replays ...")
         failures = write_replays(folder, campaign, each=request.replay == "each", jobs=jobs)
         for scenario, reason in failures.items():
             _print_error(f"no replay: {scenario}: {reason}")
     console.print("Writing the report ...")
-    build_report(folder.path, figures=FigureChoice(request.figures), jobs=jobs)
+    build_report(folder.path, figures=FigureChoice(request.figures), jobs=jobs, measured=trials)
     driven_s = float(trials["simulated_time_s"].sum())
     count = f"{len(trials)} trial{'s' if len(trials) > 1 else ''}"
     console.print(
