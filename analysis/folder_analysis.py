@@ -15,7 +15,9 @@ from drake_navbench.analysis.figures.album import (
     FigureEntry,
     write_scenario_figures,
 )
+from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.analysis.scenario_analysis import (
+    KnownValues,
     LeftOut,
     ScenarioAnalysis,
     analyse,
@@ -55,18 +57,27 @@ class FolderAnalysis:
 
 
 def analyse_folder(
-    path: Path, *, figures: FigureChoice = FigureChoice.NONE, jobs: int = DEFAULT_JOBS
+    path: Path,
+    *,
+    figures: FigureChoice = FigureChoice.NONE,
+    jobs: int = DEFAULT_JOBS,
+    measured: pd.DataFrame | None = None,
 ) -> FolderAnalysis:
     """Computes everything from the logs of a results folder.
 
     figures: which of them to draw into the folder. jobs: processes; 1 stays in this one.
+    measured: rows as from `tables.trial_row` of some of these logs, not to be measured again.
     Raises InputError where the folder is no results folder or holds no readable log.
     """
     manifest, files = find_logs(path)
     controllers = list(manifest.get("controllers", []))
     # The longest scenarios first: the last worker should not start with the most work.
     order = sorted(files, key=lambda key: -sum(file.stat().st_size for file in files[key]))
-    tasks = [(path, files[key], controllers, figures) for key in order]
+    known = _known_values(path, measured)
+    tasks = [
+        (path, files[key], controllers, figures, {p: known[p] for p in files[key] if p in known})
+        for key in order
+    ]
     if jobs == 1:
         results = [_analyse_scenario(*task) for task in tasks]
     else:
@@ -112,9 +123,13 @@ def _analyse_apart(tasks: Sequence[tuple[Any, ...]], jobs: int) -> list[Any]:
 
 
 def _analyse_scenario(
-    root: Path, paths: Sequence[Path], controllers: Sequence[str], figures: FigureChoice
+    root: Path,
+    paths: Sequence[Path],
+    controllers: Sequence[str],
+    figures: FigureChoice,
+    known: KnownValues,
 ) -> tuple[ScenarioAnalysis, list[FigureEntry]]:
-    logs, entries, left_out = read_trials(paths, root)
+    logs, entries, left_out = read_trials(paths, root, known)
     places = [_place(log.info["controller"], controllers) for log in logs]
     order = sorted(range(len(logs)), key=lambda i: (places[i], logs[i].info["trial"]))
     logs, entries = [logs[i] for i in order], [entries[i] for i in order]
@@ -136,3 +151,13 @@ def _analyse_scenario(
 def _place(name: str, order: Sequence[str]) -> tuple[int, str]:
     """Returns a sort key: named ones in their order, others after them by name."""
     return (order.index(name) if name in order else len(order), name)
+
+
+def _known_values(path: Path, measured: pd.DataFrame | None) -> KnownValues:
+    if measured is None:
+        return {}
+    folder = ResultsFolder(path)
+    names = [entry.name for entry in all_metrics() if entry.name in measured]
+    values = measured[names].to_dict("records")
+    trials = measured[["scenario", "controller", "trial"]].itertuples(index=False)
+    return {folder.log_path(*trial): row for trial, row in zip(trials, values, strict=True)}

@@ -10,6 +10,8 @@ from pathlib import Path
 from shlex import quote
 from typing import Any, NamedTuple
 
+import pandas as pd
+
 from drake_navbench.analysis.figures.album import FigureChoice
 from drake_navbench.analysis.folder_analysis import FIGURES_FOLDER, FolderAnalysis, analyse_folder
 from drake_navbench.analysis.html import page_environment, relative_change
@@ -62,14 +64,16 @@ def build_report(
     figures: FigureChoice = FigureChoice.KEY,
     jobs: int = 2,
     difference: float = DEFAULT_DIFFERENCE,
+    measured: pd.DataFrame | None = None,
 ) -> ReportResult:
     """Computes tables, figures and report.html of a results folder from its logs, and writes them.
 
     With trials of the published scenarios comes the reproduction of the publication, too.
     figures: which of them to draw. difference: share of the mean for which the needed number of
-    trials is told. Raises InputError where the folder is no results folder.
+    trials is told. measured: rows of these logs as from `tables.trial_row`, not to be measured
+    again. Raises InputError where the folder is no results folder.
     """
-    analysis = analyse_folder(folder, figures=figures, jobs=jobs)
+    analysis = analyse_folder(folder, figures=figures, jobs=jobs, measured=measured)
     results = ResultsFolder(folder)
     trials = analysis.trials
     for scenario in analysis.scenarios:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
 from pathlib import Path
@@ -46,6 +46,10 @@ HEADLINE_METRICS = (
     "gulati_kuipers_discomfort_s",
     "compute_time_p95_ms",
 )
+
+
+# What was measured already: path of a log -> metric -> value.
+KnownValues = Mapping[Path, Mapping[str, float]]
 
 
 class LeftOut(NamedTuple):
@@ -130,7 +134,7 @@ class ScenarioAnalysis:
 
 
 def read_trials(
-    paths: Sequence[Path], root: Path
+    paths: Sequence[Path], root: Path, known: KnownValues
 ) -> tuple[list[TrialLog], list[TrialEntry], list[LeftOut]]:
     """Reads and measures logs; those that cannot be read are left out with the reason."""
     logs, entries, left_out = [], [], []
@@ -148,7 +152,7 @@ def read_trials(
             # A file of the right version whose content is damaged or incomplete.
             left_out.append(LeftOut(name, f"damaged log: {type(error).__name__}: {error}"))
             continue
-        measured = measure_all(log)
+        measured = measure_all(log, known.get(path))
         row.update({key: value.value for key, value in measured.items()})
         row["violations"] = sum(violation.row_count for violation in violations)
         reasons = {key: value.reason for key, value in measured.items() if value.reason}

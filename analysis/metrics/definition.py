@@ -54,8 +54,13 @@ class Metric:
             raise Undefined(f"the computation gave {value}")
         return value
 
-    def measure(self, log: TrialLog) -> Measurement:
-        """Returns the value, or NaN with the reason; never raises."""
+    def measure(self, log: TrialLog, known: float | None = None) -> Measurement:
+        """Returns the value, or NaN with the reason; never raises.
+
+        known: the value, where it was measured already; NaN does not tell the reason.
+        """
+        if known is not None and math.isfinite(known):
+            return Measurement(known)
         try:
             return Measurement(self(log))
         except Undefined as undefined:

@@ -82,6 +82,10 @@ def unrepeatable_names() -> list[str]:
     return [entry.name for entry in all_metrics() if not entry.is_repeatable]
 
 
-def measure_all(log: TrialLog) -> dict[str, Measurement]:
-    """Returns every installed metric of a trial by name, with the reasons of undefined ones."""
-    return {entry.name: entry.measure(log) for entry in all_metrics()}
+def measure_all(log: TrialLog, known: Mapping[str, float] | None = None) -> dict[str, Measurement]:
+    """Returns every installed metric of a trial by name, with the reasons of undefined ones.
+
+    known: values that were measured already.
+    """
+    known = known or {}
+    return {entry.name: entry.measure(log, known.get(entry.name)) for entry in all_metrics()}

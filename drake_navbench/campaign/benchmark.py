@@ -20,7 +20,7 @@ from pydantic import ConfigDict
 from rich.console import Console
 
 from drake_navbench import __version__, cache_folder
-from drake_navbench.analysis.tables import scenario_table, table_to_markdown
+from drake_navbench.analysis.tables import scenario_table
 from drake_navbench.campaign.asked import request_from_arguments, short_form
 from drake_navbench.campaign.campaign import DEFAULT_TRIALS, Campaign, plan_campaign
 from drake_navbench.campaign.console import CampaignProgress, print_scenario, terminal
@@ -187,8 +187,6 @@ def _run(
     impossible = {spec.scenario.name for spec in campaign.specs if spec.scenario.is_impossible}
     for scenario in dict.fromkeys(trials["scenario"]):
         table = scenario_table(trials, scenario)
-        write_text(folder.table_path(scenario, ".csv"), table.to_csv())
-        write_text(folder.table_path(scenario, ".md"), table_to_markdown(table))
         print_scenario(console, table, scenario, is_impossible=scenario in impossible)
     if request.replay != "none":
         console.print("Writing the replays ...")
@@ -196,7 +194,7 @@ def _run(
         for scenario, reason in failures.items():
             _print_error(f"no replay: {scenario}: {reason}")
     console.print("Writing the report ...")
-    build_report(folder.path, figures=FigureChoice(request.figures), jobs=jobs)
+    build_report(folder.path, figures=FigureChoice(request.figures), jobs=jobs, measured=trials)
     driven_s = float(trials["simulated_time_s"].sum())
     count = f"{len(trials)} trial{'s' if len(trials) > 1 else ''}"
     console.print(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from html.parser import HTMLParser
 
 import pandas as pd
@@ -14,6 +15,7 @@ from drake_navbench import report as command
 from drake_navbench.analysis.figures.album import FigureChoice
 from drake_navbench.analysis.folder_analysis import analyse_folder
 from drake_navbench.analysis.html import relative_change
+from drake_navbench.analysis.metrics.definition import Metric
 from drake_navbench.analysis.report import build_report, number, render
 from drake_navbench.analysis.statistics import Interval
 from drake_navbench.errors import InputError
@@ -256,6 +258,23 @@ def test_made_again_it_is_the_same(reported, text, tmp_path):
     build_report(reported.path.parent, figures=FigureChoice.ALL, jobs=1)
     assert reported.path.read_text(encoding="utf-8") == text
     assert figure.read_bytes() == before
+
+
+def test_what_was_measured_already_is_not_measured_again(reported, monkeypatch):
+    folder = reported.path.parent
+    anew = analyse_folder(folder, jobs=1)
+    computed = []
+    compute = Metric.__call__
+    monkeypatch.setattr(
+        Metric, "__call__", lambda entry, log: computed.append(entry.name) or compute(entry, log)
+    )
+    again = analyse_folder(folder, jobs=1, measured=anew.trials)
+    pd.testing.assert_frame_equal(again.trials, anew.trials, check_exact=True)
+    for first, second in zip(anew.scenarios, again.scenarios, strict=True):
+        assert [entry.reasons for entry in second.trials] == [e.reasons for e in first.trials]
+    # Why there is no value is asked again; a table does not tell.
+    undefined = anew.trials.isna().sum()
+    assert Counter(computed) == Counter(undefined[undefined > 0].to_dict())
 
 
 def test_two_processes_find_the_same_as_one(reported):

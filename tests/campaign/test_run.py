@@ -9,6 +9,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from drake_navbench import report
 from drake_navbench.analysis.metrics.registry import unrepeatable_names
 from drake_navbench.campaign import benchmark
 from drake_navbench.errors import NavbenchError
@@ -82,6 +83,17 @@ def test_the_report_has_the_figures_that_were_asked_for(finished, tmp_path):
     assert main(["--resume", str(interrupted), "--quiet"]) == 0
     assert (interrupted / "figures" / "restricted_small" / "paths.svg").is_file()
     assert not list(interrupted.glob("figures/*/*.png"))
+
+
+def test_the_report_of_a_run_is_that_of_its_logs(finished, tmp_path):
+    again = tmp_path / finished.name
+    shutil.copytree(finished, again)
+    made = ["report.html", "tables/restricted_small.csv", "tables/restricted_small.md"]
+    for name in made:
+        (again / name).unlink()
+    assert report.main([str(again), "--figures", "none", "--jobs", "1"]) == 0
+    for name in made:
+        assert (again / name).read_bytes() == (finished / name).read_bytes()
 
 
 def test_no_unfinished_file_is_left_behind(finished):
