@@ -121,5 +121,5 @@ def test_a_preset_that_a_robot_cannot_be_driven_with_is_one_line_before_the_run(
     arguments = ["empty", "--controllers", column, "--robot", "round_robot", "--out", str(out)]
     assert main(arguments) == 2
     (line,) = capsys.readouterr().err.splitlines()
-    assert line.startswith(f"controller {column}: ObstaclesCritic.consider_footprint: found true")
+    assert line.startswith(f"controller {column}: ObstaclesCritic.consider_footprint: got true")
     assert not out.exists()
