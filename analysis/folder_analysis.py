@@ -25,9 +25,9 @@ from drake_navbench.analysis.scenario_analysis import (
 )
 from drake_navbench.errors import InputError, NavbenchError
 from drake_navbench.log import Outcome, TrialLog
+from drake_navbench.processes.worker_process import Raised, Returned
+from drake_navbench.processes.workers import Task, run_tasks, start_server
 from drake_navbench.results import ResultsFolder
-from drake_navbench.worker_process import Raised, Returned
-from drake_navbench.workers import Task, run_tasks, start_server
 
 FIGURES_FOLDER = "figures"
 DEFAULT_JOBS = 2

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from drake_navbench.cache_folder import provide_cache_folder
+from drake_navbench.processes.cache_folder import provide_cache_folder
 
 if TYPE_CHECKING:
     from drake_navbench.campaign.benchmark import run_benchmark

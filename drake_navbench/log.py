@@ -24,7 +24,6 @@ from numpy.typing import NDArray
 from pydantic import ConfigDict
 
 from drake_navbench.errors import InputError, as_line, one_line, printable
-from drake_navbench.immutable import Immutable
 from drake_navbench.plans import (
     PLAN_COLUMNS,
     PLAN_ENCODINGS,
@@ -33,7 +32,8 @@ from drake_navbench.plans import (
     plan_columns,
     read_plans,
 )
-from drake_navbench.typed_yaml import FrozenModel, validate
+from drake_navbench.typed_files.immutable import Immutable
+from drake_navbench.typed_files.typed_yaml import FrozenModel, validate
 
 SCHEMA_VERSION = 2
 METADATA_KEY = b"drake_navbench"

@@ -16,7 +16,7 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from drake_navbench.immutable import Immutable
+from drake_navbench.typed_files.immutable import Immutable
 
 Array = NDArray[np.float64]
 

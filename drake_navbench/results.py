@@ -21,9 +21,9 @@ import pandas as pd
 from pydantic import ConfigDict, Field
 
 from drake_navbench.errors import CannotBeWritten, InputError
-from drake_navbench.input_file import read_input
 from drake_navbench.log import TrialLog
-from drake_navbench.typed_yaml import MAX_FILE_BYTES, FrozenModel, validate
+from drake_navbench.typed_files.input_file import read_input
+from drake_navbench.typed_files.typed_yaml import MAX_FILE_BYTES, FrozenModel, validate
 
 MANIFEST_VERSION = 1
 # Of 255 bytes that a file system takes: a replay has two names in one, and a suffix.

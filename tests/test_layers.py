@@ -11,24 +11,18 @@ import pytest
 REPOSITORY = Path(__file__).parents[1]
 PACKAGE = "drake_navbench"
 
-# Modules at the root of the package that any folder may use: they use kernels at most.
+# Modules and folders at the root of the package that any folder may use: they use kernels at most.
 CONTRACTS = {
-    "cache_folder",
     "controller",
     "errors",
-    "immutable",
     "log",
     "noise",
     "plans",
     "plugins",
-    "quantities",
-    "input_file",
-    "yaml_loader",
+    "processes",
     "program_function",
     "results",
-    "typed_yaml",
-    "worker_process",
-    "workers",
+    "typed_files",
 }
 COMMANDS = {"__main__", "run", "report", "compare", "commands"}
 
@@ -50,7 +44,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "commands": BELOW_ALL | {"inputs", "trial", "analysis", "campaign"},
 }
 # Contracts that a kernel may use; the others use kernels themselves.
-FOR_KERNELS = {"drake_navbench.errors", "drake_navbench.immutable"}
+FOR_KERNELS = {"drake_navbench.errors", "drake_navbench.typed_files.immutable"}
 
 
 def layer_of(module: str) -> str:

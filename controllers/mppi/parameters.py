@@ -13,7 +13,7 @@ from drake_navbench.controllers.critic_parameters import CriticBlock, Parameters
 from drake_navbench.controllers.mppi.critics.base import CriticParameters
 from drake_navbench.controllers.mppi.critics.registry import CRITICS
 from drake_navbench.plugins import PluginKind
-from drake_navbench.quantities import (
+from drake_navbench.typed_files.quantities import (
     Acceleration,
     AngularAcceleration,
     AngularSpeed,
@@ -24,7 +24,7 @@ from drake_navbench.quantities import (
     Period,
     Speed,
 )
-from drake_navbench.typed_yaml import unknown_field
+from drake_navbench.typed_files.typed_yaml import unknown_field
 
 MOTION_MODEL_PLUGINS = {
     "mppi::DiffDriveMotionModel": "DiffDrive",

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Self
 from pydantic import AliasChoices, ConfigDict, Field, model_validator
 
 from drake_navbench.controller import AskedSpeeds, ControllerParameters
-from drake_navbench.quantities import (
+from drake_navbench.typed_files.quantities import (
     Acceleration,
     Angle,
     AngularAcceleration,

@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 
 from drake_navbench.controller import AskedSpeeds, ControllerParameters, ControllerSetup
 from drake_navbench.controllers.teb.obstacles import footprint_discs
-from drake_navbench.quantities import (
+from drake_navbench.typed_files.quantities import (
     Acceleration,
     Angle,
     AngularAcceleration,

@@ -14,7 +14,7 @@ from drake_navbench.inputs.nav2_substitutions import read_assignments
 from drake_navbench.inputs.presets import preset_files
 from drake_navbench.inputs.scenario import SCENARIO_FILES
 from drake_navbench.trial.trial import make_controller
-from drake_navbench.typed_yaml import validate
+from drake_navbench.typed_files.typed_yaml import validate
 
 
 def request_from_arguments(arguments: argparse.Namespace) -> Request:

@@ -19,7 +19,7 @@ import yaml
 from pydantic import ConfigDict
 from rich.console import Console
 
-from drake_navbench import __version__, cache_folder
+from drake_navbench import __version__
 from drake_navbench.analysis.tables import scenario_table
 from drake_navbench.campaign.asked import request_from_arguments, short_form
 from drake_navbench.campaign.campaign import DEFAULT_TRIALS, Campaign, plan_campaign
@@ -31,6 +31,7 @@ from drake_navbench.campaign.warm_up import kernels_are_cold, start_worker_serve
 from drake_navbench.errors import InputError, NavbenchError, printable
 from drake_navbench.inputs.presets import Preset, as_yaml
 from drake_navbench.log import Outcome
+from drake_navbench.processes import cache_folder
 from drake_navbench.results import (
     ResultsFolder,
     file_name,
@@ -40,7 +41,7 @@ from drake_navbench.results import (
     write_text,
 )
 from drake_navbench.trial.trial import DEFAULT_ROBOT
-from drake_navbench.typed_yaml import FrozenModel, validate
+from drake_navbench.typed_files.typed_yaml import FrozenModel, validate
 
 PACKAGES_IN_MANIFEST = ("drake", "numba", "numpy", "pandas", "pyarrow", "scipy")
 

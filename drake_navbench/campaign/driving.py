@@ -17,12 +17,12 @@ from drake_navbench.campaign.warm_up import start_worker_server
 from drake_navbench.errors import CannotBeWritten, InputError, is_machine_fault, one_line
 from drake_navbench.inputs.foreign_code import runs_foreign_code
 from drake_navbench.log import Outcome, TrialLog
+from drake_navbench.processes.worker_process import Raised, Returned
+from drake_navbench.processes.workers import Ending, Task, run_tasks
 from drake_navbench.results import ResultsFolder
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.task_cost import wall_clock_limit_s
 from drake_navbench.trial.trial import NotDriven, drive, failed_log, log_of_ending
-from drake_navbench.worker_process import Raised, Returned
-from drake_navbench.workers import Ending, Task, run_tasks
 
 # Drake's bindings never free Python systems, so a worker is replaced after this many trials.
 TRIALS_PER_WORKER = 24

@@ -17,7 +17,7 @@ from drake_navbench.inputs.parameter_names import flattened
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import Pose, Scenario, scenario_on_map
-from drake_navbench.typed_yaml import FrozenModel
+from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 # Of each scenario and controller.
 MAX_TRIALS = 100_000

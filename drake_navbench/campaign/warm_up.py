@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from drake_navbench.kernels.angles import wrap
-from drake_navbench.workers import start_server
+from drake_navbench.processes.workers import start_server
 
 if TYPE_CHECKING:
     from drake_navbench.trial.spec import TrialSpec

@@ -30,7 +30,7 @@ from drake_navbench.plans import PLAN_COLUMNS
 from drake_navbench.trial.diagram import build_trial_diagram
 from drake_navbench.trial.spec import FollowPlan
 from drake_navbench.trial.trial import DEFAULT_ROBOT, controller_setup
-from drake_navbench.typed_yaml import FrozenModel
+from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 EXIT_DONE = 0
 EXIT_WRONG_INPUT = 2

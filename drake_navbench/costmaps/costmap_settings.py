@@ -12,8 +12,8 @@ from pydantic import Field, model_validator
 
 from drake_navbench.costmaps.grid_size import require_grid_size
 from drake_navbench.errors import InputError
-from drake_navbench.quantities import CellSize, Count, Frequency, Length, Number
-from drake_navbench.typed_yaml import FrozenModel
+from drake_navbench.typed_files.quantities import CellSize, Count, Frequency, Length, Number
+from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 PluginName = Literal[
     "static_layer",

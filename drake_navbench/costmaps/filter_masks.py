@@ -16,11 +16,11 @@ from drake_navbench.costmaps.costmap_settings import FilterName
 from drake_navbench.costmaps.grid_size import require_grid_size
 from drake_navbench.costmaps.map_file import OccupancyMap, load_map
 from drake_navbench.errors import InputError
-from drake_navbench.immutable import Immutable
 from drake_navbench.kernels.grid import FREE, LETHAL, Grid
 from drake_navbench.kernels.rasterize import MASK_FULL, mark_polygon
-from drake_navbench.quantities import Length, Number
-from drake_navbench.typed_yaml import FrozenModel
+from drake_navbench.typed_files.immutable import Immutable
+from drake_navbench.typed_files.quantities import Length, Number
+from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 FilterType = Literal["keepout", "speed_percent", "speed_absolute", "binary"]
 FILTER_NAMES: Mapping[FilterType, FilterName] = {

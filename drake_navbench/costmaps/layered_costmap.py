@@ -23,7 +23,6 @@ from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.costmaps.obstacle_layer import ObstacleLayer
 from drake_navbench.costmaps.sensor import RangeSensor
 from drake_navbench.costmaps.voxel_layer import PointCloud, VoxelGrids, VoxelLayer
-from drake_navbench.immutable import Immutable
 from drake_navbench.kernels.denoise import denoise
 from drake_navbench.kernels.footprint import footprint_radii
 from drake_navbench.kernels.grid import FREE, INSCRIBED, NO_INFORMATION, Costmap, Grid
@@ -37,6 +36,7 @@ from drake_navbench.kernels.poses import place_outline
 from drake_navbench.kernels.rasterize import MASK_UNKNOWN, apply_keepout, mask_costs
 from drake_navbench.kernels.static_layer import sample_static, static_costs
 from drake_navbench.log import Scan
+from drake_navbench.typed_files.immutable import Immutable
 
 Costs = NDArray[np.uint8]
 Array = NDArray[np.float64]

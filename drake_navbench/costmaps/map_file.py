@@ -19,10 +19,10 @@ from pydantic import Field, field_validator, model_validator
 
 from drake_navbench.costmaps.grid_size import require_grid_size
 from drake_navbench.errors import InputError, InputWarning, nearest_name_hint
-from drake_navbench.immutable import Immutable
 from drake_navbench.kernels.grid import Grid, cell_at
-from drake_navbench.quantities import MAX_LENGTH_M, Angle, CellSize, Length
-from drake_navbench.typed_yaml import FrozenModel, read_yaml, validate
+from drake_navbench.typed_files.immutable import Immutable
+from drake_navbench.typed_files.quantities import MAX_LENGTH_M, Angle, CellSize, Length
+from drake_navbench.typed_files.typed_yaml import FrozenModel, read_yaml, validate
 
 UNKNOWN = -1
 OCCUPIED = 100

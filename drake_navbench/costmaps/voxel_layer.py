@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from drake_navbench.costmaps.costmap_settings import ObservationSourceSettings, VoxelLayerSettings
 from drake_navbench.costmaps.sensor import RangeSensor
-from drake_navbench.immutable import Immutable
 from drake_navbench.kernels.obstacle_layer import scan_points
 from drake_navbench.kernels.voxel_layer import UNKNOWN_COLUMN, Observation, update_voxel_layer
 from drake_navbench.log import Scan
+from drake_navbench.typed_files.immutable import Immutable
 
 Array = NDArray[np.float64]
 

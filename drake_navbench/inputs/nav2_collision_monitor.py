@@ -17,7 +17,7 @@ from drake_navbench.navigation.collision_monitor import (
     SubPolygon,
     VelocityPolygon,
 )
-from drake_navbench.typed_yaml import FrozenModel
+from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 Fields = dict[str, Any]
 

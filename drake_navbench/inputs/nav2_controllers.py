@@ -15,7 +15,7 @@ from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.inputs.nav2_parameters import Node, Section, nodes_called
 from drake_navbench.inputs.parameter_names import flattened, nested
 from drake_navbench.inputs.presets import Preset, installed_controllers
-from drake_navbench.typed_yaml import unknown_fields
+from drake_navbench.typed_files.typed_yaml import unknown_fields
 
 SERVER = "controller_server"
 PLUGINS = "controller_plugins"

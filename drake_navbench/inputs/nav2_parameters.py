@@ -22,8 +22,8 @@ from typing import Any, ClassVar, NamedTuple
 
 import yaml
 
-from drake_navbench.typed_yaml import read_text, yaml_fault
-from drake_navbench.yaml_loader import require_limits
+from drake_navbench.typed_files.typed_yaml import read_text, yaml_fault
+from drake_navbench.typed_files.yaml_loader import require_limits
 
 PARAMETERS_KEY = "ros__parameters"
 MERGE_TAG = "tag:yaml.org,2002:merge"

@@ -47,7 +47,7 @@ from drake_navbench.inputs.nav2_servers import (
 from drake_navbench.inputs.nav2_substitutions import Substitutions
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot, merged
-from drake_navbench.typed_yaml import validate
+from drake_navbench.typed_files.typed_yaml import validate
 
 LOCAL_COSTMAP = "local_costmap/local_costmap"
 GLOBAL_COSTMAP = "global_costmap/global_costmap"

@@ -9,7 +9,7 @@ from drake_navbench.errors import InputError, InputWarning
 from drake_navbench.inputs.nav2_controllers import SERVER, controller_presets
 from drake_navbench.inputs.nav2_parameters import PARAMETERS_KEY, read_parameter_file
 from drake_navbench.inputs.presets import Preset, load_preset_file
-from drake_navbench.typed_yaml import read_yaml
+from drake_navbench.typed_files.typed_yaml import read_yaml
 
 
 def load_parameter_file(path: Path) -> list[Preset]:

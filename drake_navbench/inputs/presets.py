@@ -16,7 +16,7 @@ from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.inputs.file_kinds import PRESET, require_kind
 from drake_navbench.inputs.parameter_names import flattened, nested
 from drake_navbench.inputs.robot import Robot, merged
-from drake_navbench.typed_yaml import FrozenModel, parse_yaml, read_yaml, validate
+from drake_navbench.typed_files.typed_yaml import FrozenModel, parse_yaml, read_yaml, validate
 
 # The columns of the default benchmark; the others run when named.
 DEFAULT_PRESETS = ("dwb", "rpp", "teb", "mppi", "mppi_nav2")

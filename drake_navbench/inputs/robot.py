@@ -30,7 +30,7 @@ from drake_navbench.navigation.progress_checkers import SimpleProgressCheckerPar
 from drake_navbench.navigation.smac_planner_2d_parameters import SmacPlanner2DParameters
 from drake_navbench.navigation.velocity_smoother import VelocitySmootherParameters
 from drake_navbench.navigation.waypoint_follower import WaypointFollowerParameters
-from drake_navbench.quantities import (
+from drake_navbench.typed_files.quantities import (
     Acceleration,
     Angle,
     AngularAcceleration,
@@ -43,7 +43,7 @@ from drake_navbench.quantities import (
     Size,
     Speed,
 )
-from drake_navbench.typed_yaml import FrozenModel, read_yaml, validate
+from drake_navbench.typed_files.typed_yaml import FrozenModel, read_yaml, validate
 
 # A failure tolerance, s.
 PATIENT_FOR_EVER = -1.0

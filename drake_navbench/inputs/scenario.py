@@ -28,8 +28,8 @@ from drake_navbench.navigation.smoother_parameters import (
     SimpleSmootherParameters,
 )
 from drake_navbench.noise import NoiseKey, NoiseStream
-from drake_navbench.quantities import Angle, CellSize, Duration, Length
-from drake_navbench.typed_yaml import FrozenModel, read_yaml, validate
+from drake_navbench.typed_files.quantities import Angle, CellSize, Duration, Length
+from drake_navbench.typed_files.typed_yaml import FrozenModel, read_yaml, validate
 
 SCENARIO_FILES = NamedFiles(kind="scenario", package="drake_navbench.scenarios")
 # The order of the publication; other built-in scenarios run only when named.

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 from shapely.geometry.base import BaseGeometry
 
-from drake_navbench.quantities import MIN_SIZE_M, Length, Size
-from drake_navbench.typed_yaml import FrozenModel
+from drake_navbench.typed_files.quantities import MIN_SIZE_M, Length, Size
+from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 Array = NDArray[np.float64]
 Point = tuple[Length, Length]

@@ -19,7 +19,7 @@ from pydantic import Field
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.footprint import footprint_cost
 from drake_navbench.kernels.grid import LETHAL, OFF_MAP, Costmap, cost_at
-from drake_navbench.quantities import (
+from drake_navbench.typed_files.quantities import (
     Acceleration,
     AngularAcceleration,
     AngularSpeed,
@@ -27,7 +27,7 @@ from drake_navbench.quantities import (
     Frequency,
     Speed,
 )
-from drake_navbench.typed_yaml import FrozenModel
+from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 Array = NDArray[np.float64]
 

@@ -15,8 +15,16 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from drake_navbench.kernels.points_inside import NO_COLLISION, count_inside, time_to_collision
-from drake_navbench.quantities import AngularSpeed, Count, Duration, Length, Period, Size, Speed
-from drake_navbench.typed_yaml import FrozenModel
+from drake_navbench.typed_files.quantities import (
+    AngularSpeed,
+    Count,
+    Duration,
+    Length,
+    Period,
+    Size,
+    Speed,
+)
+from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 Array = NDArray[np.float64]
 Point = tuple[Length, Length]

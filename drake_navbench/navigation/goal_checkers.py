@@ -18,8 +18,8 @@ from pydantic import Field
 
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.path_pruning import arc_length
-from drake_navbench.quantities import Angle, AngularSpeed, Count, Length, Speed
-from drake_navbench.typed_yaml import FrozenModel
+from drake_navbench.typed_files.quantities import Angle, AngularSpeed, Count, Length, Speed
+from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 Array = NDArray[np.float64]
 

@@ -32,7 +32,7 @@ from drake_navbench.navigation.planner import (
     cells_of_request,
     outside_map,
 )
-from drake_navbench.typed_yaml import FrozenModel
+from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 Array = NDArray[np.float64]
 

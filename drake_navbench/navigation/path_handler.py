@@ -16,8 +16,8 @@ from drake_navbench.kernels.path_pruning import (
     is_within_tolerances,
     local_plan_range,
 )
-from drake_navbench.quantities import Angle, Length
-from drake_navbench.typed_yaml import FrozenModel
+from drake_navbench.typed_files.quantities import Angle, Length
+from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 Array = NDArray[np.float64]
 

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from drake_navbench.kernels.angles import wrap
-from drake_navbench.quantities import Angle, Duration, Length
-from drake_navbench.typed_yaml import FrozenModel
+from drake_navbench.typed_files.quantities import Angle, Duration, Length
+from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 Array = NDArray[np.float64]
 

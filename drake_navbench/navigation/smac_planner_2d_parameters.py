@@ -6,7 +6,7 @@ from typing import Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from drake_navbench.quantities import Count, Duration, Length, Number
+from drake_navbench.typed_files.quantities import Count, Duration, Length, Number
 
 
 class GridSmootherParameters(BaseModel):

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from drake_navbench.quantities import Count, Length, Number
+from drake_navbench.typed_files.quantities import Count, Length, Number
 
 Array = NDArray[np.float64]
 

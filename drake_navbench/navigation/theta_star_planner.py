@@ -26,7 +26,7 @@ from drake_navbench.navigation.planner import (
     as_pose,
     cells_of_request,
 )
-from drake_navbench.typed_yaml import FrozenModel
+from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 Array = NDArray[np.float64]
 

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from drake_navbench.quantities import Duration, Frequency, Number
-from drake_navbench.typed_yaml import FrozenModel
+from drake_navbench.typed_files.quantities import Duration, Frequency, Number
+from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 Array = NDArray[np.float64]
 PerAxis = tuple[Number, Number, Number]

@@ -6,10 +6,10 @@ from dataclasses import dataclass, field, replace
 
 from pydantic import Field
 
-from drake_navbench.immutable import Immutable
 from drake_navbench.navigation.task import Leg, TaskState, TaskStatus
-from drake_navbench.quantities import Count
-from drake_navbench.typed_yaml import FrozenModel
+from drake_navbench.typed_files.immutable import Immutable
+from drake_navbench.typed_files.quantities import Count
+from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 STOP_ON_MISSED_WAYPOINT = 603
 MILLISECONDS_PER_SECOND = 1e3

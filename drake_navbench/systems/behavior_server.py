@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 
-from drake_navbench.immutable import Immutable
 from drake_navbench.navigation.behaviors import BEHAVIORS, BehaviorServerParameters, Surroundings
 from drake_navbench.navigation.task import BehaviorGoal, TaskState, TaskStatus
 from drake_navbench.systems.ports import declare_object_input, declare_state_part_output
+from drake_navbench.typed_files.immutable import Immutable
 
 
 @dataclass(frozen=True, eq=False)

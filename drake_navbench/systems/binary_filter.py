@@ -12,8 +12,8 @@ from pydrake.systems.framework import Context, LeafSystem, State
 
 from drake_navbench.costmaps.costmap_settings import BinaryFilterSettings
 from drake_navbench.costmaps.filter_masks import FilterMask
-from drake_navbench.immutable import Immutable
 from drake_navbench.kernels.rasterize import MASK_UNKNOWN
+from drake_navbench.typed_files.immutable import Immutable
 
 
 @dataclass(frozen=True)

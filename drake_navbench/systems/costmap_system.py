@@ -8,13 +8,13 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, State
 
 from drake_navbench.costmaps.layered_costmap import LayeredCostmap, LayersState
-from drake_navbench.immutable import Immutable
 from drake_navbench.navigation.task import ClearRequest
 from drake_navbench.systems.ports import (
     declare_object_input,
     declare_state_part_output,
     value_or_none,
 )
+from drake_navbench.typed_files.immutable import Immutable
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, State
 
-from drake_navbench.immutable import Immutable
 from drake_navbench.navigation.planner import PlanningError
 from drake_navbench.navigation.task import GlobalPlan, TaskState, TaskStatus
 from drake_navbench.systems.ports import (
@@ -18,6 +17,7 @@ from drake_navbench.systems.ports import (
     declare_object_output,
     declare_state_part_output,
 )
+from drake_navbench.typed_files.immutable import Immutable
 
 
 @dataclass(frozen=True)

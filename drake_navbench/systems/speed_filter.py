@@ -12,9 +12,9 @@ from pydrake.systems.framework import Context, LeafSystem, State
 
 from drake_navbench.controller import SpeedLimit
 from drake_navbench.costmaps.filter_masks import FilterMask
-from drake_navbench.immutable import Immutable
 from drake_navbench.kernels.rasterize import MASK_UNKNOWN
 from drake_navbench.systems.ports import declare_state_part_output
+from drake_navbench.typed_files.immutable import Immutable
 
 FULL_SPEED_PERCENT = 100.0
 

@@ -10,7 +10,6 @@ from py_trees.common import Status
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, State
 
-from drake_navbench.immutable import Immutable
 from drake_navbench.navigation.behavior_tree.board import (
     Blackboard,
     Board,
@@ -30,6 +29,7 @@ from drake_navbench.navigation.task import GlobalPlan, TaskState, TaskStatus
 from drake_navbench.navigation.waypoint_follower import Progress, WaypointFollower
 from drake_navbench.plans import Plan
 from drake_navbench.systems.ports import declare_object_input, declare_state_part_output
+from drake_navbench.typed_files.immutable import Immutable
 
 UNKNOWN = 9000
 # Longer than any recorder's period, so that none misses an event between two looks.

@@ -33,6 +33,8 @@ from drake_navbench.kernels.grid import Costmap
 from drake_navbench.log import COLUMNS, Outcome, TrialLog
 from drake_navbench.navigation.task import TaskState, TaskStatus
 from drake_navbench.plans import Plan, as_logged
+from drake_navbench.processes.worker_process import Returned
+from drake_navbench.processes.workers import Died, Failure, Task, TimedOut, run_tasks, start_server
 from drake_navbench.systems.recorder import Recording
 from drake_navbench.systems.tree_navigator import TreeNavigator
 from drake_navbench.trial.contact_watch import Contact, ContactWatch
@@ -42,8 +44,6 @@ from drake_navbench.trial.rehearsal import rehearse
 from drake_navbench.trial.spec import FollowPlan, NavigateToPoses, TrialSpec
 from drake_navbench.trial.task_cost import check_cost, wall_clock_limit_s
 from drake_navbench.trial.timing import CONTROLLER_OFFSET_S, MAX_STEP_S
-from drake_navbench.worker_process import Returned
-from drake_navbench.workers import Died, Failure, Task, TimedOut, run_tasks, start_server
 
 Array = NDArray[np.float64]
 

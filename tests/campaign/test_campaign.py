@@ -17,7 +17,7 @@ from drake_navbench.inputs.robot import ROBOT_FILES
 from drake_navbench.log import Outcome
 from drake_navbench.run import main
 from drake_navbench.trial.trial import simulate
-from drake_navbench.typed_yaml import read_yaml
+from drake_navbench.typed_files.typed_yaml import read_yaml
 
 SCENARIO = "description: nothing in the way\ngoal: [1.0, 0.0, 0.0]\n"
 PRESET = "controller: rpp\ndescription: slower\nparameters: {max_linear_vel: 0.3}\n"

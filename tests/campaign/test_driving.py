@@ -14,10 +14,10 @@ from drake_navbench.campaign.campaign import Campaign, plan_campaign
 from drake_navbench.campaign.driving import run_campaign
 from drake_navbench.errors import CannotBeWritten, InputError
 from drake_navbench.log import Outcome, TrialLog
+from drake_navbench.processes.worker_process import Raised, TaskFailed
+from drake_navbench.processes.workers import Died, TimedOut
 from drake_navbench.results import ResultsFolder
 from drake_navbench.trial.trial import NotDriven, failed_log
-from drake_navbench.worker_process import Raised, TaskFailed
-from drake_navbench.workers import Died, TimedOut
 
 SCENARIO = "description: nothing in the way\ngoal: [0.6, 0.0, 0.0]\ntimeout_s: 20.0\n"
 

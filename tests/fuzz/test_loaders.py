@@ -29,7 +29,7 @@ from drake_navbench.inputs.task_check import check_task
 from drake_navbench.log import TrialLog
 from drake_navbench.results import ResultsFolder
 from drake_navbench.trial.task_cost import check_cost
-from drake_navbench.typed_yaml import read_yaml
+from drake_navbench.typed_files.typed_yaml import read_yaml
 
 CORPUS = Path(__file__).parent / "corpus"
 # A few seconds' worth in every run.

@@ -323,7 +323,7 @@ USERS_CRITICS = """
 
     from drake_navbench.controllers.dwb.critics import base as dwb
     from drake_navbench.controllers.mppi.critics import base as mppi
-    from drake_navbench.typed_yaml import FrozenModel
+    from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 
     class KeepLeft(dwb.Critic):

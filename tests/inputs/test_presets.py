@@ -15,7 +15,7 @@ from drake_navbench.inputs.presets import (
     preset_files,
 )
 from drake_navbench.inputs.robot import load_robot
-from drake_navbench.typed_yaml import parse_yaml
+from drake_navbench.typed_files.typed_yaml import parse_yaml
 
 
 def test_every_preset_that_is_shipped_loads():

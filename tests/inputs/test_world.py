@@ -10,7 +10,7 @@ from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.inputs.task_check import check_task
 from drake_navbench.inputs.world import Box, Cylinder, Polygon, Wall, World
 from drake_navbench.kernels.poses import place_outline
-from drake_navbench.typed_yaml import validate
+from drake_navbench.typed_files.typed_yaml import validate
 
 BOX = Box(type="box", min=(1.0, 2.0), max=(3.0, 5.0))
 

@@ -13,7 +13,7 @@ from drake_navbench.kernels.grid import Costmap
 from drake_navbench.navigation.planner import GoalOutsideMapBounds, StartOutsideMapBounds
 from drake_navbench.navigation.planner_settings import PLANNERS, make_planner
 from drake_navbench.navigation.smac_planner_2d_parameters import SmacPlanner2DParameters
-from drake_navbench.typed_yaml import validate
+from drake_navbench.typed_files.typed_yaml import validate
 
 RESOLUTION_M = 0.05
 FOOTPRINT = circle_footprint(0.2)

@@ -18,7 +18,7 @@ from drake_navbench.log import Outcome, TrialLog
 from drake_navbench.trial.contact_watch import TOUCHING_M, ContactWatch
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import simulate
-from drake_navbench.typed_yaml import validate
+from drake_navbench.typed_files.typed_yaml import validate
 
 PHASES = 12
 CONTROL_PERIOD_S = 0.05

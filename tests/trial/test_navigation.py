@@ -22,7 +22,7 @@ from drake_navbench.log import Outcome, TrialLog
 from drake_navbench.trial.diagram import build_trial_diagram
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import INTEGRATION, controller_setup, simulate, trial_task
-from drake_navbench.typed_yaml import validate
+from drake_navbench.typed_files.typed_yaml import validate
 
 
 def scenario(**fields) -> Scenario:

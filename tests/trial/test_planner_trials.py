@@ -14,7 +14,7 @@ from drake_navbench.navigation.planner_settings import PLANNERS
 from drake_navbench.navigation.smac_planner_2d import SmacPlanner2D
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import simulate
-from drake_navbench.typed_yaml import validate
+from drake_navbench.typed_files.typed_yaml import validate
 
 NAVFN = "nav2_navfn_planner::NavfnPlanner"
 BOX = {"type": "box", "min": [2.0, -1.0], "max": [2.5, 0.3]}

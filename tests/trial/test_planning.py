@@ -10,7 +10,7 @@ from drake_navbench.kernels.path_geometry import path_length
 from drake_navbench.navigation.planner import GoalOccupied, PlanningError
 from drake_navbench.navigation.planner_settings import PLANNERS
 from drake_navbench.trial.planning import global_costmap, make_plan
-from drake_navbench.typed_yaml import validate
+from drake_navbench.typed_files.typed_yaml import validate
 
 BOX = {"type": "box", "min": [2.0, -1.0], "max": [2.5, 0.3]}
 KEEPOUT = {"type": "keepout", "areas": [{"polygon": [[2, -1], [2.5, -1], [2.5, 0.3], [2, 0.3]]}]}

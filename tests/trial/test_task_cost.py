@@ -8,7 +8,7 @@ from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, Scenario, load_scenario
 from drake_navbench.run import main
 from drake_navbench.trial.task_cost import MAX_MEMORY_BYTES, check_cost
-from drake_navbench.typed_yaml import validate
+from drake_navbench.typed_files.typed_yaml import validate
 
 ROBOT = load_robot("wheelchair")
 

@@ -21,7 +21,7 @@ from drake_navbench.kernels.path_geometry import path_length
 from drake_navbench.log import Outcome, TrialLog
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import failed_log, make_controller, simulate
-from drake_navbench.typed_yaml import validate
+from drake_navbench.typed_files.typed_yaml import validate
 
 PUBLISHED_RPP = {
     "empty": {"path_length": 7.231, "time_taken": 14.512},

@@ -26,7 +26,7 @@ from pydantic import ConfigDict, Field
 
 from drake_navbench.controller import ControllerSetup
 from drake_navbench.controllers.critic_parameters import CriticBlock
-from drake_navbench.quantities import Number
+from drake_navbench.typed_files.quantities import Number
 
 if TYPE_CHECKING:
     from drake_navbench.controllers.dwb.parameters import DynamicWindowApproachParameters

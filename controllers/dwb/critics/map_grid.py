@@ -20,7 +20,7 @@ from drake_navbench.controllers.dwb.critics.base import Critic, CriticParameters
 from drake_navbench.controllers.dwb.scene import Scene, Situation
 from drake_navbench.kernels.grid import world_to_cell
 from drake_navbench.kernels.read_only import read_only
-from drake_navbench.quantities import Length
+from drake_navbench.typed_files.quantities import Length
 
 # Positions in the critics' reasons, counted from 1.
 OFF_GRID, UNREACHABLE = 1, 2

@@ -13,7 +13,7 @@ from pydantic import Field
 from drake_navbench.controllers.dwb.critics.base import Array, Critic, CriticParameters, Verdict
 from drake_navbench.controllers.dwb.scene import Scene, Situation
 from drake_navbench.kernels.angles import wrap
-from drake_navbench.quantities import Angle, Duration, Length, Speed
+from drake_navbench.typed_files.quantities import Angle, Duration, Length, Speed
 
 NANOSECONDS_PER_SECOND = 1e9
 

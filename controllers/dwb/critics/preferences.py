@@ -9,7 +9,7 @@ from pydantic import Field
 
 from drake_navbench.controllers.dwb.critics.base import Critic, CriticParameters, Verdict
 from drake_navbench.controllers.dwb.scene import Scene
-from drake_navbench.quantities import AngularSpeed, Number, Speed
+from drake_navbench.typed_files.quantities import AngularSpeed, Number, Speed
 
 
 class PreferForwardParameters(CriticParameters):

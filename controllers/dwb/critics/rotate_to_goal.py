@@ -13,7 +13,7 @@ from drake_navbench.controllers.dwb.critics.base import Array, Critic, CriticPar
 from drake_navbench.controllers.dwb.scene import Scene, Situation
 from drake_navbench.kernels.angles import TWO_PI, wrap
 from drake_navbench.kernels.path_pruning import arc_length
-from drake_navbench.quantities import Duration, Number
+from drake_navbench.typed_files.quantities import Duration, Number
 
 NOT_SLOWING, NOT_ROTATING = 1, 2
 # Nav2 reads this one under a name that no parameter file can spell, so its default always holds.

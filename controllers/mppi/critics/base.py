@@ -25,7 +25,7 @@ from drake_navbench.controllers.mppi.float32_math import F32
 from drake_navbench.controllers.mppi.lanes import LANES, Lanes
 from drake_navbench.controllers.mppi.motion_models import MotionLimits, MotionModel
 from drake_navbench.kernels.grid import INSCRIBED, MAX_NON_OBSTACLE, NO_INFORMATION, Costmap, Grid
-from drake_navbench.quantities import Count
+from drake_navbench.typed_files.quantities import Count
 
 
 class Trajectories(NamedTuple):

@@ -24,7 +24,7 @@ from drake_navbench.controllers.mppi.lanes import LANES, Lanes
 from drake_navbench.errors import InputError
 from drake_navbench.kernels.footprint import footprint_cost
 from drake_navbench.kernels.grid import INSCRIBED, LETHAL, NO_INFORMATION
-from drake_navbench.quantities import Count, Length, Number
+from drake_navbench.typed_files.quantities import Count, Length, Number
 
 COST_COUNT = 256
 # Marks a sample that collides until the raw terms become costs.

@@ -17,7 +17,7 @@ from drake_navbench.controllers.mppi.critics.base import (
 from drake_navbench.controllers.mppi.critics.batch import Float32Array, Scene
 from drake_navbench.controllers.mppi.float32_math import F32, PI, wrap32
 from drake_navbench.controllers.mppi.lanes import LANES, Lanes
-from drake_navbench.quantities import Length, Number
+from drake_navbench.typed_files.quantities import Length, Number
 
 
 class GoalParameters(TermParameters):

@@ -24,7 +24,7 @@ from drake_navbench.controllers.mppi.critics.base import (
 from drake_navbench.controllers.mppi.critics.batch import Float32Array, Reach, Scene
 from drake_navbench.controllers.mppi.float32_math import F32, HALF_PI, ONE, PI, ZERO, wrap32
 from drake_navbench.controllers.mppi.lanes import LANES
-from drake_navbench.quantities import Angle, Count, Length, Number
+from drake_navbench.typed_files.quantities import Angle, Count, Length, Number
 
 # PathAlign ignores up to this many invalid path points, whatever their share.
 MAX_IGNORED_POINTS = 2

@@ -18,7 +18,7 @@ from drake_navbench.controllers.mppi.critics.batch import Float32Array, Scene
 from drake_navbench.controllers.mppi.float32_math import F32, ZERO
 from drake_navbench.controllers.mppi.lanes import LANES, Lanes
 from drake_navbench.controllers.mppi.motion_models import MotionModel
-from drake_navbench.quantities import Length, Number
+from drake_navbench.typed_files.quantities import Length, Number
 
 # Ackermann's turning radius |vx| / |wz| is cut off where the robot does not turn.
 _LEAST_TURN_RATE = F32(1e-6)

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.immutable import Immutable
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.navigation.task import BehaviorGoal, ClearRequest, GlobalPlan, TaskStatus
+from drake_navbench.typed_files.immutable import Immutable
 
 Pose = NDArray[np.float64]
 MakePlan = Callable[[Pose, Pose, Costmap], NDArray[np.float64]]

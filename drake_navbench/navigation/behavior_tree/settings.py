@@ -5,8 +5,8 @@ from __future__ import annotations
 from pydantic import Field, field_validator
 
 from drake_navbench.errors import nearest_name_hint
-from drake_navbench.quantities import Angle, Count, Duration, Frequency, Length, Speed
-from drake_navbench.typed_yaml import FrozenModel
+from drake_navbench.typed_files.quantities import Angle, Count, Duration, Frequency, Length, Speed
+from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 RECOVERY_ACTIONS = ("clear", "spin", "wait", "backup")
 """The recovery actions that a tree may try, in the order of Nav2's default tree."""

@@ -10,7 +10,7 @@ from dwb_cases import BRINGUP, SETUP, observe, parameters
 from drake_navbench.controllers.dwb import DynamicWindowApproach, DynamicWindowApproachParameters
 from drake_navbench.controllers.dwb.critics.registry import load_critic
 from drake_navbench.errors import InputError
-from drake_navbench.typed_yaml import validate
+from drake_navbench.typed_files.typed_yaml import validate
 
 
 def read(**changes):

@@ -14,7 +14,7 @@ from drake_navbench.controllers.mppi.noise import Noise
 from drake_navbench.controllers.mppi.parameters import MppiParameters
 from drake_navbench.controllers.mppi.sampler import Sampler
 from drake_navbench.errors import InputError
-from drake_navbench.typed_yaml import validate
+from drake_navbench.typed_files.typed_yaml import validate
 
 GUIDE = Path(__file__).parents[3] / "docs" / "controllers.md"
 GROUP = "drake_navbench.mppi_critics"

@@ -10,7 +10,7 @@ from drake_navbench.controllers.teb.passage import Passage, plan_passage
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.kernels.grid import FREE, LETHAL, Costmap
 from drake_navbench.log import Outcome
-from drake_navbench.typed_yaml import validate
+from drake_navbench.typed_files.typed_yaml import validate
 
 DISC = np.array([[0.0, 0.2]])
 WANTED_M = 0.25

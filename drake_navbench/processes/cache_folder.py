@@ -12,7 +12,7 @@ import tempfile
 from pathlib import Path
 
 NUMBA_VARIABLE, MATPLOTLIB_VARIABLE = "NUMBA_CACHE_DIR", "MPLCONFIGDIR"
-INSTALLATION = Path(__file__).parent
+INSTALLATION = Path(__file__).parents[1]
 
 
 def provide_cache_folder() -> None:

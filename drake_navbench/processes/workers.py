@@ -22,7 +22,7 @@ from types import ModuleType
 from typing import Any, Literal, NamedTuple
 
 from drake_navbench.errors import NavbenchError, one_line
-from drake_navbench.worker_process import BEGUN, Raised, Returned, serve
+from drake_navbench.processes.worker_process import BEGUN, Raised, Returned, serve
 
 # So many workers in a row that end before their first task are no accident.
 MAX_FAILED_STARTS = 3

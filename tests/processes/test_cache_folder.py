@@ -5,8 +5,8 @@ import stat
 
 import pytest
 
-from drake_navbench import cache_folder
-from drake_navbench.cache_folder import notice, provide_cache_folder
+from drake_navbench.processes import cache_folder
+from drake_navbench.processes.cache_folder import notice, provide_cache_folder
 
 
 @pytest.fixture

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from drake_navbench.errors import InputError
-from drake_navbench.input_file import MEGABYTE, read_input, read_input_text
-from drake_navbench.typed_yaml import MAX_FILE_BYTES, read_yaml
+from drake_navbench.typed_files.input_file import MEGABYTE, read_input, read_input_text
+from drake_navbench.typed_files.typed_yaml import MAX_FILE_BYTES, read_yaml
 
 
 def refusal(path: Path) -> str:

@@ -6,8 +6,8 @@ import tracemalloc
 import pytest
 
 from drake_navbench.errors import InputError
-from drake_navbench.typed_yaml import parse_yaml
-from drake_navbench.yaml_loader import MAX_DEPTH, MAX_NODES
+from drake_navbench.typed_files.typed_yaml import parse_yaml
+from drake_navbench.typed_files.yaml_loader import MAX_DEPTH, MAX_NODES
 
 
 def refusal(text: str) -> str:

@@ -11,10 +11,10 @@ from contextlib import closing
 
 import pytest
 
-from drake_navbench import workers
 from drake_navbench.errors import InputError
-from drake_navbench.worker_process import Raised, Returned
-from drake_navbench.workers import Died, NoWorkers, Task, TimedOut, run_tasks
+from drake_navbench.processes import workers
+from drake_navbench.processes.worker_process import Raised, Returned
+from drake_navbench.processes.workers import Died, NoWorkers, Task, TimedOut, run_tasks
 
 PATIENCE_S = 20.0
 
@@ -181,7 +181,7 @@ def test_an_exception_ends_the_workers_without_waiting_for_them():
 
 ORPHANS = """
 import sys, os, time
-from drake_navbench.workers import Task, run_tasks
+from drake_navbench.processes.workers import Task, run_tasks
 
 def tell(): pass
 
@@ -204,7 +204,7 @@ def test_workers_do_not_outlive_their_caller(number):
 SCRIPT = """
 import os, sys
 print("here")
-from drake_navbench.workers import Task, run_tasks
+from drake_navbench.processes.workers import Task, run_tasks
 for task, ending in run_tasks([Task(abs, (-3,)), Task(abs, (-4,))], jobs=2):
     print(ending.value)
 """

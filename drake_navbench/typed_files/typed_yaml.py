@@ -13,8 +13,8 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from drake_navbench.errors import InputError, nearest_name_hint, one_line
-from drake_navbench.input_file import MEGABYTE, read_input_text
-from drake_navbench.yaml_loader import load_yaml
+from drake_navbench.typed_files.input_file import MEGABYTE, read_input_text
+from drake_navbench.typed_files.yaml_loader import load_yaml
 
 Model = TypeVar("Model", bound=BaseModel)
 

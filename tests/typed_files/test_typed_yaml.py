@@ -5,7 +5,7 @@ import pytest
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.robot import ControllerServerSettings, Robot
 from drake_navbench.inputs.scenario import Scenario
-from drake_navbench.typed_yaml import MAX_FAULTS_SHOWN, parse_yaml, validate
+from drake_navbench.typed_files.typed_yaml import MAX_FAULTS_SHOWN, parse_yaml, validate
 
 MINIMAL = {"description": "a task", "goal": [1.0, 0.0, 0.0], "name": "task"}
 
