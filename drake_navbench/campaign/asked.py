@@ -37,8 +37,10 @@ def request_from_arguments(arguments: argparse.Namespace) -> Request:
         "trials": arguments.trials,
         "seed": arguments.seed,
         "robot": arguments.robot,
-        "replay": arguments.replay,
-        "figures": arguments.figures,
+        "replay": arguments.replay or ("none" if arguments.sweep else "race"),
+        "figures": arguments.figures or ("none" if arguments.sweep else "key"),
+        "sweeps": arguments.sweep,
+        "samples": arguments.samples,
     }
     return validate(Request, asked, "command line")
 
