@@ -93,6 +93,7 @@ class _Manifest(FrozenModel):
     inputs: dict[str, str] = Field(default_factory=dict)
     stand_ins: tuple[str, ...] = ()
     packages: dict[str, str] = Field(default_factory=dict)
+    plugins: dict[str, str] = Field(default_factory=dict)
     wall_clock_s: float = Field(0.0, ge=0.0)
     identity: str = ""
     drake_navbench: str = ""

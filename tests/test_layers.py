@@ -18,6 +18,7 @@ CONTRACTS = {
     "log",
     "noise",
     "plans",
+    "plugin_parameters",
     "plugins",
     "processes",
     "program_function",

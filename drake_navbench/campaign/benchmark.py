@@ -258,6 +258,7 @@ def _manifest(campaign: Campaign, inputs: dict[str, str]) -> dict[str, Any]:
         "drake_navbench": __version__,
         "python": platform.python_version(),
         "packages": {name: version(name) for name in PACKAGES_IN_MANIFEST},
+        **({"plugins": campaign.foreign_code} if campaign.foreign_code else {}),
         "platform": f"{platform.system()} {platform.machine()}",
         "created": datetime.now().astimezone().isoformat(timespec="seconds"),
     }
