@@ -62,7 +62,7 @@ class PluginKind:
     members: tuple[str, ...] = ()
     guide: str = "docs/controllers.md"
     base: Callable[[], type] | None = None
-    parameters: type | None = None
+    parameters: type[Any] | None = None
     built_in: Mapping[str, Any] = field(default_factory=dict)
 
     @property

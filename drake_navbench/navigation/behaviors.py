@@ -8,7 +8,7 @@ frame. Source: nav2_behaviors, branch lyrical.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple, Protocol
 
@@ -334,7 +334,7 @@ class Wait:
         return Step(state, is_done=round(time_s, NANOSECOND_DIGITS) >= state.end_s)
 
 
-DEFAULT_BEHAVIORS: Mapping[str, type[Behavior]] = MappingProxyType(
+DEFAULT_BEHAVIORS: Mapping[str, Callable[[BehaviorServerParameters], Behavior]] = MappingProxyType(
     {"spin": Spin, "backup": BackUp, "drive_on_heading": DriveOnHeading, "wait": Wait}
 )
 """The behaviours by the name of Nav2's default plugin list."""

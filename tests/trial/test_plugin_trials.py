@@ -14,10 +14,13 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from drake_navbench import run_trial
 from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.nav2_check import Status
+from drake_navbench.inputs.nav2_robot import read_nav2_files
 from drake_navbench.inputs.presets import load_preset
-from drake_navbench.inputs.robot import Robot
+from drake_navbench.inputs.robot import Robot, load_robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.log import Outcome, TrialLog
+from drake_navbench.navigation.behaviors import make_behaviors
 from drake_navbench.navigation.task import TaskState
 from drake_navbench.trial.diagram import build_trial_diagram
 from drake_navbench.trial.spec import TrialSpec
@@ -152,8 +155,8 @@ def test_each_plugin_of_another_package_has_its_effect(installed):
         ("shuffle", "running"),
         ("shuffle", "success"),
     ]
-    back = samples[samples["command_v"] < 0.0]
-    assert back["command_v"].min() == pytest.approx(-0.1)
+    back = samples[samples["command_v_mps"] < 0.0]
+    assert back["command_v_mps"].min() == pytest.approx(-0.1)
     way_back_m = np.hypot(*(back[["x_m", "y_m"]].iloc[-1] - back[["x_m", "y_m"]].iloc[0]))
     assert way_back_m == pytest.approx(0.2, abs=0.03)
     # The node in the place of ours: no path is ever near its end, so each second brings a new one.
@@ -298,3 +301,47 @@ def test_a_plugin_that_returns_nonsense_ends_its_own_trial(name, method, reason,
     log = drive(spec_of(task(timeout_s=0.5)))
     assert log.outcome is Outcome.ERROR
     assert reason in log.info["reason"]
+
+
+NAV2_FILE = """
+controller_server:
+  ros__parameters:
+    goal_checker_plugins: [near]
+    near: {plugin: "theirs::Within", reach_m: 0.7}
+    controller_plugins: [FollowPath]
+    FollowPath: {plugin: "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"}
+planner_server:
+  ros__parameters:
+    planner_plugins: [GridBased]
+    GridBased: {plugin: "theirs/Detour", offset_m: 0.3}
+behavior_server:
+  ros__parameters:
+    behavior_plugins: [spin, shuffle]
+    spin: {plugin: "theirs::Shuffle", distance_m: 0.1}
+    shuffle: {plugin: "theirs::Shuffle"}
+local_costmap:
+  local_costmap:
+    ros__parameters:
+      rolling_window: true
+      plugins: [obstacle_layer, inflation_layer]
+      obstacle_layer: {plugin: "theirs::Puddle", centre: [1.0, 0.5], cost: 9}
+      inflation_layer: {plugin: "nav2_costmap_2d::InflationLayer"}
+"""
+
+
+def test_a_nav2_file_names_plugins_where_nav2_does(installed, tmp_path):
+    path = tmp_path / "nav2.yaml"
+    path.write_text(NAV2_FILE)
+    setup = read_nav2_files([path], load_robot("wheelchair"), "wheelchair")
+    navigation = setup.robot.navigation
+    assert navigation.planner.offset_m == 0.3
+    assert navigation.goal_checker.reach_m == 0.7
+    assert navigation.local_costmap.plugins == ["obstacle_layer_plugin", "inflation_layer"]
+    assert navigation.local_costmap.plugin_blocks["obstacle_layer_plugin"].centre == (1.0, 0.5)
+    behaviors = make_behaviors(navigation.behavior_server)
+    assert {type(behaviors[name]).__name__ for name in ("spin", "shuffle")} == {"Shuffle"}
+    assert navigation.behavior_tree.recovery_actions == ("clear", "spin")
+    rows = {row.parameter: row for row in setup.check.rows if row.node == "behavior_server"}
+    assert "recovery_actions" in rows["shuffle.plugin"].remark
+    assert rows["spin.distance_m"].status is Status.USED
+    assert not setup.check.stand_ins
