@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
+import numpy as np
 import pytest
 from rich.console import Console
 
@@ -15,12 +17,15 @@ from drake_navbench.controllers.dwb.critics.registry import CRITICS as DWB_CRITI
 from drake_navbench.controllers.mppi.critics.registry import CRITICS as MPPI_CRITICS
 from drake_navbench.costmaps.layer_plugin import COSTMAP_LAYERS
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.robot import NavigationSettings
+from drake_navbench.kernels.grid import Costmap
 from drake_navbench.navigation.behavior_tree.settings import TREE_NODES
 from drake_navbench.navigation.behaviors import BEHAVIORS
 from drake_navbench.navigation.goal_checkers import GOAL_CHECKERS
-from drake_navbench.navigation.planner_settings import PLANNERS
+from drake_navbench.navigation.planner_settings import PLANNERS, make_planner
 from drake_navbench.navigation.progress_checkers import PROGRESS_CHECKERS
 from drake_navbench.navigation.smoother_settings import SMOOTHERS
+from drake_navbench.typed_files.typed_yaml import validate
 
 KINDS = {
     "controllers": CONTROLLERS,
@@ -139,6 +144,18 @@ def test_two_packages_with_one_name_are_refused(install):
     both = "registered by package 'mine' and package 'theirs'; expected one of this name"
     with pytest.raises(InputError, match=f"^behavior 'dance': {both}"):
         BEHAVIORS.load("dance")
+
+
+def test_the_planner_of_the_guide_plans(install):
+    guide = (Path(__file__).parents[1] / "docs" / "plugins.md").read_text(encoding="utf-8")
+    (code,) = re.findall(r"```python\n(.*?)```", guide, re.DOTALL)
+    install("my_package", PLANNERS.group, "my_package::Beeline", f"{code}\nplugin = Beeline")
+    chosen = {"plugin": "my_package::Beeline", "spacing_m": 0.5}
+    settings = validate(NavigationSettings, {"planner": chosen}, "robot.yaml").planner
+    free = Costmap(np.zeros((40, 40), np.uint8), 0.0, 0.0, 0.1)
+    path = make_planner(settings, footprint=None).plan(free, [1.0, 1.0, 0.0], [2.0, 1.0, 0.3])
+    expected = [[1.0, 1.0, 0.0], [4 / 3, 1.0, 0.0], [5 / 3, 1.0, 0.0], [2.0, 1.0, 0.3]]
+    np.testing.assert_allclose(path, expected)
 
 
 def test_list_shows_what_others_have_installed_and_imports_none_of_it(install, capsys):
