@@ -29,14 +29,14 @@ class OutlineCosts(NamedTuple):
     """A hash table of one cycle, open addressing: cells of the vertices to the largest cost.
 
     cells: (PLACES, K) int32 index of each vertex's cell, row by row. costs: (PLACES,) int16,
-    NOTHING at a free place. asked: (K,) int32, the cells that are looked for. count: (1,) how many
+    NOTHING at a free place. asked: (K,) int32, the cells that are looked for. length: (1,) how many
     are remembered.
     """
 
     cells: NDArray[np.int32]
     costs: NDArray[np.int16]
     asked: NDArray[np.int32]
-    count: NDArray[np.int64]
+    length: NDArray[np.int64]
 
     @classmethod
     def of(cls, view: MapView) -> OutlineCosts:
