@@ -25,6 +25,7 @@ from drake_navbench.analysis.reproduction import (
     has_published_scenarios,
     write_reproduction,
 )
+from drake_navbench.analysis.reproduction_page import ParametersOf, nothing_known
 from drake_navbench.analysis.scenario_analysis import (
     HEADLINE_METRICS,
     LeftOut,
@@ -67,13 +68,15 @@ def build_report(
     jobs: int = 2,
     difference: float = DEFAULT_DIFFERENCE,
     measured: pd.DataFrame | None = None,
+    parameters_of: ParametersOf = nothing_known,
 ) -> ReportResult:
     """Computes tables, figures and report.html of a results folder from its logs, and writes them.
 
     With trials of the published scenarios comes the reproduction of the publication, too.
     figures: which of them to draw. difference: share of the mean for which the needed number of
     trials is told. measured: rows of these logs as from `tables.trial_row`, not to be measured
-    again. Raises InputError where the folder is no results folder.
+    again. parameters_of: as for `write_reproduction`. Raises InputError where the folder is no
+    results folder.
     """
     analysis = analyse_folder(folder, figures=figures, jobs=jobs, measured=measured)
     results = ResultsFolder(folder)
@@ -84,7 +87,7 @@ def build_report(
             write_text(results.table_path(scenario.scenario, ".csv"), table.to_csv())
             write_text(results.table_path(scenario.scenario, ".md"), table_to_markdown(table))
     if has_published_scenarios(trials["scenario"]):
-        write_reproduction(folder, trials)
+        write_reproduction(folder, trials, parameters_of)
     if sweep := analysis.manifest.get("sweep"):
         write_sweep(folder, trials, sweep)
     path = folder / REPORT_NAME

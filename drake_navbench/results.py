@@ -101,6 +101,7 @@ class _Manifest(FrozenModel):
     stand_ins: tuple[str, ...] = ()
     sweep: dict[str, dict[str, _Origin]] = Field(default_factory=dict)
     packages: dict[str, str] = Field(default_factory=dict)
+    plugins: dict[str, str] = Field(default_factory=dict)
     wall_clock_s: float = Field(0.0, ge=0.0)
     identity: str = ""
     drake_navbench: str = ""

@@ -30,7 +30,7 @@ from drake_navbench.campaign.replays import write_replays
 from drake_navbench.campaign.request import Request
 from drake_navbench.campaign.warm_up import kernels_are_cold, start_worker_server, warm_up
 from drake_navbench.errors import InputError, NavbenchError, printable
-from drake_navbench.inputs.presets import Preset, as_yaml
+from drake_navbench.inputs.presets import Preset, as_yaml, resolved_parameters
 from drake_navbench.log import Outcome
 from drake_navbench.processes import cache_folder
 from drake_navbench.results import (
@@ -213,7 +213,13 @@ def _run(
         for scenario, reason in failures.items():
             _print_error(f"no replay: {scenario}: {reason}")
     console.print("Writing the report ...")
-    build_report(folder.path, figures=FigureChoice(request.figures), jobs=jobs, measured=trials)
+    build_report(
+        folder.path,
+        figures=FigureChoice(request.figures),
+        jobs=jobs,
+        measured=trials,
+        parameters_of=resolved_parameters,
+    )
     driven_s = float(trials["simulated_time_s"].sum())
     count = f"{len(trials)} trial{'s' if len(trials) > 1 else ''}"
     console.print(
@@ -277,6 +283,7 @@ def _manifest(campaign: Campaign, inputs: dict[str, str]) -> dict[str, Any]:
         "drake_navbench": __version__,
         "python": platform.python_version(),
         "packages": {name: version(name) for name in PACKAGES_IN_MANIFEST},
+        **({"plugins": campaign.foreign_code} if campaign.foreign_code else {}),
         "platform": f"{platform.system()} {platform.machine()}",
         "created": datetime.now().astimezone().isoformat(timespec="seconds"),
     }

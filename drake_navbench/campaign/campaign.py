@@ -17,6 +17,7 @@ from drake_navbench.inputs.presets import Preset, default_presets, load_preset
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, Scenario, load_scenario
 from drake_navbench.inputs.task_check import check_task
+from drake_navbench.trial.plugin_check import check_plugins
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.task_cost import check_cost
 from drake_navbench.trial.trial import DEFAULT_ROBOT, make_controller
@@ -51,6 +52,11 @@ class Campaign:
     def columns(self) -> list[str]:
         """Names of the presets, in order."""
         return [preset.name for preset in self.presets]
+
+    @property
+    def foreign_code(self) -> dict[str, str]:
+        """What is not ours: package and version by kind and name of each plugin."""
+        return {name: origin for spec in self.specs for name, origin in spec.foreign_code.items()}
 
     @property
     def identity(self) -> str:
@@ -105,6 +111,7 @@ def plan_campaign(
         loaded_robot = scenario.load_robot(robot)
         check_task(scenario, loaded_robot)
         check_cost(scenario, loaded_robot)
+        check_plugins(scenario, loaded_robot)
         fitted = [preset.for_robot(loaded_robot) for preset, _, _ in entry.columns]
         for preset in fitted:
             # Some parameters are wrong only for this robot or its control period.

@@ -12,11 +12,14 @@ from numpy.typing import NDArray
 from pydantic import Field, field_validator, model_validator
 
 from drake_navbench.costmaps.costmap_settings import GlobalCostmapSettings, LocalCostmapSettings
-from drake_navbench.errors import InputError
+from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.inputs.file_kinds import ROBOT, require_kind
 from drake_navbench.inputs.named_files import NamedFiles
 from drake_navbench.kernels.footprint import circle_footprint, footprint_radii, pad_footprint
-from drake_navbench.navigation.behavior_tree.settings import BehaviorTreeSettings
+from drake_navbench.navigation.behavior_tree.settings import (
+    RECOVERY_ACTIONS,
+    BehaviorTreeSettings,
+)
 from drake_navbench.navigation.behaviors import BehaviorServerParameters
 from drake_navbench.navigation.checker_settings import (
     GoalCheckerSettings,
@@ -30,6 +33,8 @@ from drake_navbench.navigation.progress_checkers import SimpleProgressCheckerPar
 from drake_navbench.navigation.smac_planner_2d_parameters import SmacPlanner2DParameters
 from drake_navbench.navigation.velocity_smoother import VelocitySmootherParameters
 from drake_navbench.navigation.waypoint_follower import WaypointFollowerParameters
+from drake_navbench.plugin_parameters import normalized
+from drake_navbench.plugins import foreign_plugins
 from drake_navbench.typed_files.quantities import (
     Acceleration,
     Angle,
@@ -163,6 +168,24 @@ class NavigationSettings(FrozenModel):
         None, description="Checks every command against the scan; null: there is none."
     )
 
+    @model_validator(mode="after")
+    def _check_recovery_actions(self) -> NavigationSettings:
+        nodes, behaviors = self.behavior_tree.plugin_blocks, self.behavior_server.plugin_blocks
+        for name in nodes:
+            if name in behaviors:
+                raise ValueError(
+                    f"behavior_tree.{name}: found a behaviour of this name in behavior_server as "
+                    "well, expected one of the two"
+                )
+        known = (*RECOVERY_ACTIONS, *nodes, *behaviors)
+        for name in self.behavior_tree.recovery_actions:
+            if name not in known:
+                raise ValueError(
+                    f"behavior_tree.recovery_actions: unknown behaviour {name!r}"
+                    f"{nearest_name_hint(name, known)}"
+                )
+        return self
+
 
 class Robot(FrozenModel):
     """A robot: everything that a trial needs to know of it."""
@@ -276,9 +299,24 @@ def _robot_of(data: Mapping[str, Any], source: str, directory: Path) -> Robot:
 
 
 def merged(base: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns `base` with `overrides` laid over it, mapping by mapping."""
+    """Returns `base` with `overrides` laid over it, mapping by mapping.
+
+    Where one of them names a plugin of another package that the other does not, nothing is kept:
+    its parameters are its own.
+    """
     result = dict(base)
     for key, value in overrides.items():
         nested = isinstance(value, Mapping) and isinstance(result.get(key), Mapping)
-        result[key] = merged(result[key], value) if nested else value
+        if nested and not _are_of_other_packages(result[key], value):
+            result[key] = merged(result[key], value)
+        else:
+            result[key] = value
     return result
+
+
+def _are_of_other_packages(block: Mapping[str, Any], override: Mapping[str, Any]) -> bool:
+    before, after = normalized(block.get("plugin")), normalized(override.get("plugin"))
+    if after is None or after == before:
+        return False
+    foreign = {name for _, name, _ in foreign_plugins()}
+    return any(isinstance(name, str) and name in foreign for name in (before, after))
