@@ -218,7 +218,12 @@ class MppiParameters(ParametersWithCritics):
 
     def asked_speeds(self) -> AskedSpeeds:
         """Returns the limits of its samples."""
-        return AskedSpeeds(self.vx_max, self.vx_min, self.wz_max)
+        lateral = self.vy_max if self.motion_model == "Omni" else 0.0
+        return AskedSpeeds(self.vx_max, self.vx_min, self.wz_max, lateral)
+
+    def turns_in_place(self) -> bool:
+        """Returns whether it may command a rotation without translation."""
+        return self.motion_model != "Ackermann"
 
     @classmethod
     def registered_name(cls, name: str, block: Any = None) -> str:
@@ -256,6 +261,10 @@ class MppiParameters(ParametersWithCritics):
         doubled = [name for name, count in Counter(self.critics).items() if count > 1]
         if doubled:
             raise ValueError(f"critics: got {sorted(doubled)} twice, expected each name once")
+        if self.motion_model == "Ackermann" and self.AckermannConstraints.min_turning_r == 0.0:
+            raise ValueError(
+                "min_turning_r: got 0.0, expected more than 0 with motion_model Ackermann"
+            )
         if self.polish.enabled and self.motion_model == "Omni":
             raise ValueError("polish.enabled: got true, expected false with motion_model Omni")
         if self.polish.enabled and self.polish.knot_count > self.time_steps:
