@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from pydrake.geometry import Rgba
 from pydrake.math import RigidTransform, RotationMatrix
 
+from drake_navbench.analysis.metrics.signals import lateral_velocity
 from drake_navbench.analysis.replay.flat_meshes import ribbon, thinned
 from drake_navbench.analysis.replay.robot_model import RobotModel
 from drake_navbench.analysis.replay.rolling import BaseMotion
@@ -72,7 +73,8 @@ class Pace:
 def base_motion(log: TrialLog) -> BaseMotion:
     """Returns the true motion in a log."""
     columns = ("time_s", "x_m", "y_m", "yaw_rad", "v_mps", "w_radps")
-    return BaseMotion(*(log.samples[name].to_numpy() for name in columns))
+    values = [log.samples[name].to_numpy() for name in columns]
+    return BaseMotion(*values, vy_mps=lateral_velocity(log))
 
 
 def add_robot(

@@ -51,7 +51,7 @@ class Block(BaseModel):
 class AckermannParameters(Block):
     """What the Ackermann motion model adds."""
 
-    min_turning_r: Length = Field(0.2, ge=0, description="Least turning radius; 0: no limit [m].")
+    min_turning_r: Length = Field(0.2, gt=0, description="Least turning radius [m].")
 
 
 class ValidatorParameters(Block):
@@ -261,10 +261,6 @@ class MppiParameters(ParametersWithCritics):
         doubled = [name for name, count in Counter(self.critics).items() if count > 1]
         if doubled:
             raise ValueError(f"critics: got {sorted(doubled)} twice, expected each name once")
-        if self.motion_model == "Ackermann" and self.AckermannConstraints.min_turning_r == 0.0:
-            raise ValueError(
-                "min_turning_r: got 0.0, expected more than 0 with motion_model Ackermann"
-            )
         if self.polish.enabled and self.motion_model == "Omni":
             raise ValueError("polish.enabled: got true, expected false with motion_model Omni")
         if self.polish.enabled and self.polish.knot_count > self.time_steps:

@@ -185,3 +185,27 @@ Drive = Annotated[
     BeforeValidator(_check_type),
 ]
 """The base of a robot file, told apart by `type`; without it, a differential one."""
+
+
+def overrides_for(drive: _Drive, overrides: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns overrides of a drive without those of what only other kinds of base have.
+
+    A scenario may be for robots of every kind, and takes a limit away from those that have it.
+    """
+    if "type" in overrides:
+        return dict(overrides)
+    own = type(drive).model_fields
+    of_any = {name for kind in _KINDS.values() for name in kind.model_fields}
+    return {name: value for name, value in overrides.items() if name in own or name not in of_any}
+
+
+def as_omnidirectional(drive: _Drive) -> dict[str, Any]:
+    """Returns the fields of a base like another one that also moves sideways, as fast as ahead."""
+    own = drive.model_dump(mode="json", exclude={"type"})
+    shared = {name: own[name] for name in OmnidirectionalDrive.model_fields if name in own}
+    return {
+        "type": "omnidirectional",
+        **shared,
+        "max_lateral_velocity_mps": drive.max_linear_velocity_mps,
+        "max_lateral_acceleration_mps2": drive.max_linear_acceleration_mps2,
+    }

@@ -19,7 +19,7 @@ from pydantic import (
 
 from drake_navbench.costmaps.costmap_settings import GlobalCostmapSettings, LocalCostmapSettings
 from drake_navbench.errors import InputError
-from drake_navbench.inputs.drive import DifferentialDrive, Drive
+from drake_navbench.inputs.drive import DifferentialDrive, Drive, overrides_for
 from drake_navbench.inputs.file_kinds import ROBOT, require_kind
 from drake_navbench.inputs.named_files import NamedFiles
 from drake_navbench.kernels.footprint import circle_footprint, footprint_radii, pad_footprint
@@ -253,7 +253,8 @@ def load_robot(
     robot = _robot_of(data, str(path), path.parent)
     if not overrides:
         return robot
-    return _robot_of(merged(data, overrides), overrides_source, path.parent)
+    fitting = _fitting(overrides, robot)
+    return _robot_of(merged(data, fitting), overrides_source, path.parent)
 
 
 def overridden(robot: Robot, overrides: Mapping[str, Any], source: str) -> Robot:
@@ -262,7 +263,15 @@ def overridden(robot: Robot, overrides: Mapping[str, Any], source: str) -> Robot
         return robot
     data = robot.model_dump(mode="json", exclude_unset=True)
     data.pop("directory", None)
-    return _robot_of(merged(data, overrides), source, Path(robot.directory))
+    return _robot_of(merged(data, _fitting(overrides, robot)), source, Path(robot.directory))
+
+
+def _fitting(overrides: Mapping[str, Any], robot: Robot) -> dict[str, Any]:
+    """Returns the overrides that are for a robot with such a base."""
+    drive = overrides.get("drive")
+    if not isinstance(drive, Mapping):
+        return dict(overrides)
+    return {**overrides, "drive": overrides_for(robot.drive, drive)}
 
 
 def _robot_of(data: Mapping[str, Any], source: str, directory: Path) -> Robot:
