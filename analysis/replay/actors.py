@@ -72,9 +72,16 @@ class Pace:
 
 def base_motion(log: TrialLog) -> BaseMotion:
     """Returns the true motion in a log."""
-    columns = ("time_s", "x_m", "y_m", "yaw_rad", "v_mps", "w_radps")
-    values = [log.samples[name].to_numpy() for name in columns]
-    return BaseMotion(*values, vy_mps=lateral_velocity(log))
+    samples = log.samples
+    return BaseMotion(
+        samples["time_s"].to_numpy(),
+        samples["x_m"].to_numpy(),
+        samples["y_m"].to_numpy(),
+        samples["yaw_rad"].to_numpy(),
+        samples["v_mps"].to_numpy(),
+        samples["w_radps"].to_numpy(),
+        lateral_velocity(log),
+    )
 
 
 def add_robot(

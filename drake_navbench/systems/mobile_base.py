@@ -21,6 +21,7 @@ from pydrake.systems.framework import Context, InputPort, OutputPort
 from pydrake.systems.primitives import SymbolicVectorSystem
 
 from drake_navbench.inputs.world_geometry import convex_pieces, prism
+from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import COMMAND_SIZE
 
 # Only to be seen: contact is judged in the plane, whatever the heights.
@@ -60,7 +61,7 @@ class MobileBase(SymbolicVectorSystem):
         self._geometry_pose_port = self.DeclareAbstractOutputPort(
             "geometry_pose",
             lambda: AbstractValue.Make(FramePoseVector()),
-            self._calc_geometry_pose,
+            weakly_bound(self._calc_geometry_pose),
             prerequisites_of_calc={self.xc_ticket()},
         )
 

@@ -19,6 +19,8 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
+from drake_navbench.systems.lifetime import weakly_bound
+
 # x m, y m, yaw rad, then the velocity: v m/s forward, w rad/s, vy m/s to the left. Last stands what
 # only an omnidirectional base has; for every other one it is 0.
 STATE_SIZE = 6
@@ -42,8 +44,10 @@ def declare_object_output(
     value_of: returns what the port holds in a context; it may read only what `prerequisites` name.
     """
 
+    value = weakly_bound(value_of)
+
     def calc(context: Context, output: AbstractValue) -> None:
-        output.set_value(value_of(context))
+        output.set_value(value(context))
 
     return system.DeclareAbstractOutputPort(
         name,

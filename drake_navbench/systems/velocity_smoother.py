@@ -11,6 +11,7 @@ from drake_navbench.navigation.velocity_smoother import (
     VelocitySmoother,
     VelocitySmootherParameters,
 )
+from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import COMMAND_SIZE, STATE_SIZE
 
 
@@ -32,7 +33,7 @@ class VelocitySmootherSystem(LeafSystem):
         self._output = self.DeclareDiscreteState(COMMAND_SIZE)
         self.DeclareStateOutputPort("smoothed_command", self._output)
         self.DeclarePeriodicUnrestrictedUpdateEvent(
-            1.0 / parameters.smoothing_frequency, offset_s, self._on_period
+            1.0 / parameters.smoothing_frequency, offset_s, weakly_bound(self._on_period)
         )
 
     def _on_period(self, context: Context, state: State) -> None:
