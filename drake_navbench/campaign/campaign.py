@@ -16,7 +16,7 @@ from drake_navbench.inputs.nav2_robot import Nav2Setup
 from drake_navbench.inputs.presets import Preset, default_presets, load_preset
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, Scenario, load_scenario
-from drake_navbench.inputs.task_check import check_task
+from drake_navbench.inputs.task_check import check_task, warn_of_rotation
 from drake_navbench.trial.plugin_check import check_plugins
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.task_cost import check_cost
@@ -116,6 +116,7 @@ def plan_campaign(
         for preset in fitted:
             # Some parameters are wrong only for this robot or its control period.
             make_controller(preset, preset.robot(loaded_robot))
+            warn_of_rotation(preset, loaded_robot)
         for trial in range(trials):
             for preset in fitted:
                 specs.append(
