@@ -96,9 +96,21 @@ def build_parser() -> argparse.ArgumentParser:
         action="store_true",
         help="tell what becomes of each parameter of the Nav2 files, and run nothing",
     )
-    add("--map", type=Path, metavar="FILE", help="a map to navigate on, with --start and --goal")
+    add(
+        "--map",
+        type=Path,
+        metavar="FILE",
+        help="a map to navigate on, of Nav2's map server or MovingAI's, with --start and --goal, "
+        "or with --goals",
+    )
     for name in ("start", "goal"):
         add(f"--{name}", type=float, nargs=3, metavar=("X", "Y", "YAW"), help="m, m, rad")
+    add(
+        "--goals",
+        type=_positive_int,
+        metavar="N",
+        help="draw N tasks on the map: goals, and starts unless --start is given",
+    )
     add("--robot", default="wheelchair", metavar="NAME|FILE", help="robot (wheelchair)")
     add("--out", type=Path, metavar="DIR", help="new results folder (results/<time>)")
     add(

@@ -33,7 +33,7 @@ def request_from_arguments(arguments: argparse.Namespace) -> Request:
         "parameter_files": [str(path) for path in arguments.params],
         "nav2_files": [str(path) for path in arguments.nav2],
         "substitutions": read_assignments(arguments.set),
-        "map_task": _map_task(arguments.map, arguments.start, arguments.goal),
+        "map_task": _map_task(arguments),
         "trials": arguments.trials,
         "seed": arguments.seed,
         "robot": arguments.robot,
@@ -59,16 +59,27 @@ def _require_no_controllers_among(scenarios: Sequence[str], controllers: str) ->
         )
 
 
-def _map_task(
-    map_file: Path | None, start: list[float] | None, goal: list[float] | None
-) -> dict[str, object] | None:
-    given = {"--map": map_file, "--start": start, "--goal": goal}
-    missing = [name for name, value in given.items() if value is None]
-    if len(missing) == len(given):
+def _map_task(arguments: argparse.Namespace) -> dict[str, object] | None:
+    given = {
+        f"--{name}": getattr(arguments, name) is not None
+        for name in ("map", "start", "goal", "goals")
+    }
+    if not any(given.values()):
         return None
-    if missing:
-        raise InputError(f"{missing[0]}: missing; --map, --start and --goal go together")
-    return {"map": str(map_file), "start": start, "goal": goal}
+    if given["--goal"] and given["--goals"]:
+        raise InputError("--goals: draws the goals; expected no --goal beside it")
+    wanted = ("--map",) if given["--goals"] else ("--map", "--start", "--goal")
+    for name in wanted:
+        if not given[name]:
+            raise InputError(
+                f"{name}: missing; --map goes with --start and --goal, or with --goals"
+            )
+    return {
+        "map": str(arguments.map),
+        "start": arguments.start,
+        "goal": arguments.goal,
+        "goals": arguments.goals,
+    }
 
 
 def print_check(arguments: argparse.Namespace) -> None:
