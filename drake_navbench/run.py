@@ -30,6 +30,7 @@ examples:
   python -m drake_navbench.run my_scenario.yaml --controllers rpp,rpp:lookahead_dist=0.9
   python -m drake_navbench.run --params nav2_params.yaml   the controllers of a Nav2 file
   python -m drake_navbench.run --nav2 nav2_params.yaml     the whole of a Nav2 file
+  python -m drake_navbench.run --map map.yaml --goals 10 --controllers rpp,dwb
 
 exit status: 0 every trial ran (an abort is a result), 1 some trial ended in an error,
 2 wrong input, 130 interrupted
@@ -111,6 +112,10 @@ def build_parser() -> argparse.ArgumentParser:
         metavar="N",
         help="draw N tasks on the map: goals, and starts unless --start is given",
     )
+    add(
+        "--barn", type=Path, metavar="DIR", help="BARN worlds, world_N.world with their path_files/"
+    )
+    add("--worlds", metavar="LIST", help="which of them, such as 3,10-20,100-299:50 (all)")
     add("--robot", default="wheelchair", metavar="NAME|FILE", help="robot (wheelchair)")
     add("--out", type=Path, metavar="DIR", help="new results folder (results/<time>)")
     add(

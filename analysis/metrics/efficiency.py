@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from drake_navbench.analysis.metrics.definition import Undefined, metric
@@ -120,22 +122,38 @@ def barn_score(log: TrialLog) -> float:
     """Score of the BARN challenge; 0 for a trial that failed, at most 0.5.
 
     Formula: success OT / clip(AT, 2 OT, 8 OT), OT = L*/(2 m/s) with success and L* as in spl, AT
-    the time from the first 0.1 m of motion to the goal. Until 2024 the lower limit was 4 OT. BARN
-    itself takes the length of a reference path that comes with the world; it keeps farther off the
-    obstacles than a plan and is up to a fifth longer, and the score with it. A robot limited to
-    0.5 m/s scores 0.25 and what the goal tolerance, the first 0.1 m and cut corners save.
+    the time from the first 0.1 m of motion to the goal. Until 2024 the lower limit was 4 OT. In a
+    world of BARN's own, L* is the length of its reference path, and success and AT are those of the
+    first arrival within 1 m of the goal, before any contact; elsewhere the first plan stands for
+    the reference path, which keeps farther off the obstacles and is up to a fifth longer. A robot
+    limited to 0.5 m/s scores 0.25 and what the tolerance, the first 0.1 m and cut corners save.
     Source: The BARN Challenge (Perille et al. 2020; Xiao et al. 2022), rule since 2024-02.
     """
-    if not reached_every_goal(log):
+    arrival_s = _arrival_time_s(log)
+    if arrival_s is None:
         return 0.0
-    reference_m = first_plans_length_m(log)
+    reference_m = _suite(log).get("reference_length_m") or first_plans_length_m(log)
     path = positions(log)
     moved = np.hypot(*(path - path[0]).T) >= BARN_CLOCK_STARTS_AFTER_M
     if not moved.any():
         raise Undefined(f"the robot moved less than {BARN_CLOCK_STARTS_AFTER_M} m")
-    actual_s = log.end_time_s - times(log)[moved.argmax()]
+    actual_s = arrival_s - times(log)[moved.argmax()]
     optimal_s = reference_m / BARN_REFERENCE_SPEED_MPS
     return optimal_s / np.clip(actual_s, BARN_FASTEST * optimal_s, BARN_SLOWEST * optimal_s)
+
+
+def _suite(log: TrialLog) -> dict[str, Any]:
+    """Returns what the scenario says of its suite, nothing where it is in none."""
+    return log.info["scenario"].get("suite") or {}
+
+
+def _arrival_time_s(log: TrialLog) -> float | None:
+    """Returns when the robot arrived by the suite's rule, else by the trial's outcome; or None."""
+    radius_m = _suite(log).get("arrival_radius_m")
+    if radius_m is None:
+        return log.end_time_s if reached_every_goal(log) else None
+    near = np.hypot(*(positions(log) - goals(log)[-1, :2]).T) <= radius_m
+    return float(times(log)[near.argmax()]) if near.any() else None
 
 
 @metric(unit="m/s", better="higher")

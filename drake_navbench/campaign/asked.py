@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import re
 from collections.abc import Sequence
-from pathlib import Path
 
 from drake_navbench.campaign.request import Request
 from drake_navbench.errors import InputError, printable
@@ -34,6 +34,7 @@ def request_from_arguments(arguments: argparse.Namespace) -> Request:
         "nav2_files": [str(path) for path in arguments.nav2],
         "substitutions": read_assignments(arguments.set),
         "map_task": _map_task(arguments),
+        "barn": _barn_task(arguments),
         "trials": arguments.trials,
         "seed": arguments.seed,
         "robot": arguments.robot,
@@ -80,6 +81,29 @@ def _map_task(arguments: argparse.Namespace) -> dict[str, object] | None:
         "goal": arguments.goal,
         "goals": arguments.goals,
     }
+
+
+def _barn_task(arguments: argparse.Namespace) -> dict[str, object] | None:
+    if arguments.barn is None:
+        if arguments.worlds is not None:
+            raise InputError("--worlds: expected a folder of BARN worlds by --barn as well")
+        return None
+    return {"folder": str(arguments.barn), "worlds": _numbers(arguments.worlds or "")}
+
+
+def _numbers(text: str) -> list[int]:
+    """Returns the numbers of a list such as '3,10-20,100-299:50', without repetition."""
+    numbers: dict[int, None] = {}
+    for part in filter(None, map(str.strip, text.split(","))):
+        found = re.fullmatch(r"(\d{1,6})(?:-(\d{1,6})(?::([1-9]\d{0,5}))?)?", part)
+        if found is None:
+            raise InputError(
+                f"--worlds {text}: expected numbers and ranges such as 3,10-20,100-299:50, "
+                f"got {part!r}"
+            )
+        first = int(found[1])
+        numbers |= dict.fromkeys(range(first, int(found[2] or first) + 1, int(found[3] or 1)))
+    return list(numbers)
 
 
 def print_check(arguments: argparse.Namespace) -> None:

@@ -10,6 +10,7 @@ from pydantic import Field
 
 from drake_navbench.campaign.campaign import Campaign, plan_campaign
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.barn import barn_scenarios
 from drake_navbench.inputs.nav2_check import Check, CheckRow, Status
 from drake_navbench.inputs.nav2_robot import Nav2Setup, read_nav2_files
 from drake_navbench.inputs.parameter_files import load_parameter_file
@@ -38,6 +39,13 @@ class MapTask(FrozenModel):
     goals: int | None = Field(None, ge=1, le=MAX_GOALS)
 
 
+class BarnTask(FrozenModel):
+    """A folder of BARN worlds, and the numbers of those to drive; none stands for all."""
+
+    folder: str
+    worlds: tuple[int, ...] = ()
+
+
 class Request(FrozenModel):
     """What was asked for; it is kept in the manifest, so that a run can be resumed.
 
@@ -51,6 +59,7 @@ class Request(FrozenModel):
     nav2_files: tuple[str, ...] = ()
     substitutions: dict[str, str] = Field(default_factory=dict)
     map_task: MapTask | None = None
+    barn: BarnTask | None = None
     trials: int = Field(ge=1, le=MAX_TRIALS)
     seed: int = Field(ge=0, le=MAX_SEED)
     robot: str
@@ -93,15 +102,18 @@ class Request(FrozenModel):
         return replace(campaign, nav2=replace(nav2, check=Check((*nav2.check.rows, *rows))))
 
     def _scenarios(self, robot: Robot) -> list[str | Scenario]:
-        task = self.map_task
-        if task is None:
-            return list(self.scenarios)
+        scenarios: list[str | Scenario] = list(self.scenarios)
+        if self.map_task is not None:
+            scenarios += self._tasks_on_map(self.map_task, robot)
+        if self.barn is not None:
+            scenarios += barn_scenarios(Path(self.barn.folder), self.barn.worlds)
+        return scenarios
+
+    def _tasks_on_map(self, task: MapTask, robot: Robot) -> list[Scenario]:
         path = Path(task.map)
         if task.start is not None and task.goal is not None:
-            return [*self.scenarios, scenario_on_map(path, task.start, task.goal)]
-        count = task.goals or 1
-        drawn = sample_tasks(path, robot, count, seed=self.seed, start=task.start)
-        return [*self.scenarios, *drawn]
+            return [scenario_on_map(path, task.start, task.goal)]
+        return sample_tasks(path, robot, task.goals or 1, seed=self.seed, start=task.start)
 
 
 def _overrides(scenario: Scenario) -> list[CheckRow]:

@@ -66,7 +66,7 @@ def test_a_given_start_is_that_of_all_and_its_goals_lie_in_its_room(tmp_path):
 
 
 def test_a_map_without_room_is_refused(tmp_path):
-    with pytest.raises(InputError, match="--goals 2: .*no two places"):
+    with pytest.raises(InputError, match=r"--goals 2: .*no two places"):
         sample_tasks(write_rooms(tmp_path), WHEELCHAIR, 2, seed=0, start=(5.05, 2.0, 0.0))
 
 
