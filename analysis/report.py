@@ -84,7 +84,7 @@ def build_report(
             write_text(results.table_path(scenario.scenario, ".csv"), table.to_csv())
             write_text(results.table_path(scenario.scenario, ".md"), table_to_markdown(table))
     if told := totals(trials):
-        write_text(results.path / "tables" / TOTALS_NAME, totals_csv(told))
+        write_text(folder / TOTALS_NAME, totals_csv(told))
     if has_published_scenarios(trials["scenario"]):
         write_reproduction(folder, trials)
     path = folder / REPORT_NAME

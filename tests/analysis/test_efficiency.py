@@ -218,3 +218,25 @@ def test_energy_grows_with_the_mass_in_the_robot_file():
     assert efficiency.mechanical_energy_j(log) == pytest.approx((14.715 + 0.12) * 5.0)
     log.info["robot"]["mass_kg"] = None
     assert efficiency.mechanical_energy_j(log) == pytest.approx((26.487 + 0.12) * 5.0)
+
+
+def in_suite(log, **suite):
+    """Puts a log's scenario into a suite with a goal 8 m ahead."""
+    log.info["scenario"] |= {"goal": [8.0, 0.0, 0.0], "suite": {"name": "BARN", **suite}}
+    return log
+
+
+def test_barns_own_worlds_take_their_reference_path_and_arrival_within_a_metre():
+    # 8 m of reference: OT = 4 s, 4 OT = 16 s. At 0.5 m/s the robot is within 1 m of the goal after
+    # 14 s, of which 0.2 s do not count, whatever became of the trial after that.
+    log = straight_log(end_time_s=15.0, plan=straight_plan(20.0), outcome="collided")
+    log = in_suite(log, reference_length_m=8.0, arrival_radius_m=1.0)
+    assert efficiency.barn_score(log) == pytest.approx(4.0 / 13.8, rel=1e-3)
+    # Where it ends before that, it has not arrived.
+    short = straight_log(end_time_s=13.9, outcome="collided")
+    assert efficiency.barn_score(in_suite(short, reference_length_m=8.0, arrival_radius_m=1.0)) == 0
+
+
+def test_suites_without_a_rule_of_their_own_score_as_everything_else():
+    log = in_suite(straight_log(end_time_s=16.2, plan=straight_plan(8.0)))
+    assert efficiency.barn_score(log) == pytest.approx(4.0 / 16.0)
