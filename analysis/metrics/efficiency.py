@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from drake_navbench.analysis.metrics.body import Body, body_of
 from drake_navbench.analysis.metrics.definition import Undefined, metric
 from drake_navbench.analysis.metrics.mission import (
     first_plans_length_m,
@@ -33,16 +34,8 @@ BARN_REFERENCE_SPEED_MPS = 2.0
 BARN_CLOCK_STARTS_AFTER_M = 0.1
 BARN_FASTEST = 2.0
 BARN_SLOWEST = 8.0
-# For a robot file without a mass: a powered chair of about 100 kg with a person of 80 kg.
-ASSUMED_MASS_KG = 180.0
-# Wheels with tyres on a hard floor.
-ROLLING_RESISTANCE_RATIO = 0.015
 GRAVITY_MPS2 = 9.81
-# Frontal area 0.8 m^2, drag coefficient 1, air of 1.2 kg/m^3.
-DRAG_AREA_M2 = 0.8
 AIR_DENSITY_KGPM3 = 1.2
-# Of a uniform box of the wheelchair's 1.1 m x 0.6 m: (1.1^2 + 0.6^2) / 12.
-YAW_GYRATION_RADIUS_SQUARED_M2 = 0.131
 
 
 @metric(unit="s", better="lower")
@@ -182,24 +175,20 @@ def stopped_time_s(log: TrialLog) -> float:
 def mechanical_energy_j(log: TrialLog) -> float:
     """Work of the drive against inertia, rolling resistance and air; braking gives nothing back.
 
-    Formula: integral max(0, m a v + I dw/dt w + c m g |v| + 0.5 rho A |v|^3) dt with m of the
-    robot file (`mass_kg`; 180 kg where it has none), I = m 0.131 m^2, c = 0.015,
-    rho A = 0.96 kg/m. Losses of the motors are not in it.
+    Formula: integral max(0, m a v + I dw/dt w + c m g |v| + 0.5 rho A |v|^3) dt with m, c and A of
+    the robot file (`mass_kg`, `rolling_resistance_ratio`, `drag_area_m2`), I that of a uniform box
+    around the outline, or of a disc, and rho = 1.2 kg/m^3. Losses of the motors are not in it. A
+    robot without a mass has no value.
     """
-    signal = motion(log)
+    signal, body = motion(log), body_of(log)
     power_w = drive_power_w(
         signal.smooth_v_mps,
         signal.acceleration_mps2,
         signal.smooth_w_radps,
         signal.angular_acceleration_radps2,
-        mass_kg=robot_mass_kg(log),
+        body=body,
     )
     return float(np.trapezoid(np.maximum(power_w, 0.0), dx=signal.period_s))
-
-
-def robot_mass_kg(log: TrialLog) -> float:
-    """Returns the mass of the robot file with its load; ASSUMED_MASS_KG where it has none."""
-    return log.info["robot"].get("mass_kg") or ASSUMED_MASS_KG
 
 
 def drive_power_w(
@@ -208,14 +197,14 @@ def drive_power_w(
     w_radps: Array,
     angular_acceleration_radps2: Array,
     *,
-    mass_kg: float,
+    body: Body,
 ) -> Array:
-    """Returns the power that drives a wheelchair with its occupant on a flat floor, (N,) W."""
-    translation = mass_kg * acceleration_mps2 * v_mps
-    inertia_kgm2 = mass_kg * YAW_GYRATION_RADIUS_SQUARED_M2
+    """Returns the power that drives a robot with its load on a flat floor, (N,) W."""
+    translation = body.mass_kg * acceleration_mps2 * v_mps
+    inertia_kgm2 = body.mass_kg * body.gyration_squared_m2
     rotation = inertia_kgm2 * angular_acceleration_radps2 * w_radps
-    rolling = ROLLING_RESISTANCE_RATIO * mass_kg * GRAVITY_MPS2 * np.abs(v_mps)
-    drag = 0.5 * AIR_DENSITY_KGPM3 * DRAG_AREA_M2 * np.abs(v_mps) ** 3
+    rolling = body.rolling_resistance_ratio * body.mass_kg * GRAVITY_MPS2 * np.abs(v_mps)
+    drag = 0.5 * AIR_DENSITY_KGPM3 * body.drag_area_m2 * np.abs(v_mps) ** 3
     return translation + rotation + rolling + drag
 
 

@@ -112,7 +112,7 @@ def test_worlds_are_asked_for_by_numbers_and_ranges(tmp_path):
 
     assert asked("--worlds", "1,4-8:2,4").barn.worlds == (1, 4, 6, 8)
     assert asked().barn.worlds == ()
-    with pytest.raises(InputError, match="no world_2.world in"):
+    with pytest.raises(InputError, match=r"no world_2\.world in"):
         asked("--worlds", "0-3").campaign()
     with pytest.raises(InputError, match="expected numbers and ranges such as"):
         asked("--worlds", "1..4")
