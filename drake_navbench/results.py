@@ -96,6 +96,7 @@ class _Manifest(FrozenModel):
 
     request: _Asked = _Asked()
     scenarios: tuple[str, ...] = ()
+    suites: dict[str, str] = Field(default_factory=dict)
     controllers: tuple[str, ...] = ()
     inputs: dict[str, str] = Field(default_factory=dict)
     stand_ins: tuple[str, ...] = ()

@@ -22,12 +22,14 @@ from rich.console import Console
 from drake_navbench import __version__
 from drake_navbench.analysis.sweeps import SUCCEEDED, long_table, response_table
 from drake_navbench.analysis.tables import scenario_table
+from drake_navbench.analysis.totals import told_by_totals, totals
 from drake_navbench.campaign.asked import request_from_arguments, short_form
 from drake_navbench.campaign.campaign import DEFAULT_TRIALS, Campaign, plan_campaign
 from drake_navbench.campaign.console import CampaignProgress, print_scenario, terminal
 from drake_navbench.campaign.driving import Undriven, available_jobs, run_campaign
 from drake_navbench.campaign.replays import write_replays
 from drake_navbench.campaign.request import Request
+from drake_navbench.campaign.suite_console import print_totals
 from drake_navbench.campaign.warm_up import kernels_are_cold, start_worker_server, warm_up
 from drake_navbench.errors import InputError, NavbenchError, printable
 from drake_navbench.inputs.presets import Preset, as_yaml, resolved_parameters
@@ -200,16 +202,22 @@ def _run(
     if trials.empty:
         return True
     impossible = {spec.scenario.name for spec in campaign.specs if spec.scenario.is_impossible}
+    told = told_by_totals(campaign.suites)
     if campaign.sweep:
         for scenario, rows in long_table(trials, campaign.sweep).groupby("scenario", sort=False):
             print_scenario(console, response_table(rows, PRINTED_IN_SWEEP), str(scenario))
     else:
         for scenario in dict.fromkeys(trials["scenario"]):
-            table = scenario_table(trials, scenario)
-            print_scenario(console, table, scenario, is_impossible=scenario in impossible)
-    if request.replay != "none":
+            if scenario not in told:
+                table = scenario_table(trials, scenario)
+                print_scenario(console, table, scenario, is_impossible=scenario in impossible)
+    print_totals(console, totals(trials))
+    if request.replay == "each" or (request.replay == "race" and set(campaign.scenarios) - told):
         console.print("Writing the replays ...")
-        failures = write_replays(folder, campaign, each=request.replay == "each", jobs=jobs)
+        left_out = told if request.replay == "race" else frozenset()
+        failures = write_replays(
+            folder, campaign, each=request.replay == "each", jobs=jobs, left_out=left_out
+        )
         for scenario, reason in failures.items():
             _print_error(f"no replay: {scenario}: {reason}")
     console.print("Writing the report ...")
@@ -276,6 +284,7 @@ def _manifest(campaign: Campaign, inputs: dict[str, str]) -> dict[str, Any]:
     return {
         "stand_ins": [row.text for row in stand_ins],
         "scenarios": campaign.scenarios,
+        "suites": campaign.suites,
         "controllers": campaign.columns,
         "sweep": campaign.sweep,
         "inputs": _hashes(inputs),

@@ -44,6 +44,15 @@ class Campaign:
         return list(dict.fromkeys(spec.scenario.name for spec in self.specs))
 
     @property
+    def suites(self) -> dict[str, str]:
+        """The suite of each scenario that is in one, by the scenario's name."""
+        return {
+            spec.scenario.name: spec.scenario.suite.name
+            for spec in self.specs
+            if spec.scenario.suite is not None
+        }
+
+    @property
     def presets(self) -> list[Preset]:
         """The presets, in order."""
         return list({spec.preset.name: spec.preset for spec in self.specs}.values())
