@@ -3,7 +3,7 @@
 One Parquet file a trial. The rows are samples on the recorder's clock; what changes more slowly
 (scans, plans, the controller's diagnostics) stands in the row of the first sample that saw it and
 is null elsewhere. What does not change (scenario, robot, parameters, outcome) is JSON in the file's
-metadata. docs/log_format.md is generated from `COLUMNS` and `PLAN_COLUMNS`.
+metadata. docs/log_format.md is generated from `COLUMNS`, `PLAN_COLUMNS` and `COSTMAP_COLUMNS`.
 """
 
 from __future__ import annotations
@@ -24,6 +24,8 @@ from numpy.typing import NDArray
 from pydantic import ConfigDict
 
 from drake_navbench.errors import InputError, as_line, one_line, printable
+from drake_navbench.kernels.grid import Costmap
+from drake_navbench.logged_costmaps import costmap_columns, read_costmaps
 from drake_navbench.plans import (
     PLAN_COLUMNS,
     PLAN_ENCODINGS,
@@ -131,7 +133,7 @@ class TrialLog:
     samples: one row a sample, columns as in `COLUMNS`.
     plans: the global plans in order of time, as `drake_navbench.plans.as_logged` keeps them; one
         in the mode follow_path.
-    scans: the lidar scans in order.
+    scans: the lidar scans in order. costmaps: the local costmaps in order, where they were kept.
     diagnostics: (time_s, mapping) of every control cycle that left any.
     events: (time_s, mapping) of what the navigator did: `node` and `status` where a node of its
         behaviour tree changed, `plan_id` and `poses` where there was a new plan.
@@ -144,6 +146,7 @@ class TrialLog:
     scans: tuple[Scan, ...] = ()
     diagnostics: tuple[tuple[float, Mapping[str, Any]], ...] = field(default=())
     events: tuple[tuple[float, Mapping[str, Any]], ...] = field(default=())
+    costmaps: tuple[Costmap, ...] = ()
 
     def __repr__(self) -> str:
         """Returns who drove what, how it ended and how much there is, as one short line."""
@@ -228,6 +231,8 @@ class TrialLog:
         columns["diagnostics"] = pa.array(notes, type=pa.string())
         rows = [_first_row_at(times, plan.time_s) for plan in self.plans]
         columns |= plan_columns(self.plans, rows, len(times))
+        rows = [_first_row_at(times, costmap.stamp_s) for costmap in self.costmaps]
+        columns |= costmap_columns(self.costmaps, rows, len(times))
         header = dict(self.info) | {
             "schema_version": SCHEMA_VERSION,
             "events": [{"time_s": time_s} | dict(event) for time_s, event in self.events],
@@ -301,6 +306,7 @@ class TrialLog:
             scans=tuple(_read_scan(s, angles) for s in table["scan"].drop_null().to_pylist()),
             diagnostics=tuple((float(n.pop("time_s")), n) for n in notes),
             events=tuple((float(event.pop("time_s")), event) for event in events),
+            costmaps=read_costmaps(table),
         )
 
 

@@ -16,6 +16,7 @@ CONTRACTS = {
     "controller",
     "errors",
     "log",
+    "logged_costmaps",
     "noise",
     "plans",
     "plugins",
@@ -39,7 +40,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "inputs": BELOW_ALL | {"costmaps", "navigation"},
     "systems": BELOW_ALL | {"costmaps", "navigation", "inputs"},
     "trial": BELOW_ALL | {"costmaps", "navigation", "inputs", "systems"},
-    "analysis": BELOW_ALL | {"costmaps", "inputs"},
+    "analysis": BELOW_ALL | {"inputs"},
     "campaign": BELOW_ALL | {"inputs", "trial", "analysis"},
     "commands": BELOW_ALL | {"inputs", "trial", "analysis", "campaign"},
 }

@@ -107,7 +107,7 @@ def write_trial_replay(log: TrialLog, path: Path, *, model: Path | None) -> None
         LegendRow("driven path", row.color, [_driven_path(row.name)]),
         _plan_row(),
         LegendRow("lidar hits", LAYER_COLOR, [_scan_path(row.name)]),
-        *_costmap_rows(stage, log, robot, pace),
+        *_costmap_rows(stage, log, pace),
         *_intention_rows(stage, log, pace),
     ]
     page = assemble(
@@ -179,10 +179,10 @@ def _add_trial(
     return LegendRow(name, color, [_group(name)], detail, is_failure)
 
 
-def _costmap_rows(stage: Stage, log: TrialLog, robot: Robot, pace: Pace) -> list[LegendRow]:
-    """Draws the local costmap; returns its row, or none where the log has no scans."""
+def _costmap_rows(stage: Stage, log: TrialLog, pace: Pace) -> list[LegendRow]:
+    """Draws the local costmap; returns its row, or none where the log keeps no costmaps."""
     path = "/local_costmap"
-    is_drawn = add_costmaps(stage, path, log, robot, base_motion(log), pace.turn_period_s)
+    is_drawn = add_costmaps(stage, path, log, pace.turn_period_s)
     return [LegendRow("local costmap", _css(COSTMAP_COLOR), [path])] if is_drawn else []
 
 

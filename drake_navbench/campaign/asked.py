@@ -39,6 +39,7 @@ def request_from_arguments(arguments: argparse.Namespace) -> Request:
         "robot": arguments.robot,
         "replay": arguments.replay,
         "figures": arguments.figures,
+        "keeps_costmaps": not arguments.no_costmaps,
     }
     return validate(Request, asked, "command line")
 

@@ -67,6 +67,7 @@ def plan_campaign(
     seed: int = 0,
     robot: str | Robot = DEFAULT_ROBOT,
     wants_diagnostics: bool = False,
+    keeps_costmaps: bool = True,
 ) -> Campaign:
     """Returns every trial of a campaign, all input checked; raises InputError.
 
@@ -106,6 +107,7 @@ def plan_campaign(
                         seed=trial_seed(seed, scenario.name, trial),
                         trial=trial,
                         wants_diagnostics=wants_diagnostics,
+                        keeps_costmaps=keeps_costmaps,
                     )
                 )
     return Campaign(tuple(specs))

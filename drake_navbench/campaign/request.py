@@ -37,6 +37,7 @@ class Request(FrozenModel):
 
     controllers: presets and variants by name. parameter_files: more columns, from files.
     nav2_files: whole Nav2 files, which give columns and the robot. substitutions: their values.
+    keeps_costmaps: whether the logs hold the local costmaps.
     """
 
     scenarios: tuple[str, ...]
@@ -50,6 +51,7 @@ class Request(FrozenModel):
     robot: str
     replay: Literal["race", "each", "none"]
     figures: Literal["none", "key", "all"] = "key"
+    keeps_costmaps: bool = True
 
     def nav2_setup(self) -> Nav2Setup | None:
         """Returns what the Nav2 files make, None without any; raises InputError."""
@@ -78,6 +80,7 @@ class Request(FrozenModel):
             seed=self.seed,
             robot=self.robot if nav2 is None else nav2.robot,
             wants_diagnostics=self.replay == "each",
+            keeps_costmaps=self.keeps_costmaps,
         )
         if nav2 is None:
             return campaign

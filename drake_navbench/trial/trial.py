@@ -72,6 +72,7 @@ def run_trial(
     *,
     robot: str | Robot = DEFAULT_ROBOT,
     wants_diagnostics: bool = False,
+    keeps_costmaps: bool = True,
 ) -> TrialLog:
     """Runs one trial and returns its log.
 
@@ -88,7 +89,14 @@ def run_trial(
     check_task(scenario, robot)
     check_cost(scenario, robot)
     preset = preset.for_robot(robot)
-    spec = TrialSpec(scenario, robot, preset, seed=seed, wants_diagnostics=wants_diagnostics)
+    spec = TrialSpec(
+        scenario,
+        robot,
+        preset,
+        seed=seed,
+        wants_diagnostics=wants_diagnostics,
+        keeps_costmaps=keeps_costmaps,
+    )
     return _simulated_apart(spec) if runs_foreign_code(preset) else simulate(spec)
 
 
@@ -148,6 +156,7 @@ def _simulate(
         static_map=_static_map(spec),
         filter_masks=spec.scenario.filter_masks,
         meshcat=meshcat,
+        keeps_costmaps=spec.keeps_costmaps,
     )
     context = trial.create_context(spec.scenario.start_pose(spec.seed), spec.seed)
     simulator = Simulator(trial.diagram, context)
@@ -311,6 +320,7 @@ def _make_log(
         scans=tuple(recording.scans),
         diagnostics=tuple(recording.diagnostics),
         events=tuple(recording.events),
+        costmaps=tuple(recording.costmaps),
     )
 
 
