@@ -41,8 +41,9 @@ MAY_IMPORT: dict[str, set[str]] = {
     "systems": BELOW_ALL | {"costmaps", "navigation", "inputs"},
     "trial": BELOW_ALL | {"costmaps", "navigation", "inputs", "systems"},
     "analysis": BELOW_ALL | {"inputs"},
+    "recordings": BELOW_ALL | {"inputs"},
     "campaign": BELOW_ALL | {"inputs", "trial", "analysis"},
-    "commands": BELOW_ALL | {"inputs", "trial", "analysis", "campaign"},
+    "commands": BELOW_ALL | {"inputs", "trial", "analysis", "campaign", "recordings"},
 }
 # Contracts that a kernel may use; the others use kernels themselves.
 FOR_KERNELS = {"drake_navbench.errors", "drake_navbench.typed_files.immutable"}
