@@ -21,7 +21,7 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
-from pydantic import ConfigDict
+from pydantic import ConfigDict, Field
 
 from drake_navbench.errors import InputError, as_line, one_line, printable
 from drake_navbench.kernels.grid import Costmap
@@ -124,6 +124,7 @@ class _Header(FrozenModel):
     reason: str
     start_time_s: float
     end_time_s: float
+    missing: dict[str, str] = Field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -186,6 +187,16 @@ class TrialLog:
     def end_time_s(self) -> float:
         """When the trial ended, s."""
         return float(self.info["end_time_s"])
+
+    @property
+    def missing(self) -> Mapping[str, str]:
+        """What a recording could not tell: a column or another part of the log -> why."""
+        return self.info.get("missing", {})
+
+    @property
+    def is_recording(self) -> bool:
+        """Whether it was made of a recording, not simulated."""
+        return "recording" in self.info
 
     @property
     def first_plans(self) -> tuple[Plan, ...]:
