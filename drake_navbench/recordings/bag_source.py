@@ -90,7 +90,20 @@ class BagSource:
                     f"{self.path}: {connection.topic}: no definition of {connection.msgtype} in "
                     "the recording"
                 )
+        for connection in connections:
+            _require_whole(self.path, types, connection)
         return types
+
+
+def _require_whole(path: Path, types: Any, connection: Any) -> None:
+    """Raises InputError where a message has a field of a type that nothing defines."""
+    try:
+        types.generate_msgdef(connection.msgtype)
+    except LookupError as error:
+        raise InputError(
+            f"{path}: {connection.topic}: message definition not understood: "
+            f"{connection.msgtype} needs the unknown type {as_line(str(error))}"
+        ) from error
 
 
 @contextmanager
@@ -194,7 +207,8 @@ def _mend(path: Path, whole: Path) -> str:
 def _messages(
     reader: Any, wanted: list[Any], start_ns: int | None, end_ns: int | None
 ) -> Iterator[tuple[Any, int, Any]]:
-    storage = getattr(reader, "storage", None)
+    # A bag of ROS 1 has none.
+    storage: Any = getattr(reader, "storage", None)
     if hasattr(storage, "messages_scan") and not storage.chunks:
         # Without an index, and so perhaps out of order, which the usual way refuses.
         yield from storage.messages_scan(wanted, start_ns, end_ns)

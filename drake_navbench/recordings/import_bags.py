@@ -178,6 +178,8 @@ def _bounds(source: BagSource, request: ImportRequest) -> tuple[int | None, int 
             raise InputError(
                 f"{source.path}: --{name} {value:g}: expected 0 to {length_s:.3f} s, its length"
             )
+    if begin is not None and end is not None and end <= begin:
+        raise InputError(f"{source.path}: --end {end:g}: expected more than --start {begin:g}")
     begin_ns = None if begin is None else source.start_ns + round(begin * NANOSECONDS)
     # A sample behind the end belongs to it.
     past_ns = None if end is None else source.start_ns + round((end + 1.0) * NANOSECONDS)

@@ -234,7 +234,9 @@ class _Piece:
         side = 1.0 if upright > 0.0 else -1.0
         times = self._motion.clock.times(column)[rows]
         places = composed(self._motion.track.at(times), np.tile(mounting.pose, (len(times), 1)))
-        beams = first.angle_min + first.increment * np.arange(len(first.ranges_m))
+        beams: Array = first.angle_min + first.increment * np.arange(
+            len(first.ranges_m), dtype=np.float64
+        )
         return tuple(
             Scan(
                 float(time_s - self._task.begin_s),
