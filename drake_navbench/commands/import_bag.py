@@ -51,7 +51,6 @@ def build_parser() -> argparse.ArgumentParser:
     for name in ("start", "end"):
         help_text = f"{name} of one task cut by hand, seconds from the beginning of the recording"
         add(f"--{name}", type=float, metavar="S", help=help_text)
-    add("--fit-drive", action="store_true", help="also find lag, acceleration limits and deadband")
     add("--no-report", action="store_true", help="leave report.html to the report command")
     return parser
 
