@@ -78,9 +78,10 @@ def motion_curves(log: TrialLog) -> MotionCurves:
         fitted = str(reason)
     return MotionCurves(
         times(log),
-        column(log, "command_v_mps"),
+        # Of a recording without commands these are no numbers, and no curve.
+        log.samples["command_v_mps"].to_numpy(),
         v_mps,
-        column(log, "command_w_radps"),
+        log.samples["command_w_radps"].to_numpy(),
         w_radps,
         np.abs(v_mps * w_radps),
         fitted,

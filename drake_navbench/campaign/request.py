@@ -53,6 +53,7 @@ class Request(FrozenModel):
     controllers: presets and variants by name. parameter_files: more columns, from files.
     nav2_files: whole Nav2 files, which give columns and the robot. substitutions: their values.
     sweeps: axes as of `parse_axis`. samples: of a Latin hypercube over them, None for their grid.
+    keeps_costmaps: whether the logs hold the local costmaps.
     """
 
     scenarios: tuple[str, ...]
@@ -69,6 +70,7 @@ class Request(FrozenModel):
     figures: Literal["none", "key", "all"] = "key"
     sweeps: tuple[str, ...] = ()
     samples: int | None = Field(None, ge=1, le=MAX_POINTS)
+    keeps_costmaps: bool = True
 
     def nav2_setup(self) -> Nav2Setup | None:
         """Returns what the Nav2 files make, None without any; raises InputError."""
@@ -100,6 +102,7 @@ class Request(FrozenModel):
             wants_diagnostics=self.replay == "each",
             sweeps=self.sweeps,
             samples=self.samples,
+            keeps_costmaps=self.keeps_costmaps,
         )
         if nav2 is None:
             return campaign
