@@ -350,7 +350,7 @@ class LayeredCostmap:
         if not is_array or written.shape != master.shape:
             found = f"{written.dtype} {written.shape}" if hasattr(written, "shape") else written
             raise ValueError(
-                f"costmap layer {name}: found {found}, expected costs uint8 {master.shape}"
+                f"costmap layer {name}: got {found}, expected costs uint8 {master.shape}"
             )
         window = cycle.window.slices
         master[window] = written[window]
@@ -441,7 +441,7 @@ def _observed_by(name: str, layer: Layer, state: Any, seen: Seen) -> tuple[Any, 
     """Returns a layer's new state, and the box min_x, min_y, max_x, max_y m that it touched."""
     observed = layer.observe(state, seen)
     if not isinstance(observed, Observed):
-        raise TypeError(f"costmap layer {name}: found {observed!r}, expected an Observed")
+        raise TypeError(f"costmap layer {name}: got {observed!r}, expected an Observed")
     if observed.touched is None:
         return observed.state, NOTHING_TOUCHED
     box = np.array(observed.touched, dtype=np.float64)
