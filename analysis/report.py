@@ -33,6 +33,8 @@ from drake_navbench.analysis.scenario_analysis import (
     TrialEntry,
 )
 from drake_navbench.analysis.statistics import Interval, trials_needed
+from drake_navbench.analysis.sweep_page import PAGE_NAME as SWEEP_PAGE_NAME
+from drake_navbench.analysis.sweep_page import write_sweep
 from drake_navbench.analysis.tables import published_table, scenario_table, table_to_markdown
 from drake_navbench.log import Outcome
 from drake_navbench.results import ResultsFolder, write_text
@@ -86,6 +88,8 @@ def build_report(
             write_text(results.table_path(scenario.scenario, ".md"), table_to_markdown(table))
     if has_published_scenarios(trials["scenario"]):
         write_reproduction(folder, trials, parameters_of)
+    if sweep := analysis.manifest.get("sweep"):
+        write_sweep(folder, trials, sweep)
     path = folder / REPORT_NAME
     write_text(path, render(analysis, difference=difference))
     return ReportResult(path, len(trials), analysis.left_out)
@@ -114,6 +118,7 @@ def _page(analysis: FolderAnalysis, difference: float) -> dict[str, Any]:
     return {
         "manifest": analysis.manifest,
         "reproduction": _relative(analysis.path, analysis.path / PAGE_NAME),
+        "sweep": _relative(analysis.path, analysis.path / SWEEP_PAGE_NAME),
         "folder": analysis.path.resolve().name,
         "trial_count": len(trials),
         "outcomes": [

@@ -70,8 +70,6 @@ def read_controller_server(reader: NodeReader, controllers: Collection[str]) -> 
     }
     if reader.given("path_handler_plugins"):
         fields["path_handler"] = _path_handler(reader)
-    if reader.given("min_y_velocity_threshold"):
-        reader.note(Status.NO_MEANING, "min_y_velocity_threshold", "the base is differential")
     reader.value("controller_plugins")
     reader.finish({*controllers, "odom_duration", "publish_zero_velocity", "speed_limit_topic"})
     return fields

@@ -9,10 +9,17 @@ from typing import Any
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from pydantic import Field, field_validator, model_validator
+from pydantic import (
+    Field,
+    SerializerFunctionWrapHandler,
+    field_validator,
+    model_serializer,
+    model_validator,
+)
 
 from drake_navbench.costmaps.costmap_settings import GlobalCostmapSettings, LocalCostmapSettings
 from drake_navbench.errors import InputError, nearest_name_hint
+from drake_navbench.inputs.drive import DifferentialDrive, Drive, overrides_for
 from drake_navbench.inputs.file_kinds import ROBOT, require_kind
 from drake_navbench.inputs.named_files import NamedFiles
 from drake_navbench.kernels.footprint import circle_footprint, footprint_radii, pad_footprint
@@ -36,9 +43,7 @@ from drake_navbench.navigation.waypoint_follower import WaypointFollowerParamete
 from drake_navbench.plugin_parameters import normalized
 from drake_navbench.plugins import foreign_plugins
 from drake_navbench.typed_files.quantities import (
-    Acceleration,
     Angle,
-    AngularAcceleration,
     AngularSpeed,
     Duration,
     Frequency,
@@ -54,25 +59,6 @@ from drake_navbench.typed_files.typed_yaml import FrozenModel, read_yaml, valida
 PATIENT_FOR_EVER = -1.0
 
 ROBOT_FILES = NamedFiles(kind="robot", package="drake_navbench.models")
-
-
-class Drive(FrozenModel):
-    """A differential base with a first-order velocity response."""
-
-    max_linear_velocity_mps: Speed = Field(0.5, gt=0.0, description="Forward limit [m/s].")
-    min_linear_velocity_mps: Speed = Field(-0.5, le=0.0, description="Backward limit [m/s].")
-    max_angular_velocity_radps: AngularSpeed = Field(
-        2.0, gt=0.0, description="Turning limit [rad/s]."
-    )
-    response_time_constant_s: Period = Field(
-        0.1, description="Time constant of the velocity response [s]."
-    )
-    max_linear_acceleration_mps2: Acceleration | None = Field(
-        2.5, gt=0.0, description="Limit on dv/dt [m/s^2]; null means none."
-    )
-    max_angular_acceleration_radps2: AngularAcceleration | None = Field(
-        3.0, gt=0.0, description="Limit on dw/dt [rad/s^2]; null means none."
-    )
 
 
 class LidarSettings(FrozenModel):
@@ -115,7 +101,9 @@ class LocalizationSettings(FrozenModel):
     period_s: Period = Field(0.05, description="Time for which a noise sample holds [s].")
     xy_std_m: Length = Field(0.0, ge=0.0, description="Noise on x and on y [m].")
     yaw_std_rad: Angle = Field(0.0, ge=0.0, description="Noise on the heading [rad].")
-    linear_velocity_std_mps: Speed = Field(0.0, ge=0.0, description="Noise on v [m/s].")
+    linear_velocity_std_mps: Speed = Field(
+        0.0, ge=0.0, description="Noise on v and, where the base has it, on vy [m/s]."
+    )
     angular_velocity_std_radps: AngularSpeed = Field(0.0, ge=0.0, description="Noise on w [rad/s].")
 
 
@@ -132,9 +120,20 @@ class ControllerServerSettings(FrozenModel):
     min_x_velocity_threshold: Speed = Field(
         0.0001, ge=0.0, description="Measured |v| up to this is taken as 0 [m/s]."
     )
+    min_y_velocity_threshold: Speed = Field(
+        0.0001, ge=0.0, description="Measured |vy| up to this is taken as 0 [m/s]."
+    )
     min_theta_velocity_threshold: AngularSpeed = Field(
         0.0001, ge=0.0, description="Measured |w| up to this is taken as 0 [rad/s]."
     )
+
+    @model_serializer(mode="wrap")
+    def _as_plain(self, plain: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leaves out what only bases that move sideways have a use for, where it was not given."""
+        values: dict[str, Any] = plain(self)
+        if "min_y_velocity_threshold" not in self.model_fields_set:
+            values.pop("min_y_velocity_threshold", None)
+        return values
 
     @field_validator("failure_tolerance")
     @classmethod
@@ -200,7 +199,7 @@ class Robot(FrozenModel):
         None, gt=0.0, description="Mass with its load, for the energy metric only [kg]."
     )
     directory: str = Field("", exclude=True, description="Set from where the file was found.")
-    drive: Drive = Field(default_factory=Drive)
+    drive: Drive = Field(default_factory=DifferentialDrive, description="The base.")
     lidar: LidarSettings = Field(default_factory=LidarSettings)
     localization: LocalizationSettings = Field(default_factory=LocalizationSettings)
     navigation: NavigationSettings = Field(default_factory=NavigationSettings)
@@ -277,7 +276,8 @@ def load_robot(
     robot = _robot_of(data, str(path), path.parent)
     if not overrides:
         return robot
-    return _robot_of(merged(data, overrides), overrides_source, path.parent)
+    fitting = _fitting(overrides, robot)
+    return _robot_of(merged(data, fitting), overrides_source, path.parent)
 
 
 def overridden(robot: Robot, overrides: Mapping[str, Any], source: str) -> Robot:
@@ -286,7 +286,15 @@ def overridden(robot: Robot, overrides: Mapping[str, Any], source: str) -> Robot
         return robot
     data = robot.model_dump(mode="json", exclude_unset=True)
     data.pop("directory", None)
-    return _robot_of(merged(data, overrides), source, Path(robot.directory))
+    return _robot_of(merged(data, _fitting(overrides, robot)), source, Path(robot.directory))
+
+
+def _fitting(overrides: Mapping[str, Any], robot: Robot) -> dict[str, Any]:
+    """Returns the overrides that are for a robot with such a base."""
+    drive = overrides.get("drive")
+    if not isinstance(drive, Mapping):
+        return dict(overrides)
+    return {**overrides, "drive": overrides_for(robot.drive, drive)}
 
 
 def _robot_of(data: Mapping[str, Any], source: str, directory: Path) -> Robot:

@@ -1,8 +1,8 @@
 """When a goal counts as reached: Nav2's goal checkers, as pure functions of an immutable state.
 
-All poses are (3,) x m, y m, yaw rad, in one frame; twists are (2,) v m/s, w rad/s. Lengths, angles
-and speeds are compared inclusively unless a class says otherwise. Source: nav2_controller, branch
-lyrical.
+All poses are (3,) x m, y m, yaw rad, in one frame; twists are (3,) v m/s, w rad/s, vy m/s. Lengths,
+angles and speeds are compared inclusively unless a class says otherwise. Source: nav2_controller,
+branch lyrical.
 """
 
 from __future__ import annotations
@@ -417,7 +417,8 @@ def _is_heading_reached(
 def _is_standing(
     twist: Array, *, trans_stopped_velocity: float, rot_stopped_velocity: float
 ) -> bool:
-    return abs(twist[1]) <= rot_stopped_velocity and abs(twist[0]) <= trans_stopped_velocity
+    v, w, vy = twist
+    return abs(w) <= rot_stopped_velocity and math.hypot(v, vy) <= trans_stopped_velocity
 
 
 def _end_direction(local_plan: Array, goal: Array) -> float | None:

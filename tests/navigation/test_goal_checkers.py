@@ -17,7 +17,7 @@ from drake_navbench.navigation.goal_checkers import (
 )
 
 GOAL = np.array([5.0, 1.0, 0.5])
-AT_REST = np.zeros(2)
+AT_REST = np.zeros(3)
 SHORT_PLAN = np.array([[4.6, 1.0, 0.0], [4.8, 1.0, 0.0], [5.0, 1.0, 0.5]])  # 0.4 m long
 LONG_PLAN = np.array([[3.9, 1.0, 0.0], [5.0, 1.0, 0.5]])  # 1.1 m, above the 1.0 m of the default
 
@@ -92,9 +92,12 @@ def test_a_new_path_starts_without_the_latch():
 @pytest.mark.parametrize(
     ("twist", "expected"),
     [
-        ((0.25, 0.25), REACHED),
-        ((-0.3, 0.0), POSITION_ONLY),
-        ((0.0, -0.3), POSITION_ONLY),
+        ((0.25, 0.25, 0.0), REACHED),
+        ((-0.3, 0.0, 0.0), POSITION_ONLY),
+        ((0.0, -0.3, 0.0), POSITION_ONLY),
+        ((0.0, 0.0, 0.3), POSITION_ONLY),
+        # hypot(0.2, 0.2) = 0.28
+        ((0.2, 0.0, 0.2), POSITION_ONLY),
     ],
 )
 def test_stopped_checker_waits_for_standstill(twist, expected):
@@ -130,7 +133,7 @@ def test_axis_checker_takes_the_distance_where_the_path_has_no_direction():
     assert run(checker, [(0.36, 0.0)], local_plan=single_pose) == [NOWHERE]
 
 
-MOVING = (0.3, 0.0)
+MOVING = (0.3, 0.0, 0.0)
 
 
 def test_adaptive_checker_takes_a_fine_position_at_once():
