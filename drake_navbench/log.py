@@ -60,7 +60,13 @@ COLUMNS: Mapping[str, str] = {
     "cell, which the publication takes for the cell",
     "cycle_count": "control cycles so far",
     "compute_time_ms": "wall-clock time of the last control cycle (varies from run to run)",
+    "compute_cpu_time_ms": "processor time of the thread in the last control cycle (likewise); "
+    "empty in logs from before it was measured",
 }
+# Columns that came later, without which a log is whole all the same.
+LATER_COLUMNS = frozenset({"compute_cpu_time_ms"})
+# Not a function of the trial: two runs of one differ in these.
+UNREPEATABLE_COLUMNS = ("compute_time_ms", "compute_cpu_time_ms")
 
 
 # Of a name or reason in the short form of a log.
@@ -265,7 +271,8 @@ class TrialLog:
             raise InputError(
                 f"{path}: schema version {version}, expected {SCHEMA_VERSION}; run the trial again"
             )
-        missing = {*COLUMNS, *PLAN_COLUMNS, "scan", "diagnostics"} - set(table.column_names)
+        needed = {*COLUMNS, *PLAN_COLUMNS, "scan", "diagnostics"} - LATER_COLUMNS
+        missing = needed - set(table.column_names)
         if missing:
             raise InputError(
                 f"{path}: a trial log without the columns {', '.join(sorted(missing))}"
@@ -291,7 +298,8 @@ class TrialLog:
         angles = np.array(info.pop("scan_angles_rad"), dtype=float)
         events = info.pop("events", [])
         notes = [json.loads(n) for n in table["diagnostics"].drop_null().to_pylist()]
-        samples = table.select(list(COLUMNS)).to_pandas()
+        present = [name for name in COLUMNS if name in table.column_names]
+        samples = table.select(present).to_pandas().reindex(columns=list(COLUMNS))
         if not all(kind.kind in "if" for kind in samples.dtypes):
             raise TypeError("a column does not hold numbers")
         return cls(

@@ -113,6 +113,7 @@ class Recorder(LeafSystem):
             self._distances_port.Eval(context),
             float(server.cycle_count),
             server.compute_time_ms,
+            server.compute_cpu_time_ms,
         )
         if recording.rows and recording.rows[-1][0] == time_s:
             recording.rows.pop()
