@@ -23,7 +23,7 @@ def cycle_times_ms(log: TrialLog, measure: str = "compute_time_ms") -> Array:
     return column(log, measure)[is_new]
 
 
-@metric(unit="ms", better="lower", is_repeatable=False)
+@metric(unit="ms", better="lower", is_repeatable=False, title="Compute time, median")
 def compute_time_p50_ms(log: TrialLog) -> float:
     """Median compute time of a control cycle.
 
@@ -32,7 +32,13 @@ def compute_time_p50_ms(log: TrialLog) -> float:
     return np.percentile(cycle_times_ms(log), 50)
 
 
-@metric(unit="ms", better="lower", is_repeatable=False)
+@metric(
+    unit="ms",
+    better="lower",
+    is_repeatable=False,
+    title="Compute time, 95th percentile",
+    relevant=0.1,
+)
 def compute_time_p95_ms(log: TrialLog) -> float:
     """Compute time that 95 of 100 control cycles keep.
 
@@ -41,7 +47,7 @@ def compute_time_p95_ms(log: TrialLog) -> float:
     return np.percentile(cycle_times_ms(log), 95)
 
 
-@metric(unit="ms", better="lower", is_repeatable=False)
+@metric(unit="ms", better="lower", is_repeatable=False, title="Compute time, 99th percentile")
 def compute_time_p99_ms(log: TrialLog) -> float:
     """Compute time that 99 of 100 control cycles keep.
 
@@ -50,7 +56,7 @@ def compute_time_p99_ms(log: TrialLog) -> float:
     return np.percentile(cycle_times_ms(log), 99)
 
 
-@metric(unit="", better="lower", is_repeatable=False)
+@metric(unit="", better="lower", is_repeatable=False, title="Share of late cycles")
 def missed_period_ratio(log: TrialLog) -> float:
     """Share of the control cycles that took longer than the control period.
 
@@ -60,7 +66,7 @@ def missed_period_ratio(log: TrialLog) -> float:
     return float(np.mean(cycle_times_ms(log) > MS_PER_S / frequency))
 
 
-@metric(unit="ms", better="lower", is_repeatable=False)
+@metric(unit="ms", better="lower", is_repeatable=False, title="Processor time, 95th percentile")
 def compute_cpu_time_p95_ms(log: TrialLog) -> float:
     """Processor time that 95 of 100 control cycles keep: without waiting for other processes.
 

@@ -22,7 +22,7 @@ COLLISION_TIME_HORIZON_S = 10.0
 COLLISION_TIME_PARTS = 16
 
 
-@metric(unit="m", better="higher")
+@metric(unit="m", better="higher", title="Smallest clearance", relevant=0.01)
 def min_clearance_m(log: TrialLog) -> float:
     """Smallest distance between footprint and obstacle: the true form of the published one.
 
@@ -32,7 +32,7 @@ def min_clearance_m(log: TrialLog) -> float:
     return _clearances_m(log).min()
 
 
-@metric(unit="m", better="higher")
+@metric(unit="m", better="higher", title="Smallest distance to a cell's centre")
 def min_cell_centre_distance_m(log: TrialLog) -> float:
     """Smallest distance from the reference point to the centre of a lethal cell.
 
@@ -46,7 +46,7 @@ def min_cell_centre_distance_m(log: TrialLog) -> float:
     return seen.min()
 
 
-@metric(unit="m", better="higher")
+@metric(unit="m", better="higher", title="Clearance kept for 95% of the time")
 def clearance_p05_m(log: TrialLog) -> float:
     """Clearance that the robot kept for 95% of the time that an obstacle was within 5 m.
 
@@ -55,7 +55,7 @@ def clearance_p05_m(log: TrialLog) -> float:
     return np.percentile(_clearances_m(log), 5)
 
 
-@metric(unit="", better="lower")
+@metric(unit="", better="lower", title="Share of the time near an obstacle")
 def danger_time_ratio(log: TrialLog) -> float:
     """Share of the time with less than 0.25 m between footprint and obstacle.
 
@@ -65,7 +65,7 @@ def danger_time_ratio(log: TrialLog) -> float:
     return danger_share(times(log), column(log, "clearance_m"))
 
 
-@metric(unit="s", better="higher")
+@metric(unit="s", better="higher", title="Shortest time to collision")
 def time_to_collision_min_s(log: TrialLog) -> float:
     """Shortest time in which the footprint would have touched an obstacle at its current twist.
 

@@ -156,7 +156,7 @@ def write_folder(path, table):
 
 def test_tables_and_page_are_written(tmp_path):
     folder = write_folder(tmp_path / "run", published_trials())
-    page = write_reproduction(folder).read_text()
+    page = write_reproduction(folder).path.read_text()
     assert "65 of 65 published findings hold with 2 trials" in page
     assert "65 from one trial (n = 1)" in page
     assert "Of the 275 orderings" in page
@@ -187,7 +187,7 @@ def test_sizes_stand_beside_the_published_ones(tmp_path):
     is_own = table["scenario"] == "empty"
     table.loc[is_own, "time_taken"] = 14.512 + 0.1 * (table.loc[is_own, "time_taken"] - 14.512)
     folder = write_folder(tmp_path / "run", table)
-    page = write_reproduction(folder).read_text()
+    page = write_reproduction(folder).path.read_text()
     found = pd.read_csv(folder / "tables/findings.csv").set_index("id").loc[2]
     # 14.512 against 15.14: 4.15% printed, 0.43% here.
     assert found["verdict"] == "level"
