@@ -1,4 +1,4 @@
-"""Nav2's default tree navigate_to_pose_w_replanning_and_recovery, branch lyrical.
+"""Nav2's default tree navigate_to_pose_w_replanning_and_recovery, of every release from humble on.
 
 The selectors of plugins, which choose nothing here, are left out.
 """
@@ -46,31 +46,46 @@ def navigate_to_pose_tree(board: Board, settings: BehaviorTreeSettings) -> TreeN
         hz=settings.hz,
         now_s=lambda: board.inputs.now_s,
     )
-    navigate = PipelineSequence("NavigateWithReplanning", [planning, _follow_path(board)])
-    recover = SequenceNode(
-        "Recovery",
+    navigate = PipelineSequence("NavigateWithReplanning", [planning, _follow_path(board, settings)])
+    return RecoveryNode(
+        "NavigateRecovery",
+        [navigate, _recover(board, settings)],
+        number_of_retries=settings.number_of_retries,
+    )
+
+
+def _recover(board: Board, settings: BehaviorTreeSettings) -> TreeNode:
+    """Returns the branch that tries one recovery after another."""
+    actions = ReactiveFallbackNode(
+        "RecoveryFallback", [GoalUpdated("GoalUpdated", board), _recovery_actions(board, settings)]
+    )
+    if not settings.heeds_error_codes:
+        return actions
+    would_help = FallbackNode(
+        "WouldARecoveryHelp",
         [
-            FallbackNode(
-                "WouldARecoveryHelp",
-                [
-                    WouldRecoveryHelp("WouldAControllerRecoveryHelp", board, key=FOLLOW_PATH),
-                    WouldRecoveryHelp("WouldAPlannerRecoveryHelp", board, key=COMPUTE_PATH),
-                ],
-            ),
-            ReactiveFallbackNode(
-                "RecoveryFallback",
-                [GoalUpdated("GoalUpdated", board), _recovery_actions(board, settings)],
-            ),
+            WouldRecoveryHelp("WouldAControllerRecoveryHelp", board, key=FOLLOW_PATH),
+            WouldRecoveryHelp("WouldAPlannerRecoveryHelp", board, key=COMPUTE_PATH),
         ],
     )
-    return RecoveryNode(
-        "NavigateRecovery", [navigate, recover], number_of_retries=settings.number_of_retries
-    )
+    return SequenceNode("Recovery", [would_help, actions])
 
 
 def _compute_path(board: Board, settings: BehaviorTreeSettings) -> TreeNode:
-    """Returns the branch that keeps the path while it is short and valid, or plans anew."""
-    keep = ReactiveSequenceNode(
+    """Returns the branch that plans, with one more try on a cleared global costmap."""
+    plan: TreeNode = ComputePathToPose("ComputePathToPose", board)
+    if settings.keeps_valid_path:
+        plan = FallbackNode("FallbackComputePathToPose", [_keep_path(board, settings), plan])
+    clear: TreeNode = ClearEntireCostmap("ClearGlobalCostmap-Context", board, field=GLOBAL)
+    if settings.heeds_error_codes:
+        would_help = WouldRecoveryHelp("WouldAPlannerRecoveryHelp-Context", board, key=COMPUTE_PATH)
+        clear = SequenceNode("PlannerContext", [would_help, clear])
+    return RecoveryNode("ComputePathRecovery", [plan, clear], number_of_retries=1)
+
+
+def _keep_path(board: Board, settings: BehaviorTreeSettings) -> TreeNode:
+    """Returns the condition that the path is short, of this goal, and valid."""
+    return ReactiveSequenceNode(
         "CheckIfNewPathNeeded",
         [
             InverterNode("Inverter", [GlobalUpdatedGoal("GlobalUpdatedGoal", board)]),
@@ -84,28 +99,16 @@ def _compute_path(board: Board, settings: BehaviorTreeSettings) -> TreeNode:
             ValidatePath("ValidatePath", board),
         ],
     )
-    plan = FallbackNode(
-        "FallbackComputePathToPose", [keep, ComputePathToPose("ComputePathToPose", board)]
-    )
-    clear = SequenceNode(
-        "PlannerContext",
-        [
-            WouldRecoveryHelp("WouldAPlannerRecoveryHelp-Context", board, key=COMPUTE_PATH),
-            ClearEntireCostmap("ClearGlobalCostmap-Context", board, field=GLOBAL),
-        ],
-    )
-    return RecoveryNode("ComputePathRecovery", [plan, clear], number_of_retries=1)
 
 
-def _follow_path(board: Board) -> TreeNode:
+def _follow_path(board: Board, settings: BehaviorTreeSettings) -> TreeNode:
     """Returns the branch that follows the path, with one more try on a cleared local costmap."""
-    clear = SequenceNode(
-        "ControllerContext",
-        [
-            WouldRecoveryHelp("WouldAControllerRecoveryHelp-Context", board, key=FOLLOW_PATH),
-            ClearEntireCostmap("ClearLocalCostmap-Context", board, field=LOCAL),
-        ],
-    )
+    clear: TreeNode = ClearEntireCostmap("ClearLocalCostmap-Context", board, field=LOCAL)
+    if settings.heeds_error_codes:
+        would_help = WouldRecoveryHelp(
+            "WouldAControllerRecoveryHelp-Context", board, key=FOLLOW_PATH
+        )
+        clear = SequenceNode("ControllerContext", [would_help, clear])
     return RecoveryNode(
         "FollowPathRecovery", [FollowPath("FollowPath", board), clear], number_of_retries=1
     )

@@ -5,6 +5,8 @@ from __future__ import annotations
 from pydantic import Field, field_validator
 
 from drake_navbench.errors import nearest_name_hint
+from drake_navbench.navigation.behavior_tree.builder import faults_of
+from drake_navbench.navigation.behavior_tree.description import NodeDescription
 from drake_navbench.typed_files.quantities import Angle, Count, Duration, Frequency, Length, Speed
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
@@ -18,6 +20,9 @@ MILLISECONDS_PER_SECOND = 1e3
 class BehaviorTreeSettings(FrozenModel):
     """The attributes of navigate_to_pose_w_replanning_and_recovery.xml, with its values."""
 
+    tree: NodeDescription | None = Field(
+        None, description="A tree in place of the default one, to which all else then belongs."
+    )
     recovery_actions: tuple[str, ...] = Field(
         RECOVERY_ACTIONS, min_length=1, description="What to try, one after another."
     )
@@ -34,6 +39,16 @@ class BehaviorTreeSettings(FrozenModel):
         "controller server's and the behaviours' periods, to the same effect.",
     )
     hz: Frequency = Field(1.0, gt=0.0, description="Rate at which a new path is considered [Hz].")
+    keeps_valid_path: bool = Field(
+        True,
+        description="Near the goal a valid path is kept, as in Lyrical; earlier releases of Nav2 "
+        "plan anew as long as they drive.",
+    )
+    heeds_error_codes: bool = Field(
+        True,
+        description="Only failures after which a recovery is useful are met with one; in Humble "
+        "all are.",
+    )
     proximity_threshold: Length = Field(
         4.0, ge=0.0, description="A path shorter than this is kept while it is valid [m]."
     )
@@ -53,6 +68,13 @@ class BehaviorTreeSettings(FrozenModel):
         if self.bt_loop_duration is None:
             return min(server_periods_s)
         return self.bt_loop_duration / MILLISECONDS_PER_SECOND
+
+    @field_validator("tree")
+    @classmethod
+    def _check_nodes(cls, tree: NodeDescription | None) -> NodeDescription | None:
+        for fault in () if tree is None else faults_of(tree):
+            raise ValueError(str(fault))
+        return tree
 
     @field_validator("recovery_actions")
     @classmethod
