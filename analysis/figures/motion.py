@@ -104,6 +104,8 @@ def _fitted_curves(signal: Motion, body: Body | None) -> FittedCurves:
             signal.smooth_w_radps,
             signal.angular_acceleration_radps2,
             body=body,
+            vy_mps=signal.smooth_vy_mps,
+            lateral_acceleration_mps2=signal.lateral_acceleration_mps2,
         )
         # Braking gives nothing back.
         spent_w = np.maximum(power_w, 0.0)

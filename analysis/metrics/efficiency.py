@@ -22,6 +22,7 @@ from drake_navbench.analysis.metrics.signals import (
     hold_durations,
     motion,
     positions,
+    speed,
     time_mean,
     times,
 )
@@ -151,11 +152,11 @@ def _arrival_time_s(log: TrialLog) -> float | None:
 
 @metric(unit="m/s", better="higher")
 def mean_speed_mps(log: TrialLog) -> float:
-    """Mean over time of the true speed, forwards or backwards.
+    """Mean over time of the true speed, whatever its direction.
 
     Formula: integral |v| dt / duration.
     """
-    return time_mean(times(log), np.abs(column(log, "v_mps")))
+    return time_mean(times(log), speed(log))
 
 
 @metric(unit="s", better="lower")
@@ -165,7 +166,7 @@ def stopped_time_s(log: TrialLog) -> float:
     Formula: time with |v| < 0.01 m/s and |w| < 0.02 rad/s.
     Source: HuNavSim, after SEAN 2.0.
     """
-    stopped = (np.abs(column(log, "v_mps")) < STOPPED_BELOW_MPS) & (
+    stopped = (speed(log) < STOPPED_BELOW_MPS) & (
         np.abs(column(log, "w_radps")) < STOPPED_BELOW_RADPS
     )
     return float(hold_durations(times(log))[stopped].sum())
@@ -177,8 +178,9 @@ def mechanical_energy_j(log: TrialLog) -> float:
 
     Formula: integral max(0, m a v + I dw/dt w + c m g |v| + 0.5 rho A |v|^3) dt with m, c and A of
     the robot file (`mass_kg`, `rolling_resistance_ratio`, `drag_area_m2`), I that of a uniform box
-    around the outline, or of a disc, and rho = 1.2 kg/m^3. Losses of the motors are not in it. A
-    robot without a mass has no value.
+    around the outline, or of a disc, and rho = 1.2 kg/m^3. A robot that moves sideways has the same
+    terms in vy, and |v| is its speed over the floor; that mecanum wheels roll harder is not in it.
+    Losses of the motors are not in it. A robot without a mass has no value.
     """
     signal, body = motion(log), body_of(log)
     power_w = drive_power_w(
@@ -187,6 +189,8 @@ def mechanical_energy_j(log: TrialLog) -> float:
         signal.smooth_w_radps,
         signal.angular_acceleration_radps2,
         body=body,
+        vy_mps=signal.smooth_vy_mps,
+        lateral_acceleration_mps2=signal.lateral_acceleration_mps2,
     )
     return float(np.trapezoid(np.maximum(power_w, 0.0), dx=signal.period_s))
 
@@ -198,13 +202,16 @@ def drive_power_w(
     angular_acceleration_radps2: Array,
     *,
     body: Body,
+    vy_mps: Array,
+    lateral_acceleration_mps2: Array,
 ) -> Array:
     """Returns the power that drives a robot with its load on a flat floor, (N,) W."""
-    translation = body.mass_kg * acceleration_mps2 * v_mps
+    speed_mps = np.hypot(v_mps, vy_mps)
+    translation = body.mass_kg * (acceleration_mps2 * v_mps + lateral_acceleration_mps2 * vy_mps)
     inertia_kgm2 = body.mass_kg * body.gyration_squared_m2
     rotation = inertia_kgm2 * angular_acceleration_radps2 * w_radps
-    rolling = body.rolling_resistance_ratio * body.mass_kg * GRAVITY_MPS2 * np.abs(v_mps)
-    drag = 0.5 * AIR_DENSITY_KGPM3 * body.drag_area_m2 * np.abs(v_mps) ** 3
+    rolling = body.rolling_resistance_ratio * body.mass_kg * GRAVITY_MPS2 * speed_mps
+    drag = 0.5 * AIR_DENSITY_KGPM3 * body.drag_area_m2 * speed_mps**3
     return translation + rotation + rolling + drag
 
 

@@ -18,7 +18,10 @@ from drake_navbench.navigation.behavior_tree.board import (
     TickInputs,
 )
 from drake_navbench.navigation.behavior_tree.builder import build_tree
-from drake_navbench.navigation.behavior_tree.navigate_to_pose import navigate_to_pose_tree
+from drake_navbench.navigation.behavior_tree.navigate_to_pose import (
+    navigate_to_pose_tree,
+    replace_leaves,
+)
 from drake_navbench.navigation.behavior_tree.settings import BehaviorTreeSettings
 from drake_navbench.navigation.behavior_tree.snapshot import (
     Snapshot,
@@ -30,7 +33,7 @@ from drake_navbench.navigation.task import GlobalPlan, TaskState, TaskStatus
 from drake_navbench.navigation.waypoint_follower import Progress, WaypointFollower
 from drake_navbench.plans import Plan
 from drake_navbench.systems.lifetime import weakly_bound
-from drake_navbench.systems.ports import declare_object_input, declare_state_part_output
+from drake_navbench.systems.ports import STATE_SIZE, declare_object_input, declare_state_part_output
 from drake_navbench.typed_files.immutable import Immutable
 
 UNKNOWN = 9000
@@ -100,7 +103,7 @@ class TreeNavigator(LeafSystem):
             values=self._with_goal(Blackboard(), 0),
             progress=Progress(),
         )
-        self._estimate_port = self.DeclareVectorInputPort("estimate", 5)
+        self._estimate_port = self.DeclareVectorInputPort("estimate", STATE_SIZE)
         self._costmap_port = declare_object_input(self, "global_costmap")
         self._controller_port = declare_object_input(self, "controller_status")
         self._behavior_port = declare_object_input(self, "behavior_status")
@@ -195,11 +198,11 @@ class _Machine:
         self, settings: BehaviorTreeSettings, make_plan: MakePlan, is_path_valid: IsPathValid
     ) -> None:
         self._board = Board(make_plan, is_path_valid)
-        self._root = (
-            navigate_to_pose_tree(self._board, settings)
-            if settings.tree is None
-            else build_tree(settings.tree, self._board)
-        )
+        if settings.tree is None:
+            self._root = navigate_to_pose_tree(self._board, settings)
+        else:
+            self._root = build_tree(settings.tree, self._board)
+            replace_leaves(self._root, self._board, settings)
         self.nodes = nodes_of(self._root)
         self._changes: list[dict[str, Any]] = []
         for node in self.nodes:
