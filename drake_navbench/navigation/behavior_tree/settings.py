@@ -45,7 +45,7 @@ class BehaviorTreeSettings(PluginBlocks):
 
     PLUGINS: ClassVar[PluginKind] = TREE_NODES
 
-    tree: NodeDescription | None = Field(
+    tree: Annotated[NodeDescription | None, BeforeValidator(tuples_for_lists)] = Field(
         None, description="A tree in place of the default one, to which all else then belongs."
     )
     recovery_actions: Annotated[tuple[str, ...], BeforeValidator(tuples_for_lists)] = Field(
