@@ -37,6 +37,8 @@ from drake_navbench.log import Outcome
 from drake_navbench.results import ResultsFolder, write_text
 
 REPORT_NAME = "report.html"
+# Written where recordings were imported: how far the simulation is from them.
+SIMULATION_GAP_PAGE = "simulation_gap.html"
 # Two trials that differ by this share of the mean should be told apart; asked for as `difference`.
 DEFAULT_DIFFERENCE = 0.05
 
@@ -111,6 +113,7 @@ def _page(analysis: FolderAnalysis, difference: float) -> dict[str, Any]:
     return {
         "manifest": analysis.manifest,
         "reproduction": _relative(analysis.path, analysis.path / PAGE_NAME),
+        "simulation_gap": _relative(analysis.path, analysis.path / SIMULATION_GAP_PAGE),
         "folder": analysis.path.resolve().name,
         "trial_count": len(trials),
         "outcomes": [
