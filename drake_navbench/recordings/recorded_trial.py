@@ -43,7 +43,7 @@ LEAST_UPRIGHT = 0.9
 # A costmap that is turned less in the world than this lies along its axes.
 TURN_TOLERANCE_RAD = 1e-6
 # Of local costmaps kept of one task, uncompressed; of more, every second one, and so on.
-MAX_COSTMAP_BYTES = 100_000_000
+MAX_COSTMAP_BYTES = 40_000_000
 # Walls farther from the way are left out of the log.
 MAP_REACH_M = 6.0
 # A goal may come a little before it is known to be worked on, or after.
