@@ -9,17 +9,18 @@ import shapely
 from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
+from drake_navbench.analysis.metrics.body import outline_of
 from drake_navbench.analysis.metrics.collision_time import times_to_collision
 from drake_navbench.analysis.metrics.definition import Undefined, metric
 from drake_navbench.analysis.metrics.signals import (
     Array,
     column,
     hold_durations,
+    lateral_velocity,
     require,
     times,
 )
 from drake_navbench.inputs.world import Obstacle, World
-from drake_navbench.kernels.footprint import circle_footprint
 from drake_navbench.kernels.outline_distance import outline_to_circles
 from drake_navbench.kernels.swept_contact import clearance_at
 from drake_navbench.log import TrialLog
@@ -89,7 +90,7 @@ def min_map_clearance_m(log: TrialLog) -> float:
     names = ("estimated_x_m", "estimated_y_m", "estimated_yaw_rad")
     poses = np.column_stack([column(log, name) for name in names])[_rows_apart(log)]
     low, high = poses[:, :2].min(axis=0), poses[:, :2].max(axis=0)
-    outline = np.ascontiguousarray(robot_outline(log))
+    outline = np.ascontiguousarray(outline_of(log))
     reach_m = MAX_CLEARANCE_M + np.hypot(*outline.T).max()
     edges = _edges_within(world.segments, low - reach_m, high + reach_m)
     nearest_m = min(
@@ -152,8 +153,9 @@ def shortest_collision_time_s(log: TrialLog, edges: Array) -> float:
     grid = np.arange(time_s[0], time_s[-1] + 1e-9, COLLISION_TIME_STEP_S)
     rows = np.searchsorted(time_s, grid + 1e-9, side="right") - 1
     poses = np.column_stack([column(log, name)[rows] for name in ("x_m", "y_m", "yaw_rad")])
-    twists = np.column_stack([column(log, name)[rows] for name in ("v_mps", "w_radps")])
-    outline = robot_outline(log)
+    forward, turning = (column(log, name)[rows] for name in ("v_mps", "w_radps"))
+    twists = np.column_stack([forward, turning, lateral_velocity(log)[rows]])
+    outline = outline_of(log)
     shortest_s = COLLISION_TIME_HORIZON_S
     is_met = False
     # Every part looks at the whole trial coarsely: the first soon tells how little matters.
@@ -170,7 +172,7 @@ def shortest_collision_time_s(log: TrialLog, edges: Array) -> float:
 
 def nearest_hit_m(log: TrialLog) -> float:
     """Returns the distance from the outline to the nearest hit of any scan, m; inf beyond 5 m."""
-    outline = np.ascontiguousarray(robot_outline(log))
+    outline = np.ascontiguousarray(outline_of(log))
     body = shapely.Polygon(outline)
     path = [column(log, name) for name in ("x_m", "y_m", "yaw_rad")]
     time_s = times(log)
@@ -186,14 +188,6 @@ def nearest_hit_m(log: TrialLog) -> float:
         apart = hits[~shapely.contains_xy(body, hits[:, 0], hits[:, 1])]
         nearest_m = min(nearest_m, outline_to_circles(outline, apart, MAX_CLEARANCE_M))
     return nearest_m
-
-
-def robot_outline(log: TrialLog) -> Array:
-    """Returns the corners of the robot in the base frame, (K, 2) m."""
-    robot = log.info["robot"]
-    if robot["footprint"] is None:
-        return circle_footprint(robot["robot_radius"])
-    return np.array(robot["footprint"])
 
 
 def obstacle_outlines(log: TrialLog) -> list[Array]:

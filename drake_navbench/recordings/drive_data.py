@@ -18,8 +18,8 @@ Array = NDArray[np.float64]
 class DriveData:
     """Commands and motion on one clock.
 
-    time_s: (N,) rising. pose: (N, 3) x m, y m, yaw rad. twist: (N, 2) v m/s, w rad/s.
-    command_time_s: (M,) rising. commands: (M, 2) v m/s, w rad/s.
+    time_s: (N,) rising. pose: (N, 3) x m, y m, yaw rad. twist: (N, 3) v m/s, w rad/s,
+    vy m/s. command_time_s: (M,) rising. commands: (M, 3) likewise.
     """
 
     time_s: Array
@@ -53,5 +53,5 @@ def drive_data(columns: Mapping[str, Column], motion: RecordedMotion) -> DriveDa
         motion.pose,
         motion.twist,
         times[order],
-        np.array(column.values, dtype=float).reshape(-1, 2)[order],
+        np.array(column.values, dtype=float).reshape(-1, 3)[order],
     )

@@ -109,11 +109,13 @@ def read_recording(path: Path, request: ImportRequest, *, first_trial: int = 0) 
     for log, gap in zip(logs, gaps, strict=True):
         if gap is not None:
             log.info["recording"]["simulation_gap"] = as_plain(gap)
-    fit = _fit(path, drive) if request.fits_drive else None
+    fit = _fit(path, robot, drive) if request.fits_drive else None
     return Imported(path, tuple(logs), topics, source.losses, gaps, fit)
 
 
-def _fit(path: Path, drive: DriveData | None) -> DriveFit:
+def _fit(path: Path, robot: Robot, drive: DriveData | None) -> DriveFit:
+    if robot.drive.turning_radius_m:
+        raise InputError(f"{path}: --fit-drive: expected a robot that turns in place, got a car")
     if drive is None:
         raise InputError(f"{path}: --fit-drive: the recording has no commands")
     return fit_drive(drive)
@@ -123,7 +125,7 @@ def _gap(robot: Robot, drive: DriveData | None, task: RecordedTask) -> Simulatio
     if drive is None:
         return None
     piece = drive.within(task.begin_s, task.end_s)
-    return simulation_gap(robot.drive, piece) if len(piece.time_s) > 1 else None
+    return simulation_gap(robot, piece) if len(piece.time_s) > 1 else None
 
 
 def import_recordings(

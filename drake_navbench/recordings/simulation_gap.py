@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.inputs.robot import Drive
+from drake_navbench.inputs.robot import Robot
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.recordings.drive_data import DriveData
 from drake_navbench.trial.open_loop import drive_open_loop
@@ -43,7 +43,7 @@ class SimulationGap(NamedTuple):
     """How far the model is from a recording.
 
     v_rms_mps, w_rms_radps: root mean square of the errors of speed over all starts. time_s: (N,)
-    of the samples; recorded, simulated: (N, 2) v m/s, w rad/s of each, NaN between two starts.
+    of the samples; recorded, simulated: (N, 3) v m/s, w rad/s, vy m/s of each.
     """
 
     poses: tuple[PoseGap, ...]
@@ -54,7 +54,7 @@ class SimulationGap(NamedTuple):
     simulated: Array
 
 
-def simulation_gap(drive: Drive, data: DriveData) -> SimulationGap:
+def simulation_gap(robot: Robot, data: DriveData) -> SimulationGap:
     """Returns how far a robot's model is from what it did; data: with two samples at least."""
     found: dict[float, list[tuple[float, float]]] = {horizon: [] for horizon in HORIZONS_S}
     errors, shown = [], np.full(data.twist.shape, np.nan)
@@ -63,7 +63,7 @@ def simulation_gap(drive: Drive, data: DriveData) -> SimulationGap:
         rows = slice(first, past)
         start = np.concatenate([data.pose[first], data.twist[first]])
         states = drive_open_loop(
-            drive, start, data.time_s[rows], data.command_time_s, data.commands
+            robot, start, data.time_s[rows], data.command_time_s, data.commands
         )
         errors.append(states[:, 3:] - data.twist[rows])
         until_next = int(np.searchsorted(data.time_s, data.time_s[first] + START_PERIOD_S))
@@ -73,7 +73,8 @@ def simulation_gap(drive: Drive, data: DriveData) -> SimulationGap:
             row = int(np.abs(since_s - horizon_s).argmin())
             if abs(since_s[row] - horizon_s) <= NEAR_S:
                 gaps.append(_pose_error(states[row, :3], data.pose[first + row]))
-    v_rms, w_rms = np.sqrt(np.mean(np.concatenate(errors) ** 2, axis=0))
+    v_squared, w_squared, vy_squared = np.mean(np.concatenate(errors) ** 2, axis=0)
+    v_rms, w_rms = np.sqrt(v_squared + vy_squared), np.sqrt(w_squared)
     poses = tuple(_summed(horizon_s, gaps) for horizon_s, gaps in found.items() if gaps)
     return SimulationGap(poses, float(v_rms), float(w_rms), data.time_s, data.twist, shown)
 

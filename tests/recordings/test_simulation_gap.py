@@ -12,26 +12,29 @@ from robot_bags import reached, turtlebot, without, write_ros2
 
 from drake_navbench.__main__ import main
 from drake_navbench.errors import InputError
-from drake_navbench.inputs.robot import Drive
+from drake_navbench.inputs.drive import DifferentialDrive
+from drake_navbench.inputs.robot import Robot
 from drake_navbench.recordings.drive_data import DriveData
 from drake_navbench.recordings.drive_fit import as_yaml, fit_drive
 from drake_navbench.recordings.simulation_gap import simulation_gap
 from drake_navbench.trial.open_loop import drive_open_loop
 
-DRIVE = Drive(
+DRIVE = DifferentialDrive(
     max_linear_velocity_mps=1.0,
     response_time_constant_s=0.1,
     max_linear_acceleration_mps2=None,
     max_angular_acceleration_radps2=None,
 )
+ROBOT = Robot(description="round", robot_radius=0.2, drive=DRIVE)
 LENGTH_S = 30.0
 
 
-def driven(drive: Drive, command_time_s, commands, *, length_s: float = LENGTH_S) -> DriveData:
+def driven(robot: Robot, command_time_s, commands, *, length_s: float = LENGTH_S) -> DriveData:
     """Returns what a robot with this drive does, sampled at 50 Hz."""
     time_s = 0.02 * np.arange(round(length_s / 0.02) + 1)
     command_time_s, commands = np.array(command_time_s), np.array(commands, dtype=float)
-    states = drive_open_loop(drive, np.zeros(5), time_s, command_time_s, commands)
+    commands = np.column_stack([commands, np.zeros(len(commands))])
+    states = drive_open_loop(robot, np.zeros(6), time_s, command_time_s, commands)
     return DriveData(time_s, states[:, :3], states[:, 3:], command_time_s, commands)
 
 
@@ -43,7 +46,7 @@ def steps(seed: int, length_s: float = LENGTH_S) -> tuple[np.ndarray, np.ndarray
 
 
 def test_the_model_of_the_robot_itself_is_off_by_nothing():
-    gap = simulation_gap(DRIVE, driven(DRIVE, *steps(1)))
+    gap = simulation_gap(ROBOT, driven(ROBOT, *steps(1)))
     assert [pose.horizon_s for pose in gap.poses] == [1.0, 2.0, 5.0, 10.0]
     assert gap.v_rms_mps < 1e-9
     assert max(pose.position_p95_m for pose in gap.poses) < 1e-4
@@ -51,8 +54,9 @@ def test_the_model_of_the_robot_itself_is_off_by_nothing():
 
 def test_a_robot_with_more_lag_is_off_by_the_way_that_it_lags_behind():
     # A step to 0.5 m/s: behind by v tau in the end, so the two differ by 0.5 (0.3 - 0.1) m.
-    slow = DRIVE.model_copy(update={"response_time_constant_s": 0.3})
-    gap = simulation_gap(DRIVE, driven(slow, [0.0], [[0.5, 0.0]], length_s=5.05))
+    lagging = DRIVE.model_copy(update={"response_time_constant_s": 0.3})
+    slow = ROBOT.model_copy(update={"drive": lagging})
+    gap = simulation_gap(ROBOT, driven(slow, [0.0], [[0.5, 0.0]], length_s=5.05))
     by_horizon = {pose.horizon_s: pose for pose in gap.poses}
     assert by_horizon[5.0].position_median_m == pytest.approx(0.1, abs=1e-4)
     assert by_horizon[5.0].heading_median_deg == pytest.approx(0.0, abs=1e-9)
@@ -63,11 +67,11 @@ def test_a_robot_with_more_lag_is_off_by_the_way_that_it_lags_behind():
 
 
 def test_a_robot_that_slips_in_turns_is_off_in_its_heading():
-    data = driven(DRIVE, [0.0], [[0.0, 1.0]], length_s=2.05)
+    data = driven(ROBOT, [0.0], [[0.0, 1.0]], length_s=2.05)
     slipping = DriveData(
         data.time_s, 0.9 * data.pose, 0.9 * data.twist, data.command_time_s, data.commands
     )
-    (_, after_two) = simulation_gap(DRIVE, slipping).poses
+    (_, after_two) = simulation_gap(ROBOT, slipping).poses
     assert after_two.heading_median_deg == pytest.approx(math.degrees(0.1 * 1.9), rel=1e-3)
 
 
@@ -105,7 +109,7 @@ def test_planted_parameters_of_a_drive_are_found_within_a_tenth():
     for name, (value, planted) in found.items():
         assert value == pytest.approx(planted, rel=0.1), name
     told = yaml.safe_load(as_yaml(fit, "lab"))["drive"]
-    assert Drive(**told).response_time_constant_s == pytest.approx(0.18, rel=0.1)
+    assert DifferentialDrive(**told).response_time_constant_s == pytest.approx(0.18, rel=0.1)
 
 
 def test_what_a_recording_does_not_show_is_not_invented():
@@ -119,7 +123,7 @@ def test_what_a_recording_does_not_show_is_not_invented():
 
 
 def test_a_robot_that_was_never_commanded_cannot_be_fitted():
-    data = driven(DRIVE, [0.0], [[0.0, 0.0]])
+    data = driven(ROBOT, [0.0], [[0.0, 0.0]])
     with pytest.raises(InputError, match="reach 0 m/s and 0 rad/s"):
         fit_drive(data)
 
