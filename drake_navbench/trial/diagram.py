@@ -93,7 +93,7 @@ def build_trial_diagram(
     scene_graph = builder.AddNamedSystem("scene_graph", SceneGraph())
     register_obstacles(scene_graph, world)
 
-    wheelchair = _add_wheelchair(builder, robot, scene_graph)
+    wheelchair = add_wheelchair(builder, robot, scene_graph)
     state = wheelchair.get_state_output_port()
 
     lidar = builder.AddNamedSystem("lidar", Lidar(robot.lidar, world))
@@ -155,7 +155,7 @@ def build_trial_diagram(
     )
 
 
-def _add_wheelchair(builder: DiagramBuilder, robot: Robot, scene_graph: SceneGraph) -> Wheelchair:
+def add_wheelchair(builder: DiagramBuilder, robot: Robot, scene_graph: SceneGraph) -> Wheelchair:
     """Adds the robot's base and carries its outline along in SceneGraph."""
     wheelchair = builder.AddNamedSystem(
         "wheelchair", Wheelchair(robot.drive, scene_graph, footprint=robot.outline)
