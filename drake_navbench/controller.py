@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
 
@@ -194,6 +195,13 @@ class ControllerParameters(BaseModel):
     def asked_speeds(self) -> AskedSpeeds:
         """Returns how fast, backward and about itself the base must be able to drive."""
         return AskedSpeeds()
+
+    def files_read(self) -> Mapping[str, Path]:
+        """Returns the files that the controller reads or runs, by the names that logs give them.
+
+        A trial is a function of their contents, too: digests are kept in logs and manifests.
+        """
+        return {}
 
 
 @runtime_checkable

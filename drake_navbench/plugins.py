@@ -72,13 +72,20 @@ class PluginKind:
                 f"{self.noun} {name!r} of {_package(point)}: entry point {point.value} cannot be "
                 f"loaded: {one_line(error)}"
             ) from error
+        self.require_contract(loaded, f"{self.noun} {name!r} of {_package(point)}", point.value)
+        return loaded
+
+    def require_contract(self, loaded: Any, who: str, where: str) -> None:
+        """Raises InputError unless what was loaded is a class of this kind.
+
+        who, where: what errors call the plugin, and the class.
+        """
         missing = [member for member in self.members if not hasattr(loaded, member)]
         if missing or (self.members and not isinstance(loaded, type)):
             raise InputError(
-                f"{self.noun} {name!r} of {_package(point)}: {point.value} is no class with "
-                f"{', '.join(missing or self.members)}, as {self.guide} describes it"
+                f"{who}: {where} is no class with {', '.join(missing or self.members)}, "
+                f"as {self.guide} describes it"
             )
-        return loaded
 
     def folder(self, name: str) -> Path | None:
         """Returns where the module registered as `name` is, None where it is not found.

@@ -1,1 +1,2 @@
-class LearnedPolicy: pass
+class LearnedPolicy:
+    pass

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from drake_navbench.campaign.request import Request
 from drake_navbench.errors import InputError, printable
+from drake_navbench.inputs.controller_file import names_file
 from drake_navbench.inputs.nav2_check import WIDTH
 from drake_navbench.inputs.nav2_robot import Nav2Setup
 from drake_navbench.inputs.nav2_substitutions import read_assignments
@@ -49,7 +50,8 @@ def _require_no_controllers_among(scenarios: Sequence[str], controllers: str) ->
     strays = [
         name
         for name in scenarios
-        if name.partition(":")[0] in presets and name not in SCENARIO_FILES.names
+        if names_file(name)
+        or (name.partition(":")[0] in presets and name not in SCENARIO_FILES.names)
     ]
     if strays:
         names = [controllers.strip(","), *strays]

@@ -117,9 +117,7 @@ class NavigationEnvironment(gymnasium.Env[Seen, NDArray[np.float32]]):
         self._min_clearance_m = self._at.clearance_m
         return self._observation(), {"seed": drawn}
 
-    def step(
-        self, action: NDArray[np.float32]
-    ) -> tuple[Seen, float, bool, bool, dict[str, Any]]:
+    def step(self, action: NDArray[np.float32]) -> tuple[Seen, float, bool, bool, dict[str, Any]]:
         """Drives one period; raises ValueError for what is no command."""
         command = np.asarray(action, dtype=np.float64)
         if command.shape != (2,) or not np.isfinite(command).all():
@@ -219,9 +217,7 @@ class NavigationEnvironment(gymnasium.Env[Seen, NDArray[np.float32]]):
         self.action_space = spaces.Box(low, high, dtype=np.float32)
         self.observation_space = spaces.Dict(
             {
-                "lidar": spaces.Box(
-                    0.0, lidar.range_max_m, (lidar.beam_count,), dtype=np.float32
-                ),
+                "lidar": spaces.Box(0.0, lidar.range_max_m, (lidar.beam_count,), dtype=np.float32),
                 "goal": spaces.Box(-reach, reach, dtype=np.float32),
                 "twist": spaces.Box(-fastest, fastest, dtype=np.float32),
             }

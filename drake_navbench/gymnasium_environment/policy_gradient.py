@@ -44,7 +44,11 @@ class Batch:
     """What was lived through: (N, ...) inputs, actions, their log probabilities, and targets."""
 
     def __init__(
-        self, inputs: Array, actions: Array, log_probabilities: Array, advantages: Array,
+        self,
+        inputs: Array,
+        actions: Array,
+        log_probabilities: Array,
+        advantages: Array,
         returns: Array,
     ) -> None:
         self.inputs, self.actions, self.log_probabilities = inputs, actions, log_probabilities
@@ -52,7 +56,13 @@ class Batch:
 
 
 def advantages_and_returns(
-    rewards: Array, values: Array, ended: Array, last_values: Array, *, discount: float, decay: float
+    rewards: Array,
+    values: Array,
+    ended: Array,
+    last_values: Array,
+    *,
+    discount: float,
+    decay: float,
 ) -> tuple[Array, Array]:
     """Returns (T, E) generalized advantages, and advantages + values.
 

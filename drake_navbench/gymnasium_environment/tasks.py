@@ -64,9 +64,7 @@ def scenario_task(scenario: Scenario, seed: int) -> EpisodeTask:
     )
 
 
-def random_task(
-    scenario: Scenario, robot: Robot, settings: RandomTasks, seed: int
-) -> EpisodeTask:
+def random_task(scenario: Scenario, robot: Robot, settings: RandomTasks, seed: int) -> EpisodeTask:
     """Returns a task as a function of the seed.
 
     Obstacles leave a passage between each other, the start some clearance to the robot's outline,

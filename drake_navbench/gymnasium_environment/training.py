@@ -126,9 +126,7 @@ class _Crew:
     """The environments of a training, each with the features of what it shows now."""
 
     def __init__(self, settings: TrainingSettings) -> None:
-        self._environments = [
-            training_environment(settings) for _ in range(settings.environments)
-        ]
+        self._environments = [training_environment(settings) for _ in range(settings.environments)]
         self._view = PolicyView(self._environments[0])
         self._next_seed = FIRST_TRAINING_SEED
         self._inputs = np.array([self._begin(e) for e in self._environments])
@@ -165,9 +163,7 @@ class _Crew:
             returns.ravel(),
         )
 
-    def _step(
-        self, k: int, action: Array, learner: Learner, discount: float
-    ) -> tuple[float, bool]:
+    def _step(self, k: int, action: Array, learner: Learner, discount: float) -> tuple[float, bool]:
         environment = self._environments[k]
         seen, reward, terminated, truncated, info = environment.step(self._view.command(action))
         self._returns[k] += reward

@@ -1,4 +1,4 @@
-"""Which columns run code that is not ours: plugins, found by entry point like our own."""
+"""Which columns run code that is not ours: plugins, found by entry point like our own, or files."""
 
 from __future__ import annotations
 
@@ -27,6 +27,8 @@ def foreign_names() -> frozenset[str]:
 
 def runs_foreign_code(preset: Preset) -> bool:
     """Returns whether a column's controller, or what its parameters name, is not ours."""
+    if preset.file is not None:
+        return True
     foreign = foreign_names()
     return preset.controller in foreign or any(
         text in foreign for text in _texts(preset.parameters.model_dump(mode="json"))

@@ -75,9 +75,9 @@ def run_trial(
 ) -> TrialLog:
     """Runs one trial and returns its log.
 
-    scenario, controller, robot: names of built-in ones, paths of files (not for `controller`, which
-    may be a variant such as 'rpp:lookahead_dist=0.9'), or loaded objects. A loaded robot is taken
-    as it is: the scenario's robot_overrides do not change it. Raises InputError where one of them
+    scenario, controller, robot: names of built-in ones, paths of files (for `controller`, which may
+    be a variant such as 'rpp:lookahead_dist=0.9', 'file.py:Class'), or loaded objects. A loaded
+    robot is taken as it is: the scenario's robot_overrides do not change it. Raises InputError where one of them
     is wrong; a controller that breaks is an outcome, not an exception. One that is not ours runs in
     a process of its own, which it may end or hang without harm.
     """
@@ -335,6 +335,7 @@ def _info(spec: TrialSpec, outcome: Outcome, status: TaskStatus) -> dict[str, An
         "controller": spec.preset.name,
         "controller_plugin": spec.preset.controller,
         "parameters": spec.preset.parameters.model_dump(mode="json"),
+        **_controller_files(spec.preset),
         "identity": spec.identity,
         "seed": spec.seed,
         "trial": spec.trial,
@@ -348,6 +349,12 @@ def _info(spec: TrialSpec, outcome: Outcome, status: TaskStatus) -> dict[str, An
         "start_time_s": min(CONTROLLER_OFFSET_S, status.time_s),
         "end_time_s": status.time_s,
     }
+
+
+def _controller_files(preset: Preset) -> dict[str, Any]:
+    """Returns the digests of the files that a controller consists of or reads, where it has any."""
+    hashes = preset.file_hashes
+    return {"controller_files": hashes} if hashes else {}
 
 
 def _samples(recording: Recording) -> pd.DataFrame:
