@@ -14,7 +14,7 @@ from drake_navbench.inputs.nav2_robot import Nav2Setup
 from drake_navbench.inputs.nav2_substitutions import read_assignments
 from drake_navbench.inputs.presets import preset_files
 from drake_navbench.inputs.scenario import SCENARIO_FILES
-from drake_navbench.trial.trial import make_controller
+from drake_navbench.trial.column_controller import check_controller
 from drake_navbench.typed_files.typed_yaml import validate
 
 
@@ -81,7 +81,7 @@ def print_check(arguments: argparse.Namespace) -> None:
     assert setup is not None
     for preset in setup.presets:
         # Some parameters are wrong only for this robot.
-        make_controller(preset, preset.robot(setup.robot))
+        check_controller(preset, setup.robot)
     columns = ", ".join(preset.name for preset in setup.presets) or "none"
     print(printable(f"Columns: {columns}"))
     print("\n".join(map(printable, setup.check.as_text(WIDTH).split("\n"))))

@@ -19,7 +19,8 @@ from drake_navbench.errors import InputError, is_machine_fault, nearest_name_hin
 from drake_navbench.typed_files.input_file import read_input
 
 MAX_FILE_BYTES = 2**20
-_REFERENCE = re.compile(r"(?P<path>.+?\.py)(?::(?P<rest>.*))?", re.DOTALL)
+# What follows a colon or an equals sign belongs to another controller's parameters.
+_REFERENCE = re.compile(r"(?P<path>[^:=]+\.py)(?::(?P<rest>.*))?", re.DOTALL)
 
 
 class ControllerFile(NamedTuple):

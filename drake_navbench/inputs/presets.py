@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
-from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +22,7 @@ from drake_navbench.inputs.controller_file import (
 from drake_navbench.inputs.file_kinds import PRESET, require_kind
 from drake_navbench.inputs.parameter_names import flattened, nested
 from drake_navbench.inputs.robot import Robot, merged
-from drake_navbench.typed_files.input_file import read_input
+from drake_navbench.typed_files.input_file import file_digest
 from drake_navbench.typed_files.typed_yaml import FrozenModel, parse_yaml, read_yaml, validate
 
 # The columns of the default benchmark; the others run when named.
@@ -96,7 +95,7 @@ class Preset:
         """
         own = {} if self.file is None else {self.file.path.name: self.file.sha256}
         return own | {
-            name: sha256(read_input(path, max_bytes=MAX_READ_BYTES)).hexdigest()
+            name: file_digest(path, max_bytes=MAX_READ_BYTES)
             for name, path in self.parameters.files_read().items()
         }
 
@@ -191,7 +190,8 @@ def preset_files() -> dict[str, Path]:
 def load_preset(text: str) -> Preset:
     """Returns the preset for `name` or for a variant `name:param=value[:param=value...]`.
 
-    In place of a name stands `path/to/file.py:Class` for a controller that is in no package.
+    A controller without a preset of its name goes by its own, with its defaults. In place of a name
+    stands `path/to/file.py:Class` for a controller that is in no package.
     Raises InputError where the name or a parameter is not known, or a value is wrong.
     """
     if names_file(text):
@@ -200,15 +200,24 @@ def load_preset(text: str) -> Preset:
         source = f"controller {text}"
     else:
         name, *assignments = text.split(":")
-        files = preset_files()
-        if name not in files:
-            raise InputError(f"controller {name!r} is not known{nearest_name_hint(name, files)}")
-        content = validate(PresetFile, read_yaml(files[name]), str(files[name]))
-        source = f"controller {text}" if assignments else str(files[name])
+        content, source = _named_content(name)
+        if assignments:
+            source = f"controller {text}"
     assigned: Mapping[str, Any] = {}
     for assignment in assignments:
         assigned = merged(assigned, _parse_assignment(assignment, text))
     return _preset_of(content, text, source, assigned)
+
+
+def _named_content(name: str) -> tuple[PresetFile, str]:
+    """Returns what a name stands for, and where from: a preset, or a controller without one."""
+    files = preset_files()
+    if name in files:
+        return validate(PresetFile, read_yaml(files[name]), str(files[name])), str(files[name])
+    if name in CONTROLLERS:
+        return PresetFile(controller=name, description=f"{name} as it is"), f"controller {name}"
+    hint = nearest_name_hint(name, [*files, *CONTROLLERS.names])
+    raise InputError(f"controller {name!r} is not known{hint}")
 
 
 def _parse_assignment(assignment: str, text: str) -> dict[str, Any]:
