@@ -20,6 +20,7 @@ COMMANDS = {
     "report": ("drake_navbench.report", "make tables, figures and report.html again from logs"),
     "compare": ("drake_navbench.compare", "say what became better or worse between two folders"),
     "replay": ("drake_navbench.commands.replay", "render the replay of one trial from its log"),
+    "train": ("drake_navbench.commands.train", "train a policy in the Gymnasium environment"),
     "list": ("drake_navbench.commands.listing", "list scenarios, controllers and robots"),
     "docs": ("drake_navbench.commands.documentation", "make the generated parts of docs/"),
 }

@@ -41,7 +41,9 @@ MAY_IMPORT: dict[str, set[str]] = {
     "trial": BELOW_ALL | {"costmaps", "navigation", "inputs", "systems"},
     "analysis": BELOW_ALL | {"costmaps", "inputs"},
     "campaign": BELOW_ALL | {"inputs", "trial", "analysis"},
-    "commands": BELOW_ALL | {"inputs", "trial", "analysis", "campaign"},
+    "gymnasium_environment": BELOW_ALL
+    | {"controllers", "navigation", "inputs", "systems", "trial"},
+    "commands": BELOW_ALL | {"inputs", "trial", "analysis", "campaign", "gymnasium_environment"},
 }
 # Contracts that a kernel may use; the others use kernels themselves.
 FOR_KERNELS = {"drake_navbench.errors", "drake_navbench.typed_files.immutable"}
@@ -136,6 +138,7 @@ def test_the_layers_have_no_cycle():
         ("analysis.planted", "from drake_navbench.systems.lidar import Lidar"),
         ("campaign.planted", "from drake_navbench import run"),
         ("trial.planted", "from . import spec"),
+        ("trial.planted", "import drake_navbench.gymnasium_environment.tasks"),
     ],
 )
 def test_an_import_against_the_layers_is_found_with_its_line(module, line, tmp_path):

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +19,12 @@ from drake_navbench.controllers.learned.features import (
     outline_radii,
     sector_closeness,
 )
-from drake_navbench.controllers.learned.network import ACTION_COUNT, Network
+from drake_navbench.controllers.learned.network import (
+    ACTION_COUNT,
+    Network,
+    load_network,
+    save_network,
+)
 from drake_navbench.gymnasium_environment.environment import NavigationEnvironment, Seen
 from drake_navbench.gymnasium_environment.policy_gradient import (
     Batch,
@@ -32,6 +39,9 @@ Array = NDArray[np.float64]
 # Of training; those of evaluations begin behind all of them.
 FIRST_TRAINING_SEED = 0
 FIRST_EVALUATION_SEED = 2**40
+EPISODES_SHOWN = 200
+# The learning rate falls to this share of what it began with.
+LEAST_RATE = 0.02
 
 
 @dataclass(frozen=True)
@@ -41,18 +51,24 @@ class TrainingSettings:
     horizon: steps of each between two updates.
     """
 
-    steps: int = 1_500_000
+    steps: int = 1_000_000
     environments: int = 16
     horizon: int = 128
     seed: int = 0
     timeout_s: float = 40.0
-    max_obstacles: int = 8
+    max_obstacles: int = 12
+    max_radius_m: float = 0.7
+    passage_m: float = 1.1
 
 
 class Progress(NamedTuple):
-    """How far training is. success, contact: shares of the episodes that ended lately."""
+    """How far training is, after an update that used `steps_in_update` of the steps.
+
+    success, contact: shares of the episodes that ended lately. mean_return: of these.
+    """
 
     steps: int
+    steps_in_update: int
     success: float
     contact: float
     mean_return: float
@@ -96,7 +112,11 @@ def training_environment(settings: TrainingSettings) -> NavigationEnvironment:
     return NavigationEnvironment(
         "empty",
         tasks="random",
-        random_tasks={"max_obstacles": settings.max_obstacles},
+        random_tasks={
+            "max_obstacles": settings.max_obstacles,
+            "max_radius_m": settings.max_radius_m,
+            "passage_m": settings.passage_m,
+        },
         timeout_s=settings.timeout_s,
     )
 
@@ -105,7 +125,7 @@ def train(
     settings: TrainingSettings,
     gradient_settings: PolicyGradientSettings | None = None,
     *,
-    on_progress: Callable[[Progress, Network], None] = lambda progress, network: None,
+    on_progress: Callable[[Progress], None] = lambda progress: None,
 ) -> Network:
     """Returns the policy after all steps; the same settings give the same one."""
     gradient_settings = gradient_settings or PolicyGradientSettings()
@@ -116,9 +136,13 @@ def train(
     for update in range(max(1, settings.steps // per_update)):
         batch = crew.collect(learner, settings.horizon)
         left = 1.0 - update * per_update / settings.steps
-        learner.learn(batch, learning_rate=gradient_settings.learning_rate * max(left, 0.02))
+        learner.learn(batch, learning_rate=gradient_settings.learning_rate * max(left, LEAST_RATE))
         elapsed_s = time.perf_counter() - started
-        on_progress(crew.progress((update + 1) * per_update, elapsed_s), learner.policy)
+        success, contact, mean_return = crew.lately()
+        progress = Progress(
+            (update + 1) * per_update, per_update, success, contact, mean_return, elapsed_s
+        )
+        on_progress(progress)
     return learner.policy
 
 
@@ -131,7 +155,7 @@ class _Crew:
         self._next_seed = FIRST_TRAINING_SEED
         self._inputs = np.array([self._begin(e) for e in self._environments])
         self._returns = np.zeros(settings.environments)
-        self._ended: list[tuple[bool, bool, float]] = []
+        self._ended: list[tuple[float, float, float]] = []
 
     def collect(self, learner: Learner, horizon: int) -> Batch:
         """Drives every environment for some steps; returns what was lived through."""
@@ -172,8 +196,9 @@ class _Crew:
             # What would have followed is cut off, and worth what the learner thinks of it.
             reward += discount * float(learner.value(self._inputs[k]).item())
         if terminated or truncated:
+            has_collided = info["outcome"] == "collided"
             self._ended.append(
-                (info["is_success"], info["outcome"] == "collided", self._returns[k])
+                (float(info["is_success"]), float(has_collided), float(self._returns[k]))
             )
             self._returns[k] = 0.0
             self._inputs[k] = self._begin(environment)
@@ -184,11 +209,12 @@ class _Crew:
         self._next_seed += 1
         return self._view.inputs(seen)
 
-    def progress(self, steps: int, elapsed_s: float) -> Progress:
-        """Returns how the last episodes went."""
-        lately = np.array(self._ended[-200:], dtype=float).reshape(-1, 3)
-        means = lately.mean(axis=0) if len(lately) else np.full(3, np.nan)
-        return Progress(steps, *means.tolist(), elapsed_s)
+    def lately(self) -> tuple[float, float, float]:
+        """Returns the shares of success and contact and the mean return of the last episodes."""
+        if not self._ended:
+            return math.nan, math.nan, math.nan
+        success, contact, mean_return = np.mean(self._ended[-EPISODES_SHOWN:], axis=0).tolist()
+        return success, contact, mean_return
 
 
 def success_rate(
@@ -207,3 +233,19 @@ def success_rate(
             is_over = terminated or truncated
         reached += info["is_success"]
     return reached / len(seeds)
+
+
+def train_into_file(
+    settings: TrainingSettings, path: Path, *, on_progress: Callable[[Progress], None]
+) -> None:
+    """Trains a policy and writes its weights."""
+    save_network(train(settings, on_progress=on_progress), path)
+
+
+def success_rate_of_file(settings: TrainingSettings, path: Path, episodes: int) -> float:
+    """Returns how often the weights in a file reach the goal of tasks that training has not seen.
+
+    Raises InputError where the file holds none.
+    """
+    seeds = range(FIRST_EVALUATION_SEED, FIRST_EVALUATION_SEED + episodes)
+    return success_rate(load_network(path), training_environment(settings), seeds)
