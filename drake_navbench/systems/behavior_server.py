@@ -12,6 +12,7 @@ from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 
 from drake_navbench.navigation.behaviors import BEHAVIORS, BehaviorServerParameters, Surroundings
 from drake_navbench.navigation.task import BehaviorGoal, TaskState, TaskStatus
+from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import declare_object_input, declare_state_part_output
 from drake_navbench.typed_files.immutable import Immutable
 
@@ -62,7 +63,7 @@ class BehaviorServer(LeafSystem):
         self.DeclareVectorOutputPort(
             "command",
             2,
-            self._calc_command,
+            weakly_bound(self._calc_command),
             prerequisites_of_calc={
                 state_ticket,
                 self.input_port_ticket(self._command_port.get_index()),
@@ -70,7 +71,7 @@ class BehaviorServer(LeafSystem):
         )
         declare_state_part_output(self, "status", self._activity, lambda activity: activity.status)
         self.DeclarePeriodicUnrestrictedUpdateEvent(
-            1.0 / parameters.cycle_frequency, offset_s, self._on_cycle
+            1.0 / parameters.cycle_frequency, offset_s, weakly_bound(self._on_cycle)
         )
 
     def _calc_command(self, context: Context, output: BasicVector) -> None:

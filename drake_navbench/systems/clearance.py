@@ -11,6 +11,7 @@ from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 from drake_navbench.inputs.world import World
 from drake_navbench.kernels.grid import nearest_distance
 from drake_navbench.kernels.swept_contact import clearance_at
+from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import declare_object_input
 
 # What is farther away is not looked at; the clearance then reads +inf.
@@ -45,8 +46,8 @@ class Clearance(LeafSystem):
         self._costmap_port = declare_object_input(self, "costmap")
         self._distances = self.DeclareDiscreteState([math.inf] * DISTANCE_COUNT)
         self.DeclareStateOutputPort("distances", self._distances)
-        self.DeclareInitializationDiscreteUpdateEvent(self._on_period)
-        self.DeclarePeriodicDiscreteUpdateEvent(period_s, offset_s, self._on_period)
+        self.DeclareInitializationDiscreteUpdateEvent(weakly_bound(self._on_period))
+        self.DeclarePeriodicDiscreteUpdateEvent(period_s, offset_s, weakly_bound(self._on_period))
 
     def set_contact(self, context: Context) -> None:
         """Sets the clearance to 0, as it is at a contact."""

@@ -16,6 +16,7 @@ from drake_navbench.navigation.collision_monitor import (
     MonitorState,
     points_in_base,
 )
+from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import declare_object_input
 
 
@@ -48,7 +49,9 @@ class CollisionMonitorSystem(LeafSystem):
         self._output = self.DeclareDiscreteState(2)
         self.DeclareStateOutputPort("safe_command", self._output)
         self.DeclareStateOutputPort("monitor_state", self._monitor_state)
-        self.DeclarePeriodicUnrestrictedUpdateEvent(period_s, offset_s, self._on_command)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(
+            period_s, offset_s, weakly_bound(self._on_command)
+        )
 
     def _on_command(self, context: Context, state: State) -> None:
         before = context.get_abstract_state(self._monitor_state).get_value()

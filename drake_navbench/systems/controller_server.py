@@ -36,6 +36,7 @@ from drake_navbench.navigation.progress_checkers import SimpleProgressChecker
 from drake_navbench.navigation.task import ClearRequest, GlobalPlan, TaskState, TaskStatus
 from drake_navbench.noise import NoiseKey, NoiseStream
 from drake_navbench.systems.diagnostics import is_array, without_arrays
+from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import (
     declare_object_input,
     declare_state_part_output,
@@ -126,11 +127,13 @@ class ControllerServer(LeafSystem):
         self._state = self.DeclareAbstractState(AbstractValue.Make(ServerState()))
         tickets = {self.abstract_state_ticket(self._state)}
         self.DeclareVectorOutputPort(
-            "command", 2, self._calc_command, prerequisites_of_calc=tickets
+            "command", 2, weakly_bound(self._calc_command), prerequisites_of_calc=tickets
         )
         self.DeclareStateOutputPort("server_state", self._state)
         declare_state_part_output(self, "status", self._state, lambda server: server.status)
-        self.DeclarePeriodicUnrestrictedUpdateEvent(self._period_s, offset_s, self._on_tick)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(
+            self._period_s, offset_s, weakly_bound(self._on_tick)
+        )
 
     def _calc_command(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(context.get_abstract_state(self._state).get_value().command)

@@ -9,6 +9,7 @@ from pydrake.systems.framework import Context, LeafSystem, State
 
 from drake_navbench.costmaps.layered_costmap import LayeredCostmap, LayersState
 from drake_navbench.navigation.task import ClearRequest
+from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import (
     declare_object_input,
     declare_state_part_output,
@@ -55,7 +56,9 @@ class CostmapSystem(LeafSystem):
         declare_state_part_output(
             self, "costmap", self._layers_state, lambda state: state.layers.costmap
         )
-        self.DeclarePeriodicUnrestrictedUpdateEvent(period_s, offset_s, self._on_update)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(
+            period_s, offset_s, weakly_bound(self._on_update)
+        )
 
     def _on_update(self, context: Context, state: State) -> None:
         scan = self._scan_port.Eval(context)

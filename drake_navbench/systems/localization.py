@@ -9,6 +9,7 @@ from pydrake.systems.primitives import Adder
 
 from drake_navbench.inputs.robot import LocalizationSettings
 from drake_navbench.noise import NoiseKey, NoiseStream
+from drake_navbench.systems.lifetime import weakly_bound
 
 
 class Localization(Diagram):
@@ -58,8 +59,10 @@ class HeldNoise(LeafSystem):
         self._noise = self.DeclareDiscreteState(self._std.size)
         self.DeclareStateOutputPort("noise", self._noise)
         if self._std.any():
-            self.DeclareInitializationDiscreteUpdateEvent(self._on_start)
-            self.DeclarePeriodicDiscreteUpdateEvent(settings.period_s, offset_s, self._on_period)
+            self.DeclareInitializationDiscreteUpdateEvent(weakly_bound(self._on_start))
+            self.DeclarePeriodicDiscreteUpdateEvent(
+                settings.period_s, offset_s, weakly_bound(self._on_period)
+            )
 
     def _on_start(self, context: Context, discrete_state: DiscreteValues) -> None:
         self._draw(context, discrete_state, step=0)

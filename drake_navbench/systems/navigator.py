@@ -12,6 +12,7 @@ from pydrake.systems.framework import Context, LeafSystem, State
 
 from drake_navbench.navigation.planner import PlanningError
 from drake_navbench.navigation.task import GlobalPlan, TaskState, TaskStatus
+from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import (
     declare_object_input,
     declare_object_output,
@@ -51,7 +52,7 @@ class Navigator(LeafSystem):
                 self.input_port_ticket(self._status_port.get_index()),
             },
         )
-        self.DeclareInitializationUnrestrictedUpdateEvent(self._on_start)
+        self.DeclareInitializationUnrestrictedUpdateEvent(weakly_bound(self._on_start))
 
     def _on_start(self, context: Context, state: State) -> None:
         start = self._estimate_port.Eval(context)[:3]

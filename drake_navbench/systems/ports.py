@@ -19,6 +19,8 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
+from drake_navbench.systems.lifetime import weakly_bound
+
 
 def declare_object_input(system: LeafSystem, name: str) -> InputPort:
     """Declares an input port for a Python object."""
@@ -36,8 +38,10 @@ def declare_object_output(
     value_of: returns what the port holds in a context; it may read only what `prerequisites` name.
     """
 
+    value = weakly_bound(value_of)
+
     def calc(context: Context, output: AbstractValue) -> None:
-        output.set_value(value_of(context))
+        output.set_value(value(context))
 
     return system.DeclareAbstractOutputPort(
         name,

@@ -19,6 +19,7 @@ from drake_navbench.systems.diagnostics import (
     with_thinned_arrays,
     without_arrays,
 )
+from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import declare_object_input, value_or_none
 
 
@@ -93,8 +94,8 @@ class Recorder(LeafSystem):
         self._server_port = declare_object_input(self, "server_state")
         self._scan_port = declare_object_input(self, "scan")
         self._navigator_port = declare_object_input(self, "navigator_state")
-        self.DeclarePeriodicPublishEvent(period_s, 0.0, self.record)
-        self.DeclareForcedPublishEvent(self.record)
+        self.DeclarePeriodicPublishEvent(period_s, 0.0, weakly_bound(self.record))
+        self.DeclareForcedPublishEvent(weakly_bound(self.record))
 
     def find_recording(self, context: Context) -> Recording:
         """Returns what was recorded in this system's context."""

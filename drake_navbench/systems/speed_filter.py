@@ -13,6 +13,7 @@ from pydrake.systems.framework import Context, LeafSystem, State
 from drake_navbench.controller import SpeedLimit
 from drake_navbench.costmaps.filter_masks import FilterMask
 from drake_navbench.kernels.rasterize import MASK_UNKNOWN
+from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import declare_state_part_output
 from drake_navbench.typed_files.immutable import Immutable
 
@@ -52,7 +53,9 @@ class SpeedFilter(LeafSystem):
         self._estimate_port = self.DeclareVectorInputPort("estimate", 5)
         declare_state_part_output(self, "speed_limit", self._state, lambda state: state.limit)
         self.DeclareStateOutputPort("filter_state", self._state)
-        self.DeclarePeriodicUnrestrictedUpdateEvent(period_s, offset_s, self._on_update)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(
+            period_s, offset_s, weakly_bound(self._on_update)
+        )
 
     def _on_update(self, context: Context, state: State) -> None:
         before = context.get_abstract_state(self._state).get_value()

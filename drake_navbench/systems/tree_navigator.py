@@ -28,6 +28,7 @@ from drake_navbench.navigation.behavior_tree.snapshot import (
 from drake_navbench.navigation.task import GlobalPlan, TaskState, TaskStatus
 from drake_navbench.navigation.waypoint_follower import Progress, WaypointFollower
 from drake_navbench.plans import Plan
+from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import declare_object_input, declare_state_part_output
 from drake_navbench.typed_files.immutable import Immutable
 
@@ -113,8 +114,8 @@ class TreeNavigator(LeafSystem):
         for name, select in parts.items():
             declare_state_part_output(self, name, self._state, select)
         self.DeclareStateOutputPort("navigator_state", self._state)
-        self.DeclareInitializationUnrestrictedUpdateEvent(self._on_tick)
-        self.DeclarePeriodicUnrestrictedUpdateEvent(period_s, offset_s, self._on_tick)
+        self.DeclareInitializationUnrestrictedUpdateEvent(weakly_bound(self._on_tick))
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period_s, offset_s, weakly_bound(self._on_tick))
 
     def _on_tick(self, context: Context, state: State) -> None:
         before: NavigatorState = context.get_abstract_state(self._state).get_value()

@@ -11,6 +11,7 @@ from drake_navbench.navigation.velocity_smoother import (
     VelocitySmoother,
     VelocitySmootherParameters,
 )
+from drake_navbench.systems.lifetime import weakly_bound
 
 
 class VelocitySmootherSystem(LeafSystem):
@@ -31,7 +32,7 @@ class VelocitySmootherSystem(LeafSystem):
         self._output = self.DeclareDiscreteState(2)
         self.DeclareStateOutputPort("smoothed_command", self._output)
         self.DeclarePeriodicUnrestrictedUpdateEvent(
-            1.0 / parameters.smoothing_frequency, offset_s, self._on_period
+            1.0 / parameters.smoothing_frequency, offset_s, weakly_bound(self._on_period)
         )
 
     def _on_period(self, context: Context, state: State) -> None:

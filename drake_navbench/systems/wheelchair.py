@@ -21,6 +21,7 @@ from pydrake.systems.primitives import SymbolicVectorSystem
 
 from drake_navbench.inputs.robot import Drive
 from drake_navbench.inputs.world_geometry import convex_pieces, prism
+from drake_navbench.systems.lifetime import weakly_bound
 
 STATE_SIZE = 5
 # Only to be seen: contact is judged in the plane, whatever the heights.
@@ -51,7 +52,7 @@ class Wheelchair(SymbolicVectorSystem):
         self._geometry_pose_port = self.DeclareAbstractOutputPort(
             "geometry_pose",
             lambda: AbstractValue.Make(FramePoseVector()),
-            self._calc_geometry_pose,
+            weakly_bound(self._calc_geometry_pose),
             prerequisites_of_calc={self.xc_ticket()},
         )
 

@@ -35,6 +35,7 @@ from drake_navbench.navigation.task import TaskState, TaskStatus
 from drake_navbench.plans import Plan, as_logged
 from drake_navbench.processes.worker_process import Returned
 from drake_navbench.processes.workers import Died, Failure, Task, TimedOut, run_tasks, start_server
+from drake_navbench.systems.lifetime import release
 from drake_navbench.systems.recorder import Recording
 from drake_navbench.systems.tree_navigator import TreeNavigator
 from drake_navbench.trial.column_controller import built_controller
@@ -157,6 +158,14 @@ def _simulate_with(
         filter_masks=spec.scenario.filter_masks,
         meshcat=meshcat,
     )
+    try:
+        return _driven(spec, trial, realtime_rate)
+    finally:
+        release(trial.diagram)
+
+
+def _driven(spec: TrialSpec, trial: TrialDiagram, realtime_rate: float) -> TrialLog:
+    """Simulates a built trial to its end and returns its log."""
     context = trial.create_context(spec.scenario.start_pose(spec.seed), spec.seed)
     simulator = Simulator(trial.diagram, context)
     ApplySimulatorConfig(INTEGRATION, simulator)
