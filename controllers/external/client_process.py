@@ -60,7 +60,8 @@ class ClientProcess:
         self._output = b""
         their_in, self._to_client = os.pipe()
         self._from_client, their_out = os.pipe()
-        self._printed, their_print = (None, None) if shows_output else os.pipe()
+        printed: tuple[int | None, int | None] = (None, None) if shows_output else os.pipe()
+        self._printed, their_print = printed
         theirs = [their_in, their_out, *([their_print] if their_print is not None else [])]
         ours = [self._to_client, self._from_client]
         ours += [self._printed] if self._printed is not None else []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -31,6 +32,8 @@ DRAWN: Mapping[str, tuple[int, int | None]] = {
     "sampled_costs": (1, None),
     "carrot": (1, 2),
 }
+
+_PACKED_KEYS = ("shape", "data")
 
 
 def configure_message(setup: ControllerSetup, parameters: Mapping[str, Any]) -> dict[str, Any]:
@@ -115,8 +118,8 @@ def failure_of(answer: Mapping[str, Any], memory: Any) -> ControllerError | None
 def command_of(answer: Mapping[str, Any]) -> NDArray[np.float64]:
     """Returns the command (2,) v m/s, w rad/s of an answer; raises ValueError where it has none."""
     command = answer.get("command")
-    is_pair = isinstance(command, list) and len(command) == 2
-    if not is_pair or not all(type(number) in (int, float) for number in command):
+    is_pair = isinstance(command, list) and [type(n) in (int, float) for n in command] == [True] * 2
+    if not is_pair:
         raise ValueError(f"command: got {command!r}, expected [v, w]")
     return np.array(command, dtype=np.float64)
 
@@ -144,14 +147,12 @@ def _packed(array: NDArray[np.float64]) -> dict[str, Any]:
 def _unpacked(name: str, packed: Any) -> NDArray[np.float64]:
     """Returns the array that a client has packed; raises ValueError where it is none."""
     axes, last = DRAWN[name]
-    shape = packed.get("shape") if isinstance(packed, dict) else None
-    data = packed.get("data") if isinstance(packed, dict) else None
-    is_shape = isinstance(shape, list) and all(type(n) is int and n >= 0 for n in shape)
-    if not is_shape or not isinstance(data, bytes):
-        raise ValueError(f"{name}: expected a map with shape and data")
+    shape, data = (packed.get(key) if isinstance(packed, dict) else None for key in _PACKED_KEYS)
+    if not isinstance(shape, list) or not all(type(n) is int and n >= 0 for n in shape):
+        raise ValueError(f"{name}: expected a map with shape and data, got the shape {shape!r}")
     if len(shape) != axes or last not in (None, shape[-1]):
         raise ValueError(f"{name}: got the shape {shape}")
-    count = int(np.prod(shape, dtype=object))
-    if len(data) != 8 * count:
-        raise ValueError(f"{name}: got {len(data)} bytes, expected {8 * count} for {shape}")
+    byte_count = 8 * math.prod(shape)
+    if not isinstance(data, bytes) or len(data) != byte_count:
+        raise ValueError(f"{name}: expected {byte_count} bytes of data for the shape {shape}")
     return np.frombuffer(data, dtype="<f8").astype(np.float64).reshape(shape)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, ClassVar, Literal
+from typing import Any, Literal, cast
 
 import gymnasium
 import numpy as np
@@ -59,8 +59,6 @@ class NavigationEnvironment(gymnasium.Env[Seen, NDArray[np.float32]]):
     Raises InputError where one of them is wrong.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": []}
-
     def __init__(
         self,
         scenario: str | Scenario = "one_obstacle",
@@ -78,6 +76,7 @@ class NavigationEnvironment(gymnasium.Env[Seen, NDArray[np.float32]]):
             raise InputError(f"frequency: got {frequency!r}, expected up to 1000 Hz, above 0")
         if timeout_s is not None and not 0.0 < timeout_s <= 1e5:
             raise InputError(f"timeout_s: got {timeout_s!r}, expected up to 1e5 s, above 0")
+        self.metadata = {"render_modes": []}
         self._scenario = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
         self._robot = self._scenario.load_robot(robot)
         check_task(self._scenario, self._robot)
@@ -91,6 +90,7 @@ class NavigationEnvironment(gymnasium.Env[Seen, NDArray[np.float32]]):
             self._robot, self._scenario.true_world, period_s=self._period_s
         )
         self._task: EpisodeTask | None = None
+        self._is_open = True
         self._set_spaces()
 
     @property
@@ -105,6 +105,8 @@ class NavigationEnvironment(gymnasium.Env[Seen, NDArray[np.float32]]):
 
         Without a seed the next one is drawn from that of the last reset that had one.
         """
+        if not self._is_open:
+            raise RuntimeError("reset: the environment is closed")
         super().reset(seed=seed)
         drawn = int(self.np_random.integers(MAX_SEED)) if seed is None else seed
         task = self._make_task(drawn)
@@ -148,6 +150,12 @@ class NavigationEnvironment(gymnasium.Env[Seen, NDArray[np.float32]]):
         if terminated or truncated:
             info = self._summary(has_reached=has_reached, has_collided=has_collided)
         return self._observation(), reward, terminated, truncated, info
+
+    def close(self) -> None:
+        """Lets what was simulated be freed."""
+        if self._is_open:
+            self._is_open, self._task = False, None
+            self._simulation.close()
 
     def _make_task(self, seed: int) -> EpisodeTask:
         if self._draws:
@@ -215,10 +223,10 @@ class NavigationEnvironment(gymnasium.Env[Seen, NDArray[np.float32]]):
         fastest = TWIST_MARGIN * np.maximum(np.abs(low), high)
         reach = np.array([MAX_LENGTH_M, MAX_LENGTH_M, 4.0], dtype=np.float32)
         self.action_space = spaces.Box(low, high, dtype=np.float32)
-        self.observation_space = spaces.Dict(
-            {
-                "lidar": spaces.Box(0.0, lidar.range_max_m, (lidar.beam_count,), dtype=np.float32),
-                "goal": spaces.Box(-reach, reach, dtype=np.float32),
-                "twist": spaces.Box(-fastest, fastest, dtype=np.float32),
-            }
-        )
+        shown: dict[str, spaces.Space[Any]] = {
+            "lidar": spaces.Box(0.0, lidar.range_max_m, (lidar.beam_count,), dtype=np.float32),
+            "goal": spaces.Box(-reach, reach, dtype=np.float32),
+            "twist": spaces.Box(-fastest, fastest, dtype=np.float32),
+        }
+        # A space of maps; its type does not say of which.
+        self.observation_space = cast(spaces.Space[Seen], spaces.Dict(shown))

@@ -51,7 +51,7 @@ class TrainingSettings:
     horizon: steps of each between two updates.
     """
 
-    steps: int = 1_000_000
+    steps: int = 400_000
     environments: int = 16
     horizon: int = 128
     seed: int = 0
@@ -225,7 +225,7 @@ def success_rate(
     reached = 0
     for seed in seeds:
         seen, _ = environment.reset(seed=seed)
-        is_over, info = False, {}
+        is_over = False
         while not is_over:
             seen, _, terminated, truncated, info = environment.step(
                 view.command(network(view.inputs(seen)))

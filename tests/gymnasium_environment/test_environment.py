@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import gc
 import math
 import resource
 import warnings
+import weakref
 
 import gymnasium
 import numpy as np
@@ -230,6 +232,22 @@ def test_what_is_no_command_is_refused(environment, action):
     environment.reset(seed=0)
     with pytest.raises(ValueError, match=r"action|could not convert"):
         environment.step(action)
+
+
+def test_a_closed_environment_is_freed_and_drives_no_more():
+    environment = NavigationEnvironment("empty")
+    environment.reset(seed=0)
+    environment.step(AHEAD)
+    lidar = weakref.ref(environment._simulation._lidar)
+    environment.close()
+    environment.close()
+    with pytest.raises(RuntimeError, match="is closed"):
+        environment.reset(seed=0)
+    with pytest.raises(RuntimeError, match="expected reset"):
+        environment.step(AHEAD)
+    del environment
+    gc.collect()
+    assert lidar() is None
 
 
 @pytest.mark.long
