@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from drake_navbench import run_benchmark
 from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.foreign_code import runs_foreign_code
@@ -50,9 +51,7 @@ def file(tmp_path, monkeypatch) -> Path:
 
 
 def test_it_drives_as_a_column_and_is_gone_on_with_only_as_it_was(file, capsys):
-    asked = ["short.yaml", "--controllers", "creep.py:Creep:speed=0.4", "--trials", "1"]
-    asked += ["--jobs", "1", "--figures", "none", "--replay", "none", "--quiet", "--out", "out"]
-    assert main(asked) == 0
+    run_benchmark(["short.yaml"], ["creep.py:Creep:speed=0.4"], trials=1, jobs=1, out="out")
     (path,) = Path("out/trials").rglob("*.parquet")
     log = TrialLog.read(path)
     assert log.outcome is Outcome.SUCCEEDED
