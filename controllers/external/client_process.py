@@ -35,6 +35,8 @@ CHUNK_BYTES = 2**16
 KEPT_OUTPUT_BYTES = 4096
 # For a client to leave by itself, after `shutdown` or when it has closed its pipe.
 EXIT_PATIENCE_S = 1.0
+# While its pipe is full a client may wait for us to take what it prints.
+ROOM_PATIENCE_S = 0.01
 PR_SET_PDEATHSIG = 1
 IS_LINUX = sys.platform == "linux"
 
@@ -90,6 +92,8 @@ class ClientProcess:
         self._poll = select.poll()
         for descriptor in ours[1:]:
             self._poll.register(descriptor, select.POLLIN)
+        self._room = select.poll()
+        self._room.register(self._to_client, select.POLLOUT)
         self._end = weakref.finalize(self, _end, self._process, ours)
 
     def ask(self, message: Mapping[str, Any], *, deadline_s: float) -> dict[str, Any]:
@@ -130,10 +134,11 @@ class ClientProcess:
                 rest = rest[os.write(self._to_client, rest) :]
             except BlockingIOError:
                 # The pipe is full; the client may be printing, or answering too early, meanwhile.
-                select.select([], [self._to_client], [], max(0.0, deadline - time.monotonic()))
+                left_s = deadline - time.monotonic()
+                if left_s <= 0.0:
+                    self._fail("does not take what it is told within the deadline")
+                self._room.poll(1000.0 * min(left_s, ROOM_PATIENCE_S))
                 self._listen(0.0)
-                if time.monotonic() >= deadline:
-                    self._fail("does not take what it is told, within the deadline")
             except BrokenPipeError:
                 self._fail_dead()
 

@@ -94,10 +94,14 @@ class Preset:
         Raises InputError where one cannot be read.
         """
         own = {} if self.file is None else {self.file.path.name: self.file.sha256}
-        return own | {
-            name: file_digest(path, max_bytes=MAX_READ_BYTES)
-            for name, path in self.parameters.files_read().items()
-        }
+        try:
+            read = {
+                name: file_digest(path, max_bytes=MAX_READ_BYTES)
+                for name, path in self.parameters.files_read().items()
+            }
+        except InputError as error:
+            raise InputError(f"{self.source}: {error}") from error
+        return own | read
 
     def for_robot(self, robot: Robot) -> Preset:
         """Returns the column with the parameters that it has for a robot."""

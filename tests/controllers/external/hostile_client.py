@@ -79,3 +79,5 @@ while len(length := requests.read(LENGTH.size)) == LENGTH.size:
         DEEDS[deed]()
     else:
         send(frame({}))
+        if deed == "reads no more":
+            time.sleep(1000.0)

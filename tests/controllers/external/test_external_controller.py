@@ -33,6 +33,7 @@ from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.log import Outcome
 from drake_navbench.noise import NoiseKey
+from drake_navbench.run import main
 
 HERE = Path(__file__).parent
 EXAMPLES = Path(__file__).parents[3] / "examples" / "external_controllers"
@@ -196,6 +197,29 @@ def test_what_a_client_does_wrong_is_told_and_ends_it(deed, told, start):
     assert told in str(failed.value).splitlines()[0]
     with pytest.raises(ExternalControllerFailed, match="was ended before"):
         controller.step(OBSERVATION, memory)
+
+
+# More than a pipe takes at once.
+LARGE = Costmap(np.arange(400 * 500).reshape(400, 500).astype(np.uint8), 0.0, 0.0, 0.05)
+
+
+def test_a_map_that_is_larger_than_a_pipe_arrives_whole(start, tmp_path):
+    controller = start(RECORDING, str(tmp_path / "record"))
+    controller.step(replace(OBSERVATION, costmap=LARGE), controller.initial_memory())
+    *_, asked = msgpack.Unpacker((tmp_path / "record").open("rb"))
+    assert asked["costmap"]["data"] == LARGE.costs.tobytes()
+
+
+def test_a_client_that_does_not_read_ends_after_the_deadline(start):
+    controller = start(HOSTILE, "reads no more", deadline_s=0.2)
+    memory = controller.initial_memory()
+    with pytest.raises(ExternalControllerFailed, match="within"):
+        controller.step(replace(OBSERVATION, costmap=LARGE), memory)
+
+
+def test_without_a_command_it_is_wrong_input_in_one_line(capsys):
+    assert main(["empty", "--controllers", "external"]) == 2
+    assert capsys.readouterr().err == "controller external: command: missing, but required\n"
 
 
 def test_a_failure_that_a_controller_may_have_is_raised_as_such(step):
