@@ -21,6 +21,11 @@ COMMANDS = {
     "compare": ("drake_navbench.compare", "say what became better or worse between two folders"),
     "replay": ("drake_navbench.commands.replay", "render the replay of one trial from its log"),
     "train": ("drake_navbench.commands.train", "train a policy in the Gymnasium environment"),
+    "export": ("drake_navbench.commands.export", "write trials as bags, tables or trajectories"),
+    "import-bag": (
+        "drake_navbench.commands.import_bag",
+        "make trials of recordings of real robots",
+    ),
     "list": ("drake_navbench.commands.listing", "list scenarios, controllers and robots"),
     "docs": ("drake_navbench.commands.documentation", "make the generated parts of docs/"),
 }

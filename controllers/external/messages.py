@@ -49,6 +49,8 @@ def configure_message(setup: ControllerSetup, parameters: Mapping[str, Any]) -> 
         "circumscribed_radius_m": setup.circumscribed_radius_m,
         "max_linear_velocity_mps": setup.max_linear_velocity_mps,
         "max_angular_velocity_radps": setup.max_angular_velocity_radps,
+        "max_lateral_velocity_mps": setup.max_lateral_velocity_mps,
+        "min_turning_radius_m": setup.min_turning_radius_m,
         "costmap_resolution_m": setup.costmap_resolution_m,
         "costmap_size_m": setup.costmap_size_m,
         "inflation_radius_m": setup.inflation_radius_m,
@@ -74,7 +76,7 @@ def compute_message(observation: Observation, memory: Any) -> dict[str, Any]:
         "call": "compute",
         "time_s": observation.time_s,
         "pose": observation.pose.tolist(),
-        "twist": observation.twist.tolist(),
+        "twist": [*observation.twist.tolist(), observation.vy_mps],
         "plan_id": observation.plan_id,
         "local_plan": _packed(observation.plan),
         "goal": observation.goal.tolist(),
@@ -116,11 +118,14 @@ def failure_of(answer: Mapping[str, Any], memory: Any) -> ControllerError | None
 
 
 def command_of(answer: Mapping[str, Any]) -> NDArray[np.float64]:
-    """Returns the command (2,) v m/s, w rad/s of an answer; raises ValueError where it has none."""
+    """Returns the command of an answer, (2,) v m/s, w rad/s or (3,) with vy m/s.
+
+    Raises ValueError where it has none.
+    """
     command = answer.get("command")
-    is_pair = isinstance(command, list) and [type(n) in (int, float) for n in command] == [True] * 2
-    if not is_pair:
-        raise ValueError(f"command: got {command!r}, expected [v, w]")
+    kinds = [type(number) for number in command] if isinstance(command, list) else []
+    if len(kinds) not in (2, 3) or not {*kinds} <= {int, float}:
+        raise ValueError(f"command: got {command!r}, expected [v, w] or [v, w, vy]")
     return np.array(command, dtype=np.float64)
 
 

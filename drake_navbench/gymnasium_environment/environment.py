@@ -36,6 +36,7 @@ from drake_navbench.typed_files.typed_yaml import validate
 Array = NDArray[np.float64]
 Seen = dict[str, NDArray[np.float32]]
 
+VELOCITIES = ("v", "w", "vy")
 # Speeds that a noisy estimate may tell, as multiples of the limits.
 TWIST_MARGIN = 10.0
 MAX_SEED = 2**63
@@ -46,7 +47,8 @@ class NavigationEnvironment(gymnasium.Env[Seen, NDArray[np.float32]]):
 
     Observation, in the base frame: `lidar` (beams,) ranges m, 0 nearer than the least range, the
     longest where nothing is met; `goal` (3,) x m, y m, yaw rad by the estimated pose; `twist` (2,)
-    estimated v m/s, w rad/s. Action: the command (2,) v m/s, w rad/s, held for a period.
+    estimated v m/s, w rad/s. Action: the command (2,) v m/s, w rad/s, held for a period. A base
+    that moves sideways has vy m/s, to the left, as a third number of both.
 
     An episode terminates when the robot's goal checker says so, or at a contact; it is truncated
     after `timeout_s`. `info` of its last step tells the outcome and the metrics of a trial:
@@ -122,8 +124,9 @@ class NavigationEnvironment(gymnasium.Env[Seen, NDArray[np.float32]]):
     def step(self, action: NDArray[np.float32]) -> tuple[Seen, float, bool, bool, dict[str, Any]]:
         """Drives one period; raises ValueError for what is no command."""
         command = np.asarray(action, dtype=np.float64)
-        if command.shape != (2,) or not np.isfinite(command).all():
-            raise ValueError(f"action: got {action!r}, expected two finite numbers, v and w")
+        if command.shape != self._command_shape or not np.isfinite(command).all():
+            expected = " and ".join(VELOCITIES[: self._command_shape[0]])
+            raise ValueError(f"action: got {action!r}, expected finite numbers, {expected}")
         if self._task is None:
             raise RuntimeError("step: expected reset to be called before")
         simulation = self._simulation
@@ -212,14 +215,21 @@ class NavigationEnvironment(gymnasium.Env[Seen, NDArray[np.float32]]):
         return {
             "lidar": ranges,
             "goal": goal.astype(np.float32),
-            "twist": estimate[3:].astype(np.float32),
+            "twist": estimate[3 : 3 + self._command_shape[0]].astype(np.float32),
         }
 
     def _set_spaces(self) -> None:
         drive, lidar = self._robot.drive, self._robot.lidar
-        turn = drive.max_angular_velocity_radps
-        low = np.array([drive.min_linear_velocity_mps, -turn], dtype=np.float32)
-        high = np.array([drive.max_linear_velocity_mps, turn], dtype=np.float32)
+        turn, sideways = drive.max_angular_velocity_radps, drive.lateral_speed_mps
+        count = 3 if sideways > 0.0 else 2
+        low, high = np.array(
+            [
+                [drive.min_linear_velocity_mps, -turn, -sideways],
+                [drive.max_linear_velocity_mps, turn, sideways],
+            ],
+            dtype=np.float32,
+        )[:, :count]
+        self._command_shape = (count,)
         fastest = TWIST_MARGIN * np.maximum(np.abs(low), high)
         reach = np.array([MAX_LENGTH_M, MAX_LENGTH_M, 4.0], dtype=np.float32)
         self.action_space = spaces.Box(low, high, dtype=np.float32)

@@ -16,8 +16,9 @@ from drake_navbench.log import Scan
 from drake_navbench.systems.lidar import Lidar
 from drake_navbench.systems.lifetime import release, weakly_bound
 from drake_navbench.systems.localization import Localization
+from drake_navbench.systems.ports import COMMAND_SIZE
 from drake_navbench.trial.contact_watch import ContactWatch
-from drake_navbench.trial.diagram import add_wheelchair
+from drake_navbench.trial.diagram import add_base
 from drake_navbench.trial.navigation_wiring import connect_inputs
 from drake_navbench.trial.timing import CONTROLLER_OFFSET_S, MAX_STEP_S
 from drake_navbench.trial.trial import INTEGRATION
@@ -26,7 +27,7 @@ Array = NDArray[np.float64]
 
 
 class RobotSimulation:
-    """A trial's wheelchair, lidar and localization, wired as there, with the command left open.
+    """A trial's base, lidar and localization, wired as there, with the command left open.
 
     The command is taken at the instants of a trial's controller server: first at
     CONTROLLER_OFFSET_S, then once a `period_s`. One diagram serves all episodes: to build one takes
@@ -39,12 +40,17 @@ class RobotSimulation:
         builder = DiagramBuilder()
         scene_graph = builder.AddNamedSystem("scene_graph", SceneGraph())
         register_obstacles(scene_graph, world)
-        self._wheelchair = add_wheelchair(builder, robot, scene_graph)
-        state = self._wheelchair.get_state_output_port()
+        self._base = add_base(builder, robot, scene_graph)
+        state = self._base.get_state_output_port()
         self._lidar = builder.AddNamedSystem("lidar", Lidar(robot.lidar, world))
         connect_inputs(builder, self._lidar, state=state)
         self._localization = builder.AddNamedSystem(
-            "localization", Localization(robot.localization, offset_s=CONTROLLER_OFFSET_S)
+            "localization",
+            Localization(
+                robot.localization,
+                offset_s=CONTROLLER_OFFSET_S,
+                moves_sideways=robot.drive.lateral_speed_mps > 0.0,
+            ),
         )
         connect_inputs(builder, self._localization, state=state)
         self._diagram = builder.Build()
@@ -55,13 +61,14 @@ class RobotSimulation:
         ApplySimulatorConfig(INTEGRATION, self._simulator)
         self._simulator.set_monitor(weakly_bound(self._end_at_contact))
         context = self._simulator.get_mutable_context()
-        self._wheelchair_context = self._wheelchair.GetMyMutableContextFromRoot(context)
+        self._base_context = self._base.GetMyMutableContextFromRoot(context)
         self._lidar_context = self._lidar.GetMyMutableContextFromRoot(context)
         self._localization_context = self._localization.GetMyMutableContextFromRoot(context)
         self._state_port = state
         self._scan_port = self._lidar.GetOutputPort("scan")
         self._estimate_port = self._localization.GetOutputPort("estimate")
-        self._command_port = self._wheelchair.get_command_input_port()
+        self._whole_command = np.zeros(COMMAND_SIZE)
+        self._command_port = self._base.get_command_input_port()
         self.reset(np.zeros(3), seed=0, world=world)
 
     def reset(self, start_pose: Array, *, seed: int, world: World) -> None:
@@ -77,7 +84,7 @@ class RobotSimulation:
         context = self._simulator.get_mutable_context()
         context.SetTime(0.0)
         self._diagram.SetDefaultContext(context)
-        self._wheelchair.set_pose(self._wheelchair_context, start_pose)
+        self._base.set_pose(self._base_context, start_pose)
         for system, own in (
             (self._lidar, self._lidar_context),
             (self._localization, self._localization_context),
@@ -85,12 +92,15 @@ class RobotSimulation:
             own.get_mutable_abstract_parameter(system.seed_parameter).set_value(seed)
         seen = self._lidar_context.get_mutable_abstract_parameter(self._lidar.world_parameter)
         seen.set_value((world.segments, world.circles))
-        self._set_command(np.zeros(2))
+        self._set_command(np.zeros(COMMAND_SIZE))
         self._simulator.Initialize()
         self._simulator.AdvanceTo(CONTROLLER_OFFSET_S)
 
     def step(self, command: Array) -> None:
-        """Drives one period with a command (2,) v m/s, w rad/s; a contact ends it at that time."""
+        """Drives one period with a command (2,) v m/s, w rad/s; a contact ends it at that time.
+
+        A third number is vy m/s, for a base that moves sideways.
+        """
         self._steps += 1
         self._set_command(command)
         self._simulator.AdvanceTo(CONTROLLER_OFFSET_S + self._steps * self._period_s)
@@ -113,15 +123,15 @@ class RobotSimulation:
 
     @property
     def state(self) -> Array:
-        """(5,) the true x m, y m, yaw rad, v m/s, w rad/s; at a contact those of that instant."""
+        """(6,) the true x m, y m, yaw rad, v m/s, w rad/s, vy m/s; at a contact of that instant."""
         contact = self._contact_watch.contact
         if contact is not None:
             return contact.state
-        return self._state_port.Eval(self._wheelchair_context)
+        return self._state_port.Eval(self._base_context)
 
     @property
     def estimate(self) -> Array:
-        """(5,) what a controller is told of the state."""
+        """(6,) what a controller is told of the state."""
         return self._estimate_port.Eval(self._localization_context)
 
     @property
@@ -139,13 +149,14 @@ class RobotSimulation:
         return min(float(found_m), limit_m)
 
     def _set_command(self, command: Array) -> None:
-        self._command_port.FixValue(self._wheelchair_context, command)
+        self._whole_command[: command.size] = command
+        self._command_port.FixValue(self._base_context, self._whole_command)
 
     def _end_at_contact(self, context: Context) -> EventStatus | None:
         watch = self._contact_watch
         time_s = context.get_time()
         if time_s >= watch.idle_until_s:
-            watch.look(time_s, self._state_port.Eval(self._wheelchair_context))
+            watch.look(time_s, self._state_port.Eval(self._base_context))
         if watch.contact is not None:
             return EventStatus.ReachedTermination(self._diagram, "collided")
         return None

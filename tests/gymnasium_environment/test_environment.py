@@ -143,7 +143,7 @@ def test_the_robot_moves_as_in_a_trial_with_the_same_commands():
         state = environment._simulation.state
         # The steps of the integrator end at other times.
         np.testing.assert_allclose(
-            row[["x_m", "y_m", "yaw_rad", "v_mps", "w_radps"]], state, atol=1e-3
+            row[["x_m", "y_m", "yaw_rad", "v_mps", "w_radps"]], state[:5], atol=1e-3
         )
 
 

@@ -48,7 +48,7 @@ DEEDS = {
     "sends a list": lambda: send(frame([0.0, 0.0])),
     "sends nothing of use": lambda: send(frame({})),
     "sends text": lambda: send(frame({"command": ["0.1", "0.0"]})),
-    "sends three": lambda: send(frame({"command": [0.1, 0.0, 0.0]})),
+    "sends four": lambda: send(frame({"command": [0.1, 0.0, 0.0, 0.0]})),
     "fails oddly": lambda: send(frame({"failure": "bored"})),
     "says it is broken": lambda: send(frame({"error": "out of ideas"})),
     "finds no control": lambda: send(

@@ -63,6 +63,7 @@ OBSERVATION = Observation(
     speed_limit=SpeedLimit(50.0, is_percentage=True),
     noise_key=NoiseKey(2**64 - 1, 4, 11),
     global_plan=PLAN,
+    vy_mps=0.6,
 )
 
 
@@ -118,7 +119,7 @@ def test_a_client_is_told_everything_that_a_controller_sees(start, tmp_path):
         "tracks_unknown": True,
     }
     assert first["pose"] == [0.1, 0.2, 0.3]
-    assert first["twist"] == [0.4, -0.5]
+    assert first["twist"] == [0.4, -0.5, 0.6]
     assert first["goal"] == [1.0, 0.0, 0.1]
     assert (first["goal_xy_tolerance_m"], first["goal_yaw_tolerance_rad"]) == (0.25, 0.3)
     assert first["speed_limit"] == {"value": 50.0, "is_percentage": True}
@@ -182,8 +183,8 @@ def test_a_client_that_is_not_graceful_is_at_rest_at_once(start):
         ("sends two", "bytes behind its answer"),
         ("sends a list", "its answer is list, expected a map"),
         ("sends nothing of use", "its answer to compute is wrong: command: got None, expected"),
-        ("sends text", "command: got ['0.1', '0.0'], expected [v, w]"),
-        ("sends three", "command: got [0.1, 0.0, 0.0], expected [v, w]"),
+        ("sends text", "command: got ['0.1', '0.0'], expected [v, w] or [v, w, vy]"),
+        ("sends four", "command: got [0.1, 0.0, 0.0, 0.0], expected [v, w] or [v, w, vy]"),
         ("fails oddly", "failure: got 'bored', expected no_valid_control, invalid_path"),
         ("says it is broken", "answered compute with the error 'out of ideas'"),
         ("draws a wrong shape", "carrot: got the shape [3]"),
