@@ -31,7 +31,7 @@ from drake_navbench.errors import EndedFromOutside, InputError
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.kernels.grid import Costmap
-from drake_navbench.log import Outcome
+from drake_navbench.log import UNREPEATABLE_COLUMNS, Outcome
 from drake_navbench.noise import NoiseKey
 from drake_navbench.run import main
 
@@ -305,7 +305,7 @@ def example(name: str, *arguments: str) -> Preset:
 
 
 def motion(log) -> pd.DataFrame:
-    return log.samples.drop(columns="compute_time_ms")
+    return log.samples.drop(columns=list(UNREPEATABLE_COLUMNS))
 
 
 @pytest.fixture(scope="module")
