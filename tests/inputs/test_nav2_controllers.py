@@ -13,7 +13,7 @@ from drake_navbench.inputs.parameter_files import load_parameter_file
 from drake_navbench.inputs.parameter_names import flattened
 from drake_navbench.inputs.presets import as_yaml, installed_controllers
 from drake_navbench.inputs.robot import load_robot
-from drake_navbench.trial.trial import make_controller
+from drake_navbench.trial.column_controller import make_controller
 
 DWB = "dwb_core::DWBLocalPlanner"
 MPPI = "nav2_mppi_controller::MPPIController"
