@@ -40,7 +40,8 @@ SIDEWAYS: dict[str, tuple[Callable[[Any], bool], Any]] = {
     "min_vel_y": (lambda speed: _moves(speed), 0.0),
     "max_vel_y": (lambda speed: _moves(speed), 0.0),
 }
-ROTATION_SHIM = "nav2_rotation_shim_controller::RotationShimController"
+# The block that a rotation shim keeps its primary controller's parameters in, since Lyrical.
+PRIMARY = "primary_controller."
 
 
 def read_columns(server: Node) -> tuple[list[Preset], list[CheckRow]]:
@@ -72,7 +73,9 @@ def read_columns(server: Node) -> tuple[list[Preset], list[CheckRow]]:
 def _without_sideways_motion(server: Node, plugin: str, rows: list[CheckRow]) -> Node:
     """Returns a server whose controller asks for what a differential base can do."""
     parameters = dict(server.parameters)
-    for name, (is_sideways, stand_in) in SIDEWAYS.items():
+    for name, (is_sideways, stand_in) in [
+        (f"{block}{name}", rule) for block in ("", PRIMARY) for name, rule in SIDEWAYS.items()
+    ]:
         full = f"{plugin}.{name}"
         given = server.get(full)
         if given is not None and is_sideways(given):
@@ -98,38 +101,27 @@ def _require_values(server: Node) -> None:
 def _column(server: Node, plugin: str, rows: list[CheckRow]) -> Preset:
     plugin_type = plugin_type_of(server, plugin)
     server = _without_sideways_motion(server, plugin, rows)
-    if plugin_type != ROTATION_SHIM:
-        return plugin_preset(server, plugin, plugin_type)
-    primary = server.get(f"{plugin}.primary_controller")
-    preset = plugin_preset(server, plugin, str(primary))
-    remark = f"{plugin_type}: its primary controller alone stands in"
-    rows.append(_row(Status.STAND_IN, server, f"{plugin}.plugin", remark))
-    return preset
+    return plugin_preset(server, plugin, plugin_type)
 
 
 def _rows(server: Node, plugin: str, preset: Preset, told: Collection[str]) -> list[CheckRow]:
     model = preset.controller_class.Parameters
-    is_shim = plugin_type_of(server, plugin) == ROTATION_SHIM
     names = {*model.model_fields, *(name for name, _ in flattened(preset.values))}
     rows = []
     for name in server.below(plugin):
         if name in told:
             continue
         full = f"{plugin}.{name}"
-        if name == "plugin":
-            if not is_shim:
-                rows.append(_row(Status.USED, server, full))
-        elif name not in preset.ignored or (is_shim and name == "primary_controller"):
+        bare = name.removeprefix(PRIMARY)
+        if name == "plugin" or name not in preset.ignored:
             rows.append(_row(Status.USED, server, full))
-        elif model.is_without_effect(name) or name == "transform_tolerance":
+        elif model.is_without_effect(name, preset.values) or bare == "transform_tolerance":
             rows.append(_row(Status.NO_MEANING, server, full))
-        elif name in OF_EARLIER_RELEASES:
+        elif bare in OF_EARLIER_RELEASES:
             remark = "of earlier releases; the controller drives as in Lyrical"
             rows.append(_row(Status.OTHER_FORM, server, full, remark))
-        elif is_shim:
-            rows.append(_row(Status.STAND_IN, server, full, "left out with the rotation shim"))
         else:
-            what = "unknown, or its block is not asked for" if "." in name else "unknown"
+            what = "unknown, or its block is not asked for" if "." in bare else "unknown"
             remark = f"{what}{similar_name_hint(name, names)}"
             rows.append(_row(Status.UNREAD, server, full, remark))
     return rows
