@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -52,6 +51,11 @@ class RotationShim:
         self._settings = _kernel_settings(parameters, setup, self._release)
         self._is_once = parameters.rotate_to_heading_once and self._release.has_once
         self._is_closed_loop = parameters.closed_loop or not self._release.has_open_loop
+        self._uses_orientations = (
+            parameters.use_path_orientations and self._release.has_path_orientations
+        )
+        self._turns_beyond = parameters.angular_dist_threshold
+        self._disengages_at = parameters.angular_disengage_threshold
         self._footprint = read_only(setup.footprint)
 
     def initial_memory(self) -> ShimMemory:
@@ -63,35 +67,36 @@ class RotationShim:
 
         Raises what the primary controller raises. A turn that would collide is left to it, too.
         """
-        memory = self._with_plan(observation, memory)
-        if self._parameters.rotate_to_goal_heading and memory.goal_xy_reached:
+        if self._release.looks_always:
+            looks_at_plan, goal_xy_reached = True, observation.goal_xy_reached
+        else:
+            memory = self._with_plan(observation, memory)
+            looks_at_plan, goal_xy_reached = memory.looks_at_plan, memory.goal_xy_reached
+        if self._parameters.rotate_to_goal_heading and goal_xy_reached:
             angle = wrap(float(observation.goal[2]) - float(observation.pose[2]))
             w = self._turn(observation, angle, memory.last_w)
             if w is not None:
                 return self._turning(TURNS_TO_GOAL, angle, w, memory)
-        if memory.looks_at_plan:
-            angle = self._angle_to_turn(observation, is_turning=memory.is_turning)
-            w = None if angle is None else self._turn(observation, angle, memory.last_w)
-            if angle is not None and w is not None:
-                return self._turning(TURNS_TO_PATH, angle, w, memory._replace(is_turning=True))
+        if looks_at_plan:
+            angle = self._angle_to_plan(observation)
+            # An angle that is not a number is beyond no threshold.
+            if abs(angle) > (self._disengages_at if memory.is_turning else self._turns_beyond):
+                w = self._turn(observation, angle, memory.last_w)
+                if w is not None:
+                    return self._turning(TURNS_TO_PATH, angle, w, memory._replace(is_turning=True))
         return self._let_primary_drive(observation, memory)
 
     def _with_plan(self, observation: Observation, memory: ShimMemory) -> ShimMemory:
         """Returns the memory with what a new plan, and the way to the goal, change in it."""
         goal = tuple(observation.goal.tolist())
         looks_at_plan, reached = memory.looks_at_plan, memory.goal_xy_reached
-        if self._release.looks_always:
-            looks_at_plan = True
-        elif observation.plan_id != memory.plan_id:
+        if observation.plan_id != memory.plan_id:
             looks_at_plan = not self._is_once or memory.is_turning or memory.goal != goal
             reached = False
-        if self._release.asks_goal_checker:
-            reached = observation.goal_xy_reached
-        else:
-            delta_x = float(observation.pose[0]) - goal[0]
-            delta_y = float(observation.pose[1]) - goal[1]
-            is_there = delta_x**2 + delta_y**2 <= observation.goal_xy_tolerance_m**2
-            reached = is_there or (reached and self._release.keeps_position)
+        delta_x = float(observation.pose[0]) - goal[0]
+        delta_y = float(observation.pose[1]) - goal[1]
+        is_there = delta_x**2 + delta_y**2 <= observation.goal_xy_tolerance_m**2
+        reached = is_there or (reached and self._release.keeps_position)
         return memory._replace(
             plan_id=observation.plan_id,
             goal=goal,
@@ -99,16 +104,19 @@ class RotationShim:
             goal_xy_reached=reached,
         )
 
-    def _angle_to_turn(self, observation: Observation, *, is_turning: bool) -> float | None:
-        """Returns the angle to the plan, rad, None where it is small enough to drive."""
+    def _angle_to_plan(self, observation: Observation) -> float:
+        """Returns the angle to the plan's heading, rad, not a number where it has none."""
         x, y, yaw = observation.pose.tolist()
-        heading = heading_of_plan(self._settings, read_only(observation.plan), x, y, yaw)
-        threshold = (
-            self._parameters.angular_disengage_threshold
-            if is_turning
-            else self._parameters.angular_dist_threshold
+        angle: float = heading_of_plan(
+            read_only(observation.plan),
+            x,
+            y,
+            yaw,
+            self._parameters.forward_sampling_distance,
+            self._uses_orientations,
+            self._release.takes_last_pose,
         )
-        return heading.angle if heading.is_known and abs(heading.angle) > threshold else None
+        return angle
 
     def _turn(self, observation: Observation, angle: float, last_w: float) -> float | None:
         """Returns the rate of a turn, rad/s, None where it would collide."""
@@ -137,19 +145,23 @@ class RotationShim:
         )
 
     def _let_primary_drive(self, observation: Observation, memory: ShimMemory) -> Decision:
-        memory = memory._replace(is_turning=False, looks_at_plan=False)
         try:
             decision = self._primary.step(observation, memory.primary)
         except ControllerError as error:
-            if error.memory is not None:
-                memory = memory._replace(primary=error.memory)
-            error.memory = memory
+            primary = memory.primary if error.memory is None else error.memory
+            error.memory = self._driving(memory, primary, memory.last_w)
             raise
-        diagnostics: Mapping[str, Any] = {**decision.diagnostics, "shim_is_turning": False}
         return Decision(
             decision.command,
-            memory._replace(primary=decision.memory, last_w=float(decision.command[-1])),
-            diagnostics,
+            self._driving(memory, decision.memory, float(decision.command[-1])),
+            {**decision.diagnostics, "shim_is_turning": False},
+        )
+
+    @staticmethod
+    def _driving(memory: ShimMemory, primary: Any, last_w: float) -> ShimMemory:
+        """Returns the memory after a cycle in which the primary controller was asked."""
+        return ShimMemory(
+            primary, False, last_w, memory.plan_id, memory.goal, False, memory.goal_xy_reached
         )
 
 
@@ -160,14 +172,11 @@ def _kernel_settings(
     return Settings(
         control_period_s=setup.control_period_s,
         angular_dist_threshold=parameters.angular_dist_threshold,
-        forward_sampling_distance=parameters.forward_sampling_distance,
         rotate_to_heading_angular_vel=parameters.rotate_to_heading_angular_vel,
         max_angular_accel=parameters.max_angular_accel,
         max_cost_threshold=(
             parameters.max_cost_threshold if release.has_cost_threshold else float(LETHAL)
         ),
         simulate_ahead_time=parameters.simulate_ahead_time,
-        use_path_orientations=(parameters.use_path_orientations and release.has_path_orientations),
-        takes_last_pose=release.takes_last_pose,
         stops_in_time=release.stops_in_time,
     )

@@ -22,27 +22,16 @@ LEAST_POSES = 2
 class Settings(NamedTuple):
     """What the kernels need of the parameters (Nav2's names), of the release and of the setup.
 
-    takes_last_pose: of a plan shorter than the sampling distance; without it there is no heading.
     stops_in_time: turn no faster than can be stopped within the angle that is left.
     """
 
     control_period_s: float
     angular_dist_threshold: float
-    forward_sampling_distance: float
     rotate_to_heading_angular_vel: float
     max_angular_accel: float
     max_cost_threshold: float
     simulate_ahead_time: float
-    use_path_orientations: bool
-    takes_last_pose: bool
     stops_in_time: bool
-
-
-class Heading(NamedTuple):
-    """The angle from the robot's heading to the plan's, rad; is_known: whether there is one."""
-
-    angle: float
-    is_known: bool
 
 
 class Turn(NamedTuple):
@@ -53,29 +42,30 @@ class Turn(NamedTuple):
 
 
 @njit(cache=True)
-def heading_of_plan(settings, plan, x, y, yaw):
-    """Returns the Heading of a plan (M, 3) for a robot at a pose.
+def heading_of_plan(plan, x, y, yaw, distance, use_path_orientations, takes_last_pose):
+    """Returns the angle from a robot's heading to that of a plan (M, 3), rad.
 
-    It is that of the first pose at least `forward_sampling_distance` from the plan's first one.
+    It is that of the first pose at least `distance` m from the plan's first one, or with
+    `takes_last_pose` of the last; not a number where there is none. It is asked for in every cycle,
+    so it takes few arguments: a tuple of settings costs more than what it computes.
     """
     count = plan.shape[0]
     if count < LEAST_POSES:
-        return Heading(0.0, False)
+        return math.nan
     sample = 1
     while sample < count:
-        delta_x, delta_y = plan[sample, 0] - plan[0, 0], plan[sample, 1] - plan[0, 1]
-        if math.hypot(delta_x, delta_y) >= settings.forward_sampling_distance:
+        if math.hypot(plan[sample, 0] - plan[0, 0], plan[sample, 1] - plan[0, 1]) >= distance:
             break
         sample += 1
     if sample == count:
-        if not settings.takes_last_pose:
-            return Heading(0.0, False)
+        if not takes_last_pose:
+            return math.nan
         sample = count - 1
-    if settings.use_path_orientations:
-        return Heading(wrap(plan[sample, 2] - yaw), True)
+    if use_path_orientations:
+        return wrap(plan[sample, 2] - yaw)
     cos_yaw, sin_yaw = math.cos(yaw), math.sin(yaw)
     seen_x, seen_y = see_point(plan[sample, 0], plan[sample, 1], x, y, cos_yaw, sin_yaw)
-    return Heading(math.atan2(seen_y, seen_x), True)
+    return math.atan2(seen_y, seen_x)
 
 
 @njit(cache=True)

@@ -13,9 +13,10 @@ class Release(NamedTuple):
         until the robot faces it, or cannot turn, and then no more. With it
         `rotate_to_heading_once` has no effect: it compares goals with their time stamps, which the
         controller server renews in every cycle.
-    asks_goal_checker: the goal checker says whether the goal's position is reached; else the
-        distance does. keeps_position: reached once, it stays so until the next plan.
-    takes_last_pose, stops_in_time: as in `kernels.Settings`.
+        The goal checker says whether the goal's position is reached; else the distance does.
+    keeps_position: reached once, it stays so until the next plan.
+    takes_last_pose: of a plan shorter than the sampling distance; else it has no heading.
+    stops_in_time: as in `kernels.Settings`.
     has_cost_threshold: reads `max_cost_threshold`; else a lethal cost ends a turn.
     has_once, has_path_orientations, has_open_loop: reads `rotate_to_heading_once`,
         `use_path_orientations`, `closed_loop`.
@@ -23,7 +24,6 @@ class Release(NamedTuple):
     """
 
     looks_always: bool = False
-    asks_goal_checker: bool = False
     keeps_position: bool = True
     takes_last_pose: bool = True
     stops_in_time: bool = True
@@ -54,6 +54,6 @@ RELEASES = MappingProxyType(
         ),
         "jazzy": Release(),
         "kilted": Release(has_cost_threshold=False),
-        "lyrical": Release(looks_always=True, asks_goal_checker=True),
+        "lyrical": Release(looks_always=True),
     }
 )

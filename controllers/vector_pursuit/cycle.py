@@ -98,7 +98,8 @@ def turning_radius(settings, x, y, yaw):
 
     Two screws are added: one that moves the robot onto the target, one that turns it to the
     target's heading, k times as slowly (Wit, Crane, Armstrong: Autonomous Ground Vehicle Path
-    Tracking, 2004).
+    Tracking, 2004). As in the original the angle of the first counts from 0 to 2 pi on either side,
+    so that curves to the right come out wider than the same ones to the left.
     """
     if not (settings.allow_reversing or x >= 0.0):
         return settings.min_turning_radius
