@@ -18,8 +18,9 @@ from drake_navbench.analysis.figures.style import (
     legend_below,
     new_figure,
 )
+from drake_navbench.analysis.metrics.body import outline_of
 from drake_navbench.analysis.metrics.mission import goals
-from drake_navbench.analysis.metrics.safety import obstacle_outlines, robot_outline
+from drake_navbench.analysis.metrics.safety import obstacle_outlines
 from drake_navbench.analysis.metrics.signals import Array, positions
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.log import TrialLog
@@ -63,13 +64,13 @@ def draw_world(axes: Axes, log: TrialLog) -> None:
 def draw_robot(axes: Axes, log: TrialLog, *, row: int, color: Any) -> None:
     """Draws the robot's outline at a row of the samples."""
     sample = log.samples.iloc[row]
-    corners = place_outline(robot_outline(log), (sample["x_m"], sample["y_m"], sample["yaw_rad"]))
+    corners = place_outline(outline_of(log), (sample["x_m"], sample["y_m"], sample["yaw_rad"]))
     axes.fill(*corners.T, fill=False, edgecolor=color, linewidth=1.0, zorder=2.5)
 
 
 def bounds(logs: Sequence[TrialLog]) -> tuple[Array, Array]:
     """Returns the lower left and the upper right corner of what happened, with a margin, m."""
-    reach_m = np.hypot(*robot_outline(logs[0]).T).max()
+    reach_m = np.hypot(*outline_of(logs[0]).T).max()
     points = np.vstack([part for log in logs for part in (positions(log), log.course[:, :2])])
     margin_m = reach_m + MARGIN_M
     return points.min(axis=0) - margin_m, points.max(axis=0) + margin_m

@@ -20,8 +20,9 @@ from drake_navbench.analysis.figures.style import (
     new_figure,
     place_labels,
 )
+from drake_navbench.analysis.metrics.body import Body, body_of
 from drake_navbench.analysis.metrics.definition import Undefined
-from drake_navbench.analysis.metrics.efficiency import drive_power_w, robot_mass_kg
+from drake_navbench.analysis.metrics.efficiency import drive_power_w
 from drake_navbench.analysis.metrics.signals import (
     Array,
     Motion,
@@ -72,7 +73,7 @@ def motion_curves(log: TrialLog) -> MotionCurves:
     """Returns the curves of a trial that has samples."""
     v_mps, w_radps = column(log, "v_mps"), column(log, "w_radps")
     try:
-        fitted: FittedCurves | str = _fitted_curves(motion(log), robot_mass_kg(log))
+        fitted: FittedCurves | str = _fitted_curves(motion(log), _body_or_none(log))
     except Undefined as reason:
         fitted = str(reason)
     return MotionCurves(
@@ -86,16 +87,28 @@ def motion_curves(log: TrialLog) -> MotionCurves:
     )
 
 
-def _fitted_curves(signal: Motion, mass_kg: float) -> FittedCurves:
-    power_w = drive_power_w(
-        signal.smooth_v_mps,
-        signal.acceleration_mps2,
-        signal.smooth_w_radps,
-        signal.angular_acceleration_radps2,
-        mass_kg=mass_kg,
-    )
-    # Braking gives nothing back.
-    spent_w = np.maximum(power_w, 0.0)
+def _body_or_none(log: TrialLog) -> Body | None:
+    """Returns the robot as a body; None where its file does not tell its mass."""
+    try:
+        return body_of(log)
+    except Undefined:
+        return None
+
+
+def _fitted_curves(signal: Motion, body: Body | None) -> FittedCurves:
+    spent_w = np.full(len(signal.v_mps), np.nan)
+    if body is not None:
+        power_w = drive_power_w(
+            signal.smooth_v_mps,
+            signal.acceleration_mps2,
+            signal.smooth_w_radps,
+            signal.angular_acceleration_radps2,
+            body=body,
+            vy_mps=signal.smooth_vy_mps,
+            lateral_acceleration_mps2=signal.lateral_acceleration_mps2,
+        )
+        # Braking gives nothing back.
+        spent_w = np.maximum(power_w, 0.0)
     return FittedCurves(
         signal.period_s * np.arange(len(signal.v_mps), dtype=np.float64),
         signal.v_mps,

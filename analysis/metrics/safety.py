@@ -7,11 +7,17 @@ import math
 import numpy as np
 from pydantic import TypeAdapter
 
+from drake_navbench.analysis.metrics.body import outline_of
 from drake_navbench.analysis.metrics.collision_time import times_to_collision
 from drake_navbench.analysis.metrics.definition import Undefined, metric
-from drake_navbench.analysis.metrics.signals import Array, column, hold_durations, times
+from drake_navbench.analysis.metrics.signals import (
+    Array,
+    column,
+    hold_durations,
+    lateral_velocity,
+    times,
+)
 from drake_navbench.inputs.world import Obstacle
-from drake_navbench.kernels.footprint import circle_footprint
 from drake_navbench.log import TrialLog
 
 # A hand's breadth and a bit on each side of a chair: what a passenger reads as "close".
@@ -97,8 +103,9 @@ def shortest_collision_time_s(log: TrialLog, edges: Array) -> float:
     grid = np.arange(time_s[0], time_s[-1] + 1e-9, COLLISION_TIME_STEP_S)
     rows = np.searchsorted(time_s, grid + 1e-9, side="right") - 1
     poses = np.column_stack([column(log, name)[rows] for name in ("x_m", "y_m", "yaw_rad")])
-    twists = np.column_stack([column(log, name)[rows] for name in ("v_mps", "w_radps")])
-    outline = robot_outline(log)
+    forward, turning = (column(log, name)[rows] for name in ("v_mps", "w_radps"))
+    twists = np.column_stack([forward, turning, lateral_velocity(log)[rows]])
+    outline = outline_of(log)
     shortest_s = COLLISION_TIME_HORIZON_S
     is_met = False
     # Every part looks at the whole trial coarsely: the first soon tells how little matters.
@@ -111,14 +118,6 @@ def shortest_collision_time_s(log: TrialLog, edges: Array) -> float:
         if found_s <= shortest_s:
             shortest_s, is_met = float(found_s), True
     return shortest_s if is_met else math.inf
-
-
-def robot_outline(log: TrialLog) -> Array:
-    """Returns the corners of the robot in the base frame, (K, 2) m."""
-    robot = log.info["robot"]
-    if robot["footprint"] is None:
-        return circle_footprint(robot["robot_radius"])
-    return np.array(robot["footprint"])
 
 
 def obstacle_outlines(log: TrialLog) -> list[Array]:

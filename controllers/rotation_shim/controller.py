@@ -124,7 +124,7 @@ class RotationShim:
         turn = turn_by(
             self._settings,
             angle,
-            float(observation.twist[-1]) if self._is_closed_loop else last_w,
+            float(observation.twist[1]) if self._is_closed_loop else last_w,
             x,
             y,
             yaw,
@@ -153,7 +153,7 @@ class RotationShim:
             raise
         return Decision(
             decision.command,
-            self._driving(memory, decision.memory, float(decision.command[-1])),
+            self._driving(memory, decision.memory, float(decision.command[1])),
             {**decision.diagnostics, "shim_is_turning": False},
         )
 

@@ -99,6 +99,10 @@ class VectorPursuitParameters(ControllerParameters):
         backward = -self.desired_linear_vel if self.allow_reversing else None
         return AskedSpeeds(self.desired_linear_vel, backward)
 
+    def turns_in_place(self) -> bool:
+        """Returns whether it turns in place towards the plan and at the goal."""
+        return self.use_rotate_to_heading or self.min_turning_radius == 0.0
+
     @model_validator(mode="after")
     def _check_lookahead(self) -> Self:
         low, high = self.min_lookahead_dist, self.max_lookahead_dist

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-
 import pytest
 
 from drake_navbench.campaign.warm_up import WARM_UP_PRESETS, warm_up_specs
@@ -30,6 +28,5 @@ def _module(controller):
 def test_the_rotation_shim_is_warmed_up_turning_too():
     branches = set()
     for spec in warm_up_specs("rotation_shim"):
-        notes = simulate(spec).samples["diagnostics"].dropna()
-        branches |= {json.loads(note).get("branch") for note in notes if note}
+        branches |= {note.get("branch") for _, note in simulate(spec).diagnostics}
     assert "rotate_to_path" in branches
