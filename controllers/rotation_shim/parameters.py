@@ -76,7 +76,7 @@ class RotationShimParameters(ControllerParameters):
         "with these beside it, the plugin alone."
     )
     nav2_release: Literal["humble", "iron", "jazzy", "kilted", "lyrical"] = Field(
-        NEWEST_RELEASE, description="Release whose rules hold."
+        "lyrical", description="Release whose rules hold."
     )
     angular_dist_threshold: Angle = Field(
         0.785, ge=0.0, description="Angle to the plan beyond which to turn [rad]."
