@@ -97,8 +97,8 @@ def test_at_the_goal_a_turn_that_would_collide_is_not_begun():
 
 def test_before_a_wall_it_drives_to_a_nearer_target():
     # Of the plan 0.65 m are free of the wall at 1.5 m, the front being 0.85 m ahead. A drive to
-    # 0.75 m is looked at for 3 * 0.75/0.05 = 45 steps of 0.1 s: 27 of them by a thirtieth of what is
-    # left, the others by 1 cm, and so ends at 0.63 m.
+    # 0.75 m is looked at for 3 * 0.75/0.05 = 45 steps of 0.1 s: 27 of them by a thirtieth of what
+    # is left, the others by 1 cm, and so ends at 0.63 m.
     v, w = command_of(make_graceful(), observe(AHEAD, costmap=make_costmap(cells=WALL)))
     assert (v, w) == (pytest.approx(0.5 * 0.75 / 1.5), 0.0)
 
