@@ -216,6 +216,10 @@ class ControllerParameters(BaseModel):
         """Returns how fast, backward, about itself and sideways the base must be able to drive."""
         return AskedSpeeds()
 
+    def inner_controllers(self) -> tuple[str, ...]:
+        """Returns the names of the registered controllers that it drives with."""
+        return ()
+
     def turns_in_place(self) -> bool:
         """Returns whether it may command a rotation without translation, which no car follows."""
         return True

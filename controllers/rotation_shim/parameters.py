@@ -7,7 +7,7 @@ beside the shim's own, and `primary_controller` was the plugin alone. Both are t
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any, ClassVar, Literal
 
 from pydantic import (
@@ -40,6 +40,7 @@ from drake_navbench.typed_files.typed_yaml import (
 NAV2_PLUGIN = "nav2_rotation_shim_controller::RotationShimController"
 PRIMARY = "primary_controller"
 PLUGIN = "plugin"
+RELEASE = "nav2_release"
 NEWEST_RELEASE = "lyrical"
 
 
@@ -153,6 +154,10 @@ class RotationShimParameters(ControllerParameters):
         of_primary = {name.removeprefix(f"{PRIMARY}."): name for name in given}
         return {of_primary[n]: f for n, f in model.path_handler_fields(of_primary).items()}
 
+    def inner_controllers(self) -> tuple[str, ...]:
+        """Returns the primary controller's name."""
+        return (self.primary_controller.plugin,)
+
     def asked_speeds(self) -> AskedSpeeds:
         """Returns the primary controller's, and the rate of a turn."""
         asked = self.primary_controller.parameters.asked_speeds()
@@ -167,7 +172,7 @@ class RotationShimParameters(ControllerParameters):
         if not isinstance(data, Mapping) or isinstance(data.get(PRIMARY), PrimaryController):
             return data
         own = {name: tuples_for_lists(data[name]) for name in data if name in cls.model_fields}
-        release = RELEASES.get(own.get("nav2_release", NEWEST_RELEASE))
+        release = RELEASES.get(own.get(RELEASE, NEWEST_RELEASE))
         if release is not None:
             own.setdefault("angular_disengage_threshold", release.disengage_threshold)
         block = data.get(PRIMARY)
@@ -181,7 +186,13 @@ class RotationShimParameters(ControllerParameters):
             place, plugin, unknown = (), block, {}
         if faults := [_unknown(name, (name,), value, cls) for name, value in unknown.items()]:
             raise ValidationError.from_exception_data(cls.__name__, faults)
-        own[PRIMARY] = _primary(plugin, values, place, shared=() if place else cls.model_fields)
+        own[PRIMARY] = _primary(
+            plugin,
+            values,
+            place,
+            shared=() if place else cls.model_fields,
+            release=own.get(RELEASE),
+        )
         return own
 
 
@@ -198,12 +209,17 @@ def registered_name(plugin: Any) -> str | None:
 
 
 def _primary(
-    plugin: Any, values: Mapping[str, Any], place: tuple[str, ...], shared: Any
+    plugin: Any,
+    values: Mapping[str, Any],
+    place: tuple[str, ...],
+    *,
+    shared: Collection[str],
+    release: Any,
 ) -> PrimaryController:
     """Returns the primary controller; raises ValidationError with places in the shim's block.
 
     shared: names of the shim's own parameters among `values`, which the primary controller need not
-    have.
+    have. release: the shim's where it was given, for a primary controller that follows it.
     """
     where = (PRIMARY, PLUGIN) if place else (PRIMARY,)
     name = registered_name(plugin)
@@ -222,6 +238,8 @@ def _primary(
     model = controller.Parameters
     known = {field for name, info in model.model_fields.items() for field in _names(name, info)}
     offered = {n: v for n, v in values.items() if n not in shared or n in known}
+    if release is not None and RELEASE in known:
+        offered.setdefault(RELEASE, release)
     try:
         # Through JSON, because strictness there takes a list for a tuple.
         parameters = model.model_validate_json(json.dumps(offered, default=str), strict=True)
