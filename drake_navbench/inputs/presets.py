@@ -155,7 +155,9 @@ def _preset_of(
         content.description,
         values,
         source,
-        ignored=tuple(name for name, _ in flattened(values) if model.is_without_effect(name)),
+        ignored=tuple(
+            name for name, _ in flattened(values) if model.is_without_effect(name, values)
+        ),
         values_for_radius=for_radius,
         path_handler=content.path_handler,
         file=file,

@@ -31,6 +31,7 @@ from drake_navbench.kernels.grid import Costmap
 NOT_MIRRORED = {
     "learned": "a network is not symmetric, only what it has learned is nearly",
     "mppi": "samples the same noise in both worlds, so mirrored only on average",
+    "vector_pursuit": "counts the angle of its screw to the same side in both, as the original",
 }
 MIRROR_TOLERANCE = 1e-6
 ROUNDING = 1e-9
