@@ -56,7 +56,7 @@ def build_parser() -> argparse.ArgumentParser:
         "--controllers",
         metavar="LIST",
         help="presets, comma-separated; name:param=value[:param=value] makes a variant "
-        "(default: dwb, rpp, teb, mppi, mppi_nav2)",
+        "(default: dwb, rpp, teb, teb_upstream, mppi, mppi_nav2)",
     )
     add(
         "--trials",

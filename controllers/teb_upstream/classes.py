@@ -117,9 +117,11 @@ class ClassSearch:
         self, start: Array, goal: Array, samples: Array, *, goal_tolerance_m: float
     ) -> None:
         """Adds bands of new classes from the paths of a graph, until there is no room."""
-        if self._is_full:
-            return
         parameters = self._parameters
+        # Without obstacles there is one class, and every path of the graph is in it.
+        is_alone = not len(self._obstacles) and parameters.max_number_plans_in_current_class <= 1
+        if self._is_full or (is_alone and self._bands):
+            return
         ahead = goal[:2] - start[:2]
         backwards = parameters.allow_init_with_backwards_motion and bool(
             ahead @ [math.cos(start[2]), math.sin(start[2])] < 0.0

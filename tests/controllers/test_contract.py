@@ -29,6 +29,7 @@ from drake_navbench.kernels.grid import Costmap
 
 # Controllers of which the mirrored world may give another command, and why.
 NOT_MIRRORED = {
+    "teb_upstream": "draws its roadmap at random, and judges sides from the map's origin",
     "mppi": "samples the same noise in both worlds, so mirrored only on average",
 }
 MIRROR_TOLERANCE = 1e-6
