@@ -91,6 +91,7 @@ def _command_beyond_the_drive(log: TrialLog) -> Flags:
         (v <= limits.forward_mps + ROUNDING)
         & (v >= limits.backward_mps - ROUNDING)
         & (np.abs(w) <= limits.turning_radps + ROUNDING)
+        & (np.abs(_lateral(log, "command_vy_mps")) <= limits.sideways_mps + ROUNDING)
     )
     return ~is_within
 
@@ -98,7 +99,7 @@ def _command_beyond_the_drive(log: TrialLog) -> Flags:
 def _motion_after_the_end(log: TrialLog) -> Flags:
     """Flags rows after the end of the trial in which the robot moves."""
     is_late = ~(_column(log, "time_s") <= log.end_time_s + END_GRACE_S)
-    v, w = np.abs(_column(log, "v_mps")), np.abs(_column(log, "w_radps"))
+    v, w = _speed(log), np.abs(_column(log, "w_radps"))
     return is_late & ~((v <= REST_MPS) & (w <= REST_RADPS))
 
 
@@ -109,7 +110,7 @@ def _clearance_jumps(log: TrialLog) -> Flags:
     """
     time_s = _column(log, "time_s")
     radius_m = float(np.hypot(*robot_outline(log).T).max())
-    v, w = np.abs(_column(log, "v_mps")), np.abs(_column(log, "w_radps"))
+    v, w = _speed(log), np.abs(_column(log, "w_radps"))
     speed_mps = np.maximum(v[1:], v[:-1]) + radius_m * np.maximum(w[1:], w[:-1])
     moved_m = np.concatenate([[0.0], np.cumsum(speed_mps * np.diff(time_s))])
     # A sample holds for a period: the last one was taken no earlier than that before this row.
@@ -127,11 +128,12 @@ def _energy_from_nowhere(log: TrialLog) -> Flags:
     """
     limits = _Limits.of(log)
     step_s = np.diff(_column(log, "time_s"))
-    v, w = np.abs(_column(log, "v_mps")), np.abs(_column(log, "w_radps"))
+    v, w = _speed(log), np.abs(_column(log, "w_radps"))
     way_x, way_y, turn = (np.diff(_column(log, name)) for name in ("x_m", "y_m", "yaw_rad"))
     energy, way_energy = _kinetic_energy(v, w), _kinetic_energy(np.hypot(way_x, way_y), turn)
     top = SLACK * _kinetic_energy(
-        max(limits.forward_mps, -limits.backward_mps), limits.turning_radps
+        math.hypot(max(limits.forward_mps, -limits.backward_mps), limits.sideways_mps),
+        limits.turning_radps,
     )
     is_fast = ~(way_energy <= top * step_s**2 + ROUNDING**2)
     if limits.has_accelerations:
@@ -157,6 +159,7 @@ class _Limits(NamedTuple):
     forward_mps: float
     backward_mps: float
     turning_radps: float
+    sideways_mps: float
     acceleration_mps2: float
     angular_acceleration_radps2: float
 
@@ -164,11 +167,16 @@ class _Limits(NamedTuple):
     def of(cls, log: TrialLog) -> _Limits:
         drive = log.info["robot"]["drive"]
         top_mps = drive["max_linear_velocity_mps"]
+        sideways_mps = drive.get("max_lateral_velocity_mps", 0.0)
+        sideways_mps2 = 0.0
+        if sideways_mps > 0.0:
+            sideways_mps2 = drive.get("max_lateral_acceleration_mps2") or math.inf
         return cls(
             top_mps,
             drive.get("min_linear_velocity_mps", -top_mps),
             drive.get("max_angular_velocity_radps") or math.inf,
-            drive.get("max_linear_acceleration_mps2") or math.inf,
+            sideways_mps,
+            math.hypot(drive.get("max_linear_acceleration_mps2") or math.inf, sideways_mps2),
             drive.get("max_angular_acceleration_radps2") or math.inf,
         )
 
@@ -184,6 +192,16 @@ def _kinetic_energy(v: Array | float, w: Array | float) -> Array | float:
 
 def _column(log: TrialLog, name: str) -> Array:
     return log.samples[name].to_numpy(dtype=float)
+
+
+def _lateral(log: TrialLog, name: str) -> Array:
+    """Returns a column of velocities to the left; zeros where the robot cannot move sideways."""
+    has_it = name in log.samples.columns
+    return _column(log, name) if has_it else np.zeros(len(log.samples))
+
+
+def _speed(log: TrialLog) -> Array:
+    return np.hypot(_column(log, "v_mps"), _lateral(log, "vy_mps"))
 
 
 def _from_second(flags: Flags) -> Flags:

@@ -25,6 +25,7 @@ from drake_navbench.analysis.reproduction import (
     has_published_scenarios,
     write_reproduction,
 )
+from drake_navbench.analysis.reproduction_page import ParametersOf, nothing_known
 from drake_navbench.analysis.scenario_analysis import (
     HEADLINE_METRICS,
     LeftOut,
@@ -32,6 +33,8 @@ from drake_navbench.analysis.scenario_analysis import (
     TrialEntry,
 )
 from drake_navbench.analysis.statistics import Interval, trials_needed
+from drake_navbench.analysis.sweep_page import PAGE_NAME as SWEEP_PAGE_NAME
+from drake_navbench.analysis.sweep_page import write_sweep
 from drake_navbench.analysis.tables import published_table, scenario_table, table_to_markdown
 from drake_navbench.log import Outcome
 from drake_navbench.results import ResultsFolder, write_text
@@ -65,13 +68,15 @@ def build_report(
     jobs: int = 2,
     difference: float = DEFAULT_DIFFERENCE,
     measured: pd.DataFrame | None = None,
+    parameters_of: ParametersOf = nothing_known,
 ) -> ReportResult:
     """Computes tables, figures and report.html of a results folder from its logs, and writes them.
 
     With trials of the published scenarios comes the reproduction of the publication, too.
     figures: which of them to draw. difference: share of the mean for which the needed number of
     trials is told. measured: rows of these logs as from `tables.trial_row`, not to be measured
-    again. Raises InputError where the folder is no results folder.
+    again. parameters_of: as for `write_reproduction`. Raises InputError where the folder is no
+    results folder.
     """
     analysis = analyse_folder(folder, figures=figures, jobs=jobs, measured=measured)
     results = ResultsFolder(folder)
@@ -82,7 +87,9 @@ def build_report(
             write_text(results.table_path(scenario.scenario, ".csv"), table.to_csv())
             write_text(results.table_path(scenario.scenario, ".md"), table_to_markdown(table))
     if has_published_scenarios(trials["scenario"]):
-        write_reproduction(folder, trials)
+        write_reproduction(folder, trials, parameters_of)
+    if sweep := analysis.manifest.get("sweep"):
+        write_sweep(folder, trials, sweep)
     path = folder / REPORT_NAME
     write_text(path, render(analysis, difference=difference))
     return ReportResult(path, len(trials), analysis.left_out)
@@ -111,6 +118,7 @@ def _page(analysis: FolderAnalysis, difference: float) -> dict[str, Any]:
     return {
         "manifest": analysis.manifest,
         "reproduction": _relative(analysis.path, analysis.path / PAGE_NAME),
+        "sweep": _relative(analysis.path, analysis.path / SWEEP_PAGE_NAME),
         "folder": analysis.path.resolve().name,
         "trial_count": len(trials),
         "outcomes": [

@@ -61,7 +61,12 @@ COLUMNS: Mapping[str, str] = {
     "cycle_count": "control cycles so far",
     "compute_time_ms": "wall-clock time of the last control cycle (varies from run to run)",
 }
-
+# Only in logs of robots that move sideways.
+LATERAL_COLUMNS: Mapping[str, str] = {
+    "vy_mps": "true velocity to the left",
+    "measured_vy_mps": "velocity to the left as the controller is told",
+    "command_vy_mps": "last commanded velocity to the left",
+}
 
 # Of a name or reason in the short form of a log.
 MAX_SHOWN = 80
@@ -128,7 +133,8 @@ class _Header(FrozenModel):
 class TrialLog:
     """What is known of one trial after it ended.
 
-    samples: one row a sample, columns as in `COLUMNS`.
+    samples: one row a sample, columns as in `COLUMNS` and, for robots that move sideways,
+        `LATERAL_COLUMNS`.
     plans: the global plans in order of time, as `drake_navbench.plans.as_logged` keeps them; one
         in the mode follow_path.
     scans: the lidar scans in order.
@@ -205,13 +211,18 @@ class TrialLog:
             self._table(),
             path,
             compression="zstd",
-            use_dictionary=_WITH_DICTIONARY,
+            use_dictionary=[*_WITH_DICTIONARY, *self._lateral_columns],
             column_encoding=dict(PLAN_ENCODINGS),
         )
 
+    @property
+    def _lateral_columns(self) -> list[str]:
+        return [name for name in LATERAL_COLUMNS if name in self.samples.columns]
+
     def _table(self) -> pa.Table:
         times = self.samples["time_s"].to_numpy()
-        columns = {name: pa.array(self.samples[name].to_numpy()) for name in COLUMNS}
+        names = [*COLUMNS, *self._lateral_columns]
+        columns = {name: pa.array(self.samples[name].to_numpy()) for name in names}
         scans: list[Any] = [None] * len(times)
         for scan in self.scans:
             row = _first_row_at(times, scan.time_s)
@@ -265,7 +276,10 @@ class TrialLog:
             raise InputError(
                 f"{path}: schema version {version}, expected {SCHEMA_VERSION}; run the trial again"
             )
-        missing = {*COLUMNS, *PLAN_COLUMNS, "scan", "diagnostics"} - set(table.column_names)
+        found = set(table.column_names)
+        missing = {*COLUMNS, *PLAN_COLUMNS, "scan", "diagnostics"} - found
+        if found & set(LATERAL_COLUMNS):
+            missing |= set(LATERAL_COLUMNS) - found
         if missing:
             raise InputError(
                 f"{path}: a trial log without the columns {', '.join(sorted(missing))}"
@@ -291,7 +305,8 @@ class TrialLog:
         angles = np.array(info.pop("scan_angles_rad"), dtype=float)
         events = info.pop("events", [])
         notes = [json.loads(n) for n in table["diagnostics"].drop_null().to_pylist()]
-        samples = table.select(list(COLUMNS)).to_pandas()
+        lateral = [name for name in LATERAL_COLUMNS if name in table.column_names]
+        samples = table.select([*COLUMNS, *lateral]).to_pandas()
         if not all(kind.kind in "if" for kind in samples.dtypes):
             raise TypeError("a column does not hold numbers")
         return cls(

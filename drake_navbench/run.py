@@ -30,6 +30,7 @@ examples:
   python -m drake_navbench.run my_scenario.yaml --controllers rpp,rpp:lookahead_dist=0.9
   python -m drake_navbench.run --params nav2_params.yaml   the controllers of a Nav2 file
   python -m drake_navbench.run --nav2 nav2_params.yaml     the whole of a Nav2 file
+  python -m drake_navbench.run doorway --sweep rpp.lookahead_dist=0.3:0.9:4 --controllers rpp
 
 exit status: 0 every trial ran (an abort is a result), 1 some trial ended in an error,
 2 wrong input, 130 interrupted
@@ -102,14 +103,30 @@ def build_parser() -> argparse.ArgumentParser:
     add("--robot", default="wheelchair", metavar="NAME|FILE", help="robot (wheelchair)")
     add("--out", type=Path, metavar="DIR", help="new results folder (results/<time>)")
     add(
-        "--replay", choices=("race", "each", "none"), default="race", help="replays to write (race)"
+        "--replay",
+        choices=("race", "each", "none"),
+        help="replays to write (race; of a sweep none)",
     )
     add(
         "--figures",
         choices=("none", "key", "all"),
-        default="key",
         help="of the report; key: those that compare the controllers of a scenario; all: also the "
-        "motion of each controller, and every figure as PNG (key)",
+        "motion of each controller, and every figure as PNG (key; of a sweep none)",
+    )
+    add(
+        "--sweep",
+        action="append",
+        default=[],
+        metavar="FIELD=VALUES",
+        help="drive at each of these values of a field of a controller (rpp.lookahead_dist), the "
+        "robot (localization.xy_std_m) or the scenario: 1,2,5 or LOW:HIGH:COUNT[:log]; several "
+        "make a grid",
+    )
+    add(
+        "--samples",
+        type=_positive_int,
+        metavar="N",
+        help="draw N points of a Latin hypercube over the --sweep fields instead of their grid",
     )
     add(
         "--live", action="store_true", help="show each trial in a browser, in real time, one by one"

@@ -93,6 +93,8 @@ def _fitted_curves(signal: Motion, mass_kg: float) -> FittedCurves:
         signal.smooth_w_radps,
         signal.angular_acceleration_radps2,
         mass_kg=mass_kg,
+        vy_mps=signal.smooth_vy_mps,
+        lateral_acceleration_mps2=signal.lateral_acceleration_mps2,
     )
     # Braking gives nothing back.
     spent_w = np.maximum(power_w, 0.0)

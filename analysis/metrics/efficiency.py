@@ -19,6 +19,7 @@ from drake_navbench.analysis.metrics.signals import (
     hold_durations,
     motion,
     positions,
+    speed,
     time_mean,
     times,
 )
@@ -140,11 +141,11 @@ def barn_score(log: TrialLog) -> float:
 
 @metric(unit="m/s", better="higher")
 def mean_speed_mps(log: TrialLog) -> float:
-    """Mean over time of the true speed, forwards or backwards.
+    """Mean over time of the true speed, whatever its direction.
 
     Formula: integral |v| dt / duration.
     """
-    return time_mean(times(log), np.abs(column(log, "v_mps")))
+    return time_mean(times(log), speed(log))
 
 
 @metric(unit="s", better="lower")
@@ -154,7 +155,7 @@ def stopped_time_s(log: TrialLog) -> float:
     Formula: time with |v| < 0.01 m/s and |w| < 0.02 rad/s.
     Source: HuNavSim, after SEAN 2.0.
     """
-    stopped = (np.abs(column(log, "v_mps")) < STOPPED_BELOW_MPS) & (
+    stopped = (speed(log) < STOPPED_BELOW_MPS) & (
         np.abs(column(log, "w_radps")) < STOPPED_BELOW_RADPS
     )
     return float(hold_durations(times(log))[stopped].sum())
@@ -164,9 +165,10 @@ def stopped_time_s(log: TrialLog) -> float:
 def mechanical_energy_j(log: TrialLog) -> float:
     """Work of the drive against inertia, rolling resistance and air; braking gives nothing back.
 
-    Formula: integral max(0, m a v + I dw/dt w + c m g |v| + 0.5 rho A |v|^3) dt with m of the
-    robot file (`mass_kg`; 180 kg where it has none), I = m 0.131 m^2, c = 0.015,
-    rho A = 0.96 kg/m. Losses of the motors are not in it.
+    Formula: integral max(0, m a v + I dw/dt w + c m g |v| + 0.5 rho A |v|^3) dt with m of the robot
+    file (`mass_kg`; 180 kg where it has none), I = m 0.131 m^2, c = 0.015, rho A = 0.96 kg/m. A
+    robot that moves sideways has the same terms in vy, and |v| is its speed over the floor; that
+    mecanum wheels roll harder is not in it. Losses of the motors are not in it.
     """
     signal = motion(log)
     power_w = drive_power_w(
@@ -175,6 +177,8 @@ def mechanical_energy_j(log: TrialLog) -> float:
         signal.smooth_w_radps,
         signal.angular_acceleration_radps2,
         mass_kg=robot_mass_kg(log),
+        vy_mps=signal.smooth_vy_mps,
+        lateral_acceleration_mps2=signal.lateral_acceleration_mps2,
     )
     return float(np.trapezoid(np.maximum(power_w, 0.0), dx=signal.period_s))
 
@@ -191,13 +195,16 @@ def drive_power_w(
     angular_acceleration_radps2: Array,
     *,
     mass_kg: float,
+    vy_mps: Array,
+    lateral_acceleration_mps2: Array,
 ) -> Array:
     """Returns the power that drives a wheelchair with its occupant on a flat floor, (N,) W."""
-    translation = mass_kg * acceleration_mps2 * v_mps
+    speed_mps = np.hypot(v_mps, vy_mps)
+    translation = mass_kg * acceleration_mps2 * v_mps + mass_kg * lateral_acceleration_mps2 * vy_mps
     inertia_kgm2 = mass_kg * YAW_GYRATION_RADIUS_SQUARED_M2
     rotation = inertia_kgm2 * angular_acceleration_radps2 * w_radps
-    rolling = ROLLING_RESISTANCE_RATIO * mass_kg * GRAVITY_MPS2 * np.abs(v_mps)
-    drag = 0.5 * AIR_DENSITY_KGPM3 * DRAG_AREA_M2 * np.abs(v_mps) ** 3
+    rolling = ROLLING_RESISTANCE_RATIO * mass_kg * GRAVITY_MPS2 * speed_mps
+    drag = 0.5 * AIR_DENSITY_KGPM3 * DRAG_AREA_M2 * speed_mps**3
     return translation + rotation + rolling + drag
 
 

@@ -9,7 +9,13 @@ from pydantic import TypeAdapter
 
 from drake_navbench.analysis.metrics.collision_time import times_to_collision
 from drake_navbench.analysis.metrics.definition import Undefined, metric
-from drake_navbench.analysis.metrics.signals import Array, column, hold_durations, times
+from drake_navbench.analysis.metrics.signals import (
+    Array,
+    column,
+    hold_durations,
+    lateral_velocity,
+    times,
+)
 from drake_navbench.inputs.world import Obstacle
 from drake_navbench.kernels.footprint import circle_footprint
 from drake_navbench.log import TrialLog
@@ -97,7 +103,8 @@ def shortest_collision_time_s(log: TrialLog, edges: Array) -> float:
     grid = np.arange(time_s[0], time_s[-1] + 1e-9, COLLISION_TIME_STEP_S)
     rows = np.searchsorted(time_s, grid + 1e-9, side="right") - 1
     poses = np.column_stack([column(log, name)[rows] for name in ("x_m", "y_m", "yaw_rad")])
-    twists = np.column_stack([column(log, name)[rows] for name in ("v_mps", "w_radps")])
+    forward, turning = (column(log, name)[rows] for name in ("v_mps", "w_radps"))
+    twists = np.column_stack([forward, turning, lateral_velocity(log)[rows]])
     outline = robot_outline(log)
     shortest_s = COLLISION_TIME_HORIZON_S
     is_met = False

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from pydrake.geometry import Rgba
 
+from drake_navbench.analysis.replay.actors import base_motion
 from drake_navbench.analysis.replay.ground_texture import textured_square
 from drake_navbench.analysis.replay.rolling import BaseMotion
 from drake_navbench.analysis.replay.stage import Stage, frame_of
@@ -14,6 +15,7 @@ from drake_navbench.costmaps.layered_costmap import local_layers
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.log import Scan, TrialLog
+from drake_navbench.typed_files.typed_yaml import validate
 
 COSTMAP_COLOR = Rgba(0.86, 0.35, 0.16, 1.0)
 # One texture takes about 5 kB of the page.
@@ -22,10 +24,13 @@ MAX_COSTMAP_TURNS = 60
 ROUNDING_S = 1e-6
 
 
-def add_costmaps(
-    stage: Stage, path: str, log: TrialLog, robot: Robot, motion: BaseMotion, period_s: float
-) -> bool:
-    """Shows the local costmap, each until the next one; returns whether the log has any scans."""
+def add_costmaps(stage: Stage, path: str, log: TrialLog, period_s: float) -> bool:
+    """Shows the local costmap, each until the next one; returns whether the log has any scans.
+
+    Raises InputError where the robot of the log needs a plugin that is not installed.
+    """
+    robot = validate(Robot, log.info["robot"], "the robot in the log")
+    motion = base_motion(log)
     period_s = max(period_s, motion.time_s[-1] / MAX_COSTMAP_TURNS)
     shown: list[tuple[float, str | None]] = []
     for costmap in local_costmaps(log, robot, motion, period_s):

@@ -13,6 +13,7 @@ from drake_navbench.inputs.nav2_robot import Nav2Setup
 from drake_navbench.inputs.nav2_substitutions import read_assignments
 from drake_navbench.inputs.presets import preset_files
 from drake_navbench.inputs.scenario import SCENARIO_FILES
+from drake_navbench.inputs.task_check import warn_of_rotation
 from drake_navbench.trial.trial import make_controller
 from drake_navbench.typed_files.typed_yaml import validate
 
@@ -37,8 +38,10 @@ def request_from_arguments(arguments: argparse.Namespace) -> Request:
         "trials": arguments.trials,
         "seed": arguments.seed,
         "robot": arguments.robot,
-        "replay": arguments.replay,
-        "figures": arguments.figures,
+        "replay": arguments.replay or ("none" if arguments.sweep else "race"),
+        "figures": arguments.figures or ("none" if arguments.sweep else "key"),
+        "sweeps": arguments.sweep,
+        "samples": arguments.samples,
     }
     return validate(Request, asked, "command line")
 
@@ -80,6 +83,7 @@ def print_check(arguments: argparse.Namespace) -> None:
     for preset in setup.presets:
         # Some parameters are wrong only for this robot.
         make_controller(preset, preset.robot(setup.robot))
+        warn_of_rotation(preset, setup.robot)
     columns = ", ".join(preset.name for preset in setup.presets) or "none"
     print(printable(f"Columns: {columns}"))
     print("\n".join(map(printable, setup.check.as_text(WIDTH).split("\n"))))

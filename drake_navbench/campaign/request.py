@@ -9,6 +9,7 @@ from typing import Literal
 from pydantic import Field
 
 from drake_navbench.campaign.campaign import Campaign, plan_campaign
+from drake_navbench.campaign.sweep import MAX_POINTS
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.nav2_check import Check, CheckRow, Status
 from drake_navbench.inputs.nav2_robot import Nav2Setup, read_nav2_files
@@ -37,6 +38,7 @@ class Request(FrozenModel):
 
     controllers: presets and variants by name. parameter_files: more columns, from files.
     nav2_files: whole Nav2 files, which give columns and the robot. substitutions: their values.
+    sweeps: axes as of `parse_axis`. samples: of a Latin hypercube over them, None for their grid.
     """
 
     scenarios: tuple[str, ...]
@@ -50,6 +52,8 @@ class Request(FrozenModel):
     robot: str
     replay: Literal["race", "each", "none"]
     figures: Literal["none", "key", "all"] = "key"
+    sweeps: tuple[str, ...] = ()
+    samples: int | None = Field(None, ge=1, le=MAX_POINTS)
 
     def nav2_setup(self) -> Nav2Setup | None:
         """Returns what the Nav2 files make, None without any; raises InputError."""
@@ -78,6 +82,8 @@ class Request(FrozenModel):
             seed=self.seed,
             robot=self.robot if nav2 is None else nav2.robot,
             wants_diagnostics=self.replay == "each",
+            sweeps=self.sweeps,
+            samples=self.samples,
         )
         if nav2 is None:
             return campaign

@@ -25,7 +25,7 @@ from drake_navbench.inputs.presets import PresetFile, default_presets, load_pres
 from drake_navbench.inputs.robot import Robot, load_robot
 from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.inputs.world import World
-from drake_navbench.log import COLUMNS, SCHEMA_VERSION
+from drake_navbench.log import COLUMNS, LATERAL_COLUMNS, SCHEMA_VERSION
 from drake_navbench.plans import PLAN_COLUMNS
 from drake_navbench.trial.diagram import build_trial_diagram
 from drake_navbench.trial.spec import FollowPlan
@@ -115,6 +115,12 @@ def log_format() -> str:
         *(f"| `{name}` | {meaning} |" for name, meaning in PLAN_COLUMNS.items()),
         "| `scan` | a new lidar scan: time, sensor pose in the world frame, ranges |",
         "| `diagnostics` | JSON: what the controller left in a new control cycle |",
+        "",
+        "Logs of robots that move sideways, and no others, also have:",
+        "",
+        "| column | meaning |",
+        "|---|---|",
+        *(f"| `{name}` | {meaning} |" for name, meaning in LATERAL_COLUMNS.items()),
         "",
         *CONTACT_TEXT.splitlines(),
         "",

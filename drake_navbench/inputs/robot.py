@@ -9,14 +9,24 @@ from typing import Any
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from pydantic import Field, field_validator, model_validator
+from pydantic import (
+    Field,
+    SerializerFunctionWrapHandler,
+    field_validator,
+    model_serializer,
+    model_validator,
+)
 
 from drake_navbench.costmaps.costmap_settings import GlobalCostmapSettings, LocalCostmapSettings
-from drake_navbench.errors import InputError
+from drake_navbench.errors import InputError, nearest_name_hint
+from drake_navbench.inputs.drive import DifferentialDrive, Drive, overrides_for
 from drake_navbench.inputs.file_kinds import ROBOT, require_kind
 from drake_navbench.inputs.named_files import NamedFiles
 from drake_navbench.kernels.footprint import circle_footprint, footprint_radii, pad_footprint
-from drake_navbench.navigation.behavior_tree.settings import BehaviorTreeSettings
+from drake_navbench.navigation.behavior_tree.settings import (
+    RECOVERY_ACTIONS,
+    BehaviorTreeSettings,
+)
 from drake_navbench.navigation.behaviors import BehaviorServerParameters
 from drake_navbench.navigation.checker_settings import (
     GoalCheckerSettings,
@@ -30,10 +40,10 @@ from drake_navbench.navigation.progress_checkers import SimpleProgressCheckerPar
 from drake_navbench.navigation.smac_planner_2d_parameters import SmacPlanner2DParameters
 from drake_navbench.navigation.velocity_smoother import VelocitySmootherParameters
 from drake_navbench.navigation.waypoint_follower import WaypointFollowerParameters
+from drake_navbench.plugin_parameters import normalized
+from drake_navbench.plugins import foreign_plugins
 from drake_navbench.typed_files.quantities import (
-    Acceleration,
     Angle,
-    AngularAcceleration,
     AngularSpeed,
     Duration,
     Frequency,
@@ -49,25 +59,6 @@ from drake_navbench.typed_files.typed_yaml import FrozenModel, read_yaml, valida
 PATIENT_FOR_EVER = -1.0
 
 ROBOT_FILES = NamedFiles(kind="robot", package="drake_navbench.models")
-
-
-class Drive(FrozenModel):
-    """A differential base with a first-order velocity response."""
-
-    max_linear_velocity_mps: Speed = Field(0.5, gt=0.0, description="Forward limit [m/s].")
-    min_linear_velocity_mps: Speed = Field(-0.5, le=0.0, description="Backward limit [m/s].")
-    max_angular_velocity_radps: AngularSpeed = Field(
-        2.0, gt=0.0, description="Turning limit [rad/s]."
-    )
-    response_time_constant_s: Period = Field(
-        0.1, description="Time constant of the velocity response [s]."
-    )
-    max_linear_acceleration_mps2: Acceleration | None = Field(
-        2.5, gt=0.0, description="Limit on dv/dt [m/s^2]; null means none."
-    )
-    max_angular_acceleration_radps2: AngularAcceleration | None = Field(
-        3.0, gt=0.0, description="Limit on dw/dt [rad/s^2]; null means none."
-    )
 
 
 class LidarSettings(FrozenModel):
@@ -110,7 +101,9 @@ class LocalizationSettings(FrozenModel):
     period_s: Period = Field(0.05, description="Time for which a noise sample holds [s].")
     xy_std_m: Length = Field(0.0, ge=0.0, description="Noise on x and on y [m].")
     yaw_std_rad: Angle = Field(0.0, ge=0.0, description="Noise on the heading [rad].")
-    linear_velocity_std_mps: Speed = Field(0.0, ge=0.0, description="Noise on v [m/s].")
+    linear_velocity_std_mps: Speed = Field(
+        0.0, ge=0.0, description="Noise on v and, where the base has it, on vy [m/s]."
+    )
     angular_velocity_std_radps: AngularSpeed = Field(0.0, ge=0.0, description="Noise on w [rad/s].")
 
 
@@ -127,9 +120,20 @@ class ControllerServerSettings(FrozenModel):
     min_x_velocity_threshold: Speed = Field(
         0.0001, ge=0.0, description="Measured |v| up to this is taken as 0 [m/s]."
     )
+    min_y_velocity_threshold: Speed = Field(
+        0.0001, ge=0.0, description="Measured |vy| up to this is taken as 0 [m/s]."
+    )
     min_theta_velocity_threshold: AngularSpeed = Field(
         0.0001, ge=0.0, description="Measured |w| up to this is taken as 0 [rad/s]."
     )
+
+    @model_serializer(mode="wrap")
+    def _as_plain(self, plain: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leaves out what only bases that move sideways have a use for, where it was not given."""
+        values: dict[str, Any] = plain(self)
+        if "min_y_velocity_threshold" not in self.model_fields_set:
+            values.pop("min_y_velocity_threshold", None)
+        return values
 
     @field_validator("failure_tolerance")
     @classmethod
@@ -163,6 +167,24 @@ class NavigationSettings(FrozenModel):
         None, description="Checks every command against the scan; null: there is none."
     )
 
+    @model_validator(mode="after")
+    def _check_recovery_actions(self) -> NavigationSettings:
+        nodes, behaviors = self.behavior_tree.plugin_blocks, self.behavior_server.plugin_blocks
+        for name in nodes:
+            if name in behaviors:
+                raise ValueError(
+                    f"behavior_tree.{name}: found a behaviour of this name in behavior_server as "
+                    "well, expected one of the two"
+                )
+        known = (*RECOVERY_ACTIONS, *nodes, *behaviors)
+        for name in self.behavior_tree.recovery_actions:
+            if name not in known:
+                raise ValueError(
+                    f"behavior_tree.recovery_actions: unknown behaviour {name!r}"
+                    f"{nearest_name_hint(name, known)}"
+                )
+        return self
+
 
 class Robot(FrozenModel):
     """A robot: everything that a trial needs to know of it."""
@@ -177,7 +199,7 @@ class Robot(FrozenModel):
         None, gt=0.0, description="Mass with its load, for the energy metric only [kg]."
     )
     directory: str = Field("", exclude=True, description="Set from where the file was found.")
-    drive: Drive = Field(default_factory=Drive)
+    drive: Drive = Field(default_factory=DifferentialDrive, description="The base.")
     lidar: LidarSettings = Field(default_factory=LidarSettings)
     localization: LocalizationSettings = Field(default_factory=LocalizationSettings)
     navigation: NavigationSettings = Field(default_factory=NavigationSettings)
@@ -254,7 +276,8 @@ def load_robot(
     robot = _robot_of(data, str(path), path.parent)
     if not overrides:
         return robot
-    return _robot_of(merged(data, overrides), overrides_source, path.parent)
+    fitting = _fitting(overrides, robot)
+    return _robot_of(merged(data, fitting), overrides_source, path.parent)
 
 
 def overridden(robot: Robot, overrides: Mapping[str, Any], source: str) -> Robot:
@@ -263,7 +286,15 @@ def overridden(robot: Robot, overrides: Mapping[str, Any], source: str) -> Robot
         return robot
     data = robot.model_dump(mode="json", exclude_unset=True)
     data.pop("directory", None)
-    return _robot_of(merged(data, overrides), source, Path(robot.directory))
+    return _robot_of(merged(data, _fitting(overrides, robot)), source, Path(robot.directory))
+
+
+def _fitting(overrides: Mapping[str, Any], robot: Robot) -> dict[str, Any]:
+    """Returns the overrides that are for a robot with such a base."""
+    drive = overrides.get("drive")
+    if not isinstance(drive, Mapping):
+        return dict(overrides)
+    return {**overrides, "drive": overrides_for(robot.drive, drive)}
 
 
 def _robot_of(data: Mapping[str, Any], source: str, directory: Path) -> Robot:
@@ -276,9 +307,24 @@ def _robot_of(data: Mapping[str, Any], source: str, directory: Path) -> Robot:
 
 
 def merged(base: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns `base` with `overrides` laid over it, mapping by mapping."""
+    """Returns `base` with `overrides` laid over it, mapping by mapping.
+
+    Where one of them names a plugin of another package that the other does not, nothing is kept:
+    its parameters are its own.
+    """
     result = dict(base)
     for key, value in overrides.items():
         nested = isinstance(value, Mapping) and isinstance(result.get(key), Mapping)
-        result[key] = merged(result[key], value) if nested else value
+        if nested and not _are_of_other_packages(result[key], value):
+            result[key] = merged(result[key], value)
+        else:
+            result[key] = value
     return result
+
+
+def _are_of_other_packages(block: Mapping[str, Any], override: Mapping[str, Any]) -> bool:
+    before, after = normalized(block.get("plugin")), normalized(override.get("plugin"))
+    if after is None or after == before:
+        return False
+    foreign = {name for _, name, _ in foreign_plugins()}
+    return any(isinstance(name, str) and name in foreign for name in (before, after))

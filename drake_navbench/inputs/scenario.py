@@ -23,10 +23,7 @@ from drake_navbench.inputs.map_world import occupied_boxes
 from drake_navbench.inputs.named_files import NamedFiles
 from drake_navbench.inputs.robot import Robot, load_robot, overridden
 from drake_navbench.inputs.world import Obstacle, Point, World
-from drake_navbench.navigation.smoother_parameters import (
-    ConstrainedSmootherParameters,
-    SimpleSmootherParameters,
-)
+from drake_navbench.navigation.smoother_settings import SmootherSettings
 from drake_navbench.noise import NoiseKey, NoiseStream
 from drake_navbench.typed_files.quantities import Angle, CellSize, Duration, Length
 from drake_navbench.typed_files.typed_yaml import FrozenModel, read_yaml, validate
@@ -64,25 +61,13 @@ class Arc(FrozenModel):
     radius_m: Length = Field(gt=0.0, description="Radius [m].")
 
 
-class SimpleSmoothing(SimpleSmootherParameters):
-    """Nav2's simple smoother."""
-
-    type: Literal["simple"]
-
-
-class ConstrainedSmoothing(ConstrainedSmootherParameters):
-    """Nav2's constrained smoother."""
-
-    type: Literal["constrained"]
-
-
 class GridPlan(FrozenModel):
     """The plan comes from the global planner, whose settings are the robot's."""
 
     type: Literal["planner"]
-    smoother: (
-        Annotated[SimpleSmoothing | ConstrainedSmoothing, Field(discriminator="type")] | None
-    ) = Field(None, description="What smooths the planner's path; null leaves it as it is.")
+    smoother: SmootherSettings | None = Field(
+        None, description="What smooths the planner's path; null leaves it as it is."
+    )
 
     @field_validator("smoother", mode="before")
     @classmethod

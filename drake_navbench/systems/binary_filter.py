@@ -13,6 +13,8 @@ from pydrake.systems.framework import Context, LeafSystem, State
 from drake_navbench.costmaps.costmap_settings import BinaryFilterSettings
 from drake_navbench.costmaps.filter_masks import FilterMask
 from drake_navbench.kernels.rasterize import MASK_UNKNOWN
+from drake_navbench.systems.lifetime import weakly_bound
+from drake_navbench.systems.ports import STATE_SIZE
 from drake_navbench.typed_files.immutable import Immutable
 
 
@@ -47,9 +49,11 @@ class BinaryFilter(LeafSystem):
         self._mask = mask
         self._settings = settings
         self._state = self.DeclareAbstractState(AbstractValue.Make(BinaryFilterState()))
-        self._estimate_port = self.DeclareVectorInputPort("estimate", 5)
+        self._estimate_port = self.DeclareVectorInputPort("estimate", STATE_SIZE)
         self.DeclareStateOutputPort("filter_state", self._state)
-        self.DeclarePeriodicUnrestrictedUpdateEvent(period_s, offset_s, self._on_update)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(
+            period_s, offset_s, weakly_bound(self._on_update)
+        )
 
     def _on_update(self, context: Context, state: State) -> None:
         before = context.get_abstract_state(self._state).get_value()

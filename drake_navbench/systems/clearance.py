@@ -11,7 +11,8 @@ from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 from drake_navbench.inputs.world import World
 from drake_navbench.kernels.grid import nearest_distance
 from drake_navbench.kernels.swept_contact import clearance_at
-from drake_navbench.systems.ports import declare_object_input
+from drake_navbench.systems.lifetime import weakly_bound
+from drake_navbench.systems.ports import STATE_SIZE, declare_object_input
 
 # What is farther away is not looked at; the clearance then reads +inf.
 MAX_DISTANCE_M = 5.0
@@ -41,12 +42,12 @@ class Clearance(LeafSystem):
         super().__init__()
         self._footprint = np.ascontiguousarray(footprint)
         self._edges, self._circles = world.segments, world.circles
-        self._state_port = self.DeclareVectorInputPort("state", 5)
+        self._state_port = self.DeclareVectorInputPort("state", STATE_SIZE)
         self._costmap_port = declare_object_input(self, "costmap")
         self._distances = self.DeclareDiscreteState([math.inf] * DISTANCE_COUNT)
         self.DeclareStateOutputPort("distances", self._distances)
-        self.DeclareInitializationDiscreteUpdateEvent(self._on_period)
-        self.DeclarePeriodicDiscreteUpdateEvent(period_s, offset_s, self._on_period)
+        self.DeclareInitializationDiscreteUpdateEvent(weakly_bound(self._on_period))
+        self.DeclarePeriodicDiscreteUpdateEvent(period_s, offset_s, weakly_bound(self._on_period))
 
     def set_contact(self, context: Context) -> None:
         """Sets the clearance to 0, as it is at a contact."""

@@ -9,7 +9,9 @@ from pydrake.systems.framework import Context, LeafSystem, State
 
 from drake_navbench.costmaps.layered_costmap import LayeredCostmap, LayersState
 from drake_navbench.navigation.task import ClearRequest
+from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import (
+    STATE_SIZE,
     declare_object_input,
     declare_state_part_output,
     value_or_none,
@@ -49,13 +51,15 @@ class CostmapSystem(LeafSystem):
         self._layers = layers
         first = _CostmapState(before_first_scan)
         self._layers_state = self.DeclareAbstractState(AbstractValue.Make(first))
-        self._odometry_port = self.DeclareVectorInputPort("state", 5)
+        self._odometry_port = self.DeclareVectorInputPort("state", STATE_SIZE)
         self._scan_port = declare_object_input(self, "scan")
         self._clear_port = declare_object_input(self, "clear_request")
         declare_state_part_output(
             self, "costmap", self._layers_state, lambda state: state.layers.costmap
         )
-        self.DeclarePeriodicUnrestrictedUpdateEvent(period_s, offset_s, self._on_update)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(
+            period_s, offset_s, weakly_bound(self._on_update)
+        )
 
     def _on_update(self, context: Context, state: State) -> None:
         scan = self._scan_port.Eval(context)

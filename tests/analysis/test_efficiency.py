@@ -218,3 +218,21 @@ def test_energy_grows_with_the_mass_in_the_robot_file():
     assert efficiency.mechanical_energy_j(log) == pytest.approx((14.715 + 0.12) * 5.0)
     log.info["robot"]["mass_kg"] = None
     assert efficiency.mechanical_energy_j(log) == pytest.approx((26.487 + 0.12) * 5.0)
+
+
+def test_the_energy_of_a_robot_that_goes_sideways_is_that_of_one_that_goes_ahead():
+    time_s = log_times(4.0)
+    ahead = make_log(time_s, v_mps=0.1 * time_s)
+    sideways = make_log(time_s, vy_mps=0.1 * time_s)
+    diagonal = make_log(time_s, v_mps=0.06 * time_s, vy_mps=0.08 * time_s)
+    expected = efficiency.mechanical_energy_j(ahead)
+    # At least the kinetic energy m v^2 / 2 at 0.4 m/s, and the rolling resistance over 0.8 m.
+    least = 180.0 * 0.5 * 0.4**2 + 0.015 * 180.0 * 9.80665 * 0.8
+    assert expected == pytest.approx(least, rel=0.02)
+    assert efficiency.mechanical_energy_j(sideways) == pytest.approx(expected)
+    assert efficiency.mechanical_energy_j(diagonal) == pytest.approx(expected)
+    assert efficiency.mean_speed_mps(diagonal) == pytest.approx(0.2)
+
+
+def test_a_robot_that_goes_sideways_does_not_stand():
+    assert efficiency.stopped_time_s(make_log(log_times(3.0), vy_mps=-0.2)) == 0.0

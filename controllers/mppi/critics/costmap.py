@@ -19,10 +19,10 @@ from drake_navbench.controllers.mppi.critics.base import (
     weigh,
 )
 from drake_navbench.controllers.mppi.critics.batch import Float32Array, Scene
+from drake_navbench.controllers.mppi.critics.outline_costs import OutlineCosts, outline_cost
 from drake_navbench.controllers.mppi.float32_math import F32, ONE, ZERO
 from drake_navbench.controllers.mppi.lanes import LANES, Lanes
 from drake_navbench.errors import InputError
-from drake_navbench.kernels.footprint import footprint_cost
 from drake_navbench.kernels.grid import INSCRIBED, LETHAL, NO_INFORMATION
 from drake_navbench.typed_files.quantities import Count, Length, Number
 
@@ -39,6 +39,7 @@ class CostCycle(NamedTuple):
     """
 
     view: MapView
+    remembered: OutlineCosts
     score: Float32Array
     outline_collides: NDArray[np.bool_]
 
@@ -87,13 +88,15 @@ class CostCritic(PointwiseCritic):
         )
         if not p.consider_footprint:
             score[collides] = INFINITY
-        return CostCycle(MapView.of(scene.costmap, self.context.setup.footprint), score, collides)
+        view = MapView.of(scene.costmap, self.context.setup.footprint)
+        return CostCycle(view, OutlineCosts.of(view), score, collides)
 
     def add(self, cycle: CostCycle, chunk: Trajectories, sums: Lanes, *, first_block: int) -> None:
         step = self.parameters.trajectory_point_step
         if self.parameters.consider_footprint:
             add_outline_collisions(
                 cycle.view,
+                cycle.remembered,
                 self.footprint_from,
                 cycle.outline_collides,
                 step,
@@ -128,7 +131,9 @@ def _add_score_row(values, score, cells, sums):
 
 
 @njit(cache=True)
-def add_outline_collisions(view, footprint_from, outline_collides, step, x, y, yaw, sums):
+def add_outline_collisions(
+    view, remembered, footprint_from, outline_collides, step, x, y, yaw, sums
+):
     """Makes the sum infinite where the outline of a step-th column collides.
 
     The outline is looked at where the centre's value is at least `footprint_from` and not 0.
@@ -141,8 +146,8 @@ def add_outline_collisions(view, footprint_from, outline_collides, step, x, y, y
                 value = view.values[cells[lane]]
                 if value == 0 or value < footprint_from or sums[block, lane] == INFINITY:
                     continue
-                outline = _outline_cost(
-                    view, x[block, t, lane], y[block, t, lane], yaw[block, t, lane]
+                outline = outline_cost(
+                    view, remembered, x[block, t, lane], y[block, t, lane], yaw[block, t, lane]
                 )
                 if outline_collides[outline]:
                     sums[block, lane] = INFINITY
@@ -157,6 +162,7 @@ class ObstaclesCycle(NamedTuple):
     """
 
     view: MapView
+    remembered: OutlineCosts
     margin_shortfall: Float32Array
     repulsion: Float32Array
     repulsion_sums: Lanes
@@ -216,8 +222,10 @@ class ObstaclesCritic(PointwiseCritic):
         shortfall[:, collides] = INFINITY
         repels = known & bool(scene.path_length >= F32(p.near_goal_distance))
         repulsion = F32(self.context.setup.inflation_radius_m) - distances
+        view = MapView.of(scene.costmap, self.context.setup.footprint)
         return ObstaclesCycle(
-            MapView.of(scene.costmap, self.context.setup.footprint),
+            view,
+            OutlineCosts.of(view),
             shortfall,
             np.where(repels, repulsion, ZERO),
             np.zeros((blocks, LANES), np.float32),
@@ -228,6 +236,7 @@ class ObstaclesCritic(PointwiseCritic):
     ) -> None:
         add_distance_shortfalls(
             cycle.view,
+            cycle.remembered,
             self.footprint_from,
             cycle.margin_shortfall,
             cycle.repulsion,
@@ -252,7 +261,7 @@ class ObstaclesCritic(PointwiseCritic):
 
 @njit(cache=True)
 def add_distance_shortfalls(
-    view, footprint_from, margin_shortfall, repulsion, x, y, yaw, sums, repulsion_sums
+    view, remembered, footprint_from, margin_shortfall, repulsion, x, y, yaw, sums, repulsion_sums
 ):
     """Adds what every column's distance lacks, up to the sample's collision.
 
@@ -269,8 +278,8 @@ def add_distance_shortfalls(
                 value = np.int64(view.values[cells[lane]])
                 source = 0
                 if value >= footprint_from and cells[lane] != view.outside:
-                    value = _outline_cost(
-                        view, x[block, t, lane], y[block, t, lane], yaw[block, t, lane]
+                    value = outline_cost(
+                        view, remembered, x[block, t, lane], y[block, t, lane], yaw[block, t, lane]
                     )
                     source = 1
                 sums[block, lane] += margin_shortfall[source, value]
@@ -292,18 +301,6 @@ def _require_outline(name: str, parameters: Any, context: CriticContext) -> None
         raise InputError(
             f"{name}.consider_footprint: got true, expected false for a robot given by a radius"
         )
-
-
-@njit(cache=True)
-def _outline_cost(view, x, y, yaw):
-    return footprint_cost(
-        view.grid,
-        view.footprint,
-        np.float64(x),
-        np.float64(y),
-        np.float64(yaw),
-        True,
-    )
 
 
 @njit(cache=True)

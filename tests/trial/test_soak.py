@@ -1,0 +1,95 @@
+"""Memory does not grow with what was driven, and what a trial has built is freed after it."""
+
+import ctypes
+import gc
+import weakref
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from drake_navbench import run_trial
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.presets import load_preset
+from drake_navbench.inputs.robot import load_robot
+from drake_navbench.inputs.scenario import Scenario, scenario_on_map
+from drake_navbench.inputs.task_check import check_task
+from drake_navbench.trial import trial as trial_module
+from drake_navbench.trial.diagram import TrialDiagram
+from drake_navbench.trial.spec import TrialSpec
+from drake_navbench.trial.trial import simulate
+
+HOUR_S = 3600.0
+MEBIBYTE = 2**20
+
+
+@pytest.mark.parametrize("mode", ["follow_path", "navigate_to_pose"])
+def test_what_a_trial_has_built_is_freed_after_it(mode, monkeypatch):
+    built: list[weakref.ref] = []
+
+    def build(*arguments, **options) -> TrialDiagram:
+        trial = build_trial_diagram(*arguments, **options)
+        built.extend(weakref.ref(part) for part in (trial.diagram, *trial.diagram.GetSystems()))
+        return trial
+
+    build_trial_diagram = trial_module.build_trial_diagram
+    monkeypatch.setattr(trial_module, "build_trial_diagram", build)
+    scenario = Scenario(
+        name="ahead", description="ahead", goal=(0.5, 0.0, 0.0), navigation_mode=mode
+    )
+    simulate(TrialSpec(scenario, load_robot("wheelchair"), load_preset("rpp"), seed=0))
+    gc.collect()
+    assert len(built) > 10
+    assert [part() for part in built if part() is not None] == []
+
+
+def resident_bytes() -> int:
+    """Returns the memory that this process holds, without what it has freed but kept."""
+    gc.collect()
+    ctypes.CDLL(None).malloc_trim(0)
+    return int(Path("/proc/self/statm").read_text().split()[1]) * 4096
+
+
+def hall(folder: Path) -> Path:
+    """Writes the map of a hall of 14 m x 8 m with two pillars; returns its file."""
+    cells = np.full((160, 280), 254, np.uint8)
+    cells[[0, -1], :] = cells[:, [0, -1]] = 0
+    cells[70:80, 90:100] = cells[80:90, 180:190] = 0
+    (folder / "hall.pgm").write_bytes(b"P5 280 160 255\n" + cells.tobytes())
+    map_file = folder / "hall.yaml"
+    map_file.write_text(
+        "image: hall.pgm\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\n"
+        "occupied_thresh: 0.65\nfree_thresh: 0.196\n"
+    )
+    return map_file
+
+
+def drawn_task(map_file: Path, random: np.random.Generator) -> Scenario:
+    """Returns the task between two drawn poses where the robot can stand and turn."""
+    robot = load_robot("wheelchair")
+    while True:
+        start, goal = random.uniform((1.5, 1.5, -3.0), (12.5, 6.5, 3.0), (2, 3)).tolist()
+        there = scenario_on_map(map_file, tuple(start), tuple(goal))
+        try:
+            check_task(there, robot)
+            check_task(scenario_on_map(map_file, tuple(goal), tuple(start)), robot)
+        except InputError:
+            continue
+        return there.model_copy(update={"navigation_mode": "follow_path"})
+
+
+@pytest.mark.long
+def test_memory_after_a_day_of_driving_is_that_after_an_hour(tmp_path):
+    map_file = hall(tmp_path)
+    random = np.random.default_rng(0)
+    driven_s, outcomes, after_s = 0.0, Counter(), {}
+    for hours in (1, 24):
+        while driven_s < hours * HOUR_S:
+            log = run_trial(drawn_task(map_file, random), "rpp", seed=outcomes.total())
+            driven_s += log.end_time_s
+            outcomes[log.outcome] += 1
+            del log
+        after_s[hours] = resident_bytes()
+        print(f"{dict(outcomes)} after {driven_s:.0f} s: {after_s[hours] / MEBIBYTE:.1f} MiB")
+    assert after_s[24] <= 1.05 * after_s[1]
