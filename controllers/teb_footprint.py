@@ -14,6 +14,7 @@ from drake_navbench.typed_files.typed_yaml import parse_yaml
 
 Array = NDArray[np.float64]
 Point = tuple[Length, Length]
+FootprintType = Literal["from_footprint", "point", "circular", "two_circles", "line", "polygon"]
 
 FEWEST_VERTICES = 3
 
@@ -28,7 +29,7 @@ def _parsed_vertices(value: Any) -> Any:
 class FootprintModel(ControllerParameters):
     """The robot as the optimiser sees it; the feasibility check always uses the true outline."""
 
-    type: Literal["from_footprint", "point", "circular", "two_circles", "line", "polygon"] = Field(
+    type: FootprintType = Field(
         "point",
         description="Shape; from_footprint, which teb_local_planner does not have, takes the"
         " robot's own outline.",
