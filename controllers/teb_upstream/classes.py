@@ -105,7 +105,7 @@ class ClassSearch:
 
     def add_plan(self, poses: Array, time_steps: Array) -> None:
         """Adds the band of the global plan where its class is new and there is room."""
-        if self._is_full:
+        if self._is_full():
             return
         self._plan_class = self._signature(poses, time_steps)
         band = Trajectory(self._next_number, poses, time_steps)
@@ -120,7 +120,7 @@ class ClassSearch:
         parameters = self._parameters
         # Without obstacles there is one class, and every path of the graph is in it.
         is_alone = not len(self._obstacles) and parameters.max_number_plans_in_current_class <= 1
-        if self._is_full or (is_alone and self._bands):
+        if self._is_full() or (is_alone and self._bands):
             return
         ahead = goal[:2] - start[:2]
         backwards = parameters.allow_init_with_backwards_motion and bool(
@@ -135,7 +135,7 @@ class ClassSearch:
             return
         graph = self._graph(start, goal, samples)
         for path in graph.paths():
-            if self._is_full:
+            if self._is_full():
                 return
             self._add_new(
                 *band_from_points(
@@ -170,7 +170,6 @@ class ClassSearch:
             switched_s=self._switched_s,
         )
 
-    @property
     def _is_full(self) -> bool:
         return len(self._bands) >= self._parameters.max_number_classes
 

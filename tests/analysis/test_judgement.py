@@ -334,8 +334,8 @@ def test_findings_of_all_scenarios_are_about_the_mean_over_the_goal_scenarios():
 
 
 def test_a_lineup_may_put_another_scenario_in_the_place_of_a_published_one():
-    still = trials("restricted_small", "time_taken", rpp=[9.0, 9.1], dwb=[1, 1.1], teb_upstream=[2, 2.1],
-                   mppi_nav2=[2, 2.1])  # fmt: skip
+    still = trials("restricted_small", "time_taken", rpp=[9.0, 9.1], dwb=[1, 1.1],
+                   teb_upstream=[2, 2.1], mppi_nav2=[2, 2.1])  # fmt: skip
     noisy = trials("restricted_small_noisy", "time_taken", rpp=[0.5, 0.6], dwb=[9.0, 9.2],
                    teb_upstream=[2.0, 2.2], mppi_nav2=[12.0, 12.1])  # fmt: skip
     table = pd.concat([still, noisy])
