@@ -110,6 +110,21 @@ def success_interval(successes: int, trials: int) -> Interval:
     return Interval(*test.proportion_ci(CONFIDENCE, method="wilson"))
 
 
+def share_interval(share: float, count: int) -> Interval:
+    """Returns Wilson's 95% interval of the mean of `count` independent shares from 0 to 1.
+
+    For shares that are 0 or 1 it is that of a success rate. Shares between, of several trials each,
+    vary less than those, so that the interval is wide enough for them as well.
+    """
+    if count == 0:
+        return UNDEFINED_INTERVAL
+    squared = stats.norm.ppf(0.5 + 0.5 * CONFIDENCE) ** 2
+    centre = (share + squared / (2.0 * count)) / (1.0 + squared / count)
+    spread = squared * (share * (1.0 - share) / count + squared / (4.0 * count**2))
+    half = math.sqrt(spread) / (1.0 + squared / count)
+    return Interval(max(0.0, float(centre - half)), min(1.0, float(centre + half)))
+
+
 def paired_comparison(
     first: pd.Series, second: pd.Series, *, confidence: float = CONFIDENCE
 ) -> PairedComparison:
@@ -159,6 +174,15 @@ def signed_rank_p_value(differences: Array) -> float:
     if not differences.any():
         return 1.0
     return float(stats.wilcoxon(differences).pvalue)
+
+
+def smallest_p_value(pairs: int, comparisons: int) -> float:
+    """Returns the smallest p-value that Wilcoxon's two-sided test can give after Holm's correction.
+
+    pairs: none of which is equal; all differences of one sign have 2 of the 2^pairs signs.
+    comparisons: how many tests are corrected together.
+    """
+    return min(comparisons * 2.0 ** (1 - pairs), 1.0)
 
 
 def rank_biserial(differences: Array) -> float:

@@ -12,8 +12,8 @@ from pydantic import TypeAdapter
 from pydrake.geometry import Rgba
 
 from drake_navbench.analysis.colors import controller_color
+from drake_navbench.analysis.metrics.body import outline_of
 from drake_navbench.analysis.metrics.mission import goals
-from drake_navbench.analysis.metrics.safety import robot_outline
 from drake_navbench.analysis.replay import intentions
 from drake_navbench.analysis.replay.actors import (
     Pace,
@@ -57,7 +57,7 @@ def write_race_replay(logs: Sequence[TrialLog], path: Path, *, model: Path | Non
     None to draw a prism over its outline. Equal logs give equal bytes.
     """
     stage = Stage()
-    robot_model = load_model(model, robot_outline(logs[0]))
+    robot_model = load_model(model, outline_of(logs[0]))
     pace = Pace.fitting(
         [log.samples["time_s"].iloc[-1] for log in logs],
         robot_model,
@@ -91,7 +91,7 @@ def write_trial_replay(log: TrialLog, path: Path, *, model: Path | None) -> None
     """
     scenario = log.info["scenario"]
     stage = Stage()
-    robot_model = load_model(model, robot_outline(log))
+    robot_model = load_model(model, outline_of(log))
     pace = Pace.fitting(
         [log.samples["time_s"].iloc[-1]],
         robot_model,
@@ -132,7 +132,7 @@ def _add_surroundings(
     driven = [log.samples[["x_m", "y_m"]].to_numpy() for log in logs]
     ends = np.vstack([start, goals(logs[0])])[:, :2]
     points = np.vstack([*driven, *(plan.poses[:, :2] for plan in plans), ends])
-    reach_m = np.hypot(*robot_outline(logs[0]).T).max()
+    reach_m = np.hypot(*outline_of(logs[0]).T).max()
     course = Bounds.around(points, reach_m + COURSE_MARGIN_M)
     add_scene(stage, _world(logs[0]), course=course)
     add_task(stage, start, goals(logs[0]), _goal_tolerance_m(logs[0]))
@@ -162,7 +162,7 @@ def _add_trial(
         _robot_path(name),
         model,
         motion,
-        outline=robot_outline(log),
+        outline=outline_of(log),
         rgba=rgba,
         pose_stride=pace.pose_stride,
         layer=layer,
@@ -177,7 +177,7 @@ def _add_trial(
 
 
 def _costmap_rows(stage: Stage, log: TrialLog, pace: Pace) -> list[LegendRow]:
-    """Draws the local costmap; returns its row, or none where the log has no scans."""
+    """Draws the local costmap; returns its row, or none where the log keeps no costmaps."""
     path = "/local_costmap"
     is_drawn = add_costmaps(stage, path, log, pace.turn_period_s)
     return [LegendRow("local costmap", _css(COSTMAP_COLOR), [path])] if is_drawn else []

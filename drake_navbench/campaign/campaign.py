@@ -44,6 +44,15 @@ class Campaign:
         return list(dict.fromkeys(spec.scenario.name for spec in self.specs))
 
     @property
+    def suites(self) -> dict[str, str]:
+        """The suite of each scenario that is in one, by the scenario's name."""
+        return {
+            spec.scenario.name: spec.scenario.suite.name
+            for spec in self.specs
+            if spec.scenario.suite is not None
+        }
+
+    @property
     def presets(self) -> list[Preset]:
         """The presets, in order."""
         return list({spec.preset.name: spec.preset for spec in self.specs}.values())
@@ -78,6 +87,7 @@ def plan_campaign(
     seed: int = 0,
     robot: str | Robot = DEFAULT_ROBOT,
     wants_diagnostics: bool = False,
+    keeps_costmaps: bool = True,
     sweeps: Sequence[str] = (),
     samples: int | None = None,
 ) -> Campaign:
@@ -127,6 +137,7 @@ def plan_campaign(
                         seed=trial_seed(seed, entry.base, trial),
                         trial=trial,
                         wants_diagnostics=wants_diagnostics,
+                        keeps_costmaps=keeps_costmaps,
                     )
                 )
     return Campaign(tuple(specs), sweep=_origins(swept) if sweeps else {})

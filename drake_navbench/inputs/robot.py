@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -58,6 +58,7 @@ from drake_navbench.typed_files.typed_yaml import FrozenModel, read_yaml, valida
 # A failure tolerance, s.
 PATIENT_FOR_EVER = -1.0
 
+MODEL_SUFFIXES = (".sdf", ".urdf")
 ROBOT_FILES = NamedFiles(kind="robot", package="drake_navbench.models")
 
 
@@ -190,13 +191,31 @@ class Robot(FrozenModel):
     """A robot: everything that a trial needs to know of it."""
 
     description: str = Field(min_length=1, description="One line for --list.")
-    model: str | None = Field(None, description="SDF file for the replay, beside this file.")
+    model: str | None = Field(
+        None,
+        description="SDF or URDF file beside this file, for the replay; it gives footprint and "
+        "mass where this file does not.",
+    )
     footprint: list[tuple[Length, Length]] | None = Field(
         None, min_length=3, description="Outline in the base frame, x forward, y left [m]."
     )
     robot_radius: Size | None = Field(None, description="Outline of a round robot [m].")
     mass_kg: Mass | None = Field(
         None, gt=0.0, description="Mass with its load, for the energy metric only [kg]."
+    )
+    rolling_resistance_ratio: float = Field(
+        0.015, ge=0.0, le=1.0, description="Of its wheels on the floor, for the energy metric."
+    )
+    drag_area_m2: float = Field(
+        0.0,
+        ge=0.0,
+        le=100.0,
+        description="Frontal area times drag coefficient, for the energy metric [m^2].",
+    )
+    collision_outline: list[tuple[Length, Length]] | None = Field(
+        None,
+        min_length=3,
+        description="What touches obstacles, where it is not what the costmap takes for it [m].",
     )
     directory: str = Field("", exclude=True, description="Set from where the file was found.")
     drive: Drive = Field(default_factory=DifferentialDrive, description="The base.")
@@ -208,12 +227,12 @@ class Robot(FrozenModel):
     def _check(self) -> Robot:
         if (self.footprint is None) == (self.robot_radius is None):
             raise ValueError("expected either footprint or robot_radius, and not both")
-        if self.footprint is not None:
-            polygon = shapely.Polygon(self.footprint)
-            if not polygon.is_valid or not polygon.contains(shapely.Point(0.0, 0.0)):
+        for name in ("footprint", "collision_outline"):
+            corners = getattr(self, name)
+            if corners is not None and not _is_around_origin(corners):
                 raise ValueError(
-                    "footprint must be a simple polygon around the base origin (0, 0), got "
-                    f"{[list(p) for p in self.footprint]}"
+                    f"{name} must be a simple polygon around the base origin (0, 0), got "
+                    f"{[list(p) for p in corners]}"
                 )
         for costmap in ("local_costmap", "global_costmap"):
             self._check_sources(costmap)
@@ -233,7 +252,14 @@ class Robot(FrozenModel):
 
     @property
     def outline(self) -> NDArray[np.float64]:
-        """(K, 2) true outline in the base frame, m."""
+        """(K, 2) true outline in the base frame, m: what touches obstacles and what one sees."""
+        if self.collision_outline is not None:
+            return np.array(self.collision_outline)
+        return self.costmap_outline
+
+    @property
+    def costmap_outline(self) -> NDArray[np.float64]:
+        """(K, 2) outline that the costmap is given, in the base frame, m."""
         if self.robot_radius is not None:
             return circle_footprint(self.robot_radius)
         return np.array(self.footprint)
@@ -241,7 +267,8 @@ class Robot(FrozenModel):
     @property
     def padded_outline(self) -> NDArray[np.float64]:
         """(K, 2) outline as the costmap and the controllers see it, m."""
-        return pad_footprint(self.outline, self.navigation.local_costmap.footprint_padding)
+        padding = self.navigation.local_costmap.footprint_padding
+        return pad_footprint(self.costmap_outline, padding)
 
     @property
     def is_circle(self) -> bool:
@@ -259,6 +286,11 @@ class Robot(FrozenModel):
         return footprint_radii(self.padded_outline)
 
 
+def _is_around_origin(corners: Sequence[Sequence[float]]) -> bool:
+    polygon = shapely.Polygon(corners)
+    return polygon.is_valid and polygon.contains(shapely.Point(0.0, 0.0))
+
+
 def load_robot(
     name_or_path: str,
     overrides: Mapping[str, Any] | None = None,
@@ -267,17 +299,39 @@ def load_robot(
 ) -> Robot:
     """Returns a built-in robot by name, or one from a file; `overrides` replace single fields.
 
-    Raises InputError where the name is unknown, or the file or an override is wrong;
+    A model in SDF or URDF alone is a robot with the default drive, lidar and settings. Raises
+    InputError where the name is unknown, or the file or an override is wrong;
     `overrides_source` names the overrides in it.
     """
-    path = ROBOT_FILES.find(name_or_path)
-    data = read_yaml(path)
-    require_kind(data, ROBOT, path)
+    if Path(name_or_path).suffix in MODEL_SUFFIXES:
+        path = Path(name_or_path).absolute()
+        data: Mapping[str, Any] = {"description": f"robot of {path.name}", "model": path.name}
+    else:
+        path = ROBOT_FILES.find(name_or_path)
+        data = read_yaml(path)
+        require_kind(data, ROBOT, path)
+    data = _with_model(data, path)
     robot = _robot_of(data, str(path), path.parent)
     if not overrides:
         return robot
     fitting = _fitting(overrides, robot)
     return _robot_of(merged(data, fitting), overrides_source, path.parent)
+
+
+def _with_model(data: Mapping[str, Any], path: Path) -> Mapping[str, Any]:
+    """Returns a robot's fields with what only its model tells: the outline, and then the mass."""
+    model = data.get("model")
+    gives_outline = any(data.get(name) is not None for name in ("footprint", "robot_radius"))
+    if gives_outline or not isinstance(model, str):
+        return data
+    file = path.parent / model
+    if not file.is_file():
+        raise InputError(f"{path}: model: no such file: {file}")
+    # Drake takes a while to load, and most robots do without.
+    from drake_navbench.inputs.robot_model import read_robot_model
+
+    found = read_robot_model(file)
+    return {"mass_kg": found.mass_kg} | dict(data) | {"footprint": found.outline.tolist()}
 
 
 def overridden(robot: Robot, overrides: Mapping[str, Any], source: str) -> Robot:
