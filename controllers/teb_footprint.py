@@ -10,10 +10,10 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from drake_navbench.controller import ControllerParameters
 from drake_navbench.typed_files.quantities import Length
-from drake_navbench.typed_files.typed_yaml import parse_yaml
+from drake_navbench.typed_files.typed_yaml import parse_yaml, tuples_for_lists
 
 Array = NDArray[np.float64]
-Point = tuple[Length, Length]
+Point = Annotated[tuple[Length, Length], BeforeValidator(tuples_for_lists)]
 FootprintType = Literal["from_footprint", "point", "circular", "two_circles", "line", "polygon"]
 
 FEWEST_VERTICES = 3
@@ -22,8 +22,8 @@ FEWEST_VERTICES = 3
 def _parsed_vertices(value: Any) -> Any:
     """Returns the list that Nav2 writes as a string, as in "[[0.3, 0.2], [0.3, -0.2]]"."""
     if isinstance(value, str):
-        return parse_yaml(f"vertices: {value}", "footprint_model")["vertices"]
-    return value
+        value = parse_yaml(f"vertices: {value}", "footprint_model")["vertices"]
+    return tuples_for_lists(value)
 
 
 class FootprintModel(ControllerParameters):
