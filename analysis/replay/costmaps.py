@@ -23,10 +23,20 @@ ROUNDING_S = 1e-6
 
 
 def add_costmaps(
-    stage: Stage, path: str, log: TrialLog, robot: Robot, motion: BaseMotion, period_s: float
+    stage: Stage,
+    path: str,
+    log: TrialLog,
+    robot: Robot,
+    motion: BaseMotion,
+    period_s: float,
+    *,
+    max_turns: int = MAX_COSTMAP_TURNS,
 ) -> bool:
-    """Shows the local costmap, each until the next one; returns whether the log has any scans."""
-    period_s = max(period_s, motion.time_s[-1] / MAX_COSTMAP_TURNS)
+    """Shows the local costmap, each until the next one; returns whether the log has any scans.
+
+    max_turns: how many of them at most, evenly spread.
+    """
+    period_s = max(period_s, motion.time_s[-1] / max_turns)
     shown: list[tuple[float, str | None]] = []
     for costmap in local_costmaps(log, robot, motion, period_s):
         name = f"{path}/{frame_of(costmap.stamp_s)}"

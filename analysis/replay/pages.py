@@ -20,7 +20,11 @@ from drake_navbench.analysis.replay.actors import (
     add_scans,
     base_motion,
 )
-from drake_navbench.analysis.replay.costmaps import COSTMAP_COLOR, add_costmaps
+from drake_navbench.analysis.replay.costmaps import (
+    COSTMAP_COLOR,
+    MAX_COSTMAP_TURNS,
+    add_costmaps,
+)
 from drake_navbench.analysis.replay.global_plans import (
     PLAN_COLOR,
     PLAN_PATH,
@@ -30,12 +34,14 @@ from drake_navbench.analysis.replay.global_plans import (
 from drake_navbench.analysis.replay.page import LegendRow, assemble
 from drake_navbench.analysis.replay.robot_model import RobotModel, load_model
 from drake_navbench.analysis.replay.scene import (
+    CAMERA_ASPECT,
     COURSE_MARGIN_M,
     Bounds,
     add_scene,
     add_task,
 )
 from drake_navbench.analysis.replay.stage import Stage
+from drake_navbench.analysis.replay.strip import strip_of
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.inputs.world import Obstacle, World
@@ -47,6 +53,8 @@ Array = NDArray[np.float64]
 RACE_TURN_PERIOD_S, RACE_MAX_TURNS = 0.5, 400
 # A trial alone has room for more, but its controller's intentions need room too.
 TRIAL_TURN_PERIOD_S, TRIAL_MAX_TURNS = 0.2, 200
+# Of all controllers together; each takes about 5 kB of the page.
+RACE_MAX_COSTMAPS = 160
 LAYER_COLOR = "#8a94a3"
 
 
@@ -67,7 +75,7 @@ def write_race_replay(logs: Sequence[TrialLog], path: Path, *, model: Path | Non
     )
     # Of one that planned all its legs, where there is one.
     course = max(logs, key=lambda log: len(log.first_plans)).first_plans
-    _add_surroundings(stage, scenario, robot, logs, course)
+    bounds = _add_surroundings(stage, scenario, robot, logs, course)
     add_course(stage, course)
     rows = [
         _add_trial(stage, log, robot, robot_model, pace=pace, layer=layer)
@@ -75,12 +83,17 @@ def write_race_replay(logs: Sequence[TrialLog], path: Path, *, model: Path | Non
     ]
     names = [row.name for row in rows]
     scans = [_scan_path(name) for name in names]
-    layers = [_plan_row(), LegendRow("lidar hits", LAYER_COLOR, scans)]
+    layers = [
+        _plan_row(),
+        LegendRow("lidar hits", LAYER_COLOR, scans),
+        *_costmap_rows(stage, logs, robot, pace, max_turns=RACE_MAX_COSTMAPS // len(logs)),
+    ]
     page = assemble(
         stage.html(),
         title=scenario.name,
         subtitle=scenario.description,
         sections=[rows, layers],
+        data=_page_data(logs, bounds),
     )
     path.write_text(page, encoding="utf-8")
 
@@ -99,7 +112,7 @@ def write_trial_replay(log: TrialLog, path: Path, *, model: Path | None) -> None
         turn_period_s=TRIAL_TURN_PERIOD_S,
         max_turns=TRIAL_MAX_TURNS,
     )
-    _add_surroundings(stage, scenario, robot, [log], log.first_plans)
+    bounds = _add_surroundings(stage, scenario, robot, [log], log.first_plans)
     add_plans_in_force(stage, log.plans, pace.turn_period_s)
     row = _add_trial(stage, log, robot, robot_model, pace=pace)
     layers = [
@@ -107,7 +120,7 @@ def write_trial_replay(log: TrialLog, path: Path, *, model: Path | None) -> None
         LegendRow("driven path", row.color, [_driven_path(row.name)]),
         _plan_row(),
         LegendRow("lidar hits", LAYER_COLOR, [_scan_path(row.name)]),
-        *_costmap_rows(stage, log, robot, pace),
+        *_costmap_rows(stage, [log], robot, pace),
         *_intention_rows(stage, log, pace),
     ]
     page = assemble(
@@ -115,6 +128,7 @@ def write_trial_replay(log: TrialLog, path: Path, *, model: Path | None) -> None
         title=f"{scenario.name}: {row.name}",
         subtitle=f"{scenario.description}; trial {log.info['trial']}, seed {log.info['seed']}",
         sections=[[row], layers],
+        data=_page_data([log], bounds),
     )
     path.write_text(page, encoding="utf-8")
 
@@ -136,7 +150,8 @@ def _add_surroundings(
     robot: Robot,
     logs: Sequence[TrialLog],
     plans: Sequence[Plan],
-) -> None:
+) -> Bounds:
+    """Draws what stands still; returns the course."""
     driven = [log.samples[["x_m", "y_m"]].to_numpy() for log in logs]
     ends = np.array([pose[:2] for pose in (scenario.start, *scenario.goals)])
     points = np.vstack([*driven, *(plan.poses[:, :2] for plan in plans), ends])
@@ -144,6 +159,18 @@ def _add_surroundings(
     course = Bounds.around(points, reach_m + COURSE_MARGIN_M)
     add_scene(stage, _world(logs[0]), course=course)
     add_task(stage, scenario, robot.navigation.goal_checker.xy_goal_tolerance)
+    return course
+
+
+def _page_data(logs: Sequence[TrialLog], course: Bounds) -> dict[str, Any]:
+    """Returns what the page's own script must know of the robots, in the order of the legend."""
+    robots = []
+    for log in logs:
+        name = log.info["controller"]
+        paths = {"group": _group(name), "robot": _robot_path(name)}
+        robots.append({"name": name, "color": controller_color(name), **paths, **strip_of(log)})
+    x, y = zip(course.low.tolist(), course.high.tolist(), strict=True)
+    return {"bounds": [*x, *y], "aspect": CAMERA_ASPECT, "robots": robots}
 
 
 def _add_trial(
@@ -176,14 +203,31 @@ def _add_trial(
     detail = f"{log.outcome.replace('_', ' ')}, {log.end_time_s:.1f} s"
     if is_failure and log.info.get("reason"):
         detail += f": {log.info['reason']}"
-    return LegendRow(name, color, [_group(name)], detail, is_failure)
+    return LegendRow(name, color, [_group(name)], detail, is_failure, robot=layer)
 
 
-def _costmap_rows(stage: Stage, log: TrialLog, robot: Robot, pace: Pace) -> list[LegendRow]:
-    """Draws the local costmap; returns its row, or none where the log has no scans."""
-    path = "/local_costmap"
-    is_drawn = add_costmaps(stage, path, log, robot, base_motion(log), pace.turn_period_s)
-    return [LegendRow("local costmap", _css(COSTMAP_COLOR), [path])] if is_drawn else []
+def _costmap_rows(
+    stage: Stage,
+    logs: Sequence[TrialLog],
+    robot: Robot,
+    pace: Pace,
+    *,
+    max_turns: int = MAX_COSTMAP_TURNS,
+) -> list[LegendRow]:
+    """Draws the local costmaps, of which the page shows the chosen robot's; returns their row.
+
+    No row where no log has any.
+    """
+    paths = [_costmap_path(log.info["controller"]) for log in logs]
+    is_drawn = [
+        add_costmaps(
+            stage, path, log, robot, base_motion(log), pace.turn_period_s, max_turns=max_turns
+        )
+        for log, path in zip(logs, paths, strict=True)
+    ]
+    name = "local costmap" if len(logs) == 1 else "local costmap of the chosen one"
+    row = LegendRow(name, _css(COSTMAP_COLOR), paths, is_of_chosen=True)
+    return [row] if any(is_drawn) else []
 
 
 def _intention_rows(stage: Stage, log: TrialLog, pace: Pace) -> list[LegendRow]:
@@ -215,6 +259,11 @@ def _robot_path(controller: str) -> str:
 
 def _driven_path(controller: str) -> str:
     return f"{_group(controller)}/path"
+
+
+def _costmap_path(controller: str) -> str:
+    """Returns a path beside the controller's group, so that it stays on the floor."""
+    return f"/local_costmap/{controller.replace('/', '_')}"
 
 
 def _scan_path(controller: str) -> str:
