@@ -16,6 +16,7 @@ CONTRACTS = {
     "controller",
     "errors",
     "log",
+    "moment",
     "noise",
     "plans",
     "plugins",

@@ -6,7 +6,7 @@
   const legend = find("#navbench-legend"), dock = find("#navbench-dock"), player = find("#navbench-player");
   const strip = find("#navbench-strip");
   const animator = viewer.animator;
-  const state = { chosen: 0, camera: "free", last: null };
+  const state = { chosen: 0, camera: "free" };
   const pathOf = (text) => text.split("/").filter(Boolean);
   if (innerWidth < 700) legend.open = false;
 
@@ -31,7 +31,6 @@
   }
   function choose(index) {
     state.chosen = index;
-    state.last = null;
     legend.querySelectorAll(".choose").forEach((button, place) => button.setAttribute("aria-pressed", String(place === index)));
     const failure = find("#navbench-player .failure");
     failure.hidden = !robots[index].failed;
@@ -63,7 +62,6 @@
     // What somebody has turned and zoomed to is there again when the camera is free again.
     if (state.camera === "free") free = [viewer.camera.position.toArray(), viewer.controls.target.toArray()];
     state.camera = how;
-    state.last = null;
     if (how === "free") aim(...free);
     if (how === "top") {
       const [x0, x1, y0, y1] = data.bounds, slope = Math.tan((viewer.camera.fov / 2) * Math.PI / 180);
@@ -78,16 +76,9 @@
   }
   function follow() {
     if (state.camera !== "follow") return;
-    const place = whereIs(robots[state.chosen]);
-    if (state.last) {
-      const step = place.clone().sub(state.last);
-      viewer.camera.position.add(step);
-      viewer.controls.target.add(step);
-    } else {
-      viewer.camera.position.add(place.clone().sub(viewer.controls.target));
-      viewer.controls.target.copy(place);
-    }
-    state.last = place;
+    const step = whereIs(robots[state.chosen]).sub(viewer.controls.target);
+    viewer.camera.position.add(step);
+    viewer.controls.target.add(step);
   }
   // The scene is aimed for a window 1.5 times as wide as high; in a narrower one it steps back.
   function stepBack() {
@@ -108,6 +99,7 @@
   const across = (time) => LEFT + (strip.clientWidth - LEFT - RIGHT) * time / duration();
   function color(name) { return getComputedStyle(document.documentElement).getPropertyValue(name).trim(); }
   function drawStrip() {
+    if (data.live) return;
     const ratio = devicePixelRatio || 1, width = strip.clientWidth, height = strip.clientHeight;
     if (!width || !height) return;
     strip.width = width * ratio;
@@ -258,7 +250,35 @@
     clock.textContent = `${animator.time.toFixed(1)} / ${(animator.duration || 0).toFixed(1)} s`;
     requestAnimationFrame(everyFrame);
   }
-  fit();
-  choose(0);
-  everyFrame();
+  // A trial that runs: the scene comes from Meshcat's server, and there is no time to go back to.
+  function watchLive() {
+    strip.hidden = true;
+    for (const part of [button, slider, clock, player.querySelector(".speed").parentElement]) part.hidden = true;
+    const socket = new WebSocket(data.live);
+    socket.binaryType = "arraybuffer";
+    socket.onmessage = (message) => { handle_message(message); viewer.set_dirty(); };
+    viewer.connection = socket;
+    const again = async () => {
+      const answer = await fetch("/number").catch(() => null);
+      const number = answer && (await answer.text());
+      if (number && data.number && number !== data.number) location.reload();
+      data.number = number || data.number;
+      setTimeout(again, 500);
+    };
+    again();
+    find("#navbench-player .camera").value = "follow";
+    setTimeout(() => setCamera("follow"), 500);
+    const everyLook = () => { follow(); requestAnimationFrame(everyLook); };
+    everyLook();
+  }
+
+  if (data.live) {
+    watchLive();
+    fit();
+    applyLayers();
+  } else {
+    fit();
+    choose(0);
+    everyFrame();
+  }
 })();

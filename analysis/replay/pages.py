@@ -32,6 +32,7 @@ from drake_navbench.analysis.replay.global_plans import (
     add_plans_in_force,
 )
 from drake_navbench.analysis.replay.page import LegendRow, assemble
+from drake_navbench.analysis.replay.paths import LAYER_COLOR, RobotPaths, css_color, rgba_of
 from drake_navbench.analysis.replay.robot_model import RobotModel, load_model
 from drake_navbench.analysis.replay.scene import (
     CAMERA_ASPECT,
@@ -55,7 +56,6 @@ RACE_TURN_PERIOD_S, RACE_MAX_TURNS = 0.5, 400
 TRIAL_TURN_PERIOD_S, TRIAL_MAX_TURNS = 0.2, 200
 # Of all controllers together; each takes about 5 kB of the page.
 RACE_MAX_COSTMAPS = 160
-LAYER_COLOR = "#8a94a3"
 
 
 def write_race_replay(logs: Sequence[TrialLog], path: Path, *, model: Path | None) -> None:
@@ -82,7 +82,7 @@ def write_race_replay(logs: Sequence[TrialLog], path: Path, *, model: Path | Non
         for layer, log in enumerate(logs)
     ]
     names = [row.name for row in rows]
-    scans = [_scan_path(name) for name in names]
+    scans = [RobotPaths(name).scan for name in names]
     layers = [
         _plan_row(),
         LegendRow("lidar hits", LAYER_COLOR, scans),
@@ -116,10 +116,10 @@ def write_trial_replay(log: TrialLog, path: Path, *, model: Path | None) -> None
     add_plans_in_force(stage, log.plans, pace.turn_period_s)
     row = _add_trial(stage, log, robot, robot_model, pace=pace)
     layers = [
-        LegendRow("robot", row.color, [_robot_path(row.name)]),
-        LegendRow("driven path", row.color, [_driven_path(row.name)]),
+        LegendRow("robot", row.color, [RobotPaths(row.name).robot]),
+        LegendRow("driven path", row.color, [RobotPaths(row.name).driven]),
         _plan_row(),
-        LegendRow("lidar hits", LAYER_COLOR, [_scan_path(row.name)]),
+        LegendRow("lidar hits", LAYER_COLOR, [RobotPaths(row.name).scan]),
         *_costmap_rows(stage, [log], robot, pace),
         *_intention_rows(stage, log, pace),
     ]
@@ -167,7 +167,7 @@ def _page_data(logs: Sequence[TrialLog], course: Bounds) -> dict[str, Any]:
     robots = []
     for log in logs:
         name = log.info["controller"]
-        paths = {"group": _group(name), "robot": _robot_path(name)}
+        paths = {"group": RobotPaths(name).group, "robot": RobotPaths(name).robot}
         robots.append({"name": name, "color": controller_color(name), **paths, **strip_of(log)})
     x, y = zip(course.low.tolist(), course.high.tolist(), strict=True)
     return {"bounds": [*x, *y], "aspect": CAMERA_ASPECT, "robots": robots}
@@ -185,11 +185,11 @@ def _add_trial(
     """Draws robot, path and hits of a trial below one path; returns its row in the legend."""
     name = log.info["controller"]
     color = controller_color(name)
-    rgba = _rgba(color)
+    rgba = rgba_of(color)
     motion = base_motion(log)
     add_robot(
         stage,
-        _robot_path(name),
+        RobotPaths(name).robot,
         model,
         motion,
         outline=robot.outline,
@@ -197,13 +197,13 @@ def _add_trial(
         pose_stride=pace.pose_stride,
         layer=layer,
     )
-    add_driven_path(stage, _driven_path(name), motion, rgba=rgba, layer=layer)
-    add_scans(stage, _scan_path(name), log.scans, rgba=rgba, period_s=pace.turn_period_s)
+    add_driven_path(stage, RobotPaths(name).driven, motion, rgba=rgba, layer=layer)
+    add_scans(stage, RobotPaths(name).scan, log.scans, rgba=rgba, period_s=pace.turn_period_s)
     is_failure = log.outcome is not Outcome.SUCCEEDED
     detail = f"{log.outcome.replace('_', ' ')}, {log.end_time_s:.1f} s"
     if is_failure and log.info.get("reason"):
         detail += f": {log.info['reason']}"
-    return LegendRow(name, color, [_group(name)], detail, is_failure, robot=layer)
+    return LegendRow(name, color, [RobotPaths(name).group], detail, is_failure, robot=layer)
 
 
 def _costmap_rows(
@@ -218,7 +218,7 @@ def _costmap_rows(
 
     No row where no log has any.
     """
-    paths = [_costmap_path(log.info["controller"]) for log in logs]
+    paths = [RobotPaths(log.info["controller"]).costmap for log in logs]
     is_drawn = [
         add_costmaps(
             stage, path, log, robot, base_motion(log), pace.turn_period_s, max_turns=max_turns
@@ -226,7 +226,7 @@ def _costmap_rows(
         for log, path in zip(logs, paths, strict=True)
     ]
     name = "local costmap" if len(logs) == 1 else "local costmap of the chosen one"
-    row = LegendRow(name, _css(COSTMAP_COLOR), paths, is_of_chosen=True)
+    row = LegendRow(name, css_color(COSTMAP_COLOR), paths, is_of_chosen=True)
     return [row] if any(is_drawn) else []
 
 
@@ -238,42 +238,11 @@ def _intention_rows(stage: Stage, log: TrialLog, pace: Pace) -> list[LegendRow]:
         ("carrot", intentions.add_carrot, intentions.CARROT_COLOR),
     ]
     return [
-        LegendRow(name, _css(rgba), [f"/{name}"])
+        LegendRow(name, css_color(rgba), [f"/{name}"])
         for name, add, rgba in kinds
         if add(stage, f"/{name}", log.diagnostics, pace.turn_period_s)
     ]
 
 
 def _plan_row() -> LegendRow:
-    return LegendRow("global plan", _css(PLAN_COLOR), [PLAN_PATH])
-
-
-def _group(controller: str) -> str:
-    """Returns the Meshcat path of a controller; a slash would start another level."""
-    return f"/controllers/{controller.replace('/', '_')}"
-
-
-def _robot_path(controller: str) -> str:
-    return f"{_group(controller)}/robot"
-
-
-def _driven_path(controller: str) -> str:
-    return f"{_group(controller)}/path"
-
-
-def _costmap_path(controller: str) -> str:
-    """Returns a path beside the controller's group, so that it stays on the floor."""
-    return f"/local_costmap/{controller.replace('/', '_')}"
-
-
-def _scan_path(controller: str) -> str:
-    return f"{_group(controller)}/scan"
-
-
-def _rgba(color: str) -> Rgba:
-    return Rgba(*(channel / 255 for channel in bytes.fromhex(color.removeprefix("#"))))
-
-
-def _css(rgba: Rgba) -> str:
-    channels = (rgba.r(), rgba.g(), rgba.b())
-    return "#" + "".join(f"{round(255 * channel):02x}" for channel in channels)
+    return LegendRow("global plan", css_color(PLAN_COLOR), [PLAN_PATH])
