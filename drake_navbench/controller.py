@@ -46,7 +46,9 @@ class ControllerSetup:
     footprint: (K, 2) padded outline in the base frame, m.
     inscribed_radius_m, circumscribed_radius_m: radii of that outline about the base origin, m.
     footprint_is_circle: the robot was given by a radius, so checks may use the centre alone.
-    max_linear_velocity_mps, max_angular_velocity_radps: what the base can do.
+    max_linear_velocity_mps, max_angular_velocity_radps, max_lateral_velocity_mps: what the base can
+        do; the last is 0 for a base that cannot move sideways.
+    min_turning_radius_m: of a car-like base, m; 0 for one that turns in place.
     costmap_resolution_m, costmap_size_m: cell edge and side length of the local costmap, m.
     inflation_radius_m, inflation_cost_scaling_factor: of the local costmap's inflation layer.
     tracks_unknown_space: of the local costmap.
@@ -60,6 +62,8 @@ class ControllerSetup:
     footprint_is_circle: bool = False
     max_linear_velocity_mps: float = 0.5
     max_angular_velocity_radps: float = 2.0
+    max_lateral_velocity_mps: float = 0.0
+    min_turning_radius_m: float = 0.0
     costmap_resolution_m: float = 0.05
     costmap_size_m: float = 6.0
     inflation_radius_m: float = 0.9
@@ -75,6 +79,7 @@ class Observation:
     time_s: start of the cycle, s.
     pose: (3,) estimated x m, y m, yaw rad.
     twist: (2,) measured v m/s, w rad/s, small values set to zero by the controller server.
+    vy_mps: measured velocity to the left, likewise; 0 where the base cannot move sideways.
     plan: (M, 3) x m, y m, yaw rad: the global plan as Nav2's path handler cut it for this cycle
         (passed poses dropped, ends after the prune distance or where it leaves the costmap).
     plan_id: changes when the navigator hands out a new global plan.
@@ -100,12 +105,14 @@ class Observation:
     speed_limit: SpeedLimit | None = None
     noise_key: NoiseKey = NO_NOISE
     cancel_requested: bool = False
+    vy_mps: float = 0.0
 
 
 class Decision(NamedTuple):
     """What a controller returns.
 
-    command: (2,) v m/s, w rad/s.
+    command: (2,) v m/s, w rad/s; for a base that moves sideways it may be (3,) with vy m/s, the
+        velocity to the left, as the third.
     memory: handed to the next `step`; never changed in place.
     diagnostics: numbers, strings and flags are logged every cycle. Arrays only where
         `ControllerSetup.wants_diagnostics`; the replay draws the keys `predicted_trajectory`
@@ -162,6 +169,7 @@ class AskedSpeeds(NamedTuple):
     max_linear_mps: float | None = None
     min_linear_mps: float | None = None
     max_angular_radps: float | None = None
+    max_lateral_mps: float | None = None
 
 
 class ControllerParameters(BaseModel):
@@ -192,8 +200,12 @@ class ControllerParameters(BaseModel):
         return []
 
     def asked_speeds(self) -> AskedSpeeds:
-        """Returns how fast, backward and about itself the base must be able to drive."""
+        """Returns how fast, backward, about itself and sideways the base must be able to drive."""
         return AskedSpeeds()
+
+    def turns_in_place(self) -> bool:
+        """Returns whether it may command a rotation without translation, which no car follows."""
+        return True
 
 
 @runtime_checkable

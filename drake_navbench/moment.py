@@ -14,9 +14,9 @@ from drake_navbench.log import Scan
 class Moment(NamedTuple):
     """One look at a trial.
 
-    state: (5,) x m, y m, yaw rad, v m/s, w rad/s. scan, costmap: the latest, None before there was
-    any. plan: (N, 3) poses of the plan in force, x m, y m, yaw rad; None before there is one.
-    diagnostics: what the controller left in its last cycle.
+    state: (6,) x m, y m, yaw rad, v m/s, w rad/s, vy m/s. scan, costmap: the latest, None before
+    there was any. plan: (N, 3) poses of the plan in force, x m, y m, yaw rad; None before there is
+    one. diagnostics: what the controller left in its last cycle.
     """
 
     time_s: float

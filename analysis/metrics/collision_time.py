@@ -1,7 +1,7 @@
 """Exact time to collision of a turning polygon with resting polygons.
 
-The robot keeps its twist (v, w), so every point of it moves on a circle around one centre, or on
-a straight line. Two polygons first touch where a corner of one meets an edge of the other; both
+The robot keeps its twist (v, w, vy), so every point of it moves on a circle around one centre, or
+on a straight line. Two polygons first touch where a corner of one meets an edge of the other; both
 cases are a circle (or a line) against a segment, which has a closed form. The obstacles' corners
 are taken into the robot's frame, where they move on circles the other way round.
 """
@@ -29,10 +29,10 @@ def times_to_collision(
 ) -> Array:
     """Returns when the footprint first touches an edge if a twist is kept, (T,) s; inf if never.
 
-    poses: (T, 3) x m, y m, yaw rad. twists: (T, 2) v m/s, w rad/s. footprint: (K, 2) corners in the
-    base frame, m. edges: (E, 4) x0, y0, x1, y1 of the obstacles' closed outlines in the world
-    frame, m. horizon_s: later contacts may be missed, which saves looking at edges out of reach.
-    The footprint must not touch an edge to begin with.
+    poses: (T, 3) x m, y m, yaw rad. twists: (T, 3) v m/s, w rad/s, vy m/s. footprint: (K, 2)
+    corners in the base frame, m. edges: (E, 4) x0, y0, x1, y1 of the obstacles' closed outlines in
+    the world frame, m. horizon_s: later contacts may be missed, which saves looking at edges out of
+    reach. The footprint must not touch an edge to begin with.
     """
     result = np.full(len(poses), np.inf)
     moving = np.flatnonzero(np.any(twists != 0.0, axis=1))
@@ -56,7 +56,7 @@ def times_to_collision(
 
 def _reach_m(twists: Array, footprint: Array, horizon_s: float) -> Array:
     """Returns how far from the reference point the footprint can come to lie, (T,) m."""
-    v, w = np.abs(twists).T
+    v, w = np.hypot(twists[:, 0], twists[:, 2]), np.abs(twists[:, 1])
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         diameter_m = np.where(w < STRAIGHT_BELOW_RADPS, np.inf, 2.0 * v / w)
         driven_m = np.where(v == 0.0, 0.0, v * horizon_s)
@@ -82,28 +82,34 @@ def _to_base_frame(edges: Array, poses: Array) -> Array:
 
 
 def _first_meeting(points: Array, edges: Array, twists: Array) -> Array:
-    """Returns when points carried by twists (T, 2) about the base origin meet an edge, (T,) s.
+    """Returns when points carried by twists (T, 3) about the base origin meet an edge, (T,) s.
 
     points: (T or 1, P, 2). edges: (T or 1, E, 4).
     """
     point = points[:, :, None, :]
     start = edges[:, None, :, :2]
     along = edges[:, None, :, 2:] - start
-    v, w = (twists[:, i, None, None] for i in range(2))
+    v, w, vy = (twists[:, i, None, None] for i in range(3))
     # Comparisons with NaN are false: parallel lines and circles out of reach drop out.
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        centre = np.stack([np.zeros_like(v), v / w], axis=-1)
+        centre = np.stack([-vy / w, v / w], axis=-1)
         turning = _circle_meets_edges(point - centre, start - centre, along, rate_radps=w)
-        straight = _line_meets_edges(point, start, along, v)
+        straight = _line_meets_edges(point, start, along, v, vy)
         moments = np.where(np.abs(w) < STRAIGHT_BELOW_RADPS, straight, turning)
     moments = np.where(moments >= 0.0, moments, np.inf)
     return moments.min(axis=(1, 2))
 
 
-def _line_meets_edges(point: Array, start: Array, along: Array, v: Array) -> Array:
-    """Solves point + v t e_x = start + s along for t, with s in [0, 1]; NaN where there is none."""
-    share = (point[..., 1] - start[..., 1]) / along[..., 1]
-    moment = (start[..., 0] + share * along[..., 0] - point[..., 0]) / v
+def _line_meets_edges(point: Array, start: Array, along: Array, v: Array, vy: Array) -> Array:
+    """Solves point + (v, vy) t = start + s along for t, s in [0, 1]; NaN where there is none."""
+    offset = point - start
+    # Forward motion alone, which is most of all, without the rounding of a cross product.
+    ahead = offset[..., 1] / along[..., 1]
+    crossing = v * along[..., 1] - vy * along[..., 0]
+    share = np.where(vy == 0.0, ahead, (v * offset[..., 1] - vy * offset[..., 0]) / crossing)
+    forward = (start[..., 0] + share * along[..., 0] - point[..., 0]) / v
+    sideways = (start[..., 1] + share * along[..., 1] - point[..., 1]) / vy
+    moment = np.where(np.abs(v) >= np.abs(vy), forward, sideways)
     return np.where((share >= 0.0) & (share <= 1.0), moment, np.nan)
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.analysis.metrics.definition import Undefined, metric
-from drake_navbench.analysis.metrics.signals import Array, column, motion, times
+from drake_navbench.analysis.metrics.signals import Array, column, lateral_velocity, motion, times
 from drake_navbench.log import TrialLog
 
 # Shorter peaks are those of the simulator's motor, not felt as a push.
@@ -33,9 +33,13 @@ PADDING_RATIO = 4
 def lateral_acceleration_max_mps2(log: TrialLog) -> float:
     """Largest true lateral acceleration of the reference point.
 
-    Formula: max |v w|.
+    Formula: max |v w|; for a robot that moves sideways max |v w + dvy/dt|, fitted over 0.3 s.
     """
-    return np.abs(column(log, "v_mps") * column(log, "w_radps")).max()
+    if not lateral_velocity(log).any():
+        return np.abs(column(log, "v_mps") * column(log, "w_radps")).max()
+    signal = motion(log)
+    turning = signal.smooth_v_mps * signal.smooth_w_radps
+    return np.abs(turning + signal.lateral_acceleration_mps2).max()
 
 
 @metric(unit="m/s^2", better="lower", title="Acceleration, largest")
@@ -61,7 +65,8 @@ def gulati_kuipers_discomfort_s(log: TrialLog) -> float:
     """Discomfort of a wheelchair's passenger: duration plus squared jerks.
 
     Formula: T + w_T integral j_t^2 dt + w_N integral j_n^2 dt with j_t = d2v/dt2 - v w^2 and
-    j_n = 2 w dv/dt + v dw/dt, both weights 1 s^6/m^2 (our choice: the original scales them).
+    j_n = 2 w dv/dt + v dw/dt, both weights 1 s^6/m^2 (our choice: the original scales them). For a
+    robot that moves sideways they are the jerk along and across its heading.
     Source: Gulati, "A framework for characterization and planning of safe, comfortable, and
     customizable motion of assistive mobile robots", PhD thesis, 2011.
     """
@@ -69,6 +74,9 @@ def gulati_kuipers_discomfort_s(log: TrialLog) -> float:
     v, w = signal.smooth_v_mps, signal.smooth_w_radps
     tangential = signal.jerk_mps3 - v * w**2
     normal = 2.0 * w * signal.acceleration_mps2 + v * signal.angular_acceleration_radps2
+    vy, turning = signal.smooth_vy_mps, signal.angular_acceleration_radps2
+    tangential -= 2.0 * w * signal.lateral_acceleration_mps2 + vy * turning
+    normal += signal.lateral_jerk_mps3 - vy * w**2
     cost = TANGENTIAL_JERK_WEIGHT * tangential**2 + NORMAL_JERK_WEIGHT * normal**2
     duration_s = signal.period_s * (len(v) - 1)
     return duration_s + float(np.trapezoid(cost, dx=signal.period_s))
@@ -78,14 +86,14 @@ def gulati_kuipers_discomfort_s(log: TrialLog) -> float:
 def iso_2631_av_mps2(log: TrialLog) -> float:
     """Frequency-weighted r.m.s. acceleration in the plane of the seat; says nothing of vibration.
 
-    Formula: a_v = sqrt(a_wx^2 + a_wy^2), each the r.m.s. of the acceleration weighted with W_d,
-    k = 1; a_x = dv/dt, a_y = v w at the reference point. The floor is flat, so this is the driving
-    alone; below 0.4 Hz (slow braking, long bends) W_d lets little through.
-    Source: ISO 2631-1:1997, 6 and annex A.
+    Formula: a_v = sqrt(a_wx^2 + a_wy^2), each the r.m.s. of the acceleration weighted with W_d, k =
+    1; a_x = dv/dt - vy w, a_y = dvy/dt + v w at the reference point. The floor is flat, so this is
+    the driving alone; below 0.4 Hz (slow braking, long bends) W_d lets little through. Source: ISO
+    2631-1:1997, 6 and annex A.
     """
     signal = motion(log)
-    forward = np.diff(signal.v_mps) / signal.period_s
-    sideways = (signal.v_mps * signal.w_radps)[1:]
+    forward = np.diff(signal.v_mps) / signal.period_s - (signal.vy_mps * signal.w_radps)[1:]
+    sideways = (signal.v_mps * signal.w_radps)[1:] + np.diff(signal.vy_mps) / signal.period_s
     return math.hypot(
         weighted_rms(forward, signal.period_s), weighted_rms(sideways, signal.period_s)
     )

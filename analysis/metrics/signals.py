@@ -26,9 +26,11 @@ MIN_WINDOW_SAMPLES = 5
 class Motion:
     """True motion on an even grid.
 
-    period_s: of the grid. v_mps, w_radps: (N,) as logged. Fitted over DERIVATIVE_WINDOW_S, (N,)
-    each: smooth_v_mps, acceleration_mps2 and jerk_mps3 of v; smooth_w_radps,
-    angular_acceleration_radps2 and angular_jerk_radps3 of w.
+    period_s: of the grid. v_mps, w_radps, vy_mps: (N,) as logged; vy is 0 where the robot cannot
+    move sideways. Fitted over DERIVATIVE_WINDOW_S, (N,) each: smooth_v_mps, acceleration_mps2 and
+    jerk_mps3 of v; smooth_w_radps, angular_acceleration_radps2 and angular_jerk_radps3 of w;
+    smooth_vy_mps, lateral_acceleration_mps2 and lateral_jerk_mps3 of vy. All are derivatives of
+    numbers; what the turning of the base frame adds to an acceleration is not in them.
     """
 
     period_s: float
@@ -40,6 +42,15 @@ class Motion:
     smooth_w_radps: Array
     angular_acceleration_radps2: Array
     angular_jerk_radps3: Array
+    vy_mps: Array
+    smooth_vy_mps: Array
+    lateral_acceleration_mps2: Array
+    lateral_jerk_mps3: Array
+
+    @property
+    def speed_mps(self) -> Array:
+        """(N,) speed over the floor, forwards or backwards or sideways."""
+        return np.hypot(self.v_mps, self.vy_mps)
 
 
 def times(log: TrialLog) -> Array:
@@ -47,11 +58,33 @@ def times(log: TrialLog) -> Array:
     return column(log, "time_s")
 
 
+def require(log: TrialLog, part: str) -> None:
+    """Raises Undefined where a recording could not tell a part of its log."""
+    if part in log.missing:
+        raise Undefined(log.missing[part])
+
+
 def column(log: TrialLog, name: str) -> Array:
-    """Returns a column of the samples as floats; raises Undefined where there are no samples."""
+    """Returns a column of the samples as floats.
+
+    Raises Undefined where there are no samples, or a recording could not tell it.
+    """
+    require(log, name)
     if len(log.samples) == 0:
         raise Undefined("the log has no samples")
     return log.samples[name].to_numpy(dtype=float)
+
+
+def lateral_velocity(log: TrialLog, name: str = "vy_mps") -> Array:
+    """Returns a column of velocities to the left; zeros where the robot cannot move sideways."""
+    if name not in log.samples.columns:
+        return np.zeros(len(log.samples))
+    return log.samples[name].to_numpy(dtype=float)
+
+
+def speed(log: TrialLog) -> Array:
+    """Returns the true speed over the floor, whatever its direction, (N,) m/s."""
+    return np.hypot(column(log, "v_mps"), lateral_velocity(log))
 
 
 def positions(log: TrialLog) -> Array:
@@ -94,12 +127,15 @@ def motion(log: TrialLog) -> Motion:
     grid = time_s[0] + period_s * np.arange(count)
     v = np.interp(grid, time_s, column(log, "v_mps"))
     w = np.interp(grid, time_s, column(log, "w_radps"))
+    vy = np.interp(grid, time_s, lateral_velocity(log))
     return Motion(
         period_s,
         v,
         w,
         *fitted_derivatives(v, period_s),
         *fitted_derivatives(w, period_s),
+        vy,
+        *fitted_derivatives(vy, period_s),
     )
 
 

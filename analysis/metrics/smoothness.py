@@ -64,18 +64,20 @@ def spectral_arc_length(log: TrialLog) -> float:
     Source: Balasubramanian et al., "On the analysis of movement smoothness", 2015.
     """
     signal = motion(log)
-    return sparc(np.abs(signal.v_mps), signal.period_s)
+    return sparc(signal.speed_mps, signal.period_s)
 
 
 @metric(unit="", better="higher", title="Smoothness (log dimensionless jerk)")
 def log_dimensionless_jerk(log: TrialLog) -> float:
     """LDLJ of the true speed: the larger, the smoother.
 
-    Formula: -ln(D^3/v_peak^2 integral (d2v/dt2)^2 dt) with v fitted over 0.3 s, D the duration.
+    Formula: -ln(D^3/v_peak^2 integral (d2v/dt2)^2 dt) with v fitted over 0.3 s, D the duration; v
+    is the forward velocity, or the speed over the floor of a robot that moves sideways.
     Source: Balasubramanian et al., "On the analysis of movement smoothness", 2015.
     """
     signal = motion(log)
-    jerk = dimensionless_jerk(signal.smooth_v_mps, signal.period_s)
+    v, vy = signal.smooth_v_mps, signal.smooth_vy_mps
+    jerk = dimensionless_jerk(np.hypot(v, vy) if vy.any() else v, signal.period_s)
     if -jerk < NEGLIGIBLE_JERK:
         raise Undefined("the speed is constant")
     return -math.log(-jerk)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from pydrake.geometry import Rgba
 from pydrake.math import RigidTransform, RotationMatrix
 
+from drake_navbench.analysis.metrics.signals import lateral_velocity
 from drake_navbench.analysis.replay.flat_meshes import ribbon, thinned
 from drake_navbench.analysis.replay.robot_model import RobotModel
 from drake_navbench.analysis.replay.rolling import BaseMotion
@@ -71,8 +72,16 @@ class Pace:
 
 def base_motion(log: TrialLog) -> BaseMotion:
     """Returns the true motion in a log."""
-    columns = ("time_s", "x_m", "y_m", "yaw_rad", "v_mps", "w_radps")
-    return BaseMotion(*(log.samples[name].to_numpy() for name in columns))
+    samples = log.samples
+    return BaseMotion(
+        samples["time_s"].to_numpy(),
+        samples["x_m"].to_numpy(),
+        samples["y_m"].to_numpy(),
+        samples["yaw_rad"].to_numpy(),
+        samples["v_mps"].to_numpy(),
+        samples["w_radps"].to_numpy(),
+        lateral_velocity(log),
+    )
 
 
 def add_robot(

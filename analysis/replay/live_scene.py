@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.geometry import Meshcat
@@ -26,14 +29,41 @@ from drake_navbench.analysis.replay.scene import (
     add_task,
 )
 from drake_navbench.analysis.replay.stage import Stage
-from drake_navbench.inputs.robot import Robot
-from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.inputs.world import World
 from drake_navbench.moment import Moment
 
 COSTMAP_PATH, PREDICTION_PATH = "/local_costmap", "/prediction"
 # What is drawn anew as a whole is so less often than the robot moves.
 SLOW_PERIOD_S = 0.25
 MARGIN_M = 2.0
+# All that a scene draws, to be gone before the next one.
+DRAWN = (
+    "/controllers",
+    "/floor",
+    "/goal",
+    "/obstacles",
+    "/start",
+    "/waypoint",
+    COSTMAP_PATH,
+    PLAN_PATH,
+    PREDICTION_PATH,
+)
+
+
+class Course(NamedTuple):
+    """What stands still in a trial, and what its robot looks like.
+
+    start: (3,), goals: (G, 3), x m, y m, yaw rad. goal_tolerance_m: None where the checker has no
+    such radius. outline: (K, 2) m. model: the robot's SDF file, None for a prism.
+    """
+
+    scenario: str
+    world: World
+    start: NDArray[np.float64]
+    goals: NDArray[np.float64]
+    goal_tolerance_m: float | None
+    outline: NDArray[np.float64]
+    model: Path | None
 
 
 class LiveScene:
@@ -43,20 +73,19 @@ class LiveScene:
     and cameras around it; the scene comes to it from Meshcat's server.
     """
 
-    def __init__(
-        self, meshcat: Meshcat, scenario: Scenario, robot: Robot, controller: str, *, subtitle: str
-    ) -> None:
-        meshcat.Delete()
+    def __init__(self, meshcat: Meshcat, course: Course, controller: str, *, subtitle: str) -> None:
+        for path in DRAWN:
+            meshcat.Delete(path)
         self._stage = Stage(meshcat)
         self._paths = RobotPaths(controller)
         self._rgba = rgba_of(controller_color(controller))
-        ends = np.array([pose[:2] for pose in (scenario.start, *scenario.goals)])
-        course = Bounds.around(ends, MARGIN_M)
-        self.page = self._page(scenario.name, controller, subtitle, course)
-        add_scene(self._stage, scenario.true_world, course=course)
-        add_task(self._stage, scenario, robot.navigation.goal_checker.xy_goal_tolerance)
-        model = load_model(robot.model_path, robot.outline)
-        draw_robot(self._stage, self._paths.robot, model, outline=robot.outline, rgba=self._rgba)
+        ends = np.vstack([course.start, course.goals])[:, :2]
+        bounds = Bounds.around(ends, MARGIN_M)
+        self.page = self._page(course.scenario, controller, subtitle, bounds)
+        add_scene(self._stage, course.world, course=bounds)
+        add_task(self._stage, course.start, course.goals, course.goal_tolerance_m)
+        model = load_model(course.model, course.outline)
+        draw_robot(self._stage, self._paths.robot, model, outline=course.outline, rgba=self._rgba)
         for link, pose in model.rest_poses().items():
             self._stage.pose(f"{self._paths.robot}/{link}", pose)
         self._driven: list[NDArray[np.float64]] = []

@@ -12,6 +12,8 @@ from pydantic import TypeAdapter
 from pydrake.geometry import Rgba
 
 from drake_navbench.analysis.colors import controller_color
+from drake_navbench.analysis.metrics.body import outline_of
+from drake_navbench.analysis.metrics.mission import goals
 from drake_navbench.analysis.replay import intentions
 from drake_navbench.analysis.replay.actors import (
     Pace,
@@ -40,11 +42,10 @@ from drake_navbench.analysis.replay.scene import (
     Bounds,
     add_scene,
     add_task,
+    goal_tolerance_m,
 )
 from drake_navbench.analysis.replay.stage import Stage
 from drake_navbench.analysis.replay.strip import strip_of
-from drake_navbench.inputs.robot import Robot
-from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.inputs.world import Obstacle, World
 from drake_navbench.log import Outcome, TrialLog
 from drake_navbench.plans import Plan
@@ -64,9 +65,8 @@ def write_race_replay(logs: Sequence[TrialLog], path: Path, *, model: Path | Non
     logs: of different controllers, with at least one sample each. model: the robot's SDF file, or
     None to draw a prism over its outline. Equal logs give equal bytes.
     """
-    scenario, robot = _scenario_and_robot(logs[0])
     stage = Stage()
-    robot_model = load_model(model, robot.outline)
+    robot_model = load_model(model, outline_of(logs[0]))
     pace = Pace.fitting(
         [log.samples["time_s"].iloc[-1] for log in logs],
         robot_model,
@@ -75,10 +75,10 @@ def write_race_replay(logs: Sequence[TrialLog], path: Path, *, model: Path | Non
     )
     # Of one that planned all its legs, where there is one.
     course = max(logs, key=lambda log: len(log.first_plans)).first_plans
-    bounds = _add_surroundings(stage, scenario, robot, logs, course)
+    bounds = _add_surroundings(stage, logs, course)
     add_course(stage, course)
     rows = [
-        _add_trial(stage, log, robot, robot_model, pace=pace, layer=layer)
+        _add_trial(stage, log, robot_model, pace=pace, layer=layer)
         for layer, log in enumerate(logs)
     ]
     names = [row.name for row in rows]
@@ -86,12 +86,12 @@ def write_race_replay(logs: Sequence[TrialLog], path: Path, *, model: Path | Non
     layers = [
         _plan_row(),
         LegendRow("lidar hits", LAYER_COLOR, scans),
-        *_costmap_rows(stage, logs, robot, pace, max_turns=RACE_MAX_COSTMAPS // len(logs)),
+        *_costmap_rows(stage, logs, pace, max_turns=RACE_MAX_COSTMAPS // len(logs)),
     ]
     page = assemble(
         stage.html(),
-        title=scenario.name,
-        subtitle=scenario.description,
+        title=logs[0].info["scenario"]["name"],
+        subtitle=logs[0].info["scenario"]["description"],
         sections=[rows, layers],
         data=_page_data(logs, bounds),
     )
@@ -103,40 +103,34 @@ def write_trial_replay(log: TrialLog, path: Path, *, model: Path | None) -> None
 
     The log needs at least one sample. model: as for `write_race_replay`.
     """
-    scenario, robot = _scenario_and_robot(log)
+    scenario = log.info["scenario"]
     stage = Stage()
-    robot_model = load_model(model, robot.outline)
+    robot_model = load_model(model, outline_of(log))
     pace = Pace.fitting(
         [log.samples["time_s"].iloc[-1]],
         robot_model,
         turn_period_s=TRIAL_TURN_PERIOD_S,
         max_turns=TRIAL_MAX_TURNS,
     )
-    bounds = _add_surroundings(stage, scenario, robot, [log], log.first_plans)
+    bounds = _add_surroundings(stage, [log], log.first_plans)
     add_plans_in_force(stage, log.plans, pace.turn_period_s)
-    row = _add_trial(stage, log, robot, robot_model, pace=pace)
+    row = _add_trial(stage, log, robot_model, pace=pace)
     layers = [
         LegendRow("robot", row.color, [RobotPaths(row.name).robot]),
         LegendRow("driven path", row.color, [RobotPaths(row.name).driven]),
         _plan_row(),
         LegendRow("lidar hits", LAYER_COLOR, [RobotPaths(row.name).scan]),
-        *_costmap_rows(stage, [log], robot, pace),
+        *_costmap_rows(stage, [log], pace),
         *_intention_rows(stage, log, pace),
     ]
     page = assemble(
         stage.html(),
-        title=f"{scenario.name}: {row.name}",
-        subtitle=f"{scenario.description}; trial {log.info['trial']}, seed {log.info['seed']}",
+        title=f"{scenario['name']}: {row.name}",
+        subtitle=f"{scenario['description']}; trial {log.info['trial']}, seed {log.info['seed']}",
         sections=[[row], layers],
         data=_page_data([log], bounds),
     )
     path.write_text(page, encoding="utf-8")
-
-
-def _scenario_and_robot(log: TrialLog) -> tuple[Scenario, Robot]:
-    # A map is not at hand any more; what stood there is.
-    scenario = dict(log.info["scenario"]) | {"world": {"obstacles": log.obstacles}}
-    return Scenario.model_validate(scenario), Robot.model_validate(log.info["robot"])
 
 
 def _world(log: TrialLog) -> World:
@@ -146,19 +140,19 @@ def _world(log: TrialLog) -> World:
 
 def _add_surroundings(
     stage: Stage,
-    scenario: Scenario,
-    robot: Robot,
     logs: Sequence[TrialLog],
     plans: Sequence[Plan],
 ) -> Bounds:
     """Draws what stands still; returns the course."""
+    start = np.array(logs[0].info["scenario"]["start"], dtype=float)
     driven = [log.samples[["x_m", "y_m"]].to_numpy() for log in logs]
-    ends = np.array([pose[:2] for pose in (scenario.start, *scenario.goals)])
+    ends = np.vstack([start, goals(logs[0])])[:, :2]
     points = np.vstack([*driven, *(plan.poses[:, :2] for plan in plans), ends])
-    reach_m = np.hypot(*robot.outline.T).max()
+    reach_m = np.hypot(*outline_of(logs[0]).T).max()
     course = Bounds.around(points, reach_m + COURSE_MARGIN_M)
     add_scene(stage, _world(logs[0]), course=course)
-    add_task(stage, scenario, robot.navigation.goal_checker.xy_goal_tolerance)
+    checker = logs[0].info["robot"]["navigation"]["goal_checker"]
+    add_task(stage, start, goals(logs[0]), goal_tolerance_m(checker))
     return course
 
 
@@ -176,7 +170,6 @@ def _page_data(logs: Sequence[TrialLog], course: Bounds) -> dict[str, Any]:
 def _add_trial(
     stage: Stage,
     log: TrialLog,
-    robot: Robot,
     model: RobotModel,
     *,
     pace: Pace,
@@ -192,7 +185,7 @@ def _add_trial(
         RobotPaths(name).robot,
         model,
         motion,
-        outline=robot.outline,
+        outline=outline_of(log),
         rgba=rgba,
         pose_stride=pace.pose_stride,
         layer=layer,
@@ -209,7 +202,6 @@ def _add_trial(
 def _costmap_rows(
     stage: Stage,
     logs: Sequence[TrialLog],
-    robot: Robot,
     pace: Pace,
     *,
     max_turns: int = MAX_COSTMAP_TURNS,
@@ -220,9 +212,7 @@ def _costmap_rows(
     """
     paths = [RobotPaths(log.info["controller"]).costmap for log in logs]
     is_drawn = [
-        add_costmaps(
-            stage, path, log, robot, base_motion(log), pace.turn_period_s, max_turns=max_turns
-        )
+        add_costmaps(stage, path, log, pace.turn_period_s, max_turns=max_turns)
         for log, path in zip(logs, paths, strict=True)
     ]
     name = "local costmap" if len(logs) == 1 else "local costmap of the chosen one"

@@ -1,7 +1,7 @@
 """How wheels and casters turn under a base that moves in the plane.
 
-Velocities are in the base frame; the base moves with v forward and turns with w, so the point
-(x, y) of the base moves with (v - w y, w x).
+Velocities are in the base frame; the base moves with v forward and vy to the left and turns with w,
+so the point (x, y) of the base moves with (v - w y, vy + w x).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 
 class BaseMotion(NamedTuple):
-    """A log's true motion: time s, x m, y m, yaw rad (not wrapped), v m/s, w rad/s; each (T,)."""
+    """A log's true motion, (T,) each: time s, x m, y m, yaw rad (not wrapped), v, w and vy."""
 
     time_s: Array
     x_m: Array
@@ -23,10 +23,12 @@ class BaseMotion(NamedTuple):
     yaw_rad: Array
     v_mps: Array
     w_radps: Array
+    vy_mps: Array
 
     def point_velocity(self, point: Array) -> Array:
         """Returns (T, 2) m/s, the velocity of a point (2,) m of the base."""
-        return np.column_stack([self.v_mps - self.w_radps * point[1], self.w_radps * point[0]])
+        ahead = self.v_mps - self.w_radps * point[1]
+        return np.column_stack([ahead, self.vy_mps + self.w_radps * point[0]])
 
 
 def rolled_angle(time_s: Array, speed_mps: Array, radius_m: float) -> Array:

@@ -1,4 +1,4 @@
-"""The DWB controller plugin: the dynamic window approach with critics, for a differential base."""
+"""The DWB controller plugin: the dynamic window approach with critics."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class DynamicWindowApproach:
     critics score the trajectories in order and commands the one with the least weighted total
     (Fox, Burgard, Thrun: The dynamic window approach to collision avoidance, 1997).
 
-    Raises InputError where the parameters ask for lateral velocity, which the base cannot follow,
+    Raises InputError where the parameters ask for lateral velocity and the base cannot follow it,
     or name a critic that is not registered.
     """
 
@@ -42,10 +42,12 @@ class DynamicWindowApproach:
     def __init__(self, parameters: DynamicWindowApproachParameters, setup: ControllerSetup) -> None:
         for name in ("min_vel_y", "max_vel_y"):
             value = getattr(parameters, name)
-            if value != 0.0:
+            if value != 0.0 and setup.max_lateral_velocity_mps == 0.0:
                 raise InputError(
-                    f"{name}: got {value}, expected 0: the differential base cannot move sideways"
+                    f"{name}: got {value}, expected 0: the robot's base cannot move sideways"
                 )
+        is_lateral = parameters.min_vel_y != 0.0 or parameters.max_vel_y != 0.0
+        self._axes = [0, 2, 1] if is_lateral else [0, 2]
         self._wants_diagnostics = setup.wants_diagnostics
         self._planner = LocalPlanner(parameters, setup)
 
@@ -82,15 +84,14 @@ class DynamicWindowApproach:
         }
         if self._wants_diagnostics:
             diagnostics.update(self._window_diagnostics(evaluation))
-        v, _, w = evaluation.command
-        return Decision(np.array([v, w]), evaluation.memory, diagnostics)
+        return Decision(evaluation.command[self._axes], evaluation.memory, diagnostics)
 
     def _window_diagnostics(self, evaluation: Evaluation) -> dict[str, Any]:
         """Returns the whole window for replay and report; K trajectories, C critics.
 
         sampled_trajectories: (K, N, 3), shorter ones padded with their last pose.
         sampled_costs: (K,) totals, NaN where illegal. sampled_is_legal: (K,) flags.
-        sampled_twists: (K, 2) v m/s, w rad/s. critic_scales: (C,).
+        sampled_twists: (K, 2) v m/s, w rad/s, or (K, 3) with vy m/s. critic_scales: (C,).
         critic_scores: (K, C) raw scores, NaN where Nav2 would not have asked the critic.
         sampled_rejected_by: (K,) position of the critic that found a rule broken, -1 for none.
         predicted_trajectory: the chosen one.
@@ -105,7 +106,7 @@ class DynamicWindowApproach:
             "sampled_trajectories": poses,
             "sampled_costs": np.where(evaluation.is_legal, evaluation.totals, np.nan),
             "sampled_is_legal": evaluation.is_legal,
-            "sampled_twists": window.twists[:, [0, 2]],
+            "sampled_twists": window.twists[:, self._axes],
             "critic_names": ",".join(self._planner.critic_names),
             "critic_scales": evaluation.scales,
             "critic_scores": np.where(is_sound, evaluation.raw_scores.T, np.nan),
@@ -116,12 +117,12 @@ class DynamicWindowApproach:
 
 
 def _situation(observation: Observation) -> Situation:
-    """Returns what the critics may know of an observation; the base has no lateral velocity."""
+    """Returns what the critics may know of an observation."""
     v, w = observation.twist.tolist()
     return Situation(
         time_s=observation.time_s,
         pose=tuple(observation.pose.tolist()),
-        twist=(v, 0.0, w),
+        twist=(v, observation.vy_mps, w),
         plan=read_only(observation.plan),
         goal=tuple(observation.goal.tolist()),
         costmap=observation.costmap,

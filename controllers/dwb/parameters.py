@@ -139,7 +139,8 @@ class DynamicWindowApproachParameters(ParametersWithCritics):
 
     def asked_speeds(self) -> AskedSpeeds:
         """Returns the limits of its samples."""
-        return AskedSpeeds(self.max_vel_x, self.min_vel_x, self.max_vel_theta)
+        lateral = max(abs(self.min_vel_y), abs(self.max_vel_y))
+        return AskedSpeeds(self.max_vel_x, self.min_vel_x, self.max_vel_theta, lateral)
 
     @property
     def uses_standard_generator(self) -> bool:

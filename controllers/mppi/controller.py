@@ -17,7 +17,7 @@ from drake_navbench.controller import (
 from drake_navbench.controllers.mppi.critics.batch import Scene
 from drake_navbench.controllers.mppi.lanes import frozen
 from drake_navbench.controllers.mppi.memory import MppiMemory
-from drake_navbench.controllers.mppi.motion_models import VX, WZ, MotionLimits
+from drake_navbench.controllers.mppi.motion_models import VX, VY, WZ, MotionLimits
 from drake_navbench.controllers.mppi.noise import Noise
 from drake_navbench.controllers.mppi.parameters import MppiParameters
 from drake_navbench.controllers.mppi.polish import PolishStatus
@@ -35,24 +35,27 @@ class ModelPredictivePathIntegral:
     """Nav2's MPPI controller (branch lyrical), with an optional polish of its own.
 
     Raises InputError for a parameter that does not fit the setup: `model_dt` below the control
-    period, a footprint check for a robot given by a radius, an unknown critic, or a motion model
-    that drives sideways.
+    period, a footprint check for a robot given by a radius, an unknown critic, or the motion model
+    Omni for a base that cannot move sideways.
     """
 
     Parameters: ClassVar[type[MppiParameters]] = MppiParameters
     nav2_plugin: ClassVar[str | None] = "nav2_mppi_controller::MPPIController"
 
     def __init__(self, parameters: MppiParameters, setup: ControllerSetup) -> None:
-        if parameters.motion_model == "Omni":
+        is_omni = parameters.motion_model == "Omni"
+        if is_omni and setup.max_lateral_velocity_mps == 0.0:
             raise InputError(
-                "motion_model: got 'Omni', expected DiffDrive or Ackermann: commands are v and w"
+                "motion_model: got 'Omni', expected DiffDrive or Ackermann: the robot's base "
+                "cannot move sideways"
             )
+        self._axes = [VX, WZ, VY] if is_omni else [VX, WZ]
         self._parameters = parameters
         self._wants_diagnostics = setup.wants_diagnostics
         self._sampler = Sampler(parameters, setup, keeps_samples=setup.wants_diagnostics)
         self._refiner = Refiner(parameters, self._sampler) if parameters.polish.enabled else None
         # The noise of the last draw and its key: a cache, since the key decides the numbers.
-        self._noise = Noise.empty(parameters.batch_size, parameters.time_steps, holonomic=False)
+        self._noise = Noise.empty(parameters.batch_size, parameters.time_steps, holonomic=is_omni)
         self._noise_key: tuple[int, ...] | None = None
 
     def initial_memory(self) -> MppiMemory:
@@ -78,7 +81,7 @@ class ModelPredictivePathIntegral:
         try:
             result = self._sampler.run(
                 scene,
-                (v, 0.0, w),
+                (v, observation.vy_mps, w),
                 memory.sampler,
                 draw=lambda resets, index: self._draw(observation.noise_key, resets, index),
                 limits=limits,
@@ -105,7 +108,7 @@ class ModelPredictivePathIntegral:
         if self._wants_diagnostics:
             diagnostics["predicted_trajectory"] = trajectory.astype(np.float64)
         start_speed = frozen(result.speed[[VX, WZ]].astype(np.float64))
-        return Decision(command[[VX, WZ]], MppiMemory(state, start_speed, fallbacks), diagnostics)
+        return Decision(command[self._axes], MppiMemory(state, start_speed, fallbacks), diagnostics)
 
     def _draw(self, key: NoiseKey, reset_count: int, pass_index: int) -> Noise:
         """Returns the noise of one pass: new in every pass, or the same between two resets."""

@@ -181,12 +181,7 @@ def constrain_axis(controls, speed, v_min, v_max, rise, fall, first_step_ratio):
 
 @njit(cache=True)
 def limit_curvature(controls, min_turning_r):
-    """Clamps wz of a sequence (3, N) in place so that no turn is tighter than `min_turning_r` m.
-
-    A radius of 0 limits nothing.
-    """
-    if min_turning_r == ZERO:
-        return
+    """Clamps wz of a sequence (3, N) in place so that no turn is tighter than `min_turning_r` m."""
     for t in range(controls.shape[1]):
         bound = np.abs(controls[0, t]) / min_turning_r
         controls[2, t] = clamp32(controls[2, t], -bound, bound)

@@ -51,7 +51,7 @@ class Block(BaseModel):
 class AckermannParameters(Block):
     """What the Ackermann motion model adds."""
 
-    min_turning_r: Length = Field(0.2, ge=0, description="Least turning radius; 0: no limit [m].")
+    min_turning_r: Length = Field(0.2, gt=0, description="Least turning radius [m].")
 
 
 class ValidatorParameters(Block):
@@ -218,7 +218,12 @@ class MppiParameters(ParametersWithCritics):
 
     def asked_speeds(self) -> AskedSpeeds:
         """Returns the limits of its samples."""
-        return AskedSpeeds(self.vx_max, self.vx_min, self.wz_max)
+        lateral = self.vy_max if self.motion_model == "Omni" else 0.0
+        return AskedSpeeds(self.vx_max, self.vx_min, self.wz_max, lateral)
+
+    def turns_in_place(self) -> bool:
+        """Returns whether it may command a rotation without translation."""
+        return self.motion_model != "Ackermann"
 
     @classmethod
     def registered_name(cls, name: str, block: Any = None) -> str:

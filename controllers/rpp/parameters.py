@@ -140,6 +140,10 @@ class RegulatedPurePursuitParameters(ControllerParameters):
         backward = -self.max_linear_vel if self.allow_reversing else None
         return AskedSpeeds(self.max_linear_vel, backward)
 
+    def turns_in_place(self) -> bool:
+        """Returns whether it may command a rotation without translation."""
+        return self.use_rotate_to_heading
+
     @classmethod
     def keys_not_read(cls, values: Mapping[str, Any]) -> list[str]:
         """Returns the newer name of the cruise speed where the older one is given, too."""

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 from rich.console import Console
 
-from drake_navbench.analysis.replay.live_scene import LiveScene
+from drake_navbench.analysis.replay.live_scene import Course, LiveScene
+from drake_navbench.analysis.replay.scene import goal_tolerance_m
 from drake_navbench.analysis.replay.stage import make_meshcat
 from drake_navbench.campaign.campaign import Campaign
 from drake_navbench.campaign.live_server import LiveServer
 from drake_navbench.log import Outcome
+from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import simulate
 
 REAL_TIME = 1.0
@@ -28,8 +31,7 @@ def show_live(campaign: Campaign, console: Console, *, realtime_rate: float = RE
         for spec in campaign.specs:
             scene = LiveScene(
                 meshcat,
-                spec.scenario,
-                spec.preset.robot(spec.robot),
+                _course(spec),
                 spec.preset.name,
                 subtitle=f"{spec.scenario.description}; trial {spec.trial}, seed {spec.seed}",
             )
@@ -43,3 +45,16 @@ def show_live(campaign: Campaign, console: Console, *, realtime_rate: float = RE
         if console.is_terminal:
             console.input("Enter closes the page. ")
     return any_error
+
+
+def _course(spec: TrialSpec) -> Course:
+    scenario, robot = spec.scenario, spec.preset.robot(spec.robot)
+    return Course(
+        scenario.name,
+        scenario.true_world,
+        np.array(scenario.start, dtype=float),
+        np.array(scenario.goals, dtype=float),
+        goal_tolerance_m(robot.navigation.goal_checker.model_dump()),
+        robot.outline,
+        robot.model_path,
+    )

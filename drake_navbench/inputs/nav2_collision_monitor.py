@@ -27,6 +27,8 @@ SHAPES: dict[str, type[FrozenModel]] = {
     "velocity_polygon": VelocityPolygon,
 }
 APART = {"type", "points", "velocity_polygons"}
+# Which Nav2 reads for a holonomic velocity polygon only.
+DIRECTIONS = ("direction_start_angle", "direction_end_angle")
 OTHER_SENSORS = ("pointcloud", "range", "polygon", "costmap")
 
 
@@ -84,10 +86,9 @@ def _shape(reader: NodeReader, name: str) -> Fields | None:
         reader.note(Status.OTHER_FORM, f"{place}max_points", "min_points less one, as in humble")
     if kind == "velocity_polygon":
         values["velocity_polygons"] = {
-            sub: _sub_polygon(reader, f"{place}{sub}.")
+            sub: _sub_polygon(reader, f"{place}{sub}.", holonomic=values.get("holonomic") is True)
             for sub in reader.names(f"{place}velocity_polygons", [])
         }
-        _note_holonomic(reader, place)
     elif kind == "polygon":
         values["points"] = _points(reader, f"{place}points")
         if values["points"] is None and values.get("action_type") != "approach":
@@ -97,16 +98,9 @@ def _shape(reader: NodeReader, name: str) -> Fields | None:
     return {"type": kind, **reader.checked(model, {"type": kind, **values}, place)}
 
 
-def _note_holonomic(reader: NodeReader, place: str) -> None:
-    if reader.flag(f"{place}holonomic", False):
-        remark = "the base is differential: sideways motion has no sub-polygon"
-        reader.note(Status.OTHER_FORM, f"{place}holonomic", remark)
-    elif reader.given(f"{place}holonomic"):
-        reader.note(Status.USED, f"{place}holonomic")
-
-
-def _sub_polygon(reader: NodeReader, place: str) -> Fields:
-    limits = [field for field in SubPolygon.model_fields if field != "points"]
+def _sub_polygon(reader: NodeReader, place: str, *, holonomic: bool) -> Fields:
+    apart = {"points"} if holonomic else {"points", *DIRECTIONS}
+    limits = [field for field in SubPolygon.model_fields if field not in apart]
     values = {f: reader.value(place + f) for f in limits if reader.given(place + f)}
     values["points"] = _points(reader, f"{place}points")
     return reader.checked(SubPolygon, values, place)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
-from dataclasses import replace
-from typing import Any
+from collections.abc import Collection
 
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.nav2_check import CheckRow, Status
@@ -34,12 +32,6 @@ OF_EARLIER_RELEASES = frozenset(
         "use_interpolation",
     }
 )
-# What only a base that moves sideways can do: how it is told, and what stands in for it.
-SIDEWAYS: dict[str, tuple[Callable[[Any], bool], Any]] = {
-    "motion_model": (lambda model: "Omni" in str(model), "DiffDrive"),
-    "min_vel_y": (lambda speed: _moves(speed), 0.0),
-    "max_vel_y": (lambda speed: _moves(speed), 0.0),
-}
 ROTATION_SHIM = "nav2_rotation_shim_controller::RotationShimController"
 
 
@@ -69,23 +61,6 @@ def read_columns(server: Node) -> tuple[list[Preset], list[CheckRow]]:
     return presets, rows
 
 
-def _without_sideways_motion(server: Node, plugin: str, rows: list[CheckRow]) -> Node:
-    """Returns a server whose controller asks for what a differential base can do."""
-    parameters = dict(server.parameters)
-    for name, (is_sideways, stand_in) in SIDEWAYS.items():
-        full = f"{plugin}.{name}"
-        given = server.get(full)
-        if given is not None and is_sideways(given):
-            parameters[full] = parameters[full]._replace(value=stand_in)
-            remark = f"{given}: the base is differential; {stand_in} stands in"
-            rows.append(_row(Status.STAND_IN, server, full, remark))
-    return replace(server, parameters=parameters)
-
-
-def _moves(speed: Any) -> bool:
-    return isinstance(speed, int | float) and speed != 0
-
-
 def _require_values(server: Node) -> None:
     for name, parameter in server.parameters.items():
         missing = missing_value(parameter.value)
@@ -97,7 +72,6 @@ def _require_values(server: Node) -> None:
 
 def _column(server: Node, plugin: str, rows: list[CheckRow]) -> Preset:
     plugin_type = plugin_type_of(server, plugin)
-    server = _without_sideways_motion(server, plugin, rows)
     if plugin_type != ROTATION_SHIM:
         return plugin_preset(server, plugin, plugin_type)
     primary = server.get(f"{plugin}.primary_controller")

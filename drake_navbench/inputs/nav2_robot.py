@@ -17,6 +17,11 @@ import yaml
 
 from drake_navbench.controller import AskedSpeeds
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.drive import (
+    AckermannDrive,
+    OmnidirectionalDrive,
+    as_omnidirectional,
+)
 from drake_navbench.inputs.nav2_check import Check, CheckRow, Status
 from drake_navbench.inputs.nav2_collision_monitor import read_collision_monitor
 from drake_navbench.inputs.nav2_columns import read_columns
@@ -134,7 +139,7 @@ class _Files:
                 data.pop(field, None)
         data |= body
         data["navigation"] = {**data.get("navigation", {}), **dict.fromkeys(OPTIONAL), **navigation}
-        data["drive"] = {**data.get("drive", {}), **self._drive(presets, navigation)}
+        data["drive"] = self._drive(data.get("drive", {}), presets, navigation)
         robot = validate(Robot, data, ", ".join(map(str, paths)))
         self._note_other_sections()
         robot = robot.model_copy(update={"directory": self._base.directory})
@@ -215,25 +220,40 @@ class _Files:
         reader.checked(Robot, {"robot_radius": outline.radius_m, "description": "outline"})
         return {"robot_radius": outline.radius_m}
 
-    def _drive(self, presets: Iterable[Preset], navigation: dict[str, Any]) -> dict[str, Any]:
-        """Returns the speeds that the base must have for the controllers and the behaviours."""
+    def _drive(
+        self, data: dict[str, Any], presets: Iterable[Preset], navigation: dict[str, Any]
+    ) -> dict[str, Any]:
+        """Returns the base with what the controllers and the behaviours ask of it.
+
+        data: of the base robot's. It becomes omnidirectional where a controller moves sideways.
+        """
         base = self._base.drive
         asked = [preset.parameters.asked_speeds() for preset in presets] or [AskedSpeeds()]
         spin = navigation.get("behavior_server", {}).get("max_rotational_vel")
         forward = [s.max_linear_mps or base.max_linear_velocity_mps for s in asked]
         backward = [s.min_linear_mps or 0.0 for s in asked]
         turning = [s.max_angular_radps or base.max_angular_velocity_radps for s in asked]
+        sideways = max(s.max_lateral_mps or 0.0 for s in asked)
         speeds = {
             "max_linear_velocity_mps": max(forward),
             "min_linear_velocity_mps": min(base.min_linear_velocity_mps, *backward),
             "max_angular_velocity_radps": max([*turning, spin or 0.0]),
         }
+        if sideways > 0.0:
+            if not isinstance(base, OmnidirectionalDrive):
+                data = as_omnidirectional(base)
+                remark = f"omnidirectional, as the controllers ask; {self._base_name} is not"
+                self._note(Status.OTHER_FORM, "robot", "drive.type", remark)
+            speeds["max_lateral_velocity_mps"] = sideways
+        elif isinstance(base, AckermannDrive):
+            del speeds["max_angular_velocity_radps"]
         for field, value in speeds.items():
-            own = getattr(base, field)
+            own = getattr(base, field, None)
             if value != own:
-                remark = f"{value:g}, as the controllers ask; {self._base_name} has {own:g}"
+                has = "none" if own is None else f"{own:g}"
+                remark = f"{value:g}, as the controllers ask; {self._base_name} has {has}"
                 self._note(Status.OTHER_FORM, "robot", f"drive.{field}", remark)
-        return speeds
+        return {**data, **speeds}
 
     def _note(self, status: Status, node: str, parameter: str, remark: str) -> None:
         self._rows[node, parameter] = CheckRow(status, node, parameter, remark)

@@ -1,12 +1,15 @@
-"""Whether a robot can stand at the start of a scenario, and its goals can be goals."""
+"""Whether a robot can stand at the start of a scenario, its goals can be goals, and it can turn."""
 
 from __future__ import annotations
+
+import warnings
 
 import numpy as np
 import shapely
 
 from drake_navbench.costmaps.map_file import UNKNOWN
-from drake_navbench.errors import InputError
+from drake_navbench.errors import InputError, InputWarning
+from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.kernels.poses import place_outline
@@ -33,6 +36,18 @@ def check_task(scenario: Scenario, robot: Robot) -> None:
                 f"scenario {scenario.name}: {name}: {list(goal[:2])} lies {where}; "
                 "expected free space"
             )
+
+
+def warn_of_rotation(preset: Preset, robot: Robot) -> None:
+    """Warns where a column's controller may turn in place and the robot's base cannot."""
+    radius_m = robot.drive.turning_radius_m
+    if radius_m > 0.0 and preset.parameters.turns_in_place():
+        warnings.warn(
+            f"controller {preset.name}: may command rotations in place, at which a base that turns "
+            f"on {radius_m:g} m stands still",
+            InputWarning,
+            stacklevel=2,
+        )
 
 
 def _why_no_goal(scenario: Scenario, robot: Robot, position: np.ndarray) -> str:

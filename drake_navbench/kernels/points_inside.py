@@ -45,8 +45,9 @@ def _is_inside(x, y, vertices, radius):
 
 
 @njit(cache=True)
-def time_to_collision(points, vertices, radius, min_points, v, w, time_limit, time_step):
-    """Returns when a shape that moves with v m/s, w rad/s will hold `min_points` points, s.
+def time_to_collision(points, vertices, radius, min_points, velocity, time_limit, time_step):
+    """Returns when a shape that moves with (v m/s, w rad/s, vy m/s) will hold `min_points` points,
+    s.
 
     points, vertices, radius: as in `count_inside`, in the base frame now. 0 where it holds them
     already, NO_COLLISION where it never does up to `time_limit`. As in Nav2 the time is one step
@@ -55,7 +56,7 @@ def time_to_collision(points, vertices, radius, min_points, v, w, time_limit, ti
     if count_inside(points, vertices, radius) >= min_points:
         return 0.0
     x, y, yaw = 0.0, 0.0, 0.0
-    velocity_x, velocity_y = v, 0.0
+    velocity_x, w, velocity_y = velocity
     turn = w * time_step
     cos_turn, sin_turn = math.cos(turn), math.sin(turn)
     moved = np.empty_like(points)

@@ -6,7 +6,8 @@ advancement: as long as the outline is some distance away, and no point of it is
 bound, nothing can happen for the distance divided by the bound.
 Source: B. Mirtich, "Impulse-based Dynamic Simulation of Rigid Body Systems", 1996.
 
-States are x m, y m, yaw rad, v m/s, w rad/s: forward velocity and yaw rate. A footprint is (K, 2)
+States are x m, y m, yaw rad, v m/s, w rad/s, vy m/s: velocity forward, yaw rate and velocity to
+the left. A footprint is (K, 2)
 corners in the base frame, m; what stands is (N, 4) edges x0, y0, x1, y1 m of outlines, each
 counter-clockwise, and (M, 3) circles x, y, radius m.
 """
@@ -74,7 +75,7 @@ def pose_within_step(start, end, duration, share):
 def share_until_contact(footprint, start, end, duration, edges, circles, touching):
     """Returns the share, 0 to 1, of a step after which the outline first touches something.
 
-    start, end: (5,) states at both ends of a step of `duration` s. touching: a gap of this many m
+    start, end: (6,) states at both ends of a step of `duration` s. touching: a gap of this many m
     or less is contact. inf where there is none in this step.
     """
     speed = _outline_speed_bound(footprint, start, end, duration)
@@ -125,4 +126,6 @@ def _outline_speed_bound(footprint, start, end, duration):
 @njit(cache=True)
 def _pose_rates(state):
     """Returns the time derivatives of x, y and yaw."""
-    return state[3] * math.cos(state[2]), state[3] * math.sin(state[2]), state[4]
+    cos_yaw, sin_yaw = math.cos(state[2]), math.sin(state[2])
+    v, w, vy = state[3], state[4], state[5]
+    return v * cos_yaw - vy * sin_yaw, v * sin_yaw + vy * cos_yaw, w

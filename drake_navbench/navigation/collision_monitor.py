@@ -1,7 +1,7 @@
 """Nav2's collision monitor: slows or stops a command by the points a scan sees in shapes around.
 
-Pure functions of an immutable state. Points are (N, 2) m in the base frame, commands (2,) v m/s,
-w rad/s. Source: nav2_collision_monitor, branch lyrical.
+Pure functions of an immutable state. Points are (N, 2) m in the base frame, commands (3,) v m/s,
+w rad/s, vy m/s. Source: nav2_collision_monitor, branch lyrical.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from pydantic import Field, model_validator
 
 from drake_navbench.kernels.points_inside import NO_COLLISION, count_inside, time_to_collision
 from drake_navbench.typed_files.quantities import (
+    Angle,
     AngularSpeed,
     Count,
     Duration,
@@ -28,6 +29,8 @@ from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 Array = NDArray[np.float64]
 Point = tuple[Length, Length]
+# v m/s, w rad/s, vy m/s.
+Command = tuple[float, float, float]
 Corners = Annotated[tuple[Point, ...], Field(min_length=4)]
 
 INVALID_SOURCE = "invalid source"
@@ -76,20 +79,43 @@ class SubPolygon(FrozenModel):
     """The polygon for a range of commands."""
 
     points: Corners = Field(description="Corners in the base frame [m].")
-    linear_min: Speed = Field(description="Least v [m/s].")
-    linear_max: Speed = Field(description="Largest v [m/s].")
+    linear_min: Speed = Field(description="Least v, or speed where holonomic [m/s].")
+    linear_max: Speed = Field(description="Largest v, or speed where holonomic [m/s].")
     theta_min: AngularSpeed = Field(description="Least w [rad/s].")
     theta_max: AngularSpeed = Field(description="Largest w [rad/s].")
 
-    def covers(self, v: float, w: float) -> bool:
-        """Tells whether a command is in range, bounds included."""
-        return self.theta_min <= w <= self.theta_max and self.linear_min <= v <= self.linear_max
+    direction_start_angle: Angle = Field(
+        -math.pi, description="Where holonomic, first direction of motion, counter-clockwise [rad]."
+    )
+    direction_end_angle: Angle = Field(
+        math.pi, description="Where holonomic, last direction of motion [rad]."
+    )
+
+    def covers(self, command: Command, *, holonomic: bool) -> bool:
+        """Tells whether a command is in range, bounds included; at rest its direction is 0."""
+        v, w, vy = command
+        if not self.theta_min <= w <= self.theta_max:
+            return False
+        if not holonomic:
+            return self.linear_min <= v <= self.linear_max
+        speed = math.hypot(v, vy)
+        direction = math.atan2(vy, v) if speed > 0.0 else 0.0
+        start, end = self.direction_start_angle, self.direction_end_angle
+        is_after_start, is_before_end = direction >= start, direction <= end
+        # A range may go across the direction straight back.
+        is_within = is_after_start and is_before_end
+        if start > end:
+            is_within = is_after_start or is_before_end
+        return self.linear_min <= speed <= self.linear_max and is_within
 
 
 class VelocityPolygon(_Shape):
     """A polygon that depends on the command; one that no sub-polygon covers keeps the last one."""
 
     type: Literal["velocity_polygon"]
+    holonomic: bool = Field(
+        False, description="Sub-polygons by speed and direction of motion, not by v."
+    )
     velocity_polygons: dict[str, SubPolygon] = Field(
         min_length=1, description="Sub-polygons; the first that covers the command counts."
     )
@@ -139,8 +165,9 @@ class MonitorState(NamedTuple):
 class CollisionMonitor:
     """Looks at the shapes in order; the slowest candidate wins, and a stop ends the search.
 
-    A candidate replaces the command only where v^2 + w^2 becomes strictly smaller. An approach ends
-    one step of the look-ahead early, so a collision within the first step stops the robot.
+    A candidate replaces the command only where v^2 + vy^2 + w^2 becomes strictly smaller. An
+    approach ends one step of the look-ahead early, so a collision within the first step stops the
+    robot.
 
     footprint: (K, 2) padded, m.
     """
@@ -157,7 +184,7 @@ class CollisionMonitor:
     def step(
         self, state: MonitorState, command: Array, points: Array | None
     ) -> tuple[MonitorState, Array]:
-        """Returns the state for the next command, and the command (2,) that is let through.
+        """Returns the state for the next command, and the command (3,) that is let through.
 
         points: None where the scan is missing or too old, which stops the robot unless
         source_timeout is 0.
@@ -165,10 +192,11 @@ class CollisionMonitor:
         if points is None:
             if self._parameters.source_timeout > 0.0:
                 stopped = MonitorState(state.shapes, "stop", INVALID_SOURCE)
-                return stopped, np.zeros(2)
+                return stopped, np.zeros(3)
             points = np.empty((0, 2))
-        v, w = float(command[0]), float(command[1])
-        chosen, action, polygon = (v, w), "none", ""
+        v, w, vy = command.tolist()
+        asked: Command = (v, w, vy)
+        chosen, action, polygon = asked, "none", ""
         shapes = dict(state.shapes)
         for name, shape in self._parameters.polygons.items():
             if not (shape.enabled and self._parameters.enabled):
@@ -176,20 +204,20 @@ class CollisionMonitor:
             if action == "stop":
                 break
             before = shapes.get(name, ShapeState())
-            shapes[name], ratio = self._look_at(name, before, v, w, points)
+            shapes[name], ratio = self._look_at(name, before, asked, points)
             if ratio is None:
                 continue
-            candidate = ratio * v, ratio * w
+            candidate = ratio * v, ratio * w, ratio * vy
             if shape.action_type == "stop" or _speed(candidate) < _speed(chosen):
                 chosen, action, polygon = candidate, shape.action_type, name
         return MonitorState(shapes, action, polygon), np.array(chosen)
 
     def _look_at(
-        self, name: str, state: ShapeState, v: float, w: float, points: Array
+        self, name: str, state: ShapeState, command: Command, points: Array
     ) -> tuple[ShapeState, float | None]:
         """Returns the shape's state, and the share of the command it leaves, None for all."""
         shape = self._parameters.polygons[name]
-        state, vertices, radius = self._geometry(name, state, v, w)
+        state, vertices, radius = self._geometry(name, state, command)
         if shape.action_type == "none" or (not len(vertices) and radius == 0.0):
             return state, None
         if shape.action_type == "approach":
@@ -198,8 +226,7 @@ class CollisionMonitor:
                 vertices,
                 radius,
                 shape.min_points,
-                v,
-                w,
+                command,
                 shape.time_before_collision,
                 shape.simulation_time_step,
             )
@@ -212,10 +239,10 @@ class CollisionMonitor:
             return state, 0.0
         if shape.action_type == "slowdown":
             return state, shape.slowdown_ratio
-        return state, _limit_ratio(shape, v, w)
+        return state, _limit_ratio(shape, command)
 
     def _geometry(
-        self, name: str, state: ShapeState, v: float, w: float
+        self, name: str, state: ShapeState, command: Command
     ) -> tuple[ShapeState, Array, float]:
         """Returns the state, and the shape as vertices or, without any, as a radius m."""
         shape = self._parameters.polygons[name]
@@ -224,7 +251,7 @@ class CollisionMonitor:
         if isinstance(shape, MonitorPolygon):
             return state, self._vertices.get((name, WHOLE), self._footprint), 0.0
         for part, polygon in shape.velocity_polygons.items():
-            if polygon.covers(v, w):
+            if polygon.covers(command, holonomic=shape.holonomic):
                 state = state._replace(sub_polygon=part)
                 break
         return state, self._vertices.get((name, state.sub_polygon), NO_VERTICES), 0.0
@@ -250,19 +277,22 @@ def _counted(shape: MonitorShape, state: ShapeState, is_hit: bool) -> ShapeState
     return state._replace(hits=0, misses=misses, is_triggered=is_triggered)
 
 
-def _limit_ratio(shape: MonitorShape, v: float, w: float) -> float:
+def _limit_ratio(shape: MonitorShape, command: Command) -> float:
     """Returns the share of a command that keeps both limits and the curvature."""
     ratio = 1.0
-    if v != 0.0:
-        ratio = min(ratio, shape.linear_limit / abs(v))
+    v, w, vy = command
+    speed = math.hypot(v, vy)
+    if speed != 0.0:
+        ratio = min(ratio, shape.linear_limit / speed)
     if w != 0.0:
         ratio = min(ratio, shape.angular_limit / abs(w))
     return ratio
 
 
-def _speed(command: tuple[float, float]) -> float:
+def _speed(command: Command) -> float:
     """Returns by what Nav2 orders commands: the squared sum of unlike units."""
-    return command[0] ** 2 + command[1] ** 2
+    v, w, vy = command
+    return v**2 + vy**2 + w**2
 
 
 def points_in_base(hits: Array, base_pose: Array) -> Array:

@@ -1,15 +1,13 @@
 """When a goal counts as reached: Nav2's goal checkers, as pure functions of an immutable state.
 
-All poses are (3,) x m, y m, yaw rad, in one frame; twists are (2,) v m/s, w rad/s. Lengths, angles
-and speeds are compared inclusively unless a class says otherwise. Source: nav2_controller, branch
-lyrical.
+All poses are (3,) x m, y m, yaw rad, in one frame; twists are (3,) v m/s, w rad/s, vy m/s. Lengths,
+angles and speeds are compared inclusively unless a class says otherwise. Source: nav2_controller,
+branch lyrical.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from types import MappingProxyType
 from typing import Any, Literal, NamedTuple, Protocol
 
 import numpy as np
@@ -18,6 +16,8 @@ from pydantic import Field
 
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.path_pruning import arc_length
+from drake_navbench.plugin_parameters import PluginParameters
+from drake_navbench.plugins import PluginKind
 from drake_navbench.typed_files.quantities import Angle, AngularSpeed, Count, Length, Speed
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
@@ -417,7 +417,8 @@ def _is_heading_reached(
 def _is_standing(
     twist: Array, *, trans_stopped_velocity: float, rot_stopped_velocity: float
 ) -> bool:
-    return abs(twist[1]) <= rot_stopped_velocity and abs(twist[0]) <= trans_stopped_velocity
+    v, w, vy = twist
+    return abs(w) <= rot_stopped_velocity and math.hypot(v, vy) <= trans_stopped_velocity
 
 
 def _end_direction(local_plan: Array, goal: Array) -> float | None:
@@ -429,8 +430,13 @@ def _end_direction(local_plan: Array, goal: Array) -> float | None:
     return None
 
 
-GOAL_CHECKERS: Mapping[str, Callable[[Any], GoalChecker]] = MappingProxyType(
-    {
+GOAL_CHECKERS = PluginKind(
+    noun="goal checker",
+    group="drake_navbench.goal_checkers",
+    members=("Parameters", "xy_tolerance_m", "yaw_tolerance_rad", "initial_state", "check"),
+    guide="docs/plugins.md",
+    parameters=PluginParameters,
+    built_in={
         checker.nav2_plugin: checker
         for checker in (
             SimpleGoalChecker,
@@ -439,6 +445,6 @@ GOAL_CHECKERS: Mapping[str, Callable[[Any], GoalChecker]] = MappingProxyType(
             AxisGoalChecker,
             AdaptiveToleranceGoalChecker,
         )
-    }
+    },
 )
 """The goal checkers by Nav2's plugin type."""

@@ -17,8 +17,8 @@ from drake_navbench.typed_files.typed_yaml import FrozenModel
 Array = NDArray[np.float64]
 PerAxis = tuple[Number, Number, Number]
 
-# Which entries of Nav2's (x, y, yaw) a differential base has.
-DRIVEN_AXES = [0, 2]
+# Of Nav2's (x, y, yaw), in the order v, w, vy of commands.
+COMMAND_AXES = [0, 2, 1]
 
 
 class VelocitySmootherParameters(FrozenModel):
@@ -26,7 +26,7 @@ class VelocitySmootherParameters(FrozenModel):
 
     smoothing_frequency: Frequency = Field(20.0, gt=0.0, description="Rate of the output [Hz].")
     scale_velocities: bool = Field(
-        False, description="Scale both axes alike, so that the curvature stays."
+        False, description="Scale all axes alike, so that the curvature stays."
     )
     feedback: Literal["OPEN_LOOP", "CLOSED_LOOP"] = Field(
         "OPEN_LOOP", description="Start each step from the last output, or from the odometry."
@@ -54,9 +54,12 @@ class VelocitySmootherParameters(FrozenModel):
 
 
 class SmootherState(NamedTuple):
-    """last_output: v m/s, w rad/s before the deadband. is_stopped: after a command grew too old."""
+    """last_output: v m/s, w rad/s, vy m/s before the deadband.
 
-    last_output: tuple[float, float] = (0.0, 0.0)
+    is_stopped: after a command grew too old.
+    """
+
+    last_output: tuple[float, float, float] = (0.0, 0.0, 0.0)
     is_stopped: bool = False
 
 
@@ -70,7 +73,7 @@ class VelocitySmoother:
     def __init__(self, parameters: VelocitySmootherParameters) -> None:
         self._parameters = parameters
         self._least, self._largest, accel, decel, self._deadband = (
-            np.array(getattr(parameters, name))[DRIVEN_AXES]
+            np.array(getattr(parameters, name))[COMMAND_AXES]
             for name in (
                 "min_velocity",
                 "max_velocity",
@@ -85,15 +88,15 @@ class VelocitySmoother:
     def step(
         self, state: SmootherState, command: Array, *, measured: Array, command_age_s: float = 0.0
     ) -> tuple[SmootherState, Array | None]:
-        """Returns the state for the next step and the output (2,), None where nothing is sent.
+        """Returns the state for the next step and the output (3,), None where nothing is sent.
 
-        command, measured: (2,) v m/s, w rad/s. A command that has grown too old is taken as 0,
-        until the output has come to rest.
+        command, measured: (3,) v m/s, w rad/s, vy m/s. A command that has grown too old is taken as
+        0, until the output has come to rest.
         """
         if command_age_s > self._parameters.velocity_timeout:
             if state.is_stopped or not any(state.last_output):
                 return state._replace(is_stopped=True), None
-            command = np.zeros(2)
+            command = np.zeros(3)
         is_open_loop = self._parameters.feedback == "OPEN_LOOP"
         current = np.array(state.last_output) if is_open_loop else np.asarray(measured)
         wanted = np.clip(command, self._least, self._largest)
@@ -104,7 +107,8 @@ class VelocitySmoother:
         output = current + np.clip(eta * change, -limit, limit)
         published = np.where(np.abs(output) < self._deadband, 0.0, output)
         # The deadband must not feed back, or the output would stay at 0 (navigation2 issue 3690).
-        return SmootherState((float(output[0]), float(output[1]))), published
+        v, w, vy = output.tolist()
+        return SmootherState((v, w, vy)), published
 
     @staticmethod
     def _scale(change: Array, limit: Array) -> float:

@@ -10,10 +10,20 @@ from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 
-from drake_navbench.navigation.behaviors import BEHAVIORS, BehaviorServerParameters, Surroundings
+from drake_navbench.navigation.behaviors import (
+    BehaviorServerParameters,
+    Step,
+    Surroundings,
+    make_behaviors,
+)
 from drake_navbench.navigation.task import BehaviorGoal, TaskState, TaskStatus
 from drake_navbench.systems.lifetime import weakly_bound
-from drake_navbench.systems.ports import declare_object_input, declare_state_part_output
+from drake_navbench.systems.ports import (
+    COMMAND_SIZE,
+    STATE_SIZE,
+    declare_object_input,
+    declare_state_part_output,
+)
 from drake_navbench.typed_files.immutable import Immutable
 
 
@@ -21,7 +31,7 @@ from drake_navbench.typed_files.immutable import Immutable
 class _Activity(Immutable):
     """The task at hand.
 
-    behavior_state: of the behaviour. command: (2,) v m/s, w rad/s, None where the behaviour
+    behavior_state: of the behaviour. command: (3,) v m/s, w rad/s, vy m/s, None where the behaviour
     publishes nothing.
     """
 
@@ -33,9 +43,10 @@ class _Activity(Immutable):
 class BehaviorServer(LeafSystem):
     """Nav2's behaviour server, as one unrestricted update a cycle.
 
-    Inputs `estimate` [x m, y m, yaw rad, v m/s, w rad/s], `costmap` (Costmap or None), `goal`
-    (BehaviorGoal or None) and `controller_command` [v m/s, w rad/s]. Outputs `command`, the running
-    behaviour's where it moves the robot and else the controller's, and `status` (TaskStatus).
+    Inputs `estimate` [x m, y m, yaw rad, v m/s, w rad/s, vy m/s], `costmap` (Costmap or None),
+    `goal` (BehaviorGoal or None) and `controller_command` [v m/s, w rad/s, vy m/s]. Outputs
+    `command`, the running behaviour's where it moves the robot and else the controller's, and
+    `status` (TaskStatus).
 
     Cycles run at cycle_frequency from `offset_s` on; a new task starts with the next of them, where
     Nav2 starts a loop of its own at once: it is late by less than a cycle. Both servers of Nav2
@@ -53,16 +64,16 @@ class BehaviorServer(LeafSystem):
     ) -> None:
         super().__init__()
         self._footprint = np.ascontiguousarray(footprint)
-        self._behaviors = {name: kind(parameters) for name, kind in BEHAVIORS.items()}
+        self._behaviors = make_behaviors(parameters)
         self._activity = self.DeclareAbstractState(AbstractValue.Make(_Activity()))
-        self._estimate_port = self.DeclareVectorInputPort("estimate", 5)
+        self._estimate_port = self.DeclareVectorInputPort("estimate", STATE_SIZE)
         self._costmap_port = declare_object_input(self, "costmap")
         self._goal_port = declare_object_input(self, "goal")
-        self._command_port = self.DeclareVectorInputPort("controller_command", 2)
+        self._command_port = self.DeclareVectorInputPort("controller_command", COMMAND_SIZE)
         state_ticket = self.abstract_state_ticket(self._activity)
         self.DeclareVectorOutputPort(
             "command",
-            2,
+            COMMAND_SIZE,
             weakly_bound(self._calc_command),
             prerequisites_of_calc={
                 state_ticket,
@@ -113,12 +124,26 @@ class BehaviorServer(LeafSystem):
                 code = behavior.invalid_input_code
                 return _ended(goal, TaskState.ABORTED, now_s, code=code, reason=str(error))
         step = behavior.step(behavior_state, pose, now_s, surroundings)
+        _require_step(goal.behavior, step)
         if step.is_final:
             ended = TaskState.SUCCEEDED if step.is_done else TaskState.ABORTED
             return _ended(goal, ended, now_s, code=step.error_code, reason=step.reason)
         running = TaskStatus(TaskState.RUNNING, task_id=goal.task_id)
-        command = None if step.command is None else np.array(step.command)
+        command = None if step.command is None else np.array([*step.command, 0.0])
         return _Activity(running, step.state, command)
+
+
+def _require_step(behavior: str, step: Any) -> None:
+    """Raises ValueError where a behaviour, which may be a plugin's, made something else."""
+    if not isinstance(step, Step):
+        raise ValueError(f"behavior {behavior}: got {step!r}, expected a Step")
+    if step.command is not None and (
+        np.shape(step.command) != (2,) or not np.all(np.isfinite(step.command))
+    ):
+        raise ValueError(
+            f"behavior {behavior}: got the command {step.command!r}, expected two finite "
+            "numbers, v m/s and w rad/s"
+        )
 
 
 def _ended(

@@ -14,6 +14,7 @@ from drake_navbench.costmaps.costmap_settings import BinaryFilterSettings
 from drake_navbench.costmaps.filter_masks import FilterMask
 from drake_navbench.kernels.rasterize import MASK_UNKNOWN
 from drake_navbench.systems.lifetime import weakly_bound
+from drake_navbench.systems.ports import STATE_SIZE
 from drake_navbench.typed_files.immutable import Immutable
 
 
@@ -48,7 +49,7 @@ class BinaryFilter(LeafSystem):
         self._mask = mask
         self._settings = settings
         self._state = self.DeclareAbstractState(AbstractValue.Make(BinaryFilterState()))
-        self._estimate_port = self.DeclareVectorInputPort("estimate", 5)
+        self._estimate_port = self.DeclareVectorInputPort("estimate", STATE_SIZE)
         self.DeclareStateOutputPort("filter_state", self._state)
         self.DeclarePeriodicUnrestrictedUpdateEvent(
             period_s, offset_s, weakly_bound(self._on_update)

@@ -12,7 +12,7 @@ from drake_navbench.inputs.world import World
 from drake_navbench.kernels.grid import nearest_distance
 from drake_navbench.kernels.swept_contact import clearance_at
 from drake_navbench.systems.lifetime import weakly_bound
-from drake_navbench.systems.ports import declare_object_input
+from drake_navbench.systems.ports import STATE_SIZE, declare_object_input
 
 # What is farther away is not looked at; the clearance then reads +inf.
 MAX_DISTANCE_M = 5.0
@@ -42,7 +42,7 @@ class Clearance(LeafSystem):
         super().__init__()
         self._footprint = np.ascontiguousarray(footprint)
         self._edges, self._circles = world.segments, world.circles
-        self._state_port = self.DeclareVectorInputPort("state", 5)
+        self._state_port = self.DeclareVectorInputPort("state", STATE_SIZE)
         self._costmap_port = declare_object_input(self, "costmap")
         self._distances = self.DeclareDiscreteState([math.inf] * DISTANCE_COUNT)
         self.DeclareStateOutputPort("distances", self._distances)

@@ -17,14 +17,15 @@ from drake_navbench.navigation.collision_monitor import (
     points_in_base,
 )
 from drake_navbench.systems.lifetime import weakly_bound
-from drake_navbench.systems.ports import declare_object_input
+from drake_navbench.systems.ports import COMMAND_SIZE, STATE_SIZE, declare_object_input
 
 
 class CollisionMonitorSystem(LeafSystem):
     """Nav2's collision monitor, as one update a command period, the first at `offset_s`.
 
-    Inputs `command` [v m/s, w rad/s], `scan` (Scan or None) and `state` [x m, y m, yaw rad, ...],
-    the odometry. Outputs `safe_command` [v m/s, w rad/s] and `monitor_state` (MonitorState).
+    Inputs `command` [v m/s, w rad/s, vy m/s], `scan` (Scan or None) and `state` [x m, y m, yaw rad,
+    ...], the odometry. Outputs `safe_command` [v m/s, w rad/s, vy m/s] and `monitor_state`
+    (MonitorState).
 
     period_s: of the commands, each of which is looked at once. footprint: (K, 2) padded, m.
     """
@@ -42,11 +43,11 @@ class CollisionMonitorSystem(LeafSystem):
         self._parameters = parameters
         self._lidar = lidar
         self._monitor = CollisionMonitor(parameters, footprint)
-        self._command_port = self.DeclareVectorInputPort("command", 2)
+        self._command_port = self.DeclareVectorInputPort("command", COMMAND_SIZE)
         self._scan_port = declare_object_input(self, "scan")
-        self._state_port = self.DeclareVectorInputPort("state", 5)
+        self._state_port = self.DeclareVectorInputPort("state", STATE_SIZE)
         self._monitor_state = self.DeclareAbstractState(AbstractValue.Make(MonitorState()))
-        self._output = self.DeclareDiscreteState(2)
+        self._output = self.DeclareDiscreteState(COMMAND_SIZE)
         self.DeclareStateOutputPort("safe_command", self._output)
         self.DeclareStateOutputPort("monitor_state", self._monitor_state)
         self.DeclarePeriodicUnrestrictedUpdateEvent(

@@ -32,12 +32,14 @@ from drake_navbench.kernels.read_only import read_only
 from drake_navbench.log import as_json
 from drake_navbench.navigation.goal_checkers import GoalChecker
 from drake_navbench.navigation.path_handler import PathHandler
-from drake_navbench.navigation.progress_checkers import SimpleProgressChecker
+from drake_navbench.navigation.progress_checkers import ProgressChecker
 from drake_navbench.navigation.task import ClearRequest, GlobalPlan, TaskState, TaskStatus
 from drake_navbench.noise import NoiseKey, NoiseStream
 from drake_navbench.systems.diagnostics import is_array, without_arrays
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import (
+    COMMAND_SIZE,
+    STATE_SIZE,
     declare_object_input,
     declare_state_part_output,
     value_or_none,
@@ -47,7 +49,7 @@ PATIENCE_EXCEEDED = 104
 FAILED_TO_MAKE_PROGRESS = 105
 CONTROLLER_TIMED_OUT = 107
 NANOSECOND_DIGITS = 9
-STANDSTILL = read_only(np.zeros(2))
+STANDSTILL = read_only(np.zeros(COMMAND_SIZE))
 # Of the arrays that a log can hold: flags, whole numbers, numbers, text.
 LOGGABLE_KINDS = "biufU"
 # Of what is a velocity: complex numbers, flags and text are none, though numpy would convert them.
@@ -75,11 +77,10 @@ class _Stopwatch(NamedTuple):
 class ServerState(NamedTuple):
     """Everything of the server that evolves.
 
-    command: (2,) last command published, v m/s, w rad/s. cycle_count: cycles computed so far.
-    compute_time_ms, compute_cpu_time_ms: wall-clock time of the last call of the controller, and
-    the time for which its thread had a processor.
-    diagnostics: what the controller left in that cycle.
-    waiting_since_s: when the wait for a current costmap began, None where there is none.
+    command: (3,) last command published, v m/s, w rad/s, vy m/s. cycle_count: cycles computed so
+    far. compute_time_ms, compute_cpu_time_ms: wall-clock time of the last call of the controller,
+    and the time for which its thread had a processor. diagnostics: what the controller left in that
+    cycle. waiting_since_s: when the wait for a current costmap began, None where there is none.
     """
 
     status: TaskStatus = TaskStatus()
@@ -104,11 +105,11 @@ class ServerState(NamedTuple):
 class ControllerServer(LeafSystem):
     """Nav2's controller server around one controller, as one unrestricted update a control period.
 
-    Inputs `estimate` [x m, y m, yaw rad, v m/s, w rad/s], `costmap` (Costmap or None), `plan`
-    (GlobalPlan or None), `speed_limit` (SpeedLimit or None; not connected: no limit) and
-    `clear_request` (ClearRequest or None; not connected: none). Outputs `command` [v m/s, w rad/s],
-    `server_state` (ServerState) and `status` (TaskStatus). Abstract parameter `seed_parameter`
-    holds the trial's seed.
+    Inputs `estimate` [x m, y m, yaw rad, v m/s, w rad/s, vy m/s], `costmap` (Costmap or None),
+    `plan` (GlobalPlan or None), `speed_limit` (SpeedLimit or None; not connected: no limit) and
+    `clear_request` (ClearRequest or None; not connected: none). Outputs `command` [v m/s, w rad/s,
+    vy m/s], `server_state` (ServerState) and `status` (TaskStatus). Abstract parameter
+    `seed_parameter` holds the trial's seed.
 
     Order of a cycle as in nav2_controller's computeControl: cancel, new path, wait for a current
     costmap, cut of the path, goal test, progress test, command. A costmap is not current from the
@@ -116,6 +117,8 @@ class ControllerServer(LeafSystem):
 
     A controller that raises anything but a ControllerError from its `step`, or returns what is no
     command or what no log can hold, ends its task in the state ERROR.
+
+    moves_sideways: whether the base follows vy; for another one a command may not have any.
     """
 
     def __init__(
@@ -125,8 +128,9 @@ class ControllerServer(LeafSystem):
         *,
         path_handler: PathHandler,
         goal_checker: GoalChecker,
-        progress_checker: SimpleProgressChecker,
+        progress_checker: ProgressChecker,
         offset_s: float,
+        moves_sideways: bool = False,
     ) -> None:
         super().__init__()
         self._controller = controller
@@ -136,8 +140,9 @@ class ControllerServer(LeafSystem):
         self._progress_checker = progress_checker
         self._period_s = 1.0 / settings.controller_frequency
         self._offset_s = offset_s
+        self._moves_sideways = moves_sideways
         self.seed_parameter = self.DeclareAbstractParameter(AbstractValue.Make(0))
-        self._estimate_port = self.DeclareVectorInputPort("estimate", 5)
+        self._estimate_port = self.DeclareVectorInputPort("estimate", STATE_SIZE)
         self._costmap_port = declare_object_input(self, "costmap")
         self._plan_port = declare_object_input(self, "plan")
         self._speed_limit_port = declare_object_input(self, "speed_limit")
@@ -145,7 +150,7 @@ class ControllerServer(LeafSystem):
         self._state = self.DeclareAbstractState(AbstractValue.Make(ServerState()))
         tickets = {self.abstract_state_ticket(self._state)}
         self.DeclareVectorOutputPort(
-            "command", 2, weakly_bound(self._calc_command), prerequisites_of_calc=tickets
+            "command", COMMAND_SIZE, weakly_bound(self._calc_command), prerequisites_of_calc=tickets
         )
         self.DeclareStateOutputPort("server_state", self._state)
         declare_state_part_output(self, "status", self._state, lambda server: server.status)
@@ -229,14 +234,14 @@ class ControllerServer(LeafSystem):
         speed_limit: SpeedLimit | None,
         noise_key: NoiseKey,
     ) -> ServerState:
-        pose, twist = estimate[:3], self._without_creep(estimate[3:])
+        pose, velocity = estimate[:3], self._without_creep(estimate[3:])
         try:
             local_plan, path = self._path_handler.cut(server.path, pose, costmap)
         except ControllerError as error:
             return self._end(server, TaskState.ABORTED, error.code, str(error))
         goal = plan.poses[-1]
         goal_result = self._goal_checker.check(
-            server.goal_check, pose=pose, goal=goal, twist=twist, local_plan=local_plan
+            server.goal_check, pose=pose, goal=goal, twist=velocity, local_plan=local_plan
         )
         if goal_result.reached:
             return self._end(server, TaskState.SUCCEEDED, 0, "goal reached")
@@ -248,7 +253,8 @@ class ControllerServer(LeafSystem):
         observation = Observation(
             time_s=now_s,
             pose=pose,
-            twist=twist,
+            twist=velocity[:2],
+            vy_mps=float(velocity[2]),
             plan=local_plan,
             plan_id=plan.plan_id,
             costmap=costmap,
@@ -285,13 +291,14 @@ class ControllerServer(LeafSystem):
             waiting_since_s=None,
         )
 
-    def _without_creep(self, twist: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _without_creep(self, velocity: NDArray[np.float64]) -> NDArray[np.float64]:
         settings = self._settings
-        v, w = twist
+        v, w, vy = velocity
         return np.array(
             [
                 v if abs(v) > settings.min_x_velocity_threshold else 0.0,
                 w if abs(w) > settings.min_theta_velocity_threshold else 0.0,
+                vy if abs(vy) > settings.min_y_velocity_threshold else 0.0,
             ]
         )
 
@@ -306,7 +313,7 @@ class ControllerServer(LeafSystem):
                     return self._wait(server, error, observation.time_s, watch)
                 return self._end(server, TaskState.ABORTED, error.code, str(error), error.details)
             wall_ms, cpu_ms = watch.elapsed_ms()
-            command = _checked_command(decision)
+            command = _checked_command(decision, moves_sideways=self._moves_sideways)
             _require_loggable("diagnostics", decision.diagnostics)
         return server._replace(
             memory=decision.memory,
@@ -390,15 +397,22 @@ def _plugin_code() -> Iterator[None]:
         raise _PluginBroke(error) from error
 
 
-def _checked_command(decision: Decision) -> NDArray[np.float64]:
-    """Returns (2,) the command; raises ValueError where it is none."""
+def _checked_command(decision: Decision, *, moves_sideways: bool) -> NDArray[np.float64]:
+    """Returns (3,) the command; raises ValueError where it is none that the base can follow."""
     given = np.asarray(decision.command)
-    is_real = given.dtype.kind in REAL_KINDS and given.shape == (2,)
-    command = given.astype(float) if is_real else STANDSTILL
+    is_real = given.dtype.kind in REAL_KINDS and given.shape in ((2,), (3,))
+    command = np.zeros(COMMAND_SIZE)
+    if is_real:
+        command[: given.size] = given
     if not is_real or not all(map(math.isfinite, command.tolist())):
         raise ValueError(
             f"the controller returned the command {decision.command!r}; "
-            "expected two finite numbers, v m/s and w rad/s"
+            "expected two finite numbers, v m/s and w rad/s, or a third one, vy m/s"
+        )
+    if command[2] != 0.0 and not moves_sideways:
+        raise ValueError(
+            f"the controller commanded vy = {command[2]:g} m/s; expected 0, or an omnidirectional "
+            "base, which this robot has not"
         )
     return command
 

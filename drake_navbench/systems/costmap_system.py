@@ -11,6 +11,7 @@ from drake_navbench.costmaps.layered_costmap import LayeredCostmap, LayersState
 from drake_navbench.navigation.task import ClearRequest
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import (
+    STATE_SIZE,
     declare_object_input,
     declare_state_part_output,
     value_or_none,
@@ -50,7 +51,7 @@ class CostmapSystem(LeafSystem):
         self._layers = layers
         first = _CostmapState(before_first_scan)
         self._layers_state = self.DeclareAbstractState(AbstractValue.Make(first))
-        self._odometry_port = self.DeclareVectorInputPort("state", 5)
+        self._odometry_port = self.DeclareVectorInputPort("state", STATE_SIZE)
         self._scan_port = declare_object_input(self, "scan")
         self._clear_port = declare_object_input(self, "clear_request")
         declare_state_part_output(

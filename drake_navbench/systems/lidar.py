@@ -17,6 +17,7 @@ from drake_navbench.kernels.read_only import read_only
 from drake_navbench.log import Scan
 from drake_navbench.noise import NoiseKey, NoiseStream
 from drake_navbench.systems.lifetime import weakly_bound
+from drake_navbench.systems.ports import STATE_SIZE
 
 # The nominal first scan has no pose yet; consumers see None until then.
 NO_SCAN = None
@@ -44,7 +45,7 @@ class Lidar(LeafSystem):
         )
         self.seed_parameter = self.DeclareAbstractParameter(AbstractValue.Make(0))
         self._scan = self.DeclareAbstractState(AbstractValue.Make(NO_SCAN))
-        self._state_port = self.DeclareVectorInputPort("state", 5)
+        self._state_port = self.DeclareVectorInputPort("state", STATE_SIZE)
         self.DeclareStateOutputPort("scan", self._scan)
         self.DeclarePeriodicUnrestrictedUpdateEvent(
             settings.period_s, 0.0, weakly_bound(self._on_scan)

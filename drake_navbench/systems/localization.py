@@ -15,16 +15,21 @@ from drake_navbench.systems.lifetime import weakly_bound
 class Localization(Diagram):
     """The true state plus white noise that holds for one period; without noise, the truth itself.
 
-    Input `state` and output `estimate` are [x m, y m, yaw rad, v m/s, w rad/s] in the world frame.
-    Abstract parameter `seed_parameter` holds the trial's seed. The noise is drawn at the start, at
-    `offset_s` and once a period after that. What looks at the estimate in an unrestricted update of
-    the initialization, as the navigators do, sees the truth: Drake runs those before discrete ones.
+    Input `state` and output `estimate` are [x m, y m, yaw rad, v m/s, w rad/s, vy m/s] in the world
+    frame. Abstract parameter `seed_parameter` holds the trial's seed. moves_sideways: whether the
+    base can, and so measures vy with noise. The noise is drawn at the start, at `offset_s` and once
+    a period after that. What looks at the estimate in an unrestricted update of the initialization,
+    as the navigators do, sees the truth: Drake runs those before discrete ones.
     """
 
-    def __init__(self, settings: LocalizationSettings, *, offset_s: float) -> None:
+    def __init__(
+        self, settings: LocalizationSettings, *, offset_s: float, moves_sideways: bool = False
+    ) -> None:
         super().__init__()
         builder = DiagramBuilder()
-        noise = builder.AddNamedSystem("noise", HeldNoise(settings, offset_s=offset_s))
+        noise = builder.AddNamedSystem(
+            "noise", HeldNoise(settings, offset_s=offset_s, moves_sideways=moves_sideways)
+        )
         self.seed_parameter = noise.seed_parameter
         truth_and_noise = builder.AddNamedSystem(
             "truth_and_noise", Adder(num_inputs=2, size=noise.get_output_port().size())
@@ -36,13 +41,15 @@ class Localization(Diagram):
 
 
 class HeldNoise(LeafSystem):
-    """White noise on [x m, y m, yaw rad, v m/s, w rad/s] that holds for one period.
+    """White noise on [x m, y m, yaw rad, v m/s, w rad/s, vy m/s] that holds for one period.
 
     Output `noise` is the discrete state, a function of the seed and the step alone. It is zero
     until the discrete updates of the initialization.
     """
 
-    def __init__(self, settings: LocalizationSettings, *, offset_s: float) -> None:
+    def __init__(
+        self, settings: LocalizationSettings, *, offset_s: float, moves_sideways: bool = False
+    ) -> None:
         super().__init__()
         self._period_s = settings.period_s
         self._offset_s = offset_s
@@ -53,6 +60,7 @@ class HeldNoise(LeafSystem):
                 settings.yaw_std_rad,
                 settings.linear_velocity_std_mps,
                 settings.angular_velocity_std_radps,
+                settings.linear_velocity_std_mps if moves_sideways else 0.0,
             ]
         )
         self.seed_parameter = self.DeclareAbstractParameter(AbstractValue.Make(0))

@@ -14,6 +14,7 @@ from drake_navbench.navigation.planner import PlanningError
 from drake_navbench.navigation.task import GlobalPlan, TaskState, TaskStatus
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import (
+    STATE_SIZE,
     declare_object_input,
     declare_object_output,
     declare_state_part_output,
@@ -39,7 +40,7 @@ class Navigator(LeafSystem):
     def __init__(self, make_plan: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> None:
         super().__init__()
         self._make_plan = make_plan
-        self._estimate_port = self.DeclareVectorInputPort("estimate", 5)
+        self._estimate_port = self.DeclareVectorInputPort("estimate", STATE_SIZE)
         self._status_port = declare_object_input(self, "controller_status")
         self._state = self.DeclareAbstractState(AbstractValue.Make(_NavigatorState()))
         declare_state_part_output(self, "plan", self._state, lambda state: state.plan)

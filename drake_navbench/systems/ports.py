@@ -1,7 +1,7 @@
-"""Ports that carry Python objects: payloads such as a Costmap, or None where there is none yet.
+"""The sizes of vector ports, and ports that carry Python objects, None where there is none yet.
 
-All of them travel as `Value[object]`, so Drake does not tell a Costmap from a plan: systems are
-wired by the names of their ports.
+The objects, payloads such as a Costmap, all travel as `Value[object]`, so Drake does not tell a
+Costmap from a plan: systems are wired by the names of their ports.
 """
 
 from __future__ import annotations
@@ -20,6 +20,12 @@ from pydrake.systems.framework import (
 )
 
 from drake_navbench.systems.lifetime import weakly_bound
+
+# x m, y m, yaw rad, then the velocity: v m/s forward, w rad/s, vy m/s to the left. Last stands what
+# only an omnidirectional base has; for every other one it is 0.
+STATE_SIZE = 6
+# v m/s, w rad/s, vy m/s.
+COMMAND_SIZE = 3
 
 
 def declare_object_input(system: LeafSystem, name: str) -> InputPort:

@@ -11,7 +11,8 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, ValueProducer
 
-from drake_navbench.log import COLUMNS, Scan
+from drake_navbench.kernels.grid import Costmap
+from drake_navbench.log import Scan
 from drake_navbench.systems.clearance import DISTANCE_COUNT
 from drake_navbench.systems.diagnostics import (
     ARRAY_PERIOD_S,
@@ -20,14 +21,31 @@ from drake_navbench.systems.diagnostics import (
     without_arrays,
 )
 from drake_navbench.systems.lifetime import weakly_bound
-from drake_navbench.systems.ports import declare_object_input, value_or_none
+from drake_navbench.systems.ports import (
+    COMMAND_SIZE,
+    STATE_SIZE,
+    declare_object_input,
+    value_or_none,
+)
+
+_VELOCITY = ("v_mps", "w_radps", "vy_mps")
+# Of a sample, for every robot; those that only some robots have stand between the others.
+RECORDED_COLUMNS = (
+    *("time_s", "x_m", "y_m", "yaw_rad", *_VELOCITY),
+    *("estimated_x_m", "estimated_y_m", "estimated_yaw_rad"),
+    *(f"measured_{name}" for name in _VELOCITY),
+    *(f"command_{name}" for name in _VELOCITY),
+    *("clearance_m", "obstacle_cell_distance_m", "obstacle_corner_distance_m"),
+    *("cycle_count", "compute_time_ms", "compute_cpu_time_ms"),
+)
 
 
 @dataclass
 class Recording:
     """What was recorded so far; it lives in the recorder's Context, like Drake's VectorLog.
 
-    rows: the pieces of each sample, in the order of `drake_navbench.log.COLUMNS`.
+    rows: the pieces of each sample, in the order of `RECORDED_COLUMNS`.
+    costmaps: every update of the local costmap that a sample saw.
     noted_cycle: the last control cycle whose diagnostics were looked at. arrays_due_s: when arrays
     in them are kept again, s.
     """
@@ -36,6 +54,7 @@ class Recording:
     scans: list[Scan] = field(default_factory=list)
     diagnostics: list[tuple[float, Mapping[str, Any]]] = field(default_factory=list)
     events: list[tuple[float, dict[str, Any]]] = field(default_factory=list)
+    costmaps: list[Costmap] = field(default_factory=list)
     noted_cycle: int = 0
     arrays_due_s: float = 0.0
 
@@ -64,20 +83,21 @@ class Recording:
         while self.rows and self.rows[-1][0] > time_s:
             self.rows.pop()
         self.diagnostics = [(min(noted_s, time_s), left) for noted_s, left in self.diagnostics]
+        self.costmaps = [costmap for costmap in self.costmaps if costmap.stamp_s <= time_s]
 
     def table(self) -> np.ndarray:
         """Returns (samples, columns) all rows."""
         if not self.rows:
-            return np.empty((0, len(COLUMNS)))
+            return np.empty((0, len(RECORDED_COLUMNS)))
         return np.column_stack([np.array(piece) for piece in zip(*self.rows, strict=True)])
 
 
 class Recorder(LeafSystem):
     """Samples all signals once a period, before the updates that are due at the same time.
 
-    Inputs `state` and `estimate` [x m, y m, yaw rad, v m/s, w rad/s], `command` [v m/s, w rad/s],
-    `distances` [m] (see Clearance), `server_state` (ServerState), `scan` (Scan or None), and
-    `navigator_state` (NavigatorState; need not be connected), whose events are kept.
+    Inputs `state` and `estimate` [x m, y m, yaw rad, v m/s, w rad/s, vy m/s], `command` [v m/s, w
+    rad/s, vy m/s], `distances` [m] (see Clearance), `server_state` (ServerState), `scan` (Scan or
+    None), and `navigator_state` (NavigatorState; need not be connected), whose events are kept.
     """
 
     def __init__(self, *, period_s: float) -> None:
@@ -87,13 +107,14 @@ class Recorder(LeafSystem):
             ValueProducer(lambda: AbstractValue.Make(Recording()), ValueProducer.NoopCalc),
             {self.nothing_ticket()},
         )
-        self._state_port = self.DeclareVectorInputPort("state", 5)
-        self._estimate_port = self.DeclareVectorInputPort("estimate", 5)
-        self._command_port = self.DeclareVectorInputPort("command", 2)
+        self._state_port = self.DeclareVectorInputPort("state", STATE_SIZE)
+        self._estimate_port = self.DeclareVectorInputPort("estimate", STATE_SIZE)
+        self._command_port = self.DeclareVectorInputPort("command", COMMAND_SIZE)
         self._distances_port = self.DeclareVectorInputPort("distances", DISTANCE_COUNT)
         self._server_port = declare_object_input(self, "server_state")
         self._scan_port = declare_object_input(self, "scan")
         self._navigator_port = declare_object_input(self, "navigator_state")
+        self._costmap_port = declare_object_input(self, "costmap")
         self.DeclarePeriodicPublishEvent(period_s, 0.0, weakly_bound(self.record))
         self.DeclareForcedPublishEvent(weakly_bound(self.record))
 
@@ -126,3 +147,8 @@ class Recorder(LeafSystem):
         navigator = value_or_none(self._navigator_port, context)
         if navigator is not None:
             recording.add_events(navigator.events)
+        costmap = value_or_none(self._costmap_port, context)
+        if costmap is not None and (
+            not recording.costmaps or recording.costmaps[-1] is not costmap
+        ):
+            recording.costmaps.append(costmap)

@@ -14,7 +14,7 @@ from drake_navbench.controller import SpeedLimit
 from drake_navbench.costmaps.filter_masks import FilterMask
 from drake_navbench.kernels.rasterize import MASK_UNKNOWN
 from drake_navbench.systems.lifetime import weakly_bound
-from drake_navbench.systems.ports import declare_state_part_output
+from drake_navbench.systems.ports import STATE_SIZE, declare_state_part_output
 from drake_navbench.typed_files.immutable import Immutable
 
 FULL_SPEED_PERCENT = 100.0
@@ -50,7 +50,7 @@ class SpeedFilter(LeafSystem):
         super().__init__()
         self._mask = mask
         self._state = self.DeclareAbstractState(AbstractValue.Make(SpeedFilterState()))
-        self._estimate_port = self.DeclareVectorInputPort("estimate", 5)
+        self._estimate_port = self.DeclareVectorInputPort("estimate", STATE_SIZE)
         declare_state_part_output(self, "speed_limit", self._state, lambda state: state.limit)
         self.DeclareStateOutputPort("filter_state", self._state)
         self.DeclarePeriodicUnrestrictedUpdateEvent(

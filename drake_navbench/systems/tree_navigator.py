@@ -29,7 +29,7 @@ from drake_navbench.navigation.task import GlobalPlan, TaskState, TaskStatus
 from drake_navbench.navigation.waypoint_follower import Progress, WaypointFollower
 from drake_navbench.plans import Plan
 from drake_navbench.systems.lifetime import weakly_bound
-from drake_navbench.systems.ports import declare_object_input, declare_state_part_output
+from drake_navbench.systems.ports import STATE_SIZE, declare_object_input, declare_state_part_output
 from drake_navbench.typed_files.immutable import Immutable
 
 UNKNOWN = 9000
@@ -99,7 +99,7 @@ class TreeNavigator(LeafSystem):
             values=self._with_goal(Blackboard(), 0),
             progress=Progress(),
         )
-        self._estimate_port = self.DeclareVectorInputPort("estimate", 5)
+        self._estimate_port = self.DeclareVectorInputPort("estimate", STATE_SIZE)
         self._costmap_port = declare_object_input(self, "global_costmap")
         self._controller_port = declare_object_input(self, "controller_status")
         self._behavior_port = declare_object_input(self, "behavior_status")

@@ -12,24 +12,25 @@ from drake_navbench.navigation.velocity_smoother import (
     VelocitySmootherParameters,
 )
 from drake_navbench.systems.lifetime import weakly_bound
+from drake_navbench.systems.ports import COMMAND_SIZE, STATE_SIZE
 
 
 class VelocitySmootherSystem(LeafSystem):
     """Nav2's velocity smoother, as one update a smoothing period, the first at `offset_s`.
 
-    Inputs `command` [v m/s, w rad/s] and `estimate` [x m, y m, yaw rad, v m/s, w rad/s], whose
-    velocity CLOSED_LOOP starts from (Nav2 takes a mean over odom_duration). Output
-    `smoothed_command` [v m/s, w rad/s]. A command here is a signal that holds until it changes, and
-    not a message, so it never grows older than velocity_timeout.
+    Inputs `command` [v m/s, w rad/s, vy m/s] and `estimate` [x m, y m, yaw rad, v m/s, w rad/s, vy
+    m/s], whose velocity CLOSED_LOOP starts from (Nav2 takes a mean over odom_duration). Output
+    `smoothed_command` [v m/s, w rad/s, vy m/s]. A command here is a signal that holds until it
+    changes, and not a message, so it never grows older than velocity_timeout.
     """
 
     def __init__(self, parameters: VelocitySmootherParameters, *, offset_s: float) -> None:
         super().__init__()
         self._smoother = VelocitySmoother(parameters)
-        self._command_port = self.DeclareVectorInputPort("command", 2)
-        self._estimate_port = self.DeclareVectorInputPort("estimate", 5)
+        self._command_port = self.DeclareVectorInputPort("command", COMMAND_SIZE)
+        self._estimate_port = self.DeclareVectorInputPort("estimate", STATE_SIZE)
         self._state = self.DeclareAbstractState(AbstractValue.Make(SmootherState()))
-        self._output = self.DeclareDiscreteState(2)
+        self._output = self.DeclareDiscreteState(COMMAND_SIZE)
         self.DeclareStateOutputPort("smoothed_command", self._output)
         self.DeclarePeriodicUnrestrictedUpdateEvent(
             1.0 / parameters.smoothing_frequency, offset_s, weakly_bound(self._on_period)

@@ -8,13 +8,13 @@ from pydrake.systems.framework import Context, LeafSystem
 
 from drake_navbench.moment import Moment
 from drake_navbench.systems.lifetime import weakly_bound
-from drake_navbench.systems.ports import declare_object_input
+from drake_navbench.systems.ports import STATE_SIZE, declare_object_input
 
 
 class Viewer(LeafSystem):
     """Calls a function with every Moment, once a period.
 
-    Inputs `state` (5,), `scan`, `costmap`, `plan` and `server_state`, as the recorder's and the
+    Inputs `state`, `scan`, `costmap`, `plan` and `server_state`, as the recorder's and the
     controller server's. The period should be the recorder's: at any other instant the integrator's
     steps would end there too, and the motion differ in its last digits.
     """
@@ -22,7 +22,7 @@ class Viewer(LeafSystem):
     def __init__(self, show: Callable[[Moment], None], *, period_s: float) -> None:
         super().__init__()
         self._show = show
-        self._state_port = self.DeclareVectorInputPort("state", 5)
+        self._state_port = self.DeclareVectorInputPort("state", STATE_SIZE)
         self._scan_port = declare_object_input(self, "scan")
         self._costmap_port = declare_object_input(self, "costmap")
         self._plan_port = declare_object_input(self, "plan")

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.inputs.robot import Drive
+from drake_navbench.inputs.drive import Drive
 from drake_navbench.inputs.world import World
 from drake_navbench.kernels.swept_contact import (
     clearance_at,
@@ -30,7 +30,8 @@ STEP_STRETCH = 1.1
 
 @dataclass(frozen=True)
 class Contact:
-    """The first contact of a trial; state: (5,) x m, y m, yaw rad, v m/s, w rad/s at time_s."""
+    """The first contact of a trial; state: (6,) x m, y m, yaw rad, v m/s, w rad/s, vy m/s at
+    time_s."""
 
     time_s: float
     state: Array
@@ -38,7 +39,7 @@ class Contact:
 
 @dataclass(frozen=True)
 class _Look:
-    """A state (5,) of the robot without contact, after which none is possible for a while."""
+    """A state (6,) of the robot without contact, after which none is possible for a while."""
 
     time_s: float
     state: Array
@@ -67,18 +68,15 @@ class ContactWatch:
         self._edges, self._circles = world.segments, world.circles
         self._look_ahead_s = STEP_STRETCH * max_step_s
         self._radius_m = float(np.hypot(*footprint.T).max())
+        bounds = drive.bounds
         self._acceleration_mps2 = self._outline_rate(
-            drive.max_linear_acceleration_mps2 or math.inf,
-            drive.max_angular_acceleration_radps2 or math.inf,
+            bounds.acceleration_mps2, bounds.yaw_acceleration_radps2
         )
-        self._top_speed_mps = self._outline_rate(
-            max(drive.max_linear_velocity_mps, -drive.min_linear_velocity_mps),
-            drive.max_angular_velocity_radps,
-        )
+        self._top_speed_mps = self._outline_rate(bounds.speed_mps, bounds.yaw_rate_radps)
         self._last: _Look | None = None
 
     def look(self, time_s: float, state: Array) -> None:
-        """Looks at the state (5,) at the end of a step, and back at the step where need be."""
+        """Looks at the state (6,) at the end of a step, and back at the step where need be."""
         if self._last is not None and time_s > self._last.free_until_s:
             self.contact = self._contact_since(self._last, time_s, state)
         if self.contact is not None:
@@ -90,7 +88,8 @@ class ContactWatch:
         if gap_m <= TOUCHING_M or starts_inside:
             self.contact = Contact(time_s, state)
             return
-        speed_mps = self._outline_rate(*state[3:])
+        v, w, vy = state[3:]
+        speed_mps = self._outline_rate(math.hypot(v, vy), w)
         free_s = soonest_contact_s(
             min(gap_m, REACH_M) - TOUCHING_M,
             speed_mps=speed_mps,

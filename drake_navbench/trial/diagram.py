@@ -16,19 +16,23 @@ from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPo
 from drake_navbench.controller import Controller
 from drake_navbench.costmaps.filter_masks import FilterMask
 from drake_navbench.costmaps.map_file import OccupancyMap
+from drake_navbench.inputs.drive import AckermannDrive, OmnidirectionalDrive
 from drake_navbench.inputs.robot import NavigationSettings, Robot
 from drake_navbench.inputs.world import World
 from drake_navbench.inputs.world_geometry import register_obstacles
 from drake_navbench.moment import Moment
 from drake_navbench.navigation.checker_settings import make_goal_checker, make_progress_checker
 from drake_navbench.navigation.path_handler import PathHandler
+from drake_navbench.systems.ackermann_base import AckermannBase
 from drake_navbench.systems.binary_filter import BinaryFilter
 from drake_navbench.systems.clearance import Clearance
 from drake_navbench.systems.controller_server import ControllerServer
 from drake_navbench.systems.lidar import Lidar
 from drake_navbench.systems.local_costmap import LocalCostmap
 from drake_navbench.systems.localization import Localization
+from drake_navbench.systems.mobile_base import MobileBase
 from drake_navbench.systems.navigator import Navigator
+from drake_navbench.systems.omnidirectional_base import OmnidirectionalBase
 from drake_navbench.systems.recorder import Recorder
 from drake_navbench.systems.speed_filter import SpeedFilter
 from drake_navbench.systems.tree_navigator import TreeNavigator
@@ -53,7 +57,7 @@ class TrialDiagram:
     """A built diagram, and the systems in it that a trial or a test talks to."""
 
     diagram: Diagram
-    wheelchair: Wheelchair
+    base: MobileBase
     lidar: Lidar
     localization: Localization
     local_costmap: LocalCostmap
@@ -67,7 +71,7 @@ class TrialDiagram:
     def create_context(self, start_pose: NDArray[np.float64], seed: int) -> Context:
         """Returns a context with the robot at rest at (3,) x m, y m, yaw rad, and the seed set."""
         context = self.diagram.CreateDefaultContext()
-        self.wheelchair.set_pose(self.wheelchair.GetMyMutableContextFromRoot(context), start_pose)
+        self.base.set_pose(self.base.GetMyMutableContextFromRoot(context), start_pose)
         for system in (self.lidar, self.localization, self.controller_server):
             own = system.GetMyMutableContextFromRoot(context)
             own.get_mutable_abstract_parameter(system.seed_parameter).set_value(seed)
@@ -83,20 +87,22 @@ def build_trial_diagram(
     static_map: OccupancyMap | None = None,
     filter_masks: Sequence[FilterMask] = (),
     watch: Callable[[Moment], None] | None = None,
+    keeps_costmaps: bool = True,
 ) -> TrialDiagram:
     """Wires one trial.
 
     task: what the robot is to do, and so which navigator there is.
     static_map, filter_masks: what the layers and filters of the local costmap know beforehand.
     watch: is called with what is to be seen whenever the recorder samples.
+    keeps_costmaps: whether the recorder keeps the local costmaps.
     """
     builder = DiagramBuilder()
 
     scene_graph = builder.AddNamedSystem("scene_graph", SceneGraph())
     register_obstacles(scene_graph, world)
 
-    wheelchair = _add_wheelchair(builder, robot, scene_graph)
-    state = wheelchair.get_state_output_port()
+    base = _add_base(builder, robot, scene_graph)
+    state = base.get_state_output_port()
 
     lidar = builder.AddNamedSystem("lidar", Lidar(robot.lidar, world))
     connect_inputs(builder, lidar, state=state)
@@ -107,12 +113,17 @@ def build_trial_diagram(
     costmap = local_costmap.GetOutputPort("costmap")
 
     localization = builder.AddNamedSystem(
-        "localization", Localization(robot.localization, offset_s=CONTROLLER_OFFSET_S)
+        "localization",
+        Localization(
+            robot.localization,
+            offset_s=CONTROLLER_OFFSET_S,
+            moves_sideways=robot.drive.lateral_speed_mps > 0.0,
+        ),
     )
     connect_inputs(builder, localization, state=state)
     estimate = localization.GetOutputPort("estimate")
 
-    server = _add_controller_server(builder, robot.navigation, controller)
+    server = _add_controller_server(builder, robot, controller)
     connect_inputs(builder, server, estimate=estimate, costmap=costmap)
 
     signals = Signals(state=state, estimate=estimate, scan=scan)
@@ -120,7 +131,7 @@ def build_trial_diagram(
         builder, robot, task, signals, local_costmap=local_costmap, server=server
     )
     command = add_command_chain(builder, robot, signals, command)
-    builder.Connect(command, wheelchair.get_command_input_port())
+    builder.Connect(command, base.get_command_input_port())
 
     speed_filter, binary_filter = _add_filters(builder, robot.navigation, filter_masks, estimate)
     if speed_filter is not None:
@@ -133,6 +144,8 @@ def build_trial_diagram(
     connect_inputs(builder, recorder, state=state, estimate=estimate, scan=scan, command=command)
     connect_inputs(builder, recorder, distances=clearance.GetOutputPort("distances"))
     connect_inputs(builder, recorder, server_state=server.GetOutputPort("server_state"))
+    if keeps_costmaps:
+        connect_inputs(builder, recorder, costmap=costmap)
 
     if watch is not None:
         viewer = builder.AddNamedSystem("viewer", Viewer(watch, period_s=RECORDER_PERIOD_S))
@@ -144,7 +157,7 @@ def build_trial_diagram(
     diagram.set_name("trial")
     return TrialDiagram(
         diagram=diagram,
-        wheelchair=wheelchair,
+        base=base,
         lidar=lidar,
         localization=localization,
         local_costmap=local_costmap,
@@ -157,16 +170,22 @@ def build_trial_diagram(
     )
 
 
-def _add_wheelchair(builder: DiagramBuilder, robot: Robot, scene_graph: SceneGraph) -> Wheelchair:
+def _add_base(builder: DiagramBuilder, robot: Robot, scene_graph: SceneGraph) -> MobileBase:
     """Adds the robot's base and carries its outline along in SceneGraph."""
-    wheelchair = builder.AddNamedSystem(
-        "wheelchair", Wheelchair(robot.drive, scene_graph, footprint=robot.outline)
-    )
+    base = builder.AddNamedSystem("base", _base(robot, scene_graph))
     builder.Connect(
-        wheelchair.get_geometry_pose_output_port(),
-        scene_graph.get_source_pose_port(wheelchair.source_id),
+        base.get_geometry_pose_output_port(), scene_graph.get_source_pose_port(base.source_id)
     )
-    return wheelchair
+    return base
+
+
+def _base(robot: Robot, scene_graph: SceneGraph) -> MobileBase:
+    drive, footprint = robot.drive, robot.outline
+    if isinstance(drive, OmnidirectionalDrive):
+        return OmnidirectionalBase(drive, scene_graph, footprint=footprint)
+    if isinstance(drive, AckermannDrive):
+        return AckermannBase(drive, scene_graph, footprint=footprint)
+    return Wheelchair(drive, scene_graph, footprint=footprint)
 
 
 def _add_local_costmap(
@@ -212,9 +231,10 @@ def _add_recorder(builder: DiagramBuilder, navigator: Navigator | TreeNavigator)
 
 
 def _add_controller_server(
-    builder: DiagramBuilder, navigation: NavigationSettings, controller: Controller
+    builder: DiagramBuilder, robot: Robot, controller: Controller
 ) -> ControllerServer:
     """Adds the server that hosts the controller."""
+    navigation = robot.navigation
     return builder.AddNamedSystem(
         "controller_server",
         ControllerServer(
@@ -224,6 +244,7 @@ def _add_controller_server(
             goal_checker=make_goal_checker(navigation.goal_checker),
             progress_checker=make_progress_checker(navigation.progress_checker),
             offset_s=CONTROLLER_OFFSET_S,
+            moves_sideways=robot.drive.lateral_speed_mps > 0.0,
         ),
     )
 

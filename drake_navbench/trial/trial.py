@@ -29,18 +29,19 @@ from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.inputs.task_check import check_task
 from drake_navbench.kernels.grid import Costmap
-from drake_navbench.log import COLUMNS, Outcome, TrialLog
+from drake_navbench.log import COLUMNS, LATERAL_COLUMNS, Outcome, TrialLog
 from drake_navbench.moment import Moment
 from drake_navbench.navigation.task import TaskState, TaskStatus
 from drake_navbench.plans import Plan, as_logged
 from drake_navbench.processes.worker_process import Returned
 from drake_navbench.processes.workers import Died, Failure, Task, TimedOut, run_tasks, start_server
 from drake_navbench.systems.lifetime import release
-from drake_navbench.systems.recorder import Recording
+from drake_navbench.systems.recorder import RECORDED_COLUMNS, Recording
 from drake_navbench.systems.tree_navigator import TreeNavigator
 from drake_navbench.trial.contact_watch import Contact, ContactWatch
 from drake_navbench.trial.diagram import TrialDiagram, build_trial_diagram
 from drake_navbench.trial.planning import global_layers, known_map, make_plan
+from drake_navbench.trial.plugin_check import check_plugins
 from drake_navbench.trial.rehearsal import rehearse
 from drake_navbench.trial.spec import FollowPlan, NavigateToPoses, TrialSpec
 from drake_navbench.trial.task_cost import check_cost, wall_clock_limit_s
@@ -73,6 +74,7 @@ def run_trial(
     *,
     robot: str | Robot = DEFAULT_ROBOT,
     wants_diagnostics: bool = False,
+    keeps_costmaps: bool = True,
 ) -> TrialLog:
     """Runs one trial and returns its log.
 
@@ -88,15 +90,23 @@ def run_trial(
         robot = scenario.load_robot(robot)
     check_task(scenario, robot)
     check_cost(scenario, robot)
+    check_plugins(scenario, robot)
     preset = preset.for_robot(robot)
-    spec = TrialSpec(scenario, robot, preset, seed=seed, wants_diagnostics=wants_diagnostics)
-    return _simulated_apart(spec) if runs_foreign_code(preset) else simulate(spec)
+    spec = TrialSpec(
+        scenario,
+        robot,
+        preset,
+        seed=seed,
+        wants_diagnostics=wants_diagnostics,
+        keeps_costmaps=keeps_costmaps,
+    )
+    return _simulated_apart(spec) if spec.code_owner else simulate(spec)
 
 
 def _simulated_apart(spec: TrialSpec) -> TrialLog:
     start_server([__name__])
     limit_s = wall_clock_limit_s(spec.scenario)
-    task = Task(drive, (spec,), time_limit_s=limit_s, owner=spec.preset.name)
+    task = Task(drive, (spec,), time_limit_s=limit_s, owner=spec.code_owner)
     ((_, ending),) = run_tasks([task], jobs=1)
     return ending.value if isinstance(ending, Returned) else log_of_ending(spec, ending)
 
@@ -157,6 +167,7 @@ def _simulate(
         static_map=_static_map(spec),
         filter_masks=spec.scenario.filter_masks,
         watch=watch,
+        keeps_costmaps=spec.keeps_costmaps,
     )
     try:
         return _driven(spec, trial, realtime_rate)
@@ -234,6 +245,8 @@ def controller_setup(robot: Robot, wants_diagnostics: bool = False) -> Controlle
         footprint_is_circle=robot.is_circle,
         max_linear_velocity_mps=robot.drive.max_linear_velocity_mps,
         max_angular_velocity_radps=robot.drive.max_angular_velocity_radps,
+        max_lateral_velocity_mps=robot.drive.lateral_speed_mps,
+        min_turning_radius_m=robot.drive.turning_radius_m,
         costmap_resolution_m=costmap.resolution,
         costmap_size_m=float(max(costmap.width, costmap.height)),
         inflation_radius_m=costmap.inflation_layer.inflation_radius,
@@ -247,10 +260,10 @@ def _end_of_trial(
     trial: TrialDiagram, root_context: Context, contact_watch: ContactWatch
 ) -> Callable[[Context], EventStatus | None]:
     """Returns the monitor that stops the simulation after a contact or when the task is over."""
-    state_port = trial.wheelchair.get_state_output_port()
+    state_port = trial.base.get_state_output_port()
     status_port = trial.navigator.GetOutputPort("task_status")
     # The simulator hands the same context to every call.
-    wheelchair_context = trial.wheelchair.GetMyContextFromRoot(root_context)
+    base_context = trial.base.GetMyContextFromRoot(root_context)
     navigator_context = trial.navigator.GetMyContextFromRoot(root_context)
 
     def monitor(context: Context) -> EventStatus | None:
@@ -259,7 +272,7 @@ def _end_of_trial(
         # A task that ended with the updates before this step was over before what happened in it.
         is_over = status.state.is_final and status.time_s < time_s
         if time_s >= contact_watch.idle_until_s and not is_over:
-            contact_watch.look(time_s, state_port.Eval(wheelchair_context))
+            contact_watch.look(time_s, state_port.Eval(base_context))
             if contact_watch.contact is not None:
                 return EventStatus.ReachedTermination(trial.diagram, "collided")
         if status.state.is_final:
@@ -288,7 +301,7 @@ def _outcome(
 def _put_back_to_contact(trial: TrialDiagram, context: Context, contact: Contact) -> None:
     """Puts a Context at the end of a step, and what was recorded, back to the contact in it."""
     context.SetTime(contact.time_s)
-    context.SetContinuousState(contact.state)
+    trial.base.set_state(trial.base.GetMyMutableContextFromRoot(context), contact.state)
     trial.clearance.set_contact(trial.clearance.GetMyMutableContextFromRoot(context))
     recorder_context = trial.recorder.GetMyContextFromRoot(context)
     trial.recorder.find_recording(recorder_context).forget_after(contact.time_s)
@@ -298,7 +311,7 @@ def failed_log(spec: TrialSpec, reason: str, details: str = "") -> TrialLog:
     """Returns the log of a trial that never came to an end of its own; details: a traceback."""
     status = TaskStatus(TaskState.ERROR, reason=as_line(reason), traceback=details)
     return TrialLog(
-        samples=_samples(Recording()),
+        samples=_samples(Recording(), spec.robot),
         plans=(),
         info=_info(spec, Outcome.ERROR, status),
     )
@@ -322,12 +335,13 @@ def _make_log(
         given = trial.navigator.GetOutputPort("plan").Eval(navigator_context)
         plans = (Plan(0.0, given.poses),) if given is not None else ()
     return TrialLog(
-        samples=_samples(recording),
+        samples=_samples(recording, spec.robot),
         plans=as_logged(plans),
         info=info,
         scans=tuple(recording.scans),
         diagnostics=tuple(recording.diagnostics),
         events=tuple(recording.events),
+        costmaps=tuple(recording.costmaps),
     )
 
 
@@ -343,7 +357,8 @@ def _filter_changes(trial: TrialDiagram, context: Context) -> dict[str, Any]:
 
 
 def _info(spec: TrialSpec, outcome: Outcome, status: TaskStatus) -> dict[str, Any]:
-    return {
+    plugins = {"plugins": spec.foreign_code} if spec.foreign_code else {}
+    return plugins | {
         "scenario": spec.scenario.model_dump(mode="json"),
         "obstacles": [
             obstacle.model_dump(mode="json") for obstacle in spec.scenario.true_world.shapes
@@ -367,8 +382,11 @@ def _info(spec: TrialSpec, outcome: Outcome, status: TaskStatus) -> dict[str, An
     }
 
 
-def _samples(recording: Recording) -> pd.DataFrame:
+def _samples(recording: Recording, robot: Robot) -> pd.DataFrame:
+    """Returns the samples with the columns that a log of the robot has."""
     table = recording.table()
-    columns: dict[str, Any] = dict(zip(COLUMNS, table.T, strict=True))
+    recorded: dict[str, Any] = dict(zip(RECORDED_COLUMNS, table.T, strict=True))
+    names = [*COLUMNS, *(LATERAL_COLUMNS if robot.drive.lateral_speed_mps > 0.0 else ())]
+    columns = {name: recorded[name] for name in names}
     columns["cycle_count"] = columns["cycle_count"].astype(np.int64)
     return pd.DataFrame(columns)

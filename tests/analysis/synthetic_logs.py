@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from scenes import WHEELCHAIR, straight_plan
 
-from drake_navbench.log import COLUMNS, TrialLog
+from drake_navbench.log import COLUMNS, LATERAL_COLUMNS, TrialLog
 from drake_navbench.plans import Plan
 
 LOG_PERIOD_S = 0.02
@@ -40,12 +40,13 @@ def make_log(
         "obstacle_cell_distance_m": np.inf,
         "obstacle_corner_distance_m": np.inf,
     }
+    lateral = LATERAL_COLUMNS if set(columns) & set(LATERAL_COLUMNS) else ()
     values = {
         name: np.broadcast_to(columns.get(name, defaults.get(name, 0.0)), time_s.shape)
-        for name in COLUMNS
+        for name in (*COLUMNS, *lateral)
     }
     values["time_s"] = time_s
-    unknown = set(columns) - set(COLUMNS)
+    unknown = set(columns) - set(COLUMNS) - set(LATERAL_COLUMNS)
     if unknown:
         raise KeyError(f"no such columns: {sorted(unknown)}")
     plan = np.array(plan, dtype=float).reshape(-1, 3)
@@ -66,6 +67,8 @@ def make_log(
             "robot": {
                 "footprint": FOOTPRINT,
                 "robot_radius": None,
+                "mass_kg": 180.0,
+                "drag_area_m2": 0.8,
                 "drive": {"max_linear_velocity_mps": 0.5},
                 "navigation": {
                     "controller_server": {"controller_frequency": 20.0},

@@ -69,3 +69,24 @@ def test_both_axes_add_as_squares():
     both = 0.1 / math.sqrt(2.0) * 1.011
     assert comfort.iso_2631_av_mps2(forward) == pytest.approx(both, rel=0.01)
     assert comfort.iso_2631_av_mps2(sideways) == pytest.approx(both, rel=0.01)
+
+
+def circling(heading_rad):
+    """Returns a drive on a circle of 2 m at 0.5 m/s that looks so far to the left of its course."""
+    time_s = log_times(10.0)
+    return make_log(
+        time_s,
+        v_mps=0.5 * np.cos(heading_rad),
+        vy_mps=-0.5 * np.sin(heading_rad),
+        w_radps=0.25,
+    )
+
+
+def test_comfort_on_a_circle_does_not_depend_on_where_the_robot_looks():
+    # The acceleration is v^2 / r = 0.125 m/s^2 towards the centre, the jerk 0.125 / 4 s along.
+    for heading_rad in (0.0, 0.6, -1.2):
+        log = circling(heading_rad)
+        sideways = 0.125 * np.cos(heading_rad)
+        assert comfort.lateral_acceleration_max_mps2(log) == pytest.approx(sideways)
+        expected = 10.0 + 10.0 * (0.125 * 0.25) ** 2
+        assert comfort.gulati_kuipers_discomfort_s(log) == pytest.approx(expected, rel=1e-3)

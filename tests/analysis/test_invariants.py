@@ -151,3 +151,18 @@ def test_the_report_warns_of_a_violation(tmp_path):
         "command beyond the limits of the drive: 1 row in 1 trial; "
         "first in empty, rpp, trial 1, at 0.06 s" in page
     )
+
+
+def test_a_robot_that_moves_sideways_is_held_to_its_own_limits():
+    time_s = log_times(4.0)
+    drive = DRIVE | {"max_lateral_velocity_mps": 0.3, "max_lateral_acceleration_mps2": 2.5}
+    columns = {"vy_mps": 0.2, "y_m": 0.2 * time_s, "command_vy_mps": 0.2}
+    log = make_log(time_s, **columns)
+    log.info["robot"]["drive"] = drive
+    assert violations_of(log) == []
+    log.samples.loc[100, "command_vy_mps"] = -0.31
+    (found,) = violations_of(log)
+    assert (found.kind, found.row_count) == ("command beyond the limits of the drive", 1)
+    wheelchair = make_log(time_s, **columns)
+    wheelchair.info["robot"]["drive"] = DRIVE
+    assert violations_of(wheelchair)[0].row_count == len(time_s)

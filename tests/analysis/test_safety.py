@@ -22,9 +22,15 @@ def box_edges(x0, y0, x1, y1):
     return np.hstack([corners, np.roll(corners, -1, axis=0)])
 
 
+def sideless(twists):
+    """Returns twists [v, w] as (T, 3), without any sideways velocity; [v, w, vy] as they are."""
+    twists = np.array(twists, dtype=float)
+    return np.pad(twists, ((0, 0), (0, 3 - twists.shape[1])))
+
+
 def time_to_collision(pose, twist, footprint, edges):
     """Returns the time to collision of a single pose and twist."""
-    return times_to_collision(np.array([pose]), np.array([twist]), footprint, edges)[0]
+    return times_to_collision(np.array([pose]), sideless([twist]), footprint, edges)[0]
 
 
 def with_box(log, low, high):
@@ -138,10 +144,30 @@ def test_mirrored_world_and_turn_give_the_same_time():
     assert right == pytest.approx(left)
 
 
+def test_a_robot_that_goes_sideways_meets_what_is_beside_it():
+    # The left side at 0.3 m, the box from 0.8 m on: 0.5 m at 0.25 m/s.
+    beside = box_edges(-1.0, 0.8, 1.0, 1.5)
+    assert time_to_collision(np.zeros(3), (0.0, 0.0, 0.25), CAR, beside) == pytest.approx(2.0)
+    assert time_to_collision(np.zeros(3), (0.0, 0.0, -0.25), CAR, beside) == np.inf
+    # Diagonally the corner ahead meets it after as long.
+    assert time_to_collision(np.zeros(3), (0.1, 0.0, 0.25), CAR, beside) == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.3, -0.7])
+def test_a_collision_does_not_depend_on_how_the_base_frame_is_turned(turn):
+    box = box_edges(1.3, -0.4, 2.0, 1.0)
+    plain = time_to_collision(np.zeros(3), (0.4, turn), CAR, box)
+    for angle in (0.5, 2.0, -1.57):
+        back = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+        v, vy = back @ [0.4, 0.0]
+        turned = time_to_collision((0.0, 0.0, angle), (v, turn, vy), CAR @ back.T, box)
+        assert turned == pytest.approx(plain, rel=1e-9)
+
+
 def test_batches_of_many_edges_give_the_same_as_each_pose_alone():
     edges = np.vstack([box_edges(3.0 + 0.01 * i, -1.0, 4.0, 1.0) for i in range(600)])
     poses = np.column_stack([np.linspace(0.0, 1.0, 60), np.zeros(60), np.zeros(60)])
-    twists = np.column_stack([np.full(60, 0.5), np.linspace(-0.2, 0.2, 60)])
+    twists = sideless(np.column_stack([np.full(60, 0.5), np.linspace(-0.2, 0.2, 60)]))
     together = times_to_collision(poses, twists, CAR, edges)
     alone = [time_to_collision(p, t, CAR, edges) for p, t in zip(poses, twists, strict=True)]
     assert list(together) == alone
@@ -152,6 +178,7 @@ def test_a_horizon_misses_only_what_lies_beyond_it():
     edges = np.vstack([box_edges(x, y, x + 0.5, y + 0.5) for x in range(-9, 9) for y in (-3, 1, 4)])
     poses = np.column_stack([np.zeros(40), np.full(40, -1.0), np.linspace(-3.0, 3.0, 40)])
     twists = np.column_stack([np.linspace(-0.5, 0.5, 40), np.tile([0.0, 0.05, -0.3, 1.0], 10)])
+    twists = sideless(twists)
     whole = times_to_collision(poses, twists, CAR, edges)
     for horizon_s in (1.0, 4.0, 20.0):
         limited = times_to_collision(poses, twists, CAR, edges, horizon_s=horizon_s)

@@ -1,6 +1,7 @@
 """A campaign: which trials it has, what its folder holds, how it ends when something breaks."""
 
 import json
+import warnings
 from pathlib import Path
 
 import pandas as pd
@@ -10,10 +11,10 @@ from drake_navbench import run_benchmark
 from drake_navbench.analysis.folder_analysis import analyse_folder
 from drake_navbench.analysis.metrics.registry import unrepeatable_names
 from drake_navbench.campaign.campaign import plan_campaign
-from drake_navbench.errors import InputError
+from drake_navbench.errors import InputError, InputWarning
 from drake_navbench.inputs.parameter_files import load_parameter_file
 from drake_navbench.inputs.presets import load_preset, preset_files
-from drake_navbench.inputs.robot import ROBOT_FILES
+from drake_navbench.inputs.robot import ROBOT_FILES, load_robot
 from drake_navbench.log import Outcome
 from drake_navbench.run import main
 from drake_navbench.trial.trial import simulate
@@ -96,14 +97,37 @@ def test_a_benchmark_of_no_trials_is_refused():
         run_benchmark(["empty"], ["rpp"], trials=0)
 
 
+def asks_sideways(preset):
+    return (load_preset(preset).parameters.asked_speeds().max_lateral_mps or 0.0) > 0.0
+
+
+@pytest.mark.filterwarnings("ignore:.*rotations in place")
 @pytest.mark.parametrize("robot", ROBOT_FILES.names)
 def test_every_built_in_preset_drives_every_built_in_robot(robot, tmp_path):
     scenario = str(written(tmp_path / "short.yaml", "description: ahead\ngoal: [0.7, 0.0, 0.0]\n"))
-    campaign = plan_campaign([scenario], list(preset_files()), trials=1, robot=robot)
-    assert campaign.columns == list(preset_files())
+    moves_sideways = load_robot(robot).drive.lateral_speed_mps > 0.0
+    presets = [name for name in preset_files() if moves_sideways or not asks_sideways(name)]
+    campaign = plan_campaign([scenario], presets, trials=1, robot=robot)
+    assert campaign.columns == presets
     for spec in campaign.specs:
         log = simulate(spec)
         assert log.outcome is Outcome.SUCCEEDED, (spec.preset.name, log.info["reason"])
+
+
+@pytest.mark.parametrize("preset", [name for name in preset_files() if asks_sideways(name)])
+def test_a_preset_for_another_kind_of_base_is_refused_in_one_line(preset):
+    with pytest.raises(InputError, match="cannot move sideways") as caught:
+        plan_campaign(["empty"], [preset], trials=1, robot="wheelchair")
+    assert "\n" not in str(caught.value)
+
+
+def test_who_lets_a_car_turn_in_place_is_told():
+    with pytest.warns(InputWarning, match=r"controller rpp: .* turns on 0\.6 m stands still"):
+        plan_campaign(["empty"], ["rpp"], trials=1, robot="ackermann_robot")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        steered = ["mppi_nav2_ackermann", "rpp:use_rotate_to_heading=false"]
+        plan_campaign(["empty"], steered, trials=1, robot="ackermann_robot")
 
 
 def test_a_preset_is_kept_as_the_robot_was_driven_with_it(tmp_path):

@@ -60,6 +60,8 @@ def look_at(browser, address):
     robot = "viewer.scene_tree.find(['controllers', 'mppi_nav2', 'robot']).object.position.x"
     browser.wait_for(f"{robot} > 0.5")
     browser.wait_for(f"Math.abs(viewer.controls.target.x - {robot}) < 0.01")
+    robots = "Object.keys(viewer.scene_tree.find(['controllers']).children)"
+    assert browser.evaluate(robots) == ["mppi_nav2"]
     for path in (["controllers", "mppi_nav2", "path"], ["plan"], ["local_costmap"], ["prediction"]):
         browser.wait_for(f"Object.keys(viewer.scene_tree.find({path!r}).children).length > 0")
     browser.screenshot("live")

@@ -42,11 +42,12 @@ INFLATION_RADIUS_M = 0.9
 COST_SCALING_FACTOR = 3.0
 CYCLES = 4
 MIRROR = np.array([1.0, -1.0, -1.0])
+COMMAND_MIRROR = np.array([1.0, -1.0, -1.0])
 
 PRESETS = sorted(preset_files())
 
 
-def make_setup(*, wants_diagnostics: bool = False) -> ControllerSetup:
+def make_setup(*, lateral_mps: float = 0.0, wants_diagnostics: bool = False) -> ControllerSetup:
     footprint = np.array([[0.86, 0.31], [0.86, -0.31], [-0.26, -0.31], [-0.26, 0.31]])
     footprint.flags.writeable = False
     inscribed_radius_m, circumscribed_radius_m = footprint_radii(footprint)
@@ -55,13 +56,16 @@ def make_setup(*, wants_diagnostics: bool = False) -> ControllerSetup:
         footprint=footprint,
         inscribed_radius_m=inscribed_radius_m,
         circumscribed_radius_m=circumscribed_radius_m,
+        max_lateral_velocity_mps=lateral_mps,
         wants_diagnostics=wants_diagnostics,
     )
 
 
 def make_controller(preset: str, **setup) -> Controller:
+    """A preset's controller; one that moves sideways is for a base that can."""
     loaded = load_preset(preset)
-    return loaded.controller_class(loaded.parameters, make_setup(**setup))
+    lateral_mps = loaded.parameters.asked_speeds().max_lateral_mps or 0.0
+    return loaded.controller_class(loaded.parameters, make_setup(lateral_mps=lateral_mps, **setup))
 
 
 def make_costmap(obstacles=()) -> Costmap:
@@ -163,20 +167,26 @@ def outcome_contents(result):
 
 
 def advanced(observation: Observation, command) -> Observation:
-    """The observation after one period of an exact unicycle that obeys at once."""
-    v, w = command
+    """The observation after one period of an exact base that obeys at once."""
+    v, w, vy = [*command, 0.0][:3]
     x, y, yaw = observation.pose
     turn = w * PERIOD_S
     chord = v * PERIOD_S * np.sinc(turn / (2.0 * math.pi))
+    sideways = vy * PERIOD_S * np.sinc(turn / (2.0 * math.pi))
     direction = yaw + 0.5 * turn
     key = observation.noise_key
     return replace(
         observation,
         time_s=observation.time_s + PERIOD_S,
         pose=np.array(
-            [x + chord * math.cos(direction), y + chord * math.sin(direction), yaw + turn]
+            [
+                x + chord * math.cos(direction) - sideways * math.sin(direction),
+                y + chord * math.sin(direction) + sideways * math.cos(direction),
+                yaw + turn,
+            ]
         ),
         twist=np.array([v, w]),
+        vy_mps=vy,
         noise_key=key._replace(step=key.step + 1),
     )
 
@@ -213,14 +223,16 @@ def test_a_controller_has_what_the_interface_asks_for(controller):
     assert isinstance(controller, Controller)
 
 
-def test_commands_are_finite_and_within_the_limits_of_the_base(controller, observation):
+def test_commands_are_finite_and_within_the_limits_of_the_base(preset, controller, observation):
+    lateral_mps = load_preset(preset).parameters.asked_speeds().max_lateral_mps or 0.0
     setup = make_setup()
     results = drive(controller, observation)
     assert isinstance(results[0], Decision), results[0]
     for result in results:
         if isinstance(result, Decision):
             command = np.asarray(result.command)
-            assert command.shape == (2,)
+            assert command.shape == ((3,) if lateral_mps > 0.0 else (2,))
+            assert np.abs(command[2:]).max(initial=0.0) <= lateral_mps + ROUNDING
             assert np.isfinite(command).all()
             assert abs(command[0]) <= setup.max_linear_velocity_mps + ROUNDING
             assert abs(command[1]) <= setup.max_angular_velocity_radps + ROUNDING
@@ -284,6 +296,7 @@ def mirrored(observation: Observation) -> Observation:
         observation,
         pose=observation.pose * MIRROR,
         twist=observation.twist * MIRROR[:2],
+        vy_mps=-observation.vy_mps,
         plan=np.ascontiguousarray(observation.plan * MIRROR),
         goal=observation.goal * MIRROR,
         costmap=Costmap(
@@ -302,5 +315,7 @@ def test_a_mirrored_world_gives_the_mirrored_command(preset, controller, observa
         assert type(one) is type(other)
         if isinstance(one, Decision):
             np.testing.assert_allclose(
-                other.command, one.command * MIRROR[:2], atol=MIRROR_TOLERANCE
+                other.command,
+                one.command * COMMAND_MIRROR[: len(one.command)],
+                atol=MIRROR_TOLERANCE,
             )

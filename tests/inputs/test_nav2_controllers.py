@@ -245,10 +245,10 @@ def test_the_motion_model_of_mppi_may_be_named_by_its_block(preset_of):
 
 
 def test_the_motion_model_of_mppi_may_be_named_as_before_lyrical(preset_of):
-    car = {"motion_model": "Ackermann", "AckermannConstraints.min_turning_r": 0.0}
+    car = {"motion_model": "Ackermann", "AckermannConstraints.min_turning_r": 0.4}
     preset = preset_of(MPPI, car)
     assert preset.parameters.motion_model == "Ackermann"
-    assert preset.parameters.AckermannConstraints.min_turning_r == 0.0
+    assert preset.parameters.AckermannConstraints.min_turning_r == 0.4
     assert preset.ignored == ()
     preset = preset_of(MPPI, car | {"motion_model": "DiffDrive"})
     assert preset.ignored == ("AckermannConstraints.min_turning_r",)

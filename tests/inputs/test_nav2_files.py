@@ -171,11 +171,20 @@ def test_a_source_that_no_layer_listens_to_is_told(setup_of):
     assert row_of(setup, "obstacles.b").status == Status.UNREAD
 
 
-def test_sideways_motion_is_left_out_and_told(setup_of):
+def test_a_controller_that_moves_sideways_makes_the_base_omnidirectional(setup_of):
     omni = COLUMN.replace(RPP, "nav2_mppi_controller::MPPIController\n      motion_model: Omni")
-    setup = setup_of(omni + "      critics: [GoalCritic]\n")
-    assert setup.presets[0].parameters.motion_model == "DiffDrive"
-    assert row_of(setup, "FollowPath.motion_model").status == Status.STAND_IN
+    setup = setup_of(omni + "      vy_max: 0.3\n      critics: [GoalCritic]\n")
+    assert setup.presets[0].parameters.motion_model == "Omni"
+    assert row_of(setup, "FollowPath.motion_model").status == Status.USED
+    assert setup.robot.drive.lateral_speed_mps == 0.3
+    assert row_of(setup, "drive.type").status == Status.OTHER_FORM
+
+
+def test_a_velocity_limit_that_no_controller_uses_makes_no_base_omnidirectional(setup_of):
+    # bringup gives vy_max to the motion model DiffDrive, too.
+    diff = COLUMN.replace(RPP, "nav2_mppi_controller::MPPIController\n      vy_max: 0.5")
+    setup = setup_of(diff + "      critics: [GoalCritic]\n")
+    assert setup.robot.drive.lateral_speed_mps == 0.0
 
 
 def test_a_controller_that_is_not_there_costs_its_column_alone(setup_of):

@@ -31,7 +31,7 @@ def test_a_circle_is_open():
 
 
 def first_hit(point, v, w, *, limit=2.0, step=0.1):
-    return time_to_collision(points(point), SQUARE, 0.0, 1, v, w, limit, step)
+    return time_to_collision(points(point), SQUARE, 0.0, 1, (v, w, 0.0), limit, step)
 
 
 def test_points_inside_already_are_a_collision_now():

@@ -12,7 +12,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 from scenes import WHEELCHAIR
 
-from drake_navbench.inputs.robot import Drive
+from drake_navbench.inputs.drive import DifferentialDrive
 from drake_navbench.kernels.swept_contact import (
     clearance_at,
     covers,
@@ -43,33 +43,35 @@ def share(start, end, *, edges=NO_EDGES, circles=NO_CIRCLES, footprint=WHEELCHAI
 
 
 def after_step(start):
-    """Returns the state (5,) after a step at a constant twist."""
-    x, y, yaw, v, w = start
+    """Returns the state (6,) after a step at a constant twist."""
+    x, y, yaw, v, w, _ = start
     turned = yaw + w * STEP_S
     if w == 0.0:
         along = np.array([math.cos(yaw), math.sin(yaw)]) * v * STEP_S
     else:
         turn = [math.sin(turned) - math.sin(yaw), math.cos(yaw) - math.cos(turned)]
         along = np.array(turn) * v / w
-    return np.array([x + along[0], y + along[1], turned, v, w])
+    return np.array([x + along[0], y + along[1], turned, v, w, 0.0])
 
 
 def test_the_motion_within_a_step_is_the_dense_output_of_drake():
     builder = DiagramBuilder()
     scene_graph = builder.AddSystem(SceneGraph())
-    wheelchair = builder.AddSystem(Wheelchair(Drive(), scene_graph, footprint=WHEELCHAIR))
-    command = builder.AddSystem(ConstantVectorSource([0.5, 1.5]))
+    wheelchair = builder.AddSystem(
+        Wheelchair(DifferentialDrive(), scene_graph, footprint=WHEELCHAIR)
+    )
+    command = builder.AddSystem(ConstantVectorSource([0.5, 1.5, 0.0]))
     builder.Connect(command.get_output_port(), wheelchair.get_command_input_port())
     simulator = Simulator(builder.Build())
     ApplySimulatorConfig(INTEGRATION, simulator)
     simulator.Initialize()
     simulator.AdvanceTo(0.3)
     context = simulator.get_context()
-    start = context.get_continuous_state_vector().CopyToVector()
+    start = wheelchair.get_state_output_port().Eval(wheelchair.GetMyContextFromRoot(context))
     simulator.get_mutable_integrator().StartDenseIntegration()
     simulator.AdvanceTo(0.3 + STEP_S)
     dense = simulator.get_mutable_integrator().StopDenseIntegration()
-    end = context.get_continuous_state_vector().CopyToVector()
+    end = wheelchair.get_state_output_port().Eval(wheelchair.GetMyContextFromRoot(context))
     for part in np.linspace(0.0, 1.0, 7):
         pose = pose_within_step(start, end, STEP_S, part)
         np.testing.assert_allclose(pose, dense.value(0.3 + part * STEP_S)[:3, 0], atol=1e-12)
@@ -106,7 +108,7 @@ def test_a_point_is_covered_inside_any_outline_or_disc(point, expected):
 def test_a_thin_wall_ahead_is_met_when_the_front_gets_there(v):
     gap_m = 0.6 * v * STEP_S
     wall = [0.85 + gap_m, -1.0, 0.85 + gap_m, 1.0]
-    start = [0.0, 0.0, 0.0, v, 0.0]
+    start = [0.0, 0.0, 0.0, v, 0.0, 0.0]
     met = share(start, after_step(start), edges=[wall])
     assert met == pytest.approx(0.6, abs=TOUCHING_M / (v * STEP_S) * 1.01)
     assert met <= 0.6
@@ -119,7 +121,7 @@ def test_a_post_under_the_corner_is_met_though_both_ends_of_the_step_are_clear(d
     w, radius = 10.0, CORNER_M - depth_m
     bearing = math.atan2(0.3, 0.85) + 0.5 * w * STEP_S
     post = np.array([[radius * math.cos(bearing), radius * math.sin(bearing), 0.0]])
-    start = [0.0, 0.0, 0.0, 0.0, w]
+    start = [0.0, 0.0, 0.0, 0.0, w, 0.0]
     end = after_step(start)
     met = share(start, end, circles=post)
     assert met * w * STEP_S == pytest.approx(bearing - math.asin(0.3 / radius), abs=2e-4)
@@ -127,13 +129,21 @@ def test_a_post_under_the_corner_is_met_though_both_ends_of_the_step_are_clear(d
 
 
 def test_passing_by_is_no_contact_however_close():
-    start = [0.0, 0.0, 0.0, 0.5, 0.0]
+    start = [0.0, 0.0, 0.0, 0.5, 0.0, 0.0]
     beside = [-1.0, 0.3 + 2.0 * TOUCHING_M, 3.0, 0.3 + 2.0 * TOUCHING_M]
     assert share(start, after_step(start), edges=[beside]) == math.inf
 
 
+def test_a_wall_beside_is_met_when_the_robot_goes_sideways():
+    # The left side at 0.3 m, at 0.5 m/s: half a step of 0.02 s is 5 mm.
+    start = [0.0, 0.0, 0.0, 0.0, 0.0, 0.5]
+    end = [0.0, 0.5 * STEP_S, 0.0, 0.0, 0.0, 0.5]
+    wall = [-1.0, 0.3 + 0.25 * STEP_S, 3.0, 0.3 + 0.25 * STEP_S]
+    assert share(start, end, edges=[wall]) == pytest.approx(0.5, abs=TOUCHING_M / (0.5 * STEP_S))
+
+
 def test_standing_still_touches_nothing_new():
-    start = [0.0, 0.0, 0.0, 0.0, 0.0]
+    start = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     assert share(start, start, edges=[[0.86, -1.0, 0.86, 1.0]]) == math.inf
     assert share(start, start, edges=[[0.85, -1.0, 0.85, 1.0]]) == 0.0
 
@@ -144,9 +154,9 @@ speeds, rates = st.floats(-5.0, 5.0), st.floats(-20.0, 20.0)
 @given(v=speeds, w=rates, dv=speeds, dw=rates, x=st.floats(-1.2, 1.2), y=st.floats(-1.2, 1.2))
 def test_nothing_is_touched_before_the_first_contact_and_something_at_it(v, w, dv, dw, x, y):
     post = np.array([[x, y, 0.002]])
-    start = np.array([0.0, 0.0, 0.0, v, w])
-    end = after_step([0.0, 0.0, 0.0, v + 0.5 * dv, w + 0.5 * dw])
-    end[3:] = v + dv, w + dw
+    start = np.array([0.0, 0.0, 0.0, v, w, 0.0])
+    end = after_step([0.0, 0.0, 0.0, v + 0.5 * dv, w + 0.5 * dw, 0.0])
+    end[3:5] = v + dv, w + dw
     assume(clearance_at(WHEELCHAIR, *start[:3], NO_EDGES, post, 5.0) > TOUCHING_M)
     met = share(start, end, circles=post)
     parts = np.linspace(0.0, min(met, 1.0), 200, endpoint=False)

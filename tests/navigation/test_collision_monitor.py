@@ -32,8 +32,10 @@ def cluster(x, y=0.0, count=3):
 
 
 def let_through(watch, command, points, state=None):
-    state, output = watch.step(state or MonitorState(), np.array(command), points)
-    return output, state
+    """Returns what becomes of a command [v, w] or [v, w, vy], as long as it is, and the state."""
+    padded = np.array([*command, 0.0][:3])
+    state, output = watch.step(state or MonitorState(), padded, points)
+    return output[: len(command)], state
 
 
 def test_without_points_the_command_passes():
@@ -133,6 +135,56 @@ def test_a_velocity_polygon_follows_the_command_and_keeps_the_last_shape():
     # -0.8 m/s is covered by none: the one for backward motion stays.
     output, _ = let_through(watch, [-0.8, 0.0], ahead, state)
     np.testing.assert_array_equal(output, [-0.8, 0.0])
+
+
+def test_a_holonomic_velocity_polygon_follows_the_direction_of_motion():
+    left = [[0.5, 1.0], [0.5, 0.0], [-0.5, 0.0], [-0.5, 1.0]]
+    right = [[x, -y] for x, y in left]
+    # The backward sector goes across the direction straight back.
+    quarter = np.pi / 4
+    directions = {
+        "left": (quarter, 3 * quarter, left),
+        "right": (-3 * quarter, -quarter, right),
+        "back": (3 * quarter, -3 * quarter, [[-x, y] for x, y in AHEAD]),
+        "front": (-quarter, quarter, AHEAD),
+    }
+    watch = monitor(
+        zone={
+            "type": "velocity_polygon",
+            "action_type": "stop",
+            "min_points": 2,
+            "holonomic": True,
+            "velocity_polygons": {
+                name: part((0.0, 1.0), points)
+                | {"direction_start_angle": start, "direction_end_angle": end}
+                for name, (start, end, points) in directions.items()
+            },
+        }
+    )
+    for name, command, points in (
+        ("left", [0.0, 0.0, 0.4], cluster(0.0, 0.7)),
+        ("right", [0.1, 0.0, -0.4], cluster(0.0, -0.7)),
+        ("back", [-0.4, 0.0, 0.1], cluster(-0.5)),
+        ("back", [-0.4, 0.0, -0.1], cluster(-0.5)),
+        ("front", [0.0, 0.5, 0.0], cluster(0.5)),
+    ):
+        output, state = let_through(watch, command, points)
+        assert state.shapes["zone"].sub_polygon == name
+        np.testing.assert_array_equal(output, [0.0, 0.0, 0.0])
+
+
+def test_a_limit_holds_for_the_speed_over_the_floor():
+    watch = monitor(zone=polygon("limit", linear_limit=0.25))
+    # hypot(0.3, 0.4) = 0.5: half of everything is left.
+    output, _ = let_through(watch, [0.3, 0.1, 0.4], cluster(0.5))
+    np.testing.assert_allclose(output, [0.15, 0.05, 0.2])
+
+
+def test_an_approach_looks_sideways_where_the_robot_goes_sideways():
+    watch = monitor(body=polygon("approach", None, time_before_collision=2.0))
+    # The left side at 0.25 m meets points at 0.69 m in the fifth step of 0.1 s at 1 m/s.
+    output, _ = let_through(watch, [0.0, 0.0, 1.0], cluster(0.0, 0.69, count=2))
+    np.testing.assert_allclose(output, [0.0, 0.0, 0.2], atol=1e-9)
 
 
 def test_consecutive_cycles_delay_the_stop_and_the_release():

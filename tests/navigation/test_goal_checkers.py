@@ -17,7 +17,7 @@ from drake_navbench.navigation.goal_checkers import (
 )
 
 GOAL = np.array([5.0, 1.0, 0.5])
-AT_REST = np.zeros(2)
+AT_REST = np.zeros(3)
 SHORT_PLAN = np.array([[4.6, 1.0, 0.0], [4.8, 1.0, 0.0], [5.0, 1.0, 0.5]])  # 0.4 m long
 LONG_PLAN = np.array([[3.9, 1.0, 0.0], [5.0, 1.0, 0.5]])  # 1.1 m, above the 1.0 m of the default
 
@@ -92,9 +92,12 @@ def test_a_new_path_starts_without_the_latch():
 @pytest.mark.parametrize(
     ("twist", "expected"),
     [
-        ((0.25, 0.25), REACHED),
-        ((-0.3, 0.0), POSITION_ONLY),
-        ((0.0, -0.3), POSITION_ONLY),
+        ((0.25, 0.25, 0.0), REACHED),
+        ((-0.3, 0.0, 0.0), POSITION_ONLY),
+        ((0.0, -0.3, 0.0), POSITION_ONLY),
+        ((0.0, 0.0, 0.3), POSITION_ONLY),
+        # hypot(0.2, 0.2) = 0.28
+        ((0.2, 0.0, 0.2), POSITION_ONLY),
     ],
 )
 def test_stopped_checker_waits_for_standstill(twist, expected):
@@ -130,7 +133,7 @@ def test_axis_checker_takes_the_distance_where_the_path_has_no_direction():
     assert run(checker, [(0.36, 0.0)], local_plan=single_pose) == [NOWHERE]
 
 
-MOVING = (0.3, 0.0)
+MOVING = (0.3, 0.0, 0.0)
 
 
 def test_adaptive_checker_takes_a_fine_position_at_once():
@@ -175,7 +178,7 @@ def test_adaptive_checker_forgets_a_position_left_by_more_than_the_buffer():
     assert run(checker, offsets, twist=MOVING) == [REACHED, REACHED, NOWHERE]
 
 
-@pytest.mark.parametrize("checker_class", GOAL_CHECKERS.values())
+@pytest.mark.parametrize("checker_class", GOAL_CHECKERS.built_in.values())
 def test_a_mirrored_world_gives_the_same_verdicts(checker_class):
     mirror = np.array([1.0, -1.0, -1.0])
     checker = make(checker_class)
@@ -197,7 +200,7 @@ def test_a_mirrored_world_gives_the_same_verdicts(checker_class):
 def test_checkers_tell_controllers_their_tolerances():
     told = {
         name.split("::")[1]: (make(c).xy_tolerance_m, make(c).yaw_tolerance_rad)
-        for name, c in GOAL_CHECKERS.items()
+        for name, c in GOAL_CHECKERS.built_in.items()
     }
     assert told == {
         "SimpleGoalChecker": (0.25, 0.25),

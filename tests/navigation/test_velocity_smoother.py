@@ -12,19 +12,20 @@ from drake_navbench.navigation.velocity_smoother import (
     VelocitySmootherParameters,
 )
 
-REST = np.zeros(2)
+REST = np.zeros(3)
 
 
 def ramp(command, count, *, state=None, measured=REST, age=0.0, **parameters):
-    """Returns the outputs of `count` steps towards a command."""
+    """Returns the outputs [v, w] of `count` steps towards a command [v, w]; vy stays 0."""
     smoother = VelocitySmoother(VelocitySmootherParameters(**parameters))
     state = state or SmootherState()
     outputs = []
     for _ in range(count):
         state, output = smoother.step(
-            state, np.array(command), measured=measured, command_age_s=age
+            state, np.array([*command, 0.0]), measured=measured, command_age_s=age
         )
-        outputs.append(output)
+        assert output is None or output[2] == 0.0
+        outputs.append(None if output is None else output[:2])
     return outputs
 
 
@@ -37,13 +38,13 @@ def test_from_rest_both_axes_speed_up_by_their_own_limits():
 
 
 def test_braking_uses_the_deceleration_limit():
-    moving = SmootherState((0.5, 0.0))
+    moving = SmootherState((0.5, 0.0, 0.0))
     outputs = ramp([0.2, 0.0], 3, state=moving, max_decel=(-2.0, 0.0, -3.2))
     np.testing.assert_allclose(np.array(outputs)[:, 0], [0.4, 0.3, 0.2])
 
 
 def test_a_reversal_brakes_until_it_is_past_zero_within_one_step():
-    moving = SmootherState((0.15, 0.0))
+    moving = SmootherState((0.15, 0.0, 0.0))
     outputs = ramp([-0.5, 0.0], 4, state=moving, max_decel=(-2.0, 0.0, -3.2))
     # Two steps of -0.1 brake through zero; from -0.05 on it speeds up by 0.125 a step.
     np.testing.assert_allclose(np.array(outputs)[:, 0], [0.05, -0.05, -0.175, -0.3])
@@ -72,12 +73,12 @@ def test_the_deadband_does_not_hold_the_ramp_back():
 
 
 def test_closed_loop_starts_each_step_from_the_odometry():
-    outputs = ramp([0.5, 0.0], 2, feedback="CLOSED_LOOP", measured=np.array([0.1, 0.0]))
+    outputs = ramp([0.5, 0.0], 2, feedback="CLOSED_LOOP", measured=np.array([0.1, 0.0, 0.0]))
     np.testing.assert_allclose(np.array(outputs)[:, 0], [0.225, 0.225])
 
 
 def test_a_command_that_is_too_old_ramps_down_and_then_nothing_is_sent():
-    moving = SmootherState((0.2, 0.0))
+    moving = SmootherState((0.2, 0.0, 0.0))
     outputs = ramp([0.5, 0.0], 4, state=moving, age=1.1)
     np.testing.assert_allclose([output[0] for output in outputs[:2]], [0.075, 0.0])
     assert outputs[2:] == [None, None]
@@ -88,13 +89,25 @@ def test_a_command_exactly_as_old_as_the_timeout_is_still_good():
     assert output[0] == pytest.approx(0.125)
 
 
+def test_the_third_axis_has_the_limits_that_nav2_gives_second():
+    limits = {"max_velocity": (0.5, 0.3, 2.5), "max_accel": (2.5, 1.0, 3.2)}
+    smoother = VelocitySmoother(VelocitySmootherParameters(**limits))
+    state, outputs = SmootherState(), []
+    for _ in range(8):
+        state, output = smoother.step(state, np.array([0.0, 0.0, 1.0]), measured=REST)
+        outputs.append(output)
+    # 1 m/s^2 / 20 Hz = 0.05 m/s a step, up to 0.3 m/s.
+    sideways = [0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.3, 0.3]
+    np.testing.assert_allclose(outputs, [[0.0, 0.0, vy] for vy in sideways], atol=1e-15)
+
+
 SPEEDS = st.floats(-0.5, 0.5)
 
 
 @given(v=SPEEDS, w=SPEEDS, last_v=SPEEDS, last_w=SPEEDS, scale=st.booleans())
 def test_a_mirrored_command_gives_the_mirrored_output(v, w, last_v, last_w, scale):
-    here = ramp([v, w], 1, state=SmootherState((last_v, last_w)), scale_velocities=scale)[0]
-    there = ramp([v, -w], 1, state=SmootherState((last_v, -last_w)), scale_velocities=scale)[0]
+    here = ramp([v, w], 1, state=SmootherState((last_v, last_w, 0.0)), scale_velocities=scale)[0]
+    there = ramp([v, -w], 1, state=SmootherState((last_v, -last_w, 0.0)), scale_velocities=scale)[0]
     np.testing.assert_allclose(there, here * [1.0, -1.0], atol=1e-15)
 
 

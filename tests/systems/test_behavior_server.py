@@ -21,8 +21,8 @@ class Rig:
         self.simulator = Simulator(self.server)
         self.context = self.simulator.get_mutable_context()
         free = Costmap(np.zeros((120, 120), dtype=np.uint8), -3.0, -3.0, 0.05)
-        self.give(estimate=np.zeros(5), costmap=free, goal=None)
-        self.give(controller_command=np.array([0.4, 0.0]))
+        self.give(estimate=np.zeros(6), costmap=free, goal=None)
+        self.give(controller_command=np.array([0.4, 0.0, 0.0]))
 
     def give(self, **inputs):
         for name, value in inputs.items():
@@ -39,7 +39,7 @@ class Rig:
 
 def test_without_a_goal_the_controllers_command_passes():
     command, status = Rig().run(0.15)
-    np.testing.assert_array_equal(command, [0.4, 0.0])
+    np.testing.assert_array_equal(command, [0.4, 0.0, 0.0])
     assert status.state is TaskState.IDLE
 
 
@@ -47,11 +47,11 @@ def test_a_behaviour_that_moves_the_robot_takes_the_command_and_gives_it_back():
     rig = Rig()
     rig.give(goal=BehaviorGoal(1, "backup", BACK))
     command, status = rig.run(0.15)
-    np.testing.assert_array_equal(command, [-0.15, 0.0])
+    np.testing.assert_array_equal(command, [-0.15, 0.0, 0.0])
     assert (status.state, status.task_id) == (TaskState.RUNNING, 1)
-    rig.give(estimate=np.array([-0.3, 0.0, 0.0, 0.0, 0.0]))
+    rig.give(estimate=np.array([-0.3, 0.0, 0.0, 0.0, 0.0, 0.0]))
     command, status = rig.run(0.1)
-    np.testing.assert_array_equal(command, [0.4, 0.0])
+    np.testing.assert_array_equal(command, [0.4, 0.0, 0.0])
     assert status.state is TaskState.SUCCEEDED
 
 
@@ -59,7 +59,7 @@ def test_a_wait_leaves_the_command_to_the_controller():
     rig = Rig()
     rig.give(goal=BehaviorGoal(1, "wait", {"time": 0.3}))
     command, status = rig.run(0.25)
-    np.testing.assert_array_equal(command, [0.4, 0.0])
+    np.testing.assert_array_equal(command, [0.4, 0.0, 0.0])
     assert status.state is TaskState.RUNNING
     assert rig.run(0.1)[1].state is TaskState.SUCCEEDED
 
@@ -68,7 +68,7 @@ def test_without_a_costmap_it_does_not_move():
     rig = Rig()
     rig.give(goal=BehaviorGoal(1, "backup", BACK), costmap=None)
     command, status = rig.run(0.15)
-    np.testing.assert_array_equal(command, [0.4, 0.0])
+    np.testing.assert_array_equal(command, [0.4, 0.0, 0.0])
     assert status.error_code == 714
 
 
@@ -95,5 +95,5 @@ def test_a_new_goal_replaces_the_one_at_hand():
     rig.run(0.15)
     rig.give(goal=BehaviorGoal(2, "spin", {"target_yaw": 1.0}))
     command, status = rig.run(0.1)
-    np.testing.assert_array_equal(command, [0.0, 1.0])
+    np.testing.assert_array_equal(command, [0.0, 1.0, 0.0])
     assert status.task_id == 2

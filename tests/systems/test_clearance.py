@@ -45,7 +45,7 @@ def distances_at(pose, world, footprint=WHEELCHAIR, costmap=None):
     clearance = builder.AddSystem(
         Clearance(world, footprint=footprint, period_s=0.05, offset_s=0.02)
     )
-    state = builder.AddSystem(ConstantVectorSource([*pose, 0.0, 0.0]))
+    state = builder.AddSystem(ConstantVectorSource([*pose, 0.0, 0.0, 0.0]))
     builder.Connect(state.get_output_port(), clearance.GetInputPort("state"))
     simulator = Simulator(builder.Build())
     own = clearance.GetMyMutableContextFromRoot(simulator.get_mutable_context())

@@ -66,7 +66,7 @@ class Rig:
         self.simulator = Simulator(self.server)
         self.context = self.simulator.get_mutable_context()
         self.cycle_count = 0
-        self.give(estimate=np.zeros(5), costmap=costmap(), plan=None)
+        self.give(estimate=np.zeros(6), costmap=costmap(), plan=None)
 
     def give(self, **inputs):
         for name, value in inputs.items():
@@ -120,7 +120,7 @@ def test_cancelling_stops_at_once():
     rig.give(plan=plan(cancel_requested=True))
     state = rig.run(1)
     assert state.status.state is TaskState.CANCELED
-    np.testing.assert_array_equal(state.command, [0.0, 0.0])
+    np.testing.assert_array_equal(state.command, [0.0, 0.0, 0.0])
 
 
 def test_a_controller_that_slows_down_is_cancelled_when_it_is_at_rest():
@@ -143,7 +143,7 @@ def test_after_a_request_to_clear_it_waits_for_the_next_costmap_and_keeps_the_co
     rig.give(clear_request=ClearRequest(time_s=0.06))
     state = rig.run(3)
     assert len(controller.seen) == 2
-    np.testing.assert_allclose(state.command, [0.2, 0.0])
+    np.testing.assert_allclose(state.command, [0.2, 0.0, 0.0])
     rig.give(costmap=costmap(stamp_s=0.2))
     assert rig.run(1).memory == 3
 

@@ -44,7 +44,7 @@ class Rig:
         builder = DiagramBuilder()
         self.costmap = builder.AddSystem(costmap)
         self.lidar = builder.AddSystem(Lidar(LidarSettings(), world))
-        source = builder.AddSystem(ConstantVectorSource([*pose, 0.0, 0.0]))
+        source = builder.AddSystem(ConstantVectorSource([*pose, 0.0, 0.0, 0.0]))
         for system in (self.lidar, costmap):
             builder.Connect(source.get_output_port(), system.GetInputPort("state"))
         builder.Connect(self.lidar.GetOutputPort("scan"), costmap.GetInputPort("scan"))
@@ -281,7 +281,7 @@ def test_updating_the_touched_window_gives_what_making_all_anew_gives():
 
     def scan_at(pose):
         context = lidar.CreateDefaultContext()
-        lidar.GetInputPort("state").FixValue(context, [*pose, 0.0, 0.0])
+        lidar.GetInputPort("state").FixValue(context, [*pose, 0.0, 0.0, 0.0])
         simulator = Simulator(lidar, context)
         simulator.Initialize()
         simulator.AdvancePendingEvents()

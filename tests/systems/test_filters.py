@@ -35,7 +35,7 @@ class Rig:
     def __init__(self, system) -> None:
         builder = DiagramBuilder()
         self.system = builder.AddSystem(system)
-        self.source = builder.AddSystem(ConstantVectorSource(np.zeros(5)))
+        self.source = builder.AddSystem(ConstantVectorSource(np.zeros(6)))
         builder.Connect(self.source.get_output_port(), system.GetInputPort("estimate"))
         self.simulator = Simulator(builder.Build())
 
@@ -43,7 +43,7 @@ class Rig:
         """Returns the filter's state after one more period at x."""
         root = self.simulator.get_mutable_context()
         context = self.source.GetMyMutableContextFromRoot(root)
-        self.source.get_mutable_source_value(context).SetFromVector([x, 0.5, 0.0, 0.0, 0.0])
+        self.source.get_mutable_source_value(context).SetFromVector([x, 0.5, 0.0, 0.0, 0.0, 0.0])
         self.simulator.AdvanceTo(root.get_time() + PERIOD_S)
         own = self.system.GetMyContextFromRoot(root)
         return self.system.GetOutputPort("filter_state").Eval(own)

@@ -16,7 +16,7 @@ def scan_from(base_pose, world=WALL_AHEAD, seed=0, **settings) -> Scan:
     """Returns the first scan of a robot standing at a pose."""
     lidar = Lidar(LidarSettings(**{"beam_count": 8} | settings), world)
     context = lidar.CreateDefaultContext()
-    lidar.GetInputPort("state").FixValue(context, [*base_pose, 0.0, 0.0])
+    lidar.GetInputPort("state").FixValue(context, [*base_pose, 0.0, 0.0, 0.0])
     context.get_mutable_abstract_parameter(lidar.seed_parameter).set_value(seed)
     simulator = Simulator(lidar, context)
     simulator.Initialize()

@@ -34,7 +34,7 @@ class Rig:
         self.costmap = builder.AddSystem(
             LocalCostmap(SETTINGS, LidarSettings(), footprint=FOOTPRINT, offset_s=0.01)
         )
-        self.source = builder.AddSystem(ConstantVectorSource([*pose, 0.0, 0.0]))
+        self.source = builder.AddSystem(ConstantVectorSource([*pose, 0.0, 0.0, 0.0]))
         for system in (self.lidar, self.costmap):
             builder.Connect(self.source.get_output_port(), system.GetInputPort("state"))
         builder.Connect(self.lidar.GetOutputPort("scan"), self.costmap.GetInputPort("scan"))
@@ -53,7 +53,7 @@ class Rig:
 
     def move_to(self, pose) -> None:
         context = self.source.GetMyMutableContextFromRoot(self.simulator.get_mutable_context())
-        self.source.get_mutable_source_value(context).SetFromVector([*pose, 0.0, 0.0])
+        self.source.get_mutable_source_value(context).SetFromVector([*pose, 0.0, 0.0, 0.0])
 
 
 def cost_at(costmap, x: float, y: float) -> int:

@@ -6,7 +6,7 @@ from pydrake.systems.analysis import Simulator
 from drake_navbench.inputs.robot import LocalizationSettings
 from drake_navbench.systems.localization import Localization
 
-STATE = np.array([1.0, -2.0, 0.3, 0.5, 0.1])
+STATE = np.array([1.0, -2.0, 0.3, 0.5, 0.1, 0.2])
 OFFSET_S = 0.02
 SETTINGS = LocalizationSettings(period_s=0.05, xy_std_m=0.01, yaw_std_rad=0.02)
 
@@ -31,11 +31,11 @@ def errors(time_s, *, seed=0, settings=SETTINGS):
 
 def test_without_spread_the_estimate_is_the_truth():
     settings = LocalizationSettings(xy_std_m=0.0, yaw_std_rad=0.0)
-    np.testing.assert_array_equal(errors(1.0, settings=settings), np.zeros(5))
+    np.testing.assert_array_equal(errors(1.0, settings=settings), np.zeros(6))
 
 
 def test_only_what_has_a_spread_is_noisy():
-    assert (errors(0.0) != 0.0).tolist() == [True, True, True, False, False]
+    assert (errors(0.0) != 0.0).tolist() == [True, True, True, False, False, False]
 
 
 def test_the_noise_holds_from_one_draw_to_the_next():

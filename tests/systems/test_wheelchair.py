@@ -8,18 +8,18 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 from scenes import WHEELCHAIR
 
-from drake_navbench.inputs.robot import Drive
+from drake_navbench.inputs.drive import DifferentialDrive
 from drake_navbench.systems.wheelchair import Wheelchair
 
 
 def drive(command, duration_s, *, settings=None, start=(0.0, 0.0, 0.0), step_s=0.005):
-    """Returns the final state after a constant command."""
+    """Returns the final state [x, y, yaw, v, w] after a constant command [v, w]."""
     builder = DiagramBuilder()
     scene_graph = builder.AddSystem(SceneGraph())
     wheelchair = builder.AddSystem(
-        Wheelchair(settings or Drive(), scene_graph, footprint=WHEELCHAIR)
+        Wheelchair(settings or DifferentialDrive(), scene_graph, footprint=WHEELCHAIR)
     )
-    source = builder.AddSystem(ConstantVectorSource(command))
+    source = builder.AddSystem(ConstantVectorSource([*command, 0.0]))
     builder.Connect(source.get_output_port(), wheelchair.get_command_input_port())
     builder.Connect(
         wheelchair.get_geometry_pose_output_port(),
@@ -33,10 +33,12 @@ def drive(command, duration_s, *, settings=None, start=(0.0, 0.0, 0.0), step_s=0
     context = wheelchair.GetMyMutableContextFromRoot(simulator.get_mutable_context())
     wheelchair.set_pose(context, np.array(start))
     simulator.AdvanceTo(duration_s)
-    return wheelchair.get_state_output_port().Eval(context)
+    *state, vy = wheelchair.get_state_output_port().Eval(context)
+    assert vy == 0.0
+    return np.array(state)
 
 
-FREE = Drive(max_linear_acceleration_mps2=None, max_angular_acceleration_radps2=None)
+FREE = DifferentialDrive(max_linear_acceleration_mps2=None, max_angular_acceleration_radps2=None)
 
 
 def test_without_acceleration_limits_the_velocity_is_a_first_order_response():
@@ -54,7 +56,7 @@ def test_the_distance_lags_by_the_time_constant_once_at_speed():
 
 
 def test_the_acceleration_limit_makes_a_ramp():
-    slow = Drive(max_linear_acceleration_mps2=0.5, response_time_constant_s=0.1)
+    slow = DifferentialDrive(max_linear_acceleration_mps2=0.5, response_time_constant_s=0.1)
     *_, v, _ = drive([0.5, 0.0], 0.5, settings=slow)
     assert v == pytest.approx(0.25, abs=1e-3)
 
@@ -80,7 +82,7 @@ def test_a_mirrored_command_gives_the_mirrored_path():
 
 def test_the_footprint_stands_where_the_state_says():
     scene_graph = SceneGraph()
-    wheelchair = Wheelchair(Drive(), scene_graph, footprint=WHEELCHAIR)
+    wheelchair = Wheelchair(DifferentialDrive(), scene_graph, footprint=WHEELCHAIR)
     context = wheelchair.CreateDefaultContext()
     wheelchair.set_pose(context, np.array([1.0, 2.0, 0.5 * np.pi]))
     poses = wheelchair.get_geometry_pose_output_port().Eval(context)
@@ -90,5 +92,5 @@ def test_the_footprint_stands_where_the_state_says():
 
 
 def test_the_state_does_not_jump_with_the_command():
-    wheelchair = Wheelchair(Drive(), SceneGraph(), footprint=WHEELCHAIR)
+    wheelchair = Wheelchair(DifferentialDrive(), SceneGraph(), footprint=WHEELCHAIR)
     assert not wheelchair.HasAnyDirectFeedthrough()

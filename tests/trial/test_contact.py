@@ -9,7 +9,8 @@ from stub_controller import StubPreset
 
 from drake_navbench.analysis.invariants import violations_of
 from drake_navbench.controller import Decision, NoValidControl
-from drake_navbench.inputs.robot import Drive, load_robot
+from drake_navbench.inputs.drive import DifferentialDrive
+from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.inputs.world import Box, Cylinder, World
 from drake_navbench.kernels.footprint import circle_footprint
@@ -149,7 +150,9 @@ def test_what_the_last_cycle_left_is_in_the_log_of_a_collided_trial():
 
 
 def watch(*obstacles, walls=(), footprint=CHAIR):
-    return ContactWatch(Drive(), World(obstacles, walls), footprint=footprint, max_step_s=0.02)
+    return ContactWatch(
+        DifferentialDrive(), World(obstacles, walls), footprint=footprint, max_step_s=0.02
+    )
 
 
 def box(low, high):
@@ -158,7 +161,7 @@ def box(low, high):
 
 def test_nothing_is_looked_at_as_long_as_the_limits_of_the_drive_rule_contact_out():
     at_rest = watch(box((1.85, -1.0), (2.0, 1.0)))
-    at_rest.look(0.0, np.zeros(5))
+    at_rest.look(0.0, np.zeros(6))
     # 1 m less 10 um ahead. The outline gets no faster than 0.5 m/s + 2 rad/s * 0.901 m, and has
     # to speed up at no more than 2.5 m/s^2 + 3 rad/s^2 * 0.901 m.
     rate = 2.5 + 3.0 * CORNER_M
@@ -169,7 +172,7 @@ def test_nothing_is_looked_at_as_long_as_the_limits_of_the_drive_rule_contact_ou
 
 def test_a_start_in_contact_is_a_contact_at_the_start():
     touching = watch(walls=(box((0.85, -1.0), (2.0, 1.0)),))
-    touching.look(0.0, np.zeros(5))
+    touching.look(0.0, np.zeros(6))
     assert touching.contact.time_s == 0.0
 
 
@@ -177,15 +180,15 @@ def test_a_start_wholly_inside_an_obstacle_is_one_too():
     inside_box = watch(box((-5.0, -5.0), (5.0, 5.0)))
     inside_pillar = watch(Cylinder(type="cylinder", centre=(1.0, 0.0), radius_m=4.0))
     for inside in (inside_box, inside_pillar):
-        inside.look(0.0, np.zeros(5))
+        inside.look(0.0, np.zeros(6))
         assert inside.contact.time_s == 0.0
 
 
 def test_the_state_at_contact_is_that_of_the_step_there():
     ahead = watch(box((0.855, -1.0), (2.0, 1.0)))
-    ahead.look(0.0, np.array([0.0, 0.0, 0.0, 0.4, 0.0]))
+    ahead.look(0.0, np.array([0.0, 0.0, 0.0, 0.4, 0.0, 0.0]))
     # From 0.4 to 0.6 m/s in 0.02 s: 10 mm, of which half lies before the box.
-    ahead.look(0.02, np.array([0.01, 0.0, 0.0, 0.6, 0.0]))
+    ahead.look(0.02, np.array([0.01, 0.0, 0.0, 0.6, 0.0, 0.0]))
     contact = ahead.contact
     assert contact.state[0] == pytest.approx(0.005, abs=2.0 * TOUCHING_M)
     # 0.4 t + 5 t^2 = 0.005

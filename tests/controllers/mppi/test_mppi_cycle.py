@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from mppi_scenes import BRINGUP, observe, round_robot, scene_of
+from pydantic import ValidationError
 from scenes import straight_plan
 
 from drake_navbench.controller import NoValidControl
@@ -59,16 +60,9 @@ def test_an_ackermann_robot_turns_no_tighter_than_its_radius():
     np.testing.assert_allclose(np.abs(result.controls[2]), 0.5, atol=1e-6)
 
 
-@pytest.mark.parametrize("speed", [0.0, 0.3])
-def test_an_ackermann_robot_with_a_radius_of_zero_turns_as_it_likes(speed):
-    # As in Nav2, where |vx| / 0 bounds nothing, not even at rest.
-    sampler = sampler_of(
-        motion_model="Ackermann", AckermannConstraints={"min_turning_r": 0.0}, az_max=1000.0
-    )
-    free = sampler_of(motion_model="DiffDrive", az_max=1000.0)
-    turning = run_from(sampler, (speed, 0.0, 1.0)).controls
-    assert np.abs(turning[2]).max() > 0.5
-    np.testing.assert_array_equal(turning, run_from(free, (speed, 0.0, 1.0)).controls)
+def test_an_ackermann_robot_without_a_turning_radius_is_refused():
+    with pytest.raises(ValidationError, match="min_turning_r"):
+        sampler_of(motion_model="Ackermann", AckermannConstraints={"min_turning_r": 0.0})
 
 
 def test_costs_add_up_over_the_passes_of_a_cycle():

@@ -1,0 +1,211 @@
+"""The base of a robot file: how it moves, how fast, and how quickly it answers a command."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal, NamedTuple
+
+from pydantic import BeforeValidator, Discriminator, Field, Tag
+
+from drake_navbench.errors import nearest_name_hint
+from drake_navbench.typed_files.quantities import (
+    Acceleration,
+    AngularAcceleration,
+    AngularSpeed,
+    Length,
+    Period,
+    Speed,
+)
+from drake_navbench.typed_files.typed_yaml import FrozenModel
+
+
+class MotionBounds(NamedTuple):
+    """What no motion of a base exceeds; inf where there is no bound.
+
+    speed_mps, yaw_rate_radps: of the base origin. acceleration_mps2, yaw_acceleration_radps2: of
+    the growth of those two.
+    """
+
+    speed_mps: float
+    acceleration_mps2: float
+    yaw_rate_radps: float
+    yaw_acceleration_radps2: float
+
+
+class _Drive(FrozenModel):
+    """What every base has: speed along its heading with a first-order response."""
+
+    max_linear_velocity_mps: Speed = Field(0.5, gt=0.0, description="Forward limit [m/s].")
+    min_linear_velocity_mps: Speed = Field(-0.5, le=0.0, description="Backward limit [m/s].")
+    response_time_constant_s: Period = Field(
+        0.1, description="Time constant of the velocity response [s]."
+    )
+    max_linear_acceleration_mps2: Acceleration | None = Field(
+        2.5, gt=0.0, description="Limit on dv/dt [m/s^2]; null means none."
+    )
+
+    @property
+    def lateral_speed_mps(self) -> float:
+        """How fast it moves sideways, m/s; 0 where it cannot."""
+        return 0.0
+
+    @property
+    def turning_radius_m(self) -> float:
+        """The tightest turn, m; 0 where it turns in place."""
+        return 0.0
+
+    @property
+    def _forward_speed_mps(self) -> float:
+        return max(self.max_linear_velocity_mps, -self.min_linear_velocity_mps)
+
+
+class _TurningDrive(_Drive):
+    """A base that turns about itself."""
+
+    max_angular_velocity_radps: AngularSpeed = Field(
+        2.0, gt=0.0, description="Turning limit [rad/s]."
+    )
+    max_angular_acceleration_radps2: AngularAcceleration | None = Field(
+        3.0, gt=0.0, description="Limit on dw/dt [rad/s^2]; null means none."
+    )
+
+
+class DifferentialDrive(_TurningDrive):
+    """Two driven wheels: drives along its heading and turns in place."""
+
+    # Robot files and logs from before there were other bases do not name it.
+    type: Literal["differential"] = Field(
+        "differential", exclude=True, description="Kind of base; this is the one without a name."
+    )
+
+    @property
+    def bounds(self) -> MotionBounds:
+        """What no motion of it exceeds."""
+        return MotionBounds(
+            self._forward_speed_mps,
+            self.max_linear_acceleration_mps2 or math.inf,
+            self.max_angular_velocity_radps,
+            self.max_angular_acceleration_radps2 or math.inf,
+        )
+
+
+class OmnidirectionalDrive(_TurningDrive):
+    """Mecanum or other wheels that also move it sideways; each axis has limits of its own."""
+
+    type: Literal["omnidirectional"] = Field(description="Kind of base.")
+    max_lateral_velocity_mps: Speed = Field(
+        0.5, gt=0.0, description="Sideways limit, both ways [m/s]."
+    )
+    max_lateral_acceleration_mps2: Acceleration | None = Field(
+        2.5, gt=0.0, description="Limit on dvy/dt [m/s^2]; null means none."
+    )
+
+    @property
+    def lateral_speed_mps(self) -> float:
+        """How fast it moves sideways, m/s."""
+        return self.max_lateral_velocity_mps
+
+    @property
+    def bounds(self) -> MotionBounds:
+        """What no motion of it exceeds."""
+        return MotionBounds(
+            math.hypot(self._forward_speed_mps, self.max_lateral_velocity_mps),
+            math.hypot(
+                self.max_linear_acceleration_mps2 or math.inf,
+                self.max_lateral_acceleration_mps2 or math.inf,
+            ),
+            self.max_angular_velocity_radps,
+            self.max_angular_acceleration_radps2 or math.inf,
+        )
+
+
+class AckermannDrive(_Drive):
+    """Car-like: steered front wheels, and the base origin in the middle of the rear axle."""
+
+    type: Literal["ackermann"] = Field(description="Kind of base.")
+    wheelbase_m: Length = Field(gt=0.0, description="From the rear to the front axle [m].")
+    min_turning_radius_m: Length = Field(gt=0.0, description="Of the base origin at full lock [m].")
+    max_steering_rate_radps: AngularSpeed | None = Field(
+        1.0, gt=0.0, description="Limit on the steering angle's rate [rad/s]; null means none."
+    )
+
+    @property
+    def turning_radius_m(self) -> float:
+        """The tightest turn, m."""
+        return self.min_turning_radius_m
+
+    @property
+    def max_angular_velocity_radps(self) -> float:
+        """How fast it turns at full lock and full speed forward, rad/s."""
+        return self.max_linear_velocity_mps / self.min_turning_radius_m
+
+    @property
+    def bounds(self) -> MotionBounds:
+        """What no motion of it exceeds; w = v tan(steering angle) / wheelbase."""
+        speed_mps = self._forward_speed_mps
+        acceleration_mps2 = self.max_linear_acceleration_mps2 or math.inf
+        radius_m, wheelbase_m = self.min_turning_radius_m, self.wheelbase_m
+        # Of the curvature: its derivative by the steering angle is largest at full lock.
+        per_angle = (1.0 + (wheelbase_m / radius_m) ** 2) / wheelbase_m
+        curvature_rate = per_angle * (self.max_steering_rate_radps or math.inf)
+        return MotionBounds(
+            speed_mps,
+            acceleration_mps2,
+            speed_mps / radius_m,
+            acceleration_mps2 / radius_m + speed_mps * curvature_rate,
+        )
+
+
+_KINDS: Mapping[str, type[_Drive]] = {
+    "differential": DifferentialDrive,
+    "omnidirectional": OmnidirectionalDrive,
+    "ackermann": AckermannDrive,
+}
+
+
+def _type_of(data: Any) -> Any:
+    if isinstance(data, Mapping):
+        return data.get("type", "differential")
+    return getattr(data, "type", "differential")
+
+
+def _check_type(data: Any) -> Any:
+    kind = _type_of(data)
+    if not isinstance(kind, str) or kind not in _KINDS:
+        raise ValueError(f"unknown type {kind!r}{nearest_name_hint(kind, _KINDS)}")
+    return data
+
+
+Drive = Annotated[
+    Annotated[DifferentialDrive, Tag("differential")]
+    | Annotated[OmnidirectionalDrive, Tag("omnidirectional")]
+    | Annotated[AckermannDrive, Tag("ackermann")],
+    Discriminator(_type_of),
+    BeforeValidator(_check_type),
+]
+"""The base of a robot file, told apart by `type`; without it, a differential one."""
+
+
+def overrides_for(drive: _Drive, overrides: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns overrides of a drive without those of what only other kinds of base have.
+
+    A scenario may be for robots of every kind, and takes a limit away from those that have it.
+    """
+    if "type" in overrides:
+        return dict(overrides)
+    own = type(drive).model_fields
+    of_any = {name for kind in _KINDS.values() for name in kind.model_fields}
+    return {name: value for name, value in overrides.items() if name in own or name not in of_any}
+
+
+def as_omnidirectional(drive: _Drive) -> dict[str, Any]:
+    """Returns the fields of a base like another one that also moves sideways, as fast as ahead."""
+    own = drive.model_dump(mode="json", exclude={"type"})
+    shared = {name: own[name] for name in OmnidirectionalDrive.model_fields if name in own}
+    return {
+        "type": "omnidirectional",
+        **shared,
+        "max_lateral_velocity_mps": drive.max_linear_velocity_mps,
+        "max_lateral_acceleration_mps2": drive.max_linear_acceleration_mps2,
+    }

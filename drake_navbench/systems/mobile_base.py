@@ -1,0 +1,121 @@
+"""What every base has in common: ports, a footprint in SceneGraph, a velocity response."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake import symbolic
+from pydrake.common.value import AbstractValue
+from pydrake.geometry import (
+    FramePoseVector,
+    GeometryFrame,
+    GeometryInstance,
+    MakePhongIllustrationProperties,
+    SceneGraph,
+)
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.systems.framework import Context, InputPort, OutputPort
+from pydrake.systems.primitives import SymbolicVectorSystem
+
+from drake_navbench.inputs.world_geometry import convex_pieces, prism
+from drake_navbench.systems.lifetime import weakly_bound
+from drake_navbench.systems.ports import COMMAND_SIZE
+
+# Only to be seen: contact is judged in the plane, whatever the heights.
+FOOTPRINT_HEIGHT_M = 1.0
+FOOTPRINT_COLOR = (0.0, 0.45, 0.7, 0.8)
+
+Vector = NDArray[np.float64]
+
+
+class MobileBase(SymbolicVectorSystem):
+    """Base of the bases: equations of motion that a subclass gives, and its footprint.
+
+    Input port `command` [v m/s, w rad/s, vy m/s]. Output port `state` [x m, y m, yaw rad, v m/s,
+    w rad/s, vy m/s] in the world frame; vy is the velocity to the left. The continuous state begins
+    with [x m, y m, yaw rad]. Output port `geometry_pose` places the frame that carries the
+    footprint in SceneGraph. The equations of motion are symbolic: Drake evaluates them without
+    calling Python.
+
+    own_state: symbolic, the continuous state. command: symbolic (3,). dynamics: time derivative of
+    the state. state: symbolic (6,), what the output port `state` tells.
+    """
+
+    def __init__(
+        self,
+        scene_graph: SceneGraph,
+        *,
+        footprint: Vector,
+        own_state: NDArray[np.object_],
+        command: NDArray[np.object_],
+        dynamics: list[Any],
+        state: list[Any],
+    ) -> None:
+        super().__init__(state=own_state, input=command, dynamics=dynamics, output=state)
+        self.source_id = scene_graph.RegisterSource("base")
+        self.frame_id = scene_graph.RegisterFrame(self.source_id, GeometryFrame("base_link"))
+        self._register_footprint(scene_graph, footprint)
+        self._geometry_pose_port = self.DeclareAbstractOutputPort(
+            "geometry_pose",
+            lambda: AbstractValue.Make(FramePoseVector()),
+            weakly_bound(self._calc_geometry_pose),
+            prerequisites_of_calc={self.xc_ticket()},
+        )
+
+    def get_command_input_port(self) -> InputPort:
+        """Returns the port of the command [v m/s, w rad/s, vy m/s]."""
+        return self.get_input_port(0)
+
+    def get_state_output_port(self) -> OutputPort:
+        """Returns the port of the state [x m, y m, yaw rad, v m/s, w rad/s, vy m/s]."""
+        return self.get_output_port(0)
+
+    def get_geometry_pose_output_port(self) -> OutputPort:
+        """Returns the port for SceneGraph's source pose port."""
+        return self._geometry_pose_port
+
+    def set_pose(self, context: Context, pose: Vector) -> None:
+        """Puts the robot at rest at pose (3,) x m, y m, yaw rad."""
+        state = np.zeros(context.num_continuous_states())
+        state[:3] = pose
+        context.SetContinuousState(state)
+
+    def set_state(self, context: Context, state: Vector) -> None:
+        """Puts the robot where the output port `state` then tells `state` (6,)."""
+        raise NotImplementedError
+
+    def _register_footprint(self, scene_graph: SceneGraph, footprint: Vector) -> None:
+        for index, piece in enumerate(convex_pieces(footprint)):
+            shape = prism(piece, FOOTPRINT_HEIGHT_M)
+            instance = GeometryInstance(RigidTransform(), shape, f"footprint_{index}")
+            geometry_id = scene_graph.RegisterGeometry(self.source_id, self.frame_id, instance)
+            scene_graph.AssignRole(
+                self.source_id, geometry_id, MakePhongIllustrationProperties(FOOTPRINT_COLOR)
+            )
+
+    def _calc_geometry_pose(self, context: Context, output: AbstractValue) -> None:
+        x, y, yaw = context.get_continuous_state_vector().CopyToVector()[:3].tolist()
+        pose = RigidTransform(RotationMatrix.MakeZRotation(yaw), np.array([x, y, 0.0]))
+        output.get_mutable_value().set_value(self.frame_id, pose)
+
+
+def command_variables() -> NDArray[np.object_]:
+    """Returns symbolic (3,) v m/s, w rad/s, vy m/s."""
+    return np.asarray(symbolic.MakeVectorVariable(COMMAND_SIZE, "command"))
+
+
+def response(wanted: Any, value: Any, time_constant_s: float, max_rate: float | None) -> Any:
+    """Returns the rate of a value that goes to what is wanted: (wanted - value) / tau, limited.
+
+    max_rate: None for no limit.
+    """
+    limit = max_rate or math.inf
+    return clamped((wanted - value) / time_constant_s, -limit, limit)
+
+
+def clamped(value: Any, low: float, high: float) -> Any:
+    """Returns a symbolic value within limits."""
+    return symbolic.min(symbolic.max(value, low), high)
