@@ -158,7 +158,7 @@ def _analyse_scenario(
     analysis.is_impossible = asked.get("expected_outcome") == Outcome.ABORTED
     analysis.is_told_by_totals = scenario in told
     if analysis.is_told_by_totals and figures is not FigureChoice.ALL:
-        return analysis, []
+        return analysis, [], None
     by_controller: dict[str, list[TrialLog]] = {}
     for log in logs:
         by_controller.setdefault(log.info["controller"], []).append(log)

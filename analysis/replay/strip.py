@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from drake_navbench.log import Outcome, TrialLog
@@ -22,7 +23,7 @@ def strip_of(log: TrialLog) -> Mapping[str, Any]:
     Between two shown moments the largest compute time and the smallest clearance count: peaks are
     what they are looked at for. None stands where there is no value.
     """
-    columns = {
+    columns: dict[str, tuple[pd.Series, Callable[[NDArray[np.float64]], float]]] = {
         "v": (log.samples["v_mps"], np.mean),
         "w": (log.samples["w_radps"], np.mean),
         "clearance": (log.samples["clearance_m"], np.min),
