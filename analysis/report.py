@@ -50,13 +50,15 @@ from drake_navbench.log import Outcome
 from drake_navbench.results import ResultsFolder, write_text
 
 REPORT_NAME = "report.html"
+# Written where recordings were imported: how far the simulation is from them.
+SIMULATION_GAP_PAGE = "simulation_gap.html"
+TOTALS_NAME = "totals.csv"
 DIGITS = 3
 NARROW_SPACE = "\u202f"
 # The page asks for this file to learn whether the replays came along with it: a script is the one
 # thing that a page opened from a disk may ask for without being refused.
 REPLAYS_SCRIPT = "replays/are_here.js"
 REPLAYS_SCRIPT_TEXT = "// The report asks for this file to learn whether the replays are here.\n"
-TOTALS_NAME = "totals.csv"
 # Two trials that differ by this share of the mean should be told apart; asked for as `difference`.
 DEFAULT_DIFFERENCE = 0.05
 
@@ -179,6 +181,7 @@ def _page(analysis: FolderAnalysis, difference: float) -> dict[str, Any]:
         "chart_library": chart_library() if analysis.charts else "",
         "replays_script": REPLAYS_SCRIPT if _has_replays(analysis) else "",
         "reproduction": _relative(analysis.path, analysis.path / PAGE_NAME),
+        "simulation_gap": _relative(analysis.path, analysis.path / SIMULATION_GAP_PAGE),
         "sweep": _relative(analysis.path, analysis.path / SWEEP_PAGE_NAME),
         "folder": analysis.path.resolve().name,
         "trial_count": len(trials),

@@ -45,8 +45,8 @@ def write_reproduction(
 
     trials: rows as from `tables.trial_row`; the folder's own table if not given. Manifest and
     inputs are the folder's. parameters_of: the resolved parameters of a preset that was not driven,
-    None where they are not known; what it changes is left out then. Raises
-    InputError where the folder is no results folder.
+    None where they are not known; what it changes is left out then. Raises InputError where the
+    folder is no results folder.
     """
     results = ResultsFolder(folder)
     manifest = results.read_manifest()

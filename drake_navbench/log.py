@@ -329,9 +329,9 @@ class TrialLog:
         events = info.pop("events", [])
         notes = [json.loads(n) for n in table["diagnostics"].drop_null().to_pylist()]
         lateral = [name for name in LATERAL_COLUMNS if name in table.column_names]
-        names = [*COLUMNS, *lateral]
-        present = [name for name in names if name in table.column_names]
-        samples = table.select(present).to_pandas().reindex(columns=names)
+        present = [name for name in COLUMNS if name in table.column_names]
+        samples = table.select([*present, *lateral]).to_pandas()
+        samples = samples.reindex(columns=[*COLUMNS, *lateral])
         if not all(kind.kind in "if" for kind in samples.dtypes):
             raise TypeError("a column does not hold numbers")
         return cls(

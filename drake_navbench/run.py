@@ -94,6 +94,11 @@ def build_parser() -> argparse.ArgumentParser:
         help="value for $(var NAME) or <NAME> in the Nav2 files",
     )
     add(
+        "--nav2-release",
+        choices=("humble", "iron", "jazzy", "kilted", "lyrical"),
+        help="what the Nav2 files are written for, where they do not tell it themselves",
+    )
+    add(
         "--check",
         action="store_true",
         help="tell what becomes of each parameter of the Nav2 files, and run nothing",

@@ -43,7 +43,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "systems": BELOW_ALL | {"costmaps", "navigation", "inputs"},
     "trial": BELOW_ALL | {"costmaps", "navigation", "inputs", "systems"},
     "analysis": BELOW_ALL,
-    "recordings": BELOW_ALL | {"costmaps", "inputs", "systems"},
+    "recordings": BELOW_ALL | {"costmaps", "inputs", "trial", "analysis"},
     "campaign": BELOW_ALL | {"inputs", "trial", "analysis"},
     "commands": BELOW_ALL | {"inputs", "trial", "analysis", "campaign", "recordings"},
 }

@@ -59,7 +59,7 @@ def min_cell_centre_distance_m(log: TrialLog) -> float:
     return seen.min()
 
 
-@metric(unit="m", better="higher", title="Smallest clearance seen by the lidar")
+@metric(unit="m", better="higher", title="Smallest clearance by the scan")
 def min_scan_clearance_m(log: TrialLog) -> float:
     """Smallest distance between footprint and a point that the lidar hit, for recordings too.
 
@@ -76,7 +76,7 @@ def min_scan_clearance_m(log: TrialLog) -> float:
     return nearest_m
 
 
-@metric(unit="m", better="higher", title="Smallest clearance on the map")
+@metric(unit="m", better="higher", title="Smallest clearance by the map")
 def min_map_clearance_m(log: TrialLog) -> float:
     """Smallest distance between footprint and what the map shows, for recordings too.
 

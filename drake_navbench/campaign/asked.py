@@ -28,11 +28,14 @@ def request_from_arguments(arguments: argparse.Namespace) -> Request:
         _require_no_controllers_among(arguments.scenarios, arguments.controllers)
     if arguments.set and not arguments.nav2:
         raise InputError(f"--set {arguments.set[0]!r}: expected a Nav2 file by --nav2 as well")
+    if arguments.nav2_release and not arguments.nav2:
+        raise InputError("--nav2-release: expected a Nav2 file by --nav2 as well")
     asked = {
         "scenarios": arguments.scenarios,
         "controllers": controllers,
         "parameter_files": [str(path) for path in arguments.params],
         "nav2_files": [str(path) for path in arguments.nav2],
+        "nav2_release": arguments.nav2_release,
         "substitutions": read_assignments(arguments.set),
         "map_task": _map_task(arguments),
         "barn": _barn_task(arguments),

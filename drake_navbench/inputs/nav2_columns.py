@@ -35,10 +35,11 @@ OF_EARLIER_RELEASES = frozenset(
 ROTATION_SHIM = "nav2_rotation_shim_controller::RotationShimController"
 
 
-def read_columns(server: Node) -> tuple[list[Preset], list[CheckRow]]:
+def read_columns(server: Node, release: str) -> tuple[list[Preset], list[CheckRow]]:
     """Returns a column for each controller that there is a counterpart of, and rows for all.
 
-    Raises InputError where there is none at all, or a value is wrong.
+    release: of Nav2, for controllers that follow it. Raises InputError where there is none at all,
+    or a value is wrong.
     """
     _require_values(server)
     plugins = listed_plugins(server)
@@ -47,7 +48,7 @@ def read_columns(server: Node) -> tuple[list[Preset], list[CheckRow]]:
     left_out: list[InputError] = []
     for plugin in plugins:
         try:
-            preset = _column(server, plugin, rows)
+            preset = _column(server, plugin, release, rows)
         except NoCounterpart as error:
             left_out.append(error)
             remark = f"{plugin_type_of(server, plugin)}: no such controller here, no column"
@@ -70,12 +71,12 @@ def _require_values(server: Node) -> None:
             )
 
 
-def _column(server: Node, plugin: str, rows: list[CheckRow]) -> Preset:
+def _column(server: Node, plugin: str, release: str, rows: list[CheckRow]) -> Preset:
     plugin_type = plugin_type_of(server, plugin)
     if plugin_type != ROTATION_SHIM:
-        return plugin_preset(server, plugin, plugin_type)
+        return plugin_preset(server, plugin, plugin_type, release)
     primary = server.get(f"{plugin}.primary_controller")
-    preset = plugin_preset(server, plugin, str(primary))
+    preset = plugin_preset(server, plugin, str(primary), release)
     remark = f"{plugin_type}: its primary controller alone stands in"
     rows.append(_row(Status.STAND_IN, server, f"{plugin}.plugin", remark))
     return preset

@@ -24,6 +24,8 @@ DEFAULT_PLUGINS = ["FollowPath"]
 DEFAULT_TYPE = "dwb_core::DWBLocalPlanner"
 # Only releases whose controller server cuts the plan have this parameter (from Lyrical on).
 PATH_HANDLERS = "path_handler_plugins"
+# The parameter, ours, of controllers that follow the release.
+RELEASE = "nav2_release"
 
 
 class NoCounterpart(InputError):
@@ -67,10 +69,18 @@ def listed_plugins(server: Node) -> list[str]:
     return plugins
 
 
-def plugin_preset(server: Node, plugin: str, plugin_type: str) -> Preset:
+def takes_release(model: type[ControllerParameters]) -> bool:
+    """Tells whether a controller follows the release of Nav2 that it is given."""
+    return RELEASE in model.model_fields
+
+
+def plugin_preset(
+    server: Node, plugin: str, plugin_type: str, release: str | None = None
+) -> Preset:
     """Returns the preset of a plugin; its name tells file, namespace and plugin.
 
-    Raises NoCounterpart where there is no controller of the type.
+    release: of Nav2, for a controller that follows it and is not told by the file. Raises
+    NoCounterpart where there is no controller of the type.
     """
     controller, model = _counterpart(plugin_type, server.where(f"{plugin}.plugin"))
     given = server.below(plugin)
@@ -81,6 +91,8 @@ def plugin_preset(server: Node, plugin: str, plugin_type: str) -> Preset:
     offered = {name: value for name, value in given.items() if name not in path_handler}
     source = server.where(plugin)
     used = _known_values(model, offered, source)
+    if release is not None and takes_release(model):
+        used = {RELEASE: release} | used
     known = {*path_handler, *(name for name, _ in flattened(used))}
     namespace = server.name.removesuffix(SERVER).strip("/")
     return Preset(
