@@ -22,6 +22,7 @@ from drake_navbench.analysis.metrics.signals import (
     hold_durations,
     motion,
     positions,
+    require,
     speed,
     time_mean,
     times,
@@ -88,6 +89,7 @@ def goal_traversal_ratio(log: TrialLog) -> float:
     through all goals from that of the present leg on / the straight way from the start through all.
     Source: SocNavBench.
     """
+    require(log, "goal")
     path, to_reach = positions(log), goals(log)[:, :2]
     whole_m = path_length(np.vstack([path[:1], to_reach]))
     if whole_m == 0.0:

@@ -18,6 +18,7 @@ from drake_navbench.analysis.metrics.signals import (
     Array,
     column,
     positions,
+    require,
     time_mean,
     times,
 )
@@ -156,6 +157,7 @@ def goal_position_error_m(log: TrialLog) -> float:
 
     Formula: |p(end) - goal|; with waypoints still the last goal.
     """
+    require(log, "goal")
     return np.hypot(*(positions(log)[-1] - goals(log)[-1, :2]))
 
 
@@ -165,6 +167,7 @@ def goal_heading_error_deg(log: TrialLog) -> float:
 
     Formula: |wrap(yaw(end) - yaw goal)|; with waypoints still the last goal.
     """
+    require(log, "goal")
     yaw = column(log, "yaw_rad")[-1]
     return abs(np.degrees(wrap(yaw - goals(log)[-1, 2])))
 

@@ -7,6 +7,7 @@ received, as the odometry, which carries one, was stamped and received.
 
 from __future__ import annotations
 
+import math
 import zlib
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
@@ -165,11 +166,13 @@ class Column(NamedTuple):
     """What came in on one topic.
 
     receive_ns: (N,) int64. stamp_ns: (N,) int64, -1 where a message carries none. values: decoded.
+    unusable: how many messages held what is no number, or cells of no size, and were left out.
     """
 
     receive_ns: NDArray[np.int64]
     stamp_ns: NDArray[np.int64]
     values: list[Any]
+    unusable: int = 0
 
 
 def read_columns(
@@ -178,12 +181,16 @@ def read_columns(
     """Returns role -> what was received in [start, end) ns; latched roles from the beginning on."""
     role_of = {topic: role for role, topic in topics.items()}
     kept: dict[str, list[tuple[int, int, Any]]] = {role: [] for role in topics}
+    unusable = dict.fromkeys(topics, 0)
     latched = {topic for topic, role in role_of.items() if role in LATCHED_ROLES}
     for names, begin in ((latched, None), (set(role_of) - latched, start_ns)):
         for topic, receive_ns, message in source.read(names, begin, end_ns):
             role = role_of[topic]
             try:
-                kept[role] += [(receive_ns, *entry) for entry in DECODERS[role](message)]
+                decoded = DECODERS[role](message)
+                usable = [entry for entry in decoded if _is_usable(entry[1])]
+                unusable[role] += len(decoded) - len(usable)
+                kept[role] += [(receive_ns, *entry) for entry in usable]
             except (AttributeError, TypeError, ValueError, IndexError) as error:
                 raise InputError(
                     f"{source.path}: {topic} ({role}): a message of {source.topics[topic]} "
@@ -194,7 +201,7 @@ def read_columns(
         rows.sort(key=lambda row: row[0])
         received = np.array([row[0] for row in rows], dtype=np.int64)
         stamps = np.array([row[1] for row in rows], dtype=np.int64)
-        columns[role] = Column(received, stamps, [row[2] for row in rows])
+        columns[role] = Column(received, stamps, [row[2] for row in rows], unusable[role])
     return columns
 
 
@@ -262,6 +269,27 @@ class State(NamedTuple):
 
 
 Decoded = list[tuple[int, Any]]
+
+
+def _is_usable(value: Any) -> bool:
+    """Returns whether the numbers that a place or a velocity is made of are numbers."""
+    match value:
+        case Transform():
+            return all(map(math.isfinite, (*value.translation, *value.rotation)))
+        case Motion():
+            return all(map(math.isfinite, (*value.pose, *value.twist)))
+        case Beams():
+            return math.isfinite(value.angle_min) and math.isfinite(value.increment)
+        case Poses():
+            return bool(np.isfinite(value.poses).all())
+        case Cells():
+            numbers = (*value.origin, value.resolution)
+            is_sized = min(value.shape) > 0 and value.resolution > 0.0
+            return is_sized and all(map(math.isfinite, numbers))
+        case tuple() if not isinstance(value, State):
+            return all(map(math.isfinite, value))
+        case _:
+            return True
 
 
 def _stamp(header: Any) -> int:

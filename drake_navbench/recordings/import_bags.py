@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -75,12 +75,13 @@ def read_recording(path: Path, request: ImportRequest, *, first_trial: int = 0) 
         topics = choose_topics(source, request.topics, request.namespace)
         begin_ns, past_ns = _bounds(source, request)
         columns = read_columns(source, topics, begin_ns, past_ns)
+    losses = [*source.losses, *_left_out(path, topics, columns)]
     told = _told(columns)
     robot = _robot(path, request, told)
     motion = recorded_motion(path, columns)
     tasks = _tasks(path, request, source, columns, motion)
     known_map = _map(request, columns, motion)
-    notes = {"topics": topics, "losses": list(source.losses)}
+    notes = {"topics": topics, "losses": losses}
     scenario, controller = path.stem, RECORDED
     if told is not None:
         scenario = told["info"]["scenario"]["name"]
@@ -110,7 +111,20 @@ def read_recording(path: Path, request: ImportRequest, *, first_trial: int = 0) 
         if gap is not None:
             log.info["recording"]["simulation_gap"] = as_plain(gap)
     fit = _fit(path, robot, drive) if request.fits_drive else None
-    return Imported(path, tuple(logs), topics, source.losses, gaps, fit)
+    return Imported(path, tuple(logs), topics, tuple(losses), gaps, fit)
+
+
+def _left_out(
+    path: Path, topics: Mapping[str, str], columns: Mapping[str, Column]
+) -> Iterator[str]:
+    """Yields a line for each topic of which messages could not be used."""
+    for role, column in columns.items():
+        if column.unusable:
+            count = len(column.values) + column.unusable
+            yield (
+                f"{path}: {topics[role]}: {column.unusable} of {count} left out: what should be "
+                "numbers is not, or is of no size"
+            )
 
 
 def _fit(path: Path, robot: Robot, drive: DriveData | None) -> DriveFit:

@@ -40,6 +40,7 @@ from drake_navbench.recordings.planar_transforms import composed, inverted
 from drake_navbench.recordings.recorded_motion import RecordedMotion
 from drake_navbench.recordings.recorded_tasks import RecordedTask
 from drake_navbench.recordings.topics import SCALAR_COLUMNS
+from drake_navbench.typed_files.quantities import MAX_LENGTH_M
 
 Array = NDArray[np.float64]
 
@@ -408,6 +409,12 @@ def _info(
     path = samples[list(POSE_COLUMNS)].to_numpy()
     goal = piece.goal(plans, missing)
     end_s = float(samples["time_s"].iloc[-1])
+    reach_m = float(np.abs(np.vstack([path, goal])[:, :2]).max())
+    if reach_m > MAX_LENGTH_M:
+        raise InputError(
+            f"{subject.description}: poses reach {reach_m:.6g} m from the origin of their frame, "
+            f"expected at most {MAX_LENGTH_M:g} m"
+        )
     scenario = Scenario(
         name=subject.scenario,
         description=subject.description,

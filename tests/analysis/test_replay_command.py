@@ -7,6 +7,8 @@ import pytest
 from replay_logs import replay_log
 
 from drake_navbench.__main__ import main
+from drake_navbench.analysis.worst_trial import worst_trial
+from drake_navbench.results import ResultsFolder
 
 
 @pytest.fixture(scope="module")
@@ -60,3 +62,28 @@ def test_a_model_that_cannot_be_drawn_is_one_line(path, tmp_path, capsys):
     assert f"--model {model}: no such file" in refused(capsys, path, "--model", model)
     model.write_text("<sdf>")
     assert f"{model}: cannot be drawn" in refused(capsys, path, "--model", model)
+
+
+def test_of_a_folder_the_worst_trial_is_shown(tmp_path, capsys):
+    folder = ResultsFolder(tmp_path / "results")
+    for trial, (outcome, clearance_m) in enumerate(
+        [("succeeded", 0.01), ("aborted", 0.5), ("collided", 0.3), ("collided", 0.2)]
+    ):
+        info = {"trial": trial, "seed": trial}
+        log = replay_log("rpp", end_time_s=1.0, outcome=outcome, clearance_m=clearance_m, info=info)
+        folder.write_log(log)
+    folder.write_manifest({"scenarios": ["beside_a_box"], "controllers": ["rpp"]})
+    page = tmp_path / "worst.html"
+    assert main(["replay", str(folder.path), "--out", str(page)]) == 0
+    assert "trial 3, seed 3" in page.read_text()
+    # To give up an impossible task is right.
+    expected = {"scenario": dict(log.info["scenario"]) | {"expected_outcome": "aborted"}}
+    right = replay_log("rpp", end_time_s=1.0, outcome="aborted", info={"trial": 0} | expected)
+    late = replay_log("rpp", end_time_s=1.0, outcome="timed_out", info={"trial": 1} | expected)
+    other = ResultsFolder(tmp_path / "other")
+    other.write_manifest({})
+    assert main(["replay", str(other.path)]) == 2
+    assert "no trial logs" in capsys.readouterr().err
+    for each in (right, late):
+        other.write_log(each)
+    assert worst_trial(other.path).name == "trial_001.parquet"

@@ -12,10 +12,11 @@ import pytest
 from drake_navbench import report
 from drake_navbench.analysis.metrics.registry import unrepeatable_names
 from drake_navbench.campaign import benchmark
+from drake_navbench.campaign.asked import request_from_arguments
 from drake_navbench.errors import NavbenchError
 from drake_navbench.log import TrialLog
 from drake_navbench.results import only_run_in
-from drake_navbench.run import main
+from drake_navbench.run import build_parser, main
 
 QUICK = ["restricted_small", "--controllers", "rpp", "--trials", "2", "--quiet"]
 QUICK += ["--replay", "none", "--figures", "none"]
@@ -98,6 +99,16 @@ def test_the_report_of_a_run_is_that_of_its_logs(finished, tmp_path):
 
 def test_no_unfinished_file_is_left_behind(finished):
     assert [path for path in finished.rglob(".*")] == []
+
+
+def test_without_costmaps_is_asked_for_and_kept_in_the_manifest():
+    asked = [build_parser().parse_args(text.split()) for text in ("empty", "empty --no-costmaps")]
+    requests = [request_from_arguments(arguments) for arguments in asked]
+    assert [request.keeps_costmaps for request in requests] == [True, False]
+    specs = [spec for request in requests for spec in request.campaign().specs[:1]]
+    assert [spec.keeps_costmaps for spec in specs] == [True, False]
+    # What else a trial is does not depend on it: it may be resumed either way.
+    assert specs[0].identity == specs[1].identity
 
 
 def test_two_runs_with_one_seed_give_the_same_table_but_for_compute_times(finished, tmp_path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -213,6 +214,48 @@ def test_of_a_file_cut_off_at_its_beginning_nothing_is_left(kept, importing, bag
     cut = path.parent.parent / "cut.mcap"
     cut.write_bytes(path.read_bytes()[:kept])
     assert "cut.mcap" in importing.fails(cut)
+
+
+@pytest.mark.parametrize(
+    ("topic", "spoil"),
+    [
+        ("/odom", lambda message: setattr(message.pose.pose.position, "x", math.nan)),
+        ("/odom", lambda message: setattr(message.twist.twist.angular, "z", math.inf)),
+        ("/tf", lambda message: setattr(message.transforms[0].transform.rotation, "w", math.nan)),
+        ("/scan", lambda message: setattr(message, "angle_increment", math.nan)),
+        ("/local_costmap/costmap", lambda message: setattr(message.info, "resolution", 0.0)),
+        ("/cmd_vel", lambda message: setattr(message.linear, "x", math.nan)),
+    ],
+)
+def test_a_message_of_what_is_no_number_is_left_out_and_told(
+    topic, spoil, importing, bag, make, capsys
+):
+    entries = turtlebot(make)
+    spoil([entry for entry in entries if entry.topic == topic][20].message)
+    assert importing(bag(entries)) == 0
+    assert f"{topic}: 1 of " in capsys.readouterr().err
+    log = TrialLog.read(ResultsFolder(importing.out).log_path("lab", "recording", 0))
+    assert np.isfinite(log.samples[["x_m", "v_mps", "command_v_mps"]].to_numpy()).all()
+    assert log.info["recording"]["losses"]
+
+
+def test_poses_far_from_the_origin_are_told(importing, bag, make):
+    entries = turtlebot(make)
+    for entry in entries:
+        if entry.topic == "/tf" and entry.message.transforms[0].header.frame_id == "map":
+            entry.message.transforms[0].transform.translation.x = 4.5e5
+    assert "poses reach 450000 m from the origin" in importing.fails(bag(entries))
+
+
+def test_a_plan_without_poses_leaves_no_goal_but_a_trial_to_look_at(importing, bag, make):
+    entries = turtlebot(make)
+    for entry in entries:
+        if entry.topic == "/plan":
+            entry.message.poses = []
+    assert importing(bag(entries)) == 0
+    assert main(["report", str(importing.out), "--jobs", "1", "--figures", "key"]) == 0
+    path = ResultsFolder(importing.out).log_path("lab", "recording", 0)
+    assert main(["replay", str(path)]) == 0
 
 
 def test_damage_in_the_middle_is_told(importing, bag, make):

@@ -12,7 +12,7 @@ from recorded_trials import short_trial
 
 from drake_navbench.__main__ import main
 from drake_navbench.analysis.metrics.registry import measure_all
-from drake_navbench.log import TrialLog
+from drake_navbench.log import LATERAL_COLUMNS, TrialLog
 from drake_navbench.plans import Plan
 from drake_navbench.results import ResultsFolder
 from drake_navbench.trial.trial import run_trial
@@ -60,6 +60,18 @@ def test_metrics_of_a_trial_come_back_from_its_bag(scenario, controller, tmp_pat
     assert len(back.costmaps) == len(log.costmaps)
     for ours, theirs in zip(log.costmaps, back.costmaps, strict=True):
         np.testing.assert_allclose(theirs.lethal_centres, ours.lethal_centres, atol=1e-9)
+
+
+def test_a_robot_that_moves_sideways_comes_back_with_its_sideways_velocities(tmp_path):
+    log = run_trial("restricted_small", "dwb_omni", robot="omni_robot", seed=2)
+    back = round_trip(tmp_path, log)
+    assert set(LATERAL_COLUMNS) <= set(back.samples.columns)
+    # To the side it is pushed by nobody here; a number of its own tells the columns apart.
+    samples = log.samples.assign(vy_mps=0.1, measured_vy_mps=0.2, command_vy_mps=0.3)
+    (tmp_path / "again").mkdir()
+    back = round_trip(tmp_path / "again", dataclasses.replace(log, samples=samples))
+    for name, value in (("vy_mps", 0.1), ("measured_vy_mps", 0.2), ("command_vy_mps", 0.3)):
+        assert set(back.samples[name]) == {value}
 
 
 def test_legs_and_what_the_navigator_did_come_back(tmp_path):
