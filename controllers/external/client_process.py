@@ -22,7 +22,7 @@ from typing import Any, NoReturn
 
 import msgpack
 
-from drake_navbench.errors import EndedFromOutside, InputError
+from drake_navbench.errors import EndedFromOutside, InputError, is_machine_fault
 from drake_navbench.processes.workers import OUTSIDE_SIGNALS
 
 # What the client finds its ends of the pipes by.
@@ -83,6 +83,8 @@ class ClientProcess:
         except (OSError, ValueError) as error:
             for descriptor in ours:
                 os.close(descriptor)
+            if is_machine_fault(error):
+                raise
             raise InputError(f"command: {command[0]!r}: cannot be started: {error}") from error
         finally:
             for descriptor in theirs:
@@ -110,7 +112,7 @@ class ClientProcess:
         while not self._is_answered():
             left_s = deadline - time.monotonic()
             if left_s <= 0.0:
-                self._fail(f"no answer to {message['call']} within {deadline_s:g} s")
+                self.fail(f"no answer to {message['call']} within {deadline_s:g} s")
             self._listen(left_s)
         answer = self._decoded(bytes(self._answer[LENGTH.size :]))
         self._answer.clear()
@@ -136,7 +138,7 @@ class ClientProcess:
                 # The pipe is full; the client may be printing, or answering too early, meanwhile.
                 left_s = deadline - time.monotonic()
                 if left_s <= 0.0:
-                    self._fail("does not take what it is told within the deadline")
+                    self.fail("does not take what it is told within the deadline")
                 self._room.poll(1000.0 * min(left_s, ROOM_PATIENCE_S))
                 self._listen(0.0)
             except BrokenPipeError:
@@ -148,12 +150,10 @@ class ClientProcess:
             return False
         (length,) = LENGTH.unpack_from(self._answer)
         if length > MAX_ANSWER_BYTES:
-            self._fail(
-                f"announced an answer of {length} bytes, expected at most {MAX_ANSWER_BYTES}"
-            )
+            self.fail(f"announced an answer of {length} bytes, expected at most {MAX_ANSWER_BYTES}")
         surplus = len(self._answer) - LENGTH.size - length
         if surplus > 0:
-            self._fail(f"sent {surplus} bytes behind its answer")
+            self.fail(f"sent {surplus} bytes behind its answer")
         return surplus == 0
 
     def _listen(self, patience_s: float) -> None:
@@ -176,16 +176,13 @@ class ClientProcess:
         try:
             answer = msgpack.unpackb(body, strict_map_key=True)
         except (ValueError, RecursionError) as error:
-            self._fail(f"its answer is no MessagePack: {error or type(error).__name__}")
+            self.fail(f"its answer is no MessagePack: {error or type(error).__name__}")
         if not isinstance(answer, dict):
-            self._fail(f"its answer is {type(answer).__name__}, expected a map")
+            self.fail(f"its answer is {type(answer).__name__}, expected a map")
         return answer
 
     def fail(self, what: str) -> NoReturn:
-        """Ends a client that has answered what it should not; raises ExternalControllerFailed."""
-        self._fail(what)
-
-    def _fail(self, what: str) -> NoReturn:
+        """Ends a client for what it has done; raises ExternalControllerFailed."""
         self._drain()
         self._end()
         raise ExternalControllerFailed(f"{self._name}: {what}{self._last_words()}")
@@ -196,16 +193,16 @@ class ClientProcess:
             self._process.wait(EXIT_PATIENCE_S)
         code = self._process.returncode
         if code is None:
-            self._fail("closed its pipe")
+            self.fail("closed its pipe")
         if code >= 0:
-            self._fail(f"ended with exit code {code}")
+            self.fail(f"ended with exit code {code}")
         name = signal.strsignal(-code) or "unknown"
         how = f"was ended by signal {-code} ({name})"
         if -code in OUTSIDE_SIGNALS:
             self._drain()
             self._end()
             raise EndedFromOutside(f"{self._name}: {how}")
-        self._fail(how)
+        self.fail(how)
 
     def _drain(self) -> None:
         """Takes what is left of what the client has printed."""

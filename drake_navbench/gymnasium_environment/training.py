@@ -32,7 +32,6 @@ from drake_navbench.gymnasium_environment.policy_gradient import (
     PolicyGradientSettings,
     advantages_and_returns,
 )
-from drake_navbench.kernels.poses import compose
 
 Array = NDArray[np.float64]
 
@@ -81,21 +80,20 @@ class PolicyView:
     def __init__(self, environment: NavigationEnvironment) -> None:
         robot = environment.robot
         lidar, drive = robot.lidar, robot.drive
-        full_turn = np.isclose(lidar.angle_span_rad, 2.0 * np.pi)
-        gaps = lidar.beam_count if full_turn else max(lidar.beam_count - 1, 1)
-        angles = lidar.angle_min_rad + lidar.angle_span_rad / gaps * np.arange(lidar.beam_count)
+        angles = lidar.beam_angles
         self._directions = np.column_stack([np.cos(angles), np.sin(angles)])
-        # The sensor's frame seen from the base, and the base from there.
-        self._sensor = compose((0.0, 0.0, 0.0), lidar.pose)
-        self._range_max_m = lidar.range_max_m
+        self._sensor_pose = lidar.pose
+        self._range_min_m, self._range_max_m = lidar.range_min_m, lidar.range_max_m
         self._radii = outline_radii(robot.outline, SECTOR_COUNT)
         self.limits = np.array([drive.max_linear_velocity_mps, drive.max_angular_velocity_radps])
 
     def inputs(self, seen: Seen) -> Array:
         """Returns (F,) the features of an observation."""
         ranges = seen["lidar"].astype(np.float64)
-        points = (ranges[:, None] * self._directions)[ranges < self._range_max_m]
-        x, y, yaw = self._sensor.tolist()
+        # What is too near to be measured lies in the direction of its beam all the same.
+        distances = np.maximum(ranges, self._range_min_m)
+        points = (distances[:, None] * self._directions)[ranges < self._range_max_m]
+        x, y, yaw = self._sensor_pose
         cos_yaw, sin_yaw = np.cos(yaw), np.sin(yaw)
         turned = points @ np.array([[cos_yaw, sin_yaw], [-sin_yaw, cos_yaw]]) + [x, y]
         closeness = sector_closeness(turned, 0.0, 0.0, 0.0, self._radii, 0.0)

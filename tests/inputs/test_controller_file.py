@@ -67,8 +67,12 @@ def test_it_drives_as_a_column_and_is_gone_on_with_only_as_it_was(file, capsys):
     assert "is no longer what the run began with" in told
 
 
-def test_it_is_foreign_code(file):
+def test_it_is_foreign_code_and_driven_in_workers_of_its_own(file):
     assert runs_foreign_code(load_preset("creep.py:Creep"))
+    (spec,) = plan_campaign(["short.yaml"], ["creep.py:Creep"], trials=1).specs
+    assert spec.code_owner == "creep.py:Creep"
+    digest = hashlib.sha256(CODE.encode()).hexdigest()
+    assert spec.foreign_code == {"controller creep.py:Creep": f"creep.py {digest[:12]}"}
 
 
 def test_another_content_is_another_trial(file):

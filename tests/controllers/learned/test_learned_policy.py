@@ -18,6 +18,8 @@ from drake_navbench.controllers.learned.features import (
 from drake_navbench.controllers.learned.network import Network, load_network, save_network
 from drake_navbench.controllers.learned.parameters import WEIGHTS_FOLDER
 from drake_navbench.errors import InputError
+from drake_navbench.gymnasium_environment.environment import NavigationEnvironment
+from drake_navbench.gymnasium_environment.training import PolicyView
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import Scenario
@@ -42,6 +44,23 @@ def test_a_point_is_as_close_as_its_gap_to_the_outline_in_its_sector():
     ahead = SECTOR_COUNT // 2
     assert closeness[ahead] == pytest.approx(math.exp(-0.6 / GAP_SCALE_M), abs=1e-3)
     assert np.count_nonzero(closeness) == 1
+
+
+def test_a_scan_and_a_costmap_of_the_same_wall_look_alike():
+    wall = {"type": "box", "min": [1.5, -0.6], "max": [1.9, 0.4]}
+    scenario = Scenario(
+        name="wall", description="a wall", world={"obstacles": [wall]}, goal=(4.0, 0.0, 0.0)
+    )
+    environment = NavigationEnvironment(scenario)
+    seen, _ = environment.reset(seed=0)
+    environment.close()
+    by_scan = PolicyView(environment).inputs(seen)[:SECTOR_COUNT]
+    # The front of the wall in cells of 0.05 m.
+    cells = np.array([(1.525, y) for y in np.arange(-0.575, 0.4, 0.05)])
+    radii = outline_radii(environment.robot.outline, SECTOR_COUNT)
+    by_costmap = sector_closeness(cells, 0.0, 0.0, 0.0, radii, 0.025)
+    np.testing.assert_allclose(by_costmap, by_scan, atol=0.05)
+    assert by_scan.max() > 0.3
 
 
 def test_within_the_outline_a_point_is_as_close_as_can_be():
