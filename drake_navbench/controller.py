@@ -184,25 +184,38 @@ class ControllerParameters(BaseModel):
         whoever gives one is told.
     PATH_HANDLER_NAMES: names that the plugins of earlier releases of Nav2 read for what has become
         the path handler's, with the same meaning as there.
+    PLUGIN_NAMES: dotted names whose values are plugin types of further controllers.
     """
 
     WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset()
     PATH_HANDLER_NAMES: ClassVar[frozenset[str]] = frozenset()
+    PLUGIN_NAMES: ClassVar[tuple[str, ...]] = ()
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     @classmethod
-    def is_without_effect(cls, name: str) -> bool:
-        """Tells whether a dotted name is in WITHOUT_EFFECT, or a block is that it is in."""
+    def is_without_effect(cls, name: str, values: Mapping[str, Any] | None = None) -> bool:
+        """Tells whether a dotted name is in WITHOUT_EFFECT, or a block is that it is in.
+
+        values: all that is given, where a model has others inside, of which that decides.
+        """
         return any(name == idle or name.startswith(f"{idle}.") for idle in cls.WITHOUT_EFFECT)
 
     @classmethod
     def keys_not_read(cls, values: Mapping[str, Any]) -> list[str]:
-        """Returns the keys of `values`, nested, that Nav2 would not look at, given the others.
+        """Returns the dotted names in `values`, nested, that Nav2 would not look at.
 
         Such as the block of a critic that is not among the critics.
         """
         return []
+
+    @classmethod
+    def path_handler_fields(cls, given: Mapping[str, Any]) -> dict[str, str]:
+        """Returns the path handler's field that each of PATH_HANDLER_NAMES in `given` stands for.
+
+        given: values by dotted names.
+        """
+        return {name: name for name in given if name in cls.PATH_HANDLER_NAMES}
 
     def asked_speeds(self) -> AskedSpeeds:
         """Returns how fast, backward, about itself and sideways the base must be able to drive."""
@@ -214,6 +227,10 @@ class ControllerParameters(BaseModel):
         A trial is a function of their contents, too: digests are kept in logs and manifests.
         """
         return {}
+
+    def inner_controllers(self) -> tuple[str, ...]:
+        """Returns the names of the registered controllers that it drives with."""
+        return ()
 
     def turns_in_place(self) -> bool:
         """Returns whether it may command a rotation without translation, which no car follows."""

@@ -21,6 +21,7 @@ import numpy as np
 
 from drake_navbench.analysis.catalogue import catalogue
 from drake_navbench.commands.field_table import robots_page
+from drake_navbench.commands.plugin_page import DATA_FILE, plugin_page, read_plugins
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import PresetFile, default_presets, load_preset, preset_files
 from drake_navbench.inputs.robot import Robot, load_robot
@@ -68,6 +69,9 @@ def documents(folder: Path) -> Iterator[tuple[str, str]]:
     yield "log_format.md", log_format()
     yield "metrics.md", catalogue()
     yield "robots.md", robots_page()
+    data = folder / DATA_FILE
+    if data.is_file():
+        yield "plugins_of_nav2.md", plugin_page(read_plugins(data))
     page = folder / "controllers.md"
     if page.is_file():
         yield page.name, _with_presets(page)

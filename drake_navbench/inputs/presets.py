@@ -26,7 +26,7 @@ from drake_navbench.typed_files.input_file import file_digest
 from drake_navbench.typed_files.typed_yaml import FrozenModel, parse_yaml, read_yaml, validate
 
 # The columns of the default benchmark; the others run when named.
-DEFAULT_PRESETS = ("dwb", "rpp", "teb", "mppi", "mppi_nav2")
+DEFAULT_PRESETS = ("dwb", "rpp", "teb", "teb_upstream", "mppi", "mppi_nav2")
 # Of a file that a controller reads or runs.
 MAX_READ_BYTES = 2**30
 
@@ -155,7 +155,9 @@ def _preset_of(
         content.description,
         values,
         source,
-        ignored=tuple(name for name, _ in flattened(values) if model.is_without_effect(name)),
+        ignored=tuple(
+            name for name, _ in flattened(values) if model.is_without_effect(name, values)
+        ),
         values_for_radius=for_radius,
         path_handler=content.path_handler,
         file=file,
