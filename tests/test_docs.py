@@ -78,7 +78,7 @@ def built_in(group):
 GROUPS = {name for name in entry_points().groups if name.startswith("drake_navbench.")}
 
 
-# Controllers that no type of Nav2 selects: a host of programs, a network, and the other form of TEB.
+# Controllers that no type of Nav2 selects: a host of programs, a network, TEB in its other form.
 OF_NO_PLUGIN = {"external", "learned", "teb_upstream"}
 
 

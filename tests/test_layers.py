@@ -17,6 +17,7 @@ CONTRACTS = {
     "errors",
     "log",
     "logged_costmaps",
+    "moment",
     "noise",
     "plans",
     "plugin_parameters",

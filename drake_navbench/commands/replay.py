@@ -10,7 +10,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from drake_navbench.errors import InputError
+from drake_navbench.errors import InputError, one_line
 
 EXIT_DONE = 0
 EXIT_WRONG_INPUT = 2
@@ -86,6 +86,8 @@ def _render(log_path: Path, path: Path, model: Path | None) -> None:
         raise InputError(
             f"{log_path}: scenario or robot in the log: {place}: {fault['msg']}"
         ) from error
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
+        raise InputError(f"{log_path}: scenario or robot in the log: {one_line(error)}") from error
     except RuntimeError as error:
         # Drake's, of a model that it cannot parse.
         raise InputError(f"{shown or log_path}: cannot be drawn: {error}") from error

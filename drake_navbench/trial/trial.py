@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import (
     ApplySimulatorConfig,
     Simulator,
@@ -30,6 +29,7 @@ from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.inputs.task_check import check_task
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.log import COLUMNS, LATERAL_COLUMNS, Outcome, TrialLog
+from drake_navbench.moment import Moment
 from drake_navbench.navigation.task import TaskState, TaskStatus
 from drake_navbench.plans import Plan, as_logged
 from drake_navbench.processes.worker_process import Returned
@@ -136,27 +136,39 @@ def log_of_ending(spec: TrialSpec, ending: Failure) -> TrialLog:
 
 
 def simulate(
-    spec: TrialSpec, *, meshcat: Meshcat | None = None, realtime_rate: float = 0.0
+    spec: TrialSpec,
+    *,
+    watch: Callable[[Moment], None] | None = None,
+    realtime_rate: float = 0.0,
 ) -> TrialLog:
     """Runs the trial of a checked specification; realtime_rate 0 runs as fast as possible.
+
+    watch: is called with what is to be seen whenever the recorder samples; it changes nothing.
 
     It is rehearsed before, so that compute times do not hold what is done once in a process.
     """
     rehearse(spec, _simulate)
-    return _simulate(spec, meshcat=meshcat, realtime_rate=realtime_rate)
+    return _simulate(spec, watch=watch, realtime_rate=realtime_rate)
 
 
 def _simulate(
-    spec: TrialSpec, *, meshcat: Meshcat | None = None, realtime_rate: float = 0.0
+    spec: TrialSpec,
+    *,
+    watch: Callable[[Moment], None] | None = None,
+    realtime_rate: float = 0.0,
 ) -> TrialLog:
     spec = replace(spec, robot=spec.preset.robot(spec.robot))
     wants_diagnostics = spec.wants_diagnostics
     with built_controller(spec.preset, spec.robot, wants_diagnostics=wants_diagnostics) as built:
-        return _simulate_with(built, spec, meshcat=meshcat, realtime_rate=realtime_rate)
+        return _simulate_with(built, spec, watch=watch, realtime_rate=realtime_rate)
 
 
 def _simulate_with(
-    controller: Controller, spec: TrialSpec, *, meshcat: Meshcat | None, realtime_rate: float
+    controller: Controller,
+    spec: TrialSpec,
+    *,
+    watch: Callable[[Moment], None] | None,
+    realtime_rate: float,
 ) -> TrialLog:
     trial = build_trial_diagram(
         spec.robot,
@@ -165,7 +177,7 @@ def _simulate_with(
         task=trial_task(spec),
         static_map=_static_map(spec),
         filter_masks=spec.scenario.filter_masks,
-        meshcat=meshcat,
+        watch=watch,
         keeps_costmaps=spec.keeps_costmaps,
     )
     try:
