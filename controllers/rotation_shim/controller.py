@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from drake_navbench.controller import (
+    ClosableController,
     ControllerError,
     ControllerSetup,
     Decision,
@@ -85,6 +86,11 @@ class RotationShim:
                 if w is not None:
                     return self._turning(TURNS_TO_PATH, angle, w, memory._replace(is_turning=True))
         return self._let_primary_drive(observation, memory)
+
+    def close(self) -> None:
+        """Closes the primary controller, where it is one to be closed."""
+        if isinstance(self._primary, ClosableController):
+            self._primary.close()
 
     def _with_plan(self, observation: Observation, memory: ShimMemory) -> ShimMemory:
         """Returns the memory with what a new plan, and the way to the goal, change in it."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Collection, Mapping
+from pathlib import Path
 from typing import Any, ClassVar, Literal
 
 from pydantic import (
@@ -157,6 +158,10 @@ class RotationShimParameters(ControllerParameters):
     def inner_controllers(self) -> tuple[str, ...]:
         """Returns the primary controller's name."""
         return (self.primary_controller.plugin,)
+
+    def files_read(self) -> Mapping[str, Path]:
+        """Returns those of the primary controller."""
+        return self.primary_controller.parameters.files_read()
 
     def asked_speeds(self) -> AskedSpeeds:
         """Returns the primary controller's, and the rate of a turn."""

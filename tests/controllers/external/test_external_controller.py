@@ -27,6 +27,7 @@ from drake_navbench.controller import (
 )
 from drake_navbench.controllers.external import ExternalController
 from drake_navbench.controllers.external.client_process import ExternalControllerFailed
+from drake_navbench.controllers.rotation_shim import RotationShim
 from drake_navbench.errors import EndedFromOutside, InputError
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.scenario import Scenario
@@ -264,6 +265,17 @@ def test_a_client_is_gone_when_it_is_closed_or_forgotten(start, tmp_path):
     parameters = ExternalController.Parameters(command=(sys.executable, str(HOSTILE), "stands"))
     process = ExternalController(parameters, SETUP)._client._process
     assert process.returncode == -9
+
+
+def test_under_the_rotation_shim_it_is_closed_with_it_and_its_files_are_known():
+    command = [sys.executable, str(HOSTILE), "stands"]
+    block = {"primary_controller": {"plugin": "external", "command": command}}
+    parameters = RotationShim.Parameters.model_validate(block)
+    assert "hostile_client.py" in parameters.files_read()
+    shim = RotationShim(parameters, SETUP)
+    process = shim._primary._client._process
+    shim.close()
+    assert process.returncode == 0
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the kernel ends it with its parent on Linux")
