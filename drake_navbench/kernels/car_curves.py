@@ -346,13 +346,13 @@ def _write(formula, is_back, t, u, v, kinds, lengths):
     """Writes the pieces of a word as it is."""
     kinds[:] = NONE
     lengths[:] = 0.0
-    if formula == W1 or formula == W2:
+    if formula in (W1, W2):
         kinds[0], kinds[1], kinds[2] = LEFT, STRAIGHT, LEFT if formula == W1 else RIGHT
         lengths[0], lengths[1], lengths[2] = t, u, v
     elif formula == W3:
         kinds[0], kinds[1], kinds[2] = LEFT, RIGHT, LEFT
         lengths[0], lengths[1], lengths[2] = (v, u, t) if is_back else (t, u, v)
-    elif formula == W7 or formula == W8:
+    elif formula in (W7, W8):
         kinds[0], kinds[1], kinds[2], kinds[3] = LEFT, RIGHT, LEFT, RIGHT
         lengths[0], lengths[1], lengths[3] = t, u, v
         lengths[2] = -u if formula == W7 else u
