@@ -23,6 +23,7 @@ from drake_navbench.analysis.scenario_analysis import (
     analyse,
     read_trials,
 )
+from drake_navbench.analysis.totals import told_by_totals
 from drake_navbench.errors import InputError, NavbenchError
 from drake_navbench.log import Outcome, TrialLog
 from drake_navbench.processes.worker_process import Raised, Returned
@@ -74,8 +75,16 @@ def analyse_folder(
     # The longest scenarios first: the last worker should not start with the most work.
     order = sorted(files, key=lambda key: -sum(file.stat().st_size for file in files[key]))
     known = _known_values(path, measured)
+    told = told_by_totals(manifest.get("suites", {}))
     tasks = [
-        (path, files[key], controllers, figures, {p: known[p] for p in files[key] if p in known})
+        (
+            path,
+            files[key],
+            controllers,
+            figures,
+            {p: known[p] for p in files[key] if p in known},
+            told,
+        )
         for key in order
     ]
     if jobs == 1:
@@ -128,6 +137,7 @@ def _analyse_scenario(
     controllers: Sequence[str],
     figures: FigureChoice,
     known: KnownValues,
+    told: frozenset[str],
 ) -> tuple[ScenarioAnalysis, list[FigureEntry]]:
     logs, entries, left_out = read_trials(paths, root, known)
     places = [_place(log.info["controller"], controllers) for log in logs]
@@ -140,6 +150,9 @@ def _analyse_scenario(
     asked = logs[0].info["scenario"]
     analysis.description = str(asked.get("description", ""))
     analysis.is_impossible = asked.get("expected_outcome") == Outcome.ABORTED
+    analysis.is_told_by_totals = scenario in told
+    if analysis.is_told_by_totals and figures is not FigureChoice.ALL:
+        return analysis, []
     by_controller: dict[str, list[TrialLog]] = {}
     for log in logs:
         by_controller.setdefault(log.info["controller"], []).append(log)

@@ -13,8 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.analysis.metrics.efficiency import YAW_GYRATION_RADIUS_SQUARED_M2
-from drake_navbench.analysis.metrics.safety import robot_outline
+from drake_navbench.analysis.metrics.body import gyration_squared_m2, outline_of
 from drake_navbench.log import TrialLog
 
 Array = NDArray[np.float64]
@@ -45,12 +44,15 @@ def violations_of(log: TrialLog) -> list[Violation]:
     """Returns what does not hold in a log, at most one entry an invariant, in fixed order.
 
     A value that is not a number breaks what is said of it. A trial without samples breaks nothing.
+    Of a recording only what does not rest on a simulation is asked: a real robot rolls on after
+    its goal, and its velocities are measured.
     """
     time_s = _column(log, "time_s")
     if len(time_s) == 0:
         return []
+    kinds = _OF_RECORDINGS - _untold(log) if log.is_recording else set(INVARIANTS)
     with np.errstate(invalid="ignore"):
-        flags = {kind: check(log) for kind, check in INVARIANTS.items()}
+        flags = {kind: check(log) for kind, check in INVARIANTS.items() if kind in kinds}
     return [
         Violation(kind, int(rows.sum()), float(time_s[rows.argmax()]))
         for kind, rows in flags.items()
@@ -109,7 +111,7 @@ def _clearance_jumps(log: TrialLog) -> Flags:
     No distance changes faster than the fastest point of the outline: |v| + |w| times its radius.
     """
     time_s = _column(log, "time_s")
-    radius_m = float(np.hypot(*robot_outline(log).T).max())
+    radius_m = float(np.hypot(*outline_of(log).T).max())
     v, w = _speed(log), np.abs(_column(log, "w_radps"))
     speed_mps = np.maximum(v[1:], v[:-1]) + radius_m * np.maximum(w[1:], w[:-1])
     moved_m = np.concatenate([[0.0], np.cumsum(speed_mps * np.diff(time_s))])
@@ -130,16 +132,19 @@ def _energy_from_nowhere(log: TrialLog) -> Flags:
     step_s = np.diff(_column(log, "time_s"))
     v, w = _speed(log), np.abs(_column(log, "w_radps"))
     way_x, way_y, turn = (np.diff(_column(log, name)) for name in ("x_m", "y_m", "yaw_rad"))
-    energy, way_energy = _kinetic_energy(v, w), _kinetic_energy(np.hypot(way_x, way_y), turn)
+    gyration = gyration_squared_m2(log)
+    energy = _kinetic_energy(v, w, gyration)
+    way_energy = _kinetic_energy(np.hypot(way_x, way_y), turn, gyration)
     top = SLACK * _kinetic_energy(
         math.hypot(max(limits.forward_mps, -limits.backward_mps), limits.sideways_mps),
         limits.turning_radps,
+        gyration,
     )
     is_fast = ~(way_energy <= top * step_s**2 + ROUNDING**2)
     if limits.has_accelerations:
         power = limits.acceleration_mps2 * np.maximum(v[1:], v[:-1])
         turning_power = limits.angular_acceleration_radps2 * np.maximum(w[1:], w[:-1])
-        power += YAW_GYRATION_RADIUS_SQUARED_M2 * turning_power
+        power += gyration * turning_power
         is_fast |= ~(np.diff(energy) <= SLACK * power * step_s + ROUNDING)
     return np.asarray(~(energy <= top) | _from_second(is_fast))
 
@@ -151,6 +156,15 @@ INVARIANTS: Mapping[str, Callable[[TrialLog], Flags]] = {
     "clearance jumps": _clearance_jumps,
     "kinetic energy from nowhere": _energy_from_nowhere,
 }
+
+
+_OF_RECORDINGS = {"time stands still", "command beyond the limits of the drive"}
+
+
+def _untold(log: TrialLog) -> set[str]:
+    """Returns the invariants about signals that a recording does not have."""
+    has_commands = "command_v_mps" not in log.missing
+    return set() if has_commands else {"command beyond the limits of the drive"}
 
 
 class _Limits(NamedTuple):
@@ -185,9 +199,9 @@ class _Limits(NamedTuple):
         return math.isfinite(self.acceleration_mps2 + self.angular_acceleration_radps2)
 
 
-def _kinetic_energy(v: Array | float, w: Array | float) -> Array | float:
-    """Returns the kinetic energy per mass, J/kg, at v m/s and w rad/s."""
-    return 0.5 * (np.square(v) + YAW_GYRATION_RADIUS_SQUARED_M2 * np.square(w))
+def _kinetic_energy(v: Array | float, w: Array | float, gyration: float) -> Array | float:
+    """Returns the kinetic energy per mass, J/kg, at v m/s and w rad/s; gyration: m^2."""
+    return 0.5 * (np.square(v) + gyration * np.square(w))
 
 
 def _column(log: TrialLog, name: str) -> Array:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.analysis.metrics.definition import Metric, Undefined, metric
+from drake_navbench.analysis.metrics.signals import require
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.log import Outcome, TrialLog
 
@@ -64,8 +65,10 @@ def published_samples(
 ) -> PublishedSamples:
     """Samples a trial as the publication did: every 0.115 s from 0.06 s after the start.
 
-    The last sample lies strictly before the end. Raises Undefined where there is no sample.
+    The last sample lies strictly before the end. Raises Undefined where there is no sample, or a
+    recording has no commands.
     """
+    require(log, "command_v_mps")
     first_s = float(log.info["start_time_s"]) + first_after_start_s
     span_s = log.end_time_s - first_s - TIME_TOLERANCE_S
     count = int(np.ceil(span_s / period_s))
@@ -314,6 +317,7 @@ def _path_errors_m(log: TrialLog) -> Array:
 
 
 def _seen_distances_m(log: TrialLog) -> Array:
+    require(log, "obstacle_corner_distance_m")
     distances = published_samples(log).obstacle_corner_distance_m
     seen = distances[np.isfinite(distances)]
     if len(seen) == 0:

@@ -25,6 +25,7 @@ from drake_navbench.analysis.reproduction import (
     has_published_scenarios,
     write_reproduction,
 )
+from drake_navbench.analysis.reproduction_page import ParametersOf, nothing_known
 from drake_navbench.analysis.scenario_analysis import (
     HEADLINE_METRICS,
     LeftOut,
@@ -32,11 +33,15 @@ from drake_navbench.analysis.scenario_analysis import (
     TrialEntry,
 )
 from drake_navbench.analysis.statistics import Interval, trials_needed
+from drake_navbench.analysis.sweep_page import PAGE_NAME as SWEEP_PAGE_NAME
+from drake_navbench.analysis.sweep_page import write_sweep
 from drake_navbench.analysis.tables import published_table, scenario_table, table_to_markdown
+from drake_navbench.analysis.totals import differences, totals, totals_csv
 from drake_navbench.log import Outcome
 from drake_navbench.results import ResultsFolder, write_text
 
 REPORT_NAME = "report.html"
+TOTALS_NAME = "totals.csv"
 # Two trials that differ by this share of the mean should be told apart; asked for as `difference`.
 DEFAULT_DIFFERENCE = 0.05
 
@@ -65,24 +70,30 @@ def build_report(
     jobs: int = 2,
     difference: float = DEFAULT_DIFFERENCE,
     measured: pd.DataFrame | None = None,
+    parameters_of: ParametersOf = nothing_known,
 ) -> ReportResult:
     """Computes tables, figures and report.html of a results folder from its logs, and writes them.
 
     With trials of the published scenarios comes the reproduction of the publication, too.
     figures: which of them to draw. difference: share of the mean for which the needed number of
     trials is told. measured: rows of these logs as from `tables.trial_row`, not to be measured
-    again. Raises InputError where the folder is no results folder.
+    again. parameters_of: as for `write_reproduction`. Raises InputError where the folder is no
+    results folder.
     """
     analysis = analyse_folder(folder, figures=figures, jobs=jobs, measured=measured)
     results = ResultsFolder(folder)
     trials = analysis.trials
     for scenario in analysis.scenarios:
-        if scenario.trials:
+        if scenario.trials and not scenario.is_told_by_totals:
             table = scenario_table(trials, scenario.scenario)
             write_text(results.table_path(scenario.scenario, ".csv"), table.to_csv())
             write_text(results.table_path(scenario.scenario, ".md"), table_to_markdown(table))
+    if told := totals(trials):
+        write_text(folder / TOTALS_NAME, totals_csv(told))
     if has_published_scenarios(trials["scenario"]):
-        write_reproduction(folder, trials)
+        write_reproduction(folder, trials, parameters_of)
+    if sweep := analysis.manifest.get("sweep"):
+        write_sweep(folder, trials, sweep)
     path = folder / REPORT_NAME
     write_text(path, render(analysis, difference=difference))
     return ReportResult(path, len(trials), analysis.left_out)
@@ -104,13 +115,15 @@ def interval(bounds: Interval) -> str:
 
 
 def _page(analysis: FolderAnalysis, difference: float) -> dict[str, Any]:
-    scenarios = [s for s in analysis.scenarios if s.trials]
+    driven = [s for s in analysis.scenarios if s.trials]
+    scenarios = [s for s in driven if not s.is_told_by_totals]
     trials = analysis.trials
     outcomes = trials["outcome"].value_counts()
     missing = _missing(analysis)
     return {
         "manifest": analysis.manifest,
         "reproduction": _relative(analysis.path, analysis.path / PAGE_NAME),
+        "sweep": _relative(analysis.path, analysis.path / SWEEP_PAGE_NAME),
         "folder": analysis.path.resolve().name,
         "trial_count": len(trials),
         "outcomes": [
@@ -118,21 +131,24 @@ def _page(analysis: FolderAnalysis, difference: float) -> dict[str, Any]:
             for outcome in Outcome
         ],
         "controllers": list(dict.fromkeys(trials["controller"])),
+        "scenario_count": len(driven),
         "scenarios": [_scenario(analysis, entry) for entry in scenarios],
+        "totals": totals(trials),
+        "differences": differences(trials),
         "headlines": _headlines(scenarios),
         "without_arrival": [s.scenario for s in scenarios if not s.anyone_arrived],
-        "impossible": [s.scenario for s in scenarios if s.is_impossible],
-        "expected_aborts": sum(_aborts(s) for s in scenarios if s.is_impossible),
+        "impossible": [s.scenario for s in driven if s.is_impossible],
+        "expected_aborts": sum(_aborts(s) for s in driven if s.is_impossible),
         "left_out": analysis.left_out,
         "missing": missing,
         "missing_count": sum(count.total() for count in missing.values()),
         "wanted_count": sum(1 for _ in _wanted(analysis)),
-        "warnings": _warnings(scenarios),
+        "warnings": _warnings(driven),
         "stand_ins": analysis.manifest.get("stand_ins", ()),
         "metric_rows": [row for entry in scenarios for row in _metric_rows(entry)],
         "themes": list(installed_metrics()),
         "pair_rows": [row for entry in scenarios for row in _pair_rows(entry, difference)],
-        "trial_rows": [row for entry in scenarios for row in _trial_rows(analysis, entry)],
+        "trial_rows": [row for entry in driven for row in _trial_rows(analysis, entry)],
         "difference": difference,
         "has_all_figures": any(entry.controller for entry in analysis.figures),
     }

@@ -16,7 +16,7 @@ from drake_navbench.analysis.concordance import is_covered
 from drake_navbench.analysis.findings import findings
 from drake_navbench.analysis.judgement import Judgement, Part
 from drake_navbench.analysis.lineups import present_lineups
-from drake_navbench.analysis.reproduction_page import render
+from drake_navbench.analysis.reproduction_page import ParametersOf, nothing_known, render
 from drake_navbench.analysis.tables import PUBLISHED_CONTROLLERS, published_table
 from drake_navbench.results import ResultsFolder, write_text
 
@@ -31,12 +31,15 @@ def has_published_scenarios(scenarios: Iterable[str]) -> bool:
     return not set(published_table()["scenario"]).isdisjoint(scenarios)
 
 
-def write_reproduction(folder: Path, trials: pd.DataFrame | None = None) -> Path:
+def write_reproduction(
+    folder: Path, trials: pd.DataFrame | None = None, parameters_of: ParametersOf = nothing_known
+) -> Path:
     """Writes findings.csv, published_vs_ours.csv, orderings.csv in tables/, and reproduction.html.
 
     trials: rows as from `tables.trial_row`; the folder's own table if not given. Manifest and
-    inputs are the folder's. Returns the page's path; raises InputError where the folder is no
-    results folder.
+    inputs are the folder's. parameters_of: the resolved parameters of a preset that was not driven,
+    None where they are not known; what it changes is left out then. Returns the page's path;
+    raises InputError where the folder is no results folder.
     """
     results = ResultsFolder(folder)
     manifest = results.read_manifest()
@@ -48,7 +51,12 @@ def write_reproduction(folder: Path, trials: pd.DataFrame | None = None) -> Path
     write_text(tables / COMPARISON_NAME, comparison_table(accounts).to_csv(index=False))
     write_text(tables / ORDERINGS_NAME, orderings_table(accounts).to_csv(index=False))
     page = folder / PAGE_NAME
-    write_text(page, render(folder, manifest=manifest, trials=trials, accounts=accounts))
+    write_text(
+        page,
+        render(
+            folder, manifest=manifest, trials=trials, accounts=accounts, parameters_of=parameters_of
+        ),
+    )
     return page
 
 

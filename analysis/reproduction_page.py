@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import pandas as pd
-import yaml
 
 from drake_navbench.analysis.accounts import (
     TOGETHER,
@@ -33,13 +32,22 @@ from drake_navbench.analysis.published_cells import Comparison
 from drake_navbench.analysis.relations import PERCENT
 from drake_navbench.analysis.tables import PUBLISHED_CONTROLLERS
 from drake_navbench.analysis.verdicts import RELEVANT_RATIO
-from drake_navbench.inputs.presets import as_yaml, load_preset
+from drake_navbench.errors import InputError
 from drake_navbench.results import file_name
+from drake_navbench.typed_files.typed_yaml import read_yaml
 
 COMMAND = "python -m drake_navbench.run"
 SECONDS_PER_MINUTE = 60.0
 # An ordering that holds with less of the published difference is told apart on the page.
 SMALL_SHARE = 0.25
+
+
+ParametersOf = Callable[[str], Mapping[str, Any] | None]
+"""From the name of a preset to its resolved parameters, None where they are not known."""
+
+
+def nothing_known(preset: str) -> None:
+    """Knows the parameters of no preset."""
 
 
 class Change(NamedTuple):
@@ -63,13 +71,18 @@ def command_line(request: Mapping[str, Any]) -> str:
     return f"{COMMAND} {shlex.join(words)}"
 
 
-def changed_parameters(folder: Path, first: str, second: str) -> list[Change]:
-    """Returns where two presets differ.
+def changed_parameters(
+    folder: Path, first: str, second: str, parameters_of: ParametersOf = nothing_known
+) -> list[Change] | None:
+    """Returns where two presets differ, None where the parameters of one are not known.
 
-    Of a preset that was driven the resolved file beside the results counts, of another what is
-    installed.
+    Of a preset that was driven the resolved file beside the results counts, of another what
+    parameters_of returns. Raises InputError where such a file cannot be read.
     """
-    fields = [_flat(_parameters(folder, preset)) for preset in (first, second)]
+    found = [_parameters(folder, preset, parameters_of) for preset in (first, second)]
+    if None in found:
+        return None
+    fields = [_flat(parameters) for parameters in found if parameters is not None]
     names = sorted(set(fields[0]) | set(fields[1]))
     changes = [Change(name, fields[0].get(name), fields[1].get(name)) for name in names]
     return [change for change in changes if change.first != change.second]
@@ -81,8 +94,9 @@ def render(
     manifest: Mapping[str, Any],
     trials: pd.DataFrame,
     accounts: Sequence[Account],
+    parameters_of: ParametersOf = nothing_known,
 ) -> str:
-    """Returns the page's HTML."""
+    """Returns the page's HTML; parameters_of: as for `changed_parameters`."""
     environment = page_environment()
     environment.filters.update(
         number=_number, span=_span, duration=_duration, change=relative_change, percent=_percent,
@@ -122,7 +136,7 @@ def render(
         "all_scenarios": ALL_SCENARIOS,
         "excluded": EXCLUDED_METRICS,
         "comparison": _comparison_rows(accounts),
-        "changes": _changes(folder),
+        "changes": _changes(folder, parameters_of),
     }
     return environment.get_template("reproduction.html").render(page=page, main=main.lineup)
 
@@ -192,7 +206,7 @@ def _driven_name(lineup: Lineup, row: Comparison) -> str:
     return scenario if scenario != row.scenario else lineup.presets[row.controller]
 
 
-def _changes(folder: Path) -> list[tuple[str, str, list[Change]]]:
+def _changes(folder: Path, parameters_of: ParametersOf) -> list[tuple[str, str, list[Change]]]:
     """Returns (preset, other preset, parameters that differ) for all that stand in for another."""
     pairs = dict.fromkeys(
         (PUBLISHED_SETTINGS.presets[name], lineup.presets[name])
@@ -200,13 +214,21 @@ def _changes(folder: Path) -> list[tuple[str, str, list[Change]]]:
         for name in PUBLISHED_CONTROLLERS
         if lineup.presets[name] != PUBLISHED_SETTINGS.presets[name]
     )
-    return [(first, second, changed_parameters(folder, first, second)) for first, second in pairs]
+    compared = [
+        (first, second, changed_parameters(folder, first, second, parameters_of))
+        for first, second in pairs
+    ]
+    return [(first, second, changes) for first, second, changes in compared if changes is not None]
 
 
-def _parameters(folder: Path, preset: str) -> Mapping[str, Any]:
+def _parameters(folder: Path, preset: str, parameters_of: ParametersOf) -> Mapping[str, Any] | None:
     path = _preset_path(folder, preset)
-    text = path.read_text(encoding="utf-8") if path.is_file() else as_yaml(load_preset(preset))
-    return yaml.safe_load(text)["parameters"]
+    if not path.is_file():
+        return parameters_of(preset)
+    parameters = read_yaml(path).get("parameters")
+    if not isinstance(parameters, Mapping):
+        raise InputError(f"{path}: parameters: got {parameters!r}, expected a mapping")
+    return parameters
 
 
 def _preset_path(folder: Path, preset: str) -> Path:

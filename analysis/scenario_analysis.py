@@ -110,6 +110,7 @@ class ScenarioAnalysis:
     """What was computed of a scenario, all in plain values.
 
     description: the scenario file's. is_impossible: whether its task is meant to be given up.
+    is_told_by_totals: whether it is one of so many worlds that only their totals are told.
     """
 
     scenario: str
@@ -121,6 +122,7 @@ class ScenarioAnalysis:
     verdicts: list[Verdict] = field(default_factory=list)
     description: str = ""
     is_impossible: bool = False
+    is_told_by_totals: bool = False
 
     @property
     def table(self) -> pd.DataFrame:

@@ -110,6 +110,21 @@ def success_interval(successes: int, trials: int) -> Interval:
     return Interval(*test.proportion_ci(CONFIDENCE, method="wilson"))
 
 
+def share_interval(share: float, count: int) -> Interval:
+    """Returns Wilson's 95% interval of the mean of `count` independent shares from 0 to 1.
+
+    For shares that are 0 or 1 it is that of a success rate. Shares between, of several trials each,
+    vary less than those, so that the interval is wide enough for them as well.
+    """
+    if count == 0:
+        return UNDEFINED_INTERVAL
+    squared = stats.norm.ppf(0.5 + 0.5 * CONFIDENCE) ** 2
+    centre = (share + squared / (2.0 * count)) / (1.0 + squared / count)
+    spread = squared * (share * (1.0 - share) / count + squared / (4.0 * count**2))
+    half = math.sqrt(spread) / (1.0 + squared / count)
+    return Interval(max(0.0, float(centre - half)), min(1.0, float(centre + half)))
+
+
 def paired_comparison(
     first: pd.Series, second: pd.Series, *, confidence: float = CONFIDENCE
 ) -> PairedComparison:

@@ -33,8 +33,14 @@ def trial_row(log: TrialLog) -> dict[str, Any]:
 
 
 def trial_identity(log: TrialLog) -> dict[str, Any]:
-    """Returns scenario, controller, trial, seed, outcome and reason of a trial."""
+    """Returns suite, density, scenario, controller, trial, seed, outcome and reason of a trial.
+
+    The suite is '' where the scenario is in none, and so is a density that the suite does not tell.
+    """
+    suite = log.info["scenario"].get("suite") or {}
     return {
+        "suite": suite.get("name", ""),
+        "density": suite.get("density", ""),
         "scenario": log.info["scenario"]["name"],
         "controller": log.info["controller"],
         "trial": log.info["trial"],

@@ -3,7 +3,7 @@
 One Parquet file a trial. The rows are samples on the recorder's clock; what changes more slowly
 (scans, plans, the controller's diagnostics) stands in the row of the first sample that saw it and
 is null elsewhere. What does not change (scenario, robot, parameters, outcome) is JSON in the file's
-metadata. docs/log_format.md is generated from `COLUMNS` and `PLAN_COLUMNS`.
+metadata. docs/log_format.md is generated from `COLUMNS`, `PLAN_COLUMNS` and `COSTMAP_COLUMNS`.
 """
 
 from __future__ import annotations
@@ -21,9 +21,11 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
-from pydantic import ConfigDict
+from pydantic import ConfigDict, Field
 
 from drake_navbench.errors import InputError, as_line, one_line, printable
+from drake_navbench.kernels.grid import Costmap
+from drake_navbench.logged_costmaps import costmap_columns, read_costmaps
 from drake_navbench.plans import (
     PLAN_COLUMNS,
     PLAN_ENCODINGS,
@@ -127,6 +129,7 @@ class _Header(FrozenModel):
     reason: str
     start_time_s: float
     end_time_s: float
+    missing: dict[str, str] = Field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -137,7 +140,7 @@ class TrialLog:
         `LATERAL_COLUMNS`.
     plans: the global plans in order of time, as `drake_navbench.plans.as_logged` keeps them; one
         in the mode follow_path.
-    scans: the lidar scans in order.
+    scans: the lidar scans in order. costmaps: the local costmaps in order, where they were kept.
     diagnostics: (time_s, mapping) of every control cycle that left any.
     events: (time_s, mapping) of what the navigator did: `node` and `status` where a node of its
         behaviour tree changed, `plan_id` and `poses` where there was a new plan.
@@ -150,6 +153,7 @@ class TrialLog:
     scans: tuple[Scan, ...] = ()
     diagnostics: tuple[tuple[float, Mapping[str, Any]], ...] = field(default=())
     events: tuple[tuple[float, Mapping[str, Any]], ...] = field(default=())
+    costmaps: tuple[Costmap, ...] = ()
 
     def __repr__(self) -> str:
         """Returns who drove what, how it ended and how much there is, as one short line."""
@@ -189,6 +193,16 @@ class TrialLog:
     def end_time_s(self) -> float:
         """When the trial ended, s."""
         return float(self.info["end_time_s"])
+
+    @property
+    def missing(self) -> Mapping[str, str]:
+        """What a recording could not tell: a column or another part of the log -> why."""
+        return self.info.get("missing", {})
+
+    @property
+    def is_recording(self) -> bool:
+        """Whether it was made of a recording, not simulated."""
+        return "recording" in self.info
 
     @property
     def first_plans(self) -> tuple[Plan, ...]:
@@ -239,6 +253,8 @@ class TrialLog:
         columns["diagnostics"] = pa.array(notes, type=pa.string())
         rows = [_first_row_at(times, plan.time_s) for plan in self.plans]
         columns |= plan_columns(self.plans, rows, len(times))
+        rows = [_first_row_at(times, costmap.stamp_s) for costmap in self.costmaps]
+        columns |= costmap_columns(self.costmaps, rows, len(times))
         header = dict(self.info) | {
             "schema_version": SCHEMA_VERSION,
             "events": [{"time_s": time_s} | dict(event) for time_s, event in self.events],
@@ -316,6 +332,7 @@ class TrialLog:
             scans=tuple(_read_scan(s, angles) for s in table["scan"].drop_null().to_pylist()),
             diagnostics=tuple((float(n.pop("time_s")), n) for n in notes),
             events=tuple((float(event.pop("time_s")), event) for event in events),
+            costmaps=read_costmaps(table),
         )
 
 

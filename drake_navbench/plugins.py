@@ -2,7 +2,8 @@
 
 A plugin is somebody's code, and anything may happen in it. One that is broken is named, with its
 package and what is wrong, and leaves the others alone. Built-in plugins are registered as a user's
-are, in pyproject.toml.
+are, in pyproject.toml, or stand in a table of their kind where nothing else would import them later
+than the kind itself.
 """
 
 from __future__ import annotations
@@ -10,40 +11,67 @@ from __future__ import annotations
 import contextlib
 import sys
 import warnings
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
 from functools import cache
 from importlib.machinery import ModuleSpec
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-from drake_navbench.errors import InputError, InputWarning, nearest_name_hint, one_line
+from drake_navbench.errors import (
+    InputError,
+    InputWarning,
+    is_machine_fault,
+    nearest_name_hint,
+    one_line,
+)
 
 OUR_PACKAGE = "drake_navbench"
+# Of all groups of entry points that are looked at.
+GROUP_PREFIX = f"{OUR_PACKAGE}."
+OUR_DISTRIBUTION = "drake-navbench"
 
 
-@dataclass(frozen=True)
+class Origin(NamedTuple):
+    """Where a plugin comes from: the name of an installed package, and its version."""
+
+    package: str
+    version: str
+
+    def __str__(self) -> str:
+        return f"{self.package} {self.version}".strip()
+
+
+UNKNOWN_ORIGIN = Origin("an unknown package", "")
+
+
+@dataclass(frozen=True, eq=False)
 class PluginKind:
     """One kind of plugin.
 
     noun: what it is called in errors. group: of its entry points. members: what a class must have
-    to be one; empty where an entry point may name something else than a class. guide: the page
-    that describes them.
+    to be one; empty where an entry point may name something else than a class. base: returns what
+    the class must derive from, with members of its own; None where anything with them will do.
+    parameters: what its `Parameters` must derive from, None where they are checked elsewhere.
+    built_in: those of ours that are no entry points, by name. guide: the page that describes them.
     """
 
     noun: str
     group: str
     members: tuple[str, ...] = ()
     guide: str = "docs/controllers.md"
+    base: Callable[[], type] | None = None
+    parameters: type[Any] | None = None
+    built_in: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def names(self) -> list[str]:
         """The registered names, sorted."""
-        return sorted(_installed(self.group))
+        return sorted({*self.built_in, *_installed(self.group)})
 
-    def __contains__(self, name: str) -> bool:
-        return name in _installed(self.group)
+    def __contains__(self, name: object) -> bool:
+        return name in self.built_in or name in _installed(self.group)
 
     def load(self, name: str) -> Any:
         """Returns what is registered as `name`.
@@ -52,14 +80,17 @@ class PluginKind:
         where it is no class with the members that it needs.
         """
         points = _installed(self.group).get(name, ())
-        if not points:
-            hint = nearest_name_hint(name, self.names)
-            raise InputError(f"{self.noun} {name!r} is not registered{hint}")
-        if len(points) > 1:
-            packages = " and ".join(sorted(map(_package, points)))
+        if len(points) + (name in self.built_in) > 1:
+            ours = [_named(OUR_DISTRIBUTION)] if name in self.built_in else []
+            packages = " and ".join(sorted([*ours, *map(_package, points)]))
             raise InputError(
                 f"{self.noun} {name!r}: registered by {packages}; expected one of this name"
             )
+        if name in self.built_in:
+            return self.built_in[name]
+        if not points:
+            hint = nearest_name_hint(name, self.names)
+            raise InputError(f"{self.noun} {name!r} is not registered{hint}")
         (point,) = points
         try:
             with contextlib.chdir("."):
@@ -72,13 +103,53 @@ class PluginKind:
                 f"{self.noun} {name!r} of {_package(point)}: entry point {point.value} cannot be "
                 f"loaded: {one_line(error)}"
             ) from error
-        missing = [member for member in self.members if not hasattr(loaded, member)]
+        self._require_contract(loaded, f"{self.noun} {name!r} of {_package(point)}", point.value)
+        return loaded
+
+    def _require_contract(self, loaded: Any, who: str, where: str) -> None:
+        """Raises InputError unless what was loaded is a class of this kind."""
+        base = self.base() if self.base is not None else object
+        missing = [name for name in self.members if not _has_own(loaded, name, base)]
         if missing or (self.members and not isinstance(loaded, type)):
             raise InputError(
-                f"{self.noun} {name!r} of {_package(point)}: {point.value} is no class with "
-                f"{', '.join(missing or self.members)}, as {self.guide} describes it"
+                f"{who}: {where} is no class with {', '.join(missing or self.members)}, "
+                f"as {self.guide} describes it"
             )
-        return loaded
+        if self.base is not None and not issubclass(loaded, base):
+            raise InputError(
+                f"{who}: {where} is no subclass of {base.__name__}, as {self.guide} describes it"
+            )
+        if self.parameters is not None and not _is_class_of(loaded.Parameters, self.parameters):
+            raise InputError(
+                f"{who}: the Parameters of {where} are no {self.parameters.__name__}, "
+                f"as {self.guide} describes them"
+            )
+
+    def make(self, name: str, *arguments: Any) -> Any:
+        """Returns an object of what is registered as `name`.
+
+        Raises InputError where there is none, or where one that is not ours cannot be made.
+        """
+        chosen = self.load(name)
+        origin = self.origin(name)
+        if origin is None:
+            return chosen(*arguments)
+        try:
+            return chosen(*arguments)
+        except BaseException as error:
+            if is_machine_fault(error):
+                raise
+            raise InputError(
+                f"{self.noun} {name!r} of {_named(origin.package)}: cannot be made: "
+                f"{one_line(error)}"
+            ) from error
+
+    def origin(self, name: str) -> Origin | None:
+        """Returns where what is registered as `name` comes from; None where it is ours."""
+        for point in _installed(self.group).get(name, ()):
+            if not is_ours(point.module):
+                return _origin(point)
+        return None
 
     def folder(self, name: str) -> Path | None:
         """Returns where the module registered as `name` is, None where it is not found.
@@ -112,18 +183,49 @@ class PluginKind:
         return kept
 
 
-@cache
 def _installed(group: str) -> Mapping[str, tuple[EntryPoint, ...]]:
     """Returns the entry points of a group by name."""
-    points: dict[str, tuple[EntryPoint, ...]] = {}
-    for point in entry_points(group=group):
-        points[point.name] = (*points.get(point.name, ()), point)
-    return points
+    return _all_installed().get(group, {})
+
+
+@cache
+def _all_installed() -> Mapping[str, Mapping[str, tuple[EntryPoint, ...]]]:
+    """Returns the entry points of all our groups by group and name; one look for all of them."""
+    installed = entry_points()
+    groups: dict[str, dict[str, tuple[EntryPoint, ...]]] = {}
+    for group in installed.groups:
+        if group.startswith(GROUP_PREFIX):
+            names = groups.setdefault(group, {})
+            for point in installed.select(group=group):
+                names[point.name] = (*names.get(point.name, ()), point)
+    return groups
 
 
 def forget_installed() -> None:
     """Makes the next look-up read the installed packages again, such as after an installation."""
-    _installed.cache_clear()
+    _all_installed.cache_clear()
+
+
+def _has_own(loaded: Any, member: str, base: type) -> bool:
+    """Tells whether something has a member, and not only that of a base."""
+    found = getattr(loaded, member, None)
+    return hasattr(loaded, member) and (found is None or found is not getattr(base, member, None))
+
+
+def _is_class_of(model: Any, base: type) -> bool:
+    return isinstance(model, type) and issubclass(model, base)
+
+
+def foreign_plugins() -> Iterator[tuple[str, str, Origin]]:
+    """Yields group, name and origin of every plugin that leads to a module of others.
+
+    Nothing of them is imported.
+    """
+    for group, names in sorted(_all_installed().items()):
+        for name, points in sorted(names.items()):
+            for point in points:
+                if not is_ours(point.module):
+                    yield group, name, _origin(point)
 
 
 def is_ours(module: str) -> bool:
@@ -140,5 +242,13 @@ def _find_spec(name: str, path: Any) -> ModuleSpec | None:
     return None
 
 
+def _origin(point: EntryPoint) -> Origin:
+    return UNKNOWN_ORIGIN if point.dist is None else Origin(point.dist.name, point.dist.version)
+
+
 def _package(point: EntryPoint) -> str:
-    return f"package {point.dist.name!r}" if point.dist is not None else "an unknown package"
+    return UNKNOWN_ORIGIN.package if point.dist is None else _named(point.dist.name)
+
+
+def _named(package: str) -> str:
+    return f"package {package!r}"

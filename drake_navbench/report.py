@@ -50,6 +50,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = build_parser().parse_args(argv)
     from drake_navbench.analysis.figures.album import FigureChoice
     from drake_navbench.analysis.report import build_report
+    from drake_navbench.inputs.presets import resolved_parameters
 
     try:
         result = build_report(
@@ -57,6 +58,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             figures=FigureChoice(arguments.figures),
             jobs=arguments.jobs,
             difference=arguments.difference / PERCENT,
+            parameters_of=resolved_parameters,
         )
     except NavbenchError as error:
         print(f"error: {error}", file=sys.stderr)

@@ -82,6 +82,13 @@ class _Asked(FrozenModel):
     robot: str | None = None
 
 
+class _Origin(FrozenModel):
+    """What a scenario or column of a sweep is made of, with which values by field."""
+
+    of: str
+    values: dict[str, Any]
+
+
 class _Manifest(FrozenModel):
     """What everybody who reads a manifest may rely on, where it is there at all."""
 
@@ -89,10 +96,13 @@ class _Manifest(FrozenModel):
 
     request: _Asked = _Asked()
     scenarios: tuple[str, ...] = ()
+    suites: dict[str, str] = Field(default_factory=dict)
     controllers: tuple[str, ...] = ()
     inputs: dict[str, str] = Field(default_factory=dict)
     stand_ins: tuple[str, ...] = ()
+    sweep: dict[str, dict[str, _Origin]] = Field(default_factory=dict)
     packages: dict[str, str] = Field(default_factory=dict)
+    plugins: dict[str, str] = Field(default_factory=dict)
     wall_clock_s: float = Field(0.0, ge=0.0)
     identity: str = ""
     drake_navbench: str = ""

@@ -30,6 +30,8 @@ examples:
   python -m drake_navbench.run my_scenario.yaml --controllers rpp,rpp:lookahead_dist=0.9
   python -m drake_navbench.run --params nav2_params.yaml   the controllers of a Nav2 file
   python -m drake_navbench.run --nav2 nav2_params.yaml     the whole of a Nav2 file
+  python -m drake_navbench.run doorway --sweep rpp.lookahead_dist=0.3:0.9:4 --controllers rpp
+  python -m drake_navbench.run --map map.yaml --goals 10 --controllers rpp,dwb
 
 exit status: 0 every trial ran (an abort is a result), 1 some trial ended in an error,
 2 wrong input, 130 interrupted
@@ -96,20 +98,57 @@ def build_parser() -> argparse.ArgumentParser:
         action="store_true",
         help="tell what becomes of each parameter of the Nav2 files, and run nothing",
     )
-    add("--map", type=Path, metavar="FILE", help="a map to navigate on, with --start and --goal")
+    add(
+        "--map",
+        type=Path,
+        metavar="FILE",
+        help="a map to navigate on, of Nav2's map server or MovingAI's, with --start and --goal, "
+        "or with --goals",
+    )
     for name in ("start", "goal"):
         add(f"--{name}", type=float, nargs=3, metavar=("X", "Y", "YAW"), help="m, m, rad")
+    add(
+        "--goals",
+        type=_positive_int,
+        metavar="N",
+        help="draw N tasks on the map: goals, and starts unless --start is given",
+    )
+    add(
+        "--barn", type=Path, metavar="DIR", help="BARN worlds, world_N.world with their path_files/"
+    )
+    add("--worlds", metavar="LIST", help="which of them, such as 3,10-20,100-299:50 (all)")
     add("--robot", default="wheelchair", metavar="NAME|FILE", help="robot (wheelchair)")
     add("--out", type=Path, metavar="DIR", help="new results folder (results/<time>)")
     add(
-        "--replay", choices=("race", "each", "none"), default="race", help="replays to write (race)"
+        "--replay",
+        choices=("race", "each", "none"),
+        help="replays to write (race; of a sweep none)",
     )
     add(
         "--figures",
         choices=("none", "key", "all"),
-        default="key",
         help="of the report; key: those that compare the controllers of a scenario; all: also the "
-        "motion of each controller, and every figure as PNG (key)",
+        "motion of each controller, and every figure as PNG (key; of a sweep none)",
+    )
+    add(
+        "--sweep",
+        action="append",
+        default=[],
+        metavar="FIELD=VALUES",
+        help="drive at each of these values of a field of a controller (rpp.lookahead_dist), the "
+        "robot (localization.xy_std_m) or the scenario: 1,2,5 or LOW:HIGH:COUNT[:log]; several "
+        "make a grid",
+    )
+    add(
+        "--samples",
+        type=_positive_int,
+        metavar="N",
+        help="draw N points of a Latin hypercube over the --sweep fields instead of their grid",
+    )
+    add(
+        "--no-costmaps",
+        action="store_true",
+        help="leave the local costmaps out of the logs, which become smaller; replays lack them",
     )
     add(
         "--live", action="store_true", help="show each trial in a browser, in real time, one by one"
@@ -141,7 +180,7 @@ def _require_nothing_else(parser: argparse.ArgumentParser, arguments: argparse.N
     """Raises InputError where --resume comes with options that only a new run can take."""
     for name, value in vars(arguments).items():
         if name not in ALLOWED_WITH_RESUME and value != parser.get_default(name):
-            option = "SCENARIO" if name == "scenarios" else f"--{name}"
+            option = "SCENARIO" if name == "scenarios" else f"--{name.replace('_', '-')}"
             raise InputError(
                 f"--resume {arguments.resume}: goes on with what was asked then; "
                 f"expected no {option}, got {value!r}"

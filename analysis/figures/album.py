@@ -18,8 +18,8 @@ from drake_navbench.analysis.figures.comparison import (
     compute_figure,
     compute_times,
 )
-from drake_navbench.analysis.figures.maps import paths_figure
-from drake_navbench.analysis.figures.motion import MotionSheet
+from drake_navbench.analysis.figures.maps import paths_figure, paths_map
+from drake_navbench.analysis.figures.motion import MotionSheet, sheet_of
 from drake_navbench.analysis.figures.ranking import (
     pareto_figure,
     pareto_points,
@@ -116,7 +116,7 @@ def _comparisons(
 ) -> Iterator[tuple[str, str, Figure]]:
     """Yields kind, title and figure of what can be compared, one at a time."""
     metrics = headline_metrics()
-    yield "paths", "Driven paths", paths_figure(logs, look)
+    yield "paths", "Driven paths", paths_figure(paths_map(logs), look)
     if figure := clearance_figure(clearance_curves(logs), look):
         yield "clearance", "Clearance along the path", figure
     if figure := box_figure(box_panels(trials, scenario, metrics), look):
@@ -138,4 +138,4 @@ def _motion_sheets(
     """Yields controllers and their sheets; each is to be written before the next is asked for."""
     sheet = MotionSheet()
     for controller, own in logs.items():
-        yield controller, sheet.draw(own, controller, look)
+        yield controller, sheet.draw(sheet_of(own, controller), look)

@@ -86,10 +86,12 @@ class ComputeTimes(NamedTuple):
 
 
 def clearance_curves(logs: Logs) -> list[ClearanceCurve]:
-    """Returns a curve a trial; none at all where no obstacle was ever in reach."""
+    """Returns a curve a trial that tells it; none at all where no obstacle was ever in reach."""
     curves = []
     for controller, own in logs.items():
         for log in own:
+            if "clearance_m" in log.missing:
+                continue
             clearance = column(log, "clearance_m")
             clearance = np.where(np.isfinite(clearance), clearance, np.nan)
             steps = np.hypot(*np.diff(positions(log), axis=0).T)

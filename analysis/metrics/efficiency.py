@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
+from drake_navbench.analysis.metrics.body import Body, body_of
 from drake_navbench.analysis.metrics.definition import Undefined, metric
 from drake_navbench.analysis.metrics.mission import (
     first_plans_length_m,
@@ -32,16 +35,8 @@ BARN_REFERENCE_SPEED_MPS = 2.0
 BARN_CLOCK_STARTS_AFTER_M = 0.1
 BARN_FASTEST = 2.0
 BARN_SLOWEST = 8.0
-# For a robot file without a mass: a powered chair of about 100 kg with a person of 80 kg.
-ASSUMED_MASS_KG = 180.0
-# Wheels with tyres on a hard floor.
-ROLLING_RESISTANCE_RATIO = 0.015
 GRAVITY_MPS2 = 9.81
-# Frontal area 0.8 m^2, drag coefficient 1, air of 1.2 kg/m^3.
-DRAG_AREA_M2 = 0.8
 AIR_DENSITY_KGPM3 = 1.2
-# Of a uniform box of the wheelchair's 1.1 m x 0.6 m: (1.1^2 + 0.6^2) / 12.
-YAW_GYRATION_RADIUS_SQUARED_M2 = 0.131
 
 
 @metric(unit="s", better="lower")
@@ -121,22 +116,38 @@ def barn_score(log: TrialLog) -> float:
     """Score of the BARN challenge; 0 for a trial that failed, at most 0.5.
 
     Formula: success OT / clip(AT, 2 OT, 8 OT), OT = L*/(2 m/s) with success and L* as in spl, AT
-    the time from the first 0.1 m of motion to the goal. Until 2024 the lower limit was 4 OT. BARN
-    itself takes the length of a reference path that comes with the world; it keeps farther off the
-    obstacles than a plan and is up to a fifth longer, and the score with it. A robot limited to
-    0.5 m/s scores 0.25 and what the goal tolerance, the first 0.1 m and cut corners save.
+    the time from the first 0.1 m of motion to the goal. Until 2024 the lower limit was 4 OT. In a
+    world of BARN's own, L* is the length of its reference path, and success and AT are those of the
+    first arrival within 1 m of the goal, before any contact; elsewhere the first plan stands for
+    the reference path, which keeps farther off the obstacles and is up to a fifth longer. A robot
+    limited to 0.5 m/s scores 0.25 and what the tolerance, the first 0.1 m and cut corners save.
     Source: The BARN Challenge (Perille et al. 2020; Xiao et al. 2022), rule since 2024-02.
     """
-    if not reached_every_goal(log):
+    arrival_s = _arrival_time_s(log)
+    if arrival_s is None:
         return 0.0
-    reference_m = first_plans_length_m(log)
+    reference_m = _suite(log).get("reference_length_m") or first_plans_length_m(log)
     path = positions(log)
     moved = np.hypot(*(path - path[0]).T) >= BARN_CLOCK_STARTS_AFTER_M
     if not moved.any():
         raise Undefined(f"the robot moved less than {BARN_CLOCK_STARTS_AFTER_M} m")
-    actual_s = log.end_time_s - times(log)[moved.argmax()]
+    actual_s = arrival_s - times(log)[moved.argmax()]
     optimal_s = reference_m / BARN_REFERENCE_SPEED_MPS
     return optimal_s / np.clip(actual_s, BARN_FASTEST * optimal_s, BARN_SLOWEST * optimal_s)
+
+
+def _suite(log: TrialLog) -> dict[str, Any]:
+    """Returns what the scenario says of its suite, nothing where it is in none."""
+    return log.info["scenario"].get("suite") or {}
+
+
+def _arrival_time_s(log: TrialLog) -> float | None:
+    """Returns when the robot arrived by the suite's rule, else by the trial's outcome; or None."""
+    radius_m = _suite(log).get("arrival_radius_m")
+    if radius_m is None:
+        return log.end_time_s if reached_every_goal(log) else None
+    near = np.hypot(*(positions(log) - goals(log)[-1, :2]).T) <= radius_m
+    return float(times(log)[near.argmax()]) if near.any() else None
 
 
 @metric(unit="m/s", better="higher")
@@ -165,27 +176,23 @@ def stopped_time_s(log: TrialLog) -> float:
 def mechanical_energy_j(log: TrialLog) -> float:
     """Work of the drive against inertia, rolling resistance and air; braking gives nothing back.
 
-    Formula: integral max(0, m a v + I dw/dt w + c m g |v| + 0.5 rho A |v|^3) dt with m of the robot
-    file (`mass_kg`; 180 kg where it has none), I = m 0.131 m^2, c = 0.015, rho A = 0.96 kg/m. A
-    robot that moves sideways has the same terms in vy, and |v| is its speed over the floor; that
-    mecanum wheels roll harder is not in it. Losses of the motors are not in it.
+    Formula: integral max(0, m a v + I dw/dt w + c m g |v| + 0.5 rho A |v|^3) dt with m, c and A of
+    the robot file (`mass_kg`, `rolling_resistance_ratio`, `drag_area_m2`), I that of a uniform box
+    around the outline, or of a disc, and rho = 1.2 kg/m^3. A robot that moves sideways has the same
+    terms in vy, and |v| is its speed over the floor; that mecanum wheels roll harder is not in it.
+    Losses of the motors are not in it. A robot without a mass has no value.
     """
-    signal = motion(log)
+    signal, body = motion(log), body_of(log)
     power_w = drive_power_w(
         signal.smooth_v_mps,
         signal.acceleration_mps2,
         signal.smooth_w_radps,
         signal.angular_acceleration_radps2,
-        mass_kg=robot_mass_kg(log),
+        body=body,
         vy_mps=signal.smooth_vy_mps,
         lateral_acceleration_mps2=signal.lateral_acceleration_mps2,
     )
     return float(np.trapezoid(np.maximum(power_w, 0.0), dx=signal.period_s))
-
-
-def robot_mass_kg(log: TrialLog) -> float:
-    """Returns the mass of the robot file with its load; ASSUMED_MASS_KG where it has none."""
-    return log.info["robot"].get("mass_kg") or ASSUMED_MASS_KG
 
 
 def drive_power_w(
@@ -194,17 +201,17 @@ def drive_power_w(
     w_radps: Array,
     angular_acceleration_radps2: Array,
     *,
-    mass_kg: float,
+    body: Body,
     vy_mps: Array,
     lateral_acceleration_mps2: Array,
 ) -> Array:
-    """Returns the power that drives a wheelchair with its occupant on a flat floor, (N,) W."""
+    """Returns the power that drives a robot with its load on a flat floor, (N,) W."""
     speed_mps = np.hypot(v_mps, vy_mps)
-    translation = mass_kg * acceleration_mps2 * v_mps + mass_kg * lateral_acceleration_mps2 * vy_mps
-    inertia_kgm2 = mass_kg * YAW_GYRATION_RADIUS_SQUARED_M2
+    translation = body.mass_kg * (acceleration_mps2 * v_mps + lateral_acceleration_mps2 * vy_mps)
+    inertia_kgm2 = body.mass_kg * body.gyration_squared_m2
     rotation = inertia_kgm2 * angular_acceleration_radps2 * w_radps
-    rolling = ROLLING_RESISTANCE_RATIO * mass_kg * GRAVITY_MPS2 * speed_mps
-    drag = 0.5 * AIR_DENSITY_KGPM3 * DRAG_AREA_M2 * speed_mps**3
+    rolling = body.rolling_resistance_ratio * body.mass_kg * GRAVITY_MPS2 * speed_mps
+    drag = 0.5 * AIR_DENSITY_KGPM3 * body.drag_area_m2 * speed_mps**3
     return translation + rotation + rolling + drag
 
 

@@ -13,7 +13,7 @@ import numpy as np
 import shapely
 
 from drake_navbench.analysis.metrics.definition import Undefined, metric
-from drake_navbench.analysis.metrics.mission import leg_lengths_m, present_leg
+from drake_navbench.analysis.metrics.mission import goals, leg_lengths_m, present_leg
 from drake_navbench.analysis.metrics.signals import (
     Array,
     column,
@@ -156,7 +156,7 @@ def goal_position_error_m(log: TrialLog) -> float:
 
     Formula: |p(end) - goal|; with waypoints still the last goal.
     """
-    return np.hypot(*(positions(log)[-1] - log.info["scenario"]["goal"][:2]))
+    return np.hypot(*(positions(log)[-1] - goals(log)[-1, :2]))
 
 
 @metric(unit="deg", better="lower")
@@ -166,7 +166,7 @@ def goal_heading_error_deg(log: TrialLog) -> float:
     Formula: |wrap(yaw(end) - yaw goal)|; with waypoints still the last goal.
     """
     yaw = column(log, "yaw_rad")[-1]
-    return abs(np.degrees(wrap(yaw - log.info["scenario"]["goal"][2])))
+    return abs(np.degrees(wrap(yaw - goals(log)[-1, 2])))
 
 
 # One log is measured at a time, by several metrics in turn; a log does not change.

@@ -12,6 +12,8 @@ from pydantic import TypeAdapter
 from pydrake.geometry import Rgba
 
 from drake_navbench.analysis.colors import controller_color
+from drake_navbench.analysis.metrics.body import outline_of
+from drake_navbench.analysis.metrics.mission import goals
 from drake_navbench.analysis.replay import intentions
 from drake_navbench.analysis.replay.actors import (
     Pace,
@@ -36,8 +38,6 @@ from drake_navbench.analysis.replay.scene import (
     add_task,
 )
 from drake_navbench.analysis.replay.stage import Stage
-from drake_navbench.inputs.robot import Robot
-from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.inputs.world import Obstacle, World
 from drake_navbench.log import Outcome, TrialLog
 from drake_navbench.plans import Plan
@@ -56,9 +56,8 @@ def write_race_replay(logs: Sequence[TrialLog], path: Path, *, model: Path | Non
     logs: of different controllers, with at least one sample each. model: the robot's SDF file, or
     None to draw a prism over its outline. Equal logs give equal bytes.
     """
-    scenario, robot = _scenario_and_robot(logs[0])
     stage = Stage()
-    robot_model = load_model(model, robot.outline)
+    robot_model = load_model(model, outline_of(logs[0]))
     pace = Pace.fitting(
         [log.samples["time_s"].iloc[-1] for log in logs],
         robot_model,
@@ -67,10 +66,10 @@ def write_race_replay(logs: Sequence[TrialLog], path: Path, *, model: Path | Non
     )
     # Of one that planned all its legs, where there is one.
     course = max(logs, key=lambda log: len(log.first_plans)).first_plans
-    _add_surroundings(stage, scenario, robot, logs, course)
+    _add_surroundings(stage, logs, course)
     add_course(stage, course)
     rows = [
-        _add_trial(stage, log, robot, robot_model, pace=pace, layer=layer)
+        _add_trial(stage, log, robot_model, pace=pace, layer=layer)
         for layer, log in enumerate(logs)
     ]
     names = [row.name for row in rows]
@@ -78,8 +77,8 @@ def write_race_replay(logs: Sequence[TrialLog], path: Path, *, model: Path | Non
     layers = [_plan_row(), LegendRow("lidar hits", LAYER_COLOR, scans)]
     page = assemble(
         stage.html(),
-        title=scenario.name,
-        subtitle=scenario.description,
+        title=logs[0].info["scenario"]["name"],
+        subtitle=logs[0].info["scenario"]["description"],
         sections=[rows, layers],
     )
     path.write_text(page, encoding="utf-8")
@@ -90,39 +89,33 @@ def write_trial_replay(log: TrialLog, path: Path, *, model: Path | None) -> None
 
     The log needs at least one sample. model: as for `write_race_replay`.
     """
-    scenario, robot = _scenario_and_robot(log)
+    scenario = log.info["scenario"]
     stage = Stage()
-    robot_model = load_model(model, robot.outline)
+    robot_model = load_model(model, outline_of(log))
     pace = Pace.fitting(
         [log.samples["time_s"].iloc[-1]],
         robot_model,
         turn_period_s=TRIAL_TURN_PERIOD_S,
         max_turns=TRIAL_MAX_TURNS,
     )
-    _add_surroundings(stage, scenario, robot, [log], log.first_plans)
+    _add_surroundings(stage, [log], log.first_plans)
     add_plans_in_force(stage, log.plans, pace.turn_period_s)
-    row = _add_trial(stage, log, robot, robot_model, pace=pace)
+    row = _add_trial(stage, log, robot_model, pace=pace)
     layers = [
         LegendRow("robot", row.color, [_robot_path(row.name)]),
         LegendRow("driven path", row.color, [_driven_path(row.name)]),
         _plan_row(),
         LegendRow("lidar hits", LAYER_COLOR, [_scan_path(row.name)]),
-        *_costmap_rows(stage, log, robot, pace),
+        *_costmap_rows(stage, log, pace),
         *_intention_rows(stage, log, pace),
     ]
     page = assemble(
         stage.html(),
-        title=f"{scenario.name}: {row.name}",
-        subtitle=f"{scenario.description}; trial {log.info['trial']}, seed {log.info['seed']}",
+        title=f"{scenario['name']}: {row.name}",
+        subtitle=f"{scenario['description']}; trial {log.info['trial']}, seed {log.info['seed']}",
         sections=[[row], layers],
     )
     path.write_text(page, encoding="utf-8")
-
-
-def _scenario_and_robot(log: TrialLog) -> tuple[Scenario, Robot]:
-    # A map is not at hand any more; what stood there is.
-    scenario = dict(log.info["scenario"]) | {"world": {"obstacles": log.obstacles}}
-    return Scenario.model_validate(scenario), Robot.model_validate(log.info["robot"])
 
 
 def _world(log: TrialLog) -> World:
@@ -132,24 +125,28 @@ def _world(log: TrialLog) -> World:
 
 def _add_surroundings(
     stage: Stage,
-    scenario: Scenario,
-    robot: Robot,
     logs: Sequence[TrialLog],
     plans: Sequence[Plan],
 ) -> None:
+    start = np.array(logs[0].info["scenario"]["start"], dtype=float)
     driven = [log.samples[["x_m", "y_m"]].to_numpy() for log in logs]
-    ends = np.array([pose[:2] for pose in (scenario.start, *scenario.goals)])
+    ends = np.vstack([start, goals(logs[0])])[:, :2]
     points = np.vstack([*driven, *(plan.poses[:, :2] for plan in plans), ends])
-    reach_m = np.hypot(*robot.outline.T).max()
+    reach_m = np.hypot(*outline_of(logs[0]).T).max()
     course = Bounds.around(points, reach_m + COURSE_MARGIN_M)
     add_scene(stage, _world(logs[0]), course=course)
-    add_task(stage, scenario, robot.navigation.goal_checker.xy_goal_tolerance)
+    add_task(stage, start, goals(logs[0]), _goal_tolerance_m(logs[0]))
+
+
+def _goal_tolerance_m(log: TrialLog) -> float | None:
+    """Returns how near to a goal is near enough; None where the goal checker has no such radius."""
+    checker = log.info["robot"]["navigation"]["goal_checker"]
+    return checker.get("xy_goal_tolerance", checker.get("coarse_xy_goal_tolerance"))
 
 
 def _add_trial(
     stage: Stage,
     log: TrialLog,
-    robot: Robot,
     model: RobotModel,
     *,
     pace: Pace,
@@ -165,7 +162,7 @@ def _add_trial(
         _robot_path(name),
         model,
         motion,
-        outline=robot.outline,
+        outline=outline_of(log),
         rgba=rgba,
         pose_stride=pace.pose_stride,
         layer=layer,
@@ -179,10 +176,10 @@ def _add_trial(
     return LegendRow(name, color, [_group(name)], detail, is_failure)
 
 
-def _costmap_rows(stage: Stage, log: TrialLog, robot: Robot, pace: Pace) -> list[LegendRow]:
-    """Draws the local costmap; returns its row, or none where the log has no scans."""
+def _costmap_rows(stage: Stage, log: TrialLog, pace: Pace) -> list[LegendRow]:
+    """Draws the local costmap; returns its row, or none where the log keeps no costmaps."""
     path = "/local_costmap"
-    is_drawn = add_costmaps(stage, path, log, robot, base_motion(log), pace.turn_period_s)
+    is_drawn = add_costmaps(stage, path, log, pace.turn_period_s)
     return [LegendRow("local costmap", _css(COSTMAP_COLOR), [path])] if is_drawn else []
 
 

@@ -11,7 +11,6 @@ from pydrake.math import RigidTransform
 
 from drake_navbench.analysis.replay.flat_meshes import arrow, ring
 from drake_navbench.analysis.replay.stage import Stage
-from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.inputs.world import World
 from drake_navbench.inputs.world_geometry import OBSTACLE_COLOR, obstacle_shapes
 
@@ -84,15 +83,23 @@ def add_scene(stage: Stage, world: World, *, course: Bounds) -> None:
     _aim_camera(stage.meshcat, course)
 
 
-def add_task(stage: Stage, scenario: Scenario, goal_tolerance_m: float) -> None:
-    """Draws the start, and waypoints and goal with the circle that the goal checker accepts."""
+def add_task(stage: Stage, start: Array, goals: Array, goal_tolerance_m: float | None) -> None:
+    """Draws the start, and waypoints and goal with the circle that the goal checker accepts.
+
+    start: (3,), goals: (G, 3), the waypoints and then the goal, x m, y m, yaw rad.
+    goal_tolerance_m: the circle's radius, None where the checker accepts no circle.
+    """
+    *waypoints, goal = goals
     for name, pose, radius_m in (
-        ("start", scenario.start, START_RADIUS_M),
-        *((f"waypoint/{i}", pose, goal_tolerance_m) for i, pose in enumerate(scenario.waypoints)),
-        ("goal", scenario.goal, goal_tolerance_m),
+        ("start", start, START_RADIUS_M),
+        *((f"waypoint/{i}", pose, goal_tolerance_m) for i, pose in enumerate(waypoints)),
+        ("goal", goal, goal_tolerance_m),
     ):
-        circle = ring(pose[:2], radius_m=radius_m, width_m=MARKER_WIDTH_M, height_m=MARKER_HEIGHT_M)
-        stage.flat_mesh(f"/{name}/circle", circle, MARKER_COLOR)
+        if radius_m is not None:
+            circle = ring(
+                pose[:2], radius_m=radius_m, width_m=MARKER_WIDTH_M, height_m=MARKER_HEIGHT_M
+            )
+            stage.flat_mesh(f"/{name}/circle", circle, MARKER_COLOR)
         head = arrow(pose, length_m=ARROW_SIZE_M, width_m=ARROW_SIZE_M, height_m=MARKER_HEIGHT_M)
         stage.flat_mesh(f"/{name}/heading", head, MARKER_COLOR)
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import re
 from collections.abc import Sequence
-from pathlib import Path
 
 from drake_navbench.campaign.request import Request
 from drake_navbench.errors import InputError, printable
@@ -34,12 +34,16 @@ def request_from_arguments(arguments: argparse.Namespace) -> Request:
         "parameter_files": [str(path) for path in arguments.params],
         "nav2_files": [str(path) for path in arguments.nav2],
         "substitutions": read_assignments(arguments.set),
-        "map_task": _map_task(arguments.map, arguments.start, arguments.goal),
+        "map_task": _map_task(arguments),
+        "barn": _barn_task(arguments),
         "trials": arguments.trials,
         "seed": arguments.seed,
         "robot": arguments.robot,
-        "replay": arguments.replay,
-        "figures": arguments.figures,
+        "replay": arguments.replay or ("none" if arguments.sweep else "race"),
+        "figures": arguments.figures or ("none" if arguments.sweep else "key"),
+        "keeps_costmaps": not arguments.no_costmaps,
+        "sweeps": arguments.sweep,
+        "samples": arguments.samples,
     }
     return validate(Request, asked, "command line")
 
@@ -60,16 +64,50 @@ def _require_no_controllers_among(scenarios: Sequence[str], controllers: str) ->
         )
 
 
-def _map_task(
-    map_file: Path | None, start: list[float] | None, goal: list[float] | None
-) -> dict[str, object] | None:
-    given = {"--map": map_file, "--start": start, "--goal": goal}
-    missing = [name for name, value in given.items() if value is None]
-    if len(missing) == len(given):
+def _map_task(arguments: argparse.Namespace) -> dict[str, object] | None:
+    given = {
+        f"--{name}": getattr(arguments, name) is not None
+        for name in ("map", "start", "goal", "goals")
+    }
+    if not any(given.values()):
         return None
-    if missing:
-        raise InputError(f"{missing[0]}: missing; --map, --start and --goal go together")
-    return {"map": str(map_file), "start": start, "goal": goal}
+    if given["--goal"] and given["--goals"]:
+        raise InputError("--goals: draws the goals; expected no --goal beside it")
+    wanted = ("--map",) if given["--goals"] else ("--map", "--start", "--goal")
+    for name in wanted:
+        if not given[name]:
+            raise InputError(
+                f"{name}: missing; --map goes with --start and --goal, or with --goals"
+            )
+    return {
+        "map": str(arguments.map),
+        "start": arguments.start,
+        "goal": arguments.goal,
+        "goals": arguments.goals,
+    }
+
+
+def _barn_task(arguments: argparse.Namespace) -> dict[str, object] | None:
+    if arguments.barn is None:
+        if arguments.worlds is not None:
+            raise InputError("--worlds: expected a folder of BARN worlds by --barn as well")
+        return None
+    return {"folder": str(arguments.barn), "worlds": _numbers(arguments.worlds or "")}
+
+
+def _numbers(text: str) -> list[int]:
+    """Returns the numbers of a list such as '3,10-20,100-299:50', without repetition."""
+    numbers: dict[int, None] = {}
+    for part in filter(None, map(str.strip, text.split(","))):
+        found = re.fullmatch(r"(\d{1,6})(?:-(\d{1,6})(?::([1-9]\d{0,5}))?)?", part)
+        if found is None:
+            raise InputError(
+                f"--worlds {text}: expected numbers and ranges such as 3,10-20,100-299:50, "
+                f"got {part!r}"
+            )
+        first = int(found[1])
+        numbers |= dict.fromkeys(range(first, int(found[2] or first) + 1, int(found[3] or 1)))
+    return list(numbers)
 
 
 def print_check(arguments: argparse.Namespace) -> None:

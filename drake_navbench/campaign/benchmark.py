@@ -20,16 +20,19 @@ from pydantic import ConfigDict
 from rich.console import Console
 
 from drake_navbench import __version__
+from drake_navbench.analysis.sweeps import SUCCEEDED, long_table, response_table
 from drake_navbench.analysis.tables import scenario_table
+from drake_navbench.analysis.totals import told_by_totals, totals
 from drake_navbench.campaign.asked import request_from_arguments, short_form
 from drake_navbench.campaign.campaign import DEFAULT_TRIALS, Campaign, plan_campaign
 from drake_navbench.campaign.console import CampaignProgress, print_scenario, terminal
 from drake_navbench.campaign.driving import Undriven, available_jobs, run_campaign
 from drake_navbench.campaign.replays import write_replays
 from drake_navbench.campaign.request import Request
+from drake_navbench.campaign.suite_console import print_totals
 from drake_navbench.campaign.warm_up import kernels_are_cold, start_worker_server, warm_up
 from drake_navbench.errors import InputError, NavbenchError, printable
-from drake_navbench.inputs.presets import Preset, as_yaml
+from drake_navbench.inputs.presets import Preset, as_yaml, resolved_parameters
 from drake_navbench.log import Outcome
 from drake_navbench.processes import cache_folder
 from drake_navbench.results import (
@@ -43,6 +46,7 @@ from drake_navbench.results import (
 from drake_navbench.trial.trial import DEFAULT_ROBOT
 from drake_navbench.typed_files.typed_yaml import FrozenModel, validate
 
+PRINTED_IN_SWEEP = {SUCCEEDED: "share", "time_to_goal_s": "s", "min_clearance_m": "m"}
 PACKAGES_IN_MANIFEST = ("drake", "numba", "numpy", "pandas", "pyarrow", "scipy")
 
 
@@ -67,6 +71,8 @@ def run_benchmark(
     jobs: int | None = None,
     robot: str = DEFAULT_ROBOT,
     out: str | Path | None = None,
+    sweeps: Sequence[str] = (),
+    samples: int | None = None,
 ) -> pd.DataFrame:
     """Runs a benchmark and returns one row a trial: outcome, reason and the metrics.
 
@@ -85,9 +91,19 @@ def run_benchmark(
         "seed": seed,
         "robot": robot,
         "replay": "none",
+        "sweeps": list(sweeps),
+        "samples": samples,
     }
     request = validate(Request, asked, "run_benchmark")
-    campaign = plan_campaign(scenarios, controllers, trials=trials, seed=seed, robot=robot)
+    campaign = plan_campaign(
+        scenarios,
+        controllers,
+        trials=trials,
+        seed=seed,
+        robot=robot,
+        sweeps=sweeps,
+        samples=samples,
+    )
     with tempfile.TemporaryDirectory() as temporary:
         folder = ResultsFolder(out or Path(temporary))
         with only_run_in(folder.path):
@@ -186,21 +202,37 @@ def _run(
     if trials.empty:
         return True
     impossible = {spec.scenario.name for spec in campaign.specs if spec.scenario.is_impossible}
-    for scenario in dict.fromkeys(trials["scenario"]):
-        table = scenario_table(trials, scenario)
-        print_scenario(console, table, scenario, is_impossible=scenario in impossible)
-    if request.replay != "none":
+    told = told_by_totals(campaign.suites)
+    if campaign.sweep:
+        for scenario, rows in long_table(trials, campaign.sweep).groupby("scenario", sort=False):
+            print_scenario(console, response_table(rows, PRINTED_IN_SWEEP), str(scenario))
+    else:
+        for scenario in dict.fromkeys(trials["scenario"]):
+            if scenario not in told:
+                table = scenario_table(trials, scenario)
+                print_scenario(console, table, scenario, is_impossible=scenario in impossible)
+    print_totals(console, totals(trials))
+    if request.replay == "each" or (request.replay == "race" and set(campaign.scenarios) - told):
         console.print("Writing the replays ...")
-        failures = write_replays(folder, campaign, each=request.replay == "each", jobs=jobs)
+        left_out = told if request.replay == "race" else frozenset()
+        failures = write_replays(
+            folder, campaign, each=request.replay == "each", jobs=jobs, left_out=left_out
+        )
         for scenario, reason in failures.items():
             _print_error(f"no replay: {scenario}: {reason}")
     console.print("Writing the report ...")
-    build_report(folder.path, figures=FigureChoice(request.figures), jobs=jobs, measured=trials)
+    build_report(
+        folder.path,
+        figures=FigureChoice(request.figures),
+        jobs=jobs,
+        measured=trials,
+        parameters_of=resolved_parameters,
+    )
     driven_s = float(trials["simulated_time_s"].sum())
     count = f"{len(trials)} trial{'s' if len(trials) > 1 else ''}"
     console.print(
         f"{count}, {driven_s:.0f} s of driving, in {wall_s:.0f} s. "
-        f"Open {folder.path / 'report.html'}"
+        f"Open {folder.path / ('sweep.html' if campaign.sweep else 'report.html')}"
     )
     errors = trials[trials["outcome"] == Outcome.ERROR]
     for row in errors.itertuples():
@@ -252,12 +284,15 @@ def _manifest(campaign: Campaign, inputs: dict[str, str]) -> dict[str, Any]:
     return {
         "stand_ins": [row.text for row in stand_ins],
         "scenarios": campaign.scenarios,
+        "suites": campaign.suites,
         "controllers": campaign.columns,
+        "sweep": campaign.sweep,
         "inputs": _hashes(inputs),
         "identity": campaign.identity,
         "drake_navbench": __version__,
         "python": platform.python_version(),
         "packages": {name: version(name) for name in PACKAGES_IN_MANIFEST},
+        **({"plugins": campaign.foreign_code} if campaign.foreign_code else {}),
         "platform": f"{platform.system()} {platform.machine()}",
         "created": datetime.now().astimezone().isoformat(timespec="seconds"),
     }

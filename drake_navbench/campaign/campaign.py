@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from hashlib import sha256
+from typing import Any
 
 import numpy as np
 
+from drake_navbench.campaign.sweep import SweptScenario, expand, parse_axis, points_of
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.nav2_robot import Nav2Setup
 from drake_navbench.inputs.presets import Preset, default_presets, load_preset
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, Scenario, load_scenario
 from drake_navbench.inputs.task_check import check_task, warn_of_rotation
+from drake_navbench.trial.plugin_check import check_plugins
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.task_cost import check_cost
 from drake_navbench.trial.trial import DEFAULT_ROBOT, make_controller
@@ -27,15 +30,27 @@ class Campaign:
     """Every trial of a benchmark, in the order of its table, all input checked.
 
     nav2: what whole Nav2 files made of it, where there were any.
+    sweep: what was swept, empty where nothing was: under `scenarios` and `controllers`, by the name
+    of each scenario and column, the name `of` which it is made and its `values` by field.
     """
 
     specs: tuple[TrialSpec, ...]
     nav2: Nav2Setup | None = None
+    sweep: dict[str, dict[str, Any]] = field(default_factory=dict)
 
     @property
     def scenarios(self) -> list[str]:
         """Names of the scenarios, in order."""
         return list(dict.fromkeys(spec.scenario.name for spec in self.specs))
+
+    @property
+    def suites(self) -> dict[str, str]:
+        """The suite of each scenario that is in one, by the scenario's name."""
+        return {
+            spec.scenario.name: spec.scenario.suite.name
+            for spec in self.specs
+            if spec.scenario.suite is not None
+        }
 
     @property
     def presets(self) -> list[Preset]:
@@ -46,6 +61,11 @@ class Campaign:
     def columns(self) -> list[str]:
         """Names of the presets, in order."""
         return [preset.name for preset in self.presets]
+
+    @property
+    def foreign_code(self) -> dict[str, str]:
+        """What is not ours: package and version by kind and name of each plugin."""
+        return {name: origin for spec in self.specs for name, origin in spec.foreign_code.items()}
 
     @property
     def identity(self) -> str:
@@ -67,9 +87,13 @@ def plan_campaign(
     seed: int = 0,
     robot: str | Robot = DEFAULT_ROBOT,
     wants_diagnostics: bool = False,
+    keeps_costmaps: bool = True,
+    sweeps: Sequence[str] = (),
+    samples: int | None = None,
 ) -> Campaign:
     """Returns every trial of a campaign, all input checked; raises InputError.
 
+    sweeps: axes as of `parse_axis`. samples: draw so many points of a Latin hypercube over them.
     Empty sequences stand for the five published scenarios and the default presets. What is given
     twice runs once; different ones of the same name are refused.
     """
@@ -87,12 +111,18 @@ def plan_campaign(
         for preset in dict.fromkeys(presets or default_presets())
     ]
     _require_different_names("controller", [(preset.name, preset.source) for preset in columns])
+    if not sweeps and samples is not None:
+        raise InputError(f"--samples {samples}: expected --sweep as well")
+    points = points_of([parse_axis(text) for text in sweeps], samples=samples, seed=seed)
+    swept = list(expand(points, loaded, columns, robot))
     specs = []
-    for scenario in loaded:
+    for entry in swept:
+        scenario = entry.scenario
         loaded_robot = scenario.load_robot(robot)
         check_task(scenario, loaded_robot)
         check_cost(scenario, loaded_robot)
-        fitted = [preset.for_robot(loaded_robot) for preset in columns]
+        check_plugins(scenario, loaded_robot)
+        fitted = [preset.for_robot(loaded_robot) for preset, _, _ in entry.columns]
         for preset in fitted:
             # Some parameters are wrong only for this robot or its control period.
             make_controller(preset, preset.robot(loaded_robot))
@@ -104,12 +134,27 @@ def plan_campaign(
                         scenario,
                         loaded_robot,
                         preset,
-                        seed=trial_seed(seed, scenario.name, trial),
+                        seed=trial_seed(seed, entry.base, trial),
                         trial=trial,
                         wants_diagnostics=wants_diagnostics,
+                        keeps_costmaps=keeps_costmaps,
                     )
                 )
-    return Campaign(tuple(specs))
+    return Campaign(tuple(specs), sweep=_origins(swept) if sweeps else {})
+
+
+def _origins(swept: Sequence[SweptScenario]) -> dict[str, dict[str, Any]]:
+    """Returns what each scenario and each column of a sweep is made of; see `Campaign.sweep`."""
+    return {
+        "scenarios": {
+            entry.scenario.name: {"of": entry.base, "values": dict(entry.values)} for entry in swept
+        },
+        "controllers": {
+            preset.name: {"of": base, "values": dict(values)}
+            for entry in swept
+            for preset, base, values in entry.columns
+        },
+    }
 
 
 def _require_different_names(kind: str, names_and_sources: Iterable[tuple[str, str]]) -> None:

@@ -15,7 +15,6 @@ from drake_navbench.analysis.tables import trial_row
 from drake_navbench.campaign.campaign import Campaign
 from drake_navbench.campaign.warm_up import start_worker_server
 from drake_navbench.errors import CannotBeWritten, InputError, is_machine_fault, one_line
-from drake_navbench.inputs.foreign_code import runs_foreign_code
 from drake_navbench.log import Outcome, TrialLog
 from drake_navbench.processes.worker_process import Raised, Returned
 from drake_navbench.processes.workers import Ending, Task, run_tasks
@@ -75,15 +74,13 @@ def run_campaign(
     progress = Progress(total=len(campaign.specs), done=len(rows))
     progress.failed = sum(row["outcome"] == Outcome.ERROR for row in rows.values())
     on_progress(progress)
-    # A column that runs others' code has workers of its own.
-    foreign = {preset.name for preset in campaign.presets if runs_foreign_code(preset)}
     identity = campaign.identity
     tasks = {
         Task(
             _drive_and_write,
             (spec, folder, identity),
             time_limit_s=wall_clock_limit_s(spec.scenario),
-            owner=spec.preset.name if spec.preset.name in foreign else "",
+            owner=spec.code_owner,
         ): index
         for index, spec in enumerate(campaign.specs)
         if index not in rows

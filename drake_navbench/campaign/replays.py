@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from contextlib import closing
 from functools import partial
 from pathlib import Path
@@ -18,11 +19,17 @@ REPLAY_LIMIT_S = 600.0
 
 
 def write_replays(
-    folder: ResultsFolder, campaign: Campaign, *, each: bool, jobs: int
+    folder: ResultsFolder,
+    campaign: Campaign,
+    *,
+    each: bool,
+    jobs: int,
+    left_out: Collection[str] = (),
 ) -> dict[str, str]:
     """Writes one race a scenario, of each controller's first trial; with `each` every one alone.
 
-    Returns the scenarios whose replays could not be written, with the reason.
+    left_out: scenarios that get none. Returns the scenarios whose replays could not be written,
+    with the reason.
     """
     models = {spec.scenario.name: spec.robot.model_path for spec in campaign.specs}
     tasks = {
@@ -32,6 +39,7 @@ def write_replays(
             time_limit_s=REPLAY_LIMIT_S,
         ): scenario
         for scenario in campaign.scenarios
+        if scenario not in left_out
     }
     start_worker_server()
     failures = {}

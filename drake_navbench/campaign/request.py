@@ -9,27 +9,42 @@ from typing import Literal
 from pydantic import Field
 
 from drake_navbench.campaign.campaign import Campaign, plan_campaign
+from drake_navbench.campaign.sweep import MAX_POINTS
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.barn import barn_scenarios
 from drake_navbench.inputs.nav2_check import Check, CheckRow, Status
 from drake_navbench.inputs.nav2_robot import Nav2Setup, read_nav2_files
 from drake_navbench.inputs.parameter_files import load_parameter_file
 from drake_navbench.inputs.parameter_names import flattened
 from drake_navbench.inputs.presets import Preset
-from drake_navbench.inputs.robot import load_robot
+from drake_navbench.inputs.robot import Robot, load_robot
 from drake_navbench.inputs.scenario import Pose, Scenario, scenario_on_map
+from drake_navbench.trial.goal_sampling import sample_tasks
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 # Of each scenario and controller.
 MAX_TRIALS = 100_000
 MAX_SEED = 2**64 - 1
+MAX_GOALS = 1000
 
 
 class MapTask(FrozenModel):
-    """A map file of Nav2's map_server, a start and a goal on it: x m, y m, yaw rad each."""
+    """A map file with a start and a goal on it, x m, y m, yaw rad each, or with `goals` of them.
+
+    With `goals` each task has a goal of its own, and a start, where none is given, too.
+    """
 
     map: str
-    start: Pose
-    goal: Pose
+    start: Pose | None = None
+    goal: Pose | None = None
+    goals: int | None = Field(None, ge=1, le=MAX_GOALS)
+
+
+class BarnTask(FrozenModel):
+    """A folder of BARN worlds, and the numbers of those to drive; none stands for all."""
+
+    folder: str
+    worlds: tuple[int, ...] = ()
 
 
 class Request(FrozenModel):
@@ -37,6 +52,8 @@ class Request(FrozenModel):
 
     controllers: presets and variants by name. parameter_files: more columns, from files.
     nav2_files: whole Nav2 files, which give columns and the robot. substitutions: their values.
+    sweeps: axes as of `parse_axis`. samples: of a Latin hypercube over them, None for their grid.
+    keeps_costmaps: whether the logs hold the local costmaps.
     """
 
     scenarios: tuple[str, ...]
@@ -45,11 +62,15 @@ class Request(FrozenModel):
     nav2_files: tuple[str, ...] = ()
     substitutions: dict[str, str] = Field(default_factory=dict)
     map_task: MapTask | None = None
+    barn: BarnTask | None = None
     trials: int = Field(ge=1, le=MAX_TRIALS)
     seed: int = Field(ge=0, le=MAX_SEED)
     robot: str
     replay: Literal["race", "each", "none"]
     figures: Literal["none", "key", "all"] = "key"
+    sweeps: tuple[str, ...] = ()
+    samples: int | None = Field(None, ge=1, le=MAX_POINTS)
+    keeps_costmaps: bool = True
 
     def nav2_setup(self) -> Nav2Setup | None:
         """Returns what the Nav2 files make, None without any; raises InputError."""
@@ -71,13 +92,17 @@ class Request(FrozenModel):
                     f"--nav2 {', '.join(self.nav2_files)}: no controller_server with "
                     "controller_plugins; expected one, or --controllers"
                 )
+        robot = load_robot(self.robot) if nav2 is None else nav2.robot
         campaign = plan_campaign(
-            self._scenarios(),
+            self._scenarios(robot),
             presets,
             trials=self.trials,
             seed=self.seed,
             robot=self.robot if nav2 is None else nav2.robot,
             wants_diagnostics=self.replay == "each",
+            sweeps=self.sweeps,
+            samples=self.samples,
+            keeps_costmaps=self.keeps_costmaps,
         )
         if nav2 is None:
             return campaign
@@ -85,11 +110,19 @@ class Request(FrozenModel):
         rows = [row for scenario in scenarios.values() for row in _overrides(scenario)]
         return replace(campaign, nav2=replace(nav2, check=Check((*nav2.check.rows, *rows))))
 
-    def _scenarios(self) -> list[str | Scenario]:
-        task = self.map_task
-        if task is None:
-            return list(self.scenarios)
-        return [*self.scenarios, scenario_on_map(Path(task.map), task.start, task.goal)]
+    def _scenarios(self, robot: Robot) -> list[str | Scenario]:
+        scenarios: list[str | Scenario] = list(self.scenarios)
+        if self.map_task is not None:
+            scenarios += self._tasks_on_map(self.map_task, robot)
+        if self.barn is not None:
+            scenarios += barn_scenarios(Path(self.barn.folder), self.barn.worlds)
+        return scenarios
+
+    def _tasks_on_map(self, task: MapTask, robot: Robot) -> list[Scenario]:
+        path = Path(task.map)
+        if task.start is not None and task.goal is not None:
+            return [scenario_on_map(path, task.start, task.goal)]
+        return sample_tasks(path, robot, task.goals or 1, seed=self.seed, start=task.start)
 
 
 def _overrides(scenario: Scenario) -> list[CheckRow]:

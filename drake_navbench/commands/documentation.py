@@ -1,8 +1,8 @@
 """Makes the generated parts of docs/: `python -m drake_navbench docs [DIR]`.
 
 The wiring of a trial as Drake draws it, the JSON schemas for editors, the columns of a log, the
-catalogue of metrics, the table of presets. The same tree gives the same bytes; a test makes them
-again and compares.
+catalogue of metrics, the fields of a robot file, the table of presets. The same tree gives the same
+bytes; a test makes them again and compares.
 """
 
 from __future__ import annotations
@@ -20,12 +20,14 @@ from pathlib import Path
 import numpy as np
 
 from drake_navbench.analysis.catalogue import catalogue
+from drake_navbench.commands.field_table import robots_page
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import PresetFile, default_presets, load_preset, preset_files
 from drake_navbench.inputs.robot import Robot, load_robot
 from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.inputs.world import World
 from drake_navbench.log import COLUMNS, LATERAL_COLUMNS, SCHEMA_VERSION
+from drake_navbench.logged_costmaps import COSTMAP_COLUMNS
 from drake_navbench.plans import PLAN_COLUMNS
 from drake_navbench.trial.diagram import build_trial_diagram
 from drake_navbench.trial.spec import FollowPlan
@@ -64,6 +66,7 @@ def documents(folder: Path) -> Iterator[tuple[str, str]]:
         yield f"schemas/{name}.json", json.dumps(model.model_json_schema(), indent=2) + "\n"
     yield "log_format.md", log_format()
     yield "metrics.md", catalogue()
+    yield "robots.md", robots_page()
     page = folder / "controllers.md"
     if page.is_file():
         yield page.name, _with_presets(page)
@@ -113,6 +116,7 @@ def log_format() -> str:
         "|---|---|",
         *(f"| `{name}` | {meaning} |" for name, meaning in COLUMNS.items()),
         *(f"| `{name}` | {meaning} |" for name, meaning in PLAN_COLUMNS.items()),
+        *(f"| `{name}` | {meaning} |" for name, meaning in COSTMAP_COLUMNS.items()),
         "| `scan` | a new lidar scan: time, sensor pose in the world frame, ranges |",
         "| `diagnostics` | JSON: what the controller left in a new control cycle |",
         "",

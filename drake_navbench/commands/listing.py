@@ -13,15 +13,17 @@ from drake_navbench.errors import InputError, printable
 from drake_navbench.inputs.presets import load_preset, preset_files
 from drake_navbench.inputs.robot import ROBOT_FILES, load_robot
 from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, SCENARIO_FILES, load_scenario
+from drake_navbench.plugins import GROUP_PREFIX, foreign_plugins
 
 
 def print_listing(console: Console) -> None:
-    """Prints scenarios, controllers and robots with one line each."""
+    """Prints scenarios, controllers, robots and what others have installed, one line each."""
     others = [name for name in SCENARIO_FILES.names if name not in PUBLISHED_SCENARIOS]
     scenarios = {n: load_scenario(n).description for n in (*PUBLISHED_SCENARIOS, *others)}
     presets = {n: _description(n) for n in preset_files()}
     robots = {n: load_robot(n).description for n in ROBOT_FILES.names}
-    for title, rows in (("scenarios", scenarios), ("controllers", presets), ("robots", robots)):
+    titles = {"scenarios": scenarios, "controllers": presets, "robots": robots}
+    for title, rows in (titles | _plugins_of_others()).items():
         table = Table(title=title, title_justify="left", title_style="bold", box=None)
         table.add_column(no_wrap=True)
         table.add_column()
@@ -30,6 +32,15 @@ def print_listing(console: Console) -> None:
             table.add_row(f"  {printable(name)}", printable(description))
         console.print(table)
         console.print()
+
+
+def _plugins_of_others() -> dict[str, dict[str, str]]:
+    """Returns the installed plugins that are not ours, by kind and name; imports none of them."""
+    kinds: dict[str, dict[str, str]] = {}
+    for group, name, origin in foreign_plugins():
+        title = f"{group.removeprefix(GROUP_PREFIX).replace('_', ' ')} of other packages"
+        kinds.setdefault(title, {})[name] = str(origin)
+    return kinds
 
 
 def _description(preset: str) -> str:
@@ -44,7 +55,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Runs the command; returns the exit status."""
     argparse.ArgumentParser(
         prog="python -m drake_navbench list",
-        description="Lists scenarios, controllers and robots.",
+        description="Lists scenarios, controllers, robots, and installed plugins of others.",
     ).parse_args(argv)
     print_listing(terminal())
     return 0

@@ -1,21 +1,25 @@
 """The settings of the costmaps: their layers and filters under the names of Nav2's parameters.
 
 A costmap lists its layers in `plugins`, in the order in which they write, and what acts on the
-finished costs in `filters`. Each layer and filter has its parameters under its own name.
+finished costs in `filters`. Each layer and filter has its parameters under its own name; the block
+of a layer that is not built in may have any name, and says by `plugin` which one it is.
 """
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, ClassVar, Literal, get_args
 
-from pydantic import Field, model_validator
+from pydantic import Field, WithJsonSchema, model_validator
 
 from drake_navbench.costmaps.grid_size import require_grid_size
-from drake_navbench.errors import InputError
+from drake_navbench.costmaps.layer_plugin import COSTMAP_LAYERS
+from drake_navbench.errors import InputError, nearest_name_hint
+from drake_navbench.plugin_parameters import PluginBlocks
+from drake_navbench.plugins import PluginKind
 from drake_navbench.typed_files.quantities import CellSize, Count, Frequency, Length, Number
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
-PluginName = Literal[
+BuiltInLayer = Literal[
     "static_layer",
     "obstacle_layer",
     "voxel_layer",
@@ -23,6 +27,10 @@ PluginName = Literal[
     "inflation_layer",
     "keepout_filter",
 ]
+LayerName = Annotated[
+    str, WithJsonSchema({"anyOf": [{"enum": [*get_args(BuiltInLayer)]}, {"type": "string"}]})
+]
+"""One of ours, or the name of a block that has a `plugin`."""
 FilterName = Literal["keepout_filter", "speed_filter", "binary_filter"]
 
 
@@ -145,8 +153,10 @@ class BinaryFilterSettings(FrozenModel):
     flip_threshold: Number = Field(50.0, description="Mask values above this flip the state.")
 
 
-class CostmapSettings(FrozenModel):
+class CostmapSettings(PluginBlocks):
     """What the local and the global costmap have in common."""
+
+    PLUGINS: ClassVar[PluginKind] = COSTMAP_LAYERS
 
     track_unknown_space: bool = Field(False, description="Unseen cells are unknown, not free.")
     update_frequency: Frequency = Field(5.0, description="Updates [Hz].")
@@ -169,7 +179,7 @@ class CostmapSettings(FrozenModel):
     keepout_filter: KeepoutFilterSettings = Field(default_factory=KeepoutFilterSettings)
     speed_filter: SpeedFilterSettings = Field(default_factory=SpeedFilterSettings)
     binary_filter: BinaryFilterSettings = Field(default_factory=BinaryFilterSettings)
-    plugins: list[PluginName] = Field(
+    plugins: list[LayerName] = Field(
         ["static_layer", "obstacle_layer", "inflation_layer"],
         description="Layers in the order in which they write; a filter among them is inflated too.",
     )
@@ -183,11 +193,22 @@ class CostmapSettings(FrozenModel):
         for name in listed:
             if listed.count(name) > 1:
                 raise ValueError(f"plugins and filters: {name} is listed twice, expected once")
+        known = (*get_args(BuiltInLayer), *self.plugin_blocks)
+        for name in self.plugins:
+            if name not in known:
+                raise ValueError(
+                    f"plugins: got {name!r}, expected a layer of ours or the name of a block "
+                    f"with `plugin`{nearest_name_hint(name, known)}"
+                )
         return self
 
-    def is_active(self, name: PluginName | FilterName) -> bool:
+    def is_active(self, name: str) -> bool:
         """Whether a layer or filter is listed and enabled."""
-        return name in (*self.plugins, *self.filters) and getattr(self, name).enabled
+        if name not in (*self.plugins, *self.filters):
+            return False
+        if name in self.plugin_blocks:
+            return self.plugin_blocks[name].enabled
+        return getattr(self, name).enabled
 
 
 class LocalCostmapSettings(CostmapSettings):
@@ -197,7 +218,7 @@ class LocalCostmapSettings(CostmapSettings):
     height: int = Field(5, gt=0, le=200, description="Extent along y [m].")
     resolution: CellSize = Field(0.1, description="Cell edge [m].")
     footprint_padding: Length = Field(0.01, ge=0.0, description="Added to the outline [m].")
-    plugins: list[PluginName] = Field(
+    plugins: list[LayerName] = Field(
         ["obstacle_layer", "inflation_layer"],
         description="Layers in the order in which they write; a filter among them is inflated too.",
     )

@@ -122,11 +122,6 @@ def load_filter_mask(
     else:
         path = directory / description.mask
         grid = load_map(path)
-        if grid.origin_yaw != 0.0:
-            raise InputError(
-                f"{path}: origin: a mask cannot be turned against the map, got yaw "
-                f"{grid.origin_yaw:g} rad, expected 0"
-            )
         if not shapely.box(*grid.bounds).intersects(shapely.box(*bounds)):
             raise InputError(
                 f"{path}: origin: the mask covers {_rectangle(grid.bounds)}, expected it to meet "

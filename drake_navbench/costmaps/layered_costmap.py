@@ -10,7 +10,7 @@ rolled in or out.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -19,8 +19,10 @@ from numpy.typing import NDArray
 
 from drake_navbench.costmaps.costmap_settings import CostmapSettings, LocalCostmapSettings
 from drake_navbench.costmaps.filter_masks import FilterMask
+from drake_navbench.costmaps.layer_plugin import LayerSetup, Seen
 from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.costmaps.obstacle_layer import ObstacleLayer
+from drake_navbench.costmaps.plugin_layers import PluginLayers
 from drake_navbench.costmaps.sensor import RangeSensor
 from drake_navbench.costmaps.voxel_layer import PointCloud, VoxelGrids, VoxelLayer
 from drake_navbench.kernels.denoise import denoise
@@ -75,6 +77,7 @@ class LayersState(Immutable):
     static: the map's costs, on its own grid; they change where the footprint is cleared for good.
     plugged: what the layers made, before the filters; None before the first update.
     costmap: the result; None before the first update.
+    plugins: the states of the layers that are not built in, by name.
     """
 
     origin: tuple[float, float]
@@ -83,10 +86,14 @@ class LayersState(Immutable):
     static: Costs | None
     plugged: Costs | None = None
     costmap: Costmap | None = None
+    plugins: Mapping[str, Any] = field(default_factory=dict)
 
 
 class _Cycle(NamedTuple):
-    """What the layers write from in one cycle; `window` is where they may write."""
+    """What the layers write from in one cycle; `window` is where they may write.
+
+    plugins: the new states of the layers that are not built in.
+    """
 
     pose: Array
     origin: tuple[float, float]
@@ -94,6 +101,8 @@ class _Cycle(NamedTuple):
     voxels: VoxelGrids | None
     static: Costs | None
     window: CellWindow
+    seen: Seen
+    plugins: Mapping[str, Any]
 
 
 class LayeredCostmap:
@@ -136,6 +145,22 @@ class LayeredCostmap:
             for name in settings.plugins
             if settings.is_active(name) and have_input.get(name, True)
         ]
+        self._layers = PluginLayers(
+            {
+                name: settings.plugin_blocks[name]
+                for name in self._plugins
+                if name in settings.plugin_blocks
+            },
+            LayerSetup(
+                rows=geometry.rows,
+                columns=geometry.columns,
+                resolution=geometry.resolution,
+                rolling_window=geometry.rolling_window,
+                footprint=self._footprint,
+                default_cost=self._default_cost,
+                lidar=lidar,
+            ),
+        )
         self._keepout_comes_last = (
             "keepout_filter" in settings.filters
             and settings.is_active("keepout_filter")
@@ -157,6 +182,7 @@ class LayeredCostmap:
                 if self._static_map is not None and "static_layer" in self._plugins
                 else None
             ),
+            plugins=self._layers.initial_states(),
         )
 
     def cleared(self, state: LayersState) -> LayersState:
@@ -177,10 +203,13 @@ class LayeredCostmap:
         scan: the newest one; None leaves what was seen as it is. pose: (3,) of the robot, x m, y m,
         yaw rad. clouds: the newest one of each of the voxel layer's sources that sends them.
         """
-        cycle = self._observe(state, scan, clouds, pose)
+        cycle = self._observe(state, scan, clouds, pose, time_s)
         master = self._reset_window(state, cycle)
         for name in self._plugins:
-            master = _WRITERS[name](self, master, cycle)
+            if name in self._layers:
+                master = self._write_plugin(name, master, cycle)
+            else:
+                master = _WRITERS[name](self, master, cycle)
         costs = master
         if self._keepout_comes_last:
             everywhere = cycle._replace(window=CellWindow.whole(master.shape))
@@ -195,7 +224,15 @@ class LayeredCostmap:
         )
         is_restored = self._settings.static_layer.restore_cleared_footprint
         static = state.static if is_restored else cycle.static
-        return LayersState(cycle.origin, cycle.obstacles, cycle.voxels, static, master, costmap)
+        return LayersState(
+            cycle.origin,
+            cycle.obstacles,
+            cycle.voxels,
+            static,
+            plugged=master,
+            costmap=costmap,
+            plugins=cycle.plugins,
+        )
 
     def _static_costs(self, known: OccupancyMap) -> Costs:
         settings = self._settings
@@ -214,6 +251,7 @@ class LayeredCostmap:
         scan: Scan | None,
         clouds: Mapping[str, PointCloud],
         pose: Array,
+        time_s: float,
     ) -> _Cycle:
         """Moves the grid, takes what was seen, frees the footprint, finds the window to write."""
         is_seen = "obstacle_layer" in self._plugins
@@ -234,10 +272,14 @@ class LayeredCostmap:
             touched = _joined(touched, [*outline.min(axis=0), *outline.max(axis=0)])
             static = static.copy()
             fill_outline(Grid(static, *grid.frame), outline, FREE)
+        seen = Seen(time_s, pose, (origin[0], origin[1]), scan, clouds)
+        plugins, boxes = self._layers.observed(state.plugins, seen)
+        for box in boxes:
+            touched = _joined(touched, box)
         window = CellWindow.whole(obstacles.shape)
         if state.plugged is not None and not self._geometry.rolling_window:
             window = self._window_around(touched)
-        return _Cycle(pose, (origin[0], origin[1]), obstacles, voxels, static, window)
+        return _Cycle(pose, seen.origin, obstacles, voxels, static, window, seen, plugins)
 
     def _window_around(self, touched: Array) -> CellWindow:
         """Returns the cells within the inflation's reach of a box min_x, min_y, max_x, max_y, m."""
@@ -288,6 +330,13 @@ class LayeredCostmap:
         rule = MergeRule(self._settings.voxel_layer.combination_method)
         assert cycle.voxels is not None  # Or the layer were not among the plugins.
         merge_layer(master[window], cycle.voxels.costs[window], rule)
+        return master
+
+    def _write_plugin(self, name: str, master: Costs, cycle: _Cycle) -> Costs:
+        grid = Grid(master.copy(), *cycle.origin, self._geometry.resolution)
+        written = self._layers.written(name, cycle.plugins[name], grid, cycle.seen)
+        window = cycle.window.slices
+        master[window] = written[window]
         return master
 
     def _without_noise(self, master: Costs, cycle: _Cycle) -> Costs:

@@ -1,4 +1,4 @@
-"""Reads the maps of Nav2's map_server: a YAML file beside an image.
+"""Reads maps: those of Nav2's map_server, a YAML file beside an image, and MovingAI's grids.
 
 Images are read by Pillow: PGM (P2 and P5), PNG, BMP and whatever else it knows, 8 bits a channel.
 Source: nav2_map_server (map_io).
@@ -18,6 +18,9 @@ from PIL import Image
 from pydantic import Field, field_validator, model_validator
 
 from drake_navbench.costmaps.grid_size import require_grid_size
+from drake_navbench.costmaps.movingai_map import SUFFIX as MOVINGAI_SUFFIX
+from drake_navbench.costmaps.movingai_map import read_movingai_map
+from drake_navbench.costmaps.turned_map import turned_along_axes
 from drake_navbench.errors import InputError, InputWarning, nearest_name_hint
 from drake_navbench.kernels.grid import Grid, cell_at
 from drake_navbench.typed_files.immutable import Immutable
@@ -32,6 +35,8 @@ MAX_GREY = 255
 LUMA = np.array([0.212656, 0.715158, 0.072186])
 GREY_MODES = ("1", "L", "LA")
 COLOUR_MODES = ("P", "PA", "RGB", "RGBA")
+# MovingAI's maps do not tell how large a cell is: corridors of a few cells fit a small robot, m.
+MOVINGAI_RESOLUTION_M = 0.2
 
 
 class MapMode(StrEnum):
@@ -83,8 +88,7 @@ class OccupancyMap(Immutable):
 
     occupancy: (rows, columns) int8, `[row = y, column = x]`, read-only: -1 unknown, else 0 to 100.
     resolution: edge of a cell, m, rounded to float32 as in the message.
-    origin_x, origin_y: lower left corner of cell (0, 0), m.
-    origin_yaw: as in the file, rad; Nav2's costmaps take no notice of it.
+    origin_x, origin_y: lower left corner of cell (0, 0), m; the grid lies along the axes.
     files: what it was read from, the YAML file and the image.
     """
 
@@ -92,7 +96,6 @@ class OccupancyMap(Immutable):
     resolution: float
     origin_x: float
     origin_y: float
-    origin_yaw: float = 0.0
     files: tuple[Path, ...] = ()
 
     @property
@@ -115,13 +118,18 @@ class OccupancyMap(Immutable):
 
 
 def load_map(path: str | Path) -> OccupancyMap:
-    """Returns the map that a YAML file describes.
+    """Returns the map that a YAML file describes, or that a MovingAI file is.
 
-    Raises InputError, one line a fault, where the file or its image cannot be read, a field is
-    missing or out of range, or the thresholds contradict each other. Fields that Nav2's map server
-    does not read, such as `map_type`, are left out with an InputWarning.
+    A map with a yaw is turned onto a grid along the axes, with an InputWarning: Nav2's costmaps
+    take no notice of a yaw. A MovingAI file has its lower left corner at (0, 0) and cells of
+    MOVINGAI_RESOLUTION_M. Raises InputError, one line a fault, where the file or its image cannot
+    be read, a field is missing or out of range, or the thresholds contradict each other. Fields
+    that Nav2's map server does not read, such as `map_type`, are left out with an InputWarning.
     """
     path = Path(path).expanduser()
+    if path.suffix == MOVINGAI_SUFFIX:
+        cells = _read_only(read_movingai_map(path, occupied=OCCUPIED)[::-1])
+        return OccupancyMap(cells, MOVINGAI_RESOLUTION_M, 0.0, 0.0, files=(path,))
     fields = read_yaml(path)
     for name in [name for name in fields if name not in MapMetadata.model_fields]:
         del fields[name]
@@ -129,22 +137,29 @@ def load_map(path: str | Path) -> OccupancyMap:
         warning = f"{path}: {name}: has no effect, Nav2's map server reads no such field{hint}"
         warnings.warn(warning, InputWarning, stacklevel=2)
     metadata = validate(MapMetadata, fields, str(path))
-    grey, alpha = _read_image(path.parent / metadata.image, named_by=path)
-    occupancy = occupancy_from_grey(
-        grey,
-        alpha,
-        mode=metadata.mode,
-        negate=metadata.negate,
-        occupied_thresh=metadata.occupied_thresh,
-        free_thresh=metadata.free_thresh,
-    )
+    occupancy = _image_occupancy(path, metadata)
     # The top row of an image is the one with the highest y.
-    occupancy = np.ascontiguousarray(occupancy[::-1])
-    occupancy.flags.writeable = False
+    occupancy = occupancy[::-1]
+    resolution = float(np.float32(metadata.resolution))
+    origin_x, origin_y, yaw = metadata.origin
+    if yaw != 0.0:
+        warning = (
+            f"{path}: origin: the map is turned by {yaw:g} rad, as it says; Nav2's costmaps take "
+            "no notice of a map's yaw"
+        )
+        warnings.warn(warning, InputWarning, stacklevel=2)
+        occupancy, origin_x, origin_y = turned_along_axes(
+            occupancy,
+            resolution=resolution,
+            origin=metadata.origin,
+            outside=UNKNOWN,
+            source=f"{path}: origin: turned by {yaw:g} rad",
+        )
     grid = OccupancyMap(
-        occupancy,
-        float(np.float32(metadata.resolution)),
-        *metadata.origin,
+        _read_only(occupancy),
+        resolution,
+        origin_x,
+        origin_y,
         files=(path, path.parent / metadata.image),
     )
     if max(map(abs, grid.bounds)) > MAX_LENGTH_M:
@@ -153,6 +168,28 @@ def load_map(path: str | Path) -> OccupancyMap:
             f"it within {MAX_LENGTH_M:g} m of the frame's origin"
         )
     return grid
+
+
+def _image_occupancy(path: Path, metadata: MapMetadata) -> NDArray[np.int8]:
+    """Returns the occupancy of a map's image, top row first; a MovingAI file tells it itself."""
+    image = path.parent / metadata.image
+    if image.suffix == MOVINGAI_SUFFIX:
+        return read_movingai_map(image, occupied=OCCUPIED)
+    grey, alpha = _read_image(image, named_by=path)
+    return occupancy_from_grey(
+        grey,
+        alpha,
+        mode=metadata.mode,
+        negate=metadata.negate,
+        occupied_thresh=metadata.occupied_thresh,
+        free_thresh=metadata.free_thresh,
+    )
+
+
+def _read_only(cells: NDArray[np.int8]) -> NDArray[np.int8]:
+    cells = np.ascontiguousarray(cells)
+    cells.flags.writeable = False
+    return cells
 
 
 def occupancy_from_grey(

@@ -1,36 +1,96 @@
-"""Which columns run code that is not ours: plugins, found by entry point like our own."""
+"""Which trials run code that is not ours: plugins, found by entry point like our own."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from importlib.metadata import entry_points
 from typing import Any
 
+from drake_navbench.controller import CONTROLLERS
+from drake_navbench.costmaps.layer_plugin import COSTMAP_LAYERS
 from drake_navbench.inputs.presets import Preset
-from drake_navbench.plugins import OUR_PACKAGE, is_ours
+from drake_navbench.inputs.robot import Robot
+from drake_navbench.inputs.scenario import GridPlan, Scenario
+from drake_navbench.navigation.behavior_tree.settings import TREE_NODES
+from drake_navbench.navigation.behaviors import BEHAVIORS
+from drake_navbench.navigation.goal_checkers import GOAL_CHECKERS
+from drake_navbench.navigation.planner_settings import PLANNERS
+from drake_navbench.navigation.progress_checkers import PROGRESS_CHECKERS
+from drake_navbench.navigation.smoother_settings import SMOOTHERS
+from drake_navbench.plugins import Origin, PluginKind, foreign_plugins
 
-# Of controllers, and of what controllers themselves find by entry point, such as critics.
-GROUP_PREFIX = f"{OUR_PACKAGE}."
-
-
-def foreign_names() -> frozenset[str]:
-    """Returns the names of the entry points, in groups of ours, that lead to modules of others."""
-    installed = entry_points()
-    return frozenset(
-        point.name
-        for group in installed.groups
-        if group.startswith(GROUP_PREFIX)
-        for point in installed.select(group=group)
-        if not is_ours(point.module)
-    )
+# Of the plugins of a robot and a scenario.
+KINDS = (
+    PLANNERS,
+    SMOOTHERS,
+    COSTMAP_LAYERS,
+    GOAL_CHECKERS,
+    PROGRESS_CHECKERS,
+    BEHAVIORS,
+    TREE_NODES,
+)
+# What no parameter of a column names: the above, and what runs after all trials.
+NAMED_ELSEWHERE = {*(kind.group for kind in KINDS), "drake_navbench.metrics"}
 
 
 def runs_foreign_code(preset: Preset) -> bool:
     """Returns whether a column's controller, or what its parameters name, is not ours."""
-    foreign = foreign_names()
-    return preset.controller in foreign or any(
-        text in foreign for text in _texts(preset.parameters.model_dump(mode="json"))
-    )
+    return bool(_origins_of_column(preset))
+
+
+def has_foreign_plugins(scenario: Scenario, robot: Robot) -> bool:
+    """Returns whether anything that a scenario or a robot names is not ours."""
+    return any(kind.origin(name) for kind, name in plugins_of(scenario, robot))
+
+
+def foreign_code(preset: Preset, scenario: Scenario, robot: Robot) -> dict[str, Origin]:
+    """Returns where all that is not ours in a trial comes from, by kind and name."""
+    origins = _origins_of_column(preset)
+    for kind, name in plugins_of(scenario, robot):
+        origin = kind.origin(name)
+        if origin is not None:
+            origins[f"{kind.noun} {name}"] = origin
+    return origins
+
+
+def plugins_of(scenario: Scenario, robot: Robot) -> Iterator[tuple[PluginKind, str]]:
+    """Yields the kind and the name of every plugin that a scenario and a robot name."""
+    navigation = robot.navigation
+    yield PLANNERS, navigation.planner.plugin
+    yield GOAL_CHECKERS, navigation.goal_checker.plugin
+    yield PROGRESS_CHECKERS, navigation.progress_checker.plugin
+    for settings in (
+        navigation.local_costmap,
+        navigation.global_costmap,
+        navigation.behavior_server,
+        navigation.behavior_tree,
+    ):
+        for block in settings.plugin_blocks.values():
+            yield settings.PLUGINS, block.plugin
+    if isinstance(scenario.plan, GridPlan) and scenario.plan.smoother is not None:
+        yield SMOOTHERS, scenario.plan.smoother.type
+
+
+def _origins_of_column(preset: Preset) -> dict[str, Origin]:
+    """Returns where the controller, and what its parameters name, come from, where not from us."""
+    foreign: dict[str, tuple[str, Origin]] = {
+        name: (_noun(group), origin)
+        for group, name, origin in foreign_plugins()
+        if group not in NAMED_ELSEWHERE
+    }
+    origin = CONTROLLERS.origin(preset.controller)
+    origins = {} if origin is None else {f"{CONTROLLERS.noun} {preset.controller}": origin}
+    if not foreign:
+        return origins
+    for text in _texts(preset.parameters.model_dump(mode="json")):
+        if text in foreign:
+            noun, found = foreign[text]
+            origins[f"{noun} {text}"] = found
+    return origins
+
+
+def _noun(group: str) -> str:
+    """Returns what the plugins of a group are called: 'mppi critic' for '...mppi_critics'."""
+    return group.rpartition(".")[2].replace("_", " ").removesuffix("s")
 
 
 def _texts(value: Any) -> Iterator[str]:

@@ -25,6 +25,7 @@ from drake_navbench.costmaps.costmap_settings import (
     StaticLayerSettings,
     VoxelLayerSettings,
 )
+from drake_navbench.costmaps.layer_plugin import COSTMAP_LAYERS
 from drake_navbench.inputs.nav2_check import Status
 from drake_navbench.inputs.nav2_node_reader import NodeReader
 
@@ -225,7 +226,9 @@ class _CostmapReader:
         return {**self._settings, **self._lists}
 
     def _read_layer(self, name: str, plugin_type: str, listed_in: str) -> bool:
-        """Reads a layer or filter of ours; returns whether it is one."""
+        """Reads a layer or filter of ours or of a plugin; returns whether it is one."""
+        if COSTMAP_LAYERS.origin(plugin_type) is not None:
+            return self._read_plugin(name, plugin_type, listed_in)
         ours, model = LAYERS.get(plugin_type.removeprefix(PACKAGE), ("", None))
         if model is None or not plugin_type.startswith(PACKAGE):
             return False
@@ -240,6 +243,22 @@ class _CostmapReader:
         self._lists["filters" if ours in ONLY_AS_FILTERS else listed_in].append(ours)
         if name != ours:
             self._reader.note(Status.OTHER_FORM, f"{name}.plugin", f"is called {ours} here")
+        return True
+
+    def _read_plugin(self, name: str, plugin_type: str, listed_in: str) -> bool:
+        """Reads a layer of another package; returns whether it may stand there."""
+        if listed_in != "plugins":
+            return False
+        model = COSTMAP_LAYERS.load(plugin_type).Parameters
+        names = [field for field in model.model_fields if field != "plugin"]
+        values = self._reader.block(model, f"{name}.", names=names)
+        block = name
+        if name in CostmapSettings.model_fields:
+            # Ours of that name may be listed as well.
+            block = f"{name}_plugin"
+            self._reader.note(Status.OTHER_FORM, f"{name}.plugin", f"is called {block} here")
+        self._settings[block] = {"plugin": plugin_type, **values}
+        self._lists["plugins"].append(block)
         return True
 
     def _plain(self, name: str, model: type) -> dict[str, Any]:

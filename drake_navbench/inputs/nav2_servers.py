@@ -17,7 +17,7 @@ from drake_navbench.navigation.behavior_tree.settings import (
     RECOVERY_ACTIONS,
     BehaviorTreeSettings,
 )
-from drake_navbench.navigation.behaviors import BehaviorServerParameters
+from drake_navbench.navigation.behaviors import BEHAVIORS, BehaviorServerParameters
 from drake_navbench.navigation.goal_checkers import GOAL_CHECKERS, SimpleGoalChecker
 from drake_navbench.navigation.path_handler import PathHandlerParameters
 from drake_navbench.navigation.planner_settings import PLANNERS
@@ -28,6 +28,7 @@ from drake_navbench.navigation.waypoint_follower import (
     WaitAtWaypointParameters,
     WaypointFollowerParameters,
 )
+from drake_navbench.plugins import PluginKind
 
 Fields = dict[str, Any]
 
@@ -44,7 +45,7 @@ DEFAULT_TREES = {
     "navigate_to_pose_w_replanning_and_recovery.xml",
 }
 # Behaviours of Nav2: type without its package -> the default tree's recovery action.
-BEHAVIORS: Mapping[str, str] = {
+RECOVERY_OF: Mapping[str, str] = {
     "Spin": "spin",
     "BackUp": "backup",
     "Wait": "wait",
@@ -101,16 +102,14 @@ def _progress_checker(reader: NodeReader) -> Fields:
 
 
 def _checker(
-    reader: NodeReader, name: str, known: Mapping[str, Any], simple: Any, listed_in: str
+    reader: NodeReader, name: str, known: PluginKind, simple: Any, listed_in: str
 ) -> Fields:
     plugin_type = reader.plugin_type(name, simple.nav2_plugin, listed_in)
     if plugin_type not in known:
         remark = f"{plugin_type}: {simple.nav2_plugin} stands in"
         reader.note(Status.STAND_IN, f"{name}.plugin", remark)
         plugin_type = simple.nav2_plugin
-    model = known[plugin_type].Parameters
-    names = [field for field in model.model_fields if field != "plugin"]
-    return {"plugin": plugin_type, **reader.block(model, f"{name}.", names=names)}
+    return _plugin_block(reader, name, known, plugin_type)
 
 
 def _path_handler(reader: NodeReader) -> Fields:
@@ -155,7 +154,7 @@ def _planner_type(reader: NodeReader, name: str, names: list[str]) -> str:
 
 
 def _planner(reader: NodeReader, name: str, plugin_type: str) -> Fields:
-    model = PLANNERS[plugin_type].Parameters
+    model = PLANNERS.load(plugin_type).Parameters
     if model is not SmacPlanner2DParameters:
         names = [field for field in model.model_fields if field != "plugin"]
         return reader.block(model, f"{name}.", names=names)
@@ -188,7 +187,16 @@ def read_behavior_server(reader: NodeReader) -> Fields:
     names = reader.names(listed_in, DEFAULT_BEHAVIORS)
     for name in names:
         default = DEFAULT_BEHAVIORS.get(name) if names == list(DEFAULT_BEHAVIORS) else None
-        found.append(_recovery_action(reader, name, default, listed_in))
+        plugin_type = reader.plugin_type(name, default, listed_in)
+        is_field = name in BehaviorServerParameters.model_fields
+        if BEHAVIORS.origin(plugin_type) is not None and not is_field:
+            values[name] = _plugin_block(reader, name, BEHAVIORS, plugin_type)
+            found.append(name)
+            if name not in RECOVERY_ACTIONS:
+                remark = "the default tree tries it only where recovery_actions lists it"
+                reader.note(Status.OTHER_FORM, f"{name}.plugin", remark)
+        else:
+            found.append(_recovery_action(reader, name, plugin_type))
     actions = [action for action in RECOVERY_ACTIONS if action == "clear" or action in found]
     reader.finish(
         {
@@ -206,17 +214,23 @@ def read_behavior_server(reader: NodeReader) -> Fields:
     return {"behavior_server": values, "behavior_tree": {"recovery_actions": actions}}
 
 
-def _recovery_action(reader: NodeReader, name: str, default: str | None, listed_in: str) -> str:
+def _plugin_block(reader: NodeReader, name: str, kind: PluginKind, plugin_type: str) -> Fields:
+    """Returns the block of a plugin of another package."""
+    model = kind.load(plugin_type).Parameters
+    names = [field for field in model.model_fields if field != "plugin"]
+    return {"plugin": plugin_type, **reader.block(model, f"{name}.", names=names)}
+
+
+def _recovery_action(reader: NodeReader, name: str, plugin_type: str) -> str:
     """Returns the recovery action that a behaviour serves, '' where the tree has no use for it."""
-    plugin_type = reader.plugin_type(name, default, listed_in)
     package, _, kind = plugin_type.partition("::")
-    if package in BEHAVIOR_PACKAGES and kind in BEHAVIORS:
-        if not BEHAVIORS[kind]:
+    if package in BEHAVIOR_PACKAGES and kind in RECOVERY_OF:
+        if not RECOVERY_OF[kind]:
             remark = "the default tree has no use for it"
             reader.note(Status.NO_MEANING, f"{name}.plugin", remark)
-        return BEHAVIORS[kind]
+        return RECOVERY_OF[kind]
     action = {"back_up": "backup"}.get(name, name)
-    if action in BEHAVIORS.values():
+    if action in RECOVERY_OF.values():
         reader.note(Status.STAND_IN, f"{name}.plugin", f"{plugin_type}: Nav2's own stands in")
         return action
     remark = f"{plugin_type}: left out; the default tree has no use for it"

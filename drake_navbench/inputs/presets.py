@@ -184,6 +184,11 @@ def default_presets() -> list[str]:
     return [name for name in DEFAULT_PRESETS if name in files]
 
 
+def resolved_parameters(name: str) -> dict[str, Any]:
+    """Returns every parameter of an installed preset as plain values; raises InputError."""
+    return load_preset(name).parameters.model_dump(mode="json")
+
+
 def as_yaml(preset: Preset) -> str:
     """Returns the preset with every parameter resolved, as the text of a preset file."""
     return yaml.safe_dump(

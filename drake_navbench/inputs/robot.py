@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,12 +18,15 @@ from pydantic import (
 )
 
 from drake_navbench.costmaps.costmap_settings import GlobalCostmapSettings, LocalCostmapSettings
-from drake_navbench.errors import InputError
+from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.inputs.drive import DifferentialDrive, Drive, overrides_for
 from drake_navbench.inputs.file_kinds import ROBOT, require_kind
 from drake_navbench.inputs.named_files import NamedFiles
 from drake_navbench.kernels.footprint import circle_footprint, footprint_radii, pad_footprint
-from drake_navbench.navigation.behavior_tree.settings import BehaviorTreeSettings
+from drake_navbench.navigation.behavior_tree.settings import (
+    RECOVERY_ACTIONS,
+    BehaviorTreeSettings,
+)
 from drake_navbench.navigation.behaviors import BehaviorServerParameters
 from drake_navbench.navigation.checker_settings import (
     GoalCheckerSettings,
@@ -37,6 +40,8 @@ from drake_navbench.navigation.progress_checkers import SimpleProgressCheckerPar
 from drake_navbench.navigation.smac_planner_2d_parameters import SmacPlanner2DParameters
 from drake_navbench.navigation.velocity_smoother import VelocitySmootherParameters
 from drake_navbench.navigation.waypoint_follower import WaypointFollowerParameters
+from drake_navbench.plugin_parameters import normalized
+from drake_navbench.plugins import foreign_plugins
 from drake_navbench.typed_files.quantities import (
     Angle,
     AngularSpeed,
@@ -53,6 +58,7 @@ from drake_navbench.typed_files.typed_yaml import FrozenModel, read_yaml, valida
 # A failure tolerance, s.
 PATIENT_FOR_EVER = -1.0
 
+MODEL_SUFFIXES = (".sdf", ".urdf")
 ROBOT_FILES = NamedFiles(kind="robot", package="drake_navbench.models")
 
 
@@ -162,18 +168,54 @@ class NavigationSettings(FrozenModel):
         None, description="Checks every command against the scan; null: there is none."
     )
 
+    @model_validator(mode="after")
+    def _check_recovery_actions(self) -> NavigationSettings:
+        nodes, behaviors = self.behavior_tree.plugin_blocks, self.behavior_server.plugin_blocks
+        for name in nodes:
+            if name in behaviors:
+                raise ValueError(
+                    f"behavior_tree.{name}: found a behaviour of this name in behavior_server as "
+                    "well, expected one of the two"
+                )
+        known = (*RECOVERY_ACTIONS, *nodes, *behaviors)
+        for name in self.behavior_tree.recovery_actions:
+            if name not in known:
+                raise ValueError(
+                    f"behavior_tree.recovery_actions: unknown behaviour {name!r}"
+                    f"{nearest_name_hint(name, known)}"
+                )
+        return self
+
 
 class Robot(FrozenModel):
     """A robot: everything that a trial needs to know of it."""
 
     description: str = Field(min_length=1, description="One line for --list.")
-    model: str | None = Field(None, description="SDF file for the replay, beside this file.")
+    model: str | None = Field(
+        None,
+        description="SDF or URDF file beside this file, for the replay; it gives footprint and "
+        "mass where this file does not.",
+    )
     footprint: list[tuple[Length, Length]] | None = Field(
         None, min_length=3, description="Outline in the base frame, x forward, y left [m]."
     )
     robot_radius: Size | None = Field(None, description="Outline of a round robot [m].")
     mass_kg: Mass | None = Field(
         None, gt=0.0, description="Mass with its load, for the energy metric only [kg]."
+    )
+    rolling_resistance_ratio: float = Field(
+        0.015, ge=0.0, le=1.0, description="Of its wheels on the floor, for the energy metric."
+    )
+    drag_area_m2: float = Field(
+        0.0,
+        ge=0.0,
+        le=100.0,
+        description="Frontal area times drag coefficient, for the energy metric [m^2].",
+    )
+    collision_outline: list[tuple[Length, Length]] | None = Field(
+        None,
+        min_length=3,
+        description="What touches obstacles, where it is not what the costmap takes for it [m].",
     )
     directory: str = Field("", exclude=True, description="Set from where the file was found.")
     drive: Drive = Field(default_factory=DifferentialDrive, description="The base.")
@@ -185,12 +227,12 @@ class Robot(FrozenModel):
     def _check(self) -> Robot:
         if (self.footprint is None) == (self.robot_radius is None):
             raise ValueError("expected either footprint or robot_radius, and not both")
-        if self.footprint is not None:
-            polygon = shapely.Polygon(self.footprint)
-            if not polygon.is_valid or not polygon.contains(shapely.Point(0.0, 0.0)):
+        for name in ("footprint", "collision_outline"):
+            corners = getattr(self, name)
+            if corners is not None and not _is_around_origin(corners):
                 raise ValueError(
-                    "footprint must be a simple polygon around the base origin (0, 0), got "
-                    f"{[list(p) for p in self.footprint]}"
+                    f"{name} must be a simple polygon around the base origin (0, 0), got "
+                    f"{[list(p) for p in corners]}"
                 )
         for costmap in ("local_costmap", "global_costmap"):
             self._check_sources(costmap)
@@ -210,7 +252,14 @@ class Robot(FrozenModel):
 
     @property
     def outline(self) -> NDArray[np.float64]:
-        """(K, 2) true outline in the base frame, m."""
+        """(K, 2) true outline in the base frame, m: what touches obstacles and what one sees."""
+        if self.collision_outline is not None:
+            return np.array(self.collision_outline)
+        return self.costmap_outline
+
+    @property
+    def costmap_outline(self) -> NDArray[np.float64]:
+        """(K, 2) outline that the costmap is given, in the base frame, m."""
         if self.robot_radius is not None:
             return circle_footprint(self.robot_radius)
         return np.array(self.footprint)
@@ -218,7 +267,8 @@ class Robot(FrozenModel):
     @property
     def padded_outline(self) -> NDArray[np.float64]:
         """(K, 2) outline as the costmap and the controllers see it, m."""
-        return pad_footprint(self.outline, self.navigation.local_costmap.footprint_padding)
+        padding = self.navigation.local_costmap.footprint_padding
+        return pad_footprint(self.costmap_outline, padding)
 
     @property
     def is_circle(self) -> bool:
@@ -236,6 +286,11 @@ class Robot(FrozenModel):
         return footprint_radii(self.padded_outline)
 
 
+def _is_around_origin(corners: Sequence[Sequence[float]]) -> bool:
+    polygon = shapely.Polygon(corners)
+    return polygon.is_valid and polygon.contains(shapely.Point(0.0, 0.0))
+
+
 def load_robot(
     name_or_path: str,
     overrides: Mapping[str, Any] | None = None,
@@ -244,17 +299,39 @@ def load_robot(
 ) -> Robot:
     """Returns a built-in robot by name, or one from a file; `overrides` replace single fields.
 
-    Raises InputError where the name is unknown, or the file or an override is wrong;
+    A model in SDF or URDF alone is a robot with the default drive, lidar and settings. Raises
+    InputError where the name is unknown, or the file or an override is wrong;
     `overrides_source` names the overrides in it.
     """
-    path = ROBOT_FILES.find(name_or_path)
-    data = read_yaml(path)
-    require_kind(data, ROBOT, path)
+    if Path(name_or_path).suffix in MODEL_SUFFIXES:
+        path = Path(name_or_path).absolute()
+        data: Mapping[str, Any] = {"description": f"robot of {path.name}", "model": path.name}
+    else:
+        path = ROBOT_FILES.find(name_or_path)
+        data = read_yaml(path)
+        require_kind(data, ROBOT, path)
+    data = _with_model(data, path)
     robot = _robot_of(data, str(path), path.parent)
     if not overrides:
         return robot
     fitting = _fitting(overrides, robot)
     return _robot_of(merged(data, fitting), overrides_source, path.parent)
+
+
+def _with_model(data: Mapping[str, Any], path: Path) -> Mapping[str, Any]:
+    """Returns a robot's fields with what only its model tells: the outline, and then the mass."""
+    model = data.get("model")
+    gives_outline = any(data.get(name) is not None for name in ("footprint", "robot_radius"))
+    if gives_outline or not isinstance(model, str):
+        return data
+    file = path.parent / model
+    if not file.is_file():
+        raise InputError(f"{path}: model: no such file: {file}")
+    # Drake takes a while to load, and most robots do without.
+    from drake_navbench.inputs.robot_model import read_robot_model
+
+    found = read_robot_model(file)
+    return {"mass_kg": found.mass_kg} | dict(data) | {"footprint": found.outline.tolist()}
 
 
 def overridden(robot: Robot, overrides: Mapping[str, Any], source: str) -> Robot:
@@ -284,9 +361,24 @@ def _robot_of(data: Mapping[str, Any], source: str, directory: Path) -> Robot:
 
 
 def merged(base: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns `base` with `overrides` laid over it, mapping by mapping."""
+    """Returns `base` with `overrides` laid over it, mapping by mapping.
+
+    Where one of them names a plugin of another package that the other does not, nothing is kept:
+    its parameters are its own.
+    """
     result = dict(base)
     for key, value in overrides.items():
         nested = isinstance(value, Mapping) and isinstance(result.get(key), Mapping)
-        result[key] = merged(result[key], value) if nested else value
+        if nested and not _are_of_other_packages(result[key], value):
+            result[key] = merged(result[key], value)
+        else:
+            result[key] = value
     return result
+
+
+def _are_of_other_packages(block: Mapping[str, Any], override: Mapping[str, Any]) -> bool:
+    before, after = normalized(block.get("plugin")), normalized(override.get("plugin"))
+    if after is None or after == before:
+        return False
+    foreign = {name for _, name, _ in foreign_plugins()}
+    return any(isinstance(name, str) and name in foreign for name in (before, after))

@@ -23,10 +23,7 @@ from drake_navbench.inputs.map_world import occupied_boxes
 from drake_navbench.inputs.named_files import NamedFiles
 from drake_navbench.inputs.robot import Robot, load_robot, overridden
 from drake_navbench.inputs.world import Obstacle, Point, World
-from drake_navbench.navigation.smoother_parameters import (
-    ConstrainedSmootherParameters,
-    SimpleSmootherParameters,
-)
+from drake_navbench.navigation.smoother_settings import SmootherSettings
 from drake_navbench.noise import NoiseKey, NoiseStream
 from drake_navbench.typed_files.quantities import Angle, CellSize, Duration, Length
 from drake_navbench.typed_files.typed_yaml import FrozenModel, read_yaml, validate
@@ -64,25 +61,13 @@ class Arc(FrozenModel):
     radius_m: Length = Field(gt=0.0, description="Radius [m].")
 
 
-class SimpleSmoothing(SimpleSmootherParameters):
-    """Nav2's simple smoother."""
-
-    type: Literal["simple"]
-
-
-class ConstrainedSmoothing(ConstrainedSmootherParameters):
-    """Nav2's constrained smoother."""
-
-    type: Literal["constrained"]
-
-
 class GridPlan(FrozenModel):
     """The plan comes from the global planner, whose settings are the robot's."""
 
     type: Literal["planner"]
-    smoother: (
-        Annotated[SimpleSmoothing | ConstrainedSmoothing, Field(discriminator="type")] | None
-    ) = Field(None, description="What smooths the planner's path; null leaves it as it is.")
+    smoother: SmootherSettings | None = Field(
+        None, description="What smooths the planner's path; null leaves it as it is."
+    )
 
     @field_validator("smoother", mode="before")
     @classmethod
@@ -121,6 +106,19 @@ class WorldDescription(FrozenModel):
     obstacles: list[Obstacle] = Field(default_factory=list, description="Shapes in the world.")
 
 
+class Suite(FrozenModel):
+    """Many worlds that belong together: reports tell their totals, by density as well."""
+
+    name: str = Field(min_length=1, description="What the worlds are called together.")
+    density: str = Field("", description="How crowded this one is, in the suite's own words.")
+    reference_length_m: Length | None = Field(
+        None, gt=0.0, description="Length of the reference path of BARN's score [m]."
+    )
+    arrival_radius_m: Length | None = Field(
+        None, gt=0.0, description="For BARN's score it is enough to come this near the goal [m]."
+    )
+
+
 class Variation(FrozenModel):
     """What differs between the trials of a scenario; the same for every controller."""
 
@@ -156,6 +154,7 @@ class Scenario(FrozenModel):
         "give up is right. Reports say so; nothing in a trial depends on it.",
     )
     variation: Variation = Field(default_factory=Variation)
+    suite: Suite | None = Field(None, description="The suite of worlds that it is one of.")
     robot_overrides: dict[str, Any] = Field(
         default_factory=dict, description="Fields of the robot file that this scenario replaces."
     )
@@ -198,17 +197,8 @@ class Scenario(FrozenModel):
 
     @cached_property
     def map(self) -> OccupancyMap | None:
-        """The map; raises InputError where it cannot be read or is turned."""
-        if self.world.map is None:
-            return None
-        path = Path(self.directory) / self.world.map
-        grid = load_map(path)
-        if grid.origin_yaw != 0.0:
-            raise InputError(
-                f"{path}: origin: Nav2's costmaps take no notice of a map's yaw, got "
-                f"{grid.origin_yaw:g} rad, expected 0"
-            )
-        return grid
+        """The map; raises InputError where it cannot be read."""
+        return None if self.world.map is None else load_map(Path(self.directory) / self.world.map)
 
     @cached_property
     def filter_masks(self) -> tuple[FilterMask, ...]:
@@ -274,21 +264,40 @@ class Scenario(FrozenModel):
         )
 
 
-def scenario_on_map(map_file: Path, start: Pose, goal: Pose) -> Scenario:
-    """Returns the task to navigate from a start to a goal on a map; raises InputError."""
+def scenario_on_map(
+    map_file: Path,
+    start: Pose,
+    goal: Pose,
+    *,
+    name: str | None = None,
+    suite: Suite | None = None,
+    grid: OccupancyMap | None = None,
+) -> Scenario:
+    """Returns the task to navigate from a start to a goal on a map; raises InputError.
+
+    name: that of the file where not given. grid: the map, where it was read already.
+    """
     data = {
-        "description": f"{map_file.name}: from {list(start)} to {list(goal)}",
+        "description": f"{map_file.name}: from {_rounded(start)} to {_rounded(goal)}",
         "world": {"map": map_file.name},
         "start": start,
         "goal": goal,
         "navigation_mode": "navigate_to_pose",
         "timeout_s": TIMEOUT_ON_MAPS_S,
-        "name": map_file.stem,
+        "name": name or map_file.stem,
+        "suite": suite and suite.model_dump(),
     }
     scenario = validate(Scenario, data, f"--map {map_file}")
     scenario = scenario.model_copy(update={"directory": str(map_file.absolute().parent)})
+    if grid is not None:
+        # What the cached property would read once more.
+        scenario.__dict__["map"] = grid
     _ = scenario.map
     return scenario
+
+
+def _rounded(pose: Pose) -> list[float]:
+    return [round(value, 3) for value in pose]
 
 
 def load_scenario(name_or_path: str) -> Scenario:

@@ -8,7 +8,7 @@ frame. Source: nav2_behaviors, branch lyrical.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple, Protocol
 
@@ -19,6 +19,8 @@ from pydantic import Field
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.footprint import footprint_cost
 from drake_navbench.kernels.grid import LETHAL, OFF_MAP, Costmap, cost_at
+from drake_navbench.plugin_parameters import PluginBlocks, PluginParameters
+from drake_navbench.plugins import PluginKind
 from drake_navbench.typed_files.quantities import (
     Acceleration,
     AngularAcceleration,
@@ -44,8 +46,23 @@ class DriveLimits(FrozenModel):
     minimum_speed: Speed = Field(0.10, ge=0.0, description="Slowest speed [m/s].")
 
 
-class BehaviorServerParameters(FrozenModel):
-    """Parameters of nav2_behaviors' behaviour server and its plugins."""
+BEHAVIORS = PluginKind(
+    noun="behavior",
+    group="drake_navbench.behaviors",
+    members=("Parameters", "invalid_input_code", "start", "step"),
+    guide="docs/plugins.md",
+    parameters=PluginParameters,
+)
+"""The behaviours that are not built in."""
+
+
+class BehaviorServerParameters(PluginBlocks):
+    """Parameters of nav2_behaviors' behaviour server and its plugins.
+
+    A block under another name, with `plugin`, is a behaviour that is not built in.
+    """
+
+    PLUGINS: ClassVar[PluginKind] = BEHAVIORS
 
     cycle_frequency: Frequency = Field(10.0, gt=0.0, description="Rate of the behaviours [Hz].")
     simulate_ahead_time: Duration = Field(2.0, ge=0.0, description="Look-ahead for collisions [s].")
@@ -99,14 +116,11 @@ class Step(NamedTuple):
 class Behavior(Protocol):
     """What the behaviour server runs.
 
+    One of ours is made from the server's parameters, any other from its own `Parameters` and those.
     invalid_input_code: for arguments that make no sense; start raises ValueError for them.
-    moves: whether it publishes commands at all.
     """
 
-    moves: ClassVar[bool]
     invalid_input_code: ClassVar[int]
-
-    def __init__(self, parameters: BehaviorServerParameters) -> None: ...
 
     def start(self, arguments: Mapping[str, float], pose: Array, time_s: float) -> Any:
         """Returns the state at the start; raises ValueError for arguments that make no sense."""
@@ -146,7 +160,6 @@ class Spin:
 
     TIMEOUT = 701
     COLLISION_AHEAD = 703
-    moves: ClassVar[bool] = True
     invalid_input_code: ClassVar[int] = 700
 
     def __init__(self, parameters: BehaviorServerParameters) -> None:
@@ -218,7 +231,6 @@ class DriveOnHeading:
     TIMEOUT = 721
     COLLISION_AHEAD = 723
     NAME: ClassVar[str] = "drive_on_heading"
-    moves: ClassVar[bool] = True
     invalid_input_code: ClassVar[int] = 724
 
     def __init__(self, parameters: BehaviorServerParameters) -> None:
@@ -306,7 +318,6 @@ class WaitState(NamedTuple):
 class Wait:
     """Does nothing for a while; publishes nothing either."""
 
-    moves: ClassVar[bool] = False
     invalid_input_code: ClassVar[int] = 740
 
     def __init__(self, parameters: BehaviorServerParameters) -> None:
@@ -323,7 +334,22 @@ class Wait:
         return Step(state, is_done=round(time_s, NANOSECOND_DIGITS) >= state.end_s)
 
 
-BEHAVIORS: Mapping[str, type[Behavior]] = MappingProxyType(
+DEFAULT_BEHAVIORS: Mapping[str, Callable[[BehaviorServerParameters], Behavior]] = MappingProxyType(
     {"spin": Spin, "backup": BackUp, "drive_on_heading": DriveOnHeading, "wait": Wait}
 )
 """The behaviours by the name of Nav2's default plugin list."""
+
+
+def make_behaviors(server: BehaviorServerParameters) -> dict[str, Behavior]:
+    """Returns the behaviours of a server by name; a plugin takes the place of ours of its name.
+
+    Raises InputError where one that is not ours cannot be made.
+    """
+    ours: dict[str, Behavior] = {
+        name: behavior(server) for name, behavior in DEFAULT_BEHAVIORS.items()
+    }
+    theirs = {
+        name: BEHAVIORS.make(parameters.plugin, parameters, server)
+        for name, parameters in server.plugin_blocks.items()
+    }
+    return ours | theirs

@@ -6,7 +6,11 @@ from typing import Any
 
 from drake_navbench.navigation.goal_checkers import GOAL_CHECKERS, GoalChecker, SimpleGoalChecker
 from drake_navbench.navigation.plugin_choice import plugin_choice
-from drake_navbench.navigation.progress_checkers import PROGRESS_CHECKERS, SimpleProgressChecker
+from drake_navbench.navigation.progress_checkers import (
+    PROGRESS_CHECKERS,
+    ProgressChecker,
+    SimpleProgressChecker,
+)
 
 GoalCheckerSettings = plugin_choice(GOAL_CHECKERS, SimpleGoalChecker.nav2_plugin)
 """Parameters of a goal checker; without `plugin`, of the SimpleGoalChecker."""
@@ -15,10 +19,10 @@ ProgressCheckerSettings = plugin_choice(PROGRESS_CHECKERS, SimpleProgressChecker
 
 
 def make_goal_checker(settings: Any) -> GoalChecker:
-    """Returns the goal checker that settings choose."""
-    return GOAL_CHECKERS[settings.plugin](settings)
+    """Returns the goal checker that settings choose; raises InputError where it cannot be made."""
+    return GOAL_CHECKERS.make(settings.plugin, settings)
 
 
-def make_progress_checker(settings: Any) -> SimpleProgressChecker:
-    """Returns the progress checker that settings choose."""
-    return PROGRESS_CHECKERS[settings.plugin](settings)
+def make_progress_checker(settings: Any) -> ProgressChecker:
+    """Returns the progress checker that settings choose; raises InputError likewise."""
+    return PROGRESS_CHECKERS.make(settings.plugin, settings)

@@ -8,8 +8,6 @@ branch lyrical.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from types import MappingProxyType
 from typing import Any, Literal, NamedTuple, Protocol
 
 import numpy as np
@@ -18,6 +16,8 @@ from pydantic import Field
 
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.path_pruning import arc_length
+from drake_navbench.plugin_parameters import PluginParameters
+from drake_navbench.plugins import PluginKind
 from drake_navbench.typed_files.quantities import Angle, AngularSpeed, Count, Length, Speed
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
@@ -430,8 +430,13 @@ def _end_direction(local_plan: Array, goal: Array) -> float | None:
     return None
 
 
-GOAL_CHECKERS: Mapping[str, Callable[[Any], GoalChecker]] = MappingProxyType(
-    {
+GOAL_CHECKERS = PluginKind(
+    noun="goal checker",
+    group="drake_navbench.goal_checkers",
+    members=("Parameters", "xy_tolerance_m", "yaw_tolerance_rad", "initial_state", "check"),
+    guide="docs/plugins.md",
+    parameters=PluginParameters,
+    built_in={
         checker.nav2_plugin: checker
         for checker in (
             SimpleGoalChecker,
@@ -440,6 +445,6 @@ GOAL_CHECKERS: Mapping[str, Callable[[Any], GoalChecker]] = MappingProxyType(
             AxisGoalChecker,
             AdaptiveToleranceGoalChecker,
         )
-    }
+    },
 )
 """The goal checkers by Nav2's plugin type."""

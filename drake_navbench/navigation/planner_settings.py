@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -14,9 +12,18 @@ from drake_navbench.navigation.planner import Planner
 from drake_navbench.navigation.plugin_choice import plugin_choice
 from drake_navbench.navigation.smac_planner_2d import SmacPlanner2D
 from drake_navbench.navigation.theta_star_planner import ThetaStarPlanner
+from drake_navbench.plugin_parameters import PluginParameters
+from drake_navbench.plugins import PluginKind
 
-PLANNERS: Mapping[str, Any] = MappingProxyType(
-    {planner.nav2_plugin: planner for planner in (SmacPlanner2D, NavfnPlanner, ThetaStarPlanner)}
+PLANNERS = PluginKind(
+    noun="planner",
+    group="drake_navbench.planners",
+    members=("Parameters", "plan"),
+    guide="docs/plugins.md",
+    parameters=PluginParameters,
+    built_in={
+        planner.nav2_plugin: planner for planner in (SmacPlanner2D, NavfnPlanner, ThetaStarPlanner)
+    },
 )
 """The planners by Nav2's plugin type."""
 
@@ -25,8 +32,8 @@ PlannerSettings = plugin_choice(PLANNERS, SmacPlanner2D.nav2_plugin)
 
 
 def make_planner(settings: Any, *, footprint: NDArray[np.float64] | None) -> Planner:
-    """Returns the planner that settings choose.
+    """Returns the planner that settings choose; raises InputError where it cannot be made.
 
     footprint: (K, 2) padded, base frame, m; None where the robot is given by a radius.
     """
-    return PLANNERS[settings.plugin](settings, footprint)
+    return PLANNERS.make(settings.plugin, settings, footprint)

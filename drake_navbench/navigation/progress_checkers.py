@@ -6,15 +6,15 @@ Source: nav2_controller, branch lyrical.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from types import MappingProxyType
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
 from drake_navbench.kernels.angles import wrap
+from drake_navbench.plugin_parameters import PluginParameters
+from drake_navbench.plugins import PluginKind
 from drake_navbench.typed_files.quantities import Angle, Duration, Length
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
@@ -37,7 +37,19 @@ class ProgressCheck(NamedTuple):
     """The outcome of one check; `state` is handed to the next one."""
 
     made_progress: bool
-    state: Baseline | None
+    state: Any
+
+
+class ProgressChecker(Protocol):
+    """What the controller server asks once a cycle, after the goal checker."""
+
+    def initial_state(self) -> Any:
+        """Returns the state at the start of a task."""
+        ...
+
+    def check(self, state: Any, *, pose: Array, time_s: float) -> ProgressCheck:
+        """Tells whether the robot gets on; pose: (3,) m, m, rad."""
+        ...
 
 
 class SimpleProgressCheckerParameters(FrozenModel):
@@ -106,7 +118,14 @@ class PoseProgressChecker(SimpleProgressChecker):
         )
 
 
-PROGRESS_CHECKERS: Mapping[str, type[SimpleProgressChecker]] = MappingProxyType(
-    {checker.nav2_plugin: checker for checker in (SimpleProgressChecker, PoseProgressChecker)}
+PROGRESS_CHECKERS = PluginKind(
+    noun="progress checker",
+    group="drake_navbench.progress_checkers",
+    members=("Parameters", "initial_state", "check"),
+    guide="docs/plugins.md",
+    parameters=PluginParameters,
+    built_in={
+        checker.nav2_plugin: checker for checker in (SimpleProgressChecker, PoseProgressChecker)
+    },
 )
 """The progress checkers by Nav2's plugin type."""

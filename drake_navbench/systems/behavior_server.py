@@ -10,7 +10,12 @@ from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 
-from drake_navbench.navigation.behaviors import BEHAVIORS, BehaviorServerParameters, Surroundings
+from drake_navbench.navigation.behaviors import (
+    BehaviorServerParameters,
+    Step,
+    Surroundings,
+    make_behaviors,
+)
 from drake_navbench.navigation.task import BehaviorGoal, TaskState, TaskStatus
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import (
@@ -59,7 +64,7 @@ class BehaviorServer(LeafSystem):
     ) -> None:
         super().__init__()
         self._footprint = np.ascontiguousarray(footprint)
-        self._behaviors = {name: kind(parameters) for name, kind in BEHAVIORS.items()}
+        self._behaviors = make_behaviors(parameters)
         self._activity = self.DeclareAbstractState(AbstractValue.Make(_Activity()))
         self._estimate_port = self.DeclareVectorInputPort("estimate", STATE_SIZE)
         self._costmap_port = declare_object_input(self, "costmap")
@@ -119,12 +124,26 @@ class BehaviorServer(LeafSystem):
                 code = behavior.invalid_input_code
                 return _ended(goal, TaskState.ABORTED, now_s, code=code, reason=str(error))
         step = behavior.step(behavior_state, pose, now_s, surroundings)
+        _require_step(goal.behavior, step)
         if step.is_final:
             ended = TaskState.SUCCEEDED if step.is_done else TaskState.ABORTED
             return _ended(goal, ended, now_s, code=step.error_code, reason=step.reason)
         running = TaskStatus(TaskState.RUNNING, task_id=goal.task_id)
         command = None if step.command is None else np.array([*step.command, 0.0])
         return _Activity(running, step.state, command)
+
+
+def _require_step(behavior: str, step: Any) -> None:
+    """Raises ValueError where a behaviour, which may be a plugin's, made something else."""
+    if not isinstance(step, Step):
+        raise ValueError(f"behavior {behavior}: got {step!r}, expected a Step")
+    if step.command is not None and (
+        np.shape(step.command) != (2,) or not np.all(np.isfinite(step.command))
+    ):
+        raise ValueError(
+            f"behavior {behavior}: got the command {step.command!r}, expected two finite "
+            "numbers, v m/s and w rad/s"
+        )
 
 
 def _ended(

@@ -32,7 +32,7 @@ from drake_navbench.kernels.read_only import read_only
 from drake_navbench.log import as_json
 from drake_navbench.navigation.goal_checkers import GoalChecker
 from drake_navbench.navigation.path_handler import PathHandler
-from drake_navbench.navigation.progress_checkers import SimpleProgressChecker
+from drake_navbench.navigation.progress_checkers import ProgressChecker
 from drake_navbench.navigation.task import ClearRequest, GlobalPlan, TaskState, TaskStatus
 from drake_navbench.noise import NoiseKey, NoiseStream
 from drake_navbench.systems.diagnostics import is_array, without_arrays
@@ -111,7 +111,7 @@ class ControllerServer(LeafSystem):
         *,
         path_handler: PathHandler,
         goal_checker: GoalChecker,
-        progress_checker: SimpleProgressChecker,
+        progress_checker: ProgressChecker,
         offset_s: float,
         moves_sideways: bool = False,
     ) -> None:

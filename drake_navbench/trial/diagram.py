@@ -85,12 +85,14 @@ def build_trial_diagram(
     static_map: OccupancyMap | None = None,
     filter_masks: Sequence[FilterMask] = (),
     meshcat: Meshcat | None = None,
+    keeps_costmaps: bool = True,
 ) -> TrialDiagram:
     """Wires one trial.
 
     task: what the robot is to do, and so which navigator there is.
     static_map, filter_masks: what the layers and filters of the local costmap know beforehand.
     meshcat: where to draw the trial while it runs.
+    keeps_costmaps: whether the recorder keeps the local costmaps.
     """
     builder = DiagramBuilder()
 
@@ -140,6 +142,8 @@ def build_trial_diagram(
     connect_inputs(builder, recorder, state=state, estimate=estimate, scan=scan, command=command)
     connect_inputs(builder, recorder, distances=clearance.GetOutputPort("distances"))
     connect_inputs(builder, recorder, server_state=server.GetOutputPort("server_state"))
+    if keeps_costmaps:
+        connect_inputs(builder, recorder, costmap=costmap)
 
     if meshcat is not None:
         # Drawn only when the recorder samples: at any other instant the integrator's steps would

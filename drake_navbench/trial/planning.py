@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,28 +14,19 @@ from drake_navbench.costmaps.map_file import OCCUPIED, OccupancyMap
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import (
     Arc,
-    ConstrainedSmoothing,
     ElementsPlan,
-    GridPlan,
     PolylinePlan,
     Scenario,
-    SimpleSmoothing,
     Straight,
 )
 from drake_navbench.kernels.grid import FREE, LETHAL, Costmap, Grid
 from drake_navbench.kernels.path_geometry import path_from_elements, path_from_polyline
 from drake_navbench.kernels.rasterize import mark_polygon
-from drake_navbench.navigation import constrained_smoother, simple_smoother
-from drake_navbench.navigation.planner import PlanningError
+from drake_navbench.navigation.planner import Planner
 from drake_navbench.navigation.planner_settings import make_planner
+from drake_navbench.navigation.smoother_settings import make_smoother
 
 Array = NDArray[np.float64]
-
-
-class SmoothingError(PlanningError):
-    """The planner found a path, but its smoother failed; `code` is Nav2's SmoothPath error code."""
-
-    code = constrained_smoother.FailedToSmoothPath.code
 
 
 def make_plan(
@@ -59,22 +51,29 @@ def make_plan(
         return path_from_polyline(np.array(plan.points), plan.spacing_m)
     if costmap is None:
         costmap = global_costmap(scenario, robot)
+    path = planner_of(robot).plan(costmap, start, np.array(scenario.goal) if goal is None else goal)
+    _require_path("planner", robot.navigation.planner.plugin, path)
+    if plan.smoother is None:
+        return path
+    smoothed = make_smoother(plan.smoother).smooth(path, costmap)
+    _require_path("smoother", plan.smoother.type, smoothed)
+    return smoothed
+
+
+def planner_of(robot: Robot) -> Planner:
+    """Returns the planner of a robot; raises InputError where it cannot be made."""
     outline = None if robot.is_circle else robot.padded_outline
-    planner = make_planner(robot.navigation.planner, footprint=outline)
-    path = planner.plan(costmap, start, np.array(scenario.goal) if goal is None else goal)
-    return _smoothed(path, costmap, plan)
+    return make_planner(robot.navigation.planner, footprint=outline)
 
 
-def _smoothed(path: Array, costmap: Costmap, plan: GridPlan) -> Array:
-    """Returns the planner's path after the smoother that the scenario names."""
-    if isinstance(plan.smoother, SimpleSmoothing):
-        return simple_smoother.smooth_path(path, costmap, plan.smoother)
-    if isinstance(plan.smoother, ConstrainedSmoothing):
-        try:
-            return constrained_smoother.smooth_path(path, costmap, plan.smoother)
-        except constrained_smoother.FailedToSmoothPath as error:
-            raise SmoothingError(str(error)) from error
-    return path
+def _require_path(noun: str, name: str, path: Any) -> None:
+    """Raises ValueError where a plugin made something else than a path."""
+    is_array = isinstance(path, np.ndarray) and path.dtype == np.float64
+    if not is_array or path.ndim != 2 or path.shape[1] != 3 or not len(path):
+        found = f"{path.dtype} {path.shape}" if isinstance(path, np.ndarray) else type(path)
+        raise ValueError(f"{noun} {name}: got {found}, expected an array (N, 3) of float64")
+    if not np.all(np.isfinite(path)):
+        raise ValueError(f"{noun} {name}: got poses that are not finite, expected finite ones")
 
 
 def global_costmap(scenario: Scenario, robot: Robot) -> Costmap:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from drake_navbench import __version__
 from drake_navbench.costmaps.layered_costmap import LayeredCostmap
+from drake_navbench.inputs.foreign_code import foreign_code, has_foreign_plugins
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
@@ -26,6 +27,7 @@ class TrialSpec:
 
     trial: its number among the trials of a scenario. seed: of this trial, the same for every
     controller. wants_diagnostics: whether to log the controller's arrays too.
+    keeps_costmaps: whether to log the local costmaps; nothing else in a trial depends on it.
     """
 
     scenario: Scenario
@@ -34,6 +36,7 @@ class TrialSpec:
     seed: int
     trial: int = 0
     wants_diagnostics: bool = False
+    keeps_costmaps: bool = True
 
     @cached_property
     def identity(self) -> str:
@@ -50,7 +53,22 @@ class TrialSpec:
             "trial": self.trial,
             "wants_diagnostics": self.wants_diagnostics,
         }
+        if self.foreign_code:
+            everything["plugins"] = self.foreign_code
         return sha256(json.dumps(everything, sort_keys=True).encode()).hexdigest()
+
+    @cached_property
+    def foreign_code(self) -> dict[str, str]:
+        """What of it is not ours: package and version by kind and name of each plugin."""
+        origins = foreign_code(self.preset, self.scenario, self.robot)
+        return {name: str(origin) for name, origin in sorted(origins.items())}
+
+    @property
+    def code_owner(self) -> str:
+        """Whose code it runs besides ours, '' for nobody's: trials of two owners are kept apart."""
+        if has_foreign_plugins(self.scenario, self.robot):
+            return f"{self.preset.name} in {self.scenario.name}"
+        return self.preset.name if self.foreign_code else ""
 
 
 @dataclass(frozen=True)

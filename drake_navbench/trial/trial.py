@@ -41,6 +41,7 @@ from drake_navbench.systems.tree_navigator import TreeNavigator
 from drake_navbench.trial.contact_watch import Contact, ContactWatch
 from drake_navbench.trial.diagram import TrialDiagram, build_trial_diagram
 from drake_navbench.trial.planning import global_layers, known_map, make_plan
+from drake_navbench.trial.plugin_check import check_plugins
 from drake_navbench.trial.rehearsal import rehearse
 from drake_navbench.trial.spec import FollowPlan, NavigateToPoses, TrialSpec
 from drake_navbench.trial.task_cost import check_cost, wall_clock_limit_s
@@ -73,6 +74,7 @@ def run_trial(
     *,
     robot: str | Robot = DEFAULT_ROBOT,
     wants_diagnostics: bool = False,
+    keeps_costmaps: bool = True,
 ) -> TrialLog:
     """Runs one trial and returns its log.
 
@@ -88,15 +90,23 @@ def run_trial(
         robot = scenario.load_robot(robot)
     check_task(scenario, robot)
     check_cost(scenario, robot)
+    check_plugins(scenario, robot)
     preset = preset.for_robot(robot)
-    spec = TrialSpec(scenario, robot, preset, seed=seed, wants_diagnostics=wants_diagnostics)
-    return _simulated_apart(spec) if runs_foreign_code(preset) else simulate(spec)
+    spec = TrialSpec(
+        scenario,
+        robot,
+        preset,
+        seed=seed,
+        wants_diagnostics=wants_diagnostics,
+        keeps_costmaps=keeps_costmaps,
+    )
+    return _simulated_apart(spec) if spec.code_owner else simulate(spec)
 
 
 def _simulated_apart(spec: TrialSpec) -> TrialLog:
     start_server([__name__])
     limit_s = wall_clock_limit_s(spec.scenario)
-    task = Task(drive, (spec,), time_limit_s=limit_s, owner=spec.preset.name)
+    task = Task(drive, (spec,), time_limit_s=limit_s, owner=spec.code_owner)
     ((_, ending),) = run_tasks([task], jobs=1)
     return ending.value if isinstance(ending, Returned) else log_of_ending(spec, ending)
 
@@ -149,6 +159,7 @@ def _simulate(
         static_map=_static_map(spec),
         filter_masks=spec.scenario.filter_masks,
         meshcat=meshcat,
+        keeps_costmaps=spec.keeps_costmaps,
     )
     try:
         return _driven(spec, trial, realtime_rate)
@@ -322,6 +333,7 @@ def _make_log(
         scans=tuple(recording.scans),
         diagnostics=tuple(recording.diagnostics),
         events=tuple(recording.events),
+        costmaps=tuple(recording.costmaps),
     )
 
 
@@ -337,7 +349,8 @@ def _filter_changes(trial: TrialDiagram, context: Context) -> dict[str, Any]:
 
 
 def _info(spec: TrialSpec, outcome: Outcome, status: TaskStatus) -> dict[str, Any]:
-    return {
+    plugins = {"plugins": spec.foreign_code} if spec.foreign_code else {}
+    return plugins | {
         "scenario": spec.scenario.model_dump(mode="json"),
         "obstacles": [
             obstacle.model_dump(mode="json") for obstacle in spec.scenario.true_world.shapes

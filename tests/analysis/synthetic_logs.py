@@ -67,6 +67,8 @@ def make_log(
             "robot": {
                 "footprint": FOOTPRINT,
                 "robot_radius": None,
+                "mass_kg": 180.0,
+                "drag_area_m2": 0.8,
                 "drive": {"max_linear_velocity_mps": 0.5},
                 "navigation": {
                     "controller_server": {"controller_frequency": 20.0},

@@ -208,7 +208,16 @@ def test_energy_of_speeding_up_is_the_kinetic_energy_and_braking_gives_nothing_b
 def test_energy_of_spinning_up_is_half_inertia_times_rate_squared():
     time_s = log_times(4.0)
     log = make_log(time_s, w_radps=0.25 * time_s)
-    assert efficiency.mechanical_energy_j(log) == pytest.approx(0.5 * 180.0 * 0.131, rel=1e-3)
+    # A uniform box of the outline's 1.1 m x 0.6 m.
+    inertia_kgm2 = 180.0 * (1.1**2 + 0.6**2) / 12.0
+    assert efficiency.mechanical_energy_j(log) == pytest.approx(0.5 * inertia_kgm2, rel=1e-3)
+
+
+def test_energy_of_a_round_robot_that_spins_is_that_of_a_disc():
+    log = make_log(time_s := log_times(4.0), w_radps=0.25 * time_s)
+    log.info["robot"] |= {"footprint": None, "robot_radius": 0.2}
+    # 180 kg * 0.2^2 / 2 * 1^2 / 2.
+    assert efficiency.mechanical_energy_j(log) == pytest.approx(1.8, rel=1e-3)
 
 
 def test_energy_grows_with_the_mass_in_the_robot_file():
@@ -216,8 +225,12 @@ def test_energy_grows_with_the_mass_in_the_robot_file():
     # 0.015 * 100 * 9.81 = 14.715 N of rolling resistance; that of the air stays 0.12 N.
     log.info["robot"]["mass_kg"] = 100.0
     assert efficiency.mechanical_energy_j(log) == pytest.approx((14.715 + 0.12) * 5.0)
+    log.info["robot"]["rolling_resistance_ratio"] = 0.03
+    log.info["robot"]["drag_area_m2"] = 0.0
+    assert efficiency.mechanical_energy_j(log) == pytest.approx(29.43 * 5.0)
     log.info["robot"]["mass_kg"] = None
-    assert efficiency.mechanical_energy_j(log) == pytest.approx((26.487 + 0.12) * 5.0)
+    with pytest.raises(Undefined, match="gives no mass_kg"):
+        efficiency.mechanical_energy_j(log)
 
 
 def test_the_energy_of_a_robot_that_goes_sideways_is_that_of_one_that_goes_ahead():
@@ -236,3 +249,25 @@ def test_the_energy_of_a_robot_that_goes_sideways_is_that_of_one_that_goes_ahead
 
 def test_a_robot_that_goes_sideways_does_not_stand():
     assert efficiency.stopped_time_s(make_log(log_times(3.0), vy_mps=-0.2)) == 0.0
+
+
+def in_suite(log, **suite):
+    """Puts a log's scenario into a suite with a goal 8 m ahead."""
+    log.info["scenario"] |= {"goal": [8.0, 0.0, 0.0], "suite": {"name": "BARN", **suite}}
+    return log
+
+
+def test_barns_own_worlds_take_their_reference_path_and_arrival_within_a_metre():
+    # 8 m of reference: OT = 4 s, 4 OT = 16 s. At 0.5 m/s the robot is within 1 m of the goal after
+    # 14 s, of which 0.2 s do not count, whatever became of the trial after that.
+    log = straight_log(end_time_s=15.0, plan=straight_plan(20.0), outcome="collided")
+    log = in_suite(log, reference_length_m=8.0, arrival_radius_m=1.0)
+    assert efficiency.barn_score(log) == pytest.approx(4.0 / 13.8, rel=1e-3)
+    # Where it ends before that, it has not arrived.
+    short = straight_log(end_time_s=13.9, outcome="collided")
+    assert efficiency.barn_score(in_suite(short, reference_length_m=8.0, arrival_radius_m=1.0)) == 0
+
+
+def test_suites_without_a_rule_of_their_own_score_as_everything_else():
+    log = in_suite(straight_log(end_time_s=16.2, plan=straight_plan(8.0)))
+    assert efficiency.barn_score(log) == pytest.approx(4.0 / 16.0)

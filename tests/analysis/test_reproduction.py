@@ -18,6 +18,7 @@ from drake_navbench.analysis.reproduction import findings_table, write_reproduct
 from drake_navbench.analysis.reproduction_page import changed_parameters, command_line
 from drake_navbench.analysis.tables import STD_HEADING_ERROR, published_table
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.presets import resolved_parameters
 
 POLISHED = next(lineup for lineup in LINEUPS if lineup.presets["mppi"] == "mppi")
 NOISY = next(lineup for lineup in LINEUPS if lineup.scenarios)
@@ -156,7 +157,7 @@ def write_folder(path, table):
 
 def test_tables_and_page_are_written(tmp_path):
     folder = write_folder(tmp_path / "run", published_trials())
-    page = write_reproduction(folder).read_text()
+    page = write_reproduction(folder, parameters_of=resolved_parameters).read_text()
     assert "65 of 65 published findings hold with 2 trials" in page
     assert "65 from one trial (n = 1)" in page
     assert "Of the 275 orderings" in page
@@ -202,6 +203,12 @@ def test_sizes_stand_beside_the_published_ones(tmp_path):
 def test_a_folder_without_a_run_is_refused(tmp_path):
     with pytest.raises(InputError, match="not a results folder"):
         write_reproduction(tmp_path)
+
+
+def test_what_presets_change_of_which_nothing_is_known_is_left_out(tmp_path):
+    folder = write_folder(tmp_path / "run", published_trials())
+    assert "approach_velocity_scaling_dist" not in write_reproduction(folder).read_text()
+    assert changed_parameters(folder, "rpp", "rpp_bringup") is None
 
 
 def test_presets_are_compared_by_their_resolved_parameters(tmp_path):

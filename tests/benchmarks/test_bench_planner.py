@@ -69,9 +69,9 @@ def test_bench_search_across_a_building(benchmark, size):
 
 
 @pytest.mark.parametrize("size", [400, 1000])
-@pytest.mark.parametrize("plugin", PLANNERS)
+@pytest.mark.parametrize("plugin", PLANNERS.names)
 def test_bench_plan_across_a_building(benchmark, plugin, size):
-    plan_across(benchmark, PLANNERS[plugin], size)
+    plan_across(benchmark, PLANNERS.load(plugin), size)
 
 
 def test_bench_plan_across_a_building_by_navfns_astar(benchmark):

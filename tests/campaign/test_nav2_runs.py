@@ -84,7 +84,10 @@ def test_check_prints_the_same_table_in_every_process_and_writes_nothing(tmp_pat
         (["--check"], "--check: expected a Nav2 file by --nav2"),
         (["--set", "a=1"], "--set 'a=1': expected a Nav2 file by --nav2 as well"),
         (["--nav2", "FILE", "--set", "a"], "--set 'a': expected name=value"),
-        (["--map", "map.yaml"], "--start: missing; --map, --start and --goal go together"),
+        (
+            ["--map", "map.yaml"],
+            "--start: missing; --map goes with --start and --goal, or with --goals",
+        ),
         (
             ["--nav2", str(REPOSITORY / "models" / "wheelchair.yaml")],
             "no node with ros__parameters",

@@ -178,7 +178,7 @@ def test_adaptive_checker_forgets_a_position_left_by_more_than_the_buffer():
     assert run(checker, offsets, twist=MOVING) == [REACHED, REACHED, NOWHERE]
 
 
-@pytest.mark.parametrize("checker_class", GOAL_CHECKERS.values())
+@pytest.mark.parametrize("checker_class", GOAL_CHECKERS.built_in.values())
 def test_a_mirrored_world_gives_the_same_verdicts(checker_class):
     mirror = np.array([1.0, -1.0, -1.0])
     checker = make(checker_class)
@@ -200,7 +200,7 @@ def test_a_mirrored_world_gives_the_same_verdicts(checker_class):
 def test_checkers_tell_controllers_their_tolerances():
     told = {
         name.split("::")[1]: (make(c).xy_tolerance_m, make(c).yaw_tolerance_rad)
-        for name, c in GOAL_CHECKERS.items()
+        for name, c in GOAL_CHECKERS.built_in.items()
     }
     assert told == {
         "SimpleGoalChecker": (0.25, 0.25),

@@ -74,5 +74,5 @@ def test_a_check_leaves_the_given_state_as_it_was(simple):
 
 
 def test_checkers_are_found_by_their_nav2_type():
-    assert PROGRESS_CHECKERS["nav2_controller::SimpleProgressChecker"] is SimpleProgressChecker
-    assert PROGRESS_CHECKERS["nav2_controller::PoseProgressChecker"] is PoseProgressChecker
+    assert PROGRESS_CHECKERS.load("nav2_controller::SimpleProgressChecker") is SimpleProgressChecker
+    assert PROGRESS_CHECKERS.load("nav2_controller::PoseProgressChecker") is PoseProgressChecker

@@ -48,19 +48,19 @@ def test_a_goal_other_than_the_scenarios_may_be_given():
     np.testing.assert_allclose(plan[-1], [0.0, 2.0, 1.0])
 
 
-@pytest.mark.parametrize("plugin", PLANNERS)
+@pytest.mark.parametrize("plugin", PLANNERS.names)
 def test_a_plan_comes_from_the_planner_that_the_robot_names(plugin):
     robot = ROBOT.model_copy(
         update={"navigation": ROBOT.navigation.model_copy(update={"planner": settings_of(plugin)})}
     )
     scenario = scenario_of(world={"obstacles": [BOX]})
-    planner = PLANNERS[plugin](settings_of(plugin), robot.padded_outline)
+    planner = PLANNERS.load(plugin)(settings_of(plugin), robot.padded_outline)
     expected = planner.plan(global_costmap(scenario, robot), np.zeros(3), np.array(scenario.goal))
     np.testing.assert_array_equal(make_plan(scenario, robot, np.zeros(3)), expected)
 
 
 def settings_of(plugin):
-    return PLANNERS[plugin].Parameters()
+    return PLANNERS.load(plugin).Parameters()
 
 
 def test_a_plan_is_made_on_the_costmap_that_is_handed_in():

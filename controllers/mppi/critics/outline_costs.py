@@ -29,14 +29,14 @@ class OutlineCosts(NamedTuple):
     """A hash table of one cycle, open addressing: cells of the vertices to the largest cost.
 
     cells: (PLACES, K) int32 index of each vertex's cell, row by row. costs: (PLACES,) int16,
-    NOTHING at a free place. asked: (K,) int32, the cells that are looked for. count: (1,) how many
+    NOTHING at a free place. asked: (K,) int32, the cells that are looked for. taken: (1,) how many
     are remembered.
     """
 
     cells: NDArray[np.int32]
     costs: NDArray[np.int16]
     asked: NDArray[np.int32]
-    count: NDArray[np.int64]
+    taken: NDArray[np.int64]
 
     @classmethod
     def of(cls, view: MapView) -> OutlineCosts:
@@ -57,7 +57,7 @@ def outline_cost(view, remembered, x, y, yaw):
     A vertex off the map is LETHAL whatever the others meet, so that case needs no place.
     """
     x, y, yaw = np.float64(x), np.float64(y), np.float64(yaw)
-    cells, costs, asked, count = remembered
+    cells, costs, asked, taken = remembered
     if not _find_cells(view, x, y, yaw, asked):
         return LETHAL
     place = _first_place(asked)
@@ -66,8 +66,8 @@ def outline_cost(view, remembered, x, y, yaw):
             return np.int64(costs[place])
         place = (place + 1) & (PLACES - 1)
     cost = footprint_cost(view.grid, view.footprint, x, y, yaw, True)
-    if count[0] < MOST_REMEMBERED:
-        count[0] += 1
+    if taken[0] < MOST_REMEMBERED:
+        taken[0] += 1
         cells[place] = asked
         costs[place] = cost
     return cost

@@ -5,8 +5,10 @@ The selectors of plugins, which choose nothing here, are left out.
 
 from __future__ import annotations
 
+from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.navigation.behavior_tree.board import Board
 from drake_navbench.navigation.behavior_tree.control_nodes import (
+    ControlNode,
     FallbackNode,
     InverterNode,
     PipelineSequence,
@@ -27,19 +29,24 @@ from drake_navbench.navigation.behavior_tree.leaves import (
     GlobalUpdatedGoal,
     GoalUpdated,
     IsGoalNearby,
+    Leaf,
     RunBehavior,
     TruncatePathLocal,
     ValidatePath,
     WouldRecoveryHelp,
 )
-from drake_navbench.navigation.behavior_tree.settings import BehaviorTreeSettings
+from drake_navbench.navigation.behavior_tree.settings import TREE_NODES, BehaviorTreeSettings
+from drake_navbench.navigation.behavior_tree.snapshot import nodes_of
 
 LOCAL = "clear_local"
 GLOBAL = "clear_global"
 
 
 def navigate_to_pose_tree(board: Board, settings: BehaviorTreeSettings) -> TreeNode:
-    """Returns the root of the tree; its leaves read and write `board`."""
+    """Returns the root of the tree; its leaves read and write `board`.
+
+    Raises InputError where a node that is not ours cannot be made, or has no place.
+    """
     planning = RateController(
         "RateController",
         _compute_path(board, settings),
@@ -63,9 +70,32 @@ def navigate_to_pose_tree(board: Board, settings: BehaviorTreeSettings) -> TreeN
             ),
         ],
     )
-    return RecoveryNode(
+    root = RecoveryNode(
         "NavigateRecovery", [navigate, recover], number_of_retries=settings.number_of_retries
     )
+    _replace_leaves(root, board, settings)
+    return root
+
+
+def _replace_leaves(root: TreeNode, board: Board, settings: BehaviorTreeSettings) -> None:
+    """Puts the nodes that are not built in into the places of the leaves of their names."""
+    leaves = {node.name: node for node in nodes_of(root) if isinstance(node, Leaf)}
+    for name in settings.plugin_blocks:
+        if name in settings.recovery_actions:
+            continue
+        if name not in leaves:
+            raise InputError(
+                f"navigation.behavior_tree.{name}: found no place for it, expected a name in "
+                f"recovery_actions or that of a leaf{nearest_name_hint(name, leaves)}"
+            )
+        parent = leaves[name].parent
+        assert isinstance(parent, ControlNode)  # Every leaf has one.
+        parent.replace_child(leaves[name], _plugin_node(name, board, settings))
+
+
+def _plugin_node(name: str, board: Board, settings: BehaviorTreeSettings) -> TreeNode:
+    parameters = settings.plugin_blocks[name]
+    return TREE_NODES.make(parameters.plugin, name, board, parameters)
 
 
 def _compute_path(board: Board, settings: BehaviorTreeSettings) -> TreeNode:
@@ -133,8 +163,16 @@ def _recovery_actions(board: Board, settings: BehaviorTreeSettings) -> TreeNode:
         ),
         "backup": lambda: RunBehavior("BackUp", board, behavior="backup", arguments=backup),
     }
+
+    def action(name: str) -> TreeNode:
+        if name in settings.plugin_blocks:
+            return _plugin_node(name, board, settings)
+        if name in actions:
+            return actions[name]()
+        return RunBehavior(name, board, behavior=name, arguments=allowance)
+
     return RoundRobinNode(
         "RecoveryActions",
-        [actions[name]() for name in settings.recovery_actions],
+        [action(name) for name in settings.recovery_actions],
         wrap_around=settings.wrap_around,
     )

@@ -2,24 +2,52 @@
 
 from __future__ import annotations
 
-from pydantic import Field, field_validator
+from typing import Annotated, ClassVar
 
-from drake_navbench.errors import nearest_name_hint
+from pydantic import BeforeValidator, Field
+
+from drake_navbench.plugin_parameters import PluginBlocks, PluginParameters
+from drake_navbench.plugins import PluginKind
 from drake_navbench.typed_files.quantities import Angle, Count, Duration, Frequency, Length, Speed
-from drake_navbench.typed_files.typed_yaml import FrozenModel
+from drake_navbench.typed_files.typed_yaml import tuples_for_lists
 
 RECOVERY_ACTIONS = ("clear", "spin", "wait", "backup")
 """The recovery actions that a tree may try, in the order of Nav2's default tree."""
 
-
 MILLISECONDS_PER_SECOND = 1e3
 
 
-class BehaviorTreeSettings(FrozenModel):
-    """The attributes of navigate_to_pose_w_replanning_and_recovery.xml, with its values."""
+def _leaf() -> type:
+    # Imported late: py_trees takes a while, and who lists robots ticks nothing.
+    from drake_navbench.navigation.behavior_tree.leaves import Leaf
 
-    recovery_actions: tuple[str, ...] = Field(
-        RECOVERY_ACTIONS, min_length=1, description="What to try, one after another."
+    return Leaf
+
+
+TREE_NODES = PluginKind(
+    noun="behavior-tree node",
+    group="drake_navbench.behavior_tree_nodes",
+    members=("Parameters", "update"),
+    guide="docs/plugins.md",
+    base=_leaf,
+    parameters=PluginParameters,
+)
+"""The nodes that are not built in."""
+
+
+class BehaviorTreeSettings(PluginBlocks):
+    """The attributes of navigate_to_pose_w_replanning_and_recovery.xml, with its values.
+
+    A block under another name, with `plugin`, is a node that is not built in: the recovery action
+    of that name, or what takes the place of the tree's leaf of that name.
+    """
+
+    PLUGINS: ClassVar[PluginKind] = TREE_NODES
+
+    recovery_actions: Annotated[tuple[str, ...], BeforeValidator(tuples_for_lists)] = Field(
+        RECOVERY_ACTIONS,
+        min_length=1,
+        description="What to try, one after another: one of these, a behaviour or a node by name.",
     )
     number_of_retries: Count = Field(6, ge=0, description="Successful recoveries before giving up.")
     wrap_around: bool = Field(
@@ -53,13 +81,3 @@ class BehaviorTreeSettings(FrozenModel):
         if self.bt_loop_duration is None:
             return min(server_periods_s)
         return self.bt_loop_duration / MILLISECONDS_PER_SECOND
-
-    @field_validator("recovery_actions")
-    @classmethod
-    def _check_names(cls, names: tuple[str, ...]) -> tuple[str, ...]:
-        for name in names:
-            if name not in RECOVERY_ACTIONS:
-                raise ValueError(
-                    f"unknown behaviour {name!r}{nearest_name_hint(name, RECOVERY_ACTIONS)}"
-                )
-        return names

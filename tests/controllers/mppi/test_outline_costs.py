@@ -30,7 +30,7 @@ def test_every_pose_has_the_cost_of_its_outline_asked_first_or_again(outline):
     for pose in (*poses, *poses, *(poses + 1e-3)):
         expected = footprint_cost(view.grid, view.footprint, *pose, True)
         assert outline_cost(view, remembered, *pose) == expected
-    assert 500 < remembered.count[0] < 4000
+    assert 500 < remembered.taken[0] < 4000
 
 
 def test_a_pose_in_the_same_cells_is_not_computed_again():
@@ -39,20 +39,20 @@ def test_a_pose_in_the_same_cells_is_not_computed_again():
     outline_cost(view, remembered, 0.51, 0.01, 0.0)
     # Vertices at x 1.01 and 0.11, y 0.31 and -0.29; moved by 2 and 3 cm no one leaves its cell.
     outline_cost(view, remembered, 0.53, 0.04, 0.0)
-    assert remembered.count[0] == 1
+    assert remembered.taken[0] == 1
 
 
 def test_a_vertex_off_the_map_is_lethal_and_takes_no_place():
     view = random_view(CHAIR)
     remembered = OutlineCosts.of(view)
     assert outline_cost(view, remembered, 1.2, 0.0, 0.0) == LETHAL
-    assert remembered.count[0] == 0
+    assert remembered.taken[0] == 0
 
 
 def test_a_full_memory_still_answers_right():
     view = random_view(CHAIR)
     remembered = OutlineCosts.of(view)
-    remembered.count[0] = outline_costs.MOST_REMEMBERED
+    remembered.taken[0] = outline_costs.MOST_REMEMBERED
     expected = footprint_cost(view.grid, view.footprint, 0.0, 0.0, 0.3, True)
     assert outline_cost(view, remembered, 0.0, 0.0, 0.3) == expected
-    assert remembered.count[0] == outline_costs.MOST_REMEMBERED
+    assert remembered.taken[0] == outline_costs.MOST_REMEMBERED

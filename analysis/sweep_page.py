@@ -1,0 +1,154 @@
+"""sweep.html: how each controller answers to the fields of a sweep, on one page by itself."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from itertools import combinations
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pandas as pd
+from markupsafe import Markup
+from matplotlib.figure import Figure
+
+from drake_navbench.analysis.figures.album import headline_metrics
+from drake_navbench.analysis.figures.style import SVG, Look, figure_style, write_figure
+from drake_navbench.analysis.figures.sweeps import (
+    ResponsePanel,
+    heat_map_figure,
+    response_figure,
+)
+from drake_navbench.analysis.html import page_environment
+from drake_navbench.analysis.numbers import number
+from drake_navbench.analysis.sweeps import (
+    SUCCEEDED,
+    Slope,
+    SlopeDifference,
+    heat_maps,
+    is_numeric,
+    long_table,
+    responses,
+    slope_differences,
+    slopes,
+    swept_fields,
+)
+from drake_navbench.results import ResultsFolder, file_name, write_text
+
+PAGE_NAME = "sweep.html"
+TABLE_NAME = "sweep"
+FIGURES = Path("figures") / "sweep"
+# Shown over two fields; all others are in the table.
+MAPPED_METRICS = (SUCCEEDED, "time_to_goal_s", "min_clearance_m")
+# Of a Latin hypercube every point has values of its own, and a map would be a diagonal.
+MOST_CELLS_PER_POINT = 4
+
+
+class Steepness(NamedTuple):
+    """A metric along a field: the slope of each controller, and which of them differ."""
+
+    metric: str
+    unit: str
+    slopes: list[Slope]
+    apart: list[SlopeDifference]
+
+
+class AxisSection(NamedTuple):
+    """One field in one scenario; figure: SVG."""
+
+    field: str
+    figure: Markup
+    steepness: list[Steepness]
+    is_compared: bool
+
+
+class ScenarioSection(NamedTuple):
+    """One scenario; maps: SVG."""
+
+    scenario: str
+    axes: list[AxisSection]
+    maps: list[Markup]
+
+
+def write_sweep(folder: Path, trials: pd.DataFrame, sweep: Mapping[str, Mapping[str, Any]]) -> Path:
+    """Writes tables/sweep.csv, the figures and sweep.html of a results folder; returns the page.
+
+    trials: as from `tables.trial_row`. sweep: the manifest's.
+    """
+    table = long_table(trials, sweep)
+    write_text(ResultsFolder(folder).table_path(TABLE_NAME, ".csv"), table.to_csv(index=False))
+    fields = swept_fields(sweep)
+    with figure_style():
+        sections = [
+            _scenario_section(folder, str(scenario), rows, fields)
+            for scenario, rows in table.groupby("scenario", sort=False)
+        ]
+    environment = page_environment()
+    environment.filters.update(number=number)
+    page = {
+        "folder": folder.resolve().name,
+        "fields": fields,
+        "sections": sections,
+        "trial_count": len(table),
+        "controllers": list(dict.fromkeys(table["controller"])),
+        "seeds": table["seed"].nunique() // max(table["scenario"].nunique(), 1),
+    }
+    path = folder / PAGE_NAME
+    write_text(path, environment.get_template("sweep.html").render(page=page))
+    return path
+
+
+def _scenario_section(
+    folder: Path, scenario: str, rows: pd.DataFrame, fields: list[str]
+) -> ScenarioSection:
+    look = Look(list(dict.fromkeys(rows["controller"])))
+    stem = folder / FIGURES / file_name(scenario)
+    axes = [_axis_section(stem, rows, field, look) for field in fields if rows[field].notna().any()]
+    return ScenarioSection(scenario, axes, list(_maps(stem, rows, fields)))
+
+
+def _metrics() -> list[tuple[str, str]]:
+    """Returns name and unit of what is shown along a field."""
+    return [(SUCCEEDED, "share"), *((entry.name, entry.unit) for entry in headline_metrics())]
+
+
+def _axis_section(stem: Path, rows: pd.DataFrame, field: str, look: Look) -> AxisSection:
+    panels = [
+        ResponsePanel(f"{name} [{unit}]", responses(rows, field, name))
+        for name, unit in _metrics()
+        if rows[name].notna().any()
+    ]
+    figure = _written(response_figure(panels, field, look), stem / file_name(field))
+    steepness = []
+    is_compared = False
+    if is_numeric(rows, field):
+        for name, unit in _metrics():
+            differences = slope_differences(rows, field, name)
+            is_compared |= bool(differences)
+            apart = [entry for entry in differences if entry.is_apart]
+            steepness.append(Steepness(name, unit, slopes(rows, field, name), apart))
+    return AxisSection(field, figure, [entry for entry in steepness if entry.slopes], is_compared)
+
+
+def _maps(stem: Path, rows: pd.DataFrame, fields: list[str]) -> Iterator[Markup]:
+    units = dict(_metrics())
+    for pair in combinations(fields, 2):
+        both = rows.dropna(subset=list(pair))
+        points = len(both.drop_duplicates(subset=list(pair)))
+        cells = both[pair[0]].nunique() * both[pair[1]].nunique()
+        if points == 0 or cells > MOST_CELLS_PER_POINT * points:
+            continue
+        if not all(is_numeric(both, field) for field in pair):
+            continue
+        for name in MAPPED_METRICS:
+            if both[name].notna().any() and (maps := heat_maps(both, pair, name)):
+                label = f"{name} [{units[name]}]"
+                figure = heat_map_figure(maps, pair, label)
+                yield _written(figure, stem / file_name(f"{'-'.join(pair)}-{name}"))
+
+
+def _written(figure: Figure, stem: Path) -> Markup:
+    """Writes a figure as SVG, and returns it as it stands in a page."""
+    (path,) = write_figure(figure, stem, (SVG,))
+    text = path.read_text(encoding="utf-8")
+    # Ours, not anybody's text: matplotlib has escaped the names in it.
+    return Markup(text[text.index("<svg") :])

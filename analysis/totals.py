@@ -1,0 +1,202 @@
+"""Totals over the many worlds of a suite: success, collisions and score, with intervals.
+
+A world counts once, however many trials it has: trials of one world are not independent of each
+other, and where nothing is random they are the same one. What is told of a suite is the mean over
+its worlds of each world's own mean.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import combinations
+from typing import NamedTuple
+
+import pandas as pd
+
+from drake_navbench.analysis.statistics import (
+    Interval,
+    PairedComparison,
+    Summary,
+    holm,
+    paired_comparison,
+    share_interval,
+    summarize,
+)
+from drake_navbench.log import Outcome
+
+# Suites of more worlds than these are told by their totals alone: nobody reads 300 tables.
+MAX_WORLDS_ONE_BY_ONE = 8
+SCORE = "barn_score"
+ALL_DENSITIES = ""
+# What is compared between two controllers, by its name in the tables.
+COMPARED = ("success", "collision", "score")
+
+
+class Share(NamedTuple):
+    """A share of worlds from 0 to 1, with Wilson's interval."""
+
+    value: float
+    interval: Interval
+
+
+class Total(NamedTuple):
+    """What a controller did in all worlds of a suite, or of one density of it.
+
+    density: '' for all. success: the trial succeeded. collision: it ended in contact. score:
+    BARN's. scored: the share with a score above 0, which is BARN's own success.
+    """
+
+    suite: str
+    density: str
+    controller: str
+    worlds: int
+    trials: int
+    success: Share
+    collision: Share
+    scored: Share
+    score: Summary
+    time_s: Summary
+
+
+class Difference(NamedTuple):
+    """Two controllers in the worlds that both drove; the comparison is second minus first.
+
+    p_holm: adjusted for all pairs of controllers of the suite and quantity.
+    """
+
+    suite: str
+    quantity: str
+    first: str
+    second: str
+    comparison: PairedComparison
+    p_holm: float
+
+    @property
+    def is_shown(self) -> bool:
+        """Whether the interval leaves out that there is no difference."""
+        return self.comparison.interval.excludes(0.0)
+
+
+def told_by_totals(suites: Mapping[str, str]) -> frozenset[str]:
+    """Returns the scenarios of suites that are too large to be told one by one.
+
+    suites: of each scenario, '' where it is in none.
+    """
+    names = list(suites.values())
+    return frozenset(
+        scenario
+        for scenario, suite in suites.items()
+        if suite and names.count(suite) > MAX_WORLDS_ONE_BY_ONE
+    )
+
+
+def suites_of(trials: pd.DataFrame) -> dict[str, str]:
+    """Returns the suite of each scenario; trials: rows as from `tables.trial_row`."""
+    if "suite" not in trials:
+        return {}
+    return dict(zip(trials["scenario"], trials["suite"].fillna(""), strict=True))
+
+
+def totals(trials: pd.DataFrame) -> list[Total]:
+    """Returns the totals of every suite of more than one world, all densities first."""
+    found = []
+    for suite, own in _suites(trials):
+        densities = [density for density in sorted(own["density"].unique()) if density]
+        for density in [ALL_DENSITIES, *(densities if len(densities) > 1 else ())]:
+            part = own[own["density"] == density] if density else own
+            for controller in dict.fromkeys(own["controller"]):
+                rows = part[part["controller"] == controller]
+                if len(rows):
+                    found.append(_total(suite, density, controller, rows))
+    return found
+
+
+def differences(trials: pd.DataFrame) -> list[Difference]:
+    """Returns every pair of controllers of every suite of more than one world, compared."""
+    found = []
+    for suite, own in _suites(trials):
+        by_world = {name: _by_world(rows) for name, rows in own.groupby("controller", sort=False)}
+        for quantity in COMPARED:
+            pairs = [
+                (first, second, _compared(by_world[first], by_world[second], quantity))
+                for first, second in combinations(by_world, 2)
+            ]
+            adjusted = holm([comparison.p_value for *_, comparison in pairs])
+            found += [
+                Difference(suite, quantity, str(first), str(second), comparison, float(p))
+                for (first, second, comparison), p in zip(pairs, adjusted, strict=True)
+            ]
+    return found
+
+
+def totals_csv(found: Iterable[Total]) -> str:
+    """Returns totals as CSV, one row each; an interval takes two columns."""
+    rows = [
+        {
+            "suite": total.suite,
+            "density": total.density or "all",
+            "controller": total.controller,
+            "worlds": total.worlds,
+            "trials": total.trials,
+            **_with_interval("success", total.success.value, total.success.interval),
+            **_with_interval("collision", total.collision.value, total.collision.interval),
+            **_with_interval("scored", total.scored.value, total.scored.interval),
+            **_with_interval("score", total.score.mean, total.score.interval),
+            **_with_interval("time_to_goal_s", total.time_s.mean, total.time_s.interval),
+        }
+        for total in found
+    ]
+    return pd.DataFrame(rows).to_csv(index=False)
+
+
+def _with_interval(name: str, value: float, interval: Interval) -> dict[str, float]:
+    return {name: value, f"{name}_low": interval.low, f"{name}_high": interval.high}
+
+
+def _suites(trials: pd.DataFrame) -> Iterator[tuple[str, pd.DataFrame]]:
+    for suite in dict.fromkeys(suites_of(trials).values()):
+        own = trials[trials["suite"] == suite]
+        if suite and own["scenario"].nunique() > 1:
+            yield suite, own
+
+
+def _by_world(trials: pd.DataFrame) -> pd.DataFrame:
+    """Returns one row a world: mean success, collision, scored, score, and time of successes."""
+    quantities = pd.DataFrame(
+        {
+            "scenario": trials["scenario"],
+            "success": (trials["outcome"] == Outcome.SUCCEEDED).astype(float),
+            "collision": (trials["outcome"] == Outcome.COLLIDED).astype(float),
+            "scored": (trials[SCORE] > 0.0).astype(float),
+            # A trial without a score, such as one that never moved, has earned none.
+            "score": trials[SCORE].fillna(0.0),
+            "time_s": trials["time_to_goal_s"],
+        }
+    )
+    return quantities.groupby("scenario", sort=False).mean()
+
+
+def _total(suite: str, density: str, controller: str, trials: pd.DataFrame) -> Total:
+    worlds = _by_world(trials)
+    return Total(
+        suite=suite,
+        density=density,
+        controller=controller,
+        worlds=len(worlds),
+        trials=len(trials),
+        success=_share(worlds["success"]),
+        collision=_share(worlds["collision"]),
+        scored=_share(worlds["scored"]),
+        score=summarize(worlds["score"]),
+        time_s=summarize(worlds["time_s"]),
+    )
+
+
+def _share(values: Iterable[float]) -> Share:
+    shares = list(values)
+    mean = sum(shares) / len(shares)
+    return Share(mean, share_interval(mean, len(shares)))
+
+
+def _compared(first: pd.DataFrame, second: pd.DataFrame, quantity: str) -> PairedComparison:
+    return paired_comparison(*first[quantity].align(second[quantity]))

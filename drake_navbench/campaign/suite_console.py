@@ -1,0 +1,55 @@
+"""What is printed of suites: the totals over their worlds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from drake_navbench.analysis.numbers import number
+from drake_navbench.analysis.statistics import Interval, Summary
+from drake_navbench.analysis.totals import Share, Total
+
+HEADINGS = ("controller", "density", "worlds", "success", "collided", "scored", "BARN score")
+
+
+def print_totals(console: Console, totals: Sequence[Total]) -> None:
+    """Prints a table a suite: shares in percent and scores, with their 95% intervals."""
+    for suite in dict.fromkeys(total.suite for total in totals):
+        console.print(Text(f"{suite}: totals over its worlds, with 95% intervals", style="bold"))
+        table = Table(box=SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0))
+        for heading in HEADINGS:
+            is_name = heading in ("controller", "density")
+            table.add_column(heading, justify="left" if is_name else "right", no_wrap=not is_name)
+        for total in totals:
+            if total.suite == suite:
+                table.add_row(*_cells(total))
+        console.print(table)
+        console.print()
+
+
+def _cells(total: Total) -> list[str]:
+    return [
+        total.controller,
+        total.density or "all",
+        str(total.worlds),
+        _share(total.success),
+        _share(total.collision),
+        _share(total.scored),
+        _mean(total.score),
+    ]
+
+
+def _share(share: Share) -> str:
+    low, high = share.interval
+    return f"{100 * share.value:.0f}% ({100 * low:.0f} to {100 * high:.0f})"
+
+
+def _mean(summary: Summary) -> str:
+    interval: Interval = summary.interval
+    if summary.count < 2:
+        return number(summary.mean)
+    return f"{number(summary.mean)} ({number(interval.low)} to {number(interval.high)})"

@@ -1,0 +1,259 @@
+"""Sweeps: the same trials at many values of some fields of controllers, robot and scenario."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import Any, NamedTuple
+
+import numpy as np
+from pydantic import BaseModel
+
+from drake_navbench.errors import InputError, nearest_name_hint
+from drake_navbench.inputs.parameter_names import flattened, nested
+from drake_navbench.inputs.presets import Preset
+from drake_navbench.inputs.robot import Robot, merged, overridden
+from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.typed_files.typed_yaml import parse_yaml, validate
+
+# Of all axes together; each is driven by every controller in every scenario.
+MAX_POINTS = 10_000
+# Fields of robot and scenario that a trial does not depend on, or that are set from elsewhere.
+WITHOUT_EFFECT = {"description", "directory", "model", "name", "robot_overrides"}
+ROBOT, SCENARIO = "robot", "scenario"
+RANGE = re.compile(r"([^:,]+):([^:,]+)(?::([^:,]+)(:log)?)?")
+# Enough to tell values apart; more would make names that nobody reads.
+SHOWN_DIGITS = 6
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A swept field: `column.parameter`, or a field of the robot or the scenario, and its values.
+
+    text: as asked for, for errors. values: those of a grid, () where only bounds are given.
+    bounds: low and high of a range, None for a list.
+    """
+
+    text: str
+    field: str
+    values: tuple[Any, ...]
+    bounds: tuple[float, float] | None = None
+
+    def at(self, share: float) -> Any:
+        """Returns the value at a share of the axis, from 0 to below 1."""
+        if self.bounds is None:
+            return self.values[int(share * len(self.values))]
+        low, high = self.bounds
+        return _rounded(low + share * (high - low))
+
+
+class SweptScenario(NamedTuple):
+    """A scenario at one point of a sweep, and the columns that drive in it.
+
+    base: the scenario's own name, by which trials are paired over all points. values: by field.
+    columns: with the name of the column that each is made of, and the values that it was given.
+    """
+
+    scenario: Scenario
+    base: str
+    values: Mapping[str, Any]
+    columns: tuple[tuple[Preset, str, Mapping[str, Any]], ...]
+
+
+def parse_axis(text: str) -> Axis:
+    """Returns the axis for 'field=1,2,3', 'field=low:high:count[:log]' or 'field=low:high'.
+
+    Raises InputError.
+    """
+    field, equals, values = text.partition("=")
+    if not field or not equals or not values:
+        raise InputError(f"--sweep {text!r}: expected FIELD=VALUE,VALUE,... or FIELD=LOW:HIGH:N")
+    source = f"--sweep {text!r}"
+    if (found := RANGE.fullmatch(values)) is None:
+        parsed = parse_yaml(f"values: [{values}]", source)["values"]
+        if len({repr(value) for value in parsed}) != len(parsed):
+            raise InputError(f"{source}: expected every value once")
+        return Axis(text, field, tuple(parsed))
+    low, high = (_number(part, source) for part in found.group(1, 2))
+    if not low < high:
+        raise InputError(f"{source}: expected a range from a lower to a higher number")
+    count = found.group(3)
+    if count is None:
+        return Axis(text, field, (), (low, high))
+    if not count.isdecimal() or not 2 <= int(count) <= MAX_POINTS:
+        raise InputError(f"{source}: got {count} values, expected a whole number from 2 on")
+    if found.group(4) and low <= 0.0:
+        raise InputError(f"{source}: a logarithmic range begins above 0, got {low:g}")
+    spread = np.geomspace if found.group(4) else np.linspace
+    values_on_grid = tuple(_rounded(value) for value in spread(low, high, int(count)))
+    return Axis(text, field, values_on_grid, (low, high))
+
+
+def _number(text: str, source: str) -> float:
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        raise InputError(f"{source}: got {text!r}, expected a number")
+    return number
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.{SHOWN_DIGITS}g}")
+
+
+def points_of(
+    axes: Sequence[Axis], *, samples: int | None = None, seed: int = 0
+) -> list[dict[str, Any]]:
+    """Returns the points of a sweep, each a value by field.
+
+    The grid of all values, or with `samples` so many of a Latin hypercube: along each axis there is
+    one in every `samples`-th part of it. Raises InputError.
+    """
+    _require_every_field_once(axes)
+    if samples is not None:
+        return _latin_hypercube(axes, samples, seed)
+    for axis in axes:
+        if not axis.values:
+            raise InputError(
+                f"--sweep {axis.text!r}: expected how many values as well, "
+                f"{axis.text}:5, or --samples"
+            )
+    count = math.prod(len(axis.values) for axis in axes)
+    if count > MAX_POINTS:
+        raise InputError(f"--sweep: got {count} points, expected at most {MAX_POINTS}")
+    fields = [axis.field for axis in axes]
+    grid = product(*(axis.values for axis in axes))
+    return [dict(zip(fields, values, strict=True)) for values in grid]
+
+
+def _require_every_field_once(axes: Sequence[Axis]) -> None:
+    fields = [axis.field for axis in axes]
+    for axis in axes:
+        if fields.count(axis.field) > 1:
+            raise InputError(f"--sweep {axis.text!r}: {axis.field} is given twice")
+
+
+def _latin_hypercube(axes: Sequence[Axis], samples: int, seed: int) -> list[dict[str, Any]]:
+    from scipy.stats import qmc
+
+    drawn = qmc.LatinHypercube(len(axes), rng=np.random.default_rng(seed)).random(samples)
+    return [
+        {axis.field: axis.at(share) for axis, share in zip(axes, row, strict=True)} for row in drawn
+    ]
+
+
+def expand(
+    points: Sequence[Mapping[str, Any]],
+    scenarios: Sequence[Scenario],
+    presets: Sequence[Preset],
+    robot: str | Robot,
+) -> Iterator[SweptScenario]:
+    """Yields every scenario at every point, with the columns that drive there.
+
+    A field belongs to the column whose name stands before its first dot, else to the robot or to
+    the scenario, whichever has it. Points that differ in a column's parameters alone share their
+    scenario. Raises InputError for a field that nobody has, or a value that it cannot take.
+    """
+    columns = {preset.name: preset for preset in presets}
+    owners = {field: _owner(field, columns) for point in points[:1] for field in point}
+    for scenario in scenarios:
+        shared: dict[str, tuple[dict[str, Any], list[Mapping[str, Any]]]] = {}
+        for point in points:
+            own = {field: value for field, value in point.items() if owners[field] not in columns}
+            shared.setdefault(_suffix(own), (own, []))[1].append(point)
+        for suffix, (values, members) in shared.items():
+            changed = _scenario_at(scenario, values, owners, robot)
+            changed = changed.model_copy(
+                update={"name": f"{scenario.name}@{suffix}" if suffix else scenario.name}
+            )
+            driven: dict[str, tuple[Preset, str, Mapping[str, Any]]] = {}
+            for member in members:
+                for name, preset in columns.items():
+                    given = {f: value for f, value in member.items() if owners[f] == name}
+                    variant = _column_at(preset, given)
+                    driven.setdefault(variant.name, (variant, name, given))
+            yield SweptScenario(changed, scenario.name, values, tuple(driven.values()))
+
+
+def _owner(field: str, columns: Mapping[str, Preset]) -> str:
+    """Returns the column that a field belongs to, or ROBOT or SCENARIO."""
+    before, dot, rest = field.partition(".")
+    if dot and before in columns:
+        return before
+    is_told = dot and before in (ROBOT, SCENARIO)
+    first = rest.partition(".")[0] if is_told else before
+    candidates = [before] if is_told else [ROBOT, SCENARIO]
+    models: dict[str, type[BaseModel]] = {ROBOT: Robot, SCENARIO: Scenario}
+    fields = {owner: set(models[owner].model_fields) - WITHOUT_EFFECT for owner in candidates}
+    for owner, names in fields.items():
+        if first in names:
+            return owner
+    known = [*columns, *set().union(*fields.values())]
+    raise InputError(
+        f"--sweep {field}: expected COLUMN.PARAMETER, or a field of the robot or the scenario, "
+        f"got {first!r}{nearest_name_hint(first, known)}"
+    )
+
+
+def _scenario_at(
+    scenario: Scenario, values: Mapping[str, Any], owners: Mapping[str, str], robot: str | Robot
+) -> Scenario:
+    """Returns a scenario whose own fields and robot have these values."""
+    source = f"--sweep {_suffix(values)}"
+    own, overrides = (
+        nested(
+            ((_without(owner, field), v) for field, v in values.items() if owners[field] == owner),
+            source,
+        )
+        for owner in (SCENARIO, ROBOT)
+    )
+    if own:
+        directory = scenario.directory
+        data = merged(scenario.model_dump(mode="json", exclude_unset=True), own)
+        scenario = validate(Scenario, data, source).model_copy(update={"directory": directory})
+    if overrides:
+        overridden(scenario.load_robot(robot), overrides, source)
+        laid_over = merged(scenario.robot_overrides, overrides)
+        scenario = scenario.model_copy(update={"robot_overrides": laid_over})
+    return scenario
+
+
+def _without(owner: str, field: str) -> str:
+    return field.removeprefix(f"{owner}.")
+
+
+def _column_at(preset: Preset, values: Mapping[str, Any]) -> Preset:
+    """Returns a column with these values, named as a variant is named in --controllers."""
+    if not values:
+        return preset
+    assigned = {_without(preset.name, field): value for field, value in values.items()}
+    name = ":".join([preset.name, *(f"{key}={_shown(v)}" for key, v in assigned.items())])
+    source = f"--sweep {_suffix(values)}"
+    laid_over = nested(assigned.items(), source)
+    for_radius = preset.values_for_radius
+    return replace(
+        preset,
+        name=name,
+        source=source,
+        values=merged(_as_blocks(preset.values, source), laid_over),
+        values_for_radius=None
+        if for_radius is None
+        else merged(_as_blocks(for_radius, source), laid_over),
+    ).checked()
+
+
+def _as_blocks(values: Mapping[str, Any], source: str) -> dict[str, Any]:
+    return nested(flattened(values), source)
+
+
+def _suffix(values: Mapping[str, Any]) -> str:
+    return ",".join(f"{field}={_shown(value)}" for field, value in values.items())
+
+
+def _shown(value: Any) -> str:
+    return f"{value:.{SHOWN_DIGITS}g}" if isinstance(value, float) else str(value)

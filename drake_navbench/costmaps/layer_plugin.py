@@ -1,0 +1,104 @@
+"""The contract of a costmap layer that is not built in, as nav2_costmap_2d's Layer.
+
+Once a cycle every layer is first told what is seen and says what it may have touched
+(`observe`, Nav2's updateBounds), then writes into the costs, in the order of `plugins` (`write`,
+Nav2's updateCosts). What it remembers is in its state, which is never changed in place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from drake_navbench.costmaps.sensor import RangeSensor
+from drake_navbench.kernels.grid import Grid
+from drake_navbench.log import Scan
+from drake_navbench.plugin_parameters import PluginParameters
+from drake_navbench.plugins import PluginKind
+
+if TYPE_CHECKING:
+    from drake_navbench.costmaps.voxel_layer import PointCloud
+
+
+class LayerParameters(PluginParameters):
+    """Base of the parameters of a layer that is not built in."""
+
+    enabled: bool = Field(True, description="Whether it writes at all.")
+
+
+class LayerSetup(NamedTuple):
+    """What is fixed for a whole trial.
+
+    rows, columns: of the costmap, cells. resolution: cell edge, m. rolling_window: whether it
+    follows the robot. footprint: (K, 2) padded outline in the base frame, m. default_cost: of a
+    cell of which nothing is known.
+    """
+
+    rows: int
+    columns: int
+    resolution: float
+    rolling_window: bool
+    footprint: NDArray[np.float64]
+    default_cost: int
+    lidar: RangeSensor
+
+
+class Seen(NamedTuple):
+    """What is seen in one cycle, all in the frame of the costmap.
+
+    time_s: of the cycle, s. pose: (3,) of the robot, x m, y m, yaw rad. origin: lower left corner
+    of cell (0, 0) in this cycle, m. scan: the newest one, None where there is none yet. clouds: of
+    sensors that send points, by name.
+    """
+
+    time_s: float
+    pose: NDArray[np.float64]
+    origin: tuple[float, float]
+    scan: Scan | None
+    clouds: Mapping[str, PointCloud]
+
+
+class Observed(NamedTuple):
+    """What a layer makes of what is seen.
+
+    state: handed to `write` and to the next `observe`. touched: box min_x, min_y, max_x, max_y m
+    around the cells that it may write otherwise than before, None for none. A costmap that stays
+    where it is has only this box written anew, with what other layers touched and the inflation
+    reaches; one that rolls always all of it.
+    """
+
+    state: Any
+    touched: tuple[float, float, float, float] | None = None
+
+
+class Layer(Protocol):
+    """A layer of a costmap, made from its Parameters and a LayerSetup; pure."""
+
+    def initial_state(self) -> Any:
+        """Returns the state before the first cycle, and after the costmap was cleared."""
+        ...
+
+    def observe(self, state: Any, seen: Seen) -> Observed:
+        """Takes what is seen in a cycle; `state` stays unchanged."""
+        ...
+
+    def write(self, state: Any, grid: Grid, seen: Seen) -> NDArray[np.uint8]:
+        """Returns the costs (rows, columns) uint8 with the layer's own.
+
+        grid: a copy of what the layers before made, which may be written to and returned.
+        """
+        ...
+
+
+COSTMAP_LAYERS = PluginKind(
+    noun="costmap layer",
+    group="drake_navbench.costmap_layers",
+    members=("Parameters", "initial_state", "observe", "write"),
+    guide="docs/plugins.md",
+    parameters=LayerParameters,
+)
+"""The layers that are not built in."""

@@ -1,0 +1,126 @@
+"""What a robot's SDF or URDF file tells: the outline of its shapes on the floor, and its mass."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from pydrake.geometry import (
+    Box,
+    Capsule,
+    Convex,
+    Cylinder,
+    Ellipsoid,
+    GeometryId,
+    Mesh,
+    Role,
+    SceneGraph,
+    SceneGraphInspector,
+    Shape,
+    Sphere,
+)
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
+
+from drake_navbench.errors import InputError, one_line
+
+Array = NDArray[np.float64]
+
+BASE_LINK = "base_link"
+# A round shape becomes a polygon with as many corners.
+CIRCLE_CORNERS = 32
+# Corners that lie within this of a straight edge are left out of the outline, m.
+TOLERANCE_M = 1e-3
+
+
+class RobotModel(NamedTuple):
+    """outline: (K, 2) convex, counter-clockwise, around everything of the robot, seen from above,
+    in the frame of its base link, m. mass_kg: of all links together.
+    """
+
+    outline: Array
+    mass_kg: float
+
+
+def read_robot_model(path: Path) -> RobotModel:
+    """Returns outline and mass of the first model in an SDF or URDF file.
+
+    The outline is that of its collision shapes, of what one sees where it has none, with all joints
+    at zero. Raises InputError where the file cannot be parsed, has no `base_link` or no shapes.
+    """
+    scene_graph = SceneGraph()
+    plant = MultibodyPlant(0.0)
+    plant.RegisterAsSourceForSceneGraph(scene_graph)
+    try:
+        Parser(plant).AddModels(str(path))
+        base = plant.GetFrameByName(BASE_LINK)
+        plant.Finalize()
+    # Drake reports a failed check as SystemExit.
+    except (RuntimeError, ValueError, SystemExit) as error:
+        raise InputError(f"{path}: cannot be read as a robot's model: {one_line(error)}") from error
+    context = plant.CreateDefaultContext()
+    # Other links may stand above base_link in the tree, such as a base_footprint.
+    to_base = base.CalcPoseInWorld(context).inverse()
+    inspector = scene_graph.model_inspector()
+    points: list[Array] = []
+    for role in (Role.kProximity, Role.kIllustration):
+        for geometry_id in sorted(inspector.GetAllGeometryIds(role), key=GeometryId.get_value):
+            body = plant.GetBodyFromFrameId(inspector.GetFrameId(geometry_id))
+            pose = to_base @ body.EvalPoseInWorld(context) @ inspector.GetPoseInFrame(geometry_id)
+            corners = np.vstack(list(_corners(inspector, geometry_id)))
+            points.append((pose.rotation().matrix() @ corners.T).T + pose.translation())
+        if points:
+            break
+    if not points:
+        raise InputError(f"{path}: expected links with collision or visual shapes, found none")
+    hull = shapely.MultiPoint(np.vstack(points)[:, :2]).convex_hull.simplify(TOLERANCE_M)
+    if not isinstance(hull, shapely.Polygon):
+        raise InputError(f"{path}: its shapes cover no area, seen from above")
+    outline = np.round(shapely.get_coordinates(hull.normalize())[:-1], 4)[::-1]
+    return RobotModel(outline, float(plant.CalcTotalMass(context)))
+
+
+def _corners(inspector: SceneGraphInspector, geometry_id: GeometryId) -> Iterator[Array]:
+    """Yields points (N, 3) m in a shape's own frame whose convex hull is the shape."""
+    shape: Shape = inspector.GetShape(geometry_id)
+    if isinstance(shape, Box):
+        yield _box(0.5 * np.array(shape.size()))
+    elif isinstance(shape, Cylinder):
+        for end in (-0.5, 0.5):
+            yield _circle(shape.radius(), end * shape.length())
+    elif isinstance(shape, Sphere):
+        yield _ball(np.full(3, shape.radius()))
+    elif isinstance(shape, Ellipsoid):
+        yield _ball(np.array([shape.a(), shape.b(), shape.c()]))
+    elif isinstance(shape, Capsule):
+        for end in (-0.5, 0.5):
+            centre = np.array([0.0, 0.0, end * shape.length()])
+            yield _ball(np.full(3, shape.radius())) + centre
+    elif isinstance(shape, Mesh | Convex):
+        hull = shape.GetConvexHull()
+        yield np.array([hull.vertex(index) for index in range(hull.num_vertices())])
+    else:
+        # Such as a half space, which is no part of a robot.
+        yield np.zeros((1, 3))
+
+
+def _box(half: Array) -> Array:
+    signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
+    return signs * half
+
+
+def _circle(radius_m: float, height_m: float) -> Array:
+    angles = 2.0 * np.pi * np.arange(CIRCLE_CORNERS) / CIRCLE_CORNERS
+    height = np.full_like(angles, height_m)
+    return np.column_stack([radius_m * np.cos(angles), radius_m * np.sin(angles), height])
+
+
+def _ball(half_axes: Array) -> Array:
+    around = _circle(1.0, 0.0)
+    upright = around[:, [0, 2, 1]]
+    across = around[:, [2, 0, 1]]
+    return np.vstack([around, upright, across]) * half_axes

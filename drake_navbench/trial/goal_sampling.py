@@ -1,0 +1,119 @@
+"""Draws tasks on a map: starts and goals that a robot can stand on, and get from one to the other.
+
+A cell is passable where the robot's centre is farther from all that is occupied or unknown than its
+inscribed radius, as costmaps inflate; starts and goals keep the circumscribed radius, so that any
+heading is free. Both of a pair lie in one connected region of passable cells.
+"""
+
+from __future__ import annotations
+
+import math
+import zlib
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from drake_navbench.costmaps.map_file import OccupancyMap, load_map
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.robot import Robot
+from drake_navbench.inputs.scenario import Pose, Scenario, Suite, scenario_on_map
+
+# A goal next to the start asks for no navigation.
+MIN_DISTANCE_M = 2.0
+# Where hardly any two places are that far apart, most draws are in vain.
+MAX_DRAWS_PER_TASK = 1000
+EIGHT_NEIGHBOURS = np.ones((3, 3), dtype=int)
+# Positions are told in mm.
+DECIMALS = 3
+
+
+class _Places(NamedTuple):
+    """Where a robot may be. regions: (rows, columns), 0 where its centre cannot be, else the number
+    of a connected region. roomy: (N,) flat indices of the cells where it may stand in any heading.
+    """
+
+    grid: OccupancyMap
+    regions: NDArray[np.int32]
+    roomy: NDArray[np.int64]
+
+    def centre(self, cell: int) -> tuple[float, float]:
+        """Returns the centre of a cell by its flat index, m."""
+        row, column = divmod(int(cell), self.regions.shape[1])
+        grid = self.grid
+        x = grid.origin_x + (column + 0.5) * grid.resolution
+        return x, grid.origin_y + (row + 0.5) * grid.resolution
+
+
+def sample_tasks(
+    map_file: Path, robot: Robot, count: int, *, seed: int, start: Pose | None = None
+) -> list[Scenario]:
+    """Returns tasks on a map, the same for the same map, outline, count and seed.
+
+    start: of all tasks; drawn for each where not given. Raises InputError where the map has no room
+    for so many.
+    """
+    places = _places(load_map(map_file), robot)
+    entropy = [seed, zlib.crc32(map_file.name.encode())]
+    generator = np.random.default_rng(np.random.SeedSequence(entropy))
+    suite = Suite(name=map_file.stem)
+    digits = len(str(count))
+    tasks = []
+    for number in range(1, count + 1):
+        pair = _drawn_pair(places, generator, start)
+        if pair is None:
+            raise InputError(
+                f"--goals {count}: {map_file}: no two places for the robot that are "
+                f"{MIN_DISTANCE_M:g} m apart and connected"
+                f"{'' if start is None else f', one of them --start {list(start)}'}; "
+                "expected a map with room for it"
+            )
+        name = f"{map_file.stem}_{number:0{digits}}"
+        tasks.append(scenario_on_map(map_file, *pair, name=name, suite=suite, grid=places.grid))
+    return tasks
+
+
+def _places(grid: OccupancyMap, robot: Robot) -> _Places:
+    inscribed, circumscribed = robot.radii
+    # What lies beyond the map is not known: its border counts as blocked.
+    blocked = np.pad(grid.occupancy != 0, 1, constant_values=True)
+    clearance = ndimage.distance_transform_edt(~blocked)[1:-1, 1:-1] * grid.resolution
+    regions, _ = ndimage.label(clearance > inscribed, structure=EIGHT_NEIGHBOURS)
+    return _Places(grid, regions, np.flatnonzero(clearance > circumscribed + grid.resolution))
+
+
+def _drawn_pair(
+    places: _Places, generator: np.random.Generator, start: Pose | None
+) -> tuple[Pose, Pose] | None:
+    """Returns start and goal; None where no draw gave any."""
+    if not len(places.roomy):
+        return None
+    regions = places.regions.ravel()
+    given = None if start is None else _region_of(places, start)
+    for _ in range(MAX_DRAWS_PER_TASK):
+        first, second = generator.choice(places.roomy, 2)
+        yaws = generator.uniform(-math.pi, math.pi, 2)
+        begin = start or _pose(places.centre(first), yaws[0])
+        goal = _pose(places.centre(second), yaws[1])
+        region = regions[first] if given is None else given
+        if regions[second] == region and math.dist(begin[:2], goal[:2]) >= MIN_DISTANCE_M:
+            return begin, goal
+    return None
+
+
+def _region_of(places: _Places, start: Pose) -> int:
+    """Returns the region that holds a position; -1, which is none, off the map or blocked."""
+    grid = places.grid
+    column = math.floor((start[0] - grid.origin_x) / grid.resolution)
+    row = math.floor((start[1] - grid.origin_y) / grid.resolution)
+    rows, columns = places.regions.shape
+    if not (0 <= row < rows and 0 <= column < columns):
+        return -1
+    return int(places.regions[row, column]) or -1
+
+
+def _pose(position: tuple[float, float], yaw: float) -> Pose:
+    x, y = position
+    return round(x, DECIMALS), round(y, DECIMALS), round(float(yaw), DECIMALS)

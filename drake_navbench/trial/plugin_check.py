@@ -1,0 +1,33 @@
+"""Whether the plugins that a scenario and a robot name can be made, before anything is driven."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from drake_navbench.costmaps.layered_costmap import local_layers
+from drake_navbench.inputs.foreign_code import has_foreign_plugins
+from drake_navbench.inputs.robot import Robot
+from drake_navbench.inputs.scenario import GridPlan, Scenario
+from drake_navbench.navigation.behavior_tree.board import Board
+from drake_navbench.navigation.behavior_tree.navigate_to_pose import navigate_to_pose_tree
+from drake_navbench.navigation.behaviors import make_behaviors
+from drake_navbench.navigation.checker_settings import make_goal_checker, make_progress_checker
+from drake_navbench.navigation.smoother_settings import make_smoother
+from drake_navbench.trial.planning import global_layers, planner_of
+
+
+def check_plugins(scenario: Scenario, robot: Robot) -> None:
+    """Raises InputError where one that is not ours cannot be made; makes each once."""
+    if not has_foreign_plugins(scenario, robot):
+        return
+    navigation = robot.navigation
+    planner_of(robot)
+    make_goal_checker(navigation.goal_checker)
+    make_progress_checker(navigation.progress_checker)
+    local_layers(navigation.local_costmap, lidar=robot.lidar, footprint=robot.padded_outline)
+    global_layers(scenario, robot)
+    if isinstance(scenario.plan, GridPlan) and scenario.plan.smoother is not None:
+        make_smoother(scenario.plan.smoother)
+    make_behaviors(navigation.behavior_server)
+    nobody = Board(lambda start, goal, costmap: np.array([start]), lambda path, costmap: True)
+    navigate_to_pose_tree(nobody, navigation.behavior_tree)

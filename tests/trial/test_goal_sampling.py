@@ -1,0 +1,78 @@
+"""Tasks that are drawn on a map can be driven, and are the same in every run."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from PIL import Image
+
+from drake_navbench.campaign.asked import request_from_arguments
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.robot import load_robot
+from drake_navbench.inputs.task_check import check_task
+from drake_navbench.run import build_parser
+from drake_navbench.trial.goal_sampling import MIN_DISTANCE_M, sample_tasks
+from drake_navbench.trial.planning import make_plan
+
+WARD = Path(__file__).parents[2] / "scenarios" / "maps" / "ward.yaml"
+WHEELCHAIR = load_robot("wheelchair")
+
+
+def test_every_drawn_task_can_be_planned():
+    for task in sample_tasks(WARD, WHEELCHAIR, 4, seed=1):
+        check_task(task, WHEELCHAIR)
+        assert math.dist(task.start[:2], task.goal[:2]) >= MIN_DISTANCE_M
+        assert task.suite is not None
+        assert task.suite.name == "ward"
+        assert len(make_plan(task, WHEELCHAIR, np.array(task.start))) > 10
+
+
+def test_the_seed_alone_tells_which_are_drawn():
+    def drawn(seed):
+        return [(task.start, task.goal) for task in sample_tasks(WARD, WHEELCHAIR, 3, seed=seed)]
+
+    assert drawn(5) == drawn(5)
+    assert drawn(5) != drawn(6)
+
+
+def write_rooms(folder: Path) -> Path:
+    """Writes a map of two rooms of 5 m x 5 m without a door between them."""
+    grey = np.full((50, 101), 254, dtype=np.uint8)
+    grey[:, 50] = 0
+    Image.fromarray(grey).save(folder / "rooms.png")
+    data = {"image": "rooms.png", "resolution": 0.1, "origin": [0.0, 0.0, 0.0]}
+    data |= {"negate": 0, "occupied_thresh": 0.65, "free_thresh": 0.196}
+    path = folder / "rooms.yaml"
+    path.write_text(yaml.safe_dump(data))
+    return path
+
+
+def test_no_pair_has_a_wall_between_its_two(tmp_path):
+    robot = load_robot("round_robot")
+    for task in sample_tasks(write_rooms(tmp_path), robot, 20, seed=0):
+        assert (task.start[0] < 5.0) == (task.goal[0] < 5.0)
+
+
+def test_a_given_start_is_that_of_all_and_its_goals_lie_in_its_room(tmp_path):
+    start = (7.0, 2.0, 0.5)
+    robot = load_robot("round_robot")
+    tasks = sample_tasks(write_rooms(tmp_path), robot, 10, seed=0, start=start)
+    assert {task.start for task in tasks} == {start}
+    assert all(task.goal[0] > 5.1 for task in tasks)
+
+
+def test_a_map_without_room_is_refused(tmp_path):
+    with pytest.raises(InputError, match=r"--goals 2: .*no two places"):
+        sample_tasks(write_rooms(tmp_path), WHEELCHAIR, 2, seed=0, start=(5.05, 2.0, 0.0))
+
+
+def test_they_come_from_the_command_line_and_again_from_the_manifest():
+    arguments = ["--map", str(WARD), "--goals", "2", "--controllers", "rpp", "--seed", "4"]
+    request = request_from_arguments(build_parser().parse_args(arguments))
+    assert request.campaign().scenarios == ["ward_1", "ward_2"]
+    again = type(request).model_validate_json(request.model_dump_json())
+    assert again.campaign().identity == request.campaign().identity
