@@ -128,7 +128,7 @@ def _enqueue(queue, graph, state, key):
 
 @njit(cache=True)
 def _dequeue(queue, graph):
-    """Returns the state with the least key; one not visited yet gets the pose it was queued with."""
+    """Returns the state with the least key, in the pose it was queued with, unless visited."""
     entry = heap_pop(queue.keys, queue.entries, queue.size[0])
     queue.size[0] -= 1
     state = queue.states[entry]
@@ -284,7 +284,7 @@ def search(body, motions, rules, expansion, reached, ways, start, goal, goal_bin
     queue = _new_queue(INITIAL_QUEUE)
     graph.way[first] = F32(0.0)
     _enqueue(queue, graph, first, F32(0.0))
-    tries = EARLIER_TRIES + 2 + int(math.ceil((WIDEST - 1.0) * motions.radius / WIDENING))
+    tries = EARLIER_TRIES + 2 + math.ceil((WIDEST - 1.0) * motions.radius / WIDENING)
     room = (tries * count + 1) * longest_curve(expansion) + motions.turn_bins.size
     neighbours = np.empty(motions.turn_bins.size, np.int64)
     nearest, nearest_heuristic = NO_STATE, FARTHEST
@@ -306,7 +306,7 @@ def search(body, motions, rules, expansion, reached, ways, start, goal, goal_bin
         graph, queue = with_room(graph, room), _with_queue_room(queue, neighbours.size)
         ahead = _heuristic(reached, ways, motions, poses, graph.index[state], columns)
         least = min(least, int(ahead))
-        wanted = max(int(F32(F32(least) / expansion.ratio)), int(math.ceil(expansion.ratio)))
+        wanted = max(int(F32(F32(least) / expansion.ratio)), math.ceil(expansion.ratio))
         until_curve = min(until_curve, wanted)
         if until_curve <= 0:
             until_curve = wanted

@@ -70,7 +70,7 @@ def no_curve():
 @njit(cache=True)
 def longest_curve(rules):
     """Returns how many states a curve may have at most."""
-    return int(math.floor(rules.max_length / SQRT_2)) + 1
+    return math.floor(rules.max_length / SQRT_2) + 1
 
 
 @njit(cache=True)
@@ -88,7 +88,7 @@ def curve_to(graph, body, motions, rules, state, goal, radius):
     length = F32(shortest_curve(start, end, radius, motions.reverses, kinds, lengths))
     if length > rules.max_length or length < SQRT_2:
         return no_curve()
-    count = int(math.floor(F32(length / SQRT_2)))
+    count = math.floor(F32(length / SQRT_2))
     states = np.empty(count, np.int64)
     own, kept = np.empty((count, 3), np.float32), np.empty((count, 3), np.float32)
     found, previous, fits = 0, state, True
@@ -125,7 +125,7 @@ def curve_to(graph, body, motions, rules, state, goal, radius):
 
 @njit(cache=True)
 def _is_cheap(graph, motions, rules, states, length):
-    """Tells whether a curve stays out of high costs, but for its end where the goal lies in them."""
+    """Tells whether a curve keeps out of high costs, but for an end that lies in them."""
     has_left = False
     for k in range(states.size - 1, -1, -1):
         cost = graph.cost[states[k]]

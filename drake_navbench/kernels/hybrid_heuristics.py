@@ -1,4 +1,4 @@
-"""The two heuristics of Hybrid-A*: the way round obstacles for a point, and a car's way without any.
+"""The two heuristics of Hybrid-A*: a point's way round obstacles, and a car's way without any.
 
 Both are worked out only as far as they are asked for. Distances are in cells, float32.
 Source: nav2_smac_planner (ObstacleHeuristic, DistanceHeuristic).
@@ -99,7 +99,7 @@ def way_round(reached, column, row):
     Cells are opened in the order in which they lie towards this cell, until it is closed: with a
     consistent heuristic a closed cell's value is final, whoever asked for it.
     """
-    rows, columns = reached.costs.shape
+    columns = reached.costs.shape[1]
     if reached.is_coarse:
         column, row = column // 2, row // 2
     asked = row * columns + column

@@ -31,7 +31,7 @@ def smooth_car_path(path, grid, footprint, radius, smoother):
     """Returns a path (N, 3) x m, y m, yaw rad smoothed part by part; short parts stay.
 
     grid: `Grid` of uint8 costs. footprint: (K, 2) m whose outline is tested; K = 0 tests the cell
-    under the pose. radius: of the tightest turn, m. smoother: with Nav2's parameters by their names.
+    under the pose. radius: of the tightest turn, m. smoother: Nav2's parameters by their names.
     """
     result = path.copy()
     for start, end in directional_segments(path):
@@ -75,9 +75,7 @@ def smooth_car_part(
 
 
 @njit(cache=True)
-def _relaxed(
-    path, is_backward, grid, footprint, tolerance, max_iterations, w_data, w_smooth
-):
+def _relaxed(path, is_backward, grid, footprint, tolerance, max_iterations, w_data, w_smooth):
     """Returns a path after sweeps until little moves, whether it came to that, and its direction.
 
     A sweep that collides is undone, and the last.
@@ -124,7 +122,12 @@ def _meet(path, pose, is_backward, is_end, grid, radius):
         other = path[here]
         runs_to_pose = is_end != is_backward
         points, length, is_free = _curve(
-            other if runs_to_pose else pose, pose if runs_to_pose else other, k, driven, grid, radius
+            other if runs_to_pose else pose,
+            pose if runs_to_pose else other,
+            k,
+            driven,
+            grid,
+            radius,
         )
         if is_free and 0.0 < length < best_length:
             best_length, best_index, best = length, k, points

@@ -80,7 +80,8 @@ class SmacPlannerHybrid:
         grid = costmap
         if parameters.downsample_costmap and parameters.downsampling_factor > 1:
             grid = downsample(costmap, parameters.downsampling_factor, known_cells=False)
-        self._require_few_states(grid)
+        rows, columns = grid.costs.shape
+        require_few_states(parameters, rows, columns)
         first = self._state(grid, start, StartOutsideMapBounds, "start")
         last = self._state(grid, goal, GoalOutsideMapBounds, "goal")
         if np.array_equal(np.floor(first), np.floor(last)):
@@ -95,17 +96,6 @@ class SmacPlannerHybrid:
             smoother = parameters.smoother
             path = smooth_car_path(path, grid.grid, self._footprint, radius_m, smoother)
         return path
-
-    def _require_few_states(self, grid: Costmap) -> None:
-        bins = self.parameters.angle_quantization_bins
-        states = grid.costs.size * bins
-        if states > MAX_STATES:
-            rows, columns = grid.costs.shape
-            raise InputError(
-                f"{self.nav2_plugin}: a map of {columns} x {rows} cells with "
-                f"angle_quantization_bins {bins} has {states:.3g} states, expected at most "
-                f"{MAX_STATES:.3g}; downsample_costmap makes less of them"
-            )
 
     def _radius_m(self, grid: Costmap) -> float:
         """Returns the turning radius, m: not below a cell."""
@@ -231,6 +221,17 @@ class SmacPlannerHybrid:
             outlines[heading, :, 0] = x * cosine - y * sine
             outlines[heading, :, 1] = x * sine + y * cosine
         return Body(grid.grid, outlines, self._possible_cost, self.parameters.allow_unknown)
+
+
+def require_few_states(parameters: SmacPlannerHybridParameters, rows: int, columns: int) -> None:
+    """Raises InputError where a search on a map of so many cells would have too many states."""
+    bins = parameters.angle_quantization_bins
+    states = rows * columns * bins
+    if states > MAX_STATES:
+        raise InputError(
+            f"{parameters.plugin}: {columns} x {rows} cells in angle_quantization_bins {bins} make "
+            f"{states:.3g} states, expected at most {MAX_STATES:.3g}; downsample_costmap makes less"
+        )
 
 
 def _circumscribed_cost(footprint: Array, inflation: InflationLayerSettings) -> float:

@@ -14,9 +14,7 @@ from drake_navbench.typed_files.typed_yaml import FrozenModel
 class SmacPlannerHybridParameters(FrozenModel):
     """Parameters of nav2_smac_planner::SmacPlannerHybrid, with its names and defaults."""
 
-    plugin: Literal["nav2_smac_planner::SmacPlannerHybrid"] = (
-        "nav2_smac_planner::SmacPlannerHybrid"
-    )
+    plugin: Literal["nav2_smac_planner::SmacPlannerHybrid"] = "nav2_smac_planner::SmacPlannerHybrid"
     motion_model_for_search: Literal["DUBIN", "REEDS_SHEPP"] = Field(
         "DUBIN", description="Forward only, or backward too."
     )
