@@ -185,7 +185,9 @@ def look_at(body, x, y, heading):
         return F32(centre), False
     world_x = grid.origin_x + (int(x) + 0.5) * grid.resolution
     world_y = grid.origin_y + (int(y) + 0.5) * grid.resolution
-    worst = footprint_cost(grid, body.outlines[int(heading)], world_x, world_y, 0.0, True)
+    # A heading just below a full turn is rounded up to it; Nav2 then reads beyond its outlines.
+    outline = body.outlines[int(heading) % body.outlines.shape[0]]
+    worst = footprint_cost(grid, outline, world_x, world_y, 0.0, True)
     if worst == NO_INFORMATION and body.allow_unknown:
         return F32(centre), True
     return F32(centre), worst < LETHAL

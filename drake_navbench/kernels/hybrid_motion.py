@@ -11,6 +11,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 F32 = np.float32
@@ -50,8 +51,8 @@ def motions(radius: float, bins: int, *, reverses: bool, interpolates: bool) -> 
     angle = F32(2.0 * math.asin(math.sqrt(2.0) / float(F32(2.0) * radius32)))
     increments = F32(1.0) if angle < bin_size else F32(math.ceil(F32(angle / bin_size)))
     angle = F32(increments * bin_size)
-    ahead = F32(radius32 * _sin(angle))
-    aside = F32(radius32 - F32(radius32 * _cos(angle)))
+    ahead = F32(radius32 * sin32(angle))
+    aside = F32(radius32 - F32(radius32 * cos32(angle)))
     chord = F32(math.sqrt(float(ahead) ** 2 + float(aside) ** 2))
     ways = [(chord, F32(0.0), F32(0.0), FORWARD)]
     ways += [(ahead, aside, increments, TO_LEFT), (ahead, -aside, -increments, TO_RIGHT)]
@@ -70,9 +71,9 @@ Way = tuple[np.float32, np.float32, np.float32, int]
 
 def _wider(count: np.float32, angle: np.float32, chord: np.float32, *, reverses: bool) -> list[Way]:
     """Returns the motions that turn by `angle`."""
-    radius = F32(chord / F32(F32(2.0) * _sin(F32(angle / F32(2.0)))))
-    ahead = F32(radius * _sin(angle))
-    aside = F32(radius - F32(radius * _cos(angle)))
+    radius = F32(chord / F32(F32(2.0) * sin32(F32(angle / F32(2.0)))))
+    ahead = F32(radius * sin32(angle))
+    aside = F32(radius - F32(radius * cos32(angle)))
     ways = [(ahead, aside, count, TO_LEFT), (ahead, -aside, -count, TO_RIGHT)]
     if reverses:
         ways.append((-ahead, aside, -count, REVERSE_LEFT))
@@ -90,8 +91,8 @@ def _tabulated(
     reverses: bool,
 ) -> Motions:
     headings = [F32(bin_size * F32(j)) for j in range(bins)]
-    cosines = np.array([float(_cos(heading)) for heading in headings])
-    sines = np.array([float(_sin(heading)) for heading in headings])
+    cosines = np.array([float(cos32(heading)) for heading in headings])
+    sines = np.array([float(sin32(heading)) for heading in headings])
     x = np.array([float(way[0]) for way in ways])[:, None]
     y = np.array([float(way[1]) for way in ways])[:, None]
     costs = []
@@ -99,7 +100,7 @@ def _tabulated(
         arc = F32(turn * bin_size)
         is_straight = direction in (FORWARD, REVERSE)
         if not is_straight:
-            own_radius = F32(chord / F32(F32(2.0) * _sin(F32(arc / F32(2.0)))))
+            own_radius = F32(chord / F32(F32(2.0) * sin32(F32(arc / F32(2.0)))))
         costs.append(chord if is_straight else F32(own_radius * arc))
     return Motions(
         bin_size,
@@ -116,9 +117,13 @@ def _tabulated(
     )
 
 
-def _sin(angle: np.float32) -> np.float32:
-    return F32(math.sin(float(angle)))
+@njit(cache=True)
+def sin32(angle):
+    """Returns the sine of a float32 as the C library rounds it, which is not always best."""
+    return np.float32(math.sin(np.float32(angle)))
 
 
-def _cos(angle: np.float32) -> np.float32:
-    return F32(math.cos(float(angle)))
+@njit(cache=True)
+def cos32(angle):
+    """Returns the cosine of a float32 as the C library rounds it."""
+    return np.float32(math.cos(np.float32(angle)))

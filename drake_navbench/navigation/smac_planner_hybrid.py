@@ -1,7 +1,8 @@
 """Nav2's planner for cars: Hybrid-A*, with Dubins' or Reeds and Shepp's curves.
 
 Source: nav2_smac_planner (SmacPlannerHybrid), branch lyrical. What differs: a time limit is a
-number of expansions, and where Nav2 reads beyond the upper edge of its map the robot does not fit.
+number of expansions, and where Nav2 reads beyond its arrays, the map at its upper edge and the
+outlines at a heading rounded to a full turn, the robot does not fit, and has its outline at 0.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from drake_navbench.kernels.hybrid_astar import SearchRules
 from drake_navbench.kernels.hybrid_expansion import ExpansionRules
 from drake_navbench.kernels.hybrid_graph import Body
 from drake_navbench.kernels.hybrid_heuristics import FreeWays, free_ways, reached_from
-from drake_navbench.kernels.hybrid_motion import Motions, motions
+from drake_navbench.kernels.hybrid_motion import Motions, cos32, motions, sin32
 from drake_navbench.kernels.hybrid_smoothing import smooth_car_path
 from drake_navbench.navigation.planner import (
     GoalOccupied,
@@ -215,8 +216,8 @@ class SmacPlannerHybrid:
         bin_size = F32(2.0 * math.pi / ways_of_car.bins)
         outlines = np.empty((ways_of_car.bins, len(self._footprint), 2))
         for heading in range(ways_of_car.bins):
-            angle = float(F32(bin_size * F32(heading)))
-            cosine, sine = float(F32(math.cos(angle))), float(F32(math.sin(angle)))
+            angle = F32(bin_size * F32(heading))
+            cosine, sine = float(cos32(angle)), float(sin32(angle))
             x, y = self._footprint[:, 0], self._footprint[:, 1]
             outlines[heading, :, 0] = x * cosine - y * sine
             outlines[heading, :, 1] = x * sine + y * cosine
