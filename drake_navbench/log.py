@@ -62,6 +62,8 @@ COLUMNS: Mapping[str, str] = {
     "cell, which the publication takes for the cell",
     "cycle_count": "control cycles so far",
     "compute_time_ms": "wall-clock time of the last control cycle (varies from run to run)",
+    "compute_cpu_time_ms": "processor time of the thread in the last control cycle (likewise); "
+    "empty in logs from before it was measured",
 }
 # Only in logs of robots that move sideways.
 LATERAL_COLUMNS: Mapping[str, str] = {
@@ -69,6 +71,11 @@ LATERAL_COLUMNS: Mapping[str, str] = {
     "measured_vy_mps": "velocity to the left as the controller is told",
     "command_vy_mps": "last commanded velocity to the left",
 }
+# Columns that came later, without which a log is whole all the same.
+LATER_COLUMNS = frozenset({"compute_cpu_time_ms"})
+# Not a function of the trial: two runs of one differ in these.
+UNREPEATABLE_COLUMNS = ("compute_time_ms", "compute_cpu_time_ms")
+
 
 # Of a name or reason in the short form of a log.
 MAX_SHOWN = 80
@@ -293,7 +300,7 @@ class TrialLog:
                 f"{path}: schema version {version}, expected {SCHEMA_VERSION}; run the trial again"
             )
         found = set(table.column_names)
-        missing = {*COLUMNS, *PLAN_COLUMNS, "scan", "diagnostics"} - found
+        missing = {*COLUMNS, *PLAN_COLUMNS, "scan", "diagnostics"} - LATER_COLUMNS - found
         if found & set(LATERAL_COLUMNS):
             missing |= set(LATERAL_COLUMNS) - found
         if missing:
@@ -322,7 +329,9 @@ class TrialLog:
         events = info.pop("events", [])
         notes = [json.loads(n) for n in table["diagnostics"].drop_null().to_pylist()]
         lateral = [name for name in LATERAL_COLUMNS if name in table.column_names]
-        samples = table.select([*COLUMNS, *lateral]).to_pandas()
+        present = [name for name in COLUMNS if name in table.column_names]
+        samples = table.select([*present, *lateral]).to_pandas()
+        samples = samples.reindex(columns=[*COLUMNS, *lateral])
         if not all(kind.kind in "if" for kind in samples.dtypes):
             raise TypeError("a column does not hold numbers")
         return cls(

@@ -57,8 +57,9 @@ def build_parser() -> argparse.ArgumentParser:
     add(
         "--controllers",
         metavar="LIST",
-        help="presets, comma-separated; name:param=value[:param=value] makes a variant "
-        "(default: dwb, rpp, teb, mppi, mppi_nav2)",
+        help="presets, comma-separated; name:param=value[:param=value] makes a variant, and "
+        "path/to/file.py:Class stands for a name "
+        "(default: dwb, rpp, teb, teb_upstream, mppi, mppi_nav2)",
     )
     add(
         "--trials",
@@ -92,6 +93,11 @@ def build_parser() -> argparse.ArgumentParser:
         default=[],
         metavar="NAME=VALUE",
         help="value for $(var NAME) or <NAME> in the Nav2 files",
+    )
+    add(
+        "--nav2-release",
+        choices=("humble", "iron", "jazzy", "kilted", "lyrical"),
+        help="what the Nav2 files are written for, where they do not tell it themselves",
     )
     add(
         "--check",

@@ -75,6 +75,15 @@ def headline_metrics() -> list[Metric]:
     return [by_name[name] for name in HEADLINE_METRICS]
 
 
+def drawable_logs(logs: Mapping[str, Sequence[TrialLog]]) -> dict[str, list[TrialLog]]:
+    """Returns the logs that have samples, of the controllers that have any such."""
+    return {
+        name: kept
+        for name, own in logs.items()
+        if (kept := [log for log in own if len(log.samples)])
+    }
+
+
 def write_scenario_figures(
     folder: Path,
     scenario: str,
@@ -86,11 +95,7 @@ def write_scenario_figures(
 
     logs: the readable trials by controller. trials: rows as from `trial_row`, all scenarios.
     """
-    drawable = {
-        name: kept
-        for name, own in logs.items()
-        if (kept := [log for log in own if len(log.samples)])
-    }
+    drawable = drawable_logs(logs)
     if not drawable or choice is FigureChoice.NONE:
         return []
     look = Look(list(dict.fromkeys([*logs, *trials["controller"]])))

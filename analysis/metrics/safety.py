@@ -35,7 +35,7 @@ COLLISION_TIME_PARTS = 16
 MAX_CLEARANCE_M = 5.0
 
 
-@metric(unit="m", better="higher")
+@metric(unit="m", better="higher", title="Smallest clearance", relevant=0.01)
 def min_clearance_m(log: TrialLog) -> float:
     """Smallest distance between footprint and obstacle: the true form of the published one.
 
@@ -45,7 +45,7 @@ def min_clearance_m(log: TrialLog) -> float:
     return _clearances_m(log).min()
 
 
-@metric(unit="m", better="higher")
+@metric(unit="m", better="higher", title="Smallest distance to a cell's centre")
 def min_cell_centre_distance_m(log: TrialLog) -> float:
     """Smallest distance from the reference point to the centre of a lethal cell.
 
@@ -59,7 +59,7 @@ def min_cell_centre_distance_m(log: TrialLog) -> float:
     return seen.min()
 
 
-@metric(unit="m", better="higher")
+@metric(unit="m", better="higher", title="Smallest clearance by the scan")
 def min_scan_clearance_m(log: TrialLog) -> float:
     """Smallest distance between footprint and a point that the lidar hit, for recordings too.
 
@@ -76,7 +76,7 @@ def min_scan_clearance_m(log: TrialLog) -> float:
     return nearest_m
 
 
-@metric(unit="m", better="higher")
+@metric(unit="m", better="higher", title="Smallest clearance by the map")
 def min_map_clearance_m(log: TrialLog) -> float:
     """Smallest distance between footprint and what the map shows, for recordings too.
 
@@ -102,7 +102,7 @@ def min_map_clearance_m(log: TrialLog) -> float:
     return nearest_m
 
 
-@metric(unit="m", better="higher")
+@metric(unit="m", better="higher", title="Clearance kept for 95% of the time")
 def clearance_p05_m(log: TrialLog) -> float:
     """Clearance that the robot kept for 95% of the time that an obstacle was within 5 m.
 
@@ -111,7 +111,7 @@ def clearance_p05_m(log: TrialLog) -> float:
     return np.percentile(_clearances_m(log), 5)
 
 
-@metric(unit="", better="lower")
+@metric(unit="", better="lower", title="Share of the time near an obstacle")
 def danger_time_ratio(log: TrialLog) -> float:
     """Share of the time with less than 0.25 m between footprint and obstacle.
 
@@ -121,7 +121,7 @@ def danger_time_ratio(log: TrialLog) -> float:
     return danger_share(times(log), column(log, "clearance_m"))
 
 
-@metric(unit="s", better="higher")
+@metric(unit="s", better="higher", title="Shortest time to collision")
 def time_to_collision_min_s(log: TrialLog) -> float:
     """Shortest time in which the footprint would have touched an obstacle at its current twist.
 

@@ -13,6 +13,7 @@ from drake_navbench.campaign.sweep import MAX_POINTS
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.barn import barn_scenarios
 from drake_navbench.inputs.nav2_check import Check, CheckRow, Status
+from drake_navbench.inputs.nav2_release import Release
 from drake_navbench.inputs.nav2_robot import Nav2Setup, read_nav2_files
 from drake_navbench.inputs.parameter_files import load_parameter_file
 from drake_navbench.inputs.parameter_names import flattened
@@ -52,6 +53,7 @@ class Request(FrozenModel):
 
     controllers: presets and variants by name. parameter_files: more columns, from files.
     nav2_files: whole Nav2 files, which give columns and the robot. substitutions: their values.
+    nav2_release: what they are written for, where they do not tell it themselves.
     sweeps: axes as of `parse_axis`. samples: of a Latin hypercube over them, None for their grid.
     keeps_costmaps: whether the logs hold the local costmaps.
     """
@@ -61,6 +63,7 @@ class Request(FrozenModel):
     parameter_files: tuple[str, ...]
     nav2_files: tuple[str, ...] = ()
     substitutions: dict[str, str] = Field(default_factory=dict)
+    nav2_release: Release | None = None
     map_task: MapTask | None = None
     barn: BarnTask | None = None
     trials: int = Field(ge=1, le=MAX_TRIALS)
@@ -77,7 +80,10 @@ class Request(FrozenModel):
         if not self.nav2_files:
             return None
         paths = list(map(Path, self.nav2_files))
-        return read_nav2_files(paths, load_robot(self.robot), self.robot, self.substitutions)
+        base = load_robot(self.robot)
+        return read_nav2_files(
+            paths, base, self.robot, self.substitutions, release=self.nav2_release
+        )
 
     def campaign(self) -> Campaign:
         """Returns the trials of this request, all input checked; raises InputError."""

@@ -31,32 +31,38 @@ def robots_page() -> str:
         "",
         "| field | default | meaning |",
         "|---|---|---|",
-        *_rows(schema, schema, ""),
+        *_rows(schema, schema, "", ()),
         "",
     ]
     return "\n".join(lines)
 
 
-def _rows(part: Mapping[str, Any], schema: Mapping[str, Any], prefix: str) -> Iterator[str]:
-    """Yields a row a field, those of a block below it, of alternatives one after the other."""
+def _rows(
+    part: Mapping[str, Any], schema: Mapping[str, Any], prefix: str, above: tuple[str, ...]
+) -> Iterator[str]:
+    """Yields a row a field, those of a block below it, of alternatives one after the other.
+
+    above: references of the blocks that it is in; a block within itself is not told again.
+    """
     for name, field in part.get("properties", {}).items():
         if not prefix and name in NOT_IN_FILES:
             continue
         place = f"{prefix}{name}"
         needed = name in part.get("required", ())
         meaning = " ".join(str(field.get("description", "")).split()).replace("|", "\\|")
-        blocks = [_resolved(reference, schema) for reference in _references(field)]
+        references = [entry for entry in _references(field) if entry not in above]
+        blocks = [_resolved(reference, schema) for reference in references]
         if not blocks:
             default = "needed" if needed else f"`{_shown(field.get('default'))}`"
             yield f"| `{place}` | {default} | {meaning} |"
             continue
         summary = meaning or " ".join(blocks[0].get("description", "").split("\n")[0].split())
         yield f"| `{place}` | {_block_default(field, blocks)} | {summary} |"
-        for block in blocks:
+        for reference, block in zip(references, blocks, strict=True):
             choice = block.get("properties", {}).get("plugin", {}).get("const")
             if len(blocks) > 1 and choice:
                 yield f"| `{place}` | with | `{choice}` |"
-            yield from _rows(block, schema, f"{place}.")
+            yield from _rows(block, schema, f"{place}.", (*above, reference))
 
 
 def _references(field: Mapping[str, Any]) -> list[str]:

@@ -9,8 +9,12 @@ import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from drake_navbench.errors import InputError, NavbenchError
+
+if TYPE_CHECKING:
+    from drake_navbench.recordings.simulation_gap import SimulationGap
 
 EXIT_DONE = 0
 EXIT_FAILED = 1
@@ -51,6 +55,7 @@ def build_parser() -> argparse.ArgumentParser:
     for name in ("start", "end"):
         help_text = f"{name} of one task cut by hand, seconds from the beginning of the recording"
         add(f"--{name}", type=float, metavar="S", help=help_text)
+    add("--fit-drive", action="store_true", help="also find lag, acceleration limits and deadband")
     add("--no-report", action="store_true", help="leave report.html to the report command")
     return parser
 
@@ -67,7 +72,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _import(arguments: argparse.Namespace) -> None:
-    from drake_navbench.recordings.import_bags import ImportRequest, import_recordings
+    from drake_navbench.recordings.import_bags import ImportRequest, fit_path, import_recordings
     from drake_navbench.results import ResultsFolder
 
     request = ImportRequest(
@@ -79,6 +84,7 @@ def _import(arguments: argparse.Namespace) -> None:
         controller=arguments.controller,
         start_s=arguments.start,
         end_s=arguments.end,
+        fits_drive=arguments.fit_drive,
     )
     folder = ResultsFolder(arguments.out)
     imported = import_recordings(arguments.bags, request, folder)
@@ -91,10 +97,25 @@ def _import(arguments: argparse.Namespace) -> None:
             print(f"{path}: {log.outcome}, {log.end_time_s:.1f} s: {info['reason']}")
             for what, reason in info["missing"].items():
                 print(f"  without {what}: {reason}")
+        _print_gaps(entry.gaps)
+        if entry.fit is not None:
+            path = fit_path(folder, entry)
+            print(f"{path}:\n{path.read_text(encoding='utf-8')}", end="")
     if not arguments.no_report:
         from drake_navbench.analysis.report import build_report
 
         print(build_report(folder.path).path)
+
+
+def _print_gaps(gaps: Sequence[SimulationGap | None]) -> None:
+    for gap in gaps:
+        if gap is not None and gap.poses:
+            last = gap.poses[-1]
+            print(
+                f"  the model is off by {last.position_median_m:.3f} m and "
+                f"{last.heading_median_deg:.1f} deg {last.horizon_s:g} s after a start (median of "
+                f"{last.start_count}), by {gap.v_rms_mps:.3f} m/s and {gap.w_rms_radps:.3f} rad/s"
+            )
 
 
 def _assignments(texts: Sequence[str]) -> dict[str, str]:

@@ -32,13 +32,15 @@ OF_EARLIER_RELEASES = frozenset(
         "use_interpolation",
     }
 )
-ROTATION_SHIM = "nav2_rotation_shim_controller::RotationShimController"
+# The block that a rotation shim keeps its primary controller's parameters in, since Lyrical.
+PRIMARY = "primary_controller."
 
 
-def read_columns(server: Node) -> tuple[list[Preset], list[CheckRow]]:
+def read_columns(server: Node, release: str) -> tuple[list[Preset], list[CheckRow]]:
     """Returns a column for each controller that there is a counterpart of, and rows for all.
 
-    Raises InputError where there is none at all, or a value is wrong.
+    release: of Nav2, for controllers that follow it. Raises InputError where there is none at all,
+    or a value is wrong.
     """
     _require_values(server)
     plugins = listed_plugins(server)
@@ -47,7 +49,7 @@ def read_columns(server: Node) -> tuple[list[Preset], list[CheckRow]]:
     left_out: list[InputError] = []
     for plugin in plugins:
         try:
-            preset = _column(server, plugin, rows)
+            preset = _column(server, plugin, release, rows)
         except NoCounterpart as error:
             left_out.append(error)
             remark = f"{plugin_type_of(server, plugin)}: no such controller here, no column"
@@ -70,40 +72,29 @@ def _require_values(server: Node) -> None:
             )
 
 
-def _column(server: Node, plugin: str, rows: list[CheckRow]) -> Preset:
+def _column(server: Node, plugin: str, release: str, rows: list[CheckRow]) -> Preset:
     plugin_type = plugin_type_of(server, plugin)
-    if plugin_type != ROTATION_SHIM:
-        return plugin_preset(server, plugin, plugin_type)
-    primary = server.get(f"{plugin}.primary_controller")
-    preset = plugin_preset(server, plugin, str(primary))
-    remark = f"{plugin_type}: its primary controller alone stands in"
-    rows.append(_row(Status.STAND_IN, server, f"{plugin}.plugin", remark))
-    return preset
+    return plugin_preset(server, plugin, plugin_type, release)
 
 
 def _rows(server: Node, plugin: str, preset: Preset, told: Collection[str]) -> list[CheckRow]:
     model = preset.controller_class.Parameters
-    is_shim = plugin_type_of(server, plugin) == ROTATION_SHIM
     names = {*model.model_fields, *(name for name, _ in flattened(preset.values))}
     rows = []
     for name in server.below(plugin):
         if name in told:
             continue
         full = f"{plugin}.{name}"
-        if name == "plugin":
-            if not is_shim:
-                rows.append(_row(Status.USED, server, full))
-        elif name not in preset.ignored or (is_shim and name == "primary_controller"):
+        bare = name.removeprefix(PRIMARY)
+        if name == "plugin" or name not in preset.ignored:
             rows.append(_row(Status.USED, server, full))
-        elif model.is_without_effect(name) or name == "transform_tolerance":
+        elif model.is_without_effect(name, preset.values) or bare == "transform_tolerance":
             rows.append(_row(Status.NO_MEANING, server, full))
-        elif name in OF_EARLIER_RELEASES:
+        elif bare in OF_EARLIER_RELEASES:
             remark = "of earlier releases; the controller drives as in Lyrical"
             rows.append(_row(Status.OTHER_FORM, server, full, remark))
-        elif is_shim:
-            rows.append(_row(Status.STAND_IN, server, full, "left out with the rotation shim"))
         else:
-            what = "unknown, or its block is not asked for" if "." in name else "unknown"
+            what = "unknown, or its block is not asked for" if "." in bare else "unknown"
             remark = f"{what}{similar_name_hint(name, names)}"
             rows.append(_row(Status.UNREAD, server, full, remark))
     return rows

@@ -13,7 +13,7 @@ from typing import Any
 from drake_navbench.controller import ControllerParameters
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.inputs.nav2_parameters import Node, Section, nodes_called
-from drake_navbench.inputs.parameter_names import flattened, nested
+from drake_navbench.inputs.parameter_names import SEPARATOR, flattened, nested
 from drake_navbench.inputs.presets import Preset, installed_controllers
 from drake_navbench.typed_files.typed_yaml import unknown_fields
 
@@ -24,6 +24,8 @@ DEFAULT_PLUGINS = ["FollowPath"]
 DEFAULT_TYPE = "dwb_core::DWBLocalPlanner"
 # Only releases whose controller server cuts the plan have this parameter (from Lyrical on).
 PATH_HANDLERS = "path_handler_plugins"
+# The parameter, ours, of controllers that follow the release.
+RELEASE = "nav2_release"
 
 
 class NoCounterpart(InputError):
@@ -67,21 +69,32 @@ def listed_plugins(server: Node) -> list[str]:
     return plugins
 
 
-def plugin_preset(server: Node, plugin: str, plugin_type: str) -> Preset:
+def takes_release(model: type[ControllerParameters]) -> bool:
+    """Tells whether a controller follows the release of Nav2 that it is given."""
+    return RELEASE in model.model_fields
+
+
+def plugin_preset(
+    server: Node, plugin: str, plugin_type: str, release: str | None = None
+) -> Preset:
     """Returns the preset of a plugin; its name tells file, namespace and plugin.
 
-    Raises NoCounterpart where there is no controller of the type.
+    release: of Nav2, for a controller that follows it and is not told by the file. Raises
+    NoCounterpart where there is no controller of the type.
     """
     controller, model = _counterpart(plugin_type, server.where(f"{plugin}.plugin"))
     given = server.below(plugin)
     given.pop("plugin", None)
-    path_handler = {}
-    if PATH_HANDLERS not in server.parameters:
-        path_handler = {n: v for n, v in given.items() if n in model.PATH_HANDLER_NAMES}
-    offered = {name: value for name, value in given.items() if name not in path_handler}
+    for name in model.PLUGIN_NAMES:
+        if isinstance(given.get(name), str):
+            _counterpart(given[name], server.where(f"{plugin}.{name}"))
+    fields = {} if PATH_HANDLERS in server.parameters else model.path_handler_fields(given)
+    offered = {name: value for name, value in given.items() if name not in fields}
     source = server.where(plugin)
     used = _known_values(model, offered, source)
-    known = {*path_handler, *(name for name, _ in flattened(used))}
+    if release is not None and takes_release(model):
+        used = {RELEASE: release} | used
+    known = {*fields, *(name for name, _ in flattened(used))}
     namespace = server.name.removesuffix(SERVER).strip("/")
     return Preset(
         "/".join(filter(None, (server.file.stem, namespace, plugin))),
@@ -89,8 +102,8 @@ def plugin_preset(server: Node, plugin: str, plugin_type: str) -> Preset:
         f"{plugin_type} from {server.file.name}",
         used,
         source,
-        ignored=tuple(n for n in given if n not in known or model.is_without_effect(n)),
-        path_handler=path_handler,
+        ignored=tuple(n for n in given if n not in known or model.is_without_effect(n, given)),
+        path_handler={field: given[name] for name, field in fields.items()},
     ).checked()
 
 
@@ -127,8 +140,8 @@ def _known_values(
 ) -> dict[str, Any]:
     """Returns, nested, the values that the model has fields for and Nav2 would read."""
     known = nested(values.items(), source)
-    for key in model.keys_not_read(known):
-        del known[key]
+    for name in model.keys_not_read(known):
+        _remove(known, tuple(name.split(SEPARATOR)))
     # A model may notice an unknown name only once others are gone.
     while any([_remove(known, place) for place in unknown_fields(model, known)]):
         pass

@@ -7,7 +7,7 @@ a parameter that is missing there has Nav2's default, not the base robot's value
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -15,7 +15,7 @@ from typing import Any
 
 import yaml
 
-from drake_navbench.controller import AskedSpeeds
+from drake_navbench.controller import CONTROLLERS, AskedSpeeds
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.drive import (
     AckermannDrive,
@@ -25,7 +25,7 @@ from drake_navbench.inputs.drive import (
 from drake_navbench.inputs.nav2_check import Check, CheckRow, Status
 from drake_navbench.inputs.nav2_collision_monitor import read_collision_monitor
 from drake_navbench.inputs.nav2_columns import read_columns
-from drake_navbench.inputs.nav2_controllers import SERVER, has_controllers
+from drake_navbench.inputs.nav2_controllers import SERVER, has_controllers, takes_release
 from drake_navbench.inputs.nav2_costmaps import (
     Outline,
     read_global_costmap,
@@ -39,6 +39,13 @@ from drake_navbench.inputs.nav2_parameters import (
     Section,
     nodes_called,
     read_parameter_file,
+)
+from drake_navbench.inputs.nav2_release import (
+    Found,
+    navigation_of,
+    release_of,
+    release_rows,
+    tree_of,
 )
 from drake_navbench.inputs.nav2_servers import (
     read_behavior_server,
@@ -90,12 +97,18 @@ class Nav2Setup:
 
 
 def read_nav2_files(
-    paths: Sequence[Path], base: Robot, base_name: str, values: Mapping[str, str] | None = None
+    paths: Sequence[Path],
+    base: Robot,
+    base_name: str,
+    values: Mapping[str, str] | None = None,
+    *,
+    release: str | None = None,
 ) -> Nav2Setup:
     """Returns what Nav2 files say together; of two that give a parameter the later one counts.
 
-    base, base_name: the robot for what they do not say. values: for their substitutions. Raises
-    InputError, one line with file, line and parameter, where something is wrong.
+    base, base_name: the robot for what they do not say. values: for their substitutions. release:
+    of Nav2, told by the files' own marks where not given. Raises InputError, one line with file,
+    line and parameter, where something is wrong.
     """
     substitutions = Substitutions(values or {})
     sections: list[Section] = []
@@ -110,13 +123,17 @@ def read_nav2_files(
             row = CheckRow(Status.OTHER_FORM, path.name, "", remark.removeprefix(f"{path}, "))
             rows[path.name, str(number)] = row
     substitutions.require_all_used()
-    return _Files(sections, rows, base, base_name).setup(paths)
+    found = release_of(sections, release)
+    return _Files(sections, rows, base, base_name, found).setup(paths)
 
 
 class _Files:
     """The sections of all files on the way to a robot."""
 
-    def __init__(self, sections: list[Section], rows: Rows, base: Robot, base_name: str) -> None:
+    def __init__(
+        self, sections: list[Section], rows: Rows, base: Robot, base_name: str, release: Found
+    ) -> None:
+        self._release = release
         self._sections = sections
         self._rows = rows
         self._base = base
@@ -128,6 +145,7 @@ class _Files:
     def setup(self, paths: Sequence[Path]) -> Nav2Setup:
         """Returns what the files make."""
         presets = tuple(preset for node in self._servers for preset in self._columns(node))
+        self._note_release(presets)
         navigation = self._navigation()
         data = self._base.model_dump(mode="json", exclude_unset=True)
         data["description"] = f"from {', '.join(p.name for p in paths)}, drive of {self._base_name}"
@@ -145,8 +163,20 @@ class _Files:
         robot = robot.model_copy(update={"directory": self._base.directory})
         return Nav2Setup(presets, robot, Check(tuple(self._rows.values())))
 
+    def _note_release(self, presets: Collection[Preset]) -> None:
+        classes = {preset.controller: preset.controller_class for preset in presets}
+        for preset in presets:
+            inner = preset.parameters.inner_controllers()
+            classes |= {name: CONTROLLERS.load(name) for name in inner}
+
+        def follows(controller: str) -> bool:
+            return takes_release(classes[controller].Parameters)
+
+        for row in release_rows(self._release, classes, follows):
+            self._rows[row.node, row.parameter] = row
+
     def _columns(self, node: Node) -> list[Preset]:
-        presets, rows = read_columns(node)
+        presets, rows = read_columns(node, self._release.release)
         for row in rows:
             self._rows[row.node, row.parameter] = row
         return [replace(preset, ignored=()) for preset in presets]
@@ -168,6 +198,7 @@ class _Files:
             columns_rows = dict(self._rows)
             fields |= read_controller_server(reader, blocks & set(listed))
             self._rows.update(columns_rows)
+        fields = merged(navigation_of(self._release.release), fields)
         fields |= self._costmaps()
         for name, read in SERVERS.items():
             node = self._find(name)
@@ -175,6 +206,9 @@ class _Files:
                 fields = merged(fields, read(NodeReader(node, self._rows)))
             elif name not in ("recoveries_server", "smoother_server", *OPTIONAL):
                 self._note_missing(name)
+        tree = fields["behavior_tree"].get("tree")
+        if tree is not None:
+            fields["behavior_tree"]["tree"] = tree_of(self._release.release, tree)
         return fields
 
     def _costmaps(self) -> dict[str, Any]:

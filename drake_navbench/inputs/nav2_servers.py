@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from typing import Any
 
+from drake_navbench.inputs.behavior_tree_file import read_tree_file
 from drake_navbench.inputs.nav2_check import Status
 from drake_navbench.inputs.nav2_node_reader import NodeReader
 from drake_navbench.inputs.robot import ControllerServerSettings
@@ -42,10 +43,11 @@ DEFAULT_PLANNER = "GridBased"
 DEFAULT_GOAL_CHECKER = "general_goal_checker"
 # Names of the default tree in Nav2's releases.
 DEFAULT_TREES = {
-    "",
     "navigate_w_replanning_and_recovery.xml",
     "navigate_to_pose_w_replanning_and_recovery.xml",
 }
+# Where a tree's file is looked for, from the folder of the Nav2 file on.
+TREE_FOLDERS = (".", "behavior_trees", "behavior_tree", "bt", "../behavior_trees", "../bt")
 # Behaviours of Nav2: type without its package -> the default tree's recovery action.
 RECOVERY_OF: Mapping[str, str] = {
     "Spin": "spin",
@@ -241,14 +243,13 @@ def _recovery_action(reader: NodeReader, name: str, plugin_type: str) -> str:
 
 
 def read_bt_navigator(reader: NodeReader) -> Fields:
-    """Returns what the navigator says of the default tree; another one is noted."""
+    """Returns what the navigator says of its tree: the default one, or that of an XML file."""
     values = reader.block(BehaviorTreeSettings, names=("bt_loop_duration",))
     trees = ("default_nav_to_pose_bt_xml", "default_bt_xml_filename", "bt_xml_filename")
     for name in trees:
         file_name = reader.text(name).rpartition("/")[2]
-        if file_name not in DEFAULT_TREES:
-            remark = f"{file_name}: Nav2's default tree stands in"
-            reader.note(Status.STAND_IN, name, remark)
+        if file_name:
+            values |= _tree_of(reader, name, file_name)
     reader.finish(
         {
             "always_reload_bt_xml",
@@ -275,6 +276,30 @@ def read_bt_navigator(reader: NodeReader) -> Fields:
         }
     )
     return {"behavior_tree": values}
+
+
+def _tree_of(reader: NodeReader, name: str, file_name: str) -> Fields:
+    """Returns the tree of an XML file beside the Nav2 file, nothing where it cannot be used."""
+    folder = reader.node.parameters[name].file.parent
+    places = [folder / place / file_name for place in TREE_FOLDERS]
+    found = next((place for place in places if place.is_file()), None)
+    if found is None and file_name in DEFAULT_TREES:
+        return {}
+    if found is None:
+        remark = f"{file_name}: not beside the file; Nav2's default tree stands in"
+        reader.note(Status.STAND_IN, name, remark)
+        return {}
+    # Imported late: py_trees takes a while, and few files name a tree.
+    from drake_navbench.navigation.behavior_tree.builder import faults_of
+
+    tree = read_tree_file(found)
+    faults = list(faults_of(tree))
+    if not faults:
+        return {"tree": tree.model_dump(mode="json")}
+    named = "; ".join(f"line {fault.line}, {fault}" for fault in faults)
+    remark = f"{file_name}: {named}; Nav2's default tree stands in"
+    reader.note(Status.STAND_IN, name, remark)
+    return {}
 
 
 def read_waypoint_follower(reader: NodeReader) -> Fields:

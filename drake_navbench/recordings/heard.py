@@ -82,6 +82,9 @@ ROLES: Mapping[str, Role] = {
     ),
     "cycle_count": Role(("/drake_navbench/cycle_count",), ("std_msgs/msg/Float64",)),
     "compute_time_ms": Role(("/drake_navbench/compute_time_ms",), ("std_msgs/msg/Float64",)),
+    "compute_cpu_time_ms": Role(
+        ("/drake_navbench/compute_cpu_time_ms",), ("std_msgs/msg/Float64",)
+    ),
 }
 
 
@@ -209,12 +212,12 @@ class Transform(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """An odometry. pose: x m, y m, yaw rad in the frame. twist: v m/s, w rad/s in the child."""
+    """An odometry. pose: x m, y m, yaw rad in the frame. twist: v, w and vy in the child's."""
 
     frame: str
     child: str
     pose: tuple[float, float, float]
-    twist: tuple[float, float]
+    twist: tuple[float, float, float]
 
 
 class Beams(NamedTuple):
@@ -276,13 +279,17 @@ def _pose(pose: Any) -> tuple[float, float, float]:
     return pose.position.x, pose.position.y, float(yaw_of(q.x, q.y, q.z, q.w))
 
 
+def _twist(twist: Any) -> tuple[float, float, float]:
+    """Returns v m/s, w rad/s, vy m/s."""
+    return twist.linear.x, twist.angular.z, twist.linear.y
+
+
 def _odometry(message: Any) -> Decoded:
-    twist = message.twist.twist
     motion = Motion(
         _frame(message.header.frame_id),
         _frame(message.child_frame_id),
         _pose(message.pose.pose),
-        (twist.linear.x, twist.angular.z),
+        _twist(message.twist.twist),
     )
     return [(_stamp(message.header), motion)]
 
@@ -303,11 +310,10 @@ def _transforms(message: Any) -> Decoded:
 
 def _command(message: Any) -> Decoded:
     if not hasattr(message, "header"):
-        return [(-1, (message.linear.x, message.angular.z))]
+        return [(-1, _twist(message))]
     # A stamp of zero says: when it is received.
     stamp = _stamp(message.header)
-    twist = message.twist
-    return [(stamp if stamp > 0 else -1, (twist.linear.x, twist.angular.z))]
+    return [(stamp if stamp > 0 else -1, _twist(message.twist))]
 
 
 def _scan(message: Any) -> Decoded:
@@ -391,4 +397,5 @@ DECODERS: Mapping[str, Callable[[Any], Decoded]] = {
     "obstacle_corner_distance_m": _datum,
     "cycle_count": _datum,
     "compute_time_ms": _datum,
+    "compute_cpu_time_ms": _datum,
 }

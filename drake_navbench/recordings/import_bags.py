@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,11 +17,15 @@ from drake_navbench.errors import InputError
 from drake_navbench.inputs.robot import Robot, load_robot
 from drake_navbench.log import TrialLog
 from drake_navbench.recordings.bag_source import BagSource, open_bag
+from drake_navbench.recordings.drive_data import DriveData, drive_data
+from drake_navbench.recordings.drive_fit import DriveFit, as_yaml, fit_drive
+from drake_navbench.recordings.gap_page import as_plain, write_curves, write_gap_page
 from drake_navbench.recordings.heard import Cells, Column, choose_topics, read_columns
 from drake_navbench.recordings.recorded_motion import RecordedMotion, recorded_motion
 from drake_navbench.recordings.recorded_tasks import RecordedTask, task_by_hand, tasks_by_status
 from drake_navbench.recordings.recorded_trial import Subject, recorded_trial
-from drake_navbench.results import ResultsFolder, only_run_in
+from drake_navbench.recordings.simulation_gap import SimulationGap, simulation_gap
+from drake_navbench.results import ResultsFolder, file_name, only_run_in, write_text
 
 NANOSECONDS = 1e9
 # In the name of a column, behind that of the controller that a bag of ours tells.
@@ -34,7 +38,8 @@ class ImportRequest:
 
     topics: role -> topic. scenario, controller: names of the trials and of the column, found where
     empty. start_s, end_s: seconds from the beginning of the recording; cut by hand where one is
-    given. robot: name or file, may be None for a bag of ours.
+    given. robot: name or file, may be None for a bag of ours. fits_drive: whether to find the
+    parameters of the drive.
     """
 
     robot: str | None = None
@@ -45,16 +50,23 @@ class ImportRequest:
     controller: str = ""
     start_s: float | None = None
     end_s: float | None = None
+    fits_drive: bool = False
 
 
 @dataclass(frozen=True)
 class Imported:
-    """What was made of one recording. losses: what could not be read."""
+    """What was made of one recording. losses: what could not be read.
+
+    gaps: of each log, how far the robot's model is from it; None where there are no commands.
+    fit: what was found of the drive, where that was asked for.
+    """
 
     path: Path
     logs: tuple[TrialLog, ...]
     topics: Mapping[str, str]
     losses: tuple[str, ...]
+    gaps: tuple[SimulationGap | None, ...]
+    fit: DriveFit | None
 
 
 def read_recording(path: Path, request: ImportRequest, *, first_trial: int = 0) -> Imported:
@@ -92,7 +104,28 @@ def read_recording(path: Path, request: ImportRequest, *, first_trial: int = 0) 
         )
         for number, task in enumerate(tasks)
     ]
-    return Imported(path, tuple(logs), topics, source.losses)
+    drive = drive_data(columns, motion)
+    gaps = tuple(_gap(robot, drive, task) for task in tasks)
+    for log, gap in zip(logs, gaps, strict=True):
+        if gap is not None:
+            log.info["recording"]["simulation_gap"] = as_plain(gap)
+    fit = _fit(path, robot, drive) if request.fits_drive else None
+    return Imported(path, tuple(logs), topics, source.losses, gaps, fit)
+
+
+def _fit(path: Path, robot: Robot, drive: DriveData | None) -> DriveFit:
+    if robot.drive.turning_radius_m:
+        raise InputError(f"{path}: --fit-drive: expected a robot that turns in place, got a car")
+    if drive is None:
+        raise InputError(f"{path}: --fit-drive: the recording has no commands")
+    return fit_drive(drive)
+
+
+def _gap(robot: Robot, drive: DriveData | None, task: RecordedTask) -> SimulationGap | None:
+    if drive is None:
+        return None
+    piece = drive.within(task.begin_s, task.end_s)
+    return simulation_gap(robot, piece) if len(piece.time_s) > 1 else None
 
 
 def import_recordings(
@@ -115,13 +148,28 @@ def import_recordings(
             number = taken.get(column, _first_free(folder, *column))
             taken[column] = number + 1
             logs.append(_numbered(log, number))
-        imported.append(Imported(path, tuple(logs), found.topics, found.losses))
+        imported.append(replace(found, logs=tuple(logs)))
     with only_run_in(folder.path):
         for entry in imported:
-            for log in entry.logs:
+            for log, gap in zip(entry.logs, entry.gaps, strict=True):
                 folder.write_log(log)
+                if gap is not None:
+                    write_curves(gap, _path_of(folder, log))
+            if entry.fit is not None:
+                write_text(fit_path(folder, entry), as_yaml(entry.fit, entry.path.name))
         folder.write_manifest(_with_recordings(manifest, imported))
+        write_gap_page(folder)
     return imported
+
+
+def fit_path(folder: ResultsFolder, imported: Imported) -> Path:
+    """Returns where the parameters found of a recording's drive are."""
+    return folder.path / "fitted_drives" / f"{file_name(imported.path.stem)}.yaml"
+
+
+def _path_of(folder: ResultsFolder, log: TrialLog) -> Path:
+    info = log.info
+    return folder.log_path(info["scenario"]["name"], info["controller"], info["trial"])
 
 
 def _numbered(log: TrialLog, number: int) -> TrialLog:

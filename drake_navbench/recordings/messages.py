@@ -101,18 +101,18 @@ class MessageMaker:
             transform=transform,
         )
 
-    def twist(self, v: float, w: float) -> Any:
-        """Returns geometry_msgs/Twist of v m/s forward and w rad/s."""
+    def twist(self, v: float, w: float, vy: float = 0.0) -> Any:
+        """Returns geometry_msgs/Twist of v m/s forward, w rad/s and vy m/s to the left."""
         return self.make(
             "geometry_msgs/msg/Twist",
-            linear=self.vector(v, 0.0, 0.0),
+            linear=self.vector(v, vy, 0.0),
             angular=self.vector(0.0, 0.0, w),
         )
 
-    def twist_stamped(self, stamp_ns: int, frame: str, v: float, w: float) -> Any:
-        """Returns geometry_msgs/TwistStamped."""
+    def twist_stamped(self, stamp_ns: int, frame: str, *twist: float) -> Any:
+        """Returns geometry_msgs/TwistStamped; twist: as for `twist`."""
         header = self.header(stamp_ns, frame)
-        return self.make("geometry_msgs/msg/TwistStamped", header=header, twist=self.twist(v, w))
+        return self.make("geometry_msgs/msg/TwistStamped", header=header, twist=self.twist(*twist))
 
     def odometry(
         self,
@@ -123,7 +123,7 @@ class MessageMaker:
         twist: Sequence[float],
         twist_variances: Sequence[float] = (0.0, 0.0),
     ) -> Any:
-        """Returns nav_msgs/Odometry; twist: v m/s, w rad/s in the child's frame."""
+        """Returns nav_msgs/Odometry; twist: v, w and vy in the child's frame."""
         covariance = np.zeros(COVARIANCE_SIZE)
         covariance[X_X], covariance[YAW_YAW] = twist_variances
         return self.make(

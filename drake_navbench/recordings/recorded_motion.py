@@ -78,7 +78,8 @@ class RecordedMotion:
 
     time_s: (N,) of the samples, the stamps of `source`. world: the frame of the poses.
     pose: (N, 3) where the robot was, x m, y m, yaw rad unwrapped; estimated_pose: as its
-    controller was told. twist, measured_twist: (N, 2) v m/s, w rad/s likewise. source: in words.
+    controller was told. twist, measured_twist: (N, 3) v m/s, w rad/s, vy m/s
+    likewise. source: in words.
     has_truth: whether pose and twist come from a simulator or a tracking system.
     """
 

@@ -25,7 +25,7 @@ from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.inputs.world import Obstacle
 from drake_navbench.kernels.grid import LETHAL, Costmap
-from drake_navbench.log import COLUMNS, Outcome, Scan, TrialLog
+from drake_navbench.log import COLUMNS, LATERAL_COLUMNS, Outcome, Scan, TrialLog
 from drake_navbench.plans import Plan, as_logged
 from drake_navbench.recordings.heard import Beams, Cells, Column, Poses
 from drake_navbench.recordings.occupancy import costs_from_occupancy
@@ -37,13 +37,14 @@ from drake_navbench.recordings.topics import SCALAR_COLUMNS
 Array = NDArray[np.float64]
 
 POSE_COLUMNS = ("x_m", "y_m", "yaw_rad")
+TWIST_COLUMNS = ("v_mps", "w_radps", "vy_mps")
 ESTIMATE_COLUMNS = ("estimated_x_m", "estimated_y_m", "estimated_yaw_rad")
 # Of the sun's angle and the like a scanner leans a little; more is no planar scan.
 LEAST_UPRIGHT = 0.9
 # A costmap that is turned less in the world than this lies along its axes.
 TURN_TOLERANCE_RAD = 1e-6
 # Of local costmaps kept of one task, uncompressed; of more, every second one, and so on.
-MAX_COSTMAP_BYTES = 100_000_000
+MAX_COSTMAP_BYTES = 40_000_000
 # Walls farther from the way are left out of the log.
 MAP_REACH_M = 6.0
 # A goal may come a little before it is known to be worked on, or after.
@@ -87,7 +88,8 @@ def recorded_trial(
         )
     missing: dict[str, str] = {}
     costmaps, distances = piece.costmaps(missing)
-    samples = piece.samples(distances, missing)
+    moves_sideways = subject.robot.drive.lateral_speed_mps > 0.0
+    samples = piece.samples(distances, missing, moves_sideways=moves_sideways)
     plans = piece.plans(missing)
     scans = piece.scans(missing)
     info = (
@@ -143,18 +145,21 @@ class _Piece:
         self.time_s = self._stamps - task.begin_s
         self.scanner_place: list[float] | None = None
 
-    def samples(self, distances: Mapping[str, Array], missing: dict[str, str]) -> pd.DataFrame:
+    def samples(
+        self, distances: Mapping[str, Array], missing: dict[str, str], *, moves_sideways: bool
+    ) -> pd.DataFrame:
         """Returns the rows of the log; what is not known is NaN."""
         motion, rows = self._motion, self._rows
         values: dict[str, Any] = {"time_s": self.time_s}
         values |= zip(POSE_COLUMNS, motion.pose[rows].T, strict=True)
         values |= zip(ESTIMATE_COLUMNS, motion.estimated_pose[rows].T, strict=True)
-        values |= zip(("v_mps", "w_radps"), motion.twist[rows].T, strict=True)
-        measured = motion.measured_twist[rows].T
-        values |= zip(("measured_v_mps", "measured_w_radps"), measured, strict=True)
-        commands = self._held("command", np.zeros(2))
-        for index, name in enumerate(("command_v_mps", "command_w_radps")):
-            if commands is None:
+        values |= zip(TWIST_COLUMNS, motion.twist[rows].T, strict=True)
+        measured = [f"measured_{name}" for name in TWIST_COLUMNS]
+        values |= zip(measured, motion.measured_twist[rows].T, strict=True)
+        commands = self._held("command", np.zeros(len(TWIST_COLUMNS)))
+        names = [*COLUMNS, *(LATERAL_COLUMNS if moves_sideways else ())]
+        for index, name in enumerate(f"command_{name}" for name in TWIST_COLUMNS):
+            if commands is None and name in names:
                 missing[name] = "the recording has no commands"
             values[name] = self._unknown if commands is None else commands[:, index]
         for name in SCALAR_COLUMNS:
@@ -169,7 +174,7 @@ class _Piece:
         if "cycle_count" in missing:
             values["cycle_count"] = np.zeros(len(self.time_s))
         values["cycle_count"] = np.nan_to_num(values["cycle_count"]).astype(np.int64)
-        return pd.DataFrame({name: np.ascontiguousarray(values[name]) for name in COLUMNS})
+        return pd.DataFrame({name: np.ascontiguousarray(values[name]) for name in names})
 
     def plans(self, missing: dict[str, str]) -> list[Plan]:
         """Returns the plans of the task in the frame of its poses."""
@@ -310,7 +315,7 @@ class _Piece:
 
 
 def _why_missing(column: str) -> str:
-    if column in ("cycle_count", "compute_time_ms"):
+    if column in ("cycle_count", "compute_time_ms", "compute_cpu_time_ms"):
         return "a recording does not tell how long the controller computed"
     if column == "clearance_m":
         return (

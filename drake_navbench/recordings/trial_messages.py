@@ -168,13 +168,13 @@ class TrialMessages:
             settings.linear_velocity_std_mps**2,
             settings.angular_velocity_std_radps**2,
         )
-        sent: tuple[float, float] | None = None
+        sent: tuple[float, ...] | None = None
         cycle = 0
         for row in self.log.samples.itertuples(index=False):
             now = stamp_ns(row.time_s)
             truth = (row.x_m, row.y_m, row.yaw_rad)
             told = (row.estimated_x_m, row.estimated_y_m, row.estimated_yaw_rad)
-            measured = (row.measured_v_mps, row.measured_w_radps)
+            measured = _twist(row, "measured_")
             correction = (0.0, 0.0, 0.0) if told == truth else carrier_pose(told, truth)
             transforms = [
                 make.transform(now, MAP_FRAME, ODOM_FRAME, correction),
@@ -184,11 +184,11 @@ class TrialMessages:
             yield topics.TF, now, make.make("tf2_msgs/msg/TFMessage", transforms=transforms)
             odometry = make.odometry(now, ODOM_FRAME, BASE_FRAME, truth, measured, twist_variances)
             yield topics.ODOMETRY, now, odometry
-            moved = (row.v_mps, row.w_radps)
+            moved = _twist(row)
             yield topics.TRUTH, now, make.odometry(now, ODOM_FRAME, BASE_FRAME, truth, moved)
             pose = make.pose_with_covariance(now, MAP_FRAME, told, variances)
             yield topics.ESTIMATE, now, pose
-            command = (row.command_v_mps, row.command_w_radps)
+            command = _twist(row, "command_")
             if command != sent or row.cycle_count != cycle:
                 yield topics.COMMAND, now, make.twist_stamped(now, BASE_FRAME, *command)
             sent, cycle = command, row.cycle_count
@@ -200,7 +200,7 @@ class TrialMessages:
         for column, topic in topics.SCALARS.items():
             values = self.log.samples[column].to_numpy(dtype=float)
             is_new = np.append(True, values[1:] != values[:-1])
-            if column == "compute_time_ms":
+            if column in ("compute_time_ms", "compute_cpu_time_ms"):
                 is_new[1:] |= cycles[1:] != cycles[:-1]
             for row in np.flatnonzero(is_new):
                 number = self.maker.make("std_msgs/msg/Float64", data=float(values[row]))
@@ -301,6 +301,12 @@ class TrialMessages:
                 "geometry_msgs/msg/PointStamped", header=header, point=make.point(x, y)
             )
             yield topics.LOOKAHEAD, now, carrot
+
+
+def _twist(row: Any, prefix: str = "") -> tuple[float, float, float]:
+    """Returns v m/s, w rad/s and vy m/s of a sample; vy is 0 of robots that have none."""
+    v, w = getattr(row, f"{prefix}v_mps"), getattr(row, f"{prefix}w_radps")
+    return v, w, getattr(row, f"{prefix}vy_mps", 0.0)
 
 
 def _edges(shape: Any) -> Array:

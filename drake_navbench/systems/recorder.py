@@ -36,7 +36,7 @@ RECORDED_COLUMNS = (
     *(f"measured_{name}" for name in _VELOCITY),
     *(f"command_{name}" for name in _VELOCITY),
     *("clearance_m", "obstacle_cell_distance_m", "obstacle_corner_distance_m"),
-    *("cycle_count", "compute_time_ms"),
+    *("cycle_count", "compute_time_ms", "compute_cpu_time_ms"),
 )
 
 
@@ -135,6 +135,7 @@ class Recorder(LeafSystem):
             self._distances_port.Eval(context),
             float(server.cycle_count),
             server.compute_time_ms,
+            server.compute_cpu_time_ms,
         )
         if recording.rows and recording.rows[-1][0] == time_s:
             recording.rows.pop()

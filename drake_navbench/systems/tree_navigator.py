@@ -17,7 +17,11 @@ from drake_navbench.navigation.behavior_tree.board import (
     MakePlan,
     TickInputs,
 )
-from drake_navbench.navigation.behavior_tree.navigate_to_pose import navigate_to_pose_tree
+from drake_navbench.navigation.behavior_tree.builder import build_tree
+from drake_navbench.navigation.behavior_tree.navigate_to_pose import (
+    navigate_to_pose_tree,
+    replace_leaves,
+)
 from drake_navbench.navigation.behavior_tree.settings import BehaviorTreeSettings
 from drake_navbench.navigation.behavior_tree.snapshot import (
     Snapshot,
@@ -194,7 +198,11 @@ class _Machine:
         self, settings: BehaviorTreeSettings, make_plan: MakePlan, is_path_valid: IsPathValid
     ) -> None:
         self._board = Board(make_plan, is_path_valid)
-        self._root = navigate_to_pose_tree(self._board, settings)
+        if settings.tree is None:
+            self._root = navigate_to_pose_tree(self._board, settings)
+        else:
+            self._root = build_tree(settings.tree, self._board)
+            replace_leaves(self._root, self._board, settings)
         self.nodes = nodes_of(self._root)
         self._changes: list[dict[str, Any]] = []
         for node in self.nodes:

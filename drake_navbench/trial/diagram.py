@@ -99,7 +99,7 @@ def build_trial_diagram(
     scene_graph = builder.AddNamedSystem("scene_graph", SceneGraph())
     register_obstacles(scene_graph, world)
 
-    base = _add_base(builder, robot, scene_graph)
+    base = add_base(builder, robot, scene_graph)
     state = base.get_state_output_port()
 
     lidar = builder.AddNamedSystem("lidar", Lidar(robot.lidar, world))
@@ -168,16 +168,17 @@ def build_trial_diagram(
     )
 
 
-def _add_base(builder: DiagramBuilder, robot: Robot, scene_graph: SceneGraph) -> MobileBase:
+def add_base(builder: DiagramBuilder, robot: Robot, scene_graph: SceneGraph) -> MobileBase:
     """Adds the robot's base and carries its outline along in SceneGraph."""
-    base = builder.AddNamedSystem("base", _base(robot, scene_graph))
+    base = builder.AddNamedSystem("base", make_base(robot, scene_graph))
     builder.Connect(
         base.get_geometry_pose_output_port(), scene_graph.get_source_pose_port(base.source_id)
     )
     return base
 
 
-def _base(robot: Robot, scene_graph: SceneGraph) -> MobileBase:
+def make_base(robot: Robot, scene_graph: SceneGraph) -> MobileBase:
+    """Returns the base that a robot file describes, its footprint registered in SceneGraph."""
     drive, footprint = robot.drive, robot.outline
     if isinstance(drive, OmnidirectionalDrive):
         return OmnidirectionalBase(drive, scene_graph, footprint=footprint)

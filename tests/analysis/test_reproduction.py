@@ -87,7 +87,12 @@ def test_nothing_is_divided_by_a_published_zero():
 def test_relative_errors_are_summed_up_by_their_median_whichever_way_they_go():
     # Printed times in the empty scenario: 15.498, 14.512, 15.14, 15.66.
     rows = compare_numbers(
-        times(dwb=[0.9 * 15.498], rpp=[1.02 * 14.512], teb=[0.7 * 15.14], mppi_nav2=[1.04 * 15.66])
+        times(
+            dwb=[0.9 * 15.498],
+            rpp=[1.02 * 14.512],
+            teb_upstream=[0.7 * 15.14],
+            mppi_nav2=[1.04 * 15.66],
+        )
     )
     errors = [0.1, 0.02, 0.3, 0.04]
     found = relative_error(rows)
@@ -112,7 +117,7 @@ def test_agreement_is_told_by_scenario_by_controller_and_with_noise_beside():
         "restricted_large_noisy",
         "dwb",
         "rpp",
-        "teb",
+        "teb_upstream",
         "mppi_nav2",
         "claimed in a finding",
         "not claimed",
@@ -123,7 +128,9 @@ def test_agreement_is_told_by_scenario_by_controller_and_with_noise_beside():
     counts = [by_title[t].concordance.orderings for t in ("claimed in a finding", "not claimed")]
     assert sum(counts) == together.concordance.orderings == 275
     # A pair counts for both of its controllers.
-    own = sum(by_title[t].concordance.orderings for t in ("dwb", "rpp", "teb", "mppi_nav2"))
+    own = sum(
+        by_title[t].concordance.orderings for t in ("dwb", "rpp", "teb_upstream", "mppi_nav2")
+    )
     assert own == 2 * 275
     assert together.ceiling.ratio == 1.0
     assert together.error.median < 1e-4
@@ -157,7 +164,7 @@ def write_folder(path, table):
 
 def test_tables_and_page_are_written(tmp_path):
     folder = write_folder(tmp_path / "run", published_trials())
-    page = write_reproduction(folder, parameters_of=resolved_parameters).read_text()
+    page = write_reproduction(folder, parameters_of=resolved_parameters).path.read_text()
     assert "65 of 65 published findings hold with 2 trials" in page
     assert "65 from one trial (n = 1)" in page
     assert "Of the 275 orderings" in page
@@ -188,7 +195,7 @@ def test_sizes_stand_beside_the_published_ones(tmp_path):
     is_own = table["scenario"] == "empty"
     table.loc[is_own, "time_taken"] = 14.512 + 0.1 * (table.loc[is_own, "time_taken"] - 14.512)
     folder = write_folder(tmp_path / "run", table)
-    page = write_reproduction(folder).read_text()
+    page = write_reproduction(folder).path.read_text()
     found = pd.read_csv(folder / "tables/findings.csv").set_index("id").loc[2]
     # 14.512 against 15.14: 4.15% printed, 0.43% here.
     assert found["verdict"] == "level"
@@ -207,7 +214,7 @@ def test_a_folder_without_a_run_is_refused(tmp_path):
 
 def test_what_presets_change_of_which_nothing_is_known_is_left_out(tmp_path):
     folder = write_folder(tmp_path / "run", published_trials())
-    assert "approach_velocity_scaling_dist" not in write_reproduction(folder).read_text()
+    assert "approach_velocity_scaling_dist" not in write_reproduction(folder).path.read_text()
     assert changed_parameters(folder, "rpp", "rpp_bringup") is None
 
 

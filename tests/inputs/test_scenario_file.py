@@ -36,6 +36,7 @@ navigation_mode: navigate_to_pose
 timeout_s: 77.0
 expected_outcome: aborted
 variation: {start_xy_std_m: 0.01, start_yaw_std_rad: 0.02}
+suite: {name: halls, density: crowded, reference_length_m: 6.0, arrival_radius_m: 0.5}
 robot_overrides: {lidar: {range_max_m: 9.0}}
 """
 MAP = """

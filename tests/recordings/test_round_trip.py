@@ -91,7 +91,7 @@ def test_a_folder_is_exported_trial_by_trial_and_imported_beside_the_trials(tmp_
     paths = [str(bags / f"trial_{trial:03d}") for trial in range(2)]
     assert main(["import-bag", *paths, "--out", str(folder.path), "--no-report"]) == 0
     column = folder.path / "trials" / "restricted_small" / "rpp-recording"
-    assert sorted(path.name for path in column.iterdir()) == [
+    assert sorted(path.name for path in column.glob("*.parquet")) == [
         "trial_000.parquet",
         "trial_001.parquet",
     ]

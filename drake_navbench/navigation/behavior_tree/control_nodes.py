@@ -329,3 +329,31 @@ class RateController(ControlNode):
         """Ticks the child at once after the node was idle."""
         if new_status == Status.INVALID:
             self.is_first = True
+
+
+class GoalUpdatedController(ControlNode):
+    """Ticks its one child at first, while it runs, and whenever the goal is another one.
+
+    In between it reports that it runs.
+    """
+
+    MEMORY = ("last_goal_id",)
+
+    def __init__(self, name: str, child: TreeNode, *, goal_id: Callable[[], int]) -> None:
+        super().__init__(name, [child])
+        self._goal_id = goal_id
+        self.last_goal_id: int | None = None
+
+    def _run(self) -> Generator[Behaviour, None, Status]:
+        (child,) = self.children
+        is_new = self._goal_id() != self.last_goal_id
+        self.last_goal_id = self._goal_id()
+        if is_new or child.status == Status.RUNNING:
+            yield from child.tick()
+            return child.status
+        return Status.RUNNING
+
+    def terminate(self, new_status: Status) -> None:
+        """Ticks the child at once after the node was idle."""
+        if new_status == Status.INVALID:
+            self.last_goal_id = None

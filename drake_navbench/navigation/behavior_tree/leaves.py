@@ -115,11 +115,19 @@ class TruncatePathLocal(Leaf):
 
 
 class ValidatePath(Leaf):
-    """Success when the remaining path is free of collisions on the global costmap."""
+    """Success when a path is free of collisions on the global costmap.
+
+    remaining: whether the part of it before the robot is looked at, or all of it.
+    """
+
+    def __init__(self, name: str, board: Board, *, remaining: bool = True) -> None:
+        super().__init__(name, board)
+        self._remaining = remaining
 
     def update(self) -> Status:
         """Asks the planner's validity service; an empty path is not valid."""
-        path = self.board.values.remaining_path
+        values = self.board.values
+        path = values.remaining_path if self._remaining else values.path
         is_valid = path is not None and self.board.is_path_valid(
             path, self.board.inputs.global_costmap
         )

@@ -1,4 +1,4 @@
-"""Nav2's default tree navigate_to_pose_w_replanning_and_recovery, branch lyrical.
+"""Nav2's default tree navigate_to_pose_w_replanning_and_recovery, of every release from humble on.
 
 The selectors of plugins, which choose nothing here, are left out.
 """
@@ -53,32 +53,38 @@ def navigate_to_pose_tree(board: Board, settings: BehaviorTreeSettings) -> TreeN
         hz=settings.hz,
         now_s=lambda: board.inputs.now_s,
     )
-    navigate = PipelineSequence("NavigateWithReplanning", [planning, _follow_path(board)])
-    recover = SequenceNode(
-        "Recovery",
-        [
-            FallbackNode(
-                "WouldARecoveryHelp",
-                [
-                    WouldRecoveryHelp("WouldAControllerRecoveryHelp", board, key=FOLLOW_PATH),
-                    WouldRecoveryHelp("WouldAPlannerRecoveryHelp", board, key=COMPUTE_PATH),
-                ],
-            ),
-            ReactiveFallbackNode(
-                "RecoveryFallback",
-                [GoalUpdated("GoalUpdated", board), _recovery_actions(board, settings)],
-            ),
-        ],
-    )
+    navigate = PipelineSequence("NavigateWithReplanning", [planning, _follow_path(board, settings)])
     root = RecoveryNode(
-        "NavigateRecovery", [navigate, recover], number_of_retries=settings.number_of_retries
+        "NavigateRecovery",
+        [navigate, _recover(board, settings)],
+        number_of_retries=settings.number_of_retries,
     )
-    _replace_leaves(root, board, settings)
+    replace_leaves(root, board, settings)
     return root
 
 
-def _replace_leaves(root: TreeNode, board: Board, settings: BehaviorTreeSettings) -> None:
-    """Puts the nodes that are not built in into the places of the leaves of their names."""
+def _recover(board: Board, settings: BehaviorTreeSettings) -> TreeNode:
+    """Returns the branch that tries one recovery after another."""
+    actions = ReactiveFallbackNode(
+        "RecoveryFallback", [GoalUpdated("GoalUpdated", board), _recovery_actions(board, settings)]
+    )
+    if not settings.heeds_error_codes:
+        return actions
+    would_help = FallbackNode(
+        "WouldARecoveryHelp",
+        [
+            WouldRecoveryHelp("WouldAControllerRecoveryHelp", board, key=FOLLOW_PATH),
+            WouldRecoveryHelp("WouldAPlannerRecoveryHelp", board, key=COMPUTE_PATH),
+        ],
+    )
+    return SequenceNode("Recovery", [would_help, actions])
+
+
+def replace_leaves(root: TreeNode, board: Board, settings: BehaviorTreeSettings) -> None:
+    """Puts the nodes that are not built in into the places of the leaves of their names.
+
+    Raises InputError where there is no such leaf.
+    """
     leaves = {node.name: node for node in nodes_of(root) if isinstance(node, Leaf)}
     for name in settings.plugin_blocks:
         if name in settings.recovery_actions:
@@ -99,8 +105,20 @@ def _plugin_node(name: str, board: Board, settings: BehaviorTreeSettings) -> Tre
 
 
 def _compute_path(board: Board, settings: BehaviorTreeSettings) -> TreeNode:
-    """Returns the branch that keeps the path while it is short and valid, or plans anew."""
-    keep = ReactiveSequenceNode(
+    """Returns the branch that plans, with one more try on a cleared global costmap."""
+    plan: TreeNode = ComputePathToPose("ComputePathToPose", board)
+    if settings.keeps_valid_path:
+        plan = FallbackNode("FallbackComputePathToPose", [_keep_path(board, settings), plan])
+    clear: TreeNode = ClearEntireCostmap("ClearGlobalCostmap-Context", board, field=GLOBAL)
+    if settings.heeds_error_codes:
+        would_help = WouldRecoveryHelp("WouldAPlannerRecoveryHelp-Context", board, key=COMPUTE_PATH)
+        clear = SequenceNode("PlannerContext", [would_help, clear])
+    return RecoveryNode("ComputePathRecovery", [plan, clear], number_of_retries=1)
+
+
+def _keep_path(board: Board, settings: BehaviorTreeSettings) -> TreeNode:
+    """Returns the condition that the path is short, of this goal, and valid."""
+    return ReactiveSequenceNode(
         "CheckIfNewPathNeeded",
         [
             InverterNode("Inverter", [GlobalUpdatedGoal("GlobalUpdatedGoal", board)]),
@@ -114,28 +132,16 @@ def _compute_path(board: Board, settings: BehaviorTreeSettings) -> TreeNode:
             ValidatePath("ValidatePath", board),
         ],
     )
-    plan = FallbackNode(
-        "FallbackComputePathToPose", [keep, ComputePathToPose("ComputePathToPose", board)]
-    )
-    clear = SequenceNode(
-        "PlannerContext",
-        [
-            WouldRecoveryHelp("WouldAPlannerRecoveryHelp-Context", board, key=COMPUTE_PATH),
-            ClearEntireCostmap("ClearGlobalCostmap-Context", board, field=GLOBAL),
-        ],
-    )
-    return RecoveryNode("ComputePathRecovery", [plan, clear], number_of_retries=1)
 
 
-def _follow_path(board: Board) -> TreeNode:
+def _follow_path(board: Board, settings: BehaviorTreeSettings) -> TreeNode:
     """Returns the branch that follows the path, with one more try on a cleared local costmap."""
-    clear = SequenceNode(
-        "ControllerContext",
-        [
-            WouldRecoveryHelp("WouldAControllerRecoveryHelp-Context", board, key=FOLLOW_PATH),
-            ClearEntireCostmap("ClearLocalCostmap-Context", board, field=LOCAL),
-        ],
-    )
+    clear: TreeNode = ClearEntireCostmap("ClearLocalCostmap-Context", board, field=LOCAL)
+    if settings.heeds_error_codes:
+        would_help = WouldRecoveryHelp(
+            "WouldAControllerRecoveryHelp-Context", board, key=FOLLOW_PATH
+        )
+        clear = SequenceNode("ControllerContext", [would_help, clear])
     return RecoveryNode(
         "FollowPathRecovery", [FollowPath("FollowPath", board), clear], number_of_retries=1
     )

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated, ClassVar
 
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator, Field, field_validator
 
+from drake_navbench.navigation.behavior_tree.description import NodeDescription
 from drake_navbench.plugin_parameters import PluginBlocks, PluginParameters
 from drake_navbench.plugins import PluginKind
 from drake_navbench.typed_files.quantities import Angle, Count, Duration, Frequency, Length, Speed
@@ -44,6 +45,9 @@ class BehaviorTreeSettings(PluginBlocks):
 
     PLUGINS: ClassVar[PluginKind] = TREE_NODES
 
+    tree: Annotated[NodeDescription | None, BeforeValidator(tuples_for_lists)] = Field(
+        None, description="A tree in place of the default one, to which all else then belongs."
+    )
     recovery_actions: Annotated[tuple[str, ...], BeforeValidator(tuples_for_lists)] = Field(
         RECOVERY_ACTIONS,
         min_length=1,
@@ -62,6 +66,16 @@ class BehaviorTreeSettings(PluginBlocks):
         "controller server's and the behaviours' periods, to the same effect.",
     )
     hz: Frequency = Field(1.0, gt=0.0, description="Rate at which a new path is considered [Hz].")
+    keeps_valid_path: bool = Field(
+        True,
+        description="Near the goal a valid path is kept, as in Lyrical; earlier releases of Nav2 "
+        "plan anew as long as they drive.",
+    )
+    heeds_error_codes: bool = Field(
+        True,
+        description="Only failures after which a recovery is useful are met with one; in Humble "
+        "all are.",
+    )
     proximity_threshold: Length = Field(
         4.0, ge=0.0, description="A path shorter than this is kept while it is valid [m]."
     )
@@ -81,3 +95,14 @@ class BehaviorTreeSettings(PluginBlocks):
         if self.bt_loop_duration is None:
             return min(server_periods_s)
         return self.bt_loop_duration / MILLISECONDS_PER_SECOND
+
+    @field_validator("tree")
+    @classmethod
+    def _check_nodes(cls, tree: NodeDescription | None) -> NodeDescription | None:
+        if tree is not None:
+            # Imported late for the same reason.
+            from drake_navbench.navigation.behavior_tree.builder import faults_of
+
+            for fault in faults_of(tree):
+                raise ValueError(str(fault))
+        return tree

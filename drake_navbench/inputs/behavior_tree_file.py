@@ -1,0 +1,122 @@
+"""Reads a behaviour tree's XML file, as BehaviorTree.CPP writes it, into its description.
+
+The main tree is the one that `main_tree_to_execute` names, or the only one; `SubTree` nodes stand
+for the other trees of the file. Whether the nodes are ours is no concern here.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+from xml.parsers import expat
+
+from drake_navbench.errors import InputError
+from drake_navbench.navigation.behavior_tree.description import NodeDescription
+from drake_navbench.typed_files.input_file import MEGABYTE, read_input_text
+
+MAX_FILE_BYTES = MEGABYTE
+MAX_DEPTH = 50
+MAX_NODES = 1000
+# Written as <Action ID="Spin"/> in place of <Spin/>.
+WITH_ID = ("Action", "Condition", "Control", "Decorator")
+# They stand for another tree of the file.
+SUBTREES = ("SubTree", "SubTreePlus")
+
+
+class _Element:
+    """An element of the file with its line."""
+
+    def __init__(self, tag: str, attributes: dict[str, str], line: int) -> None:
+        self.tag = tag
+        self.attributes = attributes
+        self.line = line
+        self.children: list[_Element] = []
+
+
+def read_tree_file(path: Path) -> NodeDescription:
+    """Returns the main tree of a file; raises InputError with file and line where it has none."""
+    root = _parsed(path)
+    trees = {e.attributes.get("ID", ""): e for e in root.children if e.tag == "BehaviorTree"}
+    named = root.attributes.get("main_tree_to_execute")
+    if named is None and len(trees) == 1:
+        (named,) = trees
+    if named not in trees:
+        raise InputError(
+            f"{path}: expected a BehaviorTree that is called {named!r}, or only one; "
+            f"found {', '.join(map(repr, trees)) or 'none'}"
+        )
+    budget = _Budget(path)
+    return budget.described(_only_child(trees[named], path), trees, 0)
+
+
+class _Budget:
+    """Turns elements into descriptions, and counts them: trees may name each other in a circle."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._left = MAX_NODES
+
+    def described(
+        self, element: _Element, trees: dict[str, _Element], depth: int
+    ) -> NodeDescription:
+        """Returns an element with all below it, other trees in the places of their names."""
+        self._left -= 1
+        if self._left < 0 or depth > MAX_DEPTH:
+            raise InputError(
+                f"{self._path}, line {element.line}: expected at most {MAX_NODES} nodes, "
+                f"{MAX_DEPTH} deep; does a tree hold itself?"
+            )
+        attributes = dict(element.attributes)
+        if element.tag in SUBTREES:
+            name = attributes.get("ID", "")
+            if name not in trees:
+                raise InputError(
+                    f"{self._path}, line {element.line}: no BehaviorTree is called {name!r}"
+                )
+            return self.described(_only_child(trees[name], self._path), trees, depth + 1)
+        node = attributes.pop("ID", "") if element.tag in WITH_ID else element.tag
+        if not node:
+            raise InputError(f"{self._path}, line {element.line}: {element.tag}: expected an ID")
+        children = [self.described(child, trees, depth + 1) for child in element.children]
+        name = attributes.pop("name", "")
+        return NodeDescription(
+            node=node, name=name, attributes=attributes, children=tuple(children), line=element.line
+        )
+
+
+def _only_child(tree: _Element, path: Path) -> _Element:
+    if len(tree.children) != 1:
+        raise InputError(
+            f"{path}, line {tree.line}: BehaviorTree: expected one root node, "
+            f"got {len(tree.children)}"
+        )
+    return tree.children[0]
+
+
+def _parsed(path: Path) -> _Element:
+    text = read_input_text(path, max_bytes=MAX_FILE_BYTES)
+    parser = expat.ParserCreate()
+    top = _Element("", {}, 0)
+    open_elements = [top]
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        element = _Element(tag, attributes, parser.CurrentLineNumber)
+        open_elements[-1].children.append(element)
+        open_elements.append(element)
+
+    def refuse(*_: Any) -> None:
+        # Entities may make gigabytes out of a line.
+        line = parser.CurrentLineNumber
+        raise InputError(f"{path}, line {line}: expected no document type definition")
+
+    parser.StartElementHandler = start
+    parser.EndElementHandler = lambda tag: open_elements.pop()
+    parser.StartDoctypeDeclHandler = refuse
+    try:
+        parser.Parse(text, True)
+    except expat.ExpatError as error:
+        reason = expat.ErrorString(error.code)
+        raise InputError(f"{path}, line {error.lineno}: no XML: {reason}") from error
+    if top.children[0].tag != "root":
+        raise InputError(f"{path}: expected a behaviour tree's <root>, got <{top.children[0].tag}>")
+    return top.children[0]

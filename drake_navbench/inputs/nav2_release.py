@@ -1,0 +1,206 @@
+"""The release of Nav2 that a parameter file is written for, and what it changes.
+
+A file seldom says its release, but names parameters that only some releases read. Source: the
+branches humble, iron, jazzy, kilted and lyrical of navigation2.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Mapping
+from enum import StrEnum
+from typing import Any, NamedTuple
+
+from drake_navbench.inputs.nav2_check import CheckRow, Status
+from drake_navbench.inputs.nav2_parameters import Section
+
+
+class Release(StrEnum):
+    """Releases of Nav2, the oldest first."""
+
+    HUMBLE = "humble"
+    IRON = "iron"
+    JAZZY = "jazzy"
+    KILTED = "kilted"
+    LYRICAL = "lyrical"
+
+    @property
+    def age(self) -> int:
+        """0 for the oldest."""
+        return list(Release).index(self)
+
+
+# What everything here is ported from, where nothing else is said.
+PORTED = Release.LYRICAL
+# The last part of a parameter's name -> the first release that reads it.
+SINCE: Mapping[str, Release] = {
+    "action_server_result_timeout": Release.IRON,
+    "bond_heartbeat_period": Release.IRON,
+    "progress_checker_plugins": Release.IRON,
+    "costmap_update_timeout": Release.JAZZY,
+    "enable_stamped_cmd_vel": Release.JAZZY,
+    "near_collision_cost": Release.JAZZY,
+    "override_lethal_cost": Release.JAZZY,
+    "rotate_to_heading_once": Release.JAZZY,
+    "error_code_name_prefixes": Release.KILTED,
+    "service_introspection_mode": Release.KILTED,
+    "allow_parameter_qos_overrides": Release.LYRICAL,
+    "bt_search_directories": Release.LYRICAL,
+    "clamp_raw_controls": Release.LYRICAL,
+    "inscribed_obstacle_cost_value": Release.LYRICAL,
+    "introspection_mode": Release.LYRICAL,
+    "path_handler_plugins": Release.LYRICAL,
+}
+# The same -> the last release that reads it; of value where nothing newer is in the file.
+UNTIL: Mapping[str, Release] = {
+    "progress_checker_plugin": Release.HUMBLE,
+    "error_code_names": Release.JAZZY,
+    "forward_prune_distance": Release.KILTED,
+    "prune_plan": Release.KILTED,
+}
+# Up to iron these plugins were called with a slash, from jazzy on with colons.
+RENAMED = re.compile(r"nav2_(?:behaviors|navfn_planner|smac_planner|theta_star_planner)(/|::)\w+")
+LAST_WITH_SLASH, FIRST_WITH_COLONS = Release.IRON, Release.JAZZY
+
+# Nav2's default tree and its nodes in a release, as settings of `BehaviorTreeSettings`.
+_UP_TO_KILTED = {"keeps_valid_path": False, "wrap_around": True}
+TREES: Mapping[Release, Mapping[str, Any]] = {
+    Release.HUMBLE: {**_UP_TO_KILTED, "heeds_error_codes": False, "backup_speed": 0.05},
+    Release.IRON: {**_UP_TO_KILTED, "backup_speed": 0.05},
+    Release.JAZZY: _UP_TO_KILTED,
+    Release.KILTED: _UP_TO_KILTED,
+    Release.LYRICAL: {},
+}
+# The controller server of these waits for ever for a costmap that is current.
+WITHOUT_COSTMAP_TIMEOUT = (Release.HUMBLE, Release.IRON)
+
+
+class Difference(NamedTuple):
+    """What a release up to `until` does otherwise and is not ported."""
+
+    until: Release
+    text: str
+
+
+# By the name of our controller. A controller that takes `nav2_release` itself is in no need of it.
+OF_CONTROLLERS: Mapping[str, tuple[Difference, ...]] = {
+    "dwb": (
+        Difference(Release.KILTED, "the controller cuts the plan itself"),
+        Difference(Release.JAZZY, "headings of a simulated drive are compared unwrapped"),
+    ),
+    "rpp": (
+        Difference(Release.KILTED, "the controller cuts the plan itself"),
+        Difference(
+            Release.JAZZY,
+            "the carrot lies at a straight distance, and its own distance begins the last turn",
+        ),
+        Difference(Release.HUMBLE, "nothing is extrapolated beyond the end of the plan"),
+    ),
+    "graceful": (
+        Difference(
+            Release.KILTED,
+            "the controller cuts the plan itself, drives to its poses beyond min_lookahead, brakes "
+            "without a limit and does not look for a heading before the goal",
+        ),
+    ),
+    "vector_pursuit": (
+        Difference(Release.KILTED, "the controller cuts the plan itself, at a circle"),
+    ),
+    "mppi": (
+        Difference(Release.KILTED, "the controller cuts the plan itself"),
+        Difference(
+            Release.JAZZY,
+            "critics near the goal take straight distances, and the filter follows the limits",
+        ),
+        Difference(Release.HUMBLE, "no limits of acceleration, an older PathAngleCritic"),
+    ),
+}
+OF_COSTMAPS = (
+    Difference(
+        Release.JAZZY, "inflation spreads cell by cell, and a window lies a quarter cell off"
+    ),
+)
+
+
+class Found(NamedTuple):
+    """A release, and by what it was told."""
+
+    release: Release
+    mark: str
+
+
+def release_of(sections: Iterable[Section], given: str | None) -> Found:
+    """Returns the release that was given, else the one that the files' own marks tell.
+
+    The newest release that some parameter needs counts; where there is none, the oldest that
+    another one allows.
+    """
+    if given is not None:
+        return Found(Release(given), "--nav2-release")
+    since, until = _marks(sections)
+    # Of equals the first one in the file.
+    if since:
+        return max(since, key=lambda found: found.release.age)
+    if until:
+        return min(until, key=lambda found: found.release.age)
+    return Found(PORTED, "nothing in the file; the newest")
+
+
+def _marks(sections: Iterable[Section]) -> tuple[list[Found], list[Found]]:
+    """Returns the releases that something needs at least, and those that it allows at most."""
+    since, until = [], []
+    for section in sections:
+        for place, parameter in section.parameters.items():
+            name = place.rpartition(".")[2]
+            if name in SINCE:
+                since.append(Found(SINCE[name], name))
+            if name in UNTIL:
+                until.append(Found(UNTIL[name], name))
+            renamed = isinstance(parameter.value, str) and RENAMED.fullmatch(parameter.value)
+            if renamed and renamed[1] == "/":
+                until.append(Found(LAST_WITH_SLASH, parameter.value))
+            elif renamed:
+                since.append(Found(FIRST_WITH_COLONS, parameter.value))
+    return since, until
+
+
+def navigation_of(release: Release) -> dict[str, Any]:
+    """Returns what of `NavigationSettings` has another default in a release."""
+    fields: dict[str, Any] = {"behavior_tree": dict(TREES[release])}
+    if release in WITHOUT_COSTMAP_TIMEOUT:
+        fields["controller_server"] = {"costmap_update_timeout": 0.0}
+    return fields
+
+
+def tree_of(release: Release, tree: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns a tree, as plain values, whose nodes have the defaults of a release.
+
+    Up to kilted a RoundRobin always went on with its first child after the last.
+    """
+    children = tuple(tree_of(release, child) for child in tree.get("children", ()))
+    attributes = dict(tree.get("attributes", {}))
+    if tree["node"] == "RoundRobin" and release.age < Release.LYRICAL.age:
+        attributes["wrap_around"] = "true"
+    return {**tree, "attributes": attributes, "children": children}
+
+
+def release_rows(
+    found: Found, controllers: Iterable[str], follows: Callable[[str], bool]
+) -> list[CheckRow]:
+    """Returns what the release means: by what it was told, and what of it is not ported.
+
+    controllers: our names of those that drive. follows: whether one takes the release itself.
+    """
+    rows = [CheckRow(Status.OTHER_FORM, "nav2_release", found.release, f"told by {found.mark}")]
+    for controller in dict.fromkeys(controllers):
+        if not follows(controller):
+            rows += _not_ported(found.release, controller, OF_CONTROLLERS.get(controller, ()))
+    return rows + _not_ported(found.release, "costmaps", OF_COSTMAPS)
+
+
+def _not_ported(release: Release, what: str, differences: Iterable[Difference]) -> list[CheckRow]:
+    texts = [entry.text for entry in differences if entry.until.age >= release.age]
+    if not texts:
+        return []
+    remark = f"as in {PORTED}; of {release} not ported yet: {'; '.join(texts)}"
+    return [CheckRow(Status.OTHER_FORM, "nav2_release", what, remark)]

@@ -1,0 +1,25 @@
+"""A behaviour tree as data: what a robot file or a tree's XML file says of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from pydantic import Field
+
+from drake_navbench.typed_files.typed_yaml import FrozenModel
+
+
+class NodeDescription(FrozenModel):
+    """A node of a behaviour tree, by the name that it has in Nav2's XML files."""
+
+    node: str = Field(min_length=1, description="Type, such as RecoveryNode or Spin.")
+    name: str = Field("", description="What the log calls it; its type where not given.")
+    attributes: dict[str, str] = Field(default_factory=dict, description="As in the XML file.")
+    children: tuple[NodeDescription, ...] = Field((), description="In order.")
+    line: int | None = Field(None, exclude=True, description="In the file that it was read from.")
+
+    def iterate(self) -> Iterator[NodeDescription]:
+        """Yields the node and all below it."""
+        yield self
+        for child in self.children:
+            yield from child.iterate()

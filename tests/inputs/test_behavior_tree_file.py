@@ -1,0 +1,127 @@
+"""A behaviour tree comes from its XML file where all of its nodes are ours."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.behavior_tree_file import read_tree_file
+from drake_navbench.inputs.nav2_robot import Nav2Setup, read_nav2_files
+from drake_navbench.inputs.robot import load_robot
+from drake_navbench.navigation.behavior_tree.builder import faults_of
+
+JAZZY = Path(__file__).parent / "nav2_files" / "jazzy.yaml"
+PLAIN = """<root main_tree_to_execute="Main">
+  <BehaviorTree ID="Main">
+    <PipelineSequence name="Drive">
+      <ControllerSelector default_controller="FollowPath" selected_controller="{chosen}"/>
+      <RateController hz="0.5"><ComputePathToPose goal="{goal}" path="{path}"/></RateController>
+      <SubTree ID="Following"/>
+    </PipelineSequence>
+  </BehaviorTree>
+  <BehaviorTree ID="Following">
+    <RecoveryNode number_of_retries="2">
+      <FollowPath path="{path}" controller_id="{chosen}"/>
+      <RoundRobin>
+        <Action ID="Spin" spin_dist="0.5"/>
+        <ClearEntireCostmap service_name="local_costmap/clear_entirely_local_costmap"/>
+      </RoundRobin>
+    </RecoveryNode>
+  </BehaviorTree>
+</root>
+"""
+
+
+def write(folder: Path, text: str = PLAIN) -> Path:
+    path = folder / "drive.xml"
+    path.write_text(text)
+    return path
+
+
+def test_other_trees_of_the_file_stand_where_they_are_named(tmp_path):
+    tree = read_tree_file(write(tmp_path))
+    assert [node.node for node in tree.iterate()] == [
+        "PipelineSequence",
+        "ControllerSelector",
+        "RateController",
+        "ComputePathToPose",
+        "RecoveryNode",
+        "FollowPath",
+        "RoundRobin",
+        "Spin",
+        "ClearEntireCostmap",
+    ]
+    assert tree.name == "Drive"
+    assert [node.line for node in tree.iterate()][-2:] == [13, 14]
+    assert list(faults_of(tree)) == []
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ('ID="Spin"', 'ID="Spiin"', "line 13, Spiin: no such node here; did you mean 'Spin'?"),
+        ("<FollowPath", "<SmoothPath", "line 11, SmoothPath: no such node here"),
+        ('hz="0.5"', 'hz="fast"', "line 5, RateController: hz: expected a number, got 'fast'"),
+        ('hz="0.5"', 'hz="0"', "hz: expected a number above 0"),
+        ('spin_dist="0.5"', 'spin="0.5"', "line 13, Spin: spin: is not heeded here"),
+        ("local_costmap/clear_entirely_local", "some/clear_entirely_some", "service_name"),
+        ('<SubTree ID="Following"/>', "<RateController/>", "expected 1 children, got 0"),
+    ],
+)
+def test_what_is_not_ours_is_named_with_its_line_and_the_default_tree_stands_in(
+    tmp_path, old, new, told
+):
+    assert old in PLAIN
+    setup = setup_with(tmp_path, PLAIN.replace(old, new))
+    (row,) = setup.check.stand_ins
+    assert told in row.remark
+    assert row.remark.endswith("Nav2's default tree stands in")
+    assert setup.robot.navigation.behavior_tree.tree is None
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("<root>", "line 1: no XML"),
+        ("<tree/>", "expected a behaviour tree's <root>, got <tree>"),
+        (PLAIN.replace('execute="Main"', 'execute="Other"'), "called 'Other'"),
+        (PLAIN.replace('SubTree ID="Following"', 'SubTree ID="F"'), "line 6: no BehaviorTree is"),
+        (PLAIN.replace('SubTree ID="Following"', 'SubTree ID="Main"'), "does a tree hold itself?"),
+        (PLAIN.replace('Action ID="Spin"', "Action"), "line 13: Action: expected an ID"),
+        ('<!DOCTYPE a [<!ENTITY b "c">]>' + PLAIN, "line 1: expected no document type"),
+        ('<root><BehaviorTree ID="a"/></root>', "expected one root node, got 0"),
+    ],
+)
+def test_a_file_that_is_wrong_is_one_line_with_its_place(tmp_path, text, reason):
+    with pytest.raises(InputError) as caught:
+        read_tree_file(write(tmp_path, text))
+    assert reason in str(caught.value)
+    assert str(caught.value).startswith(str(tmp_path / "drive.xml"))
+
+
+def setup_with(folder: Path, text: str | None, release: str | None = None) -> Nav2Setup:
+    """Returns what a Nav2 file makes that names drive.xml, beside which it is written."""
+    if text is not None:
+        write(folder, text)
+    path = folder / "nav2.yaml"
+    named = 'default_nav_to_pose_bt_xml: "$(find-pkg-share mine)/trees/drive.xml"'
+    path.write_text(JAZZY.read_text().replace("bt_loop_duration: 20", named))
+    return read_nav2_files([path], load_robot("round_robot"), "round_robot", release=release)
+
+
+def test_a_tree_beside_the_nav2_file_is_taken_with_the_nodes_of_the_release(tmp_path):
+    def round_robin(release):
+        setup = setup_with(tmp_path, PLAIN, release)
+        assert setup.check.is_whole
+        tree = setup.robot.navigation.behavior_tree.tree
+        return next(node for node in tree.iterate() if node.node == "RoundRobin")
+
+    assert round_robin("lyrical").attributes == {}
+    assert round_robin("jazzy").attributes == {"wrap_around": "true"}
+
+
+def test_a_tree_that_is_not_there_is_a_stand_in(tmp_path):
+    (row,) = setup_with(tmp_path, None).check.stand_ins
+    assert row.remark == "drive.xml: not beside the file; Nav2's default tree stands in"
