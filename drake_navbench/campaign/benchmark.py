@@ -30,7 +30,12 @@ from drake_navbench.campaign.driving import Undriven, run_campaign
 from drake_navbench.campaign.replays import write_replays
 from drake_navbench.campaign.request import Request
 from drake_navbench.campaign.suite_console import print_totals
-from drake_navbench.campaign.warm_up import kernels_are_cold, start_worker_server, warm_up
+from drake_navbench.campaign.warm_up import (
+    kernels_are_cold,
+    start_worker_server,
+    warm_up,
+    warm_up_planners,
+)
 from drake_navbench.errors import InputError, NavbenchError, printable
 from drake_navbench.inputs.presets import Preset, as_yaml, resolved_parameters
 from drake_navbench.log import Outcome
@@ -181,6 +186,7 @@ def _run(
     if kernels_are_cold():
         console.print("Compiling the kernels, once for this installation (about half a minute) ...")
         warm_up()
+    warm_up_planners(campaign.specs)
     started = time.perf_counter()
     start_worker_server()
     # The report and its figures take as long to import as the server of the workers to start.

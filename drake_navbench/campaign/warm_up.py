@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from drake_navbench.kernels.angles import wrap
@@ -38,6 +39,17 @@ def warm_up() -> None:
     for preset in (*default_presets(), *WARM_UP_PRESETS):
         for spec in warm_up_specs(preset):
             simulate(spec)
+
+
+def warm_up_planners(specs: Sequence[TrialSpec]) -> None:
+    """Has the kernels of planners compiled that the default robot does not use.
+
+    Theirs take so long that a worker that compiled them might look as if it hung.
+    """
+    from drake_navbench.trial.planning import compile_planner
+
+    for robot in {spec.robot.navigation.planner.plugin: spec.robot for spec in specs}.values():
+        compile_planner(robot)
 
 
 def warm_up_specs(preset: str) -> list[TrialSpec]:

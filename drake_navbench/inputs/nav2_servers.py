@@ -34,6 +34,8 @@ from drake_navbench.plugins import PluginKind
 Fields = dict[str, Any]
 
 NAVFN = "nav2_navfn_planner::NavfnPlanner"
+# Fields of a planner that no Nav2 file has.
+NOT_NAV2S = {"plugin", "expansions_per_second"}
 PATH_HANDLER = "nav2_controller::FeasiblePathHandler"
 WAIT_AT_WAYPOINT = "nav2_waypoint_follower::WaitAtWaypoint"
 # The plugins that Nav2's default behaviour tree asks for by name, where there are several.
@@ -158,9 +160,9 @@ def _planner_type(reader: NodeReader, name: str, names: list[str]) -> str:
 def _planner(reader: NodeReader, name: str, plugin_type: str) -> Fields:
     model = PLANNERS.load(plugin_type).Parameters
     if model is not SmacPlanner2DParameters:
-        names = [field for field in model.model_fields if field != "plugin"]
+        names = [field for field in model.model_fields if field not in NOT_NAV2S]
         return reader.block(model, f"{name}.", names=names)
-    ours = {*_classic({}), "plugin", "expansions_per_second"}
+    ours = {*_classic({}), *NOT_NAV2S}
     names = [field for field in model.model_fields if field not in ours]
     return _classic(reader.block(model, f"{name}.", names=names))
 

@@ -36,7 +36,7 @@ def _is_in_collision(cost):
 
 
 @njit(cache=True)
-def _assign_headings(path, offset):
+def assign_headings(path, offset):
     """Turns each pose of `path` but the last towards the next pose, plus `offset` rad."""
     for i in range(path.shape[0] - 1):
         delta_x = path[i + 1, 0] - path[i, 0]
@@ -46,7 +46,7 @@ def _assign_headings(path, offset):
 
 
 @njit(cache=True)
-def _heading_offset(path):
+def heading_offset(path):
     """Returns pi for a path that its heading at index 1 shows to be driven backwards, else 0."""
     if path.shape[0] < 3:
         return 0.0
@@ -62,7 +62,7 @@ def with_headings(path: NDArray[np.float64], is_holonomic: bool) -> NDArray[np.f
     90 degrees away from the direction 1 -> 2 is driven backwards: all headings point backwards.
     """
     headed = path.copy()
-    _assign_headings(headed, 0.0 if is_holonomic else _heading_offset(path))
+    assign_headings(headed, 0.0 if is_holonomic else heading_offset(path))
     return headed
 
 
@@ -83,7 +83,7 @@ def _copied(path):
 
 
 @njit(cache=True)
-def _relax_point(original, path, i, w_data, w_smooth):
+def relax_point(original, path, i, w_data, w_smooth):
     """Moves pose `i` of `path` by one Gauss-Seidel step; returns |change in x| + |change in y|."""
     change = 0.0
     for axis in range(2):
@@ -96,7 +96,7 @@ def _relax_point(original, path, i, w_data, w_smooth):
 
 
 @njit(cache=True)
-def _is_path_free(grid, path, footprint):
+def is_path_free(grid, path, footprint):
     """Tells whether no inner pose is in collision, by its cell or (K > 0) by its footprint."""
     for i in range(1, path.shape[0] - 1):
         x, y, yaw = path[i, 0], path[i, 1], path[i, 2]
@@ -141,13 +141,13 @@ def smooth_grid_path(
         while change >= tolerance:
             sweeps += 1
             if sweeps >= max_iterations:
-                _assign_headings(result, 0.0)
+                assign_headings(result, 0.0)
                 return result
             change = 0.0
             for i in range(1, path.shape[0] - 1):
-                change += _relax_point(original, trial, i, w_data, w_smooth)
-            _assign_headings(trial, 0.0)
-            if not _is_path_free(grid, trial, footprint):
+                change += relax_point(original, trial, i, w_data, w_smooth)
+            assign_headings(trial, 0.0)
+            if not is_path_free(grid, trial, footprint):
                 return result
             _copy_into(trial, result)
     return result
@@ -185,7 +185,7 @@ def smooth_segment(
                 break
             change = 0.0
             for i in range(1, path.shape[0] - 1):
-                change += _relax_point(original, trial, i, w_data, w_smooth)
+                change += relax_point(original, trial, i, w_data, w_smooth)
                 x, y = trial[i, 0], trial[i, 1]
                 if _is_in_collision(cost_at(grid, x, y, LETHAL)):
                     is_cut_short = True
@@ -194,7 +194,7 @@ def smooth_segment(
                 _copy_into(trial, result)
         if is_cut_short:
             break
-    _assign_headings(result, _heading_offset(result))
+    assign_headings(result, heading_offset(result))
     return result
 
 

@@ -7,10 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_navbench.costmaps.costmap_settings import InflationLayerSettings
 from drake_navbench.navigation.navfn_planner import NavfnPlanner
 from drake_navbench.navigation.planner import Planner
 from drake_navbench.navigation.plugin_choice import plugin_choice
 from drake_navbench.navigation.smac_planner_2d import SmacPlanner2D
+from drake_navbench.navigation.smac_planner_hybrid import SmacPlannerHybrid
 from drake_navbench.navigation.theta_star_planner import ThetaStarPlanner
 from drake_navbench.plugin_parameters import PluginParameters
 from drake_navbench.plugins import PluginKind
@@ -22,7 +24,8 @@ PLANNERS = PluginKind(
     guide="docs/plugins.md",
     parameters=PluginParameters,
     built_in={
-        planner.nav2_plugin: planner for planner in (SmacPlanner2D, NavfnPlanner, ThetaStarPlanner)
+        planner.nav2_plugin: planner
+        for planner in (SmacPlanner2D, NavfnPlanner, ThetaStarPlanner, SmacPlannerHybrid)
     },
 )
 """The planners by Nav2's plugin type."""
@@ -31,9 +34,18 @@ PlannerSettings = plugin_choice(PLANNERS, SmacPlanner2D.nav2_plugin)
 """Parameters of a planner; without `plugin`, of the SmacPlanner2D."""
 
 
-def make_planner(settings: Any, *, footprint: NDArray[np.float64] | None) -> Planner:
+def make_planner(
+    settings: Any,
+    *,
+    footprint: NDArray[np.float64] | None,
+    inflation: InflationLayerSettings | None = None,
+) -> Planner:
     """Returns the planner that settings choose; raises InputError where it cannot be made.
 
-    footprint: (K, 2) padded, base frame, m; None where the robot is given by a radius.
+    footprint: (K, 2) padded, base frame, m; None where the robot is given by a radius. inflation:
+    of the costmaps that it will plan on, where that is known.
     """
-    return PLANNERS.make(settings.plugin, settings, footprint)
+    planner = PLANNERS.make(settings.plugin, settings, footprint)
+    if isinstance(planner, SmacPlannerHybrid) and inflation is not None:
+        return planner.with_inflation(inflation)
+    return planner

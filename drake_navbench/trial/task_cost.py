@@ -16,6 +16,8 @@ from drake_navbench.errors import InputError
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import ElementsPlan, PolylinePlan, Scenario, Straight
 from drake_navbench.kernels.path_geometry import path_length
+from drake_navbench.navigation.smac_planner_hybrid import require_few_states
+from drake_navbench.navigation.smac_planner_hybrid_parameters import SmacPlannerHybridParameters
 from drake_navbench.trial.planning import global_grid_shape
 
 # A trial that takes this much longer than the time it simulates hangs.
@@ -50,6 +52,11 @@ def wall_clock_limit_s(scenario: Scenario) -> float:
 
 def check_cost(scenario: Scenario, robot: Robot) -> None:
     """Raises InputError, with the figures, where a trial would need too much memory or time."""
+    planner = robot.navigation.planner
+    if isinstance(planner, SmacPlannerHybridParameters):
+        factor = planner.downsampling_factor if planner.downsample_costmap else 1
+        rows, columns = (-(-count // factor) for count in global_grid_shape(scenario, robot))
+        require_few_states(planner, rows, columns)
     needs = list(_needs(scenario, robot))
     memory = sum(need.memory_bytes for need in needs)
     if memory > MAX_MEMORY_BYTES:

@@ -1,0 +1,336 @@
+"""Hybrid-A*: a search over poses of a car, cell by cell and heading bin by heading bin.
+
+Of the poses that come to lie in a state the cheapest is kept; now and then the shortest curve to
+the goal is tried (`hybrid_expansion`). Costs are float32, and ties are broken as inside Nav2, so
+that the path is the same. Nothing here reads a clock: a time limit enters as a number of
+expansions.
+Sources: D. Dolgov et al., "Path planning for autonomous vehicles in unknown semi-structured
+environments", 2010; nav2_smac_planner (AStarAlgorithm, NodeHybrid, AnalyticExpansion).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from drake_navbench.kernels.binary_heap import heap_pop, heap_push
+from drake_navbench.kernels.hybrid_expansion import (
+    EARLIER_TRIES,
+    WIDENING,
+    WIDEST,
+    WORST,
+    curve_to,
+    joined,
+    longest_curve,
+    no_curve,
+    refined,
+)
+from drake_navbench.kernels.hybrid_graph import (
+    NO_MOTION,
+    NO_STATE,
+    index_of,
+    is_free,
+    look_at,
+    new_graph,
+    set_pose,
+    state_at,
+    with_room,
+)
+from drake_navbench.kernels.hybrid_heuristics import free_way, way_round
+from drake_navbench.kernels.hybrid_motion import FORWARD, REVERSE, REVERSE_LEFT, REVERSE_RIGHT
+
+F32 = np.float32
+FOUND, GOAL_OCCUPIED, OPEN_SET_EMPTY, ITERATION_LIMIT, EXPANSION_BUDGET_SPENT = range(5)
+FARTHEST = F32(np.finfo(np.float32).max)
+MAX_COST = F32(252.0)
+LARGEST_COUNT = 2**31 - 1
+INITIAL_QUEUE = 1 << 14
+
+
+class SearchRules(NamedTuple):
+    """Parameters of Nav2 by their names, float32; the tolerance in cells.
+
+    travel_distance_reward: 1 - retrospective_penalty. expansion_budget: the time limit, looked at
+    every terminal_checking_interval expansions. coarse_search_resolution: every how many goals are
+    tried before the others.
+    """
+
+    tolerance: np.float32
+    non_straight_penalty: np.float32
+    change_penalty: np.float32
+    reverse_penalty: np.float32
+    cost_penalty: np.float32
+    travel_distance_reward: np.float32
+    use_quadratic_cost_penalty: bool
+    max_iterations: int
+    max_on_approach_iterations: int
+    terminal_checking_interval: int
+    expansion_budget: int
+    coarse_search_resolution: int
+
+
+class Queue(NamedTuple):
+    """Open states; arrays have room for more. keys, entries: a heap, with size: (1,).
+
+    Of each entry, in the order in which they came: its state, and pose and motion at that time.
+    counts: (1,) entries.
+    """
+
+    keys: NDArray[np.float32]
+    entries: NDArray[np.int64]
+    size: NDArray[np.int64]
+    counts: NDArray[np.int64]
+    states: NDArray[np.int64]
+    poses: NDArray[np.float32]
+    motions: NDArray[np.int64]
+
+
+@njit(cache=True)
+def _new_queue(room):
+    return Queue(
+        np.empty(room, np.float32),
+        np.empty(room, np.int64),
+        np.zeros(1, np.int64),
+        np.zeros(1, np.int64),
+        np.empty(room, np.int64),
+        np.empty((room, 3), np.float32),
+        np.empty(room, np.int64),
+    )
+
+
+@njit(cache=True)
+def _with_queue_room(queue, more):
+    count = queue.counts[0]
+    if count + more <= queue.states.size:
+        return queue
+    longer = _new_queue(2 * queue.states.size + more)
+    longer.size[0], longer.counts[0] = queue.size[0], count
+    longer.keys[:count], longer.entries[:count] = queue.keys[:count], queue.entries[:count]
+    longer.states[:count], longer.poses[:count] = queue.states[:count], queue.poses[:count]
+    longer.motions[:count] = queue.motions[:count]
+    return longer
+
+
+@njit(cache=True)
+def _enqueue(queue, graph, state, key):
+    entry = queue.counts[0]
+    queue.counts[0] = entry + 1
+    queue.states[entry], queue.motions[entry] = state, graph.motion[state]
+    queue.poses[entry, 0], queue.poses[entry, 1] = graph.x[state], graph.y[state]
+    queue.poses[entry, 2] = graph.heading[state]
+    heap_push(queue.keys, queue.entries, queue.size[0], F32(key), entry)
+    queue.size[0] += 1
+
+
+@njit(cache=True)
+def _dequeue(queue, graph):
+    """Returns the state with the least key, in the pose it was queued with, unless visited."""
+    entry = heap_pop(queue.keys, queue.entries, queue.size[0])
+    queue.size[0] -= 1
+    state = queue.states[entry]
+    if not graph.is_visited[state]:
+        set_pose(graph, state, queue.poses[entry, 0], queue.poses[entry, 1], queue.poses[entry, 2])
+        graph.motion[state] = queue.motions[entry]
+    return state
+
+
+@njit(cache=True)
+def _heuristic(reached, ways, motions, goals, index, columns):
+    """Returns the larger of the way round obstacles and the car's way, from a state's cell."""
+    bins = motions.bins
+    column, row, heading = index // bins % columns, index // (bins * columns), index % bins
+    around = way_round(reached, column, row)
+    free = FARTHEST
+    for k in range(goals.shape[0]):
+        free = min(free, free_way(ways, motions, column, row, heading, goals[k], around))
+    return max(around, free)
+
+
+@njit(cache=True)
+def _step_cost(graph, motions, rules, state, child):
+    """Returns what the motion to a neighbour costs."""
+    share = F32(graph.cost[child] / MAX_COST)
+    motion = graph.motion[child]
+    direction = motions.directions[motion]
+    penalty = F32(rules.cost_penalty * share)
+    if rules.use_quadratic_cost_penalty:
+        penalty = F32(penalty * share)
+    cost = F32(motions.travel_costs[motion] * F32(rules.travel_distance_reward + penalty))
+    before = graph.motion[state]
+    if direction not in (FORWARD, REVERSE) and before != NO_MOTION:
+        if motions.directions[before] == direction:
+            cost = F32(cost * rules.non_straight_penalty)
+        else:
+            cost = F32(cost * F32(rules.non_straight_penalty + rules.change_penalty))
+    if direction in (REVERSE, REVERSE_LEFT, REVERSE_RIGHT):
+        cost = F32(cost * rules.reverse_penalty)
+    return cost
+
+
+@njit(cache=True)
+def _is_any_free_near(body, x, y, radius):
+    """Tells whether the robot fits, heading along x, anywhere within a radius in cells."""
+    if radius < 1.0:
+        return False
+    rows, columns = body.grid.costs.shape
+    for column in range(
+        max(0, math.floor(x - radius)), min(columns - 1, math.ceil(x + radius)) + 1
+    ):
+        for row in range(max(0, math.floor(y - radius)), min(rows - 1, math.ceil(y + radius)) + 1):
+            dx, dy = F32(F32(column) - x), F32(F32(row) - y)
+            if F32(F32(dx * dx) + F32(dy * dy)) > F32(radius * radius):
+                continue
+            if look_at(body, F32(column), F32(row), F32(0.0))[1]:
+                return True
+    return False
+
+
+@njit(cache=True)
+def _neighbours(graph, body, motions, state, columns, neighbours):
+    """Writes the free states that one motion leads to and were not visited; returns how many."""
+    count = 0
+    heading = int(graph.heading[state])
+    for m in range(motions.turn_bins.size):
+        turned = F32(graph.heading[state] + motions.turn_bins[m])
+        if turned < 0.0:
+            turned = F32(turned + F32(motions.bins))
+        if turned >= F32(motions.bins):
+            turned = F32(turned - F32(motions.bins))
+        x = F32(motions.step_x[m, heading] + float(graph.x[state]))
+        y = F32(motions.step_y[m, heading] + float(graph.y[state]))
+        other = state_at(graph, index_of(x, y, turned, columns, motions.bins))
+        if other == NO_STATE or graph.is_visited[other]:
+            continue
+        before = graph.x[other], graph.y[other], graph.heading[other]
+        set_pose(graph, other, x, y, turned)
+        if is_free(graph, body, other):
+            graph.motion[other] = m
+            neighbours[count] = other
+            count += 1
+        else:
+            set_pose(graph, other, *before)
+    return count
+
+
+@njit(cache=True)
+def _path(graph, motions, state):
+    """Returns (N, 3) float32 the poses from the start to a state: cells and rad, N 0 or above 1."""
+    count, node = 1, state
+    while graph.parent[node] != NO_STATE:
+        node = graph.parent[node]
+        count += 1
+    path = np.empty((count if count > 1 else 0, 3), np.float32)
+    node = state
+    for k in range(path.shape[0] - 1, -1, -1):
+        path[k, 0], path[k, 1] = graph.x[node], graph.y[node]
+        path[k, 2] = F32(F32(int(graph.heading[node])) * motions.bin_size)
+        node = graph.parent[node]
+    return path
+
+
+@njit(cache=True)
+def _best_curve(graph, body, motions, expansion, state, goals, coarse):
+    """Returns the cheapest curve to any goal, where it begins and which goal it leads to."""
+    best, best_score, best_start, best_goal = no_curve(), WORST, NO_STATE, NO_STATE
+    has_any = False
+    for is_fine in (False, True):
+        if is_fine and not has_any:
+            break
+        for k in range(goals.size):
+            if (coarse[k] != 0) != is_fine:
+                continue
+            curve = curve_to(
+                graph, body, motions, expansion, state, goals[k], float(motions.radius)
+            )
+            if curve.states.size == 0:
+                continue
+            has_any = True
+            score, start, curve = refined(graph, body, motions, expansion, state, goals[k], curve)
+            if score < best_score:
+                best, best_score, best_start, best_goal = curve, score, start, goals[k]
+    return best, best_start, best_goal
+
+
+@njit(cache=True)
+def search(body, motions, rules, expansion, reached, ways, start, goal, goal_bins):
+    """Returns (status, path (N, 3) float32 in cells and rad, expansions).
+
+    start: (3,) float32, cells and bin. goal: (2,) float32. goal_bins: (G,) int64, headings that a
+    goal may have, in Nav2's order. reached, ways: heuristics for this goal, which learn.
+    """
+    rows, columns = body.grid.costs.shape
+    bins = motions.bins
+    graph = new_graph(rows * columns * bins)
+    nothing = np.empty((0, 3), np.float32)
+    first = state_at(graph, index_of(start[0], start[1], start[2], columns, bins))
+    set_pose(graph, first, start[0], start[1], start[2])
+    goals, poses = np.empty(goal_bins.size, np.int64), np.empty((goal_bins.size, 3), np.float32)
+    coarse = np.zeros(goal_bins.size, np.int64)
+    count = 0
+    for k in range(goal_bins.size):
+        node = state_at(graph, index_of(goal[0], goal[1], F32(goal_bins[k]), columns, bins))
+        set_pose(graph, node, goal[0], goal[1], F32(goal_bins[k]))
+        if is_free(graph, body, node) or _is_any_free_near(body, goal[0], goal[1], rules.tolerance):
+            goals[count], coarse[count] = node, k % rules.coarse_search_resolution
+            poses[count, 0], poses[count, 1], poses[count, 2] = goal[0], goal[1], goal_bins[k]
+            count += 1
+    goals, poses, coarse = goals[:count], poses[:count], coarse[:count]
+    if count == 0:
+        return GOAL_OCCUPIED, nothing, 0
+    queue = _new_queue(INITIAL_QUEUE)
+    graph.way[first] = F32(0.0)
+    _enqueue(queue, graph, first, F32(0.0))
+    tries = EARLIER_TRIES + 2 + math.ceil((WIDEST - 1.0) * motions.radius / WIDENING)
+    room = (tries * count + 1) * longest_curve(expansion) + motions.turn_bins.size
+    neighbours = np.empty(motions.turn_bins.size, np.int64)
+    nearest, nearest_heuristic = NO_STATE, FARTHEST
+    expansions, on_approach, until_curve, least = 0, 0, 0, LARGEST_COUNT
+    status = OPEN_SET_EMPTY
+    while queue.size[0] > 0:
+        if expansions >= rules.max_iterations:
+            status = ITERATION_LIMIT
+            break
+        is_check = expansions % rules.terminal_checking_interval == 0
+        if is_check and expansions >= rules.expansion_budget:
+            status = EXPANSION_BUDGET_SPENT
+            break
+        state = _dequeue(queue, graph)
+        if graph.is_visited[state]:
+            continue
+        expansions += 1
+        graph.is_visited[state] = True
+        graph, queue = with_room(graph, room), _with_queue_room(queue, neighbours.size)
+        ahead = _heuristic(reached, ways, motions, poses, graph.index[state], columns)
+        least = min(least, int(ahead))
+        wanted = max(int(F32(F32(least) / expansion.ratio)), math.ceil(expansion.ratio))
+        until_curve = min(until_curve, wanted)
+        if until_curve <= 0:
+            until_curve = wanted
+            curve, begin, end = _best_curve(graph, body, motions, expansion, state, goals, coarse)
+            if curve.states.size > 0:
+                return FOUND, _path(graph, motions, joined(graph, begin, end, curve)), expansions
+        until_curve -= 1
+        for k in range(count):
+            if state == goals[k]:
+                return FOUND, _path(graph, motions, state), expansions
+        if nearest_heuristic < rules.tolerance:
+            on_approach += 1
+            if on_approach >= rules.max_on_approach_iterations:
+                return FOUND, _path(graph, motions, nearest), expansions
+        found = _neighbours(graph, body, motions, state, columns, neighbours)
+        for k in range(found):
+            other = neighbours[k]
+            way = F32(graph.way[state] + _step_cost(graph, motions, rules, state, other))
+            if way < graph.way[other]:
+                graph.way[other], graph.parent[other] = way, state
+                left = _heuristic(reached, ways, motions, poses, graph.index[other], columns)
+                if left < nearest_heuristic:
+                    nearest, nearest_heuristic = other, left
+                _enqueue(queue, graph, other, F32(way + left))
+    if nearest_heuristic < rules.tolerance:
+        return FOUND, _path(graph, motions, nearest), expansions
+    return status, nothing, expansions

@@ -1,0 +1,159 @@
+"""How Nav2's planners of cars smooth a path: in parts of one direction, with feasible ends.
+
+Source: nav2_smac_planner (Smoother, not holonomic).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from drake_navbench.kernels.car_curves import PIECES, pose_on_curve, shortest_curve
+from drake_navbench.kernels.grid import INSCRIBED, LETHAL, cost_at
+from drake_navbench.kernels.path_smoothing import (
+    MIN_SPAN_OF_GRID_PATH,
+    assign_headings,
+    directional_segments,
+    heading_offset,
+    is_path_free,
+    relax_point,
+)
+
+# Curves to the ends of a part are tried up to so far from them, in turning radii.
+REACHES = np.array([1.0, 2.0, math.pi, 2.0 * math.pi])
+# A curve that is this much longer than the part that it replaces is a loop.
+LOOP_RATIO = 2.0
+
+
+def smooth_car_path(path, grid, footprint, radius, smoother):
+    """Returns a path (N, 3) x m, y m, yaw rad smoothed part by part; short parts stay.
+
+    grid: `Grid` of uint8 costs. footprint: (K, 2) m whose outline is tested; K = 0 tests the cell
+    under the pose. radius: of the tightest turn, m. smoother: Nav2's parameters by their names.
+    """
+    result = path.copy()
+    for start, end in directional_segments(path):
+        if end - start <= MIN_SPAN_OF_GRID_PATH:
+            continue
+        part = result[start : end + 1]
+        result[start : end + 1] = smooth_car_part(
+            part,
+            grid,
+            footprint,
+            radius,
+            smoother.tolerance,
+            smoother.max_iterations,
+            smoother.w_data,
+            smoother.w_smooth,
+            smoother.refinement_num if smoother.do_refinement else 0,
+        )
+    return result
+
+
+@njit(cache=True)
+def smooth_car_part(
+    part, grid, footprint, radius, tolerance, max_iterations, w_data, w_smooth, refinement_num
+):
+    """Returns a part (N, 3) driven in one direction, smoothed; see `smooth_car_path`."""
+    result, is_backward, succeeded = part.copy(), False, False
+    for round_ in range(refinement_num + 1):
+        trial, ended, is_backward = _relaxed(
+            result, is_backward, grid, footprint, tolerance, max_iterations, w_data, w_smooth
+        )
+        result = trial
+        if round_ == 0:
+            succeeded = ended
+        if not ended:
+            break
+    if succeeded:
+        start, end = part[0].copy(), part[-1].copy()
+        _meet(result, start, is_backward, False, grid, radius)
+        _meet(result, end, is_backward, True, grid, radius)
+    return result
+
+
+@njit(cache=True)
+def _relaxed(path, is_backward, grid, footprint, tolerance, max_iterations, w_data, w_smooth):
+    """Returns a path after sweeps until little moves, whether it came to that, and its direction.
+
+    A sweep that collides is undone, and the last.
+    """
+    trial, result = path.copy(), path.copy()
+    sweeps, change = 0, tolerance
+    while change >= tolerance:
+        sweeps += 1
+        if sweeps >= max_iterations:
+            offset = heading_offset(result)
+            assign_headings(result, offset)
+            return result, False, offset != 0.0
+        change = 0.0
+        for i in range(1, path.shape[0] - 1):
+            change += relax_point(path, trial, i, w_data, w_smooth)
+        offset = heading_offset(trial)
+        is_backward = offset != 0.0
+        assign_headings(trial, offset)
+        if not is_path_free(grid, trial, footprint):
+            return result, False, is_backward
+        result[:] = trial
+    return result, True, is_backward
+
+
+@njit(cache=True)
+def _meet(path, pose, is_backward, is_end, grid, radius):
+    """Lets a path begin, or end, at a pose with a curve that a car can drive, in place."""
+    n = path.shape[0]
+    best_length, best_index = 1e9, 0
+    best = np.empty((0, 3))
+    driven, reach = 0.0, 0
+    for k in range(n):
+        here = n - 1 - k if is_end else k
+        if k > 0:
+            before = here + 1 if is_end else here - 1
+            driven += math.hypot(path[here, 0] - path[before, 0], path[here, 1] - path[before, 1])
+        if reach == REACHES.size:
+            break
+        if driven < REACHES[reach] * radius:
+            continue
+        reach += 1
+        if k == 0:
+            continue
+        other = path[here]
+        runs_to_pose = is_end != is_backward
+        points, length, is_free = _curve(
+            other if runs_to_pose else pose,
+            pose if runs_to_pose else other,
+            k,
+            driven,
+            grid,
+            radius,
+        )
+        if is_free and 0.0 < length < best_length:
+            best_length, best_index, best = length, k, points
+    count = best.shape[0]
+    first = n - 1 - best_index if is_end else 0
+    for i in range(count):
+        path[first + i] = best[count - 1 - i] if is_backward else best[i]
+
+
+@njit(cache=True)
+def _curve(start, end, count, replaced, grid, radius):
+    """Returns points (count + 1, 3) of Dubins' curve, its length along them, and if it is free.
+
+    Without points where it is a loop, compared to the length that it replaces.
+    """
+    kinds, lengths = np.empty(PIECES, np.int64), np.empty(PIECES)
+    distance = shortest_curve(start, end, radius, False, kinds, lengths)
+    if distance > LOOP_RATIO * replaced:
+        return np.empty((0, 3)), 0.0, False
+    points = np.empty((count + 1, 3))
+    length, is_free = 0.0, True
+    x, y = start[0], start[1]
+    for i in range(count + 1):
+        pose_on_curve(start, end, radius, kinds, lengths, i / count, points[i])
+        if cost_at(grid, points[i, 0], points[i, 1], LETHAL) >= INSCRIBED:
+            is_free = False
+        length += math.hypot(points[i, 0] - x, points[i, 1] - y)
+        x, y = points[i, 0], points[i, 1]
+    return points, length, is_free

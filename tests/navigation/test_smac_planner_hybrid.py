@@ -1,0 +1,150 @@
+"""Hybrid-A*: paths that a car can drive, by facts that hold for every one of them."""
+
+import numpy as np
+import pytest
+
+from drake_navbench.costmaps.costmap_settings import InflationLayerSettings
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.robot import load_robot
+from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.kernels.footprint import footprint_radii
+from drake_navbench.kernels.grid import LETHAL, Costmap
+from drake_navbench.kernels.hybrid_motion import FORWARD, REVERSE, motions
+from drake_navbench.kernels.inflation import inflate
+from drake_navbench.navigation.planner import (
+    GoalOccupied,
+    GoalOutsideMapBounds,
+    NoValidPathCouldBeFound,
+    PlannerTimedOut,
+    StartOccupied,
+)
+from drake_navbench.navigation.smac_planner_hybrid import SmacPlannerHybrid
+from drake_navbench.navigation.smac_planner_hybrid_parameters import SmacPlannerHybridParameters
+from drake_navbench.trial.task_cost import check_cost
+from drake_navbench.typed_files.typed_yaml import validate
+
+RESOLUTION_M = 0.05
+CAR = np.array([[0.6, 0.25], [0.6, -0.25], [-0.2, -0.25], [-0.2, 0.25]])
+INFLATION = InflationLayerSettings(inflation_radius=0.8, cost_scaling_factor=3.0)
+
+
+def planner(**parameters) -> SmacPlannerHybrid:
+    settings = SmacPlannerHybridParameters(**{"minimum_turning_radius": 0.6, **parameters})
+    return SmacPlannerHybrid(settings, CAR).with_inflation(INFLATION)
+
+
+def room(*walls) -> Costmap:
+    """6 x 5 m with inflated walls, each (x, y, width, height) m."""
+    costs = np.zeros((100, 120), np.uint8)
+    for x, y, width, height in np.round(np.array(walls).reshape(-1, 4) / RESOLUTION_M).astype(int):
+        costs[y : y + height, x : x + width] = LETHAL
+    inscribed_m, _ = footprint_radii(CAR)
+    inflated = inflate(
+        costs,
+        resolution=RESOLUTION_M,
+        inscribed_radius=inscribed_m,
+        inflation_radius=INFLATION.inflation_radius,
+        cost_scaling_factor=INFLATION.cost_scaling_factor,
+    )
+    return Costmap(inflated, 0.0, 0.0, RESOLUTION_M)
+
+
+WALL = (3.0, 0.0, 0.1, 3.0)
+START, GOAL = (1.0, 1.0, 0.0), (4.8, 1.2, np.radians(-90.0))
+
+
+def headings_along(path):
+    """Returns the heading against the direction of motion at each pose but the last, rad."""
+    steps = np.diff(path[:, :2], axis=0)
+    direction = np.arctan2(steps[:, 1], steps[:, 0])
+    return np.abs((path[:-1, 2] - direction + np.pi) % (2.0 * np.pi) - np.pi)
+
+
+def turning_radii(path):
+    """Returns the radius of the circle through each three successive points, m."""
+    a, b, c = path[:-2, :2], path[1:-1, :2], path[2:, :2]
+    sides = [np.hypot(*(q - p).T) for p, q in ((a, b), (b, c), (a, c))]
+    across = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
+    return np.prod(sides, axis=0) / np.maximum(2.0 * np.abs(across), 1e-12)
+
+
+def test_the_motions_leave_a_cell_and_turn_by_whole_bins_on_the_tightest_circle():
+    table = motions(8.0, 72, reverses=True, interpolates=False)
+    chord = np.hypot(table.step_x, table.step_y)
+    np.testing.assert_allclose(chord, chord[0, 0], rtol=1e-6)
+    assert chord[0, 0] > np.sqrt(2.0)
+    # 2 asin(sqrt(2) / 16) = 10.1 degrees: three bins of 5.
+    assert sorted(table.turn_bins.tolist()) == [-3.0, -3.0, 0.0, 0.0, 3.0, 3.0]
+    turns = ~np.isin(table.directions, (FORWARD, REVERSE))
+    np.testing.assert_allclose(table.travel_costs[turns], 8.0 * np.radians(15.0), rtol=1e-6)
+
+
+@pytest.mark.parametrize("model", ["DUBIN", "REEDS_SHEPP"])
+def test_a_path_leads_round_a_wall_and_no_turn_is_tighter_than_the_car_can(model):
+    path = planner(motion_model_for_search=model, smooth_path=False).plan(room(WALL), START, GOAL)
+    np.testing.assert_allclose(path[0, :2], START[:2], atol=1e-6)
+    np.testing.assert_allclose(path[-1], GOAL, atol=1e-6)
+    assert path[:, 1].max() > 3.2
+    # Chords across a circle, whose ends are rounded to float32 cells.
+    assert turning_radii(path).min() > 0.6 * 0.97
+    if model == "DUBIN":
+        assert headings_along(path).max() < np.radians(20.0)
+
+
+def test_the_smoother_keeps_both_ends_and_the_direction():
+    path = planner().plan(room(WALL), START, GOAL)
+    np.testing.assert_allclose(path[0, :2], START[:2], atol=1e-6)
+    np.testing.assert_allclose(path[-1], GOAL, atol=1e-6)
+    assert headings_along(path).max() < np.radians(30.0)
+
+
+def test_only_who_can_reverse_gets_out_of_an_alcove():
+    alcove = [(2.0, 1.5, 2.5, 0.1), (2.0, 3.0, 2.5, 0.1), (4.4, 1.5, 0.1, 1.6)]
+    start, goal = (3.4, 2.3, 0.0), (1.0, 2.3, 0.0)
+    with pytest.raises((NoValidPathCouldBeFound, StartOccupied)):
+        planner(tolerance=0.1).plan(room(*alcove), start, goal)
+    path = planner(motion_model_for_search="REEDS_SHEPP").plan(room(*alcove), start, goal)
+    assert headings_along(path)[:5].min() > 2.0
+    np.testing.assert_allclose(path[-1], goal, atol=1e-6)
+
+
+def test_headings_at_the_goal_may_be_any():
+    free = room()
+    own = planner(smooth_path=False).plan(free, START, (4.0, 1.0, np.pi / 2.0))
+    other = planner(goal_heading_mode="ALL_DIRECTION", smooth_path=False)
+    path = other.plan(free, START, (4.0, 1.0, np.pi / 2.0))
+    assert own[-1, 2] == pytest.approx(np.pi / 2.0)
+    assert path[-1, 2] == pytest.approx(0.0)
+    assert len(path) < len(own)
+
+
+def test_the_same_request_gives_the_same_path_whatever_was_asked_before():
+    first = planner().plan(room(WALL), START, GOAL)
+    planner().plan(room(), (1.0, 4.0, 1.0), (5.0, 2.0, -1.0))
+    np.testing.assert_array_equal(planner().plan(room(WALL), START, GOAL), first)
+
+
+@pytest.mark.parametrize(
+    ("goal", "parameters", "error"),
+    [
+        ((3.05, 1.0, 0.0), {"tolerance": 0.1}, GoalOccupied),
+        ((7.0, 1.0, 0.0), {}, GoalOutsideMapBounds),
+        (GOAL, {"max_iterations": 20}, PlannerTimedOut),
+        (GOAL, {"max_planning_time": 0.0}, NoValidPathCouldBeFound),
+    ],
+)
+def test_a_request_that_cannot_be_met_has_nav2s_error(goal, parameters, error):
+    with pytest.raises(error):
+        planner(**parameters).plan(room(WALL), START, goal)
+
+
+def test_a_map_with_a_thousand_million_states_is_refused_in_one_line_before_anything_runs():
+    robot = load_robot(
+        "ackermann_robot",
+        {"navigation": {"planner": {"plugin": SmacPlannerHybrid.nav2_plugin}}},
+    )
+    far = {"name": "far", "description": "far away", "goal": [185.0, 180.0, 0.0]}
+    scenario = validate(Scenario, far | {"timeout_s": 3000.0}, "far.yaml")
+    with pytest.raises(InputError, match=r"make 1e\+09 states, expected at most 5e\+08") as caught:
+        check_cost(scenario, robot)
+    assert "\n" not in str(caught.value)
