@@ -78,6 +78,8 @@ def _row(entry: Metric, default_source: str) -> str:
         what += f" Corrected form: `{REPLACED_BY[entry.name]}`."
     if not entry.is_repeatable:
         what += " Differs from run to run."
+    if entry.relevant:
+        what += f" Differences up to {entry.relevant:g} {entry.unit} count as none in verdicts."
     source = section(entry, "Source") or default_source
     cells = [f"`{entry.name}`", entry.unit or "–", str(entry.better), what]
     cells += [section(entry, "Formula"), source]

@@ -10,9 +10,12 @@ from typing import Any
 
 import pandas as pd
 
+from drake_navbench.analysis.chart_data import Chart, chart_data
 from drake_navbench.analysis.figures.album import (
     FigureChoice,
     FigureEntry,
+    drawable_logs,
+    headline_metrics,
     write_scenario_figures,
 )
 from drake_navbench.analysis.metrics.registry import all_metrics
@@ -38,13 +41,15 @@ DEFAULT_JOBS = 2
 class FolderAnalysis:
     """What was computed of a results folder.
 
-    scenarios: in the order in which they were asked for. figures: what was written.
+    scenarios: in the order in which they were asked for. figures: what was written. charts: what
+    those of each scenario show that can be touched, see `chart_data`.
     """
 
     path: Path
     manifest: Mapping[str, Any]
     scenarios: tuple[ScenarioAnalysis, ...]
     figures: tuple[FigureEntry, ...]
+    charts: tuple[Chart, ...] = ()
 
     @property
     def trials(self) -> pd.DataFrame:
@@ -93,13 +98,14 @@ def analyse_folder(
         results = _analyse_apart(tasks, jobs)
     wanted = list(manifest.get("scenarios", []))
     results.sort(key=lambda result: _place(result[0].scenario, wanted))
-    if not any(analysis.trials for analysis, _ in results):
+    if not any(analysis.trials for analysis, *_ in results):
         raise InputError(f"{path}: none of its {sum(map(len, files.values()))} logs can be read")
     return FolderAnalysis(
         path=path,
         manifest=manifest,
-        scenarios=tuple(analysis for analysis, _ in results),
-        figures=tuple(entry for _, written in results for entry in written),
+        scenarios=tuple(analysis for analysis, *_ in results),
+        figures=tuple(entry for _, written, _ in results for entry in written),
+        charts=tuple(chart for *_, chart in results if chart is not None),
     )
 
 
@@ -138,7 +144,7 @@ def _analyse_scenario(
     figures: FigureChoice,
     known: KnownValues,
     told: frozenset[str],
-) -> tuple[ScenarioAnalysis, list[FigureEntry]]:
+) -> tuple[ScenarioAnalysis, list[FigureEntry], Chart | None]:
     logs, entries, left_out = read_trials(paths, root, known)
     places = [_place(log.info["controller"], controllers) for log in logs]
     order = sorted(range(len(logs)), key=lambda i: (places[i], logs[i].info["trial"]))
@@ -146,19 +152,22 @@ def _analyse_scenario(
     scenario = logs[0].info["scenario"]["name"] if logs else paths[0].parent.parent.name
     analysis = analyse(scenario, entries, left_out)
     if not logs:
-        return analysis, []
+        return analysis, [], None
     asked = logs[0].info["scenario"]
     analysis.description = str(asked.get("description", ""))
     analysis.is_impossible = asked.get("expected_outcome") == Outcome.ABORTED
     analysis.is_told_by_totals = scenario in told
     if analysis.is_told_by_totals and figures is not FigureChoice.ALL:
-        return analysis, []
+        return analysis, [], None
     by_controller: dict[str, list[TrialLog]] = {}
     for log in logs:
         by_controller.setdefault(log.info["controller"], []).append(log)
-    return analysis, write_scenario_figures(
-        root / FIGURES_FOLDER, scenario, by_controller, analysis.table, figures
-    )
+    table = analysis.table
+    written = write_scenario_figures(root / FIGURES_FOLDER, scenario, by_controller, table, figures)
+    drawable = drawable_logs(by_controller)
+    is_drawn = bool(drawable) and figures is not FigureChoice.NONE
+    chart = chart_data(scenario, drawable, table, headline_metrics()) if is_drawn else None
+    return analysis, written, chart
 
 
 def _place(name: str, order: Sequence[str]) -> tuple[int, str]:

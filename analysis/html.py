@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
+import json
+import re
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
 from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
 
 from drake_navbench.analysis.colors import controller_color
 
 PERCENT = 100.0
+# Of a figure's coordinates, points: a hundredth is more than any screen or printer shows.
+LONG_DECIMALS = re.compile(r"(\.\d\d)\d+")
 
 
 def page_environment() -> Environment:
@@ -27,3 +36,18 @@ def relative_change(ratio: float) -> str:
     percent = PERCENT * ratio
     text = f"{percent:+.0f}" if abs(percent) >= 1.0 else f"{percent:+.1f}"
     return f"{text}%" if float(text) != 0.0 else "0%"
+
+
+def inline_svg(path: Path) -> str:
+    """Returns a figure as an address that holds all of it, so that a page needs no other file."""
+    svg = LONG_DECIMALS.sub(r"\1", path.read_text(encoding="utf-8"))
+    # Of what SVG is made of, only these mean something else in an address; base64 is a third more.
+    for special in "%#\n":
+        svg = svg.replace(special, " " if special == "\n" else quote(special))
+    return f"data:image/svg+xml,{svg}"
+
+
+def script_json(value: Any) -> Markup:
+    """Returns a value as JSON that may stand within a script element."""
+    text = json.dumps(value, separators=(",", ":"), allow_nan=False)
+    return Markup(text.replace("<", "\\u003c").replace("&", "\\u0026"))

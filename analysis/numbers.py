@@ -9,16 +9,25 @@ DIGITS = 4
 PLAIN_FROM, PLAIN_BELOW = 1e-3, 1e6
 ROUNDING = 1e-12
 EMPTY = "–"
+# How the parts of a unit are printed in a page: powers raised, degrees as their sign.
+TYPESET = (("^2", "²"), ("^3", "³"), ("deg", "°"))
 
 
-def number(value: float | None) -> str:
-    """Returns a value with 4 significant digits, a dash where it is undefined."""
+def typeset(unit: str) -> str:
+    """Returns a unit as it is printed in a page: m/s³ for m/s^3."""
+    for plain, printed in TYPESET:
+        unit = unit.replace(plain, printed)
+    return unit
+
+
+def number(value: float | None, digits: int = DIGITS) -> str:
+    """Returns a value with so many significant digits, a dash where it is undefined."""
     if value is None or not math.isfinite(value):
         return EMPTY
     if abs(value) < ROUNDING:
         return "0"
     if PLAIN_FROM <= abs(value) < PLAIN_BELOW:
         # The exponent of what is shown: 99.9999 is shown as 100.0.
-        exponent = int(f"{value:.{DIGITS - 1}e}".partition("e")[2])
-        return f"{value:.{max(DIGITS - 1 - exponent, 0)}f}"
-    return f"{value:.{DIGITS - 1}e}"
+        exponent = int(f"{value:.{digits - 1}e}".partition("e")[2])
+        return f"{value:.{max(digits - 1 - exponent, 0)}f}"
+    return f"{value:.{digits - 1}e}"

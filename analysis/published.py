@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.analysis.metrics.definition import Metric, Undefined, metric
+from drake_navbench.analysis.metrics.signals import require
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.log import Outcome, TrialLog
 
@@ -64,8 +65,10 @@ def published_samples(
 ) -> PublishedSamples:
     """Samples a trial as the publication did: every 0.115 s from 0.06 s after the start.
 
-    The last sample lies strictly before the end. Raises Undefined where there is no sample.
+    The last sample lies strictly before the end. Raises Undefined where there is no sample, or a
+    recording has no commands.
     """
+    require(log, "command_v_mps")
     first_s = float(log.info["start_time_s"]) + first_after_start_s
     span_s = log.end_time_s - first_s - TIME_TOLERANCE_S
     count = int(np.ceil(span_s / period_s))
@@ -91,7 +94,7 @@ def max_velocity_of(log: TrialLog) -> float:
     return float(log.info["robot"]["drive"]["max_linear_velocity_mps"])
 
 
-@metric(unit="%", better="higher")
+@metric(unit="%", better="higher", title="Success rate")
 def success_rate(log: TrialLog) -> float:
     """Share of the trials that reached the goal: of one trial, 100 or 0.
 
@@ -100,7 +103,7 @@ def success_rate(log: TrialLog) -> float:
     return PERCENT if log.outcome is Outcome.SUCCEEDED else 0.0
 
 
-@metric(unit="m/s", better="higher")
+@metric(unit="m/s", better="higher", title="Average commanded speed")
 def avg_linear_speed(log: TrialLog) -> float:
     """Mean of the commanded forward velocity.
 
@@ -109,7 +112,7 @@ def avg_linear_speed(log: TrialLog) -> float:
     return published_samples(log).v_mps.mean()
 
 
-@metric(unit="m", better="lower")
+@metric(unit="m", better="lower", title="Path length")
 def path_length(log: TrialLog) -> float:
     """Driven length.
 
@@ -118,7 +121,7 @@ def path_length(log: TrialLog) -> float:
     return float(_steps_m(published_samples(log)).sum())
 
 
-@metric(unit="s", better="lower")
+@metric(unit="s", better="lower", title="Time taken")
 def time_taken(log: TrialLog) -> float:
     """Duration of the task.
 
@@ -127,7 +130,7 @@ def time_taken(log: TrialLog) -> float:
     return published_samples(log).duration_s
 
 
-@metric(unit="m", better="higher")
+@metric(unit="m", better="higher", title="Smallest distance to an obstacle cell")
 def min_obstacle_distance(log: TrialLog) -> float:
     """Smallest distance from the reference point to a lethal cell of the local costmap.
 
@@ -138,7 +141,7 @@ def min_obstacle_distance(log: TrialLog) -> float:
     return _seen_distances_m(log).min()
 
 
-@metric(unit="m", better="neither")
+@metric(unit="m", better="neither", title="Spread of the distance to obstacles")
 def std_obstacle_distance(log: TrialLog) -> float:
     """Spread of the distance from the reference point to the nearest lethal cell.
 
@@ -148,7 +151,7 @@ def std_obstacle_distance(log: TrialLog) -> float:
     return _seen_distances_m(log).std()
 
 
-@metric(unit="m/s^3", better="lower")
+@metric(unit="m/s^3", better="lower", title="Commanded jerk, r.m.s.")
 def rms_linear_jerk(log: TrialLog) -> float:
     """Root mean square of the second difference of the commanded forward velocity.
 
@@ -162,7 +165,7 @@ def rms_linear_jerk(log: TrialLog) -> float:
     return float(np.sqrt(np.mean(jerk**2)) / samples.step_s**2)
 
 
-@metric(unit="m/s^2", better="lower")
+@metric(unit="m/s^2", better="lower", title="Largest commanded centripetal acceleration")
 def max_centripetal_acceleration(log: TrialLog) -> float:
     """Largest centripetal acceleration of the commands.
 
@@ -177,7 +180,7 @@ def max_centripetal_acceleration(log: TrialLog) -> float:
     return float(accelerations.max(initial=0.0))
 
 
-@metric(unit="% of v max", better="higher")
+@metric(unit="% of v max", better="higher", title="Highest commanded velocity")
 def max_velocity(log: TrialLog) -> float:
     """Highest commanded forward velocity as a share of the robot's highest (published: 0.5 m/s).
 
@@ -186,7 +189,7 @@ def max_velocity(log: TrialLog) -> float:
     return PERCENT * published_samples(log).v_mps.max() / max_velocity_of(log)
 
 
-@metric(unit="m", better="lower")
+@metric(unit="m", better="lower", title="Largest path error")
 def max_path_error(log: TrialLog) -> float:
     """Largest distance from a plan pose to the nearest driven pose.
 
@@ -196,7 +199,7 @@ def max_path_error(log: TrialLog) -> float:
     return _path_errors_m(log).max()
 
 
-@metric(unit="m", better="lower")
+@metric(unit="m", better="lower", title="Smallest path error")
 def min_path_error(log: TrialLog) -> float:
     """Smallest distance from a plan pose to the nearest driven pose.
 
@@ -205,7 +208,7 @@ def min_path_error(log: TrialLog) -> float:
     return _path_errors_m(log).min()
 
 
-@metric(unit="m", better="lower")
+@metric(unit="m", better="lower", title="Average path error")
 def avg_path_error(log: TrialLog) -> float:
     """Mean distance from a plan pose to the nearest driven pose.
 
@@ -215,7 +218,7 @@ def avg_path_error(log: TrialLog) -> float:
     return _path_errors_m(log).mean()
 
 
-@metric(unit="deg", better="lower")
+@metric(unit="deg", better="lower", title="Average heading error")
 def avg_heading_error(log: TrialLog) -> float:
     """Mean difference of the absolute headings of plan and robot.
 
@@ -231,7 +234,7 @@ def avg_heading_error(log: TrialLog) -> float:
     return float(np.degrees(np.abs(robot_yaw - plan_yaw).mean()))
 
 
-@metric(unit="m^2/s", better="lower")
+@metric(unit="m^2/s", better="lower", title="Energy as published")
 def energy(log: TrialLog) -> float:
     """The publication's "energy" (printed as J): the integral of the squared speed.
 
@@ -243,7 +246,7 @@ def energy(log: TrialLog) -> float:
     return float((_steps_m(samples) ** 2).sum() / samples.step_s)
 
 
-@metric(unit="s", better="lower")
+@metric(unit="s", better="lower", title="Time to give up")
 def abort_time(log: TrialLog) -> float:
     """How long the controller took to give up once it was slowest.
 
@@ -262,7 +265,7 @@ def abort_time(log: TrialLog) -> float:
     return float(samples.time_s[-1] - samples.time_s[slowest])
 
 
-@metric(unit="rad/s", better="neither")
+@metric(unit="rad/s", better="neither", title="Highest commanded yaw rate")
 def max_yaw_rate(log: TrialLog) -> float:
     """Highest commanded yaw rate; the publication tells it in its text, not in its tables.
 
@@ -314,6 +317,7 @@ def _path_errors_m(log: TrialLog) -> Array:
 
 
 def _seen_distances_m(log: TrialLog) -> Array:
+    require(log, "obstacle_corner_distance_m")
     distances = published_samples(log).obstacle_corner_distance_m
     seen = distances[np.isfinite(distances)]
     if len(seen) == 0:

@@ -12,14 +12,23 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
+from drake_navbench.analysis.chart_library import chart_library
+from drake_navbench.analysis.circumstances import compute_note
 from drake_navbench.analysis.figures.album import FigureChoice
 from drake_navbench.analysis.folder_analysis import FIGURES_FOLDER, FolderAnalysis, analyse_folder
-from drake_navbench.analysis.html import page_environment, relative_change
+from drake_navbench.analysis.html import (
+    inline_svg,
+    page_environment,
+    relative_change,
+    script_json,
+)
 from drake_navbench.analysis.invariants import warnings_of
+from drake_navbench.analysis.lead import lead_of
 from drake_navbench.analysis.lineups import PUBLISHED_SETTINGS
 from drake_navbench.analysis.metrics.definition import Better
 from drake_navbench.analysis.metrics.registry import all_metrics, installed_metrics
-from drake_navbench.analysis.numbers import EMPTY, number
+from drake_navbench.analysis.numbers import EMPTY, PLAIN_BELOW, number, typeset
+from drake_navbench.analysis.overview import overview_of
 from drake_navbench.analysis.reproduction import (
     PAGE_NAME,
     has_published_scenarios,
@@ -41,7 +50,15 @@ from drake_navbench.log import Outcome
 from drake_navbench.results import ResultsFolder, write_text
 
 REPORT_NAME = "report.html"
+# Written where recordings were imported: how far the simulation is from them.
+SIMULATION_GAP_PAGE = "simulation_gap.html"
 TOTALS_NAME = "totals.csv"
+DIGITS = 3
+NARROW_SPACE = "\u202f"
+# The page asks for this file to learn whether the replays came along with it: a script is the one
+# thing that a page opened from a disk may ask for without being refused.
+REPLAYS_SCRIPT = "replays/are_here.js"
+REPLAYS_SCRIPT_TEXT = "// The report asks for this file to learn whether the replays are here.\n"
 # Two trials that differ by this share of the mean should be told apart; asked for as `difference`.
 DEFAULT_DIFFERENCE = 0.05
 
@@ -90,28 +107,62 @@ def build_report(
             write_text(results.table_path(scenario.scenario, ".md"), table_to_markdown(table))
     if told := totals(trials):
         write_text(folder / TOTALS_NAME, totals_csv(told))
+    publication = ""
     if has_published_scenarios(trials["scenario"]):
-        write_reproduction(folder, trials, parameters_of)
+        publication = write_reproduction(folder, trials, parameters_of).sentence
     if sweep := analysis.manifest.get("sweep"):
         write_sweep(folder, trials, sweep)
     path = folder / REPORT_NAME
-    write_text(path, render(analysis, difference=difference))
+    write_text(path, render(analysis, difference=difference, publication=publication))
+    if results.replays_path.is_dir():
+        write_text(folder / REPLAYS_SCRIPT, REPLAYS_SCRIPT_TEXT)
     return ReportResult(path, len(trials), analysis.left_out)
 
 
-def render(analysis: FolderAnalysis, *, difference: float = DEFAULT_DIFFERENCE) -> str:
-    """Returns the page's HTML."""
+def render(
+    analysis: FolderAnalysis,
+    *,
+    difference: float = DEFAULT_DIFFERENCE,
+    publication: str = "",
+) -> str:
+    """Returns the page's HTML, which holds all that it shows.
+
+    publication: a sentence on what the trials say of it.
+    """
     environment = page_environment()
-    environment.globals.update(figures_folder=FIGURES_FOLDER)
-    environment.filters.update(number=number, interval=interval)
-    return environment.get_template("report.html").render(page=_page(analysis, difference))
+    environment.globals.update(
+        figures_folder=FIGURES_FOLDER,
+        figure_source=lambda stem: inline_svg(analysis.path / FIGURES_FOLDER / f"{stem}.svg"),
+    )
+    environment.filters.update(
+        number=short_number,
+        interval=interval,
+        typeset=typeset,
+        script_json=script_json,
+        sort_key=sort_key,
+    )
+    page = _page(analysis, difference) | {"publication": publication}
+    return environment.get_template("report.html").render(page=page)
 
 
 def interval(bounds: Interval) -> str:
     """Returns '[low, high]', a dash where it is undefined."""
     if not math.isfinite(bounds.low):
         return EMPTY
-    return f"[{number(bounds.low)}, {number(bounds.high)}]"
+    return f"[{short_number(bounds.low)}, {short_number(bounds.high)}]"
+
+
+def sort_key(value: float | None) -> str:
+    """Returns what a cell is sorted by, '' where there is no value."""
+    return "" if value is None or math.isnan(value) else f"{value:.7g}"
+
+
+def short_number(value: float | None) -> str:
+    """Returns a value with 3 significant digits, thousands apart; a dash where it is undefined."""
+    text = number(value, DIGITS)
+    if value is None or not math.isfinite(value) or not 10.0**DIGITS <= abs(value) < PLAIN_BELOW:
+        return text
+    return f"{float(f'{value:.{DIGITS - 1}e}'):,.0f}".replace(",", NARROW_SPACE)
 
 
 def _page(analysis: FolderAnalysis, difference: float) -> dict[str, Any]:
@@ -122,7 +173,15 @@ def _page(analysis: FolderAnalysis, difference: float) -> dict[str, Any]:
     missing = _missing(analysis)
     return {
         "manifest": analysis.manifest,
+        "lead": lead_of(scenarios),
+        "overview": overview_of(scenarios),
+        "compute_note": compute_note(analysis.manifest),
+        "glossary": list(installed_metrics().items()),
+        "charts": list(analysis.charts),
+        "chart_library": chart_library() if analysis.charts else "",
+        "replays_script": REPLAYS_SCRIPT if _has_replays(analysis) else "",
         "reproduction": _relative(analysis.path, analysis.path / PAGE_NAME),
+        "simulation_gap": _relative(analysis.path, analysis.path / SIMULATION_GAP_PAGE),
         "sweep": _relative(analysis.path, analysis.path / SWEEP_PAGE_NAME),
         "folder": analysis.path.resolve().name,
         "trial_count": len(trials),
@@ -202,7 +261,7 @@ def _headlines(scenarios: Sequence[ScenarioAnalysis]) -> list[dict[str, Any]]:
 
 def _scenario(analysis: FolderAnalysis, scenario: ScenarioAnalysis) -> dict[str, Any]:
     figures = [f for f in analysis.figures if f.scenario == scenario.scenario]
-    units = {entry.name: entry.unit for entry in all_metrics()}
+    metrics = {entry.name: entry for entry in all_metrics()}
     results = ResultsFolder(analysis.path)
     replay = results.replay_path(scenario.scenario)
     controllers = [success.controller for success in scenario.successes]
@@ -213,7 +272,7 @@ def _scenario(analysis: FolderAnalysis, scenario: ScenarioAnalysis) -> dict[str,
         "is_impossible": scenario.is_impossible,
         "successes": {success.controller: success for success in scenario.successes},
         "none_succeeded": not scenario.anyone_arrived,
-        "verdicts": [(v, units[v.metric]) for v in scenario.verdicts],
+        "verdicts": [(v, metrics[v.metric]) for v in scenario.verdicts],
         "table": table,
         "has_published": any(column.published for *_, columns in table for column in columns),
         "stand_ins": [
@@ -232,12 +291,13 @@ def _scenario(analysis: FolderAnalysis, scenario: ScenarioAnalysis) -> dict[str,
 
 def _published_rows(
     analysis: FolderAnalysis, scenario: ScenarioAnalysis
-) -> list[tuple[str, str, list[Column]]]:
+) -> list[tuple[str, str, str, list[Column]]]:
     table = scenario_table(analysis.trials, scenario.scenario)
     published = published_table()
     published = published[published["scenario"] == scenario.scenario].set_index("metric")
     # A preset may have the name of a published controller and yet be another one.
     published_names = {preset: name for name, preset in PUBLISHED_SETTINGS.presets.items()}
+    titles = {entry.name: entry.title for entry in all_metrics()}
     rows = []
     for (name, unit), cells in table.iterrows():
         if unit == "trials" and not cells.any():
@@ -250,9 +310,11 @@ def _published_rows(
             )
             is_count = unit == "trials" and math.isfinite(ours)
             columns.append(
-                Column(ours, f"{ours:.0f}" if is_count else number(ours), *_against(ours, theirs))
+                Column(
+                    ours, f"{ours:.0f}" if is_count else short_number(ours), *_against(ours, theirs)
+                )
             )
-        rows.append((name, unit, columns))
+        rows.append((name, titles.get(name, name.replace("_", " ")), unit, columns))
     return rows
 
 
@@ -289,7 +351,7 @@ def _metric_rows(scenario: ScenarioAnalysis) -> list[dict[str, Any]]:
 
 def _pair_rows(scenario: ScenarioAnalysis, difference: float) -> list[dict[str, Any]]:
     means = {(cell.controller, cell.metric): cell.summary.mean for cell in scenario.cells}
-    units = {entry.name: entry.unit for entry in all_metrics()}
+    metrics = {entry.name: entry for entry in all_metrics()}
     rows = []
     for pair in scenario.pairs:
         found = pair.comparison
@@ -301,7 +363,7 @@ def _pair_rows(scenario: ScenarioAnalysis, difference: float) -> list[dict[str, 
             {
                 "scenario": scenario.scenario,
                 "pair": pair,
-                "unit": units[pair.metric],
+                "metric": metrics[pair.metric],
                 "is_shown": found.interval.excludes(0.0),
                 "needed": needed,
             }
@@ -334,6 +396,10 @@ def _replay_of(root: Path, entry: TrialEntry) -> str:
     return _relative(root, results.replay_path(scenario, controller)) or _relative(
         root, results.replay_path(scenario)
     )
+
+
+def _has_replays(analysis: FolderAnalysis) -> bool:
+    return ResultsFolder(analysis.path).replays_path.is_dir()
 
 
 def _relative(root: Path, path: Path) -> str:

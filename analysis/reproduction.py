@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import pandas as pd
 
-from drake_navbench.analysis.accounts import Account, account
-from drake_navbench.analysis.concordance import is_covered
+from drake_navbench.analysis.accounts import Account, account, shares
+from drake_navbench.analysis.concordance import concordance, is_covered
 from drake_navbench.analysis.findings import findings
 from drake_navbench.analysis.judgement import Judgement, Part
 from drake_navbench.analysis.lineups import present_lineups
@@ -31,15 +31,22 @@ def has_published_scenarios(scenarios: Iterable[str]) -> bool:
     return not set(published_table()["scenario"]).isdisjoint(scenarios)
 
 
+class Reproduction(NamedTuple):
+    """Where the page is, and what it comes to in a sentence."""
+
+    path: Path
+    sentence: str
+
+
 def write_reproduction(
     folder: Path, trials: pd.DataFrame | None = None, parameters_of: ParametersOf = nothing_known
-) -> Path:
+) -> Reproduction:
     """Writes findings.csv, published_vs_ours.csv, orderings.csv in tables/, and reproduction.html.
 
     trials: rows as from `tables.trial_row`; the folder's own table if not given. Manifest and
     inputs are the folder's. parameters_of: the resolved parameters of a preset that was not driven,
-    None where they are not known; what it changes is left out then. Returns the page's path;
-    raises InputError where the folder is no results folder.
+    None where they are not known; what it changes is left out then. Raises InputError where the
+    folder is no results folder.
     """
     results = ResultsFolder(folder)
     manifest = results.read_manifest()
@@ -57,7 +64,17 @@ def write_reproduction(
             folder, manifest=manifest, trials=trials, accounts=accounts, parameters_of=parameters_of
         ),
     )
-    return page
+    return Reproduction(page, _in_a_sentence(accounts[0]))
+
+
+def _in_a_sentence(own: Account) -> str:
+    total = shares(own.judgements)[-1]
+    found = concordance(own.orderings)
+    text = f"Of the publication's {total.total} claims {total.holds} hold here, {total.level} are "
+    text += f"level, {total.contradicted} do not hold, {total.undecided} are undecided"
+    if not found.orderings:
+        return f"{text}."
+    return f"{text}; {found.ratio:.0%} of the orderings in its tables are found again."
 
 
 def findings_table(accounts: Iterable[Account]) -> pd.DataFrame:

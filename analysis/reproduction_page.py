@@ -227,7 +227,7 @@ def _parameters(folder: Path, preset: str, parameters_of: ParametersOf) -> Mappi
         return parameters_of(preset)
     parameters = read_yaml(path).get("parameters")
     if not isinstance(parameters, Mapping):
-        raise InputError(f"{path}: parameters: found {parameters!r}, expected a mapping")
+        raise InputError(f"{path}: parameters: got {parameters!r}, expected a mapping")
     return parameters
 
 

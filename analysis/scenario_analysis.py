@@ -16,10 +16,12 @@ from drake_navbench.analysis.metrics.definition import Metric
 from drake_navbench.analysis.metrics.registry import all_metrics, measure_all
 from drake_navbench.analysis.repeats import repeated_cells, repeated_controllers
 from drake_navbench.analysis.statistics import (
+    CONFIDENCE,
     Interval,
     PairedComparison,
     Summary,
     holm,
+    smallest_p_value,
     success_interval,
     summarize,
 )
@@ -96,13 +98,18 @@ class Success(NamedTuple):
 
 
 class Pair(NamedTuple):
-    """Two controllers compared in one metric. p_holm: adjusted for all pairs of the metric."""
+    """Two controllers compared in one metric.
+
+    p_holm: adjusted for all pairs of the metric. can_be_shown: whether so many trials could bring
+    it below 5% at all.
+    """
 
     metric: str
     first: str
     second: str
     comparison: PairedComparison
     p_holm: float
+    can_be_shown: bool = True
 
 
 @dataclass
@@ -230,7 +237,18 @@ def _pairs(
         for first, second in combinations(values.columns, 2)
     ]
     adjusted = holm([comparison.p_value for *_, comparison in compared])
+    tested = sum(comparison.pairs > 0 for *_, comparison in compared)
+    # No p-value is adjusted to less than the smallest of them is.
+    most_pairs = max((comparison.pairs for *_, comparison in compared), default=0)
+    floor = smallest_p_value(most_pairs, tested)
     return [
-        Pair(entry.name, first, second, comparison, float(p))
+        Pair(
+            entry.name,
+            first,
+            second,
+            comparison,
+            float(p),
+            max(floor, smallest_p_value(comparison.pairs, 1)) < 1.0 - CONFIDENCE,
+        )
         for (first, second, comparison), p in zip(compared, adjusted, strict=True)
     ]

@@ -176,6 +176,15 @@ def signed_rank_p_value(differences: Array) -> float:
     return float(stats.wilcoxon(differences).pvalue)
 
 
+def smallest_p_value(pairs: int, comparisons: int) -> float:
+    """Returns the smallest p-value that Wilcoxon's two-sided test can give after Holm's correction.
+
+    pairs: none of which is equal; all differences of one sign have 2 of the 2^pairs signs.
+    comparisons: how many tests are corrected together.
+    """
+    return min(comparisons * 2.0 ** (1 - pairs), 1.0)
+
+
 def rank_biserial(differences: Array) -> float:
     """Returns the matched-pairs rank-biserial correlation: (W+ - W-)/(W+ + W-).
 

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from drake_navbench.analysis.metrics.definition import Better, Metric
+from drake_navbench.analysis.numbers import typeset
 from drake_navbench.analysis.statistics import (
     CONFIDENCE,
     ROUNDING,
@@ -20,7 +21,8 @@ from drake_navbench.analysis.statistics import (
 )
 from drake_navbench.log import Outcome
 
-# A difference below this share of the larger mean is not worth a word, however certain.
+# A difference below this share of the larger mean is not worth a word, however certain; neither is
+# one below what a metric says that matters (`Metric.relevant`).
 RELEVANT_RATIO = 0.01
 SIGNIFICANT_DIGITS = 3
 NOTHING_RANDOM = "n = 1: nothing in these trials is random"
@@ -148,7 +150,9 @@ def verdict(
         other: compare_columns(values, leader, other, repeated=once, confidence=confidence)
         for other in others
     }
-    equal = [other for other in others if _is_equal(comparisons[other], means, leader, other)]
+    equal = [
+        other for other in others if _is_equal(comparisons[other], means, leader, other, entry)
+    ]
     leaders = [leader]
     for other in others:
         is_certain = once >= {leader, other} or _is_behind(comparisons[other], entry.better)
@@ -163,18 +167,31 @@ def verdict(
             text += f" ({NOTHING_RANDOM})"
     elif leaders == [leader, *equal]:
         standing = Standing.LEVEL
-        text = f"level: {', '.join(leaders)} {_how_close(comparisons, equal)}"
+        text = f"level: {', '.join(leaders)} {_how_close(comparisons, means, equal, entry)}"
     else:
         standing = Standing.UNDECIDED
         text = _undecided(leaders, equal, comparisons, unit=entry.unit, confidence=confidence)
+        if equal:
+            close = _how_close(comparisons, means, equal, entry)
+            text += f"; {', '.join([leader, *equal])} {close}"
     if not anyone_arrived:
         standing = Standing.NO_CONTEST
     text += _note_on_missing(values, list(means.index), anyone_arrived=anyone_arrived)
     return Verdict(scenario, entry.name, standing, tuple(leaders), text)
 
 
-def _is_equal(comparison: PairedComparison, means: pd.Series, leader: str, other: str) -> bool:
+def _is_equal(
+    comparison: PairedComparison, means: pd.Series, leader: str, other: str, entry: Metric
+) -> bool:
     """Whether a difference is too small for a word; never without a pair."""
+    return _is_ratio_small(comparison, means, leader, other) or (
+        abs(comparison.difference) <= entry.relevant
+    )
+
+
+def _is_ratio_small(
+    comparison: PairedComparison, means: pd.Series, leader: str, other: str
+) -> bool:
     scale = max(abs(means[leader]), abs(means[other]))
     return abs(comparison.difference) <= max(RELEVANT_RATIO * scale, ROUNDING)
 
@@ -185,10 +202,18 @@ def _is_behind(comparison: PairedComparison, better: Better) -> bool:
     return low > 0.0 if better is Better.LOWER else high < 0.0
 
 
-def _how_close(comparisons: Mapping[str, PairedComparison], equal: Sequence[str]) -> str:
+def _how_close(
+    comparisons: Mapping[str, PairedComparison],
+    means: pd.Series,
+    equal: Sequence[str],
+    entry: Metric,
+) -> str:
     if all(abs(comparisons[name].difference) <= ROUNDING for name in equal):
         return "are equal"
-    return f"differ by less than {RELEVANT_RATIO:.0%}"
+    leader = means.index[0]
+    if all(_is_ratio_small(comparisons[name], means, leader, name) for name in equal):
+        return f"differ by less than {RELEVANT_RATIO:.0%}"
+    return f"differ by no more than {_number(entry.relevant, entry.unit)}"
 
 
 def _undecided(
@@ -210,8 +235,6 @@ def _undecided(
                 text += f"; a difference of this size needs about {needed} trials"
     else:
         text += ": no trial in which both have a value"
-    if equal:
-        text += f"; {', '.join([leaders[0], *equal])} {_how_close(comparisons, equal)}"
     return text
 
 
@@ -239,4 +262,4 @@ def _note_on_missing(values: pd.DataFrame, compared: Sequence[str], *, anyone_ar
 def _number(value: float, unit: str, *, signed: bool = False) -> str:
     sign = "+" if signed else ""
     text = f"{value:{sign}.{SIGNIFICANT_DIGITS}g}" if abs(value) > ROUNDING else "0"
-    return f"{text} {unit}".rstrip()
+    return f"{text} {typeset(unit)}".rstrip()

@@ -20,6 +20,11 @@ COMMANDS = {
     "report": ("drake_navbench.report", "make tables, figures and report.html again from logs"),
     "compare": ("drake_navbench.compare", "say what became better or worse between two folders"),
     "replay": ("drake_navbench.commands.replay", "render the replay of one trial from its log"),
+    "export": ("drake_navbench.commands.export", "write trials as bags, tables or trajectories"),
+    "import-bag": (
+        "drake_navbench.commands.import_bag",
+        "make trials of recordings of real robots",
+    ),
     "list": ("drake_navbench.commands.listing", "list scenarios, controllers and robots"),
     "docs": ("drake_navbench.commands.documentation", "make the generated parts of docs/"),
 }

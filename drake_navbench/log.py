@@ -3,7 +3,7 @@
 One Parquet file a trial. The rows are samples on the recorder's clock; what changes more slowly
 (scans, plans, the controller's diagnostics) stands in the row of the first sample that saw it and
 is null elsewhere. What does not change (scenario, robot, parameters, outcome) is JSON in the file's
-metadata. docs/log_format.md is generated from `COLUMNS` and `PLAN_COLUMNS`.
+metadata. docs/log_format.md is generated from `COLUMNS`, `PLAN_COLUMNS` and `COSTMAP_COLUMNS`.
 """
 
 from __future__ import annotations
@@ -21,9 +21,11 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
-from pydantic import ConfigDict
+from pydantic import ConfigDict, Field
 
 from drake_navbench.errors import InputError, as_line, one_line, printable
+from drake_navbench.kernels.grid import Costmap
+from drake_navbench.logged_costmaps import costmap_columns, read_costmaps
 from drake_navbench.plans import (
     PLAN_COLUMNS,
     PLAN_ENCODINGS,
@@ -60,6 +62,8 @@ COLUMNS: Mapping[str, str] = {
     "cell, which the publication takes for the cell",
     "cycle_count": "control cycles so far",
     "compute_time_ms": "wall-clock time of the last control cycle (varies from run to run)",
+    "compute_cpu_time_ms": "processor time of the thread in the last control cycle (likewise); "
+    "empty in logs from before it was measured",
 }
 # Only in logs of robots that move sideways.
 LATERAL_COLUMNS: Mapping[str, str] = {
@@ -67,6 +71,11 @@ LATERAL_COLUMNS: Mapping[str, str] = {
     "measured_vy_mps": "velocity to the left as the controller is told",
     "command_vy_mps": "last commanded velocity to the left",
 }
+# Columns that came later, without which a log is whole all the same.
+LATER_COLUMNS = frozenset({"compute_cpu_time_ms"})
+# Not a function of the trial: two runs of one differ in these.
+UNREPEATABLE_COLUMNS = ("compute_time_ms", "compute_cpu_time_ms")
+
 
 # Of a name or reason in the short form of a log.
 MAX_SHOWN = 80
@@ -127,6 +136,7 @@ class _Header(FrozenModel):
     reason: str
     start_time_s: float
     end_time_s: float
+    missing: dict[str, str] = Field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -137,7 +147,7 @@ class TrialLog:
         `LATERAL_COLUMNS`.
     plans: the global plans in order of time, as `drake_navbench.plans.as_logged` keeps them; one
         in the mode follow_path.
-    scans: the lidar scans in order.
+    scans: the lidar scans in order. costmaps: the local costmaps in order, where they were kept.
     diagnostics: (time_s, mapping) of every control cycle that left any.
     events: (time_s, mapping) of what the navigator did: `node` and `status` where a node of its
         behaviour tree changed, `plan_id` and `poses` where there was a new plan.
@@ -150,6 +160,7 @@ class TrialLog:
     scans: tuple[Scan, ...] = ()
     diagnostics: tuple[tuple[float, Mapping[str, Any]], ...] = field(default=())
     events: tuple[tuple[float, Mapping[str, Any]], ...] = field(default=())
+    costmaps: tuple[Costmap, ...] = ()
 
     def __repr__(self) -> str:
         """Returns who drove what, how it ended and how much there is, as one short line."""
@@ -189,6 +200,16 @@ class TrialLog:
     def end_time_s(self) -> float:
         """When the trial ended, s."""
         return float(self.info["end_time_s"])
+
+    @property
+    def missing(self) -> Mapping[str, str]:
+        """What a recording could not tell: a column or another part of the log -> why."""
+        return self.info.get("missing", {})
+
+    @property
+    def is_recording(self) -> bool:
+        """Whether it was made of a recording, not simulated."""
+        return "recording" in self.info
 
     @property
     def first_plans(self) -> tuple[Plan, ...]:
@@ -239,6 +260,8 @@ class TrialLog:
         columns["diagnostics"] = pa.array(notes, type=pa.string())
         rows = [_first_row_at(times, plan.time_s) for plan in self.plans]
         columns |= plan_columns(self.plans, rows, len(times))
+        rows = [_first_row_at(times, costmap.stamp_s) for costmap in self.costmaps]
+        columns |= costmap_columns(self.costmaps, rows, len(times))
         header = dict(self.info) | {
             "schema_version": SCHEMA_VERSION,
             "events": [{"time_s": time_s} | dict(event) for time_s, event in self.events],
@@ -277,7 +300,7 @@ class TrialLog:
                 f"{path}: schema version {version}, expected {SCHEMA_VERSION}; run the trial again"
             )
         found = set(table.column_names)
-        missing = {*COLUMNS, *PLAN_COLUMNS, "scan", "diagnostics"} - found
+        missing = {*COLUMNS, *PLAN_COLUMNS, "scan", "diagnostics"} - LATER_COLUMNS - found
         if found & set(LATERAL_COLUMNS):
             missing |= set(LATERAL_COLUMNS) - found
         if missing:
@@ -306,7 +329,9 @@ class TrialLog:
         events = info.pop("events", [])
         notes = [json.loads(n) for n in table["diagnostics"].drop_null().to_pylist()]
         lateral = [name for name in LATERAL_COLUMNS if name in table.column_names]
-        samples = table.select([*COLUMNS, *lateral]).to_pandas()
+        present = [name for name in COLUMNS if name in table.column_names]
+        samples = table.select([*present, *lateral]).to_pandas()
+        samples = samples.reindex(columns=[*COLUMNS, *lateral])
         if not all(kind.kind in "if" for kind in samples.dtypes):
             raise TypeError("a column does not hold numbers")
         return cls(
@@ -316,6 +341,7 @@ class TrialLog:
             scans=tuple(_read_scan(s, angles) for s in table["scan"].drop_null().to_pylist()),
             diagnostics=tuple((float(n.pop("time_s")), n) for n in notes),
             events=tuple((float(event.pop("time_s")), event) for event in events),
+            costmaps=read_costmaps(table),
         )
 
 

@@ -54,10 +54,10 @@ def chosen_plugin(kind: PluginKind, block: Mapping[str, Any], key: str = "plugin
     name = block[key]
     try:
         if not isinstance(name, str):
-            raise InputError(f"found {name!r}, expected the name of a {kind.noun}")
+            raise InputError(f"got {name!r}, expected the name of a {kind.noun}")
         chosen = kind.load(name)
         if kind.origin(name) is None:
-            raise InputError(f"found {name!r}, expected a {kind.noun} of another package")
+            raise InputError(f"got {name!r}, expected a {kind.noun} of another package")
         model = chosen.Parameters
     except InputError as error:
         raise _as_validation_error([_fault(str(error), (key,), name)]) from error

@@ -137,10 +137,15 @@ class ResultsFolder:
         """Where a scenario's table is; suffix '.csv' or '.md'."""
         return self.path / "tables" / f"{file_name(scenario)}{suffix}"
 
+    @property
+    def replays_path(self) -> Path:
+        """The folder of the replays."""
+        return self.path / "replays"
+
     def replay_path(self, scenario: str, controller: str = "") -> Path:
         """Where the replay of a scenario is, or of one controller in it."""
         stem = file_name(scenario) + (f"--{file_name(controller)}" if controller else "")
-        return self.path / "replays" / f"{stem}.html"
+        return self.replays_path / f"{stem}.html"
 
     def write_log(self, log: TrialLog, campaign_identity: str | None = None) -> None:
         """Writes a trial's log.

@@ -151,6 +151,11 @@ def build_parser() -> argparse.ArgumentParser:
         help="draw N points of a Latin hypercube over the --sweep fields instead of their grid",
     )
     add(
+        "--no-costmaps",
+        action="store_true",
+        help="leave the local costmaps out of the logs, which become smaller; replays lack them",
+    )
+    add(
         "--live", action="store_true", help="show each trial in a browser, in real time, one by one"
     )
     add("--resume", type=Path, metavar="DIR", help="go on with an interrupted run")
@@ -180,7 +185,7 @@ def _require_nothing_else(parser: argparse.ArgumentParser, arguments: argparse.N
     """Raises InputError where --resume comes with options that only a new run can take."""
     for name, value in vars(arguments).items():
         if name not in ALLOWED_WITH_RESUME and value != parser.get_default(name):
-            option = "SCENARIO" if name == "scenarios" else f"--{name}"
+            option = "SCENARIO" if name == "scenarios" else f"--{name.replace('_', '-')}"
             raise InputError(
                 f"--resume {arguments.resume}: goes on with what was asked then; "
                 f"expected no {option}, got {value!r}"

@@ -16,6 +16,7 @@ CONTRACTS = {
     "controller",
     "errors",
     "log",
+    "logged_costmaps",
     "noise",
     "plans",
     "plugin_parameters",
@@ -41,17 +42,12 @@ MAY_IMPORT: dict[str, set[str]] = {
     "systems": BELOW_ALL | {"costmaps", "navigation", "inputs"},
     "trial": BELOW_ALL | {"costmaps", "navigation", "inputs", "systems"},
     "analysis": BELOW_ALL,
+    "recordings": BELOW_ALL | {"costmaps", "inputs", "trial", "analysis"},
     "campaign": BELOW_ALL | {"inputs", "trial", "analysis"},
-    "commands": BELOW_ALL | {"inputs", "trial", "analysis", "campaign"},
+    "commands": BELOW_ALL | {"inputs", "trial", "analysis", "campaign", "recordings"},
 }
-# What analysis may use of the engine: the shapes that stood in the world, which every log has; and
-# for one module what makes the local costmap of a replay again from the scans.
+# What analysis may use of the engine: the shapes that stood in the world, which every log has.
 SHAPES = {"drake_navbench.inputs.world", "drake_navbench.inputs.world_geometry"}
-FOR_REPLAYED_COSTMAPS = {
-    "drake_navbench.costmaps.layered_costmap",
-    "drake_navbench.inputs.robot",
-}
-REPLAYED_COSTMAPS = "drake_navbench.analysis.replay.costmaps"
 # Contracts that a kernel may use; the others use kernels themselves.
 FOR_KERNELS = {"drake_navbench.errors", "drake_navbench.typed_files.immutable"}
 
@@ -105,9 +101,7 @@ def broken_rules(module: str, path: Path) -> list[str]:
         if layer == "kernels" and other == "contracts":
             allowed = imported in FOR_KERNELS
         if layer == "analysis" and not allowed:
-            allowed = imported in SHAPES or (
-                module == REPLAYED_COSTMAPS and imported in FOR_REPLAYED_COSTMAPS
-            )
+            allowed = imported in SHAPES
         if not allowed:
             faults.append(f"{path}:{line}: {layer} may not import {imported}")
     return faults

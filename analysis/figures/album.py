@@ -18,8 +18,8 @@ from drake_navbench.analysis.figures.comparison import (
     compute_figure,
     compute_times,
 )
-from drake_navbench.analysis.figures.maps import paths_figure
-from drake_navbench.analysis.figures.motion import MotionSheet
+from drake_navbench.analysis.figures.maps import paths_figure, paths_map
+from drake_navbench.analysis.figures.motion import MotionSheet, sheet_of
 from drake_navbench.analysis.figures.ranking import (
     pareto_figure,
     pareto_points,
@@ -75,6 +75,15 @@ def headline_metrics() -> list[Metric]:
     return [by_name[name] for name in HEADLINE_METRICS]
 
 
+def drawable_logs(logs: Mapping[str, Sequence[TrialLog]]) -> dict[str, list[TrialLog]]:
+    """Returns the logs that have samples, of the controllers that have any such."""
+    return {
+        name: kept
+        for name, own in logs.items()
+        if (kept := [log for log in own if len(log.samples)])
+    }
+
+
 def write_scenario_figures(
     folder: Path,
     scenario: str,
@@ -86,11 +95,7 @@ def write_scenario_figures(
 
     logs: the readable trials by controller. trials: rows as from `trial_row`, all scenarios.
     """
-    drawable = {
-        name: kept
-        for name, own in logs.items()
-        if (kept := [log for log in own if len(log.samples)])
-    }
+    drawable = drawable_logs(logs)
     if not drawable or choice is FigureChoice.NONE:
         return []
     look = Look(list(dict.fromkeys([*logs, *trials["controller"]])))
@@ -116,7 +121,7 @@ def _comparisons(
 ) -> Iterator[tuple[str, str, Figure]]:
     """Yields kind, title and figure of what can be compared, one at a time."""
     metrics = headline_metrics()
-    yield "paths", "Driven paths", paths_figure(logs, look)
+    yield "paths", "Driven paths", paths_figure(paths_map(logs), look)
     if figure := clearance_figure(clearance_curves(logs), look):
         yield "clearance", "Clearance along the path", figure
     if figure := box_figure(box_panels(trials, scenario, metrics), look):
@@ -138,4 +143,4 @@ def _motion_sheets(
     """Yields controllers and their sheets; each is to be written before the next is asked for."""
     sheet = MotionSheet()
     for controller, own in logs.items():
-        yield controller, sheet.draw(own, controller, look)
+        yield controller, sheet.draw(sheet_of(own, controller), look)

@@ -25,6 +25,7 @@ from drake_navbench.analysis.metrics.compute import MS_PER_S, cycle_times_ms
 from drake_navbench.analysis.metrics.definition import Metric, Undefined
 from drake_navbench.analysis.metrics.safety import DANGER_DISTANCE_M
 from drake_navbench.analysis.metrics.signals import Array, column, positions
+from drake_navbench.analysis.numbers import typeset
 from drake_navbench.analysis.verdicts import is_failed, values_by_seed
 from drake_navbench.log import TrialLog
 
@@ -86,10 +87,12 @@ class ComputeTimes(NamedTuple):
 
 
 def clearance_curves(logs: Logs) -> list[ClearanceCurve]:
-    """Returns a curve a trial; none at all where no obstacle was ever in reach."""
+    """Returns a curve a trial that tells it; none at all where no obstacle was ever in reach."""
     curves = []
     for controller, own in logs.items():
         for log in own:
+            if "clearance_m" in log.missing:
+                continue
             clearance = column(log, "clearance_m")
             clearance = np.where(np.isfinite(clearance), clearance, np.nan)
             steps = np.hypot(*np.diff(positions(log), axis=0).T)
@@ -226,8 +229,8 @@ def _draw_boxes(axes: Axes, panel: BoxPanel, look: Look) -> None:
     axes.set_xlim(0.5, len(names) + 0.5)
     axes.grid(visible=False, axis="x")
     entry = panel.metric
-    unit = f" [{entry.unit}]" if entry.unit else ""
-    axes.set_title(f"{entry.name}{unit}", fontsize=8.5)
+    unit = f" [{typeset(entry.unit)}]" if entry.unit else ""
+    axes.set_title(f"{entry.title}{unit}", fontsize=8.5)
     arrow = {"lower": "↓ lower is better", "higher": "↑ higher is better"}.get(entry.better, "")
     axes.set_ylabel(arrow, fontsize=7.5, color=MUTED)
 

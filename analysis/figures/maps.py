@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -29,43 +29,53 @@ MARGIN_M = 0.6
 MAX_HEIGHT_IN, MIN_HEIGHT_IN, WIDTH_IN = 6.0, 1.8, 7.2
 
 
-def draw_world(axes: Axes, log: TrialLog) -> None:
-    """Draws obstacles, the first plan of each leg, waypoints and goal."""
-    outlines = obstacle_outlines(log)
-    axes.add_collection(
-        PolyCollection(
-            outlines,
-            facecolor=OBSTACLE_FACE,
-            edgecolor=OBSTACLE_EDGE,
-            linewidth=0.8,
-            label="obstacle" if outlines else None,
-        ),
-        autolim=False,
+class Course(NamedTuple):
+    """What stood in the world and what was to be done in it; lengths in m, world frame.
+
+    obstacles: corners (K, 2) of each. plans: (N, 2) the first plan of each leg. is_replanned:
+    whether there were others. waypoints: (W, 2). goal: (2,).
+    """
+
+    obstacles: list[Array]
+    plans: list[Array]
+    is_replanned: bool
+    waypoints: Array
+    goal: Array
+
+
+class DrivenPaths(NamedTuple):
+    """What one controller drove: (N, 2) m a trial, and outlines (K, 2) m on the way."""
+
+    controller: str
+    paths: list[Array]
+    outlines: list[Array]
+
+
+class PathsMap(NamedTuple):
+    """All that the map of a scenario shows. low, high: corners of the part shown, (2,) m."""
+
+    course: Course
+    driven: list[DrivenPaths]
+    low: Array
+    high: Array
+
+
+def course_of(log: TrialLog) -> Course:
+    """Returns the course of a trial."""
+    *waypoints, goal = goals(log)[:, :2]
+    return Course(
+        obstacle_outlines(log),
+        [plan.poses[:, :2] for plan in log.first_plans],
+        len(log.plans) != len(log.first_plans),
+        np.array(waypoints).reshape(-1, 2),
+        goal,
     )
-    for plan in log.first_plans:
-        label = "plan" if len(log.plans) == len(log.first_plans) else "first plan"
-        axes.plot(
-            *plan.poses[:, :2].T,
-            color=PLAN_COLOR,
-            lw=1.0,
-            ls=(0, (4, 3)),
-            label=label if plan is log.first_plans[0] else None,
-        )
-    *waypoints, goal = goals(log)
-    mark: dict[str, Any] = {"mfc": "white", "mec": PLAN_COLOR, "ls": "none"}
-    if waypoints:
-        axes.plot(*np.array(waypoints)[:, :2].T, marker="D", ms=6, **mark, label="waypoint")
-    axes.plot(*goal[:2], marker="*", ms=11, **mark, label="goal")
-    axes.set_aspect("equal")
-    axes.set_xlabel("x [m]")
-    axes.set_ylabel("y [m]")
 
 
-def draw_robot(axes: Axes, log: TrialLog, *, row: int, color: Any) -> None:
-    """Draws the robot's outline at a row of the samples."""
+def outline_at(log: TrialLog, row: int) -> Array:
+    """Returns the corners (K, 2) m of the robot's outline at a row of the samples."""
     sample = log.samples.iloc[row]
-    corners = place_outline(outline_of(log), (sample["x_m"], sample["y_m"], sample["yaw_rad"]))
-    axes.fill(*corners.T, fill=False, edgecolor=color, linewidth=1.0, zorder=2.5)
+    return place_outline(outline_of(log), (sample["x_m"], sample["y_m"], sample["yaw_rad"]))
 
 
 def bounds(logs: Sequence[TrialLog]) -> tuple[Array, Array]:
@@ -76,22 +86,69 @@ def bounds(logs: Sequence[TrialLog]) -> tuple[Array, Array]:
     return points.min(axis=0) - margin_m, points.max(axis=0) + margin_m
 
 
-def paths_figure(logs_by_controller: Mapping[str, Sequence[TrialLog]], look: Look) -> Figure:
-    """Returns the driven paths of all controllers, every trial, over one map."""
+def paths_map(logs_by_controller: Mapping[str, Sequence[TrialLog]]) -> PathsMap:
+    """Returns the driven paths of all controllers, every trial, and where they drove."""
     logs = [log for own in logs_by_controller.values() for log in own]
-    low, high = bounds(logs)
+    driven = [
+        DrivenPaths(controller, [positions(log) for log in own], [outline_at(own[0], -1)])
+        for controller, own in logs_by_controller.items()
+    ]
+    # The course of one that planned all its legs, where there is one.
+    course = course_of(max(logs, key=lambda log: len(log.first_plans)))
+    return PathsMap(course, driven, *bounds(logs))
+
+
+def draw_course(axes: Axes, course: Course) -> None:
+    """Draws obstacles, the first plan of each leg, waypoints and goal."""
+    axes.add_collection(
+        PolyCollection(
+            course.obstacles,
+            facecolor=OBSTACLE_FACE,
+            edgecolor=OBSTACLE_EDGE,
+            linewidth=0.8,
+            label="obstacle" if course.obstacles else None,
+        ),
+        autolim=False,
+    )
+    label = "first plan" if course.is_replanned else "plan"
+    for number, plan in enumerate(course.plans):
+        axes.plot(
+            *plan.T,
+            color=PLAN_COLOR,
+            lw=1.0,
+            ls=(0, (4, 3)),
+            label=label if number == 0 else None,
+        )
+    mark: dict[str, Any] = {"mfc": "white", "mec": PLAN_COLOR, "ls": "none"}
+    if len(course.waypoints):
+        axes.plot(*course.waypoints.T, marker="D", ms=6, **mark, label="waypoint")
+    axes.plot(*course.goal, marker="*", ms=11, **mark, label="goal")
+    axes.set_aspect("equal")
+    axes.set_xlabel("x [m]")
+    axes.set_ylabel("y [m]")
+
+
+def draw_outlines(axes: Axes, outlines: Sequence[Array], color: Any) -> None:
+    """Draws outlines of a robot, (K, 2) m each."""
+    for corners in outlines:
+        axes.fill(*corners.T, fill=False, edgecolor=color, linewidth=1.0, zorder=2.5)
+
+
+def paths_figure(shown: PathsMap, look: Look) -> Figure:
+    """Returns the driven paths of all controllers, every trial, over one map."""
+    low, high = shown.low, shown.high
     height_in = WIDTH_IN * (high[1] - low[1]) / (high[0] - low[0])
     height_in = float(np.clip(height_in, MIN_HEIGHT_IN, MAX_HEIGHT_IN))
     figure, (axes,) = new_figure(axes_size_in=(WIDTH_IN, height_in))
-    # One that planned all its legs, where there is one.
-    draw_world(axes, max(logs, key=lambda log: len(log.first_plans)))
-    for controller, own in logs_by_controller.items():
-        for log in own:
-            axes.plot(*positions(log).T, **look.line(controller), lw=1.3, alpha=0.85)
-        draw_robot(axes, own[0], row=-1, color=look.line(controller)["color"])
+    draw_course(axes, shown.course)
+    for own in shown.driven:
+        line = look.line(own.controller)
+        for path in own.paths:
+            axes.plot(*path.T, **line, lw=1.3, alpha=0.85)
+        draw_outlines(axes, own.outlines, line["color"])
     axes.set_xlim(low[0], high[0])
     axes.set_ylim(low[1], high[1])
     axes.set_title("Driven paths, all trials; outlines where the first trial of each ended")
     handles, _ = axes.get_legend_handles_labels()
-    legend_below(figure, [*look.line_keys(logs_by_controller), *handles])
+    legend_below(figure, [*look.line_keys([own.controller for own in shown.driven]), *handles])
     return figure

@@ -10,7 +10,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.integrate import cumulative_trapezoid
 
-from drake_navbench.analysis.figures.maps import bounds, draw_robot, draw_world
+from drake_navbench.analysis.figures.maps import (
+    DrivenPaths,
+    PathsMap,
+    bounds,
+    course_of,
+    draw_course,
+    draw_outlines,
+    outline_at,
+)
 from drake_navbench.analysis.figures.style import (
     MUTED,
     Look,
@@ -64,9 +72,33 @@ class MotionCurves(NamedTuple):
     fitted: FittedCurves | str
 
 
+class Sheet(NamedTuple):
+    """All that a sheet shows; the curves are those of one trial, the map shows all of them."""
+
+    title: str
+    controller: str
+    map: PathsMap
+    curves: MotionCurves
+
+
 def shown_trial(logs: Sequence[TrialLog]) -> TrialLog:
     """Returns the trial whose curves are shown: the first that succeeded, else the first."""
     return next((log for log in logs if log.outcome is Outcome.SUCCEEDED), logs[0])
+
+
+def sheet_of(logs: Sequence[TrialLog], controller: str) -> Sheet:
+    """Returns what the sheet of a controller shows; logs: its trials that have samples."""
+    shown = shown_trial(logs)
+    ends = [outline_at(shown, row) for row in (0, -1)]
+    driven = DrivenPaths(controller, [positions(log) for log in logs], ends)
+    info = shown.info
+    return Sheet(
+        f"{info['scenario']['name']}: {controller}, curves of trial {info['trial']} "
+        f"({str(shown.outcome).replace('_', ' ')})",
+        controller,
+        PathsMap(course_of(shown), [driven], *bounds(logs)),
+        motion_curves(shown),
+    )
 
 
 def motion_curves(log: TrialLog) -> MotionCurves:
@@ -78,9 +110,10 @@ def motion_curves(log: TrialLog) -> MotionCurves:
         fitted = str(reason)
     return MotionCurves(
         times(log),
-        column(log, "command_v_mps"),
+        # Of a recording without commands these are no numbers, and no curve.
+        log.samples["command_v_mps"].to_numpy(),
         v_mps,
-        column(log, "command_w_radps"),
+        log.samples["command_w_radps"].to_numpy(),
         w_radps,
         np.abs(v_mps * w_radps),
         fitted,
@@ -132,18 +165,14 @@ class MotionSheet:
         for axes in self._panels[1:]:
             axes.set_xlabel("time [s]")
 
-    def draw(self, logs: Sequence[TrialLog], controller: str, look: Look) -> Figure:
-        """Returns the figure, which the next call draws anew.
-
-        The curves are those of one trial, see `shown_trial`; the map shows all of them.
-        """
-        shown = shown_trial(logs)
-        curves = motion_curves(shown)
-        line = look.line(controller) | {"linestyle": "-"}
+    def draw(self, sheet: Sheet, look: Look) -> Figure:
+        """Returns the figure, which the next call draws anew."""
+        curves = sheet.curves
+        line = look.line(sheet.controller) | {"linestyle": "-"}
         path, velocity, derivatives, turning, sideways, energy = self._panels
         for axes in self._figure.axes:
             clear_data(axes)
-        _draw_path(path, logs, shown, line)
+        _draw_path(path, sheet.map, line)
         _draw_velocity(velocity, curves, line)
         _draw_turning(turning, curves, line)
         _draw_sideways(sideways, curves, line)
@@ -153,10 +182,8 @@ class MotionSheet:
         else:
             _draw_derivatives(derivatives, curves.fitted, line)
             _draw_energy(energy, self._speed, curves.fitted, line)
-        info = shown.info
         self._figure.suptitle(
-            f"{info['scenario']['name']}: {controller}, curves of trial {info['trial']} "
-            f"({str(shown.outcome).replace('_', ' ')})",
+            sheet.title,
             x=0.01,
             ha="left",
             fontsize=11,
@@ -173,17 +200,16 @@ def _add_speed_axis(axes: Axes) -> Axes:
     return other
 
 
-def _draw_path(axes: Axes, logs: Sequence[TrialLog], shown: TrialLog, line: Line) -> None:
-    draw_world(axes, shown)
-    for log in logs:
-        axes.plot(*positions(log).T, **line | {"lw": 0.8}, alpha=0.6)
-    for row in (0, -1):
-        draw_robot(axes, shown, row=row, color=line["color"])
-    low, high = bounds(logs)
-    axes.set_xlim(low[0], high[0])
-    axes.set_ylim(low[1], high[1])
-    count = f"{len(logs)} trial{'s' if len(logs) > 1 else ''}"
-    axes.set_title(f"Plan (dashed) and paths of {count}")
+def _draw_path(axes: Axes, shown: PathsMap, line: Line) -> None:
+    (driven,) = shown.driven
+    draw_course(axes, shown.course)
+    for path in driven.paths:
+        axes.plot(*path.T, **line | {"lw": 0.8}, alpha=0.6)
+    draw_outlines(axes, driven.outlines, line["color"])
+    axes.set_xlim(shown.low[0], shown.high[0])
+    axes.set_ylim(shown.low[1], shown.high[1])
+    count = len(driven.paths)
+    axes.set_title(f"Plan (dashed) and paths of {count} trial{'s' if count > 1 else ''}")
 
 
 def _draw_velocity(axes: Axes, curves: MotionCurves, line: Line) -> None:

@@ -92,7 +92,7 @@ def rank_figure(rows: Sequence[RankRow], look: Look) -> Figure | None:
                 ms=8,
                 mec="white",
             )
-    axes.set_yticks(range(len(rows)), [entry.name for entry, _ in rows])
+    axes.set_yticks(range(len(rows)), [entry.title for entry, _ in rows])
     axes.invert_yaxis()
     axes.set_xlim(0.8, len(names) + 0.2)
     axes.set_xlabel(f"mean rank over {rows[0].ranks.blocks} seeds, 1 is best")

@@ -29,7 +29,7 @@ TRANSITION_QUALITY = 0.63
 PADDING_RATIO = 4
 
 
-@metric(unit="m/s^2", better="lower")
+@metric(unit="m/s^2", better="lower", title="Lateral acceleration, largest")
 def lateral_acceleration_max_mps2(log: TrialLog) -> float:
     """Largest true lateral acceleration of the reference point.
 
@@ -42,7 +42,7 @@ def lateral_acceleration_max_mps2(log: TrialLog) -> float:
     return np.abs(turning + signal.lateral_acceleration_mps2).max()
 
 
-@metric(unit="m/s^2", better="lower")
+@metric(unit="m/s^2", better="lower", title="Acceleration, largest")
 def acceleration_max_mps2(log: TrialLog) -> float:
     """Largest true forward acceleration that lasted 0.1 s.
 
@@ -51,7 +51,7 @@ def acceleration_max_mps2(log: TrialLog) -> float:
     return max(float(sustained_accelerations(log).max()), 0.0)
 
 
-@metric(unit="m/s^2", better="lower")
+@metric(unit="m/s^2", better="lower", title="Braking, hardest")
 def deceleration_max_mps2(log: TrialLog) -> float:
     """Largest true backward acceleration that lasted 0.1 s: how hard the chair brakes.
 
@@ -60,7 +60,7 @@ def deceleration_max_mps2(log: TrialLog) -> float:
     return max(float(-sustained_accelerations(log).min()), 0.0)
 
 
-@metric(unit="s", better="lower")
+@metric(unit="s", better="lower", title="Discomfort", relevant=0.1)
 def gulati_kuipers_discomfort_s(log: TrialLog) -> float:
     """Discomfort of a wheelchair's passenger: duration plus squared jerks.
 
@@ -82,7 +82,7 @@ def gulati_kuipers_discomfort_s(log: TrialLog) -> float:
     return duration_s + float(np.trapezoid(cost, dx=signal.period_s))
 
 
-@metric(unit="m/s^2", better="lower")
+@metric(unit="m/s^2", better="lower", title="Weighted acceleration at the seat")
 def iso_2631_av_mps2(log: TrialLog) -> float:
     """Frequency-weighted r.m.s. acceleration in the plane of the seat; says nothing of vibration.
 

@@ -39,6 +39,8 @@ class Metric:
     name: column name, with the unit where the publication does not prescribe the name.
     unit: as shown in tables. better: the good direction. function: the computation; raises
     Undefined where a trial has no value. is_repeatable: False where it depends on the machine.
+    title: what people call it; the name in words where it has none. relevant: differences up to
+    this size, in the unit, matter to nobody, however certain.
     """
 
     name: str
@@ -46,6 +48,13 @@ class Metric:
     better: Better
     function: Callable[[TrialLog], float]
     is_repeatable: bool = True
+    title: str = ""
+    relevant: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not self.title:
+            words = self.name.replace("_", " ")
+            object.__setattr__(self, "title", words[:1].upper() + words[1:])
 
     def __call__(self, log: TrialLog) -> float:
         """Returns the value; raises Undefined where the trial has none."""
@@ -83,13 +92,20 @@ class Metric:
 
 
 def metric(
-    *, unit: str, better: Better | str, name: str | None = None, is_repeatable: bool = True
+    *,
+    unit: str,
+    better: Better | str,
+    name: str | None = None,
+    is_repeatable: bool = True,
+    title: str = "",
+    relevant: float = 0.0,
 ) -> Callable[[Callable[[TrialLog], float]], Metric]:
     """Turns a function from a `TrialLog` to a number into a `Metric`.
 
     unit: as shown in tables, '' for a pure number. better: 'lower', 'higher' or 'neither'.
     name: column name; that of the function if not given. is_repeatable: False for what depends on
-    the machine, such as compute times.
+    the machine, such as compute times. title: what people call it. relevant: the largest
+    difference, in the unit, that matters to nobody.
     """
 
     def decorate(function: Callable[[TrialLog], float]) -> Metric:
@@ -99,6 +115,8 @@ def metric(
             better=Better(better),
             function=function,
             is_repeatable=is_repeatable,
+            title=title,
+            relevant=relevant,
         )
 
     return decorate

@@ -39,7 +39,7 @@ GRAVITY_MPS2 = 9.81
 AIR_DENSITY_KGPM3 = 1.2
 
 
-@metric(unit="s", better="lower")
+@metric(unit="s", better="lower", title="Time to goal", relevant=0.1)
 def time_to_goal_s(log: TrialLog) -> float:
     """Time from the start of the task until the goal was reached; successful trials only.
 
@@ -49,7 +49,7 @@ def time_to_goal_s(log: TrialLog) -> float:
     return _duration_s(log)
 
 
-@metric(unit="s", better="neither")
+@metric(unit="s", better="neither", title="Duration")
 def duration_s(log: TrialLog) -> float:
     """Time from the start of the task to its end, whatever the outcome.
 
@@ -58,7 +58,7 @@ def duration_s(log: TrialLog) -> float:
     return _duration_s(log)
 
 
-@metric(unit="m", better="neither")
+@metric(unit="m", better="neither", title="Driven length", relevant=0.02)
 def driven_length_m(log: TrialLog) -> float:
     """Length of the true path of the reference point.
 
@@ -67,7 +67,7 @@ def driven_length_m(log: TrialLog) -> float:
     return driven_length(log)
 
 
-@metric(unit="", better="higher")
+@metric(unit="", better="higher", title="Straightness")
 def path_efficiency_ratio(log: TrialLog) -> float:
     """How straight the robot drove: 1 on a straight line, 2/pi on half a circle.
 
@@ -80,7 +80,7 @@ def path_efficiency_ratio(log: TrialLog) -> float:
     return path_length(positions_between_legs(log)) / length_m
 
 
-@metric(unit="", better="lower")
+@metric(unit="", better="lower", title="Share of the way left")
 def goal_traversal_ratio(log: TrialLog) -> float:
     """Share of the straight way to the goal that was left at the end.
 
@@ -95,7 +95,7 @@ def goal_traversal_ratio(log: TrialLog) -> float:
     return path_length(np.vstack([path[-1:], to_reach[present_leg(log) :]])) / whole_m
 
 
-@metric(unit="", better="higher")
+@metric(unit="", better="higher", title="Success weighted by path length")
 def spl(log: TrialLog) -> float:
     """Success weighted by path length; 0 for a trial that failed.
 
@@ -111,7 +111,7 @@ def spl(log: TrialLog) -> float:
     return reference_m / max(driven_length(log), reference_m)
 
 
-@metric(unit="", better="higher")
+@metric(unit="", better="higher", title="BARN score")
 def barn_score(log: TrialLog) -> float:
     """Score of the BARN challenge; 0 for a trial that failed, at most 0.5.
 
@@ -150,7 +150,7 @@ def _arrival_time_s(log: TrialLog) -> float | None:
     return float(times(log)[near.argmax()]) if near.any() else None
 
 
-@metric(unit="m/s", better="higher")
+@metric(unit="m/s", better="higher", title="Mean speed")
 def mean_speed_mps(log: TrialLog) -> float:
     """Mean over time of the true speed, whatever its direction.
 
@@ -159,7 +159,7 @@ def mean_speed_mps(log: TrialLog) -> float:
     return time_mean(times(log), speed(log))
 
 
-@metric(unit="s", better="lower")
+@metric(unit="s", better="lower", title="Time at standstill")
 def stopped_time_s(log: TrialLog) -> float:
     """Time during which the robot neither drove nor turned.
 
@@ -172,7 +172,7 @@ def stopped_time_s(log: TrialLog) -> float:
     return float(hold_durations(times(log))[stopped].sum())
 
 
-@metric(unit="J", better="lower")
+@metric(unit="J", better="lower", title="Mechanical energy")
 def mechanical_energy_j(log: TrialLog) -> float:
     """Work of the drive against inertia, rolling resistance and air; braking gives nothing back.
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from drake_navbench.analysis.metrics.definition import Undefined
-from drake_navbench.analysis.metrics.signals import Array, positions, times
+from drake_navbench.analysis.metrics.signals import Array, positions, require, times
 from drake_navbench.kernels.path_geometry import path_length
 from drake_navbench.log import Outcome, TrialLog
 
@@ -15,7 +15,11 @@ GAVE_UP = (Outcome.ABORTED, Outcome.ERROR)
 
 
 def goals(log: TrialLog) -> Array:
-    """Returns (G, 3) the waypoints and then the goal, x m, y m, yaw rad."""
+    """Returns (G, 3) the waypoints and then the goal, x m, y m, yaw rad.
+
+    Raises Undefined where a recording tells of no goal.
+    """
+    require(log, "goal")
     scenario = log.info["scenario"]
     return np.array([*scenario.get("waypoints", ()), scenario["goal"]], dtype=float)
 

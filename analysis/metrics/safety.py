@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import shapely
+from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
 from drake_navbench.analysis.metrics.body import outline_of
@@ -15,9 +17,12 @@ from drake_navbench.analysis.metrics.signals import (
     column,
     hold_durations,
     lateral_velocity,
+    require,
     times,
 )
-from drake_navbench.inputs.world import Obstacle
+from drake_navbench.inputs.world import Obstacle, World
+from drake_navbench.kernels.outline_distance import outline_to_circles
+from drake_navbench.kernels.swept_contact import clearance_at
 from drake_navbench.log import TrialLog
 
 # A hand's breadth and a bit on each side of a chair: what a passenger reads as "close".
@@ -26,9 +31,11 @@ COLLISION_TIME_STEP_S = 0.1
 # A course that meets an obstacle later than this is not counted as one that meets it.
 COLLISION_TIME_HORIZON_S = 10.0
 COLLISION_TIME_PARTS = 16
+# What is farther away is not looked at, as in a trial.
+MAX_CLEARANCE_M = 5.0
 
 
-@metric(unit="m", better="higher")
+@metric(unit="m", better="higher", title="Smallest clearance", relevant=0.01)
 def min_clearance_m(log: TrialLog) -> float:
     """Smallest distance between footprint and obstacle: the true form of the published one.
 
@@ -38,7 +45,7 @@ def min_clearance_m(log: TrialLog) -> float:
     return _clearances_m(log).min()
 
 
-@metric(unit="m", better="higher")
+@metric(unit="m", better="higher", title="Smallest distance to a cell's centre")
 def min_cell_centre_distance_m(log: TrialLog) -> float:
     """Smallest distance from the reference point to the centre of a lethal cell.
 
@@ -52,7 +59,50 @@ def min_cell_centre_distance_m(log: TrialLog) -> float:
     return seen.min()
 
 
-@metric(unit="m", better="higher")
+@metric(unit="m", better="higher", title="Smallest clearance by the scan")
+def min_scan_clearance_m(log: TrialLog) -> float:
+    """Smallest distance between footprint and a point that the lidar hit, for recordings too.
+
+    Formula: minimum over all hits of all scans of the exact distance in the plane, up to 5 m. What
+    the lidar cannot see is not in it, nor what came nearer between two scans; hits on the robot
+    itself, within its outline, do not count.
+    """
+    require(log, "scan")
+    if not log.scans:
+        raise Undefined("the log has no scans")
+    nearest_m = nearest_hit_m(log)
+    if math.isinf(nearest_m):
+        raise Undefined("no obstacle was hit within 5 m")
+    return nearest_m
+
+
+@metric(unit="m", better="higher", title="Smallest clearance by the map")
+def min_map_clearance_m(log: TrialLog) -> float:
+    """Smallest distance between footprint and what the map shows, for recordings too.
+
+    Formula: minimum over the trial, every 0.1 s, of the exact distance in the plane, up to 5 m,
+    with the robot where its localisation says. What is not on the map is not in it.
+    """
+    require(log, "map")
+    world = World(tuple(shape for shape in _shapes(log) if shape.known_to_planner))
+    if not world.shapes:
+        raise Undefined("the map shows nothing")
+    names = ("estimated_x_m", "estimated_y_m", "estimated_yaw_rad")
+    poses = np.column_stack([column(log, name) for name in names])[_rows_apart(log)]
+    low, high = poses[:, :2].min(axis=0), poses[:, :2].max(axis=0)
+    outline = np.ascontiguousarray(outline_of(log))
+    reach_m = MAX_CLEARANCE_M + np.hypot(*outline.T).max()
+    edges = _edges_within(world.segments, low - reach_m, high + reach_m)
+    nearest_m = min(
+        clearance_at(outline, x, y, yaw, edges, world.circles, MAX_CLEARANCE_M)
+        for x, y, yaw in poses
+    )
+    if math.isinf(nearest_m):
+        raise Undefined("nothing on the map came within 5 m")
+    return nearest_m
+
+
+@metric(unit="m", better="higher", title="Clearance kept for 95% of the time")
 def clearance_p05_m(log: TrialLog) -> float:
     """Clearance that the robot kept for 95% of the time that an obstacle was within 5 m.
 
@@ -61,7 +111,7 @@ def clearance_p05_m(log: TrialLog) -> float:
     return np.percentile(_clearances_m(log), 5)
 
 
-@metric(unit="", better="lower")
+@metric(unit="", better="lower", title="Share of the time near an obstacle")
 def danger_time_ratio(log: TrialLog) -> float:
     """Share of the time with less than 0.25 m between footprint and obstacle.
 
@@ -71,7 +121,7 @@ def danger_time_ratio(log: TrialLog) -> float:
     return danger_share(times(log), column(log, "clearance_m"))
 
 
-@metric(unit="s", better="higher")
+@metric(unit="s", better="higher", title="Shortest time to collision")
 def time_to_collision_min_s(log: TrialLog) -> float:
     """Shortest time in which the footprint would have touched an obstacle at its current twist.
 
@@ -120,16 +170,58 @@ def shortest_collision_time_s(log: TrialLog, edges: Array) -> float:
     return shortest_s if is_met else math.inf
 
 
+def nearest_hit_m(log: TrialLog) -> float:
+    """Returns the distance from the outline to the nearest hit of any scan, m; inf beyond 5 m."""
+    outline = np.ascontiguousarray(outline_of(log))
+    body = shapely.Polygon(outline)
+    path = [column(log, name) for name in ("x_m", "y_m", "yaw_rad")]
+    time_s = times(log)
+    nearest_m = math.inf
+    for scan in log.scans:
+        x, y, yaw = (float(np.interp(scan.time_s, time_s, values)) for values in path)
+        offset = scan.hits - [x, y]
+        cos_yaw, sin_yaw = math.cos(yaw), math.sin(yaw)
+        hits = np.zeros((len(offset), 3))
+        hits[:, 0] = cos_yaw * offset[:, 0] + sin_yaw * offset[:, 1]
+        hits[:, 1] = cos_yaw * offset[:, 1] - sin_yaw * offset[:, 0]
+        # A disc of no size within the outline is at 0: the robot saw a part of itself.
+        apart = hits[~shapely.contains_xy(body, hits[:, 0], hits[:, 1])]
+        nearest_m = min(nearest_m, outline_to_circles(outline, apart, MAX_CLEARANCE_M))
+    return nearest_m
+
+
 def obstacle_outlines(log: TrialLog) -> list[Array]:
     """Returns the corners of every obstacle in the world frame, (K, 2) m each."""
-    obstacles = TypeAdapter(list[Obstacle]).validate_python(log.obstacles)
-    return [obstacle.outline for obstacle in obstacles]
+    return [obstacle.outline for obstacle in _shapes(log)]
 
 
 def obstacle_edges(log: TrialLog) -> Array:
-    """Returns the edges of all obstacles, (E, 4) x0, y0, x1, y1 m."""
+    """Returns the edges of all obstacles, (E, 4) x0, y0, x1, y1 m.
+
+    Raises Undefined of a recording, which does not tell where all of them were.
+    """
+    require(log, "obstacles")
     edges = [np.hstack([o, np.roll(o, -1, axis=0)]) for o in obstacle_outlines(log)]
     return np.vstack(edges) if edges else np.empty((0, 4))
+
+
+def _shapes(log: TrialLog) -> list[Obstacle]:
+    return TypeAdapter(list[Obstacle]).validate_python(log.obstacles)
+
+
+def _rows_apart(log: TrialLog) -> NDArray[np.int64]:
+    """Returns the samples that are at least 0.1 s apart."""
+    time_s = times(log)
+    grid = np.arange(time_s[0], time_s[-1] + 1e-9, COLLISION_TIME_STEP_S)
+    return np.unique(np.searchsorted(time_s, grid + 1e-9, side="right") - 1)
+
+
+def _edges_within(edges: Array, low: Array, high: Array) -> Array:
+    """Returns the edges that reach into a rectangle, as far as their ends tell."""
+    x, y = edges[:, [0, 2]], edges[:, [1, 3]]
+    reaches = (x.max(axis=1) >= low[0]) & (x.min(axis=1) <= high[0])
+    reaches &= (y.max(axis=1) >= low[1]) & (y.min(axis=1) <= high[1])
+    return np.ascontiguousarray(edges[reaches])
 
 
 def _clearances_m(log: TrialLog) -> Array:

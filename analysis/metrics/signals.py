@@ -58,8 +58,18 @@ def times(log: TrialLog) -> Array:
     return column(log, "time_s")
 
 
+def require(log: TrialLog, part: str) -> None:
+    """Raises Undefined where a recording could not tell a part of its log."""
+    if part in log.missing:
+        raise Undefined(log.missing[part])
+
+
 def column(log: TrialLog, name: str) -> Array:
-    """Returns a column of the samples as floats; raises Undefined where there are no samples."""
+    """Returns a column of the samples as floats.
+
+    Raises Undefined where there are no samples, or a recording could not tell it.
+    """
+    require(log, name)
     if len(log.samples) == 0:
         raise Undefined("the log has no samples")
     return log.samples[name].to_numpy(dtype=float)

@@ -27,7 +27,7 @@ DIRECTION_DEAD_BAND_MPS = 0.01
 TURN_DEAD_BAND_RADPS = 0.05
 
 
-@metric(unit="m/s^3", better="lower")
+@metric(unit="m/s^3", better="lower", title="Jerk, r.m.s.", relevant=0.01)
 def jerk_rms_mps3(log: TrialLog) -> float:
     """Root mean square of the jerk of the true forward velocity, at any sampling period.
 
@@ -37,7 +37,7 @@ def jerk_rms_mps3(log: TrialLog) -> float:
     return rms(motion(log).jerk_mps3)
 
 
-@metric(unit="m/s^3", better="lower")
+@metric(unit="m/s^3", better="lower", title="Jerk, largest")
 def jerk_max_mps3(log: TrialLog) -> float:
     """Largest jerk of the true forward velocity.
 
@@ -46,7 +46,7 @@ def jerk_max_mps3(log: TrialLog) -> float:
     return np.abs(motion(log).jerk_mps3).max()
 
 
-@metric(unit="rad/s^3", better="lower")
+@metric(unit="rad/s^3", better="lower", title="Angular jerk, r.m.s.", relevant=0.01)
 def angular_jerk_rms_radps3(log: TrialLog) -> float:
     """Root mean square of the jerk of the true yaw rate.
 
@@ -55,7 +55,7 @@ def angular_jerk_rms_radps3(log: TrialLog) -> float:
     return rms(motion(log).angular_jerk_radps3)
 
 
-@metric(unit="", better="higher")
+@metric(unit="", better="higher", title="Smoothness (spectral arc length)")
 def spectral_arc_length(log: TrialLog) -> float:
     """SPARC of the true speed: the nearer to 0, the smoother.
 
@@ -67,7 +67,7 @@ def spectral_arc_length(log: TrialLog) -> float:
     return sparc(signal.speed_mps, signal.period_s)
 
 
-@metric(unit="", better="higher")
+@metric(unit="", better="higher", title="Smoothness (log dimensionless jerk)")
 def log_dimensionless_jerk(log: TrialLog) -> float:
     """LDLJ of the true speed: the larger, the smoother.
 
@@ -83,7 +83,7 @@ def log_dimensionless_jerk(log: TrialLog) -> float:
     return -math.log(-jerk)
 
 
-@metric(unit="m/s^2", better="lower")
+@metric(unit="m/s^2", better="lower", title="Acceleration, mean")
 def acceleration_mean_mps2(log: TrialLog) -> float:
     """Mean magnitude of the true forward acceleration.
 
@@ -93,7 +93,7 @@ def acceleration_mean_mps2(log: TrialLog) -> float:
     return np.abs(motion(log).acceleration_mps2).mean()
 
 
-@metric(unit="m/s", better="lower")
+@metric(unit="m/s", better="lower", title="Changes of the commanded velocity")
 def command_v_variation_mps(log: TrialLog) -> float:
     """Total variation of the commanded forward velocity.
 
@@ -102,7 +102,7 @@ def command_v_variation_mps(log: TrialLog) -> float:
     return np.abs(np.diff(column(log, "command_v_mps"))).sum()
 
 
-@metric(unit="rad/s", better="lower")
+@metric(unit="rad/s", better="lower", title="Changes of the commanded yaw rate")
 def command_w_variation_radps(log: TrialLog) -> float:
     """Total variation of the commanded yaw rate.
 
@@ -111,7 +111,7 @@ def command_w_variation_radps(log: TrialLog) -> float:
     return np.abs(np.diff(column(log, "command_w_radps"))).sum()
 
 
-@metric(unit="rad", better="lower")
+@metric(unit="rad", better="lower", title="Turning in all")
 def heading_change_rad(log: TrialLog) -> float:
     """How far the robot turned in all, to either side.
 
@@ -120,7 +120,7 @@ def heading_change_rad(log: TrialLog) -> float:
     return _heading_change_rad(log)
 
 
-@metric(unit="rad/m", better="lower")
+@metric(unit="rad/m", better="lower", title="Turning per metre")
 def heading_change_per_metre_radpm(log: TrialLog) -> float:
     """How far the robot turned in all, for each metre it drove.
 
@@ -132,7 +132,7 @@ def heading_change_per_metre_radpm(log: TrialLog) -> float:
     return _heading_change_rad(log) / length_m
 
 
-@metric(unit="", better="lower")
+@metric(unit="", better="lower", title="Changes between left and right")
 def heading_reversal_count(log: TrialLog) -> float:
     """How often turning changed between left and right.
 
@@ -141,7 +141,7 @@ def heading_reversal_count(log: TrialLog) -> float:
     return sign_changes(column(log, "w_radps"), dead_band=TURN_DEAD_BAND_RADPS)
 
 
-@metric(unit="", better="lower")
+@metric(unit="", better="lower", title="Changes between forwards and backwards")
 def direction_reversal_count(log: TrialLog) -> float:
     """How often the robot changed between driving forwards and backwards.
 

@@ -13,7 +13,7 @@ import numpy as np
 import shapely
 
 from drake_navbench.analysis.metrics.definition import Undefined, metric
-from drake_navbench.analysis.metrics.mission import leg_lengths_m, present_leg
+from drake_navbench.analysis.metrics.mission import goals, leg_lengths_m, present_leg
 from drake_navbench.analysis.metrics.signals import (
     Array,
     column,
@@ -64,35 +64,35 @@ def project_on_polyline(points: Array, polyline: Array) -> Projection:
     )
 
 
-@metric(unit="m", better="lower")
+@metric(unit="m", better="lower", title="Distance from the plan, mean", relevant=0.005)
 def cross_track_error_mean_m(log: TrialLog) -> float:
     """Mean over time of the distance from the true position to the plan's line.
 
     Formula: integral d dt / duration, d to the nearest point of the plan in force at the time, as a
     polyline.
     """
-    return _mean_while_planned(log, _projection(log).distance_m)
+    return _mean_while_planned(log, projection_on_plans(log).distance_m)
 
 
-@metric(unit="m", better="lower")
+@metric(unit="m", better="lower", title="Distance from the plan, r.m.s.")
 def cross_track_error_rms_m(log: TrialLog) -> float:
     """Root mean square over time of the distance from the true position to the plan's line.
 
     Formula: sqrt(integral d^2 dt / duration), d as in cross_track_error_mean_m.
     """
-    return float(np.sqrt(_mean_while_planned(log, _projection(log).distance_m ** 2)))
+    return float(np.sqrt(_mean_while_planned(log, projection_on_plans(log).distance_m ** 2)))
 
 
-@metric(unit="m", better="lower")
+@metric(unit="m", better="lower", title="Distance from the plan, largest")
 def cross_track_error_max_m(log: TrialLog) -> float:
     """Largest distance from the true position to the plan's line.
 
     Formula: max d, d as in cross_track_error_mean_m.
     """
-    return np.nanmax(_projection(log).distance_m)
+    return np.nanmax(projection_on_plans(log).distance_m)
 
 
-@metric(unit="deg", better="lower")
+@metric(unit="deg", better="lower", title="Heading error, mean", relevant=0.5)
 def heading_error_mean_deg(log: TrialLog) -> float:
     """Mean over time of the angle between heading and plan: the wrapped form of the published one.
 
@@ -101,7 +101,7 @@ def heading_error_mean_deg(log: TrialLog) -> float:
     return _mean_while_planned(log, np.abs(_heading_errors_deg(log)))
 
 
-@metric(unit="deg", better="lower")
+@metric(unit="deg", better="lower", title="Heading error, largest")
 def heading_error_max_deg(log: TrialLog) -> float:
     """Largest angle between heading and plan.
 
@@ -110,7 +110,7 @@ def heading_error_max_deg(log: TrialLog) -> float:
     return np.nanmax(np.abs(_heading_errors_deg(log)))
 
 
-@metric(unit="", better="higher")
+@metric(unit="", better="higher", title="Share of the plan done")
 def plan_progress_ratio(log: TrialLog) -> float:
     """Share of the plan that lies behind the robot at the end, whatever the outcome.
 
@@ -129,7 +129,7 @@ def plan_progress_ratio(log: TrialLog) -> float:
     return done_m / lengths_m.sum()
 
 
-@metric(unit="s", better="lower")
+@metric(unit="s", better="lower", title="Time without progress")
 def stall_time_s(log: TrialLog) -> float:
     """How long a trial that failed went on without getting farther along the plan.
 
@@ -150,28 +150,28 @@ def stall_time_s(log: TrialLog) -> float:
     return log.end_time_s - times(log)[in_leg][reached]
 
 
-@metric(unit="m", better="lower")
+@metric(unit="m", better="lower", title="Distance to the goal at the end")
 def goal_position_error_m(log: TrialLog) -> float:
     """Distance to the goal at the end, whatever the outcome.
 
     Formula: |p(end) - goal|; with waypoints still the last goal.
     """
-    return np.hypot(*(positions(log)[-1] - log.info["scenario"]["goal"][:2]))
+    return np.hypot(*(positions(log)[-1] - goals(log)[-1, :2]))
 
 
-@metric(unit="deg", better="lower")
+@metric(unit="deg", better="lower", title="Heading error at the end")
 def goal_heading_error_deg(log: TrialLog) -> float:
     """Angle to the goal's heading at the end, whatever the outcome.
 
     Formula: |wrap(yaw(end) - yaw goal)|; with waypoints still the last goal.
     """
     yaw = column(log, "yaw_rad")[-1]
-    return abs(np.degrees(wrap(yaw - log.info["scenario"]["goal"][2])))
+    return abs(np.degrees(wrap(yaw - goals(log)[-1, 2])))
 
 
 # One log is measured at a time, by several metrics in turn; a log does not change.
 @lru_cache(maxsize=1)
-def _projection(log: TrialLog) -> Projection:
+def projection_on_plans(log: TrialLog) -> Projection:
     """Returns each sample's nearest point on the plan in force, NaN where there is none."""
     if not log.plans:
         raise Undefined("there is no plan")
@@ -202,5 +202,5 @@ def _mean_while_planned(log: TrialLog, values: Array) -> float:
 
 
 def _heading_errors_deg(log: TrialLog) -> Array:
-    difference = column(log, "yaw_rad") - _projection(log).tangent_rad
+    difference = column(log, "yaw_rad") - projection_on_plans(log).tangent_rad
     return np.degrees([wrap(angle) for angle in difference])

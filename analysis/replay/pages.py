@@ -177,7 +177,7 @@ def _add_trial(
 
 
 def _costmap_rows(stage: Stage, log: TrialLog, pace: Pace) -> list[LegendRow]:
-    """Draws the local costmap; returns its row, or none where the log has no scans."""
+    """Draws the local costmap; returns its row, or none where the log keeps no costmaps."""
     path = "/local_costmap"
     is_drawn = add_costmaps(stage, path, log, pace.turn_period_s)
     return [LegendRow("local costmap", _css(COSTMAP_COLOR), [path])] if is_drawn else []

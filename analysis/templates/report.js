@@ -47,3 +47,16 @@ for (const filters of document.querySelectorAll(".filters")) {
   filters.addEventListener("input", apply);
   apply();
 }
+// The replays are files beside this page, which may have been sent alone.
+function replaysAreNotHere() {
+  for (const link of document.querySelectorAll("a.replay, a.to-replay")) {
+    const told = document.createElement("span");
+    told.className = "missing";
+    told.textContent = `${link.textContent}: not in this folder`;
+    link.replaceWith(told);
+  }
+}
+// A figure's file may be missing, too; its picture is in the page.
+for (const link of document.querySelectorAll("a.svg")) {
+  link.addEventListener("click", () => { link.href = link.closest("figure").querySelector("img").src; });
+}

@@ -44,6 +44,7 @@ def request_from_arguments(arguments: argparse.Namespace) -> Request:
         "robot": arguments.robot,
         "replay": arguments.replay or ("none" if arguments.sweep else "race"),
         "figures": arguments.figures or ("none" if arguments.sweep else "key"),
+        "keeps_costmaps": not arguments.no_costmaps,
         "sweeps": arguments.sweep,
         "samples": arguments.samples,
     }

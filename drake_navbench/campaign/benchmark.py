@@ -26,7 +26,7 @@ from drake_navbench.analysis.totals import told_by_totals, totals
 from drake_navbench.campaign.asked import request_from_arguments, short_form
 from drake_navbench.campaign.campaign import DEFAULT_TRIALS, Campaign, plan_campaign
 from drake_navbench.campaign.console import CampaignProgress, print_scenario, terminal
-from drake_navbench.campaign.driving import Undriven, available_jobs, run_campaign
+from drake_navbench.campaign.driving import Undriven, run_campaign
 from drake_navbench.campaign.replays import write_replays
 from drake_navbench.campaign.request import Request
 from drake_navbench.campaign.suite_console import print_totals
@@ -35,6 +35,7 @@ from drake_navbench.errors import InputError, NavbenchError, printable
 from drake_navbench.inputs.presets import Preset, as_yaml, resolved_parameters
 from drake_navbench.log import Outcome
 from drake_navbench.processes import cache_folder
+from drake_navbench.processes.machine import available_cores, circumstances
 from drake_navbench.results import (
     ResultsFolder,
     file_name,
@@ -108,8 +109,9 @@ def run_benchmark(
         folder = ResultsFolder(out or Path(temporary))
         with only_run_in(folder.path):
             require_writable(folder.path)
-            _begin(folder, campaign, request if names == list(controllers) else None)
-            trials, undriven = run_campaign(campaign, folder, jobs=jobs or available_jobs())
+            jobs = jobs or available_cores()
+            _begin(folder, campaign, request if names == list(controllers) else None, jobs)
+            trials, undriven = run_campaign(campaign, folder, jobs=jobs)
     if undriven:
         raise NavbenchError("\n".join(map(_undriven_line, undriven)))
     return trials
@@ -146,14 +148,14 @@ def run_from_command_line(arguments: argparse.Namespace) -> bool:
     if campaign.nav2 is not None:
         for line in short_form(campaign.nav2):
             console.print(line, soft_wrap=True)
-    jobs = arguments.jobs or available_jobs()
+    jobs = arguments.jobs or available_cores()
     try:
         with only_run_in(folder.path):
             if resumed:
-                _complete(folder, campaign)
+                _complete(folder, campaign, jobs)
             else:
                 require_writable(folder.path)
-                _begin(folder, campaign, request)
+                _begin(folder, campaign, request, jobs)
             return _run(request, campaign, folder, jobs=jobs, console=console)
     except KeyboardInterrupt:
         console.print(
@@ -259,18 +261,25 @@ def _add_wall_clock(folder: ResultsFolder, wall_s: float) -> None:
     folder.write_manifest(manifest)
 
 
-def _begin(folder: ResultsFolder, campaign: Campaign, request: Request | None) -> None:
+def _begin(folder: ResultsFolder, campaign: Campaign, request: Request | None, jobs: int) -> None:
     """Writes the manifest and the resolved inputs; without a request it cannot be resumed."""
     inputs = _inputs(campaign)
     remove_unfinished(folder.path)
     asked = {} if request is None else {"request": request.model_dump(mode="json")}
-    folder.write_manifest(asked | _manifest(campaign, inputs))
+    machines = {"machines": [circumstances(jobs)]}
+    folder.write_manifest(asked | machines | _manifest(campaign, inputs))
     _write_inputs(folder, inputs)
 
 
-def _complete(folder: ResultsFolder, campaign: Campaign) -> None:
-    """Makes up for what the end of a run, at any moment, may have kept it from writing."""
+def _complete(folder: ResultsFolder, campaign: Campaign, jobs: int) -> None:
+    """Makes up for what the end of a run, at any moment, may have kept it from writing.
+
+    The manifest tells of every machine, or number of workers, with which the run went on.
+    """
     remove_unfinished(folder.path)
+    manifest = folder.read_manifest()
+    manifest["machines"] = [*manifest.get("machines", []), circumstances(jobs)]
+    folder.write_manifest(manifest)
     _write_inputs(folder, _inputs(campaign))
 
 

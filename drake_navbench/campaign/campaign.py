@@ -87,6 +87,7 @@ def plan_campaign(
     seed: int = 0,
     robot: str | Robot = DEFAULT_ROBOT,
     wants_diagnostics: bool = False,
+    keeps_costmaps: bool = True,
     sweeps: Sequence[str] = (),
     samples: int | None = None,
 ) -> Campaign:
@@ -136,6 +137,7 @@ def plan_campaign(
                         seed=trial_seed(seed, entry.base, trial),
                         trial=trial,
                         wants_diagnostics=wants_diagnostics,
+                        keeps_costmaps=keeps_costmaps,
                     )
                 )
     return Campaign(tuple(specs), sweep=_origins(swept) if sweeps else {})

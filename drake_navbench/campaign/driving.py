@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import traceback
 from collections.abc import Callable
 from contextlib import closing
@@ -103,11 +102,6 @@ def run_campaign(
     trials = pd.DataFrame([rows[index] for index in sorted(rows)])
     folder.write_trials(trials)
     return Driven(trials, undriven)
-
-
-def available_jobs() -> int:
-    """Returns the number of processors this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _read_back(

@@ -55,6 +55,7 @@ class Request(FrozenModel):
     nav2_files: whole Nav2 files, which give columns and the robot. substitutions: their values.
     nav2_release: what they are written for, where they do not tell it themselves.
     sweeps: axes as of `parse_axis`. samples: of a Latin hypercube over them, None for their grid.
+    keeps_costmaps: whether the logs hold the local costmaps.
     """
 
     scenarios: tuple[str, ...]
@@ -72,6 +73,7 @@ class Request(FrozenModel):
     figures: Literal["none", "key", "all"] = "key"
     sweeps: tuple[str, ...] = ()
     samples: int | None = Field(None, ge=1, le=MAX_POINTS)
+    keeps_costmaps: bool = True
 
     def nav2_setup(self) -> Nav2Setup | None:
         """Returns what the Nav2 files make, None without any; raises InputError."""
@@ -106,6 +108,7 @@ class Request(FrozenModel):
             wants_diagnostics=self.replay == "each",
             sweeps=self.sweeps,
             samples=self.samples,
+            keeps_costmaps=self.keeps_costmaps,
         )
         if nav2 is None:
             return campaign

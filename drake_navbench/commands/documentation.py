@@ -27,6 +27,7 @@ from drake_navbench.inputs.robot import Robot, load_robot
 from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.inputs.world import World
 from drake_navbench.log import COLUMNS, LATERAL_COLUMNS, SCHEMA_VERSION
+from drake_navbench.logged_costmaps import COSTMAP_COLUMNS
 from drake_navbench.plans import PLAN_COLUMNS
 from drake_navbench.trial.diagram import build_trial_diagram
 from drake_navbench.trial.spec import FollowPlan
@@ -115,6 +116,7 @@ def log_format() -> str:
         "|---|---|",
         *(f"| `{name}` | {meaning} |" for name, meaning in COLUMNS.items()),
         *(f"| `{name}` | {meaning} |" for name, meaning in PLAN_COLUMNS.items()),
+        *(f"| `{name}` | {meaning} |" for name, meaning in COSTMAP_COLUMNS.items()),
         "| `scan` | a new lidar scan: time, sensor pose in the world frame, ranges |",
         "| `diagnostics` | JSON: what the controller left in a new control cycle |",
         "",

@@ -197,7 +197,7 @@ class CostmapSettings(PluginBlocks):
         for name in self.plugins:
             if name not in known:
                 raise ValueError(
-                    f"plugins: found {name!r}, expected a layer of ours or the name of a block "
+                    f"plugins: got {name!r}, expected a layer of ours or the name of a block "
                     f"with `plugin`{nearest_name_hint(name, known)}"
                 )
         return self

@@ -19,15 +19,10 @@ from numpy.typing import NDArray
 
 from drake_navbench.costmaps.costmap_settings import CostmapSettings, LocalCostmapSettings
 from drake_navbench.costmaps.filter_masks import FilterMask
-from drake_navbench.costmaps.layer_plugin import (
-    COSTMAP_LAYERS,
-    Layer,
-    LayerSetup,
-    Observed,
-    Seen,
-)
+from drake_navbench.costmaps.layer_plugin import LayerSetup, Seen
 from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.costmaps.obstacle_layer import ObstacleLayer
+from drake_navbench.costmaps.plugin_layers import PluginLayers
 from drake_navbench.costmaps.sensor import RangeSensor
 from drake_navbench.costmaps.voxel_layer import PointCloud, VoxelGrids, VoxelLayer
 from drake_navbench.kernels.denoise import denoise
@@ -53,7 +48,6 @@ FIRST_ORIGIN = (0.0, 0.0)
 NO_OVERRIDE = -1
 # The costmap and the map share one frame.
 SAME_FRAME = np.zeros(3)
-NOTHING_TOUCHED = np.array([np.inf, np.inf, -np.inf, -np.inf])
 NO_CLOUDS: Mapping[str, PointCloud] = MappingProxyType({})
 
 
@@ -151,31 +145,27 @@ class LayeredCostmap:
             for name in settings.plugins
             if settings.is_active(name) and have_input.get(name, True)
         ]
-        self._layers = self._plugin_layers(lidar)
+        self._layers = PluginLayers(
+            {
+                name: settings.plugin_blocks[name]
+                for name in self._plugins
+                if name in settings.plugin_blocks
+            },
+            LayerSetup(
+                rows=geometry.rows,
+                columns=geometry.columns,
+                resolution=geometry.resolution,
+                rolling_window=geometry.rolling_window,
+                footprint=self._footprint,
+                default_cost=self._default_cost,
+                lidar=lidar,
+            ),
+        )
         self._keepout_comes_last = (
             "keepout_filter" in settings.filters
             and settings.is_active("keepout_filter")
             and bool(self._keepouts)
         )
-
-    def _plugin_layers(self, lidar: RangeSensor) -> dict[str, Layer]:
-        """Returns the layers that are not built in; raises InputError where one cannot be made."""
-        geometry = self._geometry
-        setup = LayerSetup(
-            rows=geometry.rows,
-            columns=geometry.columns,
-            resolution=geometry.resolution,
-            rolling_window=geometry.rolling_window,
-            footprint=self._footprint,
-            default_cost=self._default_cost,
-            lidar=lidar,
-        )
-        blocks = self._settings.plugin_blocks
-        return {
-            name: COSTMAP_LAYERS.make(blocks[name].plugin, blocks[name], setup)
-            for name in self._plugins
-            if name in blocks
-        }
 
     def initial_state(self) -> LayersState:
         """Returns the state before the first update."""
@@ -192,7 +182,7 @@ class LayeredCostmap:
                 if self._static_map is not None and "static_layer" in self._plugins
                 else None
             ),
-            plugins={name: layer.initial_state() for name, layer in self._layers.items()},
+            plugins=self._layers.initial_states(),
         )
 
     def cleared(self, state: LayersState) -> LayersState:
@@ -283,10 +273,9 @@ class LayeredCostmap:
             static = static.copy()
             fill_outline(Grid(static, *grid.frame), outline, FREE)
         seen = Seen(time_s, pose, (origin[0], origin[1]), scan, clouds)
-        plugins = {}
-        for name, layer in self._layers.items():
-            plugins[name], bounds = _observed_by(name, layer, state.plugins[name], seen)
-            touched = _joined(touched, bounds)
+        plugins, boxes = self._layers.observed(state.plugins, seen)
+        for box in boxes:
+            touched = _joined(touched, box)
         window = CellWindow.whole(obstacles.shape)
         if state.plugged is not None and not self._geometry.rolling_window:
             window = self._window_around(touched)
@@ -345,13 +334,7 @@ class LayeredCostmap:
 
     def _write_plugin(self, name: str, master: Costs, cycle: _Cycle) -> Costs:
         grid = Grid(master.copy(), *cycle.origin, self._geometry.resolution)
-        written = self._layers[name].write(cycle.plugins[name], grid, cycle.seen)
-        is_array = isinstance(written, np.ndarray) and written.dtype == np.uint8
-        if not is_array or written.shape != master.shape:
-            found = f"{written.dtype} {written.shape}" if hasattr(written, "shape") else written
-            raise ValueError(
-                f"costmap layer {name}: found {found}, expected costs uint8 {master.shape}"
-            )
+        written = self._layers.written(name, cycle.plugins[name], grid, cycle.seen)
         window = cycle.window.slices
         master[window] = written[window]
         return master
@@ -435,19 +418,6 @@ _WRITERS = {
     "inflation_layer": LayeredCostmap._inflated,
     "keepout_filter": LayeredCostmap._write_keepouts,
 }
-
-
-def _observed_by(name: str, layer: Layer, state: Any, seen: Seen) -> tuple[Any, Array]:
-    """Returns a layer's new state, and the box min_x, min_y, max_x, max_y m that it touched."""
-    observed = layer.observe(state, seen)
-    if not isinstance(observed, Observed):
-        raise TypeError(f"costmap layer {name}: found {observed!r}, expected an Observed")
-    if observed.touched is None:
-        return observed.state, NOTHING_TOUCHED
-    box = np.array(observed.touched, dtype=np.float64)
-    if box.shape != (4,) or not np.all(np.isfinite(box)):
-        raise ValueError(f"costmap layer {name}: touched {box}, expected four finite numbers")
-    return observed.state, box
 
 
 def _joined(box: Array, other: Array | Sequence[float]) -> Array:

@@ -72,7 +72,7 @@ def smooth_path(
     """
     poses = np.array(path, dtype=np.float64)
     if poses.ndim != 2 or poses.shape[1] != 3 or not np.all(np.isfinite(poses)):
-        raise InputError(f"path: found an array of shape {poses.shape}, expected finite (N, 3)")
+        raise InputError(f"path: got an array of shape {poses.shape}, expected finite (N, 3)")
     if len(poses) < 2:
         return poses
     signs = driving_signs(

@@ -76,7 +76,7 @@ def as_pose(pose: ArrayLike, name: str) -> Array:
     """Returns a (3,) float64 pose; raises InputError where it is none."""
     array = np.asarray(pose, dtype=np.float64)
     if array.shape != (3,) or not np.all(np.isfinite(array)):
-        raise InputError(f"{name}: found {pose!r}, expected three finite numbers x, y, yaw")
+        raise InputError(f"{name}: got {pose!r}, expected three finite numbers x, y, yaw")
     return array
 
 

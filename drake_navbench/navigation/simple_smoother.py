@@ -30,7 +30,7 @@ def smooth_path(
     """
     smoothed = np.array(path, dtype=np.float64)
     if smoothed.ndim != 2 or smoothed.shape[1] != 3 or len(smoothed) == 0:
-        raise InputError(f"path: found an array of shape {smoothed.shape}, expected (N, 3), N >= 1")
+        raise InputError(f"path: got an array of shape {smoothed.shape}, expected (N, 3), N >= 1")
     whole = [(0, len(smoothed) - 1)]
     segments = directional_segments(smoothed) if parameters.enforce_path_inversion else whole
     for start, end in segments:

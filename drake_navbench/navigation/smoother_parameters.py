@@ -91,12 +91,12 @@ class ConstrainedSmootherParameters(BaseModel):
         points = self.cost_check_points
         if len(points) % 3 != 0:
             raise ValueError(
-                f"cost_check_points: found {len(points)} numbers, expected a multiple of 3"
+                f"cost_check_points: got {len(points)} numbers, expected a multiple of 3"
             )
         weights = points[2::3]
         if points and (min(weights) < 0.0 or max(weights) == 0.0):
             raise ValueError(
-                f"cost_check_points: found weights {weights}, expected none negative, one above 0"
+                f"cost_check_points: got weights {weights}, expected none negative, one above 0"
             )
         return self
 

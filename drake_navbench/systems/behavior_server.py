@@ -136,12 +136,12 @@ class BehaviorServer(LeafSystem):
 def _require_step(behavior: str, step: Any) -> None:
     """Raises ValueError where a behaviour, which may be a plugin's, made something else."""
     if not isinstance(step, Step):
-        raise ValueError(f"behavior {behavior}: found {step!r}, expected a Step")
+        raise ValueError(f"behavior {behavior}: got {step!r}, expected a Step")
     if step.command is not None and (
         np.shape(step.command) != (2,) or not np.all(np.isfinite(step.command))
     ):
         raise ValueError(
-            f"behavior {behavior}: found the command {step.command!r}, expected two finite "
+            f"behavior {behavior}: got the command {step.command!r}, expected two finite "
             "numbers, v m/s and w rad/s"
         )
 

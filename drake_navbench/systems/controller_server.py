@@ -58,13 +58,29 @@ REAL_KINDS = "iuf"
 MAX_NOTE_LENGTH = 100_000
 
 
+class _Stopwatch(NamedTuple):
+    """When a call began: on the wall's clock and on that of the thread's processor time, s."""
+
+    wall_s: float
+    cpu_s: float
+
+    @classmethod
+    def started(cls) -> _Stopwatch:
+        """Returns one that begins now."""
+        return cls(time.perf_counter(), time.thread_time())
+
+    def elapsed_ms(self) -> tuple[float, float]:
+        """Returns the wall-clock and the processor time since then, ms."""
+        return 1e3 * (time.perf_counter() - self.wall_s), 1e3 * (time.thread_time() - self.cpu_s)
+
+
 class ServerState(NamedTuple):
     """Everything of the server that evolves.
 
     command: (3,) last command published, v m/s, w rad/s, vy m/s. cycle_count: cycles computed so
-    far. compute_time_ms: wall-clock time of the last call of the controller. diagnostics: what the
-    controller left in that cycle. waiting_since_s: when the wait for a current costmap began, None
-    where there is none.
+    far. compute_time_ms, compute_cpu_time_ms: wall-clock time of the last call of the controller,
+    and the time for which its thread had a processor. diagnostics: what the controller left in that
+    cycle. waiting_since_s: when the wait for a current costmap began, None where there is none.
     """
 
     status: TaskStatus = TaskStatus()
@@ -77,6 +93,7 @@ class ServerState(NamedTuple):
     command: NDArray[np.float64] = STANDSTILL
     cycle_count: int = 0
     compute_time_ms: float = 0.0
+    compute_cpu_time_ms: float = 0.0
     diagnostics: Mapping[str, Any] = MappingProxyType({})
     waiting_since_s: float | None = None
 
@@ -286,16 +303,16 @@ class ControllerServer(LeafSystem):
         )
 
     def _compute(self, server: ServerState, observation: Observation) -> ServerState:
-        started = time.perf_counter()
+        watch = _Stopwatch.started()
         with _plugin_code():
             try:
                 decision = self._controller.step(observation, server.memory)
             except ControllerError as error:
                 _require_loggable("details", error.details)
                 if isinstance(error, NoValidControl):
-                    return self._wait(server, error, observation.time_s, started)
+                    return self._wait(server, error, observation.time_s, watch)
                 return self._end(server, TaskState.ABORTED, error.code, str(error), error.details)
-            compute_time_ms = 1e3 * (time.perf_counter() - started)
+            wall_ms, cpu_ms = watch.elapsed_ms()
             command = _checked_command(decision, moves_sideways=self._moves_sideways)
             _require_loggable("diagnostics", decision.diagnostics)
         return server._replace(
@@ -303,18 +320,21 @@ class ControllerServer(LeafSystem):
             command=command,
             last_valid_time_s=observation.time_s,
             cycle_count=server.cycle_count + 1,
-            compute_time_ms=compute_time_ms,
+            compute_time_ms=wall_ms,
+            compute_cpu_time_ms=cpu_ms,
             diagnostics=decision.diagnostics,
         )
 
     def _wait(
-        self, server: ServerState, error: NoValidControl, now_s: float, started: float
+        self, server: ServerState, error: NoValidControl, now_s: float, watch: _Stopwatch
     ) -> ServerState:
         """Stops for a cycle without control, or gives up where the patience has run out."""
+        wall_ms, cpu_ms = watch.elapsed_ms()
         server = server._replace(
             memory=server.memory if error.memory is None else error.memory,
             cycle_count=server.cycle_count + 1,
-            compute_time_ms=1e3 * (time.perf_counter() - started),
+            compute_time_ms=wall_ms,
+            compute_cpu_time_ms=cpu_ms,
             diagnostics={"failure": as_line(str(error))},
         )
         tolerance_s = self._settings.failure_tolerance

@@ -11,6 +11,7 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, ValueProducer
 
+from drake_navbench.kernels.grid import Costmap
 from drake_navbench.log import Scan
 from drake_navbench.systems.clearance import DISTANCE_COUNT
 from drake_navbench.systems.diagnostics import (
@@ -35,7 +36,7 @@ RECORDED_COLUMNS = (
     *(f"measured_{name}" for name in _VELOCITY),
     *(f"command_{name}" for name in _VELOCITY),
     *("clearance_m", "obstacle_cell_distance_m", "obstacle_corner_distance_m"),
-    *("cycle_count", "compute_time_ms"),
+    *("cycle_count", "compute_time_ms", "compute_cpu_time_ms"),
 )
 
 
@@ -44,6 +45,7 @@ class Recording:
     """What was recorded so far; it lives in the recorder's Context, like Drake's VectorLog.
 
     rows: the pieces of each sample, in the order of `RECORDED_COLUMNS`.
+    costmaps: every update of the local costmap that a sample saw.
     noted_cycle: the last control cycle whose diagnostics were looked at. arrays_due_s: when arrays
     in them are kept again, s.
     """
@@ -52,6 +54,7 @@ class Recording:
     scans: list[Scan] = field(default_factory=list)
     diagnostics: list[tuple[float, Mapping[str, Any]]] = field(default_factory=list)
     events: list[tuple[float, dict[str, Any]]] = field(default_factory=list)
+    costmaps: list[Costmap] = field(default_factory=list)
     noted_cycle: int = 0
     arrays_due_s: float = 0.0
 
@@ -80,6 +83,7 @@ class Recording:
         while self.rows and self.rows[-1][0] > time_s:
             self.rows.pop()
         self.diagnostics = [(min(noted_s, time_s), left) for noted_s, left in self.diagnostics]
+        self.costmaps = [costmap for costmap in self.costmaps if costmap.stamp_s <= time_s]
 
     def table(self) -> np.ndarray:
         """Returns (samples, columns) all rows."""
@@ -110,6 +114,7 @@ class Recorder(LeafSystem):
         self._server_port = declare_object_input(self, "server_state")
         self._scan_port = declare_object_input(self, "scan")
         self._navigator_port = declare_object_input(self, "navigator_state")
+        self._costmap_port = declare_object_input(self, "costmap")
         self.DeclarePeriodicPublishEvent(period_s, 0.0, weakly_bound(self.record))
         self.DeclareForcedPublishEvent(weakly_bound(self.record))
 
@@ -130,6 +135,7 @@ class Recorder(LeafSystem):
             self._distances_port.Eval(context),
             float(server.cycle_count),
             server.compute_time_ms,
+            server.compute_cpu_time_ms,
         )
         if recording.rows and recording.rows[-1][0] == time_s:
             recording.rows.pop()
@@ -141,3 +147,8 @@ class Recorder(LeafSystem):
         navigator = value_or_none(self._navigator_port, context)
         if navigator is not None:
             recording.add_events(navigator.events)
+        costmap = value_or_none(self._costmap_port, context)
+        if costmap is not None and (
+            not recording.costmaps or recording.costmaps[-1] is not costmap
+        ):
+            recording.costmaps.append(costmap)

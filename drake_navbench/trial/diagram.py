@@ -85,12 +85,14 @@ def build_trial_diagram(
     static_map: OccupancyMap | None = None,
     filter_masks: Sequence[FilterMask] = (),
     meshcat: Meshcat | None = None,
+    keeps_costmaps: bool = True,
 ) -> TrialDiagram:
     """Wires one trial.
 
     task: what the robot is to do, and so which navigator there is.
     static_map, filter_masks: what the layers and filters of the local costmap know beforehand.
     meshcat: where to draw the trial while it runs.
+    keeps_costmaps: whether the recorder keeps the local costmaps.
     """
     builder = DiagramBuilder()
 
@@ -140,6 +142,8 @@ def build_trial_diagram(
     connect_inputs(builder, recorder, state=state, estimate=estimate, scan=scan, command=command)
     connect_inputs(builder, recorder, distances=clearance.GetOutputPort("distances"))
     connect_inputs(builder, recorder, server_state=server.GetOutputPort("server_state"))
+    if keeps_costmaps:
+        connect_inputs(builder, recorder, costmap=costmap)
 
     if meshcat is not None:
         # Drawn only when the recorder samples: at any other instant the integrator's steps would
@@ -166,14 +170,15 @@ def build_trial_diagram(
 
 def _add_base(builder: DiagramBuilder, robot: Robot, scene_graph: SceneGraph) -> MobileBase:
     """Adds the robot's base and carries its outline along in SceneGraph."""
-    base = builder.AddNamedSystem("base", _base(robot, scene_graph))
+    base = builder.AddNamedSystem("base", make_base(robot, scene_graph))
     builder.Connect(
         base.get_geometry_pose_output_port(), scene_graph.get_source_pose_port(base.source_id)
     )
     return base
 
 
-def _base(robot: Robot, scene_graph: SceneGraph) -> MobileBase:
+def make_base(robot: Robot, scene_graph: SceneGraph) -> MobileBase:
+    """Returns the base that a robot file describes, its footprint registered in SceneGraph."""
     drive, footprint = robot.drive, robot.outline
     if isinstance(drive, OmnidirectionalDrive):
         return OmnidirectionalBase(drive, scene_graph, footprint=footprint)

@@ -71,9 +71,9 @@ def _require_path(noun: str, name: str, path: Any) -> None:
     is_array = isinstance(path, np.ndarray) and path.dtype == np.float64
     if not is_array or path.ndim != 2 or path.shape[1] != 3 or not len(path):
         found = f"{path.dtype} {path.shape}" if isinstance(path, np.ndarray) else type(path)
-        raise ValueError(f"{noun} {name}: found {found}, expected an array (N, 3) of float64")
+        raise ValueError(f"{noun} {name}: got {found}, expected an array (N, 3) of float64")
     if not np.all(np.isfinite(path)):
-        raise ValueError(f"{noun} {name}: found poses that are not finite, expected finite ones")
+        raise ValueError(f"{noun} {name}: got poses that are not finite, expected finite ones")
 
 
 def global_costmap(scenario: Scenario, robot: Robot) -> Costmap:

@@ -27,6 +27,7 @@ class TrialSpec:
 
     trial: its number among the trials of a scenario. seed: of this trial, the same for every
     controller. wants_diagnostics: whether to log the controller's arrays too.
+    keeps_costmaps: whether to log the local costmaps; nothing else in a trial depends on it.
     """
 
     scenario: Scenario
@@ -35,6 +36,7 @@ class TrialSpec:
     seed: int
     trial: int = 0
     wants_diagnostics: bool = False
+    keeps_costmaps: bool = True
 
     @cached_property
     def identity(self) -> str:

@@ -74,6 +74,7 @@ def run_trial(
     *,
     robot: str | Robot = DEFAULT_ROBOT,
     wants_diagnostics: bool = False,
+    keeps_costmaps: bool = True,
 ) -> TrialLog:
     """Runs one trial and returns its log.
 
@@ -91,7 +92,14 @@ def run_trial(
     check_cost(scenario, robot)
     check_plugins(scenario, robot)
     preset = preset.for_robot(robot)
-    spec = TrialSpec(scenario, robot, preset, seed=seed, wants_diagnostics=wants_diagnostics)
+    spec = TrialSpec(
+        scenario,
+        robot,
+        preset,
+        seed=seed,
+        wants_diagnostics=wants_diagnostics,
+        keeps_costmaps=keeps_costmaps,
+    )
     return _simulated_apart(spec) if spec.code_owner else simulate(spec)
 
 
@@ -151,6 +159,7 @@ def _simulate(
         static_map=_static_map(spec),
         filter_masks=spec.scenario.filter_masks,
         meshcat=meshcat,
+        keeps_costmaps=spec.keeps_costmaps,
     )
     try:
         return _driven(spec, trial, realtime_rate)
@@ -324,6 +333,7 @@ def _make_log(
         scans=tuple(recording.scans),
         diagnostics=tuple(recording.diagnostics),
         events=tuple(recording.events),
+        costmaps=tuple(recording.costmaps),
     )
 
 

@@ -143,6 +143,29 @@ class Browser:
         for kind in ("mousePressed", "mouseReleased"):
             self._ask("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
 
+    def resize(self, width: int, height: int, *, is_dark: bool = False) -> None:
+        """Gives the window another size, and the pages the other colours."""
+        self._ask(
+            "Emulation.setDeviceMetricsOverride",
+            width=width,
+            height=height,
+            deviceScaleFactor=1,
+            mobile=False,
+        )
+        scheme = {"name": "prefers-color-scheme", "value": "dark" if is_dark else "light"}
+        self._ask("Emulation.setEmulatedMedia", features=[scheme])
+
+    def restore(self) -> None:
+        """Gives the window back its own size, and the pages their own colours."""
+        self._ask("Emulation.clearDeviceMetricsOverride")
+        self._ask("Emulation.setEmulatedMedia", features=[])
+
+    def printed(self, name: str) -> bytes:
+        """Returns the page as it is printed, as PDF, and keeps it as a test artefact."""
+        pdf = base64.b64decode(self._ask("Page.printToPDF", preferCSSPageSize=True)["data"])
+        (artifacts_folder() / f"{name}.pdf").write_bytes(pdf)
+        return pdf
+
     def screenshot(self, name: str) -> Path:
         """Keeps a picture of the window as a test artefact; returns its path."""
         path = artifacts_folder() / f"{name}.png"

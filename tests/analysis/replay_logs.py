@@ -10,6 +10,7 @@ from synthetic_logs import straight_log
 
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.kernels.grid import LETHAL, Costmap
 from drake_navbench.log import Scan, TrialLog
 
 BOX_FACE_Y_M = 1.0
@@ -37,6 +38,13 @@ def scan(time_s: float, x_m: float) -> Scan:
     return Scan(time_s, np.array([x_m, 0.0, 0.0]), BEAM_ANGLES_RAD, ranges.astype(np.float32))
 
 
+def costmap(time_s: float, x_m: float) -> Costmap:
+    """Returns one of 1.5 m by 1 m with a lethal cell, at the robot's x but for half its length."""
+    costs = np.zeros((20, 30), dtype=np.uint8)
+    costs[10, 15] = LETHAL
+    return Costmap(costs, origin_x=x_m - 0.75, origin_y=-0.5, resolution=0.05, stamp_s=time_s)
+
+
 def replay_log(
     controller: str,
     *,
@@ -62,7 +70,9 @@ def replay_log(
     )
     times = np.arange(0.0, end_time_s, 0.1)
     scans = tuple(scan(float(t), speed_mps * float(t)) for t in times)
-    return dataclasses.replace(log, scans=scans)
+    updates = [float(t) for t in np.arange(0.01, end_time_s, 0.2)]
+    costmaps = tuple(costmap(time_s, speed_mps * time_s) for time_s in updates)
+    return dataclasses.replace(log, scans=scans, costmaps=costmaps)
 
 
 def with_diagnostics(log: TrialLog) -> TrialLog:

@@ -41,6 +41,7 @@ def trial_log(
         obstacle_corner_distance_m=1.2 if has_wall else np.inf,
         cycle_count=np.floor(time_s * 20.0 + 1e-9) + 1,
         compute_time_ms=1.0 + np.mod(np.floor(time_s * 20.0 + 1e-9), 7),
+        compute_cpu_time_ms=0.5 + np.mod(np.floor(time_s * 20.0 + 1e-9), 7),
         info={
             "controller": controller,
             "trial": trial,

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+import pyarrow.parquet as pq
 import pytest
 from synthetic_logs import log_times, make_log
 
 from drake_navbench.analysis.metrics import Undefined, compute
+from drake_navbench.log import TrialLog
 
 
 def log_of_cycles(times_ms):
@@ -43,3 +45,24 @@ def test_rows_before_the_first_cycle_are_no_cycle():
 
 def test_compute_times_are_marked_as_not_repeatable():
     assert not compute.compute_time_p50_ms.is_repeatable
+
+
+def test_processor_time_has_a_percentile_of_its_own():
+    times_ms = np.arange(101.0)
+    log = log_of_cycles(times_ms)
+    cycle = log.samples["cycle_count"].to_numpy().astype(int) - 1
+    log.samples["compute_cpu_time_ms"] = 0.5 * times_ms[cycle]
+    assert compute.compute_cpu_time_p95_ms(log) == pytest.approx(47.5)
+
+
+def test_a_log_from_before_processor_time_was_measured_is_read_and_has_no_value(tmp_path):
+    log = log_of_cycles([1.0, 2.0])
+    path = tmp_path / "old.parquet"
+    log.write(path)
+    table = pq.read_table(path)
+    pq.write_table(table.drop_columns(["compute_cpu_time_ms"]), path)
+    old = TrialLog.read(path)
+    assert list(old.samples) == list(log.samples)
+    assert compute.compute_time_p50_ms(old) == 1.5
+    with pytest.raises(Undefined, match="before processor time was measured"):
+        compute.compute_cpu_time_p95_ms(old)

@@ -21,8 +21,8 @@ from drake_navbench.analysis.figures.comparison import (
     compute_figure,
     compute_times,
 )
-from drake_navbench.analysis.figures.maps import bounds, paths_figure
-from drake_navbench.analysis.figures.motion import MotionSheet, motion_curves, shown_trial
+from drake_navbench.analysis.figures.maps import bounds, paths_figure, paths_map
+from drake_navbench.analysis.figures.motion import MotionSheet, motion_curves, sheet_of, shown_trial
 from drake_navbench.analysis.figures.ranking import (
     pareto_figure,
     pareto_points,
@@ -88,6 +88,16 @@ def test_the_map_shows_everything_that_was_driven_and_planned():
     assert high == pytest.approx([5.0 + reach_m, 3.0 + reach_m])
 
 
+def test_the_map_holds_every_path_and_where_the_first_trial_of_each_ended():
+    shown = paths_map({"dwb": [straight_log(), straight_log(y_m=3.0)], "rpp": [straight_log()]})
+    assert [(own.controller, len(own.paths)) for own in shown.driven] == [("dwb", 2), ("rpp", 1)]
+    (outline,) = shown.driven[0].outlines
+    # The wheelchair's corners around its last pose, (5, 0) m.
+    assert sorted(outline[:, 0]) == pytest.approx([4.75, 4.75, 5.85, 5.85])
+    assert not shown.course.is_replanned
+    assert shown.course.goal.tolist() == [5.0, 0.0]
+
+
 def test_the_map_shows_the_first_plan_of_each_leg_and_all_goals():
     legs = [
         Plan(0.0, straight_plan(2.0)),
@@ -99,7 +109,7 @@ def test_the_map_shows_the_first_plan_of_each_leg_and_all_goals():
     # The other one never planned its second leg.
     logs = {"dwb": [straight_log(plans=legs[:2])], "rpp": [log]}
     with figure_style():
-        axes = paths_figure(logs, Look(["dwb", "rpp"])).axes[0]
+        axes = paths_figure(paths_map(logs), Look(["dwb", "rpp"])).axes[0]
     found = {line.get_label(): line.get_xdata().tolist() for line in axes.lines}
     assert found["waypoint"] == [2.0]
     assert found["goal"] == [5.0]
@@ -111,7 +121,7 @@ def test_the_map_shows_the_first_plan_of_each_leg_and_all_goals():
 
 def test_paths_are_drawn_in_the_controllers_colours(logs):
     with figure_style():
-        figure = paths_figure(logs, Look(CONTROLLERS))
+        figure = paths_figure(paths_map(logs), Look(CONTROLLERS))
     colors = [line.get_color() for line in figure.axes[0].lines]
     for name in CONTROLLERS:
         assert colors.count(controller_color(name)) == len(SEEDS)
@@ -230,7 +240,7 @@ def test_ranks_over_the_seeds(trials):
 def test_a_trial_too_short_for_derivatives_is_still_drawn():
     log = make_log([0.0, 0.02], x_m=[0.0, 0.01], outcome="error")
     with figure_style():
-        figure = MotionSheet().draw([log], "rpp", Look(["rpp"]))
+        figure = MotionSheet().draw(sheet_of([log], "rpp"), Look(["rpp"]))
     assert any("too few" in text.get_text() for axes in figure.axes for text in axes.texts)
 
 
@@ -239,9 +249,9 @@ def test_a_sheet_used_again_is_drawn_as_a_new_one(logs, tmp_path):
     long = [straight_log(speed_mps=0.2, end_time_s=30.0)]
     with figure_style():
         sheet = MotionSheet()
-        sheet.draw(long, "rpp:v=0.4", look)
-        again = write_figure(sheet.draw(logs["rpp"], "rpp", look), tmp_path / "again")
-        new = write_figure(MotionSheet().draw(logs["rpp"], "rpp", look), tmp_path / "new")
+        sheet.draw(sheet_of(long, "rpp:v=0.4"), look)
+        again = write_figure(sheet.draw(sheet_of(logs["rpp"], "rpp"), look), tmp_path / "again")
+        new = write_figure(MotionSheet().draw(sheet_of(logs["rpp"], "rpp"), look), tmp_path / "new")
     assert [path.read_bytes() for path in again] == [path.read_bytes() for path in new]
 
 

@@ -157,7 +157,7 @@ def write_folder(path, table):
 
 def test_tables_and_page_are_written(tmp_path):
     folder = write_folder(tmp_path / "run", published_trials())
-    page = write_reproduction(folder, parameters_of=resolved_parameters).read_text()
+    page = write_reproduction(folder, parameters_of=resolved_parameters).path.read_text()
     assert "65 of 65 published findings hold with 2 trials" in page
     assert "65 from one trial (n = 1)" in page
     assert "Of the 275 orderings" in page
@@ -188,7 +188,7 @@ def test_sizes_stand_beside_the_published_ones(tmp_path):
     is_own = table["scenario"] == "empty"
     table.loc[is_own, "time_taken"] = 14.512 + 0.1 * (table.loc[is_own, "time_taken"] - 14.512)
     folder = write_folder(tmp_path / "run", table)
-    page = write_reproduction(folder).read_text()
+    page = write_reproduction(folder).path.read_text()
     found = pd.read_csv(folder / "tables/findings.csv").set_index("id").loc[2]
     # 14.512 against 15.14: 4.15% printed, 0.43% here.
     assert found["verdict"] == "level"
@@ -207,7 +207,7 @@ def test_a_folder_without_a_run_is_refused(tmp_path):
 
 def test_what_presets_change_of_which_nothing_is_known_is_left_out(tmp_path):
     folder = write_folder(tmp_path / "run", published_trials())
-    assert "approach_velocity_scaling_dist" not in write_reproduction(folder).read_text()
+    assert "approach_velocity_scaling_dist" not in write_reproduction(folder).path.read_text()
     assert changed_parameters(folder, "rpp", "rpp_bringup") is None
 
 

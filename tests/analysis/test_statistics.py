@@ -195,3 +195,11 @@ def test_summaries_move_with_their_values(values, shift):
     assert there.mean == pytest.approx(here.mean + shift, abs=1e-9)
     assert there.interval.low <= there.mean + 1e-9
     assert there.interval.high >= there.mean - 1e-9
+
+
+def test_the_smallest_p_value_is_that_of_differences_of_one_sign():
+    for pairs in (3, 6, 8):
+        smallest = statistics.signed_rank_p_value(np.arange(1.0, pairs + 1.0))
+        assert statistics.smallest_p_value(pairs, 1) == pytest.approx(smallest)
+    # Holm multiplies the smallest of ten by ten.
+    assert statistics.smallest_p_value(8, 10) == pytest.approx(10 / 128)

@@ -180,3 +180,18 @@ def test_where_nobody_succeeds_all_trials_are_compared_but_nobody_is_best():
     found = verdict(comparable_trials(rows, ["time_s"]), "empty", time_s, anyone_arrived=False)
     assert (found.standing, found.best) == (Standing.NO_CONTEST, None)
     assert found.text.startswith("rpp is lowest: 1 s; next dwb, +1 s")
+
+
+@metric(unit="s", better="lower", relevant=0.5)
+def coarse_s(log):
+    """How long it took, to nobody's interest below half a second."""
+    return 0.0
+
+
+def test_a_certain_difference_below_what_matters_is_no_lead():
+    rows = trials(rpp=[10.0] * 4, dwb=[10.4] * 4).rename(columns={"time_s": "coarse_s"})
+    found = verdict(rows, "empty", coarse_s)
+    assert found.standing is Standing.LEVEL
+    assert found.text == "level: rpp, dwb differ by no more than 0.5 s"
+    rows = trials(rpp=[10.0] * 4, dwb=[10.6] * 4).rename(columns={"time_s": "coarse_s"})
+    assert verdict(rows, "empty", coarse_s).best == "rpp"

@@ -363,14 +363,14 @@ def test_a_turn_in_place_is_refused():
 
 
 def test_an_array_that_is_no_path_is_refused():
-    with pytest.raises(InputError, match="path: found an array of shape"):
+    with pytest.raises(InputError, match="path: got an array of shape"):
         smooth_path(np.zeros((5, 2)), EMPTY, DEFAULT)
 
 
 @pytest.mark.parametrize(
     ("wrong", "text"),
     [
-        ({"cost_check_points": (0.1, 0.2)}, "found 2 numbers, expected a multiple of 3"),
+        ({"cost_check_points": (0.1, 0.2)}, "got 2 numbers, expected a multiple of 3"),
         ({"cost_check_points": (0.1, 0.2, -1.0)}, "expected none negative"),
         ({"w_smooth": -1.0}, "greater than or equal to 0"),
         ({"optimizer": {"linear_solver_type": "QR"}}, "DENSE_QR"),

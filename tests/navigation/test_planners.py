@@ -73,7 +73,7 @@ def test_requests_off_the_map_are_refused(plugin):
 @every_planner
 @pytest.mark.parametrize("pose", [(math.nan, 0.0, 0.0), (1.0, 1.0)])
 def test_what_is_no_pose_is_refused(plugin, pose):
-    with pytest.raises(InputError, match="goal: found"):
+    with pytest.raises(InputError, match="goal: got"):
         planner_of(plugin).plan(room(), START, pose)
 
 

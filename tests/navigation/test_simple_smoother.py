@@ -80,5 +80,5 @@ def test_the_input_is_left_alone():
 
 @pytest.mark.parametrize("path", [np.zeros((0, 3)), np.zeros((5, 2)), np.zeros(3)])
 def test_an_array_that_is_no_path_is_refused(path):
-    with pytest.raises(InputError, match="path: found an array of shape"):
+    with pytest.raises(InputError, match="path: got an array of shape"):
         smooth_path(path, EMPTY, DEFAULT)

@@ -350,7 +350,7 @@ def test_the_footprint_check_looks_under_the_centre_of_a_robot_given_by_a_radius
 
 @pytest.mark.parametrize("pose", [(1.0, 1.0), (math.nan, 1.0, 0.0)])
 def test_a_malformed_pose_is_refused(pose):
-    with pytest.raises(InputError, match="goal: found"):
+    with pytest.raises(InputError, match="goal: got"):
         plan_path(empty_map(), (1.0, 1.0, 0.0), pose, OURS)
 
 

@@ -18,7 +18,7 @@ from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.inputs.task_check import check_task
-from drake_navbench.log import Outcome, TrialLog
+from drake_navbench.log import UNREPEATABLE_COLUMNS, Outcome, TrialLog
 from drake_navbench.trial.diagram import build_trial_diagram
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import INTEGRATION, controller_setup, simulate, trial_task
@@ -325,7 +325,7 @@ def test_a_cloned_context_goes_on_exactly_as_the_one_it_was_cloned_from():
 
 def test_equal_seeds_give_equal_logs_with_a_behaviour_tree_too(dead_end):
     again = run_trial("dead_end", "rpp", seed=1)
-    varying = ["compute_time_ms"]
+    varying = list(UNREPEATABLE_COLUMNS)
     pd.testing.assert_frame_equal(
         again.samples.drop(columns=varying),
         dead_end.samples.drop(columns=varying),

@@ -228,7 +228,7 @@ NAVIGATION = OVERRIDES["navigation"]
         ),
         (
             {"local_costmap": {"plugins": ["puddle", "pudle"]}},
-            "navigation.local_costmap: plugins: found 'puddle', expected a layer of ours or the "
+            "navigation.local_costmap: plugins: got 'puddle', expected a layer of ours or the "
             "name of a block with `plugin`",
         ),
         (
@@ -289,10 +289,10 @@ def test_a_plugin_that_cannot_be_made_is_named_before_anything_is_driven(
 @pytest.mark.parametrize(
     ("name", "method", "reason"),
     [
-        ("Detour", "plan", "planner theirs::Detour: found <class 'NoneType'>, expected an array"),
-        ("Thin", "smooth", "smoother thin: found <class 'NoneType'>, expected an array (N, 3)"),
-        ("Puddle", "observe", "costmap layer puddle: found None, expected an Observed"),
-        ("Puddle", "write", "costmap layer puddle: found None, expected costs uint8"),
+        ("Detour", "plan", "planner theirs::Detour: got <class 'NoneType'>, expected an array"),
+        ("Thin", "smooth", "smoother thin: got <class 'NoneType'>, expected an array (N, 3)"),
+        ("Puddle", "observe", "costmap layer puddle: got None, expected an Observed"),
+        ("Puddle", "write", "costmap layer puddle: got None, expected costs uint8"),
     ],
 )
 def test_a_plugin_that_returns_nonsense_ends_its_own_trial(name, method, reason, install_package):

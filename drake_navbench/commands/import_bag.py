@@ -1,0 +1,133 @@
+"""Imports recordings of real robots: `python -m drake_navbench import-bag BAG... --robot FILE`.
+
+Only the standard library is imported before the arguments are read, so that --help is quick.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from drake_navbench.errors import InputError, NavbenchError
+
+if TYPE_CHECKING:
+    from drake_navbench.recordings.simulation_gap import SimulationGap
+
+EXIT_DONE = 0
+EXIT_FAILED = 1
+EXIT_WRONG_INPUT = 2
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Returns the parser of the command line."""
+    parser = argparse.ArgumentParser(
+        prog="python -m drake_navbench import-bag",
+        description="Makes trials of recordings (MCAP, rosbag2, ROS 1) of a real or simulated "
+        "robot, one for each goal that it was given, and measures them like any others.",
+        epilog="exit status: 0 done, 1 a worker was ended from outside, 2 wrong input",
+    )
+    add = parser.add_argument
+    add("bags", type=Path, nargs="+", metavar="BAG", help="a file, or a rosbag2 folder")
+    add(
+        "--out",
+        type=Path,
+        required=True,
+        metavar="DIR",
+        help="a results folder: a new one, or one whose trials these are to stand beside",
+    )
+    add("--robot", metavar="NAME|FILE", help="whose outline and limits these are")
+    add("--map", type=Path, metavar="FILE", help="what stands there (the recording's /map)")
+    add("--scenario", default="", metavar="NAME", help="beside which trials (the bag's name)")
+    add("--controller", default="", metavar="NAME", help="the column's name (recording)")
+    add(
+        "--topics",
+        nargs="+",
+        action="extend",
+        default=[],
+        metavar="ROLE=TOPIC",
+        help="where a signal is: odom, truth, tf, tf_static, command, scan, plan, costmap, goal, "
+        "map, status; nothing behind = leaves it out",
+    )
+    add("--namespace", metavar="NAME", help="of one robot of several")
+    for name in ("start", "end"):
+        help_text = f"{name} of one task cut by hand, seconds from the beginning of the recording"
+        add(f"--{name}", type=float, metavar="S", help=help_text)
+    add("--fit-drive", action="store_true", help="also find lag, acceleration limits and deadband")
+    add("--no-report", action="store_true", help="leave report.html to the report command")
+    return parser
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs the command; returns the exit status."""
+    arguments = build_parser().parse_args(argv)
+    try:
+        _import(arguments)
+    except NavbenchError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return EXIT_WRONG_INPUT if isinstance(error, InputError) else EXIT_FAILED
+    return EXIT_DONE
+
+
+def _import(arguments: argparse.Namespace) -> None:
+    from drake_navbench.recordings.import_bags import ImportRequest, fit_path, import_recordings
+    from drake_navbench.results import ResultsFolder
+
+    request = ImportRequest(
+        robot=arguments.robot,
+        map_file=arguments.map,
+        topics=_assignments(arguments.topics),
+        namespace=arguments.namespace,
+        scenario=arguments.scenario,
+        controller=arguments.controller,
+        start_s=arguments.start,
+        end_s=arguments.end,
+        fits_drive=arguments.fit_drive,
+    )
+    folder = ResultsFolder(arguments.out)
+    imported = import_recordings(arguments.bags, request, folder)
+    for entry in imported:
+        for loss in entry.losses:
+            print(f"warning: {loss}", file=sys.stderr)
+        for log in entry.logs:
+            info = log.info
+            path = folder.log_path(info["scenario"]["name"], info["controller"], info["trial"])
+            print(f"{path}: {log.outcome}, {log.end_time_s:.1f} s: {info['reason']}")
+            for what, reason in info["missing"].items():
+                print(f"  without {what}: {reason}")
+        _print_gaps(entry.gaps)
+        if entry.fit is not None:
+            path = fit_path(folder, entry)
+            print(f"{path}:\n{path.read_text(encoding='utf-8')}", end="")
+    if not arguments.no_report:
+        from drake_navbench.analysis.report import build_report
+
+        print(build_report(folder.path).path)
+
+
+def _print_gaps(gaps: Sequence[SimulationGap | None]) -> None:
+    for gap in gaps:
+        if gap is not None and gap.poses:
+            last = gap.poses[-1]
+            print(
+                f"  the model is off by {last.position_median_m:.3f} m and "
+                f"{last.heading_median_deg:.1f} deg {last.horizon_s:g} s after a start (median of "
+                f"{last.start_count}), by {gap.v_rms_mps:.3f} m/s and {gap.w_rms_radps:.3f} rad/s"
+            )
+
+
+def _assignments(texts: Sequence[str]) -> dict[str, str]:
+    """Returns role -> topic of texts such as odom=/odom; raises InputError of others."""
+    found = {}
+    for text in texts:
+        role, equals, topic = text.partition("=")
+        if not equals or not role:
+            raise InputError(f"--topics {text!r}: expected ROLE=TOPIC, such as odom=/robot/odom")
+        found[role] = topic
+    return found
+
+
+if __name__ == "__main__":
+    sys.exit(main())

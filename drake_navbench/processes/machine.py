@@ -1,0 +1,49 @@
+"""What compute times depend on besides the code: the processor, and who else uses it."""
+
+from __future__ import annotations
+
+import os
+import platform
+import re
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+CPU_INFO = Path("/proc/cpuinfo")
+
+
+def processor_name(cpu_info: Path = CPU_INFO) -> str:
+    """Returns the model of the processor, as far as the system tells.
+
+    cpu_info: where Linux tells it.
+    """
+    with suppress(OSError):
+        found = re.search(r"^model name\s*: (.+)$", cpu_info.read_text(), re.M)
+        if found:
+            return " ".join(found[1].split())
+    return platform.processor() or platform.machine() or "unknown"
+
+
+def available_cores() -> int:
+    """Returns the number of processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def load_average() -> float | None:
+    """Returns how many processes wanted a processor in the last minute; None where not told."""
+    with suppress(AttributeError, OSError):
+        return round(os.getloadavg()[0], 2)
+    return None
+
+
+def circumstances(jobs: int) -> dict[str, Any]:
+    """Returns what a reader of compute times must know of the machine, for a manifest.
+
+    jobs: parallel workers. load: of others, as it is when this is called: before the work.
+    """
+    return {
+        "processor": processor_name(),
+        "cores": available_cores(),
+        "jobs": jobs,
+        "load_before": load_average(),
+    }

@@ -1,0 +1,111 @@
+"""Exports the trials of a results folder, or one log, in the formats asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+
+from drake_navbench.errors import InputError, NavbenchError
+from drake_navbench.log import TrialLog
+from drake_navbench.processes.worker_process import Raised, Returned
+from drake_navbench.processes.workers import Task, run_tasks, start_server
+from drake_navbench.recordings.bag_file import write_bag
+from drake_navbench.recordings.messages import MessageMaker
+from drake_navbench.recordings.plain_files import TRAJECTORIES, csv_of, plain_paths, tum_of
+from drake_navbench.recordings.rosbags_extra import require_rosbags
+from drake_navbench.recordings.trial_messages import TrialMessages
+from drake_navbench.results import ResultsFolder, write_text
+
+EXPORT_FOLDER = "export"
+# Ready views of the topics, which viewers open by hand.
+LAYOUTS = ("foxglove_layout.json", "plotjuggler_layout.xml")
+
+
+@dataclass(frozen=True)
+class Formats:
+    """What to write of each trial. mcap: a bag of ROS 2. csv: the samples. tum: trajectories."""
+
+    mcap: bool = False
+    csv: bool = False
+    tum: bool = False
+
+
+def export(source: Path, formats: Formats, out: Path | None, *, jobs: int) -> list[Path]:
+    """Exports a log or all logs of a results folder; returns what was written for each trial.
+
+    out: the folder to write into; `EXPORT_FOLDER` in the results folder, or the log's own, where
+    not given. Raises InputError where the source is neither, a log cannot be read or has nothing
+    to show, or a file cannot be written; trials before it are exported then.
+    """
+    if not any((formats.mcap, formats.csv, formats.tum)):
+        raise InputError("nothing to export: expected --mcap, --csv or --tum")
+    if formats.mcap:
+        require_rosbags()
+    stems = _stems(source, out)
+    tasks = [(path, stem, formats) for path, stem in stems.items()]
+    written: list[Path] = []
+    for entry in _one_by_one(tasks) if len(tasks) == 1 or jobs == 1 else _apart(tasks, jobs):
+        written += entry
+    if formats.mcap:
+        _write_layouts(out or (source / EXPORT_FOLDER if source.is_dir() else source.parent))
+    return sorted(written)
+
+
+def export_trial(log_path: Path, stem: Path, formats: Formats) -> list[Path]:
+    """Writes what is asked for of one log; stem: path of the files without suffix."""
+    log = TrialLog.read(log_path)
+    if log.samples.empty:
+        raise InputError(f"{log_path}: the trial ended before its first sample; nothing to export")
+    written = []
+    paths = plain_paths(stem)
+    if formats.mcap:
+        write_bag(stem, TrialMessages(log, MessageMaker()))
+        written.append(stem)
+    if formats.csv:
+        write_text(paths["csv"], csv_of(log))
+        written.append(paths["csv"])
+    if formats.tum:
+        for name in TRAJECTORIES:
+            write_text(paths[name], tum_of(log, name))
+            written.append(paths[name])
+    return written
+
+
+def _stems(source: Path, out: Path | None) -> dict[Path, Path]:
+    """Returns the logs, each with the path that its files have but for their suffix."""
+    if not source.is_dir():
+        if not source.is_file():
+            raise InputError(f"{source}: no such file or folder")
+        return {source: (out or source.parent) / source.stem}
+    ResultsFolder(source).read_manifest()
+    trials = source / "trials"
+    logs = sorted(trials.glob("*/*/trial_*.parquet"))
+    if not logs:
+        raise InputError(f"{source}: no trial logs below {trials}")
+    folder = out or source / EXPORT_FOLDER
+    return {log: folder / log.relative_to(trials).with_suffix("") for log in logs}
+
+
+def _one_by_one(tasks: Sequence[tuple[Path, Path, Formats]]) -> Iterator[list[Path]]:
+    yield from (export_trial(*task) for task in tasks)
+
+
+def _apart(tasks: Sequence[tuple[Path, Path, Formats]], jobs: int) -> Iterator[list[Path]]:
+    """Yields what workers have written; raises what one of them raised."""
+    start_server([__name__])
+    with closing(run_tasks([Task(export_trial, task) for task in tasks], jobs=jobs)) as endings:
+        for task, ending in endings:
+            if isinstance(ending, Raised):
+                raise ending.error
+            if not isinstance(ending, Returned):
+                raise NavbenchError(f"{task.arguments[0]}: {ending.sentence}")
+            yield ending.value
+
+
+def _write_layouts(folder: Path) -> None:
+    for name in LAYOUTS:
+        text = files("drake_navbench.recordings").joinpath("layouts", name).read_text("utf-8")
+        write_text(folder / name, text)

@@ -1,0 +1,300 @@
+"""Imports recordings into a results folder, where report, compare and replay take them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from drake_navbench import __version__
+from drake_navbench.costmaps.map_file import OccupancyMap, load_map
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.robot import Robot, load_robot
+from drake_navbench.log import TrialLog
+from drake_navbench.recordings.bag_source import BagSource, open_bag
+from drake_navbench.recordings.drive_data import DriveData, drive_data
+from drake_navbench.recordings.drive_fit import DriveFit, as_yaml, fit_drive
+from drake_navbench.recordings.gap_page import as_plain, write_curves, write_gap_page
+from drake_navbench.recordings.heard import Cells, Column, choose_topics, read_columns
+from drake_navbench.recordings.recorded_motion import RecordedMotion, recorded_motion
+from drake_navbench.recordings.recorded_tasks import RecordedTask, task_by_hand, tasks_by_status
+from drake_navbench.recordings.recorded_trial import Subject, recorded_trial
+from drake_navbench.recordings.simulation_gap import SimulationGap, simulation_gap
+from drake_navbench.results import ResultsFolder, file_name, only_run_in, write_text
+
+NANOSECONDS = 1e9
+# In the name of a column, behind that of the controller that a bag of ours tells.
+RECORDED = "recording"
+
+
+@dataclass(frozen=True)
+class ImportRequest:
+    """What is asked for.
+
+    topics: role -> topic. scenario, controller: names of the trials and of the column, found where
+    empty. start_s, end_s: seconds from the beginning of the recording; cut by hand where one is
+    given. robot: name or file, may be None for a bag of ours. fits_drive: whether to find the
+    parameters of the drive.
+    """
+
+    robot: str | None = None
+    map_file: Path | None = None
+    topics: Mapping[str, str] = field(default_factory=dict)
+    namespace: str | None = None
+    scenario: str = ""
+    controller: str = ""
+    start_s: float | None = None
+    end_s: float | None = None
+    fits_drive: bool = False
+
+
+@dataclass(frozen=True)
+class Imported:
+    """What was made of one recording. losses: what could not be read.
+
+    gaps: of each log, how far the robot's model is from it; None where there are no commands.
+    fit: what was found of the drive, where that was asked for.
+    """
+
+    path: Path
+    logs: tuple[TrialLog, ...]
+    topics: Mapping[str, str]
+    losses: tuple[str, ...]
+    gaps: tuple[SimulationGap | None, ...]
+    fit: DriveFit | None
+
+
+def read_recording(path: Path, request: ImportRequest, *, first_trial: int = 0) -> Imported:
+    """Returns the trials in a recording; raises InputError where anything is wrong with it."""
+    with open_bag(path) as source:
+        topics = choose_topics(source, request.topics, request.namespace)
+        begin_ns, past_ns = _bounds(source, request)
+        columns = read_columns(source, topics, begin_ns, past_ns)
+    told = _told(columns)
+    robot = _robot(path, request, told)
+    motion = recorded_motion(path, columns)
+    tasks = _tasks(path, request, source, columns, motion)
+    known_map = _map(request, columns, motion)
+    notes = {"topics": topics, "losses": list(source.losses)}
+    scenario, controller = path.stem, RECORDED
+    if told is not None:
+        scenario = told["info"]["scenario"]["name"]
+        controller = f"{told['info']['controller']}-{RECORDED}"
+    logs = [
+        recorded_trial(
+            path,
+            columns,
+            motion,
+            task,
+            Subject(
+                scenario=request.scenario or scenario,
+                controller=request.controller or controller,
+                robot=robot,
+                trial=first_trial + number,
+                description=f"recorded in {path.name}",
+                map=known_map,
+            ),
+            told=told,
+            notes=notes,
+        )
+        for number, task in enumerate(tasks)
+    ]
+    drive = drive_data(columns, motion)
+    gaps = tuple(_gap(robot, drive, task) for task in tasks)
+    for log, gap in zip(logs, gaps, strict=True):
+        if gap is not None:
+            log.info["recording"]["simulation_gap"] = as_plain(gap)
+    fit = _fit(path, robot, drive) if request.fits_drive else None
+    return Imported(path, tuple(logs), topics, source.losses, gaps, fit)
+
+
+def _fit(path: Path, robot: Robot, drive: DriveData | None) -> DriveFit:
+    if robot.drive.turning_radius_m:
+        raise InputError(f"{path}: --fit-drive: expected a robot that turns in place, got a car")
+    if drive is None:
+        raise InputError(f"{path}: --fit-drive: the recording has no commands")
+    return fit_drive(drive)
+
+
+def _gap(robot: Robot, drive: DriveData | None, task: RecordedTask) -> SimulationGap | None:
+    if drive is None:
+        return None
+    piece = drive.within(task.begin_s, task.end_s)
+    return simulation_gap(robot, piece) if len(piece.time_s) > 1 else None
+
+
+def import_recordings(
+    paths: Sequence[Path], request: ImportRequest, folder: ResultsFolder
+) -> list[Imported]:
+    """Adds the trials in recordings to a results folder, which is made where there is none.
+
+    All recordings are read before anything is written. Raises InputError where one is wrong, or
+    the folder is something else.
+    """
+    is_new = not folder.path.exists() or not any(folder.path.iterdir())
+    manifest = _new_manifest() if is_new else folder.read_manifest()
+    imported: list[Imported] = []
+    taken: dict[tuple[str, str], int] = {}
+    for path in paths:
+        found = read_recording(path, request)
+        logs = []
+        for log in found.logs:
+            column = (log.info["scenario"]["name"], log.info["controller"])
+            number = taken.get(column, _first_free(folder, *column))
+            taken[column] = number + 1
+            logs.append(_numbered(log, number))
+        imported.append(replace(found, logs=tuple(logs)))
+    with only_run_in(folder.path):
+        for entry in imported:
+            for log, gap in zip(entry.logs, entry.gaps, strict=True):
+                folder.write_log(log)
+                if gap is not None:
+                    write_curves(gap, _path_of(folder, log))
+            if entry.fit is not None:
+                write_text(fit_path(folder, entry), as_yaml(entry.fit, entry.path.name))
+        folder.write_manifest(_with_recordings(manifest, imported))
+        write_gap_page(folder)
+    return imported
+
+
+def fit_path(folder: ResultsFolder, imported: Imported) -> Path:
+    """Returns where the parameters found of a recording's drive are."""
+    return folder.path / "fitted_drives" / f"{file_name(imported.path.stem)}.yaml"
+
+
+def _path_of(folder: ResultsFolder, log: TrialLog) -> Path:
+    info = log.info
+    return folder.log_path(info["scenario"]["name"], info["controller"], info["trial"])
+
+
+def _numbered(log: TrialLog, number: int) -> TrialLog:
+    """Returns a log with a trial's number; a seed that says nothing follows it."""
+    info = dict(log.info)
+    if info["seed"] == info["trial"]:
+        info["seed"] = number
+    info["trial"] = number
+    return TrialLog(
+        log.samples, log.plans, info, log.scans, log.diagnostics, log.events, log.costmaps
+    )
+
+
+def _first_free(folder: ResultsFolder, scenario: str, controller: str) -> int:
+    number = 0
+    while folder.log_path(scenario, controller, number).exists():
+        number += 1
+    return number
+
+
+def _new_manifest() -> dict[str, Any]:
+    return {
+        "request": {},
+        "scenarios": [],
+        "controllers": [],
+        "inputs": {},
+        "drake_navbench": __version__,
+    }
+
+
+def _with_recordings(manifest: Mapping[str, Any], imported: Sequence[Imported]) -> dict[str, Any]:
+    """Returns a manifest that names the recordings besides what else it holds."""
+    entries = [
+        {
+            "bag": str(entry.path),
+            "topics": dict(entry.topics),
+            "losses": list(entry.losses),
+            "trials": [
+                [log.info["scenario"]["name"], log.info["controller"], log.info["trial"]]
+                for log in entry.logs
+            ],
+        }
+        for entry in imported
+    ]
+    return dict(manifest) | {"recordings": [*manifest.get("recordings", ()), *entries]}
+
+
+def _bounds(source: BagSource, request: ImportRequest) -> tuple[int | None, int | None]:
+    """Returns the first and past the last time of receipt that are wanted, ns."""
+    begin, end = request.start_s, request.end_s
+    length_s = (source.end_ns - source.start_ns) / NANOSECONDS
+    for name, value in (("start", begin), ("end", end)):
+        if value is not None and not 0.0 <= value <= length_s:
+            raise InputError(
+                f"{source.path}: --{name} {value:g}: expected 0 to {length_s:.3f} s, its length"
+            )
+    if begin is not None and end is not None and end <= begin:
+        raise InputError(f"{source.path}: --end {end:g}: expected more than --start {begin:g}")
+    begin_ns = None if begin is None else source.start_ns + round(begin * NANOSECONDS)
+    # A sample behind the end belongs to it.
+    past_ns = None if end is None else source.start_ns + round((end + 1.0) * NANOSECONDS)
+    return begin_ns, past_ns
+
+
+def _tasks(
+    path: Path,
+    request: ImportRequest,
+    source: BagSource,
+    columns: Mapping[str, Column],
+    motion: RecordedMotion,
+) -> list[RecordedTask]:
+    last_s = float(motion.time_s[-1])
+    if request.start_s is not None or request.end_s is not None:
+
+        def moment(since_s: float) -> float:
+            ns = np.array([source.start_ns + round(since_s * NANOSECONDS)], dtype=np.int64)
+            return float(motion.clock.received(ns)[0])
+
+        begin_s = motion.time_s[0] if request.start_s is None else moment(request.start_s)
+        end_s = last_s if request.end_s is None else moment(request.end_s)
+        begin_s = max(float(begin_s), float(motion.time_s[0]))
+        return [task_by_hand(path, begin_s, min(end_s, last_s))]
+    status = columns.get("status")
+    if status is None or not status.values:
+        raise InputError(
+            f"{path}: no states of a goal, such as /navigate_to_pose/_action/status, to cut tasks "
+            "by; cut by hand with --start and --end"
+        )
+    times = motion.clock.received(status.receive_ns)
+    return tasks_by_status(path, status, times, last_s)
+
+
+def _told(columns: Mapping[str, Column]) -> dict[str, Any] | None:
+    """Returns what a bag of ours tells of its trial; None of any other."""
+    column = columns.get("trial")
+    if column is None or not column.values:
+        return None
+    with suppress(ValueError, RecursionError):
+        told = json.loads(column.values[0])
+        if isinstance(told, dict) and {"info", "events", "plan_legs"} <= set(told):
+            return told
+    return None
+
+
+def _robot(path: Path, request: ImportRequest, told: Mapping[str, Any] | None) -> Robot:
+    if request.robot is not None:
+        return load_robot(request.robot)
+    if told is None:
+        raise InputError(
+            f"{path}: does not tell the robot's outline and limits; name its file with --robot"
+        )
+    return Robot.model_validate(told["info"]["robot"])
+
+
+def _map(
+    request: ImportRequest, columns: Mapping[str, Column], motion: RecordedMotion
+) -> OccupancyMap | None:
+    """Returns what stands in the place: the map that is given, else the recording's last one."""
+    if request.map_file is not None:
+        return load_map(request.map_file)
+    column = columns.get("map")
+    if column is None or not column.values:
+        return None
+    cells: Cells = column.values[-1]
+    place = motion.in_world(cells.frame, motion.time_s[:1])
+    if place is None or abs(cells.origin[2]) > 0.0 or place[0].any():
+        return None
+    return OccupancyMap(cells.occupancy, cells.resolution, cells.origin[0], cells.origin[1])

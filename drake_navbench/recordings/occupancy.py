@@ -1,0 +1,60 @@
+"""Costs and occupancy: a costmap as the message that Nav2 publishes of it, and back."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.inputs.world import World
+from drake_navbench.kernels.grid import INSCRIBED, LETHAL, NO_INFORMATION, Grid
+from drake_navbench.kernels.rasterize import mark_polygon
+
+UNKNOWN, OCCUPIED = -1, 100
+MAP_RESOLUTION_M = 0.05
+# A larger world is shown with larger cells.
+MAX_MAP_CELLS = 4_000_000
+
+
+def _occupancy_table() -> NDArray[np.int8]:
+    """Returns what Costmap2DPublisher makes of each cost: 1 + floor(97 (c - 1) / 251)."""
+    costs = np.arange(256)
+    table = 1 + 97 * (costs - 1) // 251
+    table[0] = 0
+    table[INSCRIBED], table[LETHAL], table[NO_INFORMATION] = OCCUPIED - 1, OCCUPIED, UNKNOWN
+    return table.astype(np.int8)
+
+
+OCCUPANCY_OF_COST = _occupancy_table()
+# The lowest cost that is published as each occupancy from 0 to 100, and last, at -1, the unknown.
+COST_OF_OCCUPANCY = np.array(
+    [*(int(np.flatnonzero(value == OCCUPANCY_OF_COST)[0]) for value in range(101)), NO_INFORMATION],
+    dtype=np.uint8,
+)
+
+
+def occupancy_from_costs(costs: NDArray[np.uint8]) -> NDArray[np.int8]:
+    """Returns costs as Nav2 publishes them, -1 to 100; what is lethal or inscribed stays known."""
+    return OCCUPANCY_OF_COST[costs]
+
+
+def costs_from_occupancy(occupancy: NDArray[np.int8]) -> NDArray[np.uint8]:
+    """Returns the lowest costs that are published so; values beyond -1 to 100 are unknown."""
+    is_known = (occupancy >= 0) & (occupancy <= OCCUPIED)
+    return COST_OF_OCCUPANCY[np.where(is_known, occupancy, UNKNOWN)]
+
+
+def map_of_world(world: World, points: NDArray[np.float64], margin_m: float) -> Grid:
+    """Returns the occupancy of what stands in a world, 0 or 100, around it and (N, 2) points, m."""
+    outlines = [shape.outline for shape in world.shapes]
+    corners = np.vstack([points, *outlines])
+    low, high = corners.min(axis=0) - margin_m, corners.max(axis=0) + margin_m
+    resolution = MAP_RESOLUTION_M
+    while np.prod(np.ceil((high - low) / resolution)) > MAX_MAP_CELLS:
+        resolution *= 2.0
+    low = np.floor(low / resolution) * resolution
+    columns, rows = np.ceil((high - low) / resolution).astype(int)
+    costs = np.zeros((rows, columns), dtype=np.uint8)
+    grid = Grid(costs, float(low[0]), float(low[1]), resolution)
+    for outline in outlines:
+        mark_polygon(grid, outline)
+    return grid._replace(costs=np.where(costs == LETHAL, OCCUPIED, 0).astype(np.int8))

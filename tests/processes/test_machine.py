@@ -1,0 +1,22 @@
+"""What a manifest tells of the machine."""
+
+from __future__ import annotations
+
+from drake_navbench.processes.machine import circumstances, processor_name
+
+
+def test_the_model_of_the_processor_is_the_one_that_the_system_tells(tmp_path):
+    told = tmp_path / "cpuinfo"
+    told.write_text("processor\t: 0\nmodel name\t: Some  CPU @ 2.00GHz\nflags\t: fpu\n")
+    assert processor_name(told) == "Some CPU @ 2.00GHz"
+
+
+def test_where_the_system_does_not_tell_there_is_a_word_all_the_same(tmp_path):
+    assert processor_name(tmp_path / "missing")
+
+
+def test_circumstances_tell_jobs_cores_and_load():
+    told = circumstances(3)
+    assert told["jobs"] == 3
+    assert told["cores"] >= 1
+    assert told["load_before"] is None or told["load_before"] >= 0.0

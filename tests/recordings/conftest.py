@@ -1,0 +1,22 @@
+"""What the tests of recordings share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from robot_bags import ROBOT_YAML
+
+from drake_navbench.recordings.messages import MessageMaker
+
+
+@pytest.fixture(scope="session")
+def make() -> MessageMaker:
+    return MessageMaker()
+
+
+@pytest.fixture(scope="session")
+def robot_file(tmp_path_factory) -> Path:
+    path = tmp_path_factory.mktemp("robot") / "burger.yaml"
+    path.write_text(ROBOT_YAML)
+    return path
