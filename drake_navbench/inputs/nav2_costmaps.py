@@ -1,7 +1,7 @@
 """From the costmaps of a Nav2 file to ours: grid, layers and filters.
 
 A parameter that is missing has Nav2's default. Nav2 names layers freely and has any number of each
-type; here a costmap has one layer of a type, fed by the robot's one lidar. What differs is noted.
+type; here a costmap has one layer of a type, fed by the robot's lidars. What differs is noted.
 Source: nav2_costmap_2d, branches humble to lyrical.
 """
 
@@ -27,6 +27,7 @@ from drake_navbench.costmaps.layer_plugin import COSTMAP_LAYERS
 from drake_navbench.inputs.nav2_check import Status
 from drake_navbench.inputs.nav2_node_reader import NodeReader
 from drake_navbench.inputs.nav2_sensing import SensingLayers
+from drake_navbench.inputs.robot import LidarSettings
 
 LAYERS: dict[str, tuple[str, type]] = {
     "StaticLayer": ("static_layer", StaticLayerSettings),
@@ -91,13 +92,13 @@ WITHOUT_MEANING = {
 
 
 def read_local_costmap(
-    reader: NodeReader, lidar_height_m: float, *, is_override: bool = False
+    reader: NodeReader, lidar: LidarSettings, *, is_override: bool = False
 ) -> dict[str, Any]:
     """Returns the settings of the local costmap, checked, and notes all that is given.
 
     is_override: whether the files are there to be laid over others, which say what these do not.
     """
-    settings = _CostmapReader(reader, lidar_height_m).settings(LocalCostmapSettings)
+    settings = _CostmapReader(reader, lidar).settings(LocalCostmapSettings)
     if not reader.flag("rolling_window", False):
         remark = "the local costmap rolls with the robot; Nav2's stays where it is"
         left_to_others = is_override and not reader.given("rolling_window")
@@ -109,9 +110,9 @@ def read_local_costmap(
     return {**settings, **grid}
 
 
-def read_global_costmap(reader: NodeReader, lidar_height_m: float) -> dict[str, Any]:
+def read_global_costmap(reader: NodeReader, lidar: LidarSettings) -> dict[str, Any]:
     """Returns the settings of the global costmap, checked, and notes all that is given."""
-    settings = _CostmapReader(reader, lidar_height_m).settings(GlobalCostmapSettings)
+    settings = _CostmapReader(reader, lidar).settings(GlobalCostmapSettings)
     # Nav2's default, which is not ours.
     grid: dict[str, Any] = {"resolution": 0.1}
     if reader.flag("rolling_window", False):
@@ -129,9 +130,9 @@ def read_global_costmap(reader: NodeReader, lidar_height_m: float) -> dict[str, 
 class _CostmapReader:
     """Reads the layers of one costmap."""
 
-    def __init__(self, reader: NodeReader, lidar_height_m: float) -> None:
+    def __init__(self, reader: NodeReader, lidar: LidarSettings) -> None:
         self._reader = reader
-        self._sensing = SensingLayers(reader, lidar_height_m)
+        self._sensing = SensingLayers(reader, lidar)
         self._settings: dict[str, Any] = {}
         self._lists: dict[str, list[str]] = {"plugins": [], "filters": []}
 

@@ -226,7 +226,6 @@ class _Files:
         return fields
 
     def _costmaps(self) -> dict[str, Any]:
-        height_m = self._base.lidar.height_m
         fields: dict[str, Any] = {}
         self._outlines: list[tuple[NodeReader, Outline]] = []
         read_local = partial(read_local_costmap, is_override=not self._servers)
@@ -237,7 +236,7 @@ class _Files:
                 continue
             reader = NodeReader(node, self._rows)
             self._outlines.append((reader, read_outline(reader)))
-            settings = read(reader, height_m)
+            settings = read(reader, self._base.lidar)
             if name == GLOBAL_COSTMAP:
                 settings["margin_m"] = self._base.navigation.global_costmap.margin_m
             fields[name.partition("/")[0]] = settings

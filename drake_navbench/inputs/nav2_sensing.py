@@ -1,6 +1,6 @@
 """From the obstacle and voxel layers of a Nav2 file to ours, and what their sensors become.
 
-The robot has one lidar: it is the source of every layer, once. What differs is noted. Source:
+The robot's scanners are the sources of every layer, each once. What differs is noted. Source:
 nav2_costmap_2d (ObstacleLayer, VoxelLayer, ObservationBuffer), branches humble to lyrical.
 """
 
@@ -15,6 +15,7 @@ from drake_navbench.costmaps.costmap_settings import (
 )
 from drake_navbench.inputs.nav2_check import Status
 from drake_navbench.inputs.nav2_node_reader import NodeReader
+from drake_navbench.inputs.robot import LidarSettings
 
 SOURCE_FIELDS = (
     "min_obstacle_height",
@@ -33,9 +34,14 @@ DEFAULT_LAYER_HEIGHT_M = 2.0
 class SensingLayers:
     """Reads the layers of one costmap that see obstacles."""
 
-    def __init__(self, reader: NodeReader, lidar_height_m: float) -> None:
+    def __init__(self, reader: NodeReader, lidar: LidarSettings) -> None:
         self._reader = reader
-        self._height_m = lidar_height_m
+        self._height_m = lidar.height_m
+        self._scanner_count = 1 + len(lidar.further_poses)
+
+    @property
+    def _scanners(self) -> str:
+        return "one lidar" if self._scanner_count == 1 else f"{self._scanner_count} lidars"
 
     def read(self, name: str, ours: str) -> dict[str, Any] | None:
         """Returns an obstacle or voxel layer; None where Nav2's would see nothing."""
@@ -51,10 +57,14 @@ class SensingLayers:
         if not scans:
             remark = "no such sensor here; the robot's lidar stands in for it"
             reader.note(Status.STAND_IN, f"{prefix}{source}.data_type", remark)
+        taken = scans[: self._scanner_count] or [source]
         for other in sources:
-            if other != source:
-                remark = "left out; the robot has one lidar and no other sensor"
+            if other not in taken:
+                remark = f"left out; the robot has {self._scanners} and no other sensor"
                 reader.note_block(Status.STAND_IN, prefix + other, remark)
+        for other in taken[1:]:
+            remark = f"another scanner of the robot, with the ranges and heights of {source}"
+            reader.note_block(Status.OTHER_FORM, prefix + other, remark)
         if ours == "voxel_layer":
             return self._voxel_layer(prefix, source)
         return self._obstacle_layer(name, source)
