@@ -82,6 +82,9 @@ ROLES: Mapping[str, Role] = {
     ),
     "cycle_count": Role(("/drake_navbench/cycle_count",), ("std_msgs/msg/Float64",)),
     "compute_time_ms": Role(("/drake_navbench/compute_time_ms",), ("std_msgs/msg/Float64",)),
+    "compute_cpu_time_ms": Role(
+        ("/drake_navbench/compute_cpu_time_ms",), ("std_msgs/msg/Float64",)
+    ),
 }
 
 
@@ -394,4 +397,5 @@ DECODERS: Mapping[str, Callable[[Any], Decoded]] = {
     "obstacle_corner_distance_m": _datum,
     "cycle_count": _datum,
     "compute_time_ms": _datum,
+    "compute_cpu_time_ms": _datum,
 }

@@ -315,7 +315,7 @@ class _Piece:
 
 
 def _why_missing(column: str) -> str:
-    if column in ("cycle_count", "compute_time_ms"):
+    if column in ("cycle_count", "compute_time_ms", "compute_cpu_time_ms"):
         return "a recording does not tell how long the controller computed"
     if column == "clearance_m":
         return (

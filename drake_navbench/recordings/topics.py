@@ -55,6 +55,7 @@ SCALAR_COLUMNS = (
     "obstacle_corner_distance_m",
     "cycle_count",
     "compute_time_ms",
+    "compute_cpu_time_ms",
 )
 SCALARS: Mapping[str, Topic] = {
     name: Topic(f"/drake_navbench/{name}", "std_msgs/msg/Float64") for name in SCALAR_COLUMNS

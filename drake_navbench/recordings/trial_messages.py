@@ -200,7 +200,7 @@ class TrialMessages:
         for column, topic in topics.SCALARS.items():
             values = self.log.samples[column].to_numpy(dtype=float)
             is_new = np.append(True, values[1:] != values[:-1])
-            if column == "compute_time_ms":
+            if column in ("compute_time_ms", "compute_cpu_time_ms"):
                 is_new[1:] |= cycles[1:] != cycles[:-1]
             for row in np.flatnonzero(is_new):
                 number = self.maker.make("std_msgs/msg/Float64", data=float(values[row]))
