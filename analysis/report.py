@@ -204,6 +204,7 @@ def _page(analysis: FolderAnalysis, difference: float) -> dict[str, Any]:
         "wanted_count": sum(1 for _ in _wanted(analysis)),
         "warnings": _warnings(driven),
         "stand_ins": analysis.manifest.get("stand_ins", ()),
+        "stand_ins_of_columns": analysis.manifest.get("stand_ins_of_columns", {}),
         "metric_rows": [row for entry in scenarios for row in _metric_rows(entry)],
         "themes": list(installed_metrics()),
         "pair_rows": [row for entry in scenarios for row in _pair_rows(entry, difference)],

@@ -99,12 +99,19 @@ class Scan(Immutable):
 
     time_s: when it was taken. sensor_pose: (3,) x m, y m, yaw rad in the world frame.
     angles_rad: (B,) beam angles in the sensor frame. ranges_m: (B,) inf where nothing was hit.
+    further: what the robot's other scanners saw at the same time; a log does not keep them.
     """
 
     time_s: float
     sensor_pose: NDArray[np.float64]
     angles_rad: NDArray[np.float64]
     ranges_m: NDArray[np.float32]
+    further: tuple[Scan, ...] = ()
+
+    @property
+    def of_all_scanners(self) -> tuple[Scan, ...]:
+        """This scan and those of the other scanners."""
+        return (self, *self.further)
 
     @property
     def hits(self) -> NDArray[np.float64]:

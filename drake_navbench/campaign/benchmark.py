@@ -295,9 +295,11 @@ def _write_inputs(folder: ResultsFolder, inputs: dict[str, str]) -> None:
 
 
 def _manifest(campaign: Campaign, inputs: dict[str, str]) -> dict[str, Any]:
-    stand_ins = campaign.nav2.check.stand_ins if campaign.nav2 is not None else ()
+    nav2 = campaign.nav2
+    own = {} if nav2 is None else {name: nav2.stand_ins_of(name) for name in campaign.columns}
     return {
-        "stand_ins": [row.text for row in stand_ins],
+        "stand_ins": [] if nav2 is None else nav2.stand_ins_of_all(),
+        "stand_ins_of_columns": {name: lines for name, lines in own.items() if lines},
         "scenarios": campaign.scenarios,
         "suites": campaign.suites,
         "controllers": campaign.columns,

@@ -229,18 +229,37 @@ class LocalCostmapSettings(CostmapSettings):
 
     @model_validator(mode="after")
     def _check_size(self) -> LocalCostmapSettings:
-        columns, rows = self.width / self.resolution, self.height / self.resolution
-        try:
-            require_grid_size("width, height and resolution", columns, rows)
-        except InputError as error:
-            raise ValueError(str(error)) from error
+        _require_size(self)
         return self
 
 
 class GlobalCostmapSettings(CostmapSettings):
-    """The grid on which the global planner searches: that of the map, where there is one."""
+    """The grid on which the global planner searches: that of the map, where there is one.
 
-    resolution: CellSize = Field(0.05, description="Cell edge where there is no map [m].")
+    Or a window of its own size that rolls with the robot, beyond which nothing is planned.
+    """
+
+    rolling_window: bool = Field(False, description="A window around the robot, in any map.")
+    width: int = Field(5, gt=0, le=1000, description="Extent along x of a window that rolls [m].")
+    height: int = Field(5, gt=0, le=1000, description="Extent along y of a window that rolls [m].")
+    resolution: CellSize = Field(
+        0.05, description="Cell edge where there is no map, or a window that rolls [m]."
+    )
     margin_m: Length = Field(
         2.0, gt=0.0, description="Free border around everything known, where there is no map [m]."
     )
+
+    @model_validator(mode="after")
+    def _check_size(self) -> GlobalCostmapSettings:
+        if self.rolling_window:
+            _require_size(self)
+        return self
+
+
+def _require_size(settings: LocalCostmapSettings | GlobalCostmapSettings) -> None:
+    """Raises ValueError where a window would have too many cells."""
+    columns, rows = settings.width / settings.resolution, settings.height / settings.resolution
+    try:
+        require_grid_size("width, height and resolution", columns, rows)
+    except InputError as error:
+        raise ValueError(str(error)) from error

@@ -70,6 +70,7 @@ class ObstacleLayer:
                 sensor_pose=scan.sensor_pose,
                 angles=scan.angles_rad,
                 ranges=scan.ranges_m,
+                further_scans=[(other.sensor_pose, other.ranges_m) for other in scan.further],
                 rolling_window=self._rolling_window,
                 **grid,
                 **self._parameters,

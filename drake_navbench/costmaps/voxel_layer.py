@@ -109,7 +109,9 @@ class VoxelLayer:
     ) -> Iterator[Observation]:
         for name, source in self._sources.items():
             if source.data_type == "LaserScan" and scan is not None:
-                yield _observation(source, self._cloud_of(scan, inf_is_valid=source.inf_is_valid))
+                for own in scan.of_all_scanners:
+                    cloud = self._cloud_of(own, inf_is_valid=source.inf_is_valid)
+                    yield _observation(source, cloud)
             elif name in clouds:
                 yield _observation(source, clouds[name])
 

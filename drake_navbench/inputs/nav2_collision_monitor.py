@@ -8,8 +8,8 @@ from __future__ import annotations
 from typing import Any
 
 from drake_navbench.inputs.nav2_check import Status
-from drake_navbench.inputs.nav2_costmaps import parse_points
 from drake_navbench.inputs.nav2_node_reader import NodeReader
+from drake_navbench.inputs.nav2_outline import parse_points
 from drake_navbench.navigation.collision_monitor import (
     CollisionMonitorParameters,
     MonitorCircle,

@@ -8,7 +8,7 @@ a parameter that is missing there has Nav2's default, not the base robot's value
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -26,13 +26,9 @@ from drake_navbench.inputs.nav2_check import Check, CheckRow, Status
 from drake_navbench.inputs.nav2_collision_monitor import read_collision_monitor
 from drake_navbench.inputs.nav2_columns import read_columns
 from drake_navbench.inputs.nav2_controllers import SERVER, has_controllers, takes_release
-from drake_navbench.inputs.nav2_costmaps import (
-    Outline,
-    read_global_costmap,
-    read_local_costmap,
-    read_outline,
-)
+from drake_navbench.inputs.nav2_costmaps import read_global_costmap, read_local_costmap
 from drake_navbench.inputs.nav2_node_reader import NodeReader, Rows
+from drake_navbench.inputs.nav2_outline import Outline, read_outline
 from drake_navbench.inputs.nav2_parameters import (
     PARAMETERS_KEY,
     Node,
@@ -81,11 +77,29 @@ OPTIONAL = ("velocity_smoother", "collision_monitor")
 
 @dataclass(frozen=True)
 class Nav2Setup:
-    """What Nav2 files make: columns, the robot that they drive, and what became of the files."""
+    """What Nav2 files make: columns, the robot that they drive, and what became of the files.
+
+    places: node and block of each column's controller, by the column's name.
+    """
 
     presets: tuple[Preset, ...]
     robot: Robot
     check: Check
+    places: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+
+    def stand_ins_of(self, column: str) -> list[str]:
+        """Returns a line for all that stands in within a column's controller."""
+        node, block = self.places.get(column, ("", ""))
+        return [
+            row.text
+            for row in self.check.stand_ins
+            if block and row.node == node and row.parameter.split(".")[0] == block
+        ]
+
+    def stand_ins_of_all(self) -> list[str]:
+        """Returns a line for all that stands in whichever controller drives."""
+        own = {line for column in self.places for line in self.stand_ins_of(column)}
+        return [row.text for row in self.check.stand_ins if row.text not in own]
 
     def robot_file(self) -> str:
         """Returns the robot as the text of a robot file that can be kept."""
@@ -134,6 +148,7 @@ class _Files:
         self, sections: list[Section], rows: Rows, base: Robot, base_name: str, release: Found
     ) -> None:
         self._release = release
+        self._places: dict[str, tuple[str, str]] = {}
         self._sections = sections
         self._rows = rows
         self._base = base
@@ -161,7 +176,7 @@ class _Files:
         robot = validate(Robot, data, ", ".join(map(str, paths)))
         self._note_other_sections()
         robot = robot.model_copy(update={"directory": self._base.directory})
-        return Nav2Setup(presets, robot, Check(tuple(self._rows.values())))
+        return Nav2Setup(presets, robot, Check(tuple(self._rows.values())), self._places)
 
     def _note_release(self, presets: Collection[Preset]) -> None:
         classes = {preset.controller: preset.controller_class for preset in presets}
@@ -179,6 +194,8 @@ class _Files:
         presets, rows = read_columns(node, self._release.release)
         for row in rows:
             self._rows[row.node, row.parameter] = row
+        for preset in presets:
+            self._places[preset.name] = node.name.lstrip("/"), preset.name.rpartition("/")[2]
         return [replace(preset, ignored=()) for preset in presets]
 
     def _find(self, name: str) -> Node | None:
@@ -212,20 +229,17 @@ class _Files:
         return fields
 
     def _costmaps(self) -> dict[str, Any]:
-        height_m = self._base.lidar.height_m
         fields: dict[str, Any] = {}
         self._outlines: list[tuple[NodeReader, Outline]] = []
-        for name, read in (
-            (LOCAL_COSTMAP, read_local_costmap),
-            (GLOBAL_COSTMAP, read_global_costmap),
-        ):
+        read_local = partial(read_local_costmap, is_override=not self._servers)
+        for name, read in ((LOCAL_COSTMAP, read_local), (GLOBAL_COSTMAP, read_global_costmap)):
             node = self._find(name)
             if node is None:
                 self._note_missing(name)
                 continue
             reader = NodeReader(node, self._rows)
             self._outlines.append((reader, read_outline(reader)))
-            settings = read(reader, height_m)
+            settings = read(reader, self._base.lidar)
             if name == GLOBAL_COSTMAP:
                 settings["margin_m"] = self._base.navigation.global_costmap.margin_m
             fields[name.partition("/")[0]] = settings
@@ -281,12 +295,12 @@ class _Files:
             speeds["max_lateral_velocity_mps"] = sideways
         elif isinstance(base, AckermannDrive):
             del speeds["max_angular_velocity_radps"]
-        for field, value in speeds.items():
-            own = getattr(base, field, None)
+        for name, value in speeds.items():
+            own = getattr(base, name, None)
             if value != own:
                 has = "none" if own is None else f"{own:g}"
                 remark = f"{value:g}, as the controllers ask; {self._base_name} has {has}"
-                self._note(Status.OTHER_FORM, "robot", f"drive.{field}", remark)
+                self._note(Status.OTHER_FORM, "robot", f"drive.{name}", remark)
         return {**data, **speeds}
 
     def _note(self, status: Status, node: str, parameter: str, remark: str) -> None:

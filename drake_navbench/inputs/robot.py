@@ -69,6 +69,9 @@ class LidarSettings(FrozenModel):
     pose: tuple[Length, Length, Angle] = Field(
         (0.0, 0.0, 0.0), description="Mounting in the base frame: x [m], y [m], yaw [rad]."
     )
+    further_poses: tuple[tuple[Length, Length, Angle], ...] = Field(
+        (), description="Mountings of further scanners of the same kind, which scan with it."
+    )
     height_m: float = Field(
         0.2, description="Height of the scanned plane over the floor, for voxel layers [m]."
     )

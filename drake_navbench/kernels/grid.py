@@ -54,8 +54,8 @@ class Costmap:
     resolution: float
     tracks_unknown: bool = False
     stamp_s: float = 0.0
-    lethal_centres: NDArray[np.float64] = field(init=False, repr=False)
     grid: Grid = field(init=False, repr=False)
+    _lethal_centres: NDArray[np.float64] | None = field(init=False, repr=False, default=None)
 
     def __post_init__(self) -> None:
         costs = np.ascontiguousarray(self.costs, dtype=np.uint8)
@@ -65,17 +65,21 @@ class Costmap:
         object.__setattr__(self, "costs", costs)
         place = (float(self.origin_x), float(self.origin_y), float(self.resolution))
         object.__setattr__(self, "grid", Grid(costs, *place))
-        # Searching the flat array is several times as fast as searching two axes.
-        rows, columns = np.divmod(np.flatnonzero(costs == LETHAL), costs.shape[1])
-        centres = np.empty((rows.size, 2))
-        centres[:, 0] = self.origin_x + (columns + 0.5) * self.resolution
-        centres[:, 1] = self.origin_y + (rows + 0.5) * self.resolution
-        centres.flags.writeable = False
-        object.__setattr__(self, "lethal_centres", centres)
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Costmap:
         """Returns itself: a snapshot never changes, so Drake's state copies cost nothing."""
         return self
+
+    @property
+    def lethal_centres(self) -> NDArray[np.float64]:
+        """(N, 2) centres of the lethal cells, m, row by row; read-only.
+
+        They are looked for when they are first asked for: nobody asks a global costmap.
+        """
+        if self._lethal_centres is None:
+            object.__setattr__(self, "_lethal_centres", _lethal_centres(self.grid))
+        assert self._lethal_centres is not None
+        return self._lethal_centres
 
     @property
     def size_x_m(self) -> float:
@@ -86,6 +90,16 @@ class Costmap:
     def size_y_m(self) -> float:
         """Extent along y, m."""
         return self.costs.shape[0] * self.resolution
+
+
+def _lethal_centres(grid: Grid) -> NDArray[np.float64]:
+    # Searching the flat array is several times as fast as searching two axes.
+    rows, columns = np.divmod(np.flatnonzero(grid.costs == LETHAL), grid.costs.shape[1])
+    centres = np.empty((rows.size, 2))
+    centres[:, 0] = grid.origin_x + (columns + 0.5) * grid.resolution
+    centres[:, 1] = grid.origin_y + (rows + 0.5) * grid.resolution
+    centres.flags.writeable = False
+    return centres
 
 
 @njit(cache=True)

@@ -11,6 +11,7 @@ here they stay float64.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -64,6 +65,7 @@ def update_obstacle_layer(
     inf_is_valid: bool = False,
     default_cost: int = FREE,
     rolling_window: bool = True,
+    further_scans: Sequence[tuple[NDArray[np.float64], NDArray[np.floating]]] = (),
 ) -> ObstacleLayerUpdate:
     """Returns the layer after one cycle: roll, clear along all rays, mark all hits, free the robot.
 
@@ -71,6 +73,7 @@ def update_obstacle_layer(
     robot_pose: (3,) x m, y m, yaw rad. footprint: (K, 2) padded, base frame, m.
     sensor_pose: (3,) when the scan was taken. angles: (N,) rad from the sensor's axis.
     ranges: (N,) m; only range_min <= range < range_max gives a point.
+    further_scans: poses and ranges of scanners of the same kind; all clear before any marks.
     The other arguments are Nav2's parameters of the same names [m], and `default_cost`, that of
     cells never seen (NO_INFORMATION where unknown space is tracked).
     """
@@ -81,18 +84,24 @@ def update_obstacle_layer(
     else:
         layer, origin_x, origin_y = costs.copy(), float(origin[0]), float(origin[1])
     bounds = np.array(NOTHING_TOUCHED)
-    points = scan_points(
-        sensor_pose,
-        angles,
-        ranges,
-        range_min=range_min,
-        range_max=range_max,
-        inf_is_valid=inf_is_valid,
-    )
-    sensor_x, sensor_y = sensor_pose[0], sensor_pose[1]
     grid = Grid(layer, origin_x, origin_y, float(resolution))
-    clear_rays(grid, bounds, sensor_x, sensor_y, points, raytrace_min_range, raytrace_max_range)
-    mark_points(grid, bounds, sensor_x, sensor_y, points, obstacle_min_range, obstacle_max_range)
+    seen = []
+    for pose, own_ranges in ((sensor_pose, ranges), *further_scans):
+        points = scan_points(
+            pose,
+            angles,
+            own_ranges,
+            range_min=range_min,
+            range_max=range_max,
+            inf_is_valid=inf_is_valid,
+        )
+        seen.append((pose[0], pose[1], points))
+    for sensor_x, sensor_y, points in seen:
+        clear_rays(grid, bounds, sensor_x, sensor_y, points, raytrace_min_range, raytrace_max_range)
+    for sensor_x, sensor_y, points in seen:
+        mark_points(
+            grid, bounds, sensor_x, sensor_y, points, obstacle_min_range, obstacle_max_range
+        )
     if footprint_clearing_enabled:
         outline = place_outline(footprint, robot_pose)
         bounds[:2] = np.minimum(bounds[:2], outline.min(axis=0))

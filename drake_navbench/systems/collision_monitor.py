@@ -63,7 +63,7 @@ class CollisionMonitorSystem(LeafSystem):
         state.get_mutable_discrete_state(self._output).SetFromVector(output)
 
     def _points(self, context: Context) -> NDArray[np.float64] | None:
-        """Returns (N, 2) what the scan hit, base frame, m; None where it is missing or too old."""
+        """Returns (N, 2) what all scanners hit, base frame, m; None where it is missing or old."""
         scan: Scan | None = self._scan_port.Eval(context)
         timeout_s = self._parameters.source_timeout
         if scan is None or 0.0 < timeout_s < context.get_time() - scan.time_s:
@@ -72,4 +72,5 @@ class CollisionMonitorSystem(LeafSystem):
             base_pose = self._state_port.Eval(context)[:3]
         else:
             base_pose = carrier_pose(scan.sensor_pose, self._lidar.pose)
-        return points_in_base(scan.hits, base_pose)
+        hits = np.vstack([own.hits for own in scan.of_all_scanners])
+        return points_in_base(hits, base_pose)

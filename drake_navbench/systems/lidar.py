@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
@@ -22,7 +24,7 @@ NO_SCAN = None
 
 
 class Lidar(LeafSystem):
-    """Scans the true world once a period, the first time at t = 0.
+    """Scans the true world once a period, the first time at t = 0, by one scanner or several.
 
     Input `state` [x m, y m, yaw rad, ...] of the base, world frame. Output `scan`: the last `Scan`,
     or None before the first. Abstract parameter 0 holds the world as (segments, circles), so that a
@@ -46,9 +48,24 @@ class Lidar(LeafSystem):
         )
 
     def _on_scan(self, context: Context, state: State) -> None:
+        base_pose = self._state_port.Eval(context)[:3]
+        noise = self._noise(context)
         settings = self._settings
-        base = self._state_port.Eval(context)
-        sensor_pose = compose(base[:3], settings.pose)
+        # In a fixed order, so that a further scanner leaves the first one's noise as it is.
+        first, *further = (
+            self._scan_from(context, compose(base_pose, mounting), noise)
+            for mounting in (settings.pose, *settings.further_poses)
+        )
+        scan = replace(first, further=tuple(further)) if further else first
+        state.get_mutable_abstract_state(self._scan).set_value(scan)
+
+    def _scan_from(
+        self,
+        context: Context,
+        sensor_pose: NDArray[np.float64],
+        noise: np.random.Generator | None,
+    ) -> Scan:
+        settings = self._settings
         segments, circles = context.get_abstract_parameter(self.world_parameter).get_value()
         ranges = cast_rays(
             sensor_pose[:2],
@@ -57,20 +74,20 @@ class Lidar(LeafSystem):
             circles,
             settings.range_max_m,
         )
-        self._add_noise(context, ranges)
+        if noise is not None:
+            ranges += settings.range_std_m * noise.standard_normal(ranges.size)
+            ranges[noise.random(ranges.size) < settings.dropout_probability] = np.nan
         ranges[ranges < settings.range_min_m] = -np.inf
         ranges[ranges > settings.range_max_m] = np.inf
         ranges_m = ranges.astype(np.float32)
         ranges_m.flags.writeable = False
-        scan = Scan(context.get_time(), read_only(sensor_pose), self._angles, ranges_m)
-        state.get_mutable_abstract_state(self._scan).set_value(scan)
+        return Scan(context.get_time(), read_only(sensor_pose), self._angles, ranges_m)
 
-    def _add_noise(self, context: Context, ranges: NDArray[np.float64]) -> None:
+    def _noise(self, context: Context) -> np.random.Generator | None:
+        """Returns the source of this scan's noise, None where there is none."""
         settings = self._settings
         if settings.range_std_m == 0.0 and settings.dropout_probability == 0.0:
-            return
+            return None
         seed = context.get_abstract_parameter(self.seed_parameter).get_value()
         step = round(context.get_time() / settings.period_s)
-        generator = NoiseKey(seed, NoiseStream.LIDAR, step).generator()
-        ranges += settings.range_std_m * generator.standard_normal(ranges.size)
-        ranges[generator.random(ranges.size) < settings.dropout_probability] = np.nan
+        return NoiseKey(seed, NoiseStream.LIDAR, step).generator()

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.costmaps.grid_size import require_grid_size
-from drake_navbench.costmaps.layered_costmap import GridGeometry, LayeredCostmap
+from drake_navbench.costmaps.layered_costmap import FIRST_ORIGIN, GridGeometry, LayeredCostmap
 from drake_navbench.costmaps.map_file import OCCUPIED, OccupancyMap
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import (
@@ -103,11 +103,25 @@ def global_layers(scenario: Scenario, robot: Robot) -> LayeredCostmap:
     known = known_map(scenario, robot)
     return LayeredCostmap(
         robot.navigation.global_costmap,
-        GridGeometry.of_map(known),
+        _global_geometry(robot, known),
         lidar=robot.lidar,
         footprint=robot.padded_outline,
         static_map=known,
         masks=scenario.filter_masks,
+    )
+
+
+def _global_geometry(robot: Robot, known: OccupancyMap) -> GridGeometry:
+    """Returns where the cells of the global costmap lie: the map's own, or a window that rolls."""
+    settings = robot.navigation.global_costmap
+    if not settings.rolling_window:
+        return GridGeometry.of_map(known)
+    return GridGeometry(
+        int(settings.height / settings.resolution),
+        int(settings.width / settings.resolution),
+        *FIRST_ORIGIN,
+        settings.resolution,
+        rolling_window=True,
     )
 
 

@@ -108,10 +108,8 @@ def _needs(scenario: Scenario, robot: Robot) -> Iterator[Need]:
     )
     yield Need(f"{walls} walls of the map", BYTES_PER_WALL * walls, S_PER_WALL_PAIR * walls**2)
     scans = duration_s / robot.lidar.period_s
-    yield Need(
-        f"{scans:.3g} scans of {robot.lidar.beam_count} beams",
-        BYTES_PER_BEAM * scans * robot.lidar.beam_count,
-    )
+    beams = robot.lidar.beam_count * (1 + len(robot.lidar.further_poses))
+    yield Need(f"{scans:.3g} scans of {beams} beams", BYTES_PER_BEAM * scans * beams)
     frequency = navigation.controller_server.controller_frequency
     yield Need(
         f"{duration_s:g} s of driving",

@@ -10,10 +10,10 @@ import yaml
 
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.nav2_check import Check, CheckRow, Status
-from drake_navbench.inputs.nav2_costmaps import parse_points
 from drake_navbench.inputs.nav2_node_reader import similar_name_hint
+from drake_navbench.inputs.nav2_outline import parse_points
 from drake_navbench.inputs.nav2_parameters import read_parameter_file
-from drake_navbench.inputs.nav2_robot import read_nav2_files
+from drake_navbench.inputs.nav2_robot import Nav2Setup, read_nav2_files
 from drake_navbench.inputs.robot import load_robot
 
 FILES = Path(__file__).parent / "nav2_files"
@@ -325,3 +325,39 @@ def test_the_table_fits_its_width_and_leaves_no_row_out():
 def test_the_fixtures_are_files_of_their_own():
     assert {path.stem for path in FILES.glob("*.yaml")} == set(RELEASES)
     assert all(yaml.safe_load(path.read_text()) for path in FILES.glob("*.yaml"))
+
+
+def test_a_global_costmap_that_rolls_is_taken_with_its_size(setup_of):
+    rolls = "global_costmap: {global_costmap: {ros__parameters: {rolling_window: true, width: 9}}}"
+    setup = setup_of(COLUMN, rolls)
+    costmap = setup.robot.navigation.global_costmap
+    assert costmap.rolling_window
+    assert (costmap.width, costmap.height, costmap.resolution) == (9, 5, 0.1)
+    assert not any(row.node.startswith("global_costmap") for row in setup.check.stand_ins)
+
+
+def test_a_window_that_a_file_without_controllers_leaves_open_is_no_stand_in(setup_of):
+    outline = LOCAL % "robot_radius: 0.3"
+    assert setup_of(outline).check.is_whole
+    assert not setup_of(COLUMN, outline).check.is_whole
+
+
+def test_what_stands_in_is_told_of_the_column_whose_controller_it_is_in():
+    def stand_in(node, parameter):
+        return CheckRow(Status.STAND_IN, node, parameter)
+
+    rows = (
+        stand_in("controller_server", "Slow.motion_model"),
+        stand_in("controller_server", "Slower.motion_model"),
+        stand_in("planner_server", "Slow"),
+        CheckRow(Status.USED, "controller_server", "Slow.plugin"),
+    )
+    places = {"a/Slow": ("controller_server", "Slow"), "a/Quick": ("controller_server", "Quick")}
+    setup = Nav2Setup((), load_robot("wheelchair"), Check(rows), places)
+    assert setup.stand_ins_of("a/Slow") == ["controller_server: Slow.motion_model"]
+    assert setup.stand_ins_of("a/Quick") == []
+    # Slower is no column: its controller may be one that is not there.
+    assert setup.stand_ins_of_all() == [
+        "controller_server: Slower.motion_model",
+        "planner_server: Slow",
+    ]

@@ -207,6 +207,26 @@ def test_cycle_marks_hits_and_clears_what_lies_before():
     np.testing.assert_array_equal(update.costs, expected)
 
 
+def test_a_second_scanner_marks_and_clears_from_its_own_place():
+    # It looks from the middle of the cell at (6, 6) down along y, at right angles to the first.
+    second = (np.array([6.5, 6.5, -np.pi / 2]), np.array([3.0, np.inf]))
+    costs = free_grid()
+    costs[4, 6] = LETHAL
+    update = cycle(costs, [3.0, np.inf], further_scans=[second])
+    expected = free_grid()
+    # The first one's ray and the second one's both pass the cell in row 4, column 6.
+    expected[4, 7] = expected[3, 6] = LETHAL
+    np.testing.assert_array_equal(update.costs, expected)
+
+
+def test_no_scanner_clears_what_another_one_has_just_marked():
+    # The second one's ray passes the very cell in which the first one's ends.
+    second = (np.array([7.5, 7.5, -np.pi / 2]), np.array([6.0, np.inf]))
+    update = cycle(free_grid(), [3.0, np.inf], further_scans=[second])
+    assert update.costs[4, 7] == LETHAL
+    assert update.costs[1, 7] == LETHAL
+
+
 def test_removed_obstacle_stays_where_no_ray_passes():
     seen = cycle(free_grid(), [3.0, np.inf]).costs
     assert seen[4, 7] == LETHAL

@@ -88,3 +88,28 @@ def test_noise_has_the_asked_spread_and_depends_on_the_seed():
 def test_a_beam_that_drops_out_is_not_a_number():
     scan = scan_from((1.0, 0.0, 0.0), beam_count=2000, dropout_probability=0.25)
     assert np.mean(np.isnan(scan.ranges_m)) == pytest.approx(0.25, abs=0.04)
+
+
+BETWEEN_WALLS = World(
+    (
+        Box(type="box", min=(2.0, -9.0), max=(2.1, 9.0)),
+        Box(type="box", min=(-3.1, -9.0), max=(-3.0, 9.0)),
+    )
+)
+
+
+def test_a_second_scanner_sees_at_the_same_time_from_its_own_place():
+    mounted = {"pose": (0.4, 0.0, 0.0), "further_poses": ((-0.4, 0.0, np.pi),)}
+    scan = scan_from((0.0, 0.0, 0.0), BETWEEN_WALLS, **mounted)
+    (rear,) = scan.further
+    assert rear.time_s == scan.time_s
+    assert beam(scan, 0.0) == pytest.approx(1.6)
+    assert beam(rear, 0.0) == pytest.approx(2.6)
+    assert scan.of_all_scanners == (scan, rear)
+
+
+def test_a_second_scanner_leaves_the_noise_of_the_first_as_it_is():
+    alone = scan_from((0.0, 0.0, 0.0), range_std_m=0.05)
+    both = scan_from((0.0, 0.0, 0.0), range_std_m=0.05, further_poses=((0.0, 0.0, 0.0),))
+    np.testing.assert_array_equal(alone.ranges_m, both.ranges_m)
+    assert np.any(both.further[0].ranges_m != both.ranges_m)

@@ -6,9 +6,10 @@ import shapely
 
 from drake_navbench import run_trial
 from drake_navbench.analysis.metrics.safety import obstacle_outlines
-from drake_navbench.inputs.scenario import PolylinePlan, load_scenario
+from drake_navbench.inputs.scenario import PolylinePlan, Scenario, load_scenario
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.log import Outcome, TrialLog
+from drake_navbench.trial.planning import make_plan
 
 
 @pytest.fixture(scope="module")
@@ -86,3 +87,23 @@ def test_clearance_is_measured_to_the_walls_of_the_map_and_ends_a_trial(ward):
     assert log.outcome is Outcome.COLLIDED
     # The front reaches 0.85 m ahead of the axle, the bed's foot is at y = 0.9.
     assert log.samples.iloc[-1].y_m == pytest.approx(0.9 - 0.85, abs=0.03)
+
+
+def lane_share(scenario: Scenario) -> float:
+    """Returns the share of the plan's poses that lie in the lane of preferred_lane."""
+    robot = scenario.load_robot("wheelchair")
+    plan = make_plan(scenario, robot, np.array(scenario.start))
+    return float(np.mean((plan[:, 1] > 1.4) & (plan[:, 1] < 2.6)))
+
+
+def test_a_plan_prefers_the_lane_that_a_graded_mask_leaves_cheap():
+    scenario = load_scenario("preferred_lane")
+    assert lane_share(scenario) > 0.6
+    # Where nothing is graded the straight way is the best.
+    assert lane_share(Scenario(**scenario.model_dump(exclude={"filters"}))) == 0.0
+
+
+def test_a_robot_drives_along_the_preferred_lane():
+    log = run_trial("preferred_lane", "rpp")
+    assert log.outcome is Outcome.SUCCEEDED
+    assert log.samples["y_m"].max() > 1.4

@@ -6,8 +6,13 @@ import pytest
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.robot import Robot, load_robot
 from drake_navbench.inputs.scenario import Scenario, load_scenario
+from drake_navbench.kernels.grid import LETHAL, cost_at
 from drake_navbench.kernels.path_geometry import path_length
-from drake_navbench.navigation.planner import GoalOccupied, PlanningError
+from drake_navbench.navigation.planner import (
+    GoalOccupied,
+    GoalOutsideMapBounds,
+    PlanningError,
+)
 from drake_navbench.navigation.planner_settings import PLANNERS
 from drake_navbench.trial.planning import global_costmap, make_plan
 from drake_navbench.typed_files.typed_yaml import validate
@@ -151,3 +156,24 @@ def test_one_obstacles_keepout_gives_two_straight_legs_close_to_the_published_pl
     np.testing.assert_allclose(plan[last_leg, 0], 8.342, atol=0.01)
     # 6.922 + 1.3 + 6.922 m and two arcs of 45 degrees and 0.5 m.
     assert path_length(plan) == pytest.approx(15.144 + 2 * 0.5 * np.pi / 4, abs=0.03)
+
+
+def rolling(width: int) -> Robot:
+    window = {"rolling_window": True, "width": width, "height": 6, "resolution": 0.1}
+    return Robot(description="round", robot_radius=0.2, navigation={"global_costmap": window})
+
+
+def test_a_global_costmap_may_be_a_window_around_the_robot():
+    scenario = scenario_of(start=[1.0, 2.0, 0.0], world={"obstacles": [BOX]})
+    costmap = global_costmap(scenario, rolling(12))
+    assert costmap.costs.shape == (60, 120)
+    middle = costmap.origin_x + 0.5 * costmap.size_x_m, costmap.origin_y + 0.5 * costmap.size_y_m
+    assert middle == pytest.approx((1.0, 2.0), abs=0.1)
+    # The box lies 1 to 1.5 m ahead and 1.7 to 3 m to the right.
+    assert cost_at(costmap.grid, 2.25, -0.4) == LETHAL
+
+
+def test_nothing_is_planned_beyond_such_a_window():
+    make_plan(scenario_of(), rolling(12), np.zeros(3))
+    with pytest.raises(GoalOutsideMapBounds):
+        make_plan(scenario_of(), rolling(8), np.zeros(3))

@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
+from pydrake.systems.analysis import Simulator
 
 from drake_navbench.campaign.asked import request_from_arguments
 from drake_navbench.campaign.campaign import Campaign
-from drake_navbench.inputs.robot import ROBOT_FILES
-from drake_navbench.log import Outcome
+from drake_navbench.costmaps.layered_costmap import local_layers
+from drake_navbench.inputs.robot import ROBOT_FILES, load_robot
+from drake_navbench.inputs.world import Box, World
+from drake_navbench.kernels.grid import FREE, LETHAL, cost_at
+from drake_navbench.log import Outcome, Scan
 from drake_navbench.run import build_parser
+from drake_navbench.systems.lidar import Lidar
+from drake_navbench.systems.ports import STATE_SIZE
 from drake_navbench.trial.trial import simulate
 
 REPOSITORY = Path(__file__).parents[2]
@@ -43,3 +51,28 @@ def test_a_robot_drives_at_the_speed_of_its_nav2_file(robot):
     assert log.outcome is Outcome.SUCCEEDED
     assert log.samples["v_mps"].max() == pytest.approx(SPEEDS[robot], abs=0.03)
     assert log.info["robot"]["description"].endswith(f"drive of {robot}")
+
+
+def test_a_scanner_at_the_rear_shows_what_stands_behind():
+    robot = load_robot("agv")
+    seen = local_layers(robot.navigation.local_costmap, lidar=robot.lidar, footprint=robot.outline)
+    world = World((Box(type="box", min=(-2.2, -0.5), max=(-2.0, 0.5)),))
+    scan = first_scan(robot, world)
+
+    def cost_behind(scan):
+        state = seen.updated(seen.initial_state(), scan=scan, pose=np.zeros(3), time_s=0.0)
+        return cost_at(state.costmap.grid, -2.02, 0.0)
+
+    # The one at the front looks 135 degrees to either side.
+    assert cost_behind(scan) == LETHAL
+    assert cost_behind(replace(scan, further=())) == FREE
+
+
+def first_scan(robot, world) -> Scan:
+    lidar = Lidar(robot.lidar, world)
+    context = lidar.CreateDefaultContext()
+    lidar.GetInputPort("state").FixValue(context, np.zeros(STATE_SIZE))
+    simulator = Simulator(lidar, context)
+    simulator.Initialize()
+    simulator.AdvancePendingEvents()
+    return lidar.GetOutputPort("scan").Eval(simulator.get_context())
