@@ -8,7 +8,8 @@ evolves is in its memory, which lives in the Drake Context. docs/controllers.md 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
 
@@ -18,6 +19,7 @@ from pydantic import BaseModel, ConfigDict
 
 from drake_navbench.errors import NavbenchError
 from drake_navbench.kernels.grid import Costmap
+from drake_navbench.kernels.read_only import read_only
 from drake_navbench.noise import NO_NOISE, NoiseKey
 from drake_navbench.plugins import PluginKind
 
@@ -28,6 +30,7 @@ CONTROLLERS = PluginKind(
 )
 
 Array = NDArray[np.float64]
+NO_PLAN = read_only(np.empty((0, 3)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,6 +93,7 @@ class Observation:
     speed_limit: None where there is no limit.
     noise_key: names this cycle's random numbers.
     cancel_requested: the navigator wants the controller to come to rest.
+    global_plan: (N, 3) x m, y m, yaw rad: the whole plan that `plan` was cut from.
     """
 
     time_s: float
@@ -105,6 +109,7 @@ class Observation:
     speed_limit: SpeedLimit | None = None
     noise_key: NoiseKey = NO_NOISE
     cancel_requested: bool = False
+    global_plan: Array = field(default_factory=lambda: NO_PLAN)
     vy_mps: float = 0.0
 
 
@@ -216,6 +221,13 @@ class ControllerParameters(BaseModel):
         """Returns how fast, backward, about itself and sideways the base must be able to drive."""
         return AskedSpeeds()
 
+    def files_read(self) -> Mapping[str, Path]:
+        """Returns the files that the controller reads or runs, by the names that logs give them.
+
+        A trial is a function of their contents, too: digests are kept in logs and manifests.
+        """
+        return {}
+
     def inner_controllers(self) -> tuple[str, ...]:
         """Returns the names of the registered controllers that it drives with."""
         return ()
@@ -259,4 +271,16 @@ class GracefulController(Protocol):
 
     def is_at_rest(self, memory: Any) -> bool:
         """Tells whether a cancelled controller is done, by its memory; it is stepped until then."""
+        ...
+
+
+@runtime_checkable
+class ClosableController(Protocol):
+    """A controller that holds what outlives it, such as a process of its own.
+
+    One that is built is closed once, after its trial or after it was checked.
+    """
+
+    def close(self) -> None:
+        """Lets go of it."""
         ...

@@ -30,9 +30,10 @@ from drake_navbench.inputs.world import World
 from drake_navbench.log import COLUMNS, LATERAL_COLUMNS, SCHEMA_VERSION
 from drake_navbench.logged_costmaps import COSTMAP_COLUMNS
 from drake_navbench.plans import PLAN_COLUMNS
+from drake_navbench.trial.column_controller import controller_setup
 from drake_navbench.trial.diagram import build_trial_diagram
 from drake_navbench.trial.spec import FollowPlan
-from drake_navbench.trial.trial import DEFAULT_ROBOT, controller_setup
+from drake_navbench.trial.trial import DEFAULT_ROBOT
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 EXIT_DONE = 0

@@ -14,7 +14,7 @@ from drake_navbench.inputs.parameter_files import load_parameter_file
 from drake_navbench.inputs.parameter_names import flattened
 from drake_navbench.inputs.presets import as_yaml, installed_controllers
 from drake_navbench.inputs.robot import load_robot
-from drake_navbench.trial.trial import make_controller
+from drake_navbench.trial.column_controller import make_controller
 
 DWB = "dwb_core::DWBLocalPlanner"
 MPPI = "nav2_mppi_controller::MPPIController"
@@ -106,7 +106,12 @@ OTHER_VALUES = {
     "rotation_shim": {"nav2_release": "jazzy", "primary_controller.plugin": RPP},
     "rpp": {},
     "vector_pursuit": {},
-    "teb": {"footprint_model.type": "two_circles"},
+    "teb": {
+        "footprint_model.type": "two_circles",
+        "footprint_model.line_start": [-0.25, 0.125],
+        "footprint_model.line_end": [0.5, 0.0],
+        "footprint_model.vertices": [[0.5, 0.25], [0.5, -0.25], [-0.25, 0.0]],
+    },
 }
 # Ours alone, no part of Nav2's files.
 OURS = {"mppi": {"polish"}}
