@@ -304,7 +304,7 @@ def search(body, motions, rules, expansion, reached, ways, start, goal, goal_bin
         expansions += 1
         graph.is_visited[state] = True
         graph, queue = with_room(graph, room), _with_queue_room(queue, neighbours.size)
-        ahead = _heuristic(reached, ways, motions, poses, graph.index[state], columns)
+        ahead = _heuristic(reached, ways, motions, poses, graph.place[state], columns)
         least = min(least, int(ahead))
         wanted = max(int(F32(F32(least) / expansion.ratio)), math.ceil(expansion.ratio))
         until_curve = min(until_curve, wanted)
@@ -327,7 +327,7 @@ def search(body, motions, rules, expansion, reached, ways, start, goal, goal_bin
             way = F32(graph.way[state] + _step_cost(graph, motions, rules, state, other))
             if way < graph.way[other]:
                 graph.way[other], graph.parent[other] = way, state
-                left = _heuristic(reached, ways, motions, poses, graph.index[other], columns)
+                left = _heuristic(reached, ways, motions, poses, graph.place[other], columns)
                 if left < nearest_heuristic:
                     nearest, nearest_heuristic = other, left
                 _enqueue(queue, graph, other, F32(way + left))

@@ -196,7 +196,7 @@ def joined(graph, state, goal, curve):
     previous = state
     for k in range(curve.states.size):
         node = curve.states[k]
-        if graph.index[node] == graph.index[goal]:
+        if graph.place[node] == graph.place[goal]:
             continue
         if graph.is_visited[node]:
             node = new_state(graph, NO_INDEX)

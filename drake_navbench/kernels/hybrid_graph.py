@@ -43,7 +43,7 @@ class Graph(NamedTuple):
     slots: (columns * rows * bins,) int32 number of a state, from 1 on; 0: not met. counts: (1,) how
     many were. x, y, heading: poses. cost: of the cell under the centre, NaN before it is looked at.
     is_free. way: cost from the start. parent: state, NO_STATE for none. motion: by which it was
-    come to, NO_MOTION for none. is_visited. index: in `slots`; NO_INDEX for one that has none.
+    come to, NO_MOTION for none. is_visited. place: in `slots`; NO_INDEX for one that has none.
     """
 
     slots: NDArray[np.int32]
@@ -57,7 +57,7 @@ class Graph(NamedTuple):
     parent: NDArray[np.int64]
     motion: NDArray[np.int64]
     is_visited: NDArray[np.bool_]
-    index: NDArray[np.int64]
+    place: NDArray[np.int64]
 
 
 @njit(cache=True)
@@ -99,7 +99,7 @@ def with_room(graph, more):
         _longer(graph.parent, n),
         _longer(graph.motion, n),
         _longer(graph.is_visited, n),
-        _longer(graph.index, n),
+        _longer(graph.place, n),
     )
 
 
@@ -120,7 +120,7 @@ def new_state(graph, index):
     graph.is_free[state] = graph.is_visited[state] = False
     graph.way[state] = UNREACHED
     graph.parent[state], graph.motion[state] = NO_STATE, NO_MOTION
-    graph.index[state] = index
+    graph.place[state] = index
     return state
 
 
