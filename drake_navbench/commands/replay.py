@@ -86,7 +86,7 @@ def _render(log_path: Path, path: Path, model: Path | None) -> None:
         raise InputError(
             f"{log_path}: scenario or robot in the log: {place}: {fault['msg']}"
         ) from error
-    except (KeyError, TypeError, ValueError) as error:
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
         # A header of the right version whose content is another.
         raise InputError(f"{log_path}: scenario or robot in the log: {one_line(error)}") from error
     except RuntimeError as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -86,6 +87,15 @@ class LidarSettings(FrozenModel):
     dropout_probability: float = Field(
         0.0, ge=0.0, le=1.0, description="Share of beams that return nothing."
     )
+
+    @property
+    def beam_angles(self) -> NDArray[np.float64]:
+        """(beam_count,) angles of the beams in the sensor's frame, rad."""
+        full_turn = math.isclose(self.angle_span_rad, 2.0 * math.pi)
+        gaps = self.beam_count if full_turn else max(self.beam_count - 1, 1)
+        increment = self.angle_span_rad / gaps
+        angles = self.angle_min_rad + increment * np.arange(self.beam_count)
+        return np.asarray(angles, dtype=np.float64)
 
     @model_validator(mode="after")
     def _check(self) -> LidarSettings:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
@@ -35,11 +33,7 @@ class Lidar(LeafSystem):
     def __init__(self, settings: LidarSettings, world: World) -> None:
         super().__init__()
         self._settings = settings
-        full_turn = math.isclose(settings.angle_span_rad, 2.0 * math.pi)
-        gaps = settings.beam_count if full_turn else max(settings.beam_count - 1, 1)
-        increment = settings.angle_span_rad / gaps
-        angles = settings.angle_min_rad + increment * np.arange(settings.beam_count)
-        self._angles = read_only(angles)
+        self._angles = read_only(settings.beam_angles)
         self.world_parameter = self.DeclareAbstractParameter(
             AbstractValue.Make((world.segments, world.circles))
         )
