@@ -21,6 +21,7 @@ from drake_navbench.analysis.scenario_analysis import (
     Success,
 )
 from drake_navbench.analysis.statistics import CONFIDENCE
+from drake_navbench.analysis.totals import ALL_DENSITIES, Total
 from drake_navbench.analysis.verdicts import RELEVANT_RATIO, Standing, comparable_trials
 from drake_navbench.log import Outcome
 
@@ -59,9 +60,14 @@ class Lead(NamedTuple):
     tasks: list[TaskLead]
 
 
-def lead_of(scenarios: Sequence[ScenarioAnalysis]) -> Lead:
-    """Returns the verdict on these scenarios, each of which has trials."""
-    sentences = [_arrivals(scenarios), *_first_places(scenarios), *_undecided(scenarios)]
+def lead_of(scenarios: Sequence[ScenarioAnalysis], totals: Sequence[Total] = ()) -> Lead:
+    """Returns the verdict on these scenarios, each of which has trials.
+
+    totals: of suites with so many worlds that they are not looked at one by one.
+    """
+    sentences = [_suite(suite, totals) for suite in dict.fromkeys(t.suite for t in totals)]
+    if scenarios:
+        sentences += [_arrivals(scenarios), *_first_places(scenarios), *_undecided(scenarios)]
     return Lead(
         [sentence for sentence in sentences if sentence],
         [TaskLead(scenario.scenario, _task(scenario)) for scenario in scenarios],
@@ -72,6 +78,18 @@ def listed(names: Iterable[str], last: str = "and") -> str:
     """Returns names as a sentence lists them: 'a, b and c'."""
     *most, end = names
     return f"{', '.join(most)} {last} {end}" if most else end
+
+
+def _suite(suite: str, totals: Sequence[Total]) -> str:
+    """Returns how often each controller arrived in the worlds of a suite."""
+    own = [t for t in totals if t.suite == suite and t.density == ALL_DENSITIES]
+    own.sort(key=lambda total: -total.success.value)
+    rates = []
+    for total in own:
+        low, high = (f"{100 * end:.0f}" for end in total.success.interval)
+        rates.append(f"{total.controller} {100 * total.success.value:.0f}% ({low} to {high}%)")
+    worlds = max((total.worlds for total in own), default=0)
+    return f"In the {worlds} worlds of {suite} the goal was reached by {listed(rates)}."
 
 
 def _arrivals(scenarios: Sequence[ScenarioAnalysis]) -> str:

@@ -173,7 +173,7 @@ def _page(analysis: FolderAnalysis, difference: float) -> dict[str, Any]:
     missing = _missing(analysis)
     return {
         "manifest": analysis.manifest,
-        "lead": lead_of(scenarios),
+        "lead": lead_of(scenarios, totals(trials)),
         "overview": overview_of(scenarios),
         "compute_note": compute_note(analysis.manifest),
         "glossary": list(installed_metrics().items()),

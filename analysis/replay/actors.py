@@ -100,6 +100,13 @@ def add_robot(
     Keys move the group that holds all links, and the wheels within it: a MeshcatVisualizer, which
     poses every link in the world, would make the animation several times as large.
     """
+    draw_robot(stage, path, model, outline=outline, rgba=rgba)
+    _key_base(stage, path, motion, pose_stride, height_m=layer * LAYER_STEP_M)
+    _key_links(stage, path, model, motion, FRAMES_PER_WHEEL_KEY * pose_stride)
+
+
+def draw_robot(stage: Stage, path: str, model: RobotModel, *, outline: Array, rgba: Rgba) -> None:
+    """Draws a robot and its outline, where its base frame is."""
     for visual in model.visuals:
         own = f"{path}/{visual.link}/{visual.name}"
         stage.meshcat.SetObject(own, visual.shape, visual.rgba or rgba)
@@ -107,8 +114,6 @@ def add_robot(
     closed = np.vstack([outline, outline[:1]])
     edge = ribbon(closed, width_m=OUTLINE_WIDTH_M, height_m=PATH_HEIGHT_M)
     stage.flat_mesh(f"{path}/footprint", edge, rgba)
-    _key_base(stage, path, motion, pose_stride, height_m=layer * LAYER_STEP_M)
-    _key_links(stage, path, model, motion, FRAMES_PER_WHEEL_KEY * pose_stride)
 
 
 def add_driven_path(

@@ -13,9 +13,14 @@ COSTMAP_COLOR = Rgba(0.86, 0.35, 0.16, 1.0)
 MAX_COSTMAP_TURNS = 60
 
 
-def add_costmaps(stage: Stage, path: str, log: TrialLog, period_s: float) -> bool:
-    """Shows the logged costmaps, each until the next one; returns whether the log has any."""
-    period_s = max(period_s, log.samples["time_s"].iloc[-1] / MAX_COSTMAP_TURNS)
+def add_costmaps(
+    stage: Stage, path: str, log: TrialLog, period_s: float, *, max_turns: int = MAX_COSTMAP_TURNS
+) -> bool:
+    """Shows the logged costmaps, each until the next one; returns whether the log has any.
+
+    max_turns: how many of them at most, evenly spread.
+    """
+    period_s = max(period_s, log.samples["time_s"].iloc[-1] / max_turns)
     shown: list[tuple[float, str | None]] = []
     for time_s, costmap in spaced_in_time([(c.stamp_s, c) for c in log.costmaps], period_s):
         name = f"{path}/{frame_of(time_s)}"

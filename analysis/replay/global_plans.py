@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+from numpy.typing import NDArray
 from pydrake.geometry import Rgba
 
 from drake_navbench.analysis.replay.flat_meshes import dashes
@@ -36,6 +38,11 @@ def add_plans_in_force(stage: Stage, plans: Sequence[Plan], period_s: float) -> 
         path = f"{PLAN_PATH}/{frame_of(time_s)}"
         shown.append((time_s, path if _draw(stage, path, plan, dash_m) else None))
     stage.take_turns(shown)
+
+
+def draw_plan(stage: Stage, path: str, poses: NDArray[np.float64]) -> bool:
+    """Draws the poses (N, 3) of a plan as a dashed line, in the place of what was there."""
+    return _draw(stage, path, Plan(0.0, poses), PLAN_DASH_M)
 
 
 def _draw(stage: Stage, path: str, plan: Plan, dash_m: float) -> bool:

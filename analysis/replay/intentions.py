@@ -41,12 +41,17 @@ def add_prediction(stage: Stage, path: str, cycles: Cycles, period_s: float) -> 
     shown: list[tuple[float, str | None]] = []
     for time_s, cycle in _events(cycles, "predicted_trajectory", period_s):
         name = f"{path}/{frame_of(time_s)}"
-        points = _coarse(np.asarray(cycle["predicted_trajectory"], dtype=float)[None])[0]
-        mesh = ribbon(points, width_m=PREDICTED_WIDTH_M, height_m=PREDICTED_HEIGHT_M)
-        is_drawn = stage.flat_mesh(name, mesh, PREDICTED_COLOR)
+        is_drawn = draw_prediction(stage, name, cycle["predicted_trajectory"])
         shown.append((time_s, name if is_drawn else None))
     stage.take_turns(shown)
     return bool(shown)
+
+
+def draw_prediction(stage: Stage, path: str, trajectory: Any) -> bool:
+    """Draws a trajectory (N, 3); returns whether it has any length."""
+    points = _coarse(np.asarray(trajectory, dtype=float)[None])[0]
+    mesh = ribbon(points, width_m=PREDICTED_WIDTH_M, height_m=PREDICTED_HEIGHT_M)
+    return stage.flat_mesh(path, mesh, PREDICTED_COLOR)
 
 
 def add_samples(stage: Stage, path: str, cycles: Cycles, period_s: float) -> bool:

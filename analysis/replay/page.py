@@ -1,16 +1,17 @@
-"""The page around a Meshcat scene: a legend that shows and hides, and a player."""
+"""The page around a Meshcat scene: a legend that shows and hides, charts, cameras, a player."""
 
 from __future__ import annotations
 
 import html
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from string import Template
+from typing import Any
 
 MESHCAT_TITLE = "<title>Drake MeshCat</title>"
-OVERLAY_FILE = "overlay.html"
+OVERLAY = "overlay"
 
 
 @dataclass(frozen=True)
@@ -18,7 +19,8 @@ class LegendRow:
     """One line of the legend.
 
     paths: what its check box shows and hides. color: '#rrggbb'. detail: said after the name.
-    is_failure: the detail tells of a failed trial.
+    is_failure: the detail tells of a failed trial. is_of_chosen: of the paths, one a robot, only
+    the chosen robot's is shown. robot: its number in the page where it is a robot's line.
     """
 
     name: str
@@ -26,28 +28,67 @@ class LegendRow:
     paths: Sequence[str]
     detail: str = ""
     is_failure: bool = False
+    is_of_chosen: bool = False
+    robot: int | None = None
 
     def markup(self) -> str:
         """Returns the row's HTML."""
         paths = html.escape(json.dumps(list(self.paths)))
         emphasis = " failed" if self.is_failure else ""
+        of_chosen = ' data-of-chosen="yes"' if self.is_of_chosen else ""
         return (
-            f'  <label><input type="checkbox" checked data-paths="{paths}">'
+            f'  <div class="row"><label><input type="checkbox" checked data-paths="{paths}"'
+            f"{of_chosen}>"
             f'<span class="swatch" style="background: {self.color}"></span>'
             f'<span class="name">{html.escape(self.name)}</span>'
             f'<span class="detail{emphasis}">{html.escape(self.detail)}</span></label>'
+            f"{self._buttons()}</div>"
         )
+
+    def _buttons(self) -> str:
+        if self.robot is None:
+            return ""
+        buttons = (
+            '<button type="button" class="choose" aria-pressed="false" '
+            'title="its costmap, its charts; the camera follows it">choose</button>'
+        )
+        if self.is_failure:
+            buttons += (
+                f'<button type="button" class="jump" data-robot="{self.robot}" '
+                'title="a second before the end">failure</button>'
+            )
+        return buttons
 
 
 def assemble(
-    scene_html: str, *, title: str, subtitle: str, sections: Sequence[Sequence[LegendRow]]
+    scene_html: str,
+    *,
+    title: str,
+    subtitle: str,
+    sections: Sequence[Sequence[LegendRow]],
+    data: Mapping[str, Any],
 ) -> str:
-    """Returns Meshcat's static page with title, legend (one block a section) and player."""
-    template = Template(files(__package__).joinpath(OVERLAY_FILE).read_text(encoding="utf-8"))
+    """Returns Meshcat's static page with title, legend (one block a section), charts and player.
+
+    data: `bounds` of the course [x0, x1, y0, y1] m, `aspect` of the window for which the camera is
+    aimed, and `robots`: for each its `name`, `color`, Meshcat paths `group` and `robot`, and what
+    `strip.strip_of` returns.
+    """
     blocks = ["\n".join(row.markup() for row in section) for section in sections if section]
-    overlay = template.substitute(
-        title=html.escape(title), subtitle=html.escape(subtitle), rows="\n  <hr>\n".join(blocks)
+    # What ends a script must not stand in one.
+    plain = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+    overlay = Template(_text(".html")).substitute(
+        style=_text(".css"),
+        script=_text(".js"),
+        data=plain,
+        title=html.escape(title),
+        subtitle=html.escape(subtitle),
+        rows="\n  <hr>\n".join(blocks),
     )
     page = scene_html.replace(MESHCAT_TITLE, f"<title>{html.escape(title)}</title>", 1)
     body, end, rest = page.rpartition("</body>")
     return body + overlay + end + rest
+
+
+def _text(suffix: str) -> str:
+    return files(__package__).joinpath(f"{OVERLAY}{suffix}").read_text(encoding="utf-8")

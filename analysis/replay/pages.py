@@ -22,7 +22,11 @@ from drake_navbench.analysis.replay.actors import (
     add_scans,
     base_motion,
 )
-from drake_navbench.analysis.replay.costmaps import COSTMAP_COLOR, add_costmaps
+from drake_navbench.analysis.replay.costmaps import (
+    COSTMAP_COLOR,
+    MAX_COSTMAP_TURNS,
+    add_costmaps,
+)
 from drake_navbench.analysis.replay.global_plans import (
     PLAN_COLOR,
     PLAN_PATH,
@@ -30,14 +34,18 @@ from drake_navbench.analysis.replay.global_plans import (
     add_plans_in_force,
 )
 from drake_navbench.analysis.replay.page import LegendRow, assemble
+from drake_navbench.analysis.replay.paths import LAYER_COLOR, RobotPaths, css_color, rgba_of
 from drake_navbench.analysis.replay.robot_model import RobotModel, load_model
 from drake_navbench.analysis.replay.scene import (
+    CAMERA_ASPECT,
     COURSE_MARGIN_M,
     Bounds,
     add_scene,
     add_task,
+    goal_tolerance_m,
 )
 from drake_navbench.analysis.replay.stage import Stage
+from drake_navbench.analysis.replay.strip import strip_of
 from drake_navbench.inputs.world import Obstacle, World
 from drake_navbench.log import Outcome, TrialLog
 from drake_navbench.plans import Plan
@@ -47,7 +55,8 @@ Array = NDArray[np.float64]
 RACE_TURN_PERIOD_S, RACE_MAX_TURNS = 0.5, 400
 # A trial alone has room for more, but its controller's intentions need room too.
 TRIAL_TURN_PERIOD_S, TRIAL_MAX_TURNS = 0.2, 200
-LAYER_COLOR = "#8a94a3"
+# Of all controllers together; each takes about 5 kB of the page.
+RACE_MAX_COSTMAPS = 160
 
 
 def write_race_replay(logs: Sequence[TrialLog], path: Path, *, model: Path | None) -> None:
@@ -66,20 +75,25 @@ def write_race_replay(logs: Sequence[TrialLog], path: Path, *, model: Path | Non
     )
     # Of one that planned all its legs, where there is one.
     course = max(logs, key=lambda log: len(log.first_plans)).first_plans
-    _add_surroundings(stage, logs, course)
+    bounds = _add_surroundings(stage, logs, course)
     add_course(stage, course)
     rows = [
         _add_trial(stage, log, robot_model, pace=pace, layer=layer)
         for layer, log in enumerate(logs)
     ]
     names = [row.name for row in rows]
-    scans = [_scan_path(name) for name in names]
-    layers = [_plan_row(), LegendRow("lidar hits", LAYER_COLOR, scans)]
+    scans = [RobotPaths(name).scan for name in names]
+    layers = [
+        _plan_row(),
+        LegendRow("lidar hits", LAYER_COLOR, scans),
+        *_costmap_rows(stage, logs, pace, max_turns=RACE_MAX_COSTMAPS // len(logs)),
+    ]
     page = assemble(
         stage.html(),
         title=logs[0].info["scenario"]["name"],
         subtitle=logs[0].info["scenario"]["description"],
         sections=[rows, layers],
+        data=_page_data(logs, bounds),
     )
     path.write_text(page, encoding="utf-8")
 
@@ -98,15 +112,15 @@ def write_trial_replay(log: TrialLog, path: Path, *, model: Path | None) -> None
         turn_period_s=TRIAL_TURN_PERIOD_S,
         max_turns=TRIAL_MAX_TURNS,
     )
-    _add_surroundings(stage, [log], log.first_plans)
+    bounds = _add_surroundings(stage, [log], log.first_plans)
     add_plans_in_force(stage, log.plans, pace.turn_period_s)
     row = _add_trial(stage, log, robot_model, pace=pace)
     layers = [
-        LegendRow("robot", row.color, [_robot_path(row.name)]),
-        LegendRow("driven path", row.color, [_driven_path(row.name)]),
+        LegendRow("robot", row.color, [RobotPaths(row.name).robot]),
+        LegendRow("driven path", row.color, [RobotPaths(row.name).driven]),
         _plan_row(),
-        LegendRow("lidar hits", LAYER_COLOR, [_scan_path(row.name)]),
-        *_costmap_rows(stage, log, pace),
+        LegendRow("lidar hits", LAYER_COLOR, [RobotPaths(row.name).scan]),
+        *_costmap_rows(stage, [log], pace),
         *_intention_rows(stage, log, pace),
     ]
     page = assemble(
@@ -114,6 +128,7 @@ def write_trial_replay(log: TrialLog, path: Path, *, model: Path | None) -> None
         title=f"{scenario['name']}: {row.name}",
         subtitle=f"{scenario['description']}; trial {log.info['trial']}, seed {log.info['seed']}",
         sections=[[row], layers],
+        data=_page_data([log], bounds),
     )
     path.write_text(page, encoding="utf-8")
 
@@ -127,7 +142,8 @@ def _add_surroundings(
     stage: Stage,
     logs: Sequence[TrialLog],
     plans: Sequence[Plan],
-) -> None:
+) -> Bounds:
+    """Draws what stands still; returns the course."""
     start = np.array(logs[0].info["scenario"]["start"], dtype=float)
     driven = [log.samples[["x_m", "y_m"]].to_numpy() for log in logs]
     ends = np.vstack([start, goals(logs[0])])[:, :2]
@@ -135,13 +151,20 @@ def _add_surroundings(
     reach_m = np.hypot(*outline_of(logs[0]).T).max()
     course = Bounds.around(points, reach_m + COURSE_MARGIN_M)
     add_scene(stage, _world(logs[0]), course=course)
-    add_task(stage, start, goals(logs[0]), _goal_tolerance_m(logs[0]))
+    checker = logs[0].info["robot"]["navigation"]["goal_checker"]
+    add_task(stage, start, goals(logs[0]), goal_tolerance_m(checker))
+    return course
 
 
-def _goal_tolerance_m(log: TrialLog) -> float | None:
-    """Returns how near to a goal is near enough; None where the goal checker has no such radius."""
-    checker = log.info["robot"]["navigation"]["goal_checker"]
-    return checker.get("xy_goal_tolerance", checker.get("coarse_xy_goal_tolerance"))
+def _page_data(logs: Sequence[TrialLog], course: Bounds) -> dict[str, Any]:
+    """Returns what the page's own script must know of the robots, in the order of the legend."""
+    robots = []
+    for log in logs:
+        name = log.info["controller"]
+        paths = {"group": RobotPaths(name).group, "robot": RobotPaths(name).robot}
+        robots.append({"name": name, "color": controller_color(name), **paths, **strip_of(log)})
+    x, y = zip(course.low.tolist(), course.high.tolist(), strict=True)
+    return {"bounds": [*x, *y], "aspect": CAMERA_ASPECT, "robots": robots}
 
 
 def _add_trial(
@@ -155,11 +178,11 @@ def _add_trial(
     """Draws robot, path and hits of a trial below one path; returns its row in the legend."""
     name = log.info["controller"]
     color = controller_color(name)
-    rgba = _rgba(color)
+    rgba = rgba_of(color)
     motion = base_motion(log)
     add_robot(
         stage,
-        _robot_path(name),
+        RobotPaths(name).robot,
         model,
         motion,
         outline=outline_of(log),
@@ -167,20 +190,34 @@ def _add_trial(
         pose_stride=pace.pose_stride,
         layer=layer,
     )
-    add_driven_path(stage, _driven_path(name), motion, rgba=rgba, layer=layer)
-    add_scans(stage, _scan_path(name), log.scans, rgba=rgba, period_s=pace.turn_period_s)
+    add_driven_path(stage, RobotPaths(name).driven, motion, rgba=rgba, layer=layer)
+    add_scans(stage, RobotPaths(name).scan, log.scans, rgba=rgba, period_s=pace.turn_period_s)
     is_failure = log.outcome is not Outcome.SUCCEEDED
     detail = f"{log.outcome.replace('_', ' ')}, {log.end_time_s:.1f} s"
     if is_failure and log.info.get("reason"):
         detail += f": {log.info['reason']}"
-    return LegendRow(name, color, [_group(name)], detail, is_failure)
+    return LegendRow(name, color, [RobotPaths(name).group], detail, is_failure, robot=layer)
 
 
-def _costmap_rows(stage: Stage, log: TrialLog, pace: Pace) -> list[LegendRow]:
-    """Draws the local costmap; returns its row, or none where the log keeps no costmaps."""
-    path = "/local_costmap"
-    is_drawn = add_costmaps(stage, path, log, pace.turn_period_s)
-    return [LegendRow("local costmap", _css(COSTMAP_COLOR), [path])] if is_drawn else []
+def _costmap_rows(
+    stage: Stage,
+    logs: Sequence[TrialLog],
+    pace: Pace,
+    *,
+    max_turns: int = MAX_COSTMAP_TURNS,
+) -> list[LegendRow]:
+    """Draws the local costmaps, of which the page shows the chosen robot's; returns their row.
+
+    No row where no log has any.
+    """
+    paths = [RobotPaths(log.info["controller"]).costmap for log in logs]
+    is_drawn = [
+        add_costmaps(stage, path, log, pace.turn_period_s, max_turns=max_turns)
+        for log, path in zip(logs, paths, strict=True)
+    ]
+    name = "local costmap" if len(logs) == 1 else "local costmap of the chosen one"
+    row = LegendRow(name, css_color(COSTMAP_COLOR), paths, is_of_chosen=True)
+    return [row] if any(is_drawn) else []
 
 
 def _intention_rows(stage: Stage, log: TrialLog, pace: Pace) -> list[LegendRow]:
@@ -191,37 +228,11 @@ def _intention_rows(stage: Stage, log: TrialLog, pace: Pace) -> list[LegendRow]:
         ("carrot", intentions.add_carrot, intentions.CARROT_COLOR),
     ]
     return [
-        LegendRow(name, _css(rgba), [f"/{name}"])
+        LegendRow(name, css_color(rgba), [f"/{name}"])
         for name, add, rgba in kinds
         if add(stage, f"/{name}", log.diagnostics, pace.turn_period_s)
     ]
 
 
 def _plan_row() -> LegendRow:
-    return LegendRow("global plan", _css(PLAN_COLOR), [PLAN_PATH])
-
-
-def _group(controller: str) -> str:
-    """Returns the Meshcat path of a controller; a slash would start another level."""
-    return f"/controllers/{controller.replace('/', '_')}"
-
-
-def _robot_path(controller: str) -> str:
-    return f"{_group(controller)}/robot"
-
-
-def _driven_path(controller: str) -> str:
-    return f"{_group(controller)}/path"
-
-
-def _scan_path(controller: str) -> str:
-    return f"{_group(controller)}/scan"
-
-
-def _rgba(color: str) -> Rgba:
-    return Rgba(*(channel / 255 for channel in bytes.fromhex(color.removeprefix("#"))))
-
-
-def _css(rgba: Rgba) -> str:
-    channels = (rgba.r(), rgba.g(), rgba.b())
-    return "#" + "".join(f"{round(255 * channel):02x}" for channel in channels)
+    return LegendRow("global plan", css_color(PLAN_COLOR), [PLAN_PATH])

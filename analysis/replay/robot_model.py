@@ -52,6 +52,10 @@ class PrismModel:
         """Yields for each of the times the poses of all links in the base frame."""
         return ({BASE_LINK: RigidTransform()} for _ in times_s)
 
+    def rest_poses(self) -> dict[str, RigidTransform]:
+        """Returns the poses of all links in the base frame, where nothing has turned."""
+        return {BASE_LINK: RigidTransform()}
+
 
 class SdfModel:
     """The first model in an SDF or URDF file; its base frame is that of `base_link`.
@@ -89,6 +93,11 @@ class SdfModel:
             for joint, values in angles.items():
                 joint.set_angle(self._context, values[k])
             yield {body.name(): body.EvalPoseInWorld(self._context) for body in bodies}
+
+    def rest_poses(self) -> dict[str, RigidTransform]:
+        """Returns the poses of all links in the base frame, where nothing has turned."""
+        links = dict.fromkeys(visual.link for visual in self.visuals)
+        return {link: self._plant.GetBodyByName(link).EvalPoseInWorld(self._rest) for link in links}
 
     def _read_visuals(self, scene_graph: SceneGraph) -> Iterator[Visual]:
         inspector = scene_graph.model_inspector()

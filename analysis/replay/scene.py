@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,6 +83,14 @@ def add_scene(stage: Stage, world: World, *, course: Bounds) -> None:
     _draw_floor(stage.meshcat, floor)
     _draw_obstacles(stage.meshcat, world)
     _aim_camera(stage.meshcat, course)
+
+
+def goal_tolerance_m(checker: Mapping[str, Any]) -> float | None:
+    """Returns how near to a goal is near enough; None where a goal checker has no such radius.
+
+    checker: the goal checker's settings.
+    """
+    return checker.get("xy_goal_tolerance", checker.get("coarse_xy_goal_tolerance"))
 
 
 def add_task(stage: Stage, start: Array, goals: Array, goal_tolerance_m: float | None) -> None:

@@ -25,11 +25,12 @@ class Stage:
     """Draws into one Meshcat scene; frames of the animation are counted from the logs' time 0.
 
     Paths are Meshcat's: hiding a path hides everything below it.
+
+    meshcat: the one to draw into; one of its own where none is given.
     """
 
-    def __init__(self) -> None:
-        with _without_drake_notices():
-            self.meshcat = Meshcat(MeshcatParams(show_stats_plot=False))
+    def __init__(self, meshcat: Meshcat | None = None) -> None:
+        self.meshcat = make_meshcat() if meshcat is None else meshcat
         self.animation = MeshcatAnimation(FRAMES_PER_SECOND)
 
     def flat_mesh(self, path: str, mesh: FlatMesh, rgba: Rgba) -> bool:
@@ -73,6 +74,15 @@ class Stage:
         return self.meshcat.StaticHtml()
 
 
+def make_meshcat() -> Meshcat:
+    """Returns a Meshcat whose server listens on this machine alone, and about which nobody is told.
+
+    A page that is written to a file needs no server; one that is live tells its own address.
+    """
+    with _without_drake_notices():
+        return Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
+
+
 def frame_of(time_s: float) -> int:
     """Returns the frame that shows a time."""
     return round(time_s * FRAMES_PER_SECOND)
@@ -99,7 +109,7 @@ def spaced_in_time(
 
 @contextmanager
 def _without_drake_notices() -> Iterator[None]:
-    """Keeps Meshcat from printing the address of a server that nobody will visit."""
+    """Keeps Meshcat from printing the address of its server."""
     logger = logging.getLogger("drake")
     level = logger.level
     logger.setLevel(logging.WARNING)

@@ -25,7 +25,14 @@ from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.inputs.world import Obstacle
 from drake_navbench.kernels.grid import LETHAL, Costmap
-from drake_navbench.log import COLUMNS, LATERAL_COLUMNS, Outcome, Scan, TrialLog
+from drake_navbench.log import (
+    COLUMNS,
+    LATERAL_COLUMNS,
+    UNREPEATABLE_COLUMNS,
+    Outcome,
+    Scan,
+    TrialLog,
+)
 from drake_navbench.plans import Plan, as_logged
 from drake_navbench.recordings.heard import Beams, Cells, Column, Poses
 from drake_navbench.recordings.occupancy import costs_from_occupancy
@@ -315,7 +322,7 @@ class _Piece:
 
 
 def _why_missing(column: str) -> str:
-    if column in ("cycle_count", "compute_time_ms", "compute_cpu_time_ms"):
+    if column in ("cycle_count", *UNREPEATABLE_COLUMNS):
         return "a recording does not tell how long the controller computed"
     if column == "clearance_m":
         return (

@@ -22,7 +22,7 @@ from pydantic import TypeAdapter
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.world import Obstacle, World
 from drake_navbench.kernels.poses import carrier_pose, place_outline
-from drake_navbench.log import Outcome, TrialLog
+from drake_navbench.log import UNREPEATABLE_COLUMNS, Outcome, TrialLog
 from drake_navbench.recordings import topics
 from drake_navbench.recordings.messages import (
     LINE_LIST,
@@ -200,7 +200,7 @@ class TrialMessages:
         for column, topic in topics.SCALARS.items():
             values = self.log.samples[column].to_numpy(dtype=float)
             is_new = np.append(True, values[1:] != values[:-1])
-            if column in ("compute_time_ms", "compute_cpu_time_ms"):
+            if column in UNREPEATABLE_COLUMNS:
                 is_new[1:] |= cycles[1:] != cycles[:-1]
             for row in np.flatnonzero(is_new):
                 number = self.maker.make("std_msgs/msg/Float64", data=float(values[row]))

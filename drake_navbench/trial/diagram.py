@@ -5,12 +5,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, SceneGraph
+from pydrake.geometry import SceneGraph
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPort
 
 from drake_navbench.controller import Controller
@@ -20,6 +20,7 @@ from drake_navbench.inputs.drive import AckermannDrive, OmnidirectionalDrive
 from drake_navbench.inputs.robot import NavigationSettings, Robot
 from drake_navbench.inputs.world import World
 from drake_navbench.inputs.world_geometry import register_obstacles
+from drake_navbench.moment import Moment
 from drake_navbench.navigation.checker_settings import make_goal_checker, make_progress_checker
 from drake_navbench.navigation.path_handler import PathHandler
 from drake_navbench.systems.ackermann_base import AckermannBase
@@ -35,6 +36,7 @@ from drake_navbench.systems.omnidirectional_base import OmnidirectionalBase
 from drake_navbench.systems.recorder import Recorder
 from drake_navbench.systems.speed_filter import SpeedFilter
 from drake_navbench.systems.tree_navigator import TreeNavigator
+from drake_navbench.systems.viewer import Viewer
 from drake_navbench.systems.wheelchair import Wheelchair
 from drake_navbench.trial.navigation_wiring import (
     Signals,
@@ -84,14 +86,14 @@ def build_trial_diagram(
     task: FollowPlan | NavigateToPoses,
     static_map: OccupancyMap | None = None,
     filter_masks: Sequence[FilterMask] = (),
-    meshcat: Meshcat | None = None,
+    watch: Callable[[Moment], None] | None = None,
     keeps_costmaps: bool = True,
 ) -> TrialDiagram:
     """Wires one trial.
 
     task: what the robot is to do, and so which navigator there is.
     static_map, filter_masks: what the layers and filters of the local costmap know beforehand.
-    meshcat: where to draw the trial while it runs.
+    watch: is called with what is to be seen whenever the recorder samples.
     keeps_costmaps: whether the recorder keeps the local costmaps.
     """
     builder = DiagramBuilder()
@@ -99,7 +101,7 @@ def build_trial_diagram(
     scene_graph = builder.AddNamedSystem("scene_graph", SceneGraph())
     register_obstacles(scene_graph, world)
 
-    base = _add_base(builder, robot, scene_graph)
+    base = add_base(builder, robot, scene_graph)
     state = base.get_state_output_port()
 
     lidar = builder.AddNamedSystem("lidar", Lidar(robot.lidar, world))
@@ -145,11 +147,11 @@ def build_trial_diagram(
     if keeps_costmaps:
         connect_inputs(builder, recorder, costmap=costmap)
 
-    if meshcat is not None:
-        # Drawn only when the recorder samples: at any other instant the integrator's steps would
-        # end there too, and the motion differ in its last digits.
-        when = MeshcatVisualizerParams(publish_period=RECORDER_PERIOD_S)
-        MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, when)
+    if watch is not None:
+        viewer = builder.AddNamedSystem("viewer", Viewer(watch, period_s=RECORDER_PERIOD_S))
+        connect_inputs(builder, viewer, state=state, scan=scan, costmap=costmap)
+        connect_inputs(builder, viewer, plan=navigator.GetOutputPort("plan"))
+        connect_inputs(builder, viewer, server_state=server.GetOutputPort("server_state"))
 
     diagram = builder.Build()
     diagram.set_name("trial")
@@ -168,7 +170,7 @@ def build_trial_diagram(
     )
 
 
-def _add_base(builder: DiagramBuilder, robot: Robot, scene_graph: SceneGraph) -> MobileBase:
+def add_base(builder: DiagramBuilder, robot: Robot, scene_graph: SceneGraph) -> MobileBase:
     """Adds the robot's base and carries its outline along in SceneGraph."""
     base = builder.AddNamedSystem("base", make_base(robot, scene_graph))
     builder.Connect(

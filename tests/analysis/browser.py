@@ -42,8 +42,8 @@ HEADLESS_FLAGS = (
 )
 FLAGS = (
     *HEADLESS_FLAGS,
-    # What a page might ask of a server would fail at once, and be seen.
-    "--host-resolver-rules=MAP * ~NOTFOUND",
+    # What a page might ask of a server elsewhere would fail at once, and be seen.
+    "--host-resolver-rules=MAP * ~NOTFOUND , EXCLUDE localhost",
     "--remote-debugging-pipe",
     f"--window-size={WINDOW[0]},{WINDOW[1]}",
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import dataclasses
+import json
 import os
 import re
 import subprocess
@@ -211,3 +212,28 @@ def test_trial_that_never_began_to_move_is_replayed(tmp_path):
     still = TrialLog(samples=log.samples.iloc[:1], plans=log.plans, info=log.info)
     page = race(tmp_path, [still])
     assert '<span class="name">rpp</span>' in page
+
+
+def page_data(page: str) -> dict:
+    return json.loads(re.search(r'id="navbench-data">(.*?)</script>', page, re.S)[1])
+
+
+def test_the_strip_keeps_peaks(tmp_path):
+    log = replay_log("rpp", end_time_s=30.0)
+    samples = log.samples.copy()
+    samples.loc[700, "compute_time_ms"] = 77.0
+    samples.loc[300, "clearance_m"] = 0.125
+    page = alone(tmp_path, dataclasses.replace(log, samples=samples))
+    (robot,) = page_data(page)["robots"]
+    assert max(robot["compute"]) == 77.0
+    assert min(value for value in robot["clearance"] if value is not None) == 0.125
+    assert len({len(robot[name]) for name in ("time", "v", "w", "clearance", "compute")}) == 1
+    assert len(robot["time"]) <= 400
+    assert robot["end"] == 30.0
+    assert robot["failed"] is False
+
+
+def test_race_carries_the_costmaps_of_all_controllers(race_page):
+    tracks = animation(race_page)
+    for name in (b"dwb", b"teb"):
+        assert b"/local_costmap/" + name + b"/" in tracks

@@ -9,7 +9,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from browser import CHROMIUM, HEADLESS_FLAGS, NO_CHROMIUM
+from browser import CHROMIUM, HEADLESS_FLAGS, NO_CHROMIUM, Browser
 from replay_logs import replay_log, with_diagnostics
 
 from drake_navbench.analysis.replay import write_race_replay, write_trial_replay
@@ -139,3 +139,162 @@ def test_trial_with_all_diagnostics_opens_without_errors(tmp_path):
     seen = opened(page, tmp_path)
     assert (seen["errors"], seen["refused"]) == ([], [])
     assert seen["moved"] > 100
+
+
+@pytest.fixture(scope="module")
+def tab(tmp_path_factory):
+    """A browser in which a race is open: one robot arrives, the other gives up after 2 s."""
+    folder = tmp_path_factory.mktemp("tab")
+    page = folder / "race.html"
+    failure = {"reason": "no valid control"}
+    logs = [
+        replay_log("dwb"),
+        replay_log("rpp", speed_mps=0.3, outcome="aborted", end_time_s=2.0, info=failure),
+    ]
+    write_race_replay(logs, page, model=MODEL)
+    with Browser(folder / "profile") as browser:
+        browser.open(page.as_uri() + "#t=1")
+        browser.wait_for("viewer.animator.duration > 0 && !viewer.animator.playing")
+        yield browser
+        assert browser.errors == []
+
+
+def press_space(tab, focused):
+    tab.evaluate(
+        f"""(() => {{
+          const element = document.querySelector({focused!r});
+          element.focus();
+          const say = (type) => element.dispatchEvent(new KeyboardEvent(type,
+            {{code: "Space", key: " ", bubbles: true, cancelable: true}}));
+          say("keydown");
+          say("keyup");
+        }})()"""
+    )
+
+
+@pytest.mark.parametrize("focused", ["body", ".play", ".speed", "#navbench-legend input", "input"])
+def test_the_space_bar_plays_whatever_has_the_focus(tab, focused):
+    # Far from the end, at which it stops by itself.
+    seek(tab, 0.2)
+    playing = tab.evaluate("viewer.animator.playing")
+    press_space(tab, focused)
+    assert tab.evaluate("viewer.animator.playing") is not playing
+    press_space(tab, focused)
+    assert tab.evaluate("viewer.animator.playing") is playing
+
+
+def select(tab, selector, value):
+    tab.evaluate(
+        f"""(() => {{
+          const element = document.querySelector({selector!r});
+          element.value = {value!r};
+          element.dispatchEvent(new Event("change", {{bubbles: true}}));
+        }})()"""
+    )
+
+
+def seek(tab, time_s):
+    tab.evaluate(
+        f"""(() => {{
+          const slider = document.querySelector("#navbench-player input");
+          slider.value = {time_s};
+          slider.dispatchEvent(new Event("input"));
+        }})()"""
+    )
+    tab.wait_for(f"Math.abs(viewer.animator.time - {time_s}) < 0.02")
+
+
+CAMERA = "viewer.camera.position.toArray()"
+TARGET = "viewer.controls.target.toArray()"
+
+
+def test_the_camera_follows_the_chosen_robot_and_comes_back(tab):
+    seek(tab, 1.0)
+    free = tab.evaluate(CAMERA)
+    select(tab, ".camera", "follow")
+    # At 0.5 m/s after 1 s; three.js's y points up.
+    tab.wait_for(f"Math.abs({TARGET}[0] - 0.5) < 0.05")
+    seek(tab, 3.0)
+    tab.wait_for(f"Math.abs({TARGET}[0] - 1.5) < 0.05")
+    tab.screenshot("replay-follow")
+    select(tab, ".camera", "top")
+    x, height, _ = tab.evaluate(CAMERA)
+    assert x == pytest.approx(tab.evaluate(TARGET)[0])
+    assert height > 2.0
+    tab.screenshot("replay-top")
+    select(tab, ".camera", "free")
+    assert tab.evaluate(CAMERA) == pytest.approx(free, abs=1e-3)
+
+
+def test_the_failure_is_one_click_away(tab):
+    assert tab.evaluate("document.querySelectorAll('.jump').length") == 1
+    tab.click(".jump")
+    tab.wait_for("Math.abs(viewer.animator.time - 1) < 0.02")
+    assert tab.evaluate("document.querySelectorAll('.choose')[1].ariaPressed") == "true"
+    assert tab.evaluate("document.querySelector('.failure').hidden") is False
+    tab.click(".choose")
+    assert tab.evaluate("document.querySelector('.failure').hidden") is True
+
+
+def visible(tab, path):
+    segments = [part for part in path.split("/") if part]
+    return tab.evaluate(f"viewer.scene_tree.find({segments!r}).object.visible")
+
+
+def test_only_the_chosen_robots_costmap_is_shown(tab):
+    tab.evaluate("document.querySelectorAll('.choose')[1].click()")
+    assert visible(tab, "/local_costmap/rpp")
+    assert not visible(tab, "/local_costmap/dwb")
+    tab.evaluate("document.querySelectorAll('.choose')[0].click()")
+    assert visible(tab, "/local_costmap/dwb")
+    assert not visible(tab, "/local_costmap/rpp")
+
+
+def test_robots_that_overlap_are_set_apart(tab):
+    height = "viewer.scene_tree.find(['controllers', 'rpp']).object.position.z"
+    assert tab.evaluate(height) == 0
+    select(tab, ".robots select", "apart")
+    assert tab.evaluate(height) > 1.0
+    tab.screenshot("replay-apart")
+    select(tab, ".robots select", "ghosts")
+    assert tab.evaluate(height) == 0
+
+
+def test_the_speed_is_the_animations(tab):
+    select(tab, ".speed", "4")
+    assert tab.evaluate("viewer.animator.mixer.timeScale") == 4
+    select(tab, ".speed", "1")
+
+
+def test_the_strip_shows_the_moment_and_takes_a_click(tab):
+    seek(tab, 1.0)
+    tab.evaluate(
+        """(() => {
+          const strip = document.querySelector("#navbench-strip");
+          const box = strip.getBoundingClientRect();
+          const x = box.right - 12;
+          strip.setPointerCapture = () => {};
+          strip.dispatchEvent(new PointerEvent("pointerdown", {clientX: x, clientY: box.top + 5}));
+        })()"""
+    )
+    tab.wait_for("Math.abs(viewer.animator.time - viewer.animator.duration) < 0.02")
+    # The view ends where the dock begins.
+    low, top = tab.evaluate(
+        """[viewer.renderer.domElement.getBoundingClientRect().bottom,
+            document.querySelector("#navbench-dock").getBoundingClientRect().top]"""
+    )
+    assert low == pytest.approx(top, abs=1.0)
+
+
+@pytest.mark.parametrize(("width", "height", "is_dark"), [(1280, 800, True), (390, 844, False)])
+def test_it_fits_the_window(tab, width, height, is_dark):
+    tab.resize(width, height, is_dark=is_dark)
+    tab.wait_for(f"viewer.renderer.domElement.clientWidth === {width}")
+    assert tab.evaluate("document.documentElement.scrollWidth") <= width
+    boxes = tab.evaluate(
+        """Array.from(document.querySelectorAll("#navbench-player > *:not([hidden])"),
+          (element) => element.getBoundingClientRect().right)"""
+    )
+    assert max(boxes) <= width
+    tab.screenshot(f"replay-{width}-{'dark' if is_dark else 'light'}")
+    tab.restore()

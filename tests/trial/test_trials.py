@@ -5,7 +5,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from pydrake.geometry import Meshcat, MeshcatParams
 from stub_controller import StubPreset, straight_ahead
 
 from drake_navbench import run_trial
@@ -19,8 +18,9 @@ from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, Scenario, load_s
 from drake_navbench.inputs.task_check import check_task
 from drake_navbench.kernels.path_geometry import path_length
 from drake_navbench.log import UNREPEATABLE_COLUMNS, Outcome, TrialLog
+from drake_navbench.trial.column_controller import make_controller
 from drake_navbench.trial.spec import TrialSpec
-from drake_navbench.trial.trial import failed_log, make_controller, simulate
+from drake_navbench.trial.trial import failed_log, simulate
 from drake_navbench.typed_files.typed_yaml import validate
 
 PUBLISHED_RPP = {
@@ -371,11 +371,16 @@ def test_a_viewer_changes_no_byte_of_the_log():
         load_preset("rpp"),
         seed=3,
     )
-    unseen, seen = simulate(spec), simulate(spec, meshcat=Meshcat(MeshcatParams(host="localhost")))
+    moments = []
+    unseen, seen = simulate(spec), simulate(spec, watch=moments.append)
     pd.testing.assert_frame_equal(
         *(log.samples.drop(columns=list(UNREPEATABLE_COLUMNS)) for log in (unseen, seen)),
         check_exact=True,
     )
+    # It sees what the recorder samples; the last one is taken when all is over.
+    assert [moment.time_s for moment in moments] == list(seen.samples["time_s"])[: len(moments)]
+    assert len(moments) >= len(seen.samples) - 1
+    assert moments[-1].plan.shape[1] == 3
     assert seen.info == unseen.info
     np.testing.assert_array_equal(seen.course, unseen.course)
     for one, other in zip(seen.scans, unseen.scans, strict=True):

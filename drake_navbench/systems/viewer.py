@@ -1,0 +1,43 @@
+"""Shows a trial to somebody while it runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from pydrake.systems.framework import Context, LeafSystem
+
+from drake_navbench.moment import Moment
+from drake_navbench.systems.lifetime import weakly_bound
+from drake_navbench.systems.ports import STATE_SIZE, declare_object_input
+
+
+class Viewer(LeafSystem):
+    """Calls a function with every Moment, once a period.
+
+    Inputs `state`, `scan`, `costmap`, `plan` and `server_state`, as the recorder's and the
+    controller server's. The period should be the recorder's: at any other instant the integrator's
+    steps would end there too, and the motion differ in its last digits.
+    """
+
+    def __init__(self, show: Callable[[Moment], None], *, period_s: float) -> None:
+        super().__init__()
+        self._show = show
+        self._state_port = self.DeclareVectorInputPort("state", STATE_SIZE)
+        self._scan_port = declare_object_input(self, "scan")
+        self._costmap_port = declare_object_input(self, "costmap")
+        self._plan_port = declare_object_input(self, "plan")
+        self._server_port = declare_object_input(self, "server_state")
+        self.DeclarePeriodicPublishEvent(period_s, 0.0, weakly_bound(self._on_period))
+
+    def _on_period(self, context: Context) -> None:
+        plan = self._plan_port.Eval(context)
+        self._show(
+            Moment(
+                context.get_time(),
+                self._state_port.Eval(context),
+                self._scan_port.Eval(context),
+                self._costmap_port.Eval(context),
+                None if plan is None else plan.poses,
+                self._server_port.Eval(context).diagnostics,
+            )
+        )
