@@ -139,7 +139,8 @@ def path_references(path, trajectory):
 
     path, trajectory: (n, 3), (N, 3). A reference is the nearest path point with the heading of the
     path there, turned around where the robot drives backward along it. The heading is that of the
-    chord between the neighbouring points; a path of one point keeps its yaw.
+    chord between the neighbouring points; at the last point it is that point's own yaw, which at
+    the end of the plan is the goal's, and is not turned around.
     """
     references = np.empty_like(trajectory)
     nearest = 0
@@ -149,8 +150,9 @@ def path_references(path, trajectory):
         behind = path[max(nearest - 1, 0)]
         along_x, along_y = ahead[0] - behind[0], ahead[1] - behind[1]
         is_still = along_x == 0.0 and along_y == 0.0
-        heading = path[nearest, 2] if is_still else math.atan2(along_y, along_x)
-        if abs(wrap(trajectory[t, 2] - heading)) > math.pi / 2:
+        is_last = nearest == len(path) - 1
+        heading = path[nearest, 2] if is_still or is_last else math.atan2(along_y, along_x)
+        if not is_last and abs(wrap(trajectory[t, 2] - heading)) > math.pi / 2:
             heading += math.pi
         references[t, 0], references[t, 1] = path[nearest, 0], path[nearest, 1]
         references[t, 2] = heading

@@ -162,6 +162,24 @@ def next_twist(band: Band, twist: Array, period_s: float, look_ahead_poses: int 
     )
 
 
+def braking_band(
+    pose: Array, twist: Array, *, acceleration: float, angular_acceleration: float
+) -> Band:
+    """Returns the way to rest from a pose (3,) and twist (2,) that takes as long as it must.
+
+    Both speeds fall evenly to zero, in two intervals of equal time.
+    """
+    duration = max(abs(twist[0]) / acceleration, abs(twist[1]) / angular_acceleration)
+    poses = np.tile(np.asarray(pose, dtype=np.float64), (3, 1))
+    # Of the way that the twist would have covered: 3/8 in the first half, 1/8 in the second.
+    for i, share in ((1, 0.375), (2, 0.125)):
+        length, turn = share * duration * twist
+        middle = poses[i - 1, 2] + 0.5 * turn
+        step = [length * math.cos(middle), length * math.sin(middle), turn]
+        poses[i] = poses[i - 1] + step
+    return Band(freeze(poses), freeze(np.full(2, 0.5 * duration)))
+
+
 def _thinned(path: Array, spacing: float) -> Array:
     """Returns the points (P, 2) of a path that are `spacing` m apart or more.
 

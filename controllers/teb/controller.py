@@ -8,7 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.controller import ControllerSetup, Decision, NoValidControl, Observation
-from drake_navbench.controllers.teb.band import Band, Pace, next_twist, shift
+from drake_navbench.controllers.teb.band import (
+    Band,
+    Pace,
+    braking_band,
+    next_twist,
+    shift,
+)
 from drake_navbench.controllers.teb.candidates import (
     REVISIT_PERIOD_S,
     Candidate,
@@ -276,6 +282,10 @@ class TimedElasticBand:
             scalars["is_fallback"] = True
             kept = memory._replace(band=fallback, alternatives=(), stamp_s=observation.time_s)
             return self._decision(fallback, kept, scalars, tried, task)
+        braking = self._braking(observation, task)
+        if braking is not None:
+            scalars["is_fallback"] = True
+            return self._decision(braking, TebMemory(), scalars, tried, task)
         raise NoValidControl(
             f"none of {len(tried)} bands obeys the limits and keeps the outline off obstacles"
             f" (solver: {scalars['solver_status']}, violation {scalars['violation']:.3g})",
@@ -304,6 +314,19 @@ class TimedElasticBand:
         from_here.poses[0, :2] = observation.pose[:2]
         from_here.poses[0, 2] += wrap(float(observation.pose[2] - rest.poses[0, 2]))
         return rest if self._is_free(observation, from_here) else None
+
+    def _braking(self, observation: Observation, task: Task) -> Band | None:
+        """Returns the way to rest within the accelerations; None where it is blocked or at rest."""
+        limits = task.limits
+        band = braking_band(
+            observation.pose,
+            task.twist,
+            acceleration=limits.acceleration,
+            angular_acceleration=limits.angular_acceleration,
+        )
+        if band.duration_s <= self._setup.control_period_s:
+            return None
+        return band if is_free(observation.costmap, self._setup.footprint, band.poses) else None
 
     def _scalars(self, tried: list[Tried], is_blocked: bool) -> dict[str, Any]:
         """Returns what the log keeps of every cycle, of the first candidate where it is one's."""

@@ -91,15 +91,22 @@ def test_interpolation_is_exact_on_a_plane():
 def test_references_are_the_nearest_path_points_with_the_heading_of_the_chord():
     # Along x, then up: around the corner (1, 0) the chord from (0, 0) to (1, 1) points 45 degrees.
     path = np.array([[0.0, 0.0, 9.0], [1.0, 0.0, 9.0], [1.0, 1.0, 9.0], [1.0, 2.0, 9.0]])
-    trajectory = np.array([[0.1, 0.1, 0.0], [0.9, 0.2, 0.7], [1.2, 1.9, 1.5]])
+    trajectory = np.array([[0.1, 0.1, 0.0], [0.9, 0.2, 0.7], [1.2, 0.9, 1.5]])
     references, last = path_references(path, trajectory)
-    expected = [[0.0, 0.0, 0.0], [1.0, 0.0, np.pi / 4], [1.0, 2.0, np.pi / 2]]
+    expected = [[0.0, 0.0, 0.0], [1.0, 0.0, np.pi / 4], [1.0, 1.0, np.pi / 2]]
     assert references == pytest.approx(np.array(expected))
-    assert last == 3
+    assert last == 2
+
+
+def test_at_the_goal_the_reference_has_the_goals_yaw_and_is_not_turned_around():
+    # The path arrives at 45 degrees, the goal looks along x.
+    path = np.array([[0.0, 0.0, 0.8], [1.0, 1.0, 0.0]])
+    references, _ = path_references(path, np.array([[1.1, 0.9, 0.7], [1.0, 1.0, 2.0]]))
+    assert references == pytest.approx(np.array([[1.0, 1.0, 0.0], [1.0, 1.0, 0.0]]))
 
 
 def test_references_turn_around_where_the_robot_drives_backward():
-    path = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+    path = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
     references, _ = path_references(path, np.array([[0.9, 0.0, 3.0]]))
     assert references[0] == pytest.approx([1.0, 0.0, np.pi])
 

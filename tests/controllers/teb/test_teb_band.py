@@ -6,6 +6,7 @@ import pytest
 from drake_navbench.controllers.teb.band import (
     Band,
     Pace,
+    braking_band,
     drop_repeated_points,
     initialise,
     next_twist,
@@ -142,6 +143,16 @@ def test_a_band_is_cut_anew_without_changing_the_motion():
     band = resampled(straight(10), 5)
     np.testing.assert_allclose(band.time_steps, 0.6)
     np.testing.assert_allclose(band.poses[:, 0], np.linspace(0.0, 1.5, 6))
+
+
+def test_braking_takes_the_way_of_an_even_deceleration():
+    # From 0.5 m/s at 0.5 m/s^2: 1 s and 0.25 m, three quarters of it in the first half.
+    band = braking_band(
+        np.zeros(3), np.array([0.5, 0.0]), acceleration=0.5, angular_acceleration=1.0
+    )
+    assert band.duration_s == pytest.approx(1.0)
+    np.testing.assert_allclose(band.poses[:, 0], [0.0, 0.1875, 0.25])
+    assert next_twist(band, np.array([0.5, 0.0]), 0.05)[0] == pytest.approx(0.475)
 
 
 def test_shifted_band_is_the_rest_of_it():
