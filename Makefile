@@ -12,7 +12,7 @@ ARGS ?=
 SUBPACKAGES := analysis controllers models scenarios
 TYPES := build/types
 
-.PHONY: run test test-all fuzz lint types format bench docs lock audit sbom clean
+.PHONY: run test test-all fuzz lint types format bench bench-compare docs lock audit sbom clean
 
 run: $(INSTALLED)
 	$(BIN)/python -m drake_navbench.run $(ARGS)
@@ -44,7 +44,11 @@ format: $(INSTALLED)
 	$(BIN)/ruff format .
 
 bench: $(INSTALLED)
-	$(BIN)/python -m pytest tests/benchmarks --benchmark-only $(ARGS)
+	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-json=bench.json $(ARGS)
+
+# Two trees with an environment each: make bench-compare BASE=../before HEAD=.
+bench-compare: $(INSTALLED)
+	$(BIN)/python tests/benchmarks/compare_trees.py $(BASE) $(HEAD) $(ARGS)
 
 docs: $(INSTALLED)
 	$(BIN)/python -m drake_navbench docs
@@ -79,4 +83,4 @@ $(TOOLS)/.installed: Makefile
 	touch $@
 
 clean:
-	rm -rf $(VENV) $(TOOLS) build sbom.json *.egg-info .pytest_cache .ruff_cache
+	rm -rf $(VENV) $(TOOLS) build bench.json sbom.json *.egg-info .pytest_cache .ruff_cache

@@ -10,6 +10,7 @@ CONTROLLER_COLORS = {
     "dwb": "#d55e00",
     "rpp": "#0072b2",
     "teb": "#009e73",
+    "teb_upstream": "#56b4e9",
     "mppi": "#e69f00",
     "mppi_nav2": "#cc79a7",
 }

@@ -44,10 +44,11 @@ class Lineup:
         )
 
 
-_PUBLISHED_PRESETS = {"dwb": "dwb", "rpp": "rpp", "teb": "teb", "mppi": "mppi_nav2"}
+_PUBLISHED_PRESETS = {"dwb": "dwb", "rpp": "rpp", "teb": "teb_upstream", "mppi": "mppi_nav2"}
 PUBLISHED_SETTINGS = Lineup(
     "published settings",
-    "the settings that fit the publication; MPPI is the sampler alone, as Nav2's",
+    "the settings that fit the publication; TEB is the original's penalties, MPPI the sampler"
+    " alone, as Nav2's",
     _PUBLISHED_PRESETS,
 )
 LINEUPS = (
@@ -59,6 +60,11 @@ LINEUPS = (
         {name: f"{name}_noisy" for name in ("restricted_small", "restricted_large")},
     ),
     Lineup(
+        "constrained TEB",
+        "as published settings, but TEB's limits are constraints of a nonlinear program",
+        _PUBLISHED_PRESETS | {"teb": "teb"},
+    ),
+    Lineup(
         "polished MPPI",
         "as published settings, but MPPI's command is polished by a nonlinear program",
         _PUBLISHED_PRESETS | {"mppi": "mppi"},
@@ -66,7 +72,7 @@ LINEUPS = (
     Lineup(
         "bringup settings",
         "what nav2_bringup ships (DWB: until Iron); TEB is no part of Nav2 and stays as it is",
-        {"dwb": "dwb_bringup", "rpp": "rpp_bringup", "teb": "teb", "mppi": "mppi_bringup"},
+        _PUBLISHED_PRESETS | {"dwb": "dwb_bringup", "rpp": "rpp_bringup", "mppi": "mppi_bringup"},
     ),
 )
 

@@ -8,7 +8,8 @@ evolves is in its memory, which lives in the Drake Context. docs/controllers.md 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
 
@@ -18,6 +19,7 @@ from pydantic import BaseModel, ConfigDict
 
 from drake_navbench.errors import NavbenchError
 from drake_navbench.kernels.grid import Costmap
+from drake_navbench.kernels.read_only import read_only
 from drake_navbench.noise import NO_NOISE, NoiseKey
 from drake_navbench.plugins import PluginKind
 
@@ -28,6 +30,7 @@ CONTROLLERS = PluginKind(
 )
 
 Array = NDArray[np.float64]
+NO_PLAN = read_only(np.empty((0, 3)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,6 +93,7 @@ class Observation:
     speed_limit: None where there is no limit.
     noise_key: names this cycle's random numbers.
     cancel_requested: the navigator wants the controller to come to rest.
+    global_plan: (N, 3) x m, y m, yaw rad: the whole plan that `plan` was cut from.
     """
 
     time_s: float
@@ -105,6 +109,7 @@ class Observation:
     speed_limit: SpeedLimit | None = None
     noise_key: NoiseKey = NO_NOISE
     cancel_requested: bool = False
+    global_plan: Array = field(default_factory=lambda: NO_PLAN)
     vy_mps: float = 0.0
 
 
@@ -179,29 +184,53 @@ class ControllerParameters(BaseModel):
         whoever gives one is told.
     PATH_HANDLER_NAMES: names that the plugins of earlier releases of Nav2 read for what has become
         the path handler's, with the same meaning as there.
+    PLUGIN_NAMES: dotted names whose values are plugin types of further controllers.
     """
 
     WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset()
     PATH_HANDLER_NAMES: ClassVar[frozenset[str]] = frozenset()
+    PLUGIN_NAMES: ClassVar[tuple[str, ...]] = ()
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     @classmethod
-    def is_without_effect(cls, name: str) -> bool:
-        """Tells whether a dotted name is in WITHOUT_EFFECT, or a block is that it is in."""
+    def is_without_effect(cls, name: str, values: Mapping[str, Any] | None = None) -> bool:
+        """Tells whether a dotted name is in WITHOUT_EFFECT, or a block is that it is in.
+
+        values: all that is given, where a model has others inside, of which that decides.
+        """
         return any(name == idle or name.startswith(f"{idle}.") for idle in cls.WITHOUT_EFFECT)
 
     @classmethod
     def keys_not_read(cls, values: Mapping[str, Any]) -> list[str]:
-        """Returns the keys of `values`, nested, that Nav2 would not look at, given the others.
+        """Returns the dotted names in `values`, nested, that Nav2 would not look at.
 
         Such as the block of a critic that is not among the critics.
         """
         return []
 
+    @classmethod
+    def path_handler_fields(cls, given: Mapping[str, Any]) -> dict[str, str]:
+        """Returns the path handler's field that each of PATH_HANDLER_NAMES in `given` stands for.
+
+        given: values by dotted names.
+        """
+        return {name: name for name in given if name in cls.PATH_HANDLER_NAMES}
+
     def asked_speeds(self) -> AskedSpeeds:
         """Returns how fast, backward, about itself and sideways the base must be able to drive."""
         return AskedSpeeds()
+
+    def files_read(self) -> Mapping[str, Path]:
+        """Returns the files that the controller reads or runs, by the names that logs give them.
+
+        A trial is a function of their contents, too: digests are kept in logs and manifests.
+        """
+        return {}
+
+    def inner_controllers(self) -> tuple[str, ...]:
+        """Returns the names of the registered controllers that it drives with."""
+        return ()
 
     def turns_in_place(self) -> bool:
         """Returns whether it may command a rotation without translation, which no car follows."""
@@ -242,4 +271,16 @@ class GracefulController(Protocol):
 
     def is_at_rest(self, memory: Any) -> bool:
         """Tells whether a cancelled controller is done, by its memory; it is stepped until then."""
+        ...
+
+
+@runtime_checkable
+class ClosableController(Protocol):
+    """A controller that holds what outlives it, such as a process of its own.
+
+    One that is built is closed once, after its trial or after it was checked.
+    """
+
+    def close(self) -> None:
+        """Lets go of it."""
         ...

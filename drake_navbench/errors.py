@@ -36,6 +36,10 @@ class CannotBeWritten(InputError):
     """A file cannot be written where it was asked for, as on a full disk. Exit status 2."""
 
 
+class EndedFromOutside(NavbenchError):
+    """Somebody, or the system, ended a process that a trial needs; that is the machine's fault."""
+
+
 # What the machine lacked: memory, space, open files; or a disk that fails.
 MACHINE_FAULTS = frozenset(
     {
@@ -53,7 +57,7 @@ def is_machine_fault(error: BaseException) -> bool:
     """Returns whether an exception tells of the machine, not of the code that met it."""
     if isinstance(error, OSError):
         return error.errno in MACHINE_FAULTS
-    return isinstance(error, MemoryError)
+    return isinstance(error, MemoryError | EndedFromOutside)
 
 
 def nearest_name_hint(name: str, known_names: Iterable[str]) -> str:

@@ -103,11 +103,14 @@ class PluginKind:
                 f"{self.noun} {name!r} of {_package(point)}: entry point {point.value} cannot be "
                 f"loaded: {one_line(error)}"
             ) from error
-        self._require_contract(loaded, f"{self.noun} {name!r} of {_package(point)}", point.value)
+        self.require_contract(loaded, f"{self.noun} {name!r} of {_package(point)}", point.value)
         return loaded
 
-    def _require_contract(self, loaded: Any, who: str, where: str) -> None:
-        """Raises InputError unless what was loaded is a class of this kind."""
+    def require_contract(self, loaded: Any, who: str, where: str) -> None:
+        """Raises InputError unless what was loaded is a class of this kind.
+
+        who, where: what errors call the plugin, and the class.
+        """
         base = self.base() if self.base is not None else object
         missing = [name for name in self.members if not _has_own(loaded, name, base)]
         if missing or (self.members and not isinstance(loaded, type)):

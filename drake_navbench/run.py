@@ -57,8 +57,9 @@ def build_parser() -> argparse.ArgumentParser:
     add(
         "--controllers",
         metavar="LIST",
-        help="presets, comma-separated; name:param=value[:param=value] makes a variant "
-        "(default: dwb, rpp, teb, mppi, mppi_nav2)",
+        help="presets, comma-separated; name:param=value[:param=value] makes a variant, and "
+        "path/to/file.py:Class stands for a name "
+        "(default: dwb, rpp, teb, teb_upstream, mppi, mppi_nav2)",
     )
     add(
         "--trials",

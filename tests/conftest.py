@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
 import textwrap
+import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
@@ -21,35 +23,66 @@ EntryPoints = Mapping[str, Mapping[str, str]]
 
 
 @pytest.fixture
-def install_package(tmp_path, monkeypatch) -> Iterator[Callable[[str, str, EntryPoints], Path]]:
+def site_folder(tmp_path, monkeypatch) -> Iterator[Path]:
+    """A folder in which packages are installed for one test."""
+    monkeypatch.syspath_prepend(tmp_path)
+    before = set(sys.modules)
+    yield tmp_path
+    packages = {path.name for path in tmp_path.iterdir()}
+    for name in set(sys.modules) - before:
+        if name.partition(".")[0] in packages:
+            del sys.modules[name]
+    forget_installed()
+
+
+@pytest.fixture
+def install_package(site_folder) -> Callable[[str, str, EntryPoints], Path]:
     """A function that installs a package with plugins, as pip lays it out, for one test.
 
     It takes the package's name, the code of its module of the same name, and its entry points.
     """
-    monkeypatch.syspath_prepend(tmp_path)
-    before = set(sys.modules)
-    packages = []
 
     def install(package: str, code: str, entry_points: EntryPoints) -> Path:
-        (tmp_path / package).mkdir()
-        (tmp_path / package / f"{package}.py").write_text(textwrap.dedent(code), encoding="utf-8")
-        metadata = tmp_path / f"{package}-1.0.dist-info"
-        metadata.mkdir()
-        (metadata / "METADATA").write_text(
-            f"Metadata-Version: 2.1\nName: {package}\nVersion: 1.0\n"
-        )
-        (metadata / "entry_points.txt").write_text(
-            "".join(
-                f"[{group}]\n" + "".join(f"{name} = {value}\n" for name, value in points.items())
-                for group, points in entry_points.items()
-            )
-        )
-        packages.append(package)
-        forget_installed()
-        return tmp_path / package
+        (site_folder / package).mkdir()
+        module = site_folder / package / f"{package}.py"
+        module.write_text(textwrap.dedent(code), encoding="utf-8")
+        _register(site_folder, package, "1.0", entry_points)
+        return site_folder / package
 
-    yield install
-    for name in set(sys.modules) - before:
-        if name.partition(".")[0] in packages:
-            del sys.modules[name]
+    return install
+
+
+@pytest.fixture
+def install_folder(site_folder) -> Callable[[Path], Path]:
+    """A function that installs the package of a folder with a pyproject.toml, for one test.
+
+    It returns the folder in which it is installed.
+    """
+
+    def install(folder: Path) -> Path:
+        data = tomllib.loads((folder / "pyproject.toml").read_text(encoding="utf-8"))
+        for package in data["tool"]["setuptools"]["packages"]:
+            files = data["tool"]["setuptools"]["package-data"].get(package, [])
+            for pattern in ("*.py", *files):
+                for path in (folder / package).glob(pattern):
+                    place = site_folder / path.relative_to(folder)
+                    place.parent.mkdir(parents=True, exist_ok=True)
+                    shutil.copyfile(path, place)
+        project = data["project"]
+        _register(site_folder, project["name"], project["version"], project["entry-points"])
+        return site_folder
+
+    return install
+
+
+def _register(site_folder: Path, name: str, version: str, entry_points: EntryPoints) -> None:
+    metadata = site_folder / f"{name.replace('-', '_')}-{version}.dist-info"
+    metadata.mkdir()
+    (metadata / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n")
+    (metadata / "entry_points.txt").write_text(
+        "".join(
+            f"[{group}]\n" + "".join(f"{name} = {value}\n" for name, value in points.items())
+            for group, points in entry_points.items()
+        )
+    )
     forget_installed()

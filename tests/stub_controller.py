@@ -1,5 +1,7 @@
 """Controllers made of one function, for tests of what stands around a controller."""
 
+from typing import ClassVar
+
 import numpy as np
 
 from drake_navbench.controller import ControllerParameters, Decision
@@ -31,6 +33,8 @@ class StubPreset:
     name = "stub"
     controller = "stub"
     parameters = _Parameters()
+    file = None
+    file_hashes: ClassVar = {}
 
     def __init__(self, step):
         self._step = step

@@ -5,13 +5,17 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+from importlib.metadata import entry_points
 from pathlib import Path
 
 import pytest
 
 from drake_navbench.__main__ import main
 from drake_navbench.commands.documentation import TABLE_BEGIN, documents, presets_table
+from drake_navbench.commands.plugin_page import DATA_FILE, ShippedPlugin, plugin_page, read_plugins
+from drake_navbench.controller import CONTROLLERS
 from drake_navbench.inputs.presets import preset_files
+from drake_navbench.plugins import is_ours
 
 REPOSITORY = Path(__file__).parents[1]
 DOCS = REPOSITORY / "docs"
@@ -59,3 +63,70 @@ def test_the_python_example_of_the_readme_runs_as_a_script_as_it_is_printed(tmp_
     )
     assert done.returncode == 0, done.stderr
     assert re.fullmatch(r"TrialLog\(scenario=static_obstacles, .*\) 8\n", done.stdout)
+
+
+SHIPPED = read_plugins(DOCS / DATA_FILE)
+EVERY_PLUGIN = [plugin for sort in SHIPPED.kinds for plugin in sort.plugins]
+
+
+def built_in(group):
+    """Returns the names that our own package registers in a group of entry points."""
+    return {point.name for point in entry_points(group=group) if is_ours(point.module)}
+
+
+# Metrics are no plugins of a robot's navigation.
+GROUPS = {name for name in entry_points().groups if name.startswith("drake_navbench.")}
+
+
+@pytest.mark.parametrize("group", sorted(GROUPS - {"drake_navbench.metrics"}))
+def test_every_plugin_of_ours_stands_in_the_table_of_nav2s(group):
+    named = {plugin.ours for plugin in EVERY_PLUGIN}
+    assert built_in(group) <= named
+
+
+def test_the_table_of_nav2s_plugins_names_no_type_twice_and_every_type_that_the_code_names():
+    types = [plugin.type for sort in SHIPPED.kinds for plugin in sort.plugins]
+    by_kind = [(sort.kind, plugin.type) for sort in SHIPPED.kinds for plugin in sort.plugins]
+    assert len(set(by_kind)) == len(by_kind)
+    code = "".join(
+        path.read_text(encoding="utf-8")
+        for folder in ("drake_navbench", "controllers")
+        for path in (REPOSITORY / folder).rglob("*.py")
+    )
+    found = set(re.findall(r'"((?:nav2_\w+|dwb_\w+|mppi)::\w+)"', code))
+    assert found - set(types) == set()
+
+
+def test_a_plugin_of_ours_says_whose_rules_it_follows_and_one_that_is_not_says_nothing():
+    for plugin in EVERY_PLUGIN:
+        assert (plugin.ours is None) is (plugin.release is None), plugin.type
+        assert plugin.ours is not None or plugin.equal is None, plugin.type
+
+
+def test_the_controllers_of_the_table_are_selected_by_the_types_beside_them():
+    (controllers,) = (sort for sort in SHIPPED.kinds if sort.kind == "Controllers")
+    by_type = {plugin.type: plugin.ours for plugin in controllers.plugins}
+    for name in built_in("drake_navbench.controllers"):
+        assert by_type[CONTROLLERS.load(name).nav2_plugin] == name
+
+
+def test_releases_are_told_in_few_words():
+    def shown(**fields):
+        page = plugin_page(
+            SHIPPED.model_copy(
+                update={
+                    "kinds": [
+                        SHIPPED.kinds[0].model_copy(
+                            update={"plugins": [ShippedPlugin(type="a::B", **fields)]}
+                        )
+                    ]
+                }
+            )
+        )
+        return re.search(r"\| `a::B` \| ([^|]*) \|", page)[1]
+
+    assert shown() == "all"
+    assert shown(since="jazzy") == "from jazzy"
+    assert shown(since="lyrical") == "lyrical"
+    assert shown(until="iron") == "humble, iron"
+    assert shown(but=["iron"]) == "humble, jazzy, kilted, lyrical"

@@ -45,7 +45,10 @@ MAY_IMPORT: dict[str, set[str]] = {
     "analysis": BELOW_ALL,
     "recordings": BELOW_ALL | {"costmaps", "inputs", "trial", "analysis"},
     "campaign": BELOW_ALL | {"inputs", "trial", "analysis"},
-    "commands": BELOW_ALL | {"inputs", "trial", "analysis", "campaign", "recordings"},
+    "gymnasium_environment": BELOW_ALL
+    | {"controllers", "navigation", "inputs", "systems", "trial"},
+    "commands": BELOW_ALL
+    | {"inputs", "trial", "analysis", "campaign", "recordings", "gymnasium_environment"},
 }
 # What analysis may use of the engine: the shapes that stood in the world, which every log has.
 SHAPES = {"drake_navbench.inputs.world", "drake_navbench.inputs.world_geometry"}
@@ -147,6 +150,7 @@ def test_the_layers_have_no_cycle():
         ("analysis.replay.planted", "from drake_navbench.inputs.robot import Robot"),
         ("campaign.planted", "from drake_navbench import run"),
         ("trial.planted", "from . import spec"),
+        ("trial.planted", "import drake_navbench.gymnasium_environment.tasks"),
     ],
 )
 def test_an_import_against_the_layers_is_found_with_its_line(module, line, tmp_path):

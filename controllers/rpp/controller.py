@@ -25,9 +25,10 @@ from drake_navbench.controllers.rpp.cycle import (
     Cycle,
     run_cycle,
 )
-from drake_navbench.controllers.rpp.kernels import Settings, project_arc
+from drake_navbench.controllers.rpp.kernels import Settings
 from drake_navbench.controllers.rpp.memory import RppMemory
 from drake_navbench.controllers.rpp.parameters import RegulatedPurePursuitParameters
+from drake_navbench.kernels.command_arc import project_arc
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.kernels.speed_limit import limited_speed
 

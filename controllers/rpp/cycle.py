@@ -17,17 +17,15 @@ from drake_navbench.controllers.rpp.dynamic_window import (
 )
 from drake_navbench.controllers.rpp.kernels import (
     arc_limits,
-    arc_period,
     curvature_towards,
-    first_collision,
     lookahead_distance,
     point_along,
     point_beyond,
-    project_arc,
     regulated_speed,
     turn_rate_in_place,
 )
 from drake_navbench.kernels.angles import wrap
+from drake_navbench.kernels.command_arc import arc_period, first_collision, project_arc
 from drake_navbench.kernels.grid import OFF_MAP, cost_at
 from drake_navbench.kernels.path_pruning import arc_length
 from drake_navbench.kernels.poses import to_robot_frame
@@ -229,7 +227,7 @@ def run_cycle(
         last_w,
         cost_at(grid, x, y),
     )
-    period = arc_period(settings, grid.resolution, command.v, command.w)
+    period = arc_period(settings.circumscribed_radius_m, grid.resolution, command.v, command.w)
     carrot_distance = math.hypot(aim.carrot_x, aim.carrot_y)
     time_limit, distance_limit = arc_limits(settings, command.v, carrot_distance, aim.plan_length)
     collision = NO_COLLISION

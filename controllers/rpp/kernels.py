@@ -10,17 +10,13 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
 from numba import njit
 
-from drake_navbench.kernels.collision_check import distance_from_cost, is_pose_in_collision
+from drake_navbench.kernels.collision_check import distance_from_cost
 from drake_navbench.kernels.grid import FREE, NO_INFORMATION
 
 # A carrot nearer than this has no curvature: squared distance, m^2.
 LEAST_SQUARED_CARROT_DISTANCE = 0.001
-# Slower than the first and turning faster than the second counts as turning in place.
-IN_PLACE_SPEED_MPS = 0.01
-IN_PLACE_TURN_RATE_RADPS = 0.01
 
 
 class Settings(NamedTuple):
@@ -168,15 +164,6 @@ def regulated_speed(settings, max_linear_vel, curvature, centre_cost, plan_lengt
 
 
 @njit(cache=True)
-def arc_period(settings, resolution, v, w):
-    """Returns the time in which no point of the robot moves farther than a cell, s; inf at rest."""
-    if abs(v) < IN_PLACE_SPEED_MPS and abs(w) > IN_PLACE_TURN_RATE_RADPS:
-        half_angle = 0.5 * resolution / settings.circumscribed_radius_m
-        return 2.0 * math.sin(half_angle) / abs(w)
-    return resolution / abs(v) if v != 0.0 else math.inf
-
-
-@njit(cache=True)
 def arc_limits(settings, v, carrot_distance, plan_length):
     """Returns (time s, distance m) up to which a command is checked.
 
@@ -193,35 +180,3 @@ def arc_limits(settings, v, carrot_distance, plan_length):
     if not settings.allow_obstacle_checking_beyond_goal:
         clearance = min(clearance, plan_length)
     return time_limit, min(max(carrot_distance, clearance), settings.max_lookahead_dist)
-
-
-@njit(cache=True)
-def project_arc(x, y, yaw, v, w, period, time_limit, distance_limit):
-    """Returns (N, 3) the poses that a command (v, w) leads to, the present one first.
-
-    One pose each `period` s before `time_limit` s, up to the first that is farther than
-    `distance_limit` m from the start. Each step is straight, along the heading at its start.
-    """
-    arc = np.empty((2 + (int(time_limit / period) if period < time_limit else 0), 3))
-    arc[0, 0], arc[0, 1], arc[0, 2] = x, y, yaw
-    count = 1
-    while count * period < time_limit:
-        previous_yaw = arc[count - 1, 2]
-        # The collision check stops at a distance that is often a multiple of the step: this
-        # grouping decides the last bit, and so whether the pose at that distance is checked.
-        arc[count, 0] = arc[count - 1, 0] + period * (v * math.cos(previous_yaw))
-        arc[count, 1] = arc[count - 1, 1] + period * (v * math.sin(previous_yaw))
-        arc[count, 2] = previous_yaw + period * w
-        if math.hypot(arc[count, 0] - x, arc[count, 1] - y) > distance_limit:
-            break
-        count += 1
-    return arc[:count]
-
-
-@njit(cache=True)
-def first_collision(grid, tracks_unknown, footprint, arc):
-    """Returns the index of the first pose of an arc (N, 3) in collision, -1 where there is none."""
-    for i in range(arc.shape[0]):
-        if is_pose_in_collision(grid, tracks_unknown, footprint, arc[i, 0], arc[i, 1], arc[i, 2]):
-            return i
-    return -1

@@ -41,7 +41,7 @@ class Pace(NamedTuple):
     """How fast a first guess is, and how finely bands are cut.
 
     speed m/s, turn_rate rad/s, acceleration m/s^2; dt_ref, dt_hysteresis s; fewest, most: numbers
-    of intervals.
+    of intervals. turns_on_spot: whether the robot can, as no car can.
     """
 
     speed: float
@@ -51,6 +51,7 @@ class Pace(NamedTuple):
     dt_hysteresis: float
     fewest: int
     most: int
+    turns_on_spot: bool = True
 
     def interval_count(self, duration_s: float, current: int | None = None) -> int:
         """Returns the number of intervals for a duration; keeps `current` where it still fits."""
@@ -67,25 +68,50 @@ def freeze(array: Array) -> Array:
     return array
 
 
-def initialise(path: Array, start: Array, goal: Array, *, pace: Pace) -> Band:
+def initialise(path: Array, start: Array, goal: Array, *, pace: Pace, speed: float = 0.0) -> Band:
     """Returns a first guess: turn on the spot if need be, follow the path, turn at its end.
 
-    path: (P, 2) m, from near the start to near the goal. start, goal: (3,). The times are those of
-    the slower of driving and turning, plus the time that speeding up and stopping take.
+    path: (P, 2) m, from near the start to near the goal. start, goal: (3,). speed: at the start,
+    m/s. The duration is that of the way at the limits: from that speed to full speed and to rest,
+    longer by the turns that driving leaves no time for.
     """
-    knots = _path_knots(path, start, goal)
+    knots = _path_knots(_thinned(path, pace.speed * pace.dt_ref), start, goal, pace=pace)
     steps = np.diff(knots, axis=0)
-    durations = np.maximum(
-        np.hypot(steps[:, 0], steps[:, 1]) / pace.speed, np.abs(steps[:, 2]) / pace.turn_rate
-    )
+    driving = np.hypot(steps[:, 0], steps[:, 1]) / pace.speed
+    durations = np.maximum(driving, np.abs(steps[:, 2]) / pace.turn_rate)
     times = np.concatenate([[0.0], np.cumsum(durations)])
-    duration = float(times[-1]) + pace.speed / pace.acceleration
+    length = float(driving.sum()) * pace.speed
+    turning = float(times[-1] - driving.sum())
+    duration = trapezoid_duration(length, speed, pace.speed, pace.acceleration) + turning
     count = pace.interval_count(duration)
     # Times stretched, not delayed: evenly slower than the limits is easier to repair than too fast.
     samples = np.linspace(0.0, times[-1], count + 1)
     poses = _interpolate(samples, times, knots)
     poses[0], poses[-1] = knots[0], knots[-1]
     return Band(freeze(poses), freeze(np.full(count, duration / count)))
+
+
+def trapezoid_duration(
+    length: float, start_speed: float, full_speed: float, acceleration: float
+) -> float:
+    """Returns the least time (s) for a length (m) from a speed (m/s) to rest under limits.
+
+    Where the length is too short to brake in, the time that braking takes.
+    """
+    speed = min(max(start_speed, 0.0), full_speed)
+    if 2.0 * acceleration * length <= speed * speed:
+        return speed / acceleration
+    peak = min(full_speed, math.sqrt(acceleration * length + 0.5 * speed * speed))
+    ramps = ((peak * peak - speed * speed) + peak * peak) / (2.0 * acceleration)
+    return (2.0 * peak - speed) / acceleration + (length - ramps) / peak
+
+
+def resampled(band: Band, count: int) -> Band:
+    """Returns the same motion in `count` intervals of equal time."""
+    times = np.concatenate([[0.0], np.cumsum(band.time_steps)])
+    poses = _interpolate(np.linspace(0.0, times[-1], count + 1), times, band.poses)
+    poses[0], poses[-1] = band.poses[0], band.poses[-1]
+    return Band(freeze(poses), freeze(np.full(count, float(times[-1]) / count)))
 
 
 def warm_start(band: Band, elapsed_s: float, start: Array, goal: Array, *, pace: Pace) -> Band:
@@ -120,12 +146,32 @@ def unwrapped_goal(goal: Array, guess: Band) -> Array:
     return np.array([goal[0], goal[1], last_yaw + wrap(float(goal[2]) - last_yaw)])
 
 
-def mean_twist(band: Band, look_ahead_poses: int) -> Array:
-    """Returns (2,) v m/s, w rad/s: arc length and turn up to a pose, over the time until it."""
-    count = min(max(look_ahead_poses, 1), len(band.time_steps))
-    lengths, _, turns, _, _ = band_geometry(band.poses[: count + 1])
-    duration = float(band.time_steps[:count].sum())
-    return np.array([lengths.sum() / duration, turns.sum() / duration])
+def next_twist(band: Band, twist: Array, period_s: float, look_ahead_poses: int = 1) -> Array:
+    """Returns (2,) v m/s, w rad/s: what a band that starts with `twist` has after a period.
+
+    Speeds belong to the middles of intervals and change evenly between them, as the limits of the
+    accelerations are meant. look_ahead_poses: the first interval whose speeds count.
+    """
+    first = min(max(look_ahead_poses, 1), len(band.time_steps)) - 1
+    lengths, _, turns, _, _ = band_geometry(band.poses)
+    middles = np.cumsum(band.time_steps) - 0.5 * band.time_steps
+    times = np.concatenate([[0.0], middles[first:]])
+    rates = np.column_stack([lengths, turns]) / band.time_steps[:, None]
+    return np.array(
+        [np.interp(period_s, times, np.append(twist[i], rates[first:, i])) for i in range(2)]
+    )
+
+
+def _thinned(path: Array, spacing: float) -> Array:
+    """Returns the points (P, 2) of a path that are `spacing` m apart or more.
+
+    Closer ones follow the cells of a grid, in steps that no robot would turn for.
+    """
+    kept: list[int] = []
+    for i in range(len(path)):
+        if not kept or math.hypot(*(path[i, :2] - path[kept[-1], :2])) >= spacing:
+            kept.append(i)
+    return path[kept, :2]
 
 
 def drop_repeated_points(path: Array) -> Array:
@@ -134,7 +180,7 @@ def drop_repeated_points(path: Array) -> Array:
     return path[np.concatenate([[True], moved])]
 
 
-def _path_knots(path: Array, start: Array, goal: Array) -> Array:
+def _path_knots(path: Array, start: Array, goal: Array, *, pace: Pace) -> Array:
     """Returns (K, 3) unwrapped poses: start, headings along the path, goal."""
     points = drop_repeated_points(np.vstack([start[:2], path[:, :2], goal[:2]]))
     if len(points) < 2:
@@ -143,11 +189,11 @@ def _path_knots(path: Array, start: Array, goal: Array) -> Array:
     headings = np.arctan2(*np.diff(points, axis=0).T[::-1])
     yaws = np.unwrap(np.concatenate([[start[2]], headings, [goal[2]]]))
     knots = [np.array([points[0, 0], points[0, 1], yaws[0]])]
-    if abs(yaws[1] - yaws[0]) > TURN_FIRST_ABOVE_RAD:
+    if pace.turns_on_spot and abs(yaws[1] - yaws[0]) > TURN_FIRST_ABOVE_RAD:
         knots.append(np.array([points[0, 0], points[0, 1], yaws[1]]))
     middle_yaws = 0.5 * (yaws[1:-2] + yaws[2:-1])
     knots.extend(np.column_stack([points[1:-1], middle_yaws]))
-    if abs(yaws[-1] - yaws[-2]) > TURN_FIRST_ABOVE_RAD:
+    if pace.turns_on_spot and abs(yaws[-1] - yaws[-2]) > TURN_FIRST_ABOVE_RAD:
         knots.append(np.array([points[-1, 0], points[-1, 1], yaws[-2]]))
     knots.append(np.array([points[-1, 0], points[-1, 1], yaws[-1]]))
     return np.array(knots)

@@ -88,6 +88,34 @@ def ways_past_block(
     return sorted(paths, key=path_length)
 
 
+def ways_past_narrow(
+    pose: Array,
+    plan: LocalPlan,
+    *,
+    field: DistanceField,
+    clusters: Clusters,
+    reach_m: float,
+    longest_ratio: float,
+) -> list[Array]:
+    """Returns paths (P, 2) m from the robot's pose to the plan's goal past its narrowest place.
+
+    On either side of each cluster within `reach_m` of that place, shortest first, none longer than
+    `longest_ratio` times the plan. The plan's own way may be among them.
+    """
+    start, goal = pose[:2], plan.poses[plan.goal_index, :2]
+    narrowest = plan.poses[int(np.argmin(plan.clearances[: plan.goal_index + 1])), :2]
+    longest = longest_ratio * path_length(plan.poses[: plan.goal_index + 1])
+    paths = []
+    for cluster in clusters.labels_beside(narrowest, field, reach_m):
+        for side in (LEFT, RIGHT):
+            path = path_past_cluster(
+                field, clusters, cluster=cluster, side=side, start=start, goal=goal
+            )
+            if path is not None and path_length(path) <= longest:
+                paths.append(path)
+    return sorted(paths, key=path_length)
+
+
 def gather_candidates(
     memory: TebMemory,
     paths: list[Array],
@@ -95,11 +123,17 @@ def gather_candidates(
     start: Array,
     goal: Array,
     time_s: float,
+    leads_through: bool,
+    speed: float,
     clusters: Clusters,
     pace: Pace,
     parameters: TebParameters,
 ) -> list[Candidate]:
-    """Returns at most max_number_classes candidates of different classes, the driven one first."""
+    """Returns at most max_number_classes candidates of different classes, the driven one first.
+
+    leads_through: whether the plan itself can be driven, as the first of the paths. speed: that
+    bands start with, m/s.
+    """
     plan_angles = [
         swept_angles(np.vstack([start[:2], path, goal[:2]]), clusters.anchors) for path in paths
     ]
@@ -110,7 +144,7 @@ def gather_candidates(
         if len(found) < parameters.max_number_classes and not any(
             same_class(angles, other.angles) for other in found
         ):
-            follows = len(plan_angles) == 1 and same_class(angles, plan_angles[0])
+            follows = leads_through and same_class(angles, plan_angles[0])
             found.append(Candidate(guess, angles, is_driven, follows, known))
 
     def continued(band: Band, stamp_s: float) -> Band:
@@ -126,7 +160,7 @@ def gather_candidates(
         if found and not parameters.enable_homotopy_class_planning:
             break
         if not any(same_class(path_angles, other.angles) for other in found):
-            add(initialise(path, start, goal, pace=pace))
+            add(initialise(path, start, goal, pace=pace, speed=speed))
     return found
 
 

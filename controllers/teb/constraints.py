@@ -26,6 +26,8 @@ from drake_navbench.controllers.teb.obstacles import DistanceField, sample_dista
 
 Array = NDArray[np.float64]
 
+NO_DIRECTIONS: Array = np.empty(0)
+
 
 class BandScene(NamedTuple):
     """What a band is constrained by in one cycle.
@@ -37,6 +39,8 @@ class BandScene(NamedTuple):
     clearance_shares: (m - 1,) the share of the wanted clearance that each inner pose shall keep; it
         gives up as large a share of the slack.
     via_points: (V, 2) m, points that attract the band. via_poses: (V,) index of the attracted pose.
+    turning_radius: of a car, m; 0 without a bound. directions: (m,) in which a car drives through
+        each interval, 1 forward, -1 backward.
     """
 
     start: Array
@@ -48,6 +52,8 @@ class BandScene(NamedTuple):
     clearance_shares: Array
     via_points: Array
     via_poses: NDArray[np.int64]
+    turning_radius: float = 0.0
+    directions: Array = NO_DIRECTIONS
 
 
 @njit(cache=True)
@@ -123,6 +129,26 @@ def _fill_clearances(first_row, poses, discs, field, shares, slack, values, jaco
 
 
 @njit(cache=True)
+def _fill_turnings(
+    first_row, speeds, turn_rates, slopes, turn_slopes, time_steps, scene, values, jacobian
+):
+    """Fills two rows for each interval: speed along its direction, less radius times turn rate.
+
+    Once for either way of turning; none may be negative. slopes, turn_slopes (m, 6): of the paths.
+    """
+    m = time_steps.shape[0]
+    for k in range(m):
+        for way in range(2):
+            row = first_row + 2 * k + way
+            radius = scene.turning_radius if way == 0 else -scene.turning_radius
+            direction = scene.directions[k]
+            values[row] = direction * speeds[k] - radius * turn_rates[k]
+            _add_interval_slopes(jacobian[row], slopes[k], direction / time_steps[k], k, m)
+            _add_interval_slopes(jacobian[row], turn_slopes[k], -radius / time_steps[k], k, m)
+            jacobian[row, k] = -values[row] / time_steps[k]
+
+
+@njit(cache=True)
 def band_constraints(z, interval_count, scene):
     """Returns (values (R,), Jacobian (R, N)) of all rows at the variables z (N,).
 
@@ -133,7 +159,8 @@ def band_constraints(z, interval_count, scene):
     poses = unpack_poses(z, scene.start, scene.goal, m)
     lengths, offsets, turns, length_slopes, offset_slopes = band_geometry(poses)
     speeds, turn_rates, turn_slopes = band_rates(lengths, turns, time_steps)
-    values = np.empty(row_count(m, scene.discs.shape[0]))
+    is_car = scene.turning_radius > 0.0
+    values = np.empty(row_count(m, scene.discs.shape[0], is_car))
     jacobian = np.zeros((values.shape[0], variable_count(m)))
     for k in range(m):
         values[k] = offsets[k]
@@ -170,10 +197,24 @@ def band_constraints(z, interval_count, scene):
         values,
         jacobian,
     )
+    if is_car:
+        _fill_turnings(
+            values.shape[0] - 2 * m,
+            speeds,
+            turn_rates,
+            length_slopes,
+            turn_slopes,
+            time_steps,
+            scene,
+            values,
+            jacobian,
+        )
     return values, jacobian
 
 
-def sparsity_pattern(interval_count: int, disc_count: int) -> list[tuple[int, int]]:
+def sparsity_pattern(
+    interval_count: int, disc_count: int, is_car: bool = False
+) -> list[tuple[int, int]]:
     """Returns the (row, column) pairs of `band_constraints` that may be non-zero."""
     m = interval_count
     pairs: list[tuple[int, int]] = []
@@ -200,4 +241,9 @@ def sparsity_pattern(interval_count: int, disc_count: int) -> list[tuple[int, in
         for disc in range(disc_count):
             row = 5 * m + 2 + (i - 1) * disc_count + disc
             pairs.extend((row, column) for column in (*pose_columns(i, m), slack_column))
+    if is_car:
+        first = row_count(m, disc_count)
+        for k in range(m):
+            for way in range(2):
+                add(first + 2 * k + way, [k], with_time=True, yaw_only=False)
     return pairs

@@ -8,11 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.controller import ControllerSetup, Decision, NoValidControl, Observation
-from drake_navbench.controllers.teb.band import Band, mean_twist, shift
+from drake_navbench.controllers.teb.band import Band, Pace, next_twist, shift
 from drake_navbench.controllers.teb.candidates import (
+    REVISIT_PERIOD_S,
     Candidate,
     gather_candidates,
     ways_past_block,
+    ways_past_narrow,
 )
 from drake_navbench.controllers.teb.feasibility import checked_pose_count, is_free
 from drake_navbench.controllers.teb.homotopy import Clusters, class_name, find_clusters
@@ -33,11 +35,14 @@ from drake_navbench.controllers.teb.planner import (
     band_limits,
     pace_of,
 )
-from drake_navbench.controllers.teb.program import BandLimits
 from drake_navbench.errors import InputError
 from drake_navbench.kernels.angles import wrap
 
 Array = NDArray[np.float64]
+
+# No base that follows its commands lags behind them by more, s.
+RESPONSE_S = 0.3
+
 Tried = tuple[Candidate, PlannedBand]
 
 
@@ -80,11 +85,17 @@ class TimedElasticBand:
         plan = cut_local_plan(observation, parameters, discs=self._discs, field=field)
         clusters = find_clusters(field, self._least_distance)
         plan, paths = self._settle_block(observation, plan, field, clusters)
+        leads_through = plan.blocked_index is None
+        explores = leads_through and self._explores(plan, memory, observation.time_s)
+        if explores:
+            paths += self._other_ways(observation, plan, field, clusters)
+            memory = memory._replace(explored_s=observation.time_s)
         limits = band_limits(parameters, observation.speed_limit)
+        twist = self._start_twist(observation, memory)
         task = Task(
             start=np.array(observation.pose, dtype=np.float64),
             goal=plan.goal(parameters.global_plan_overwrite_orientation),
-            twist=observation.twist,
+            twist=twist,
             field=field,
             passage=plan_passage(plan, field, self._discs, parameters.min_obstacle_dist),
             via_points=via_points(plan, parameters.global_plan_viapoint_sep),
@@ -97,19 +108,60 @@ class TimedElasticBand:
             start=task.start,
             goal=task.goal,
             time_s=observation.time_s,
+            leads_through=leads_through,
+            speed=float(twist[0]),
             clusters=clusters,
             pace=pace,
             parameters=parameters,
         )
-        tried, postponed = self._optimise(candidates, task, observation.time_s)
+        tried, postponed = self._optimise(candidates, task, pace, observation.time_s)
         return self._decide(
             observation,
             memory,
             tried,
             postponed=postponed,
-            limits=limits,
+            task=task,
             is_blocked=plan.is_cut_short,
         )
+
+    def _explores(self, plan: LocalPlan, memory: TebMemory, time_s: float) -> bool:
+        """Whether other classes are looked for: the plan's way is narrow, and it is time again.
+
+        A way with min_obstacle_dist on either side needs no other, as plans are the shortest ways.
+        """
+        parameters = self._parameters
+        narrowest = float(plan.clearances[: plan.goal_index + 1].min())
+        return (
+            parameters.enable_homotopy_class_planning
+            and narrowest < parameters.min_obstacle_dist
+            and time_s - memory.explored_s >= REVISIT_PERIOD_S
+        )
+
+    def _other_ways(
+        self, observation: Observation, plan: LocalPlan, field: DistanceField, clusters: Clusters
+    ) -> list[Array]:
+        parameters = self._parameters
+        return ways_past_narrow(
+            observation.pose,
+            plan,
+            field=field,
+            clusters=clusters,
+            reach_m=float(self._discs[:, 1].max()) + parameters.min_obstacle_dist,
+            longest_ratio=parameters.max_ratio_detours_duration_best_duration,
+        )
+
+    def _start_twist(self, observation: Observation, memory: TebMemory) -> Array:
+        """Returns (2,) the twist that bands start with: the last command, which the base follows.
+
+        The measured one where there is no last command, or where the base does not follow it.
+        """
+        command = memory.command
+        if command is None:
+            return np.array(observation.twist, dtype=np.float64)
+        parameters = self._parameters
+        lag = RESPONSE_S * np.array([parameters.acc_lim_x, parameters.acc_lim_theta])
+        follows = bool(np.all(np.abs(command - observation.twist) <= lag))
+        return command if follows else np.array(observation.twist, dtype=np.float64)
 
     def _settle_block(
         self, observation: Observation, plan: LocalPlan, field: DistanceField, clusters: Clusters
@@ -142,7 +194,7 @@ class TimedElasticBand:
         return plan, [plan.path]
 
     def _optimise(
-        self, candidates: list[Candidate], task: Task, time_s: float
+        self, candidates: list[Candidate], task: Task, pace: Pace, time_s: float
     ) -> tuple[list[Tried], list[Alternative]]:
         """Optimises the candidates that can pay; returns them and those to look at again later.
 
@@ -162,9 +214,13 @@ class TimedElasticBand:
                 continue
             is_first = candidate.is_cold and not np.isfinite(best)
             iterations = parameters.cold_start_iterations if is_first else warm
-            tried.append(
-                (candidate, self._planner.optimise(candidate.guess, task, iterations=iterations))
-            )
+            if candidate.is_cold:
+                planned = self._planner.optimise_cold(
+                    candidate.guess, task, pace=pace, iterations=iterations
+                )
+            else:
+                planned = self._planner.optimise(candidate.guess, task, iterations=iterations)
+            tried.append((candidate, planned))
         return tried, postponed
 
     def _cost(self, candidate: Candidate, planned: PlannedBand) -> float:
@@ -176,7 +232,8 @@ class TimedElasticBand:
             cost *= self._parameters.selection_cost_hysteresis
         elif candidate.follows_plan:
             cost *= self._parameters.selection_prefer_initial_plan
-        return cost + self._parameters.weight_slack * max(planned.solution.slack, 0.0)
+        missing = max(planned.solution.slack, 0.0) + planned.given_up_m
+        return cost + self._parameters.weight_slack * missing
 
     def _ranked(self, tried: list[Tried], memory: TebMemory, time_s: float) -> list[Tried]:
         """Returns the accepted bands, best first; soon after a switch the driven one is best."""
@@ -193,7 +250,7 @@ class TimedElasticBand:
         tried: list[Tried],
         *,
         postponed: list[Alternative],
-        limits: BandLimits,
+        task: Task,
         is_blocked: bool,
     ) -> Decision:
         scalars = self._scalars(tried, is_blocked)
@@ -211,13 +268,14 @@ class TimedElasticBand:
                 alternatives=(*others, *postponed),
                 stamp_s=observation.time_s,
                 switched_s=observation.time_s if switched else memory.switched_s,
+                explored_s=memory.explored_s,
             )
-            return self._decision(planned.band, new_memory, scalars, tried, limits)
+            return self._decision(planned.band, new_memory, scalars, tried, task)
         fallback = self._shifted(observation, memory)
         if fallback is not None:
             scalars["is_fallback"] = True
             kept = memory._replace(band=fallback, alternatives=(), stamp_s=observation.time_s)
-            return self._decision(fallback, kept, scalars, tried, limits)
+            return self._decision(fallback, kept, scalars, tried, task)
         raise NoValidControl(
             f"none of {len(tried)} bands obeys the limits and keeps the outline off obstacles"
             f" (solver: {scalars['solver_status']}, violation {scalars['violation']:.3g})",
@@ -266,19 +324,36 @@ class TimedElasticBand:
         memory: TebMemory,
         scalars: dict[str, Any],
         tried: list[Tried],
-        limits: BandLimits,
+        task: Task,
     ) -> Decision:
-        """Returns the command of a band, kept within the speed limits to the last bit."""
-        command = mean_twist(band, self._parameters.control_look_ahead_poses)
-        command[0] = np.clip(command[0], -limits.backward_speed, limits.forward_speed)
-        command[1] = np.clip(command[1], -limits.turn_rate, limits.turn_rate)
+        """Returns the twist of a band after the next control period.
+
+        Within the limits to the last bit: those of the speeds, and before them those of the change
+        from the twist that the band starts with, so that a new speed limit is braked for.
+        """
+        parameters, limits = self._parameters, task.limits
+        period = self._setup.control_period_s
+        command = next_twist(band, task.twist, period, parameters.control_look_ahead_poses)
+        fastest = np.array([limits.forward_speed, limits.turn_rate])
+        slowest = np.array([-limits.backward_speed, -limits.turn_rate])
+        change = period * np.array([limits.acceleration, limits.angular_acceleration])
+        command = np.clip(command, slowest, fastest)
+        command = np.clip(command, task.twist - change, task.twist + change)
+        if parameters.min_turning_radius > 0.0:
+            command[1] = self._steered(command)
         command.flags.writeable = False
+        memory = memory._replace(command=command)
         diagnostics = dict(
             scalars, interval_count=len(band.time_steps), band_duration_s=band.duration_s
         )
         if self._setup.wants_diagnostics:
             diagnostics.update(_arrays(band, tried))
         return Decision(command, memory, diagnostics)
+
+    def _steered(self, command: Array) -> float:
+        """Returns the turn rate of a car for a command (2,): no sharper than it can turn, rad/s."""
+        sharpest = abs(float(command[0])) / self._parameters.min_turning_radius
+        return float(np.clip(command[1], -sharpest, sharpest))
 
 
 def _arrays(band: Band, tried: list[Tried]) -> dict[str, Any]:

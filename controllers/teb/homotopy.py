@@ -53,6 +53,18 @@ class Clusters(NamedTuple):
         labelled = window[window != NO_CLUSTER]
         return int(np.bincount(labelled).argmax()) if labelled.size else None
 
+    def labels_beside(self, point: Array, field: DistanceField, reach_m: float) -> list[int]:
+        """Returns the clusters with cells within reach of a point (2,) m along both axes."""
+        rows, columns = self.labels.shape
+        column = int((point[0] - field.origin_x) / field.resolution)
+        row = int((point[1] - field.origin_y) / field.resolution)
+        reach = int(reach_m / field.resolution) + 1
+        window = self.labels[
+            max(row - reach, 0) : min(row + reach + 1, rows),
+            max(column - reach, 0) : min(column + reach + 1, columns),
+        ]
+        return [int(label) for label in np.unique(window) if label != NO_CLUSTER]
+
 
 @njit(cache=True)
 def _flood(distances, clearance):

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from drake_navbench.controller import AskedSpeeds, ControllerParameters, ControllerSetup
-from drake_navbench.controllers.teb.obstacles import footprint_discs
+from drake_navbench.controllers.teb.obstacles import footprint_discs, line_discs
+from drake_navbench.controllers.teb_footprint import FootprintModel, FootprintType
 from drake_navbench.typed_files.quantities import (
     Acceleration,
     Angle,
@@ -27,30 +28,21 @@ from drake_navbench.typed_files.quantities import (
 FEWEST_SAMPLES = 3
 
 
-class FootprintModel(ControllerParameters):
-    """The robot as the optimiser sees it; the feasibility check always uses the true outline."""
+class DiscModel(FootprintModel):
+    """The robot as discs on its axis; unless told otherwise, those of its own outline."""
 
-    type: Literal["from_footprint", "point", "circular", "two_circles"] = Field(
-        "from_footprint",
-        description="Shape; from_footprint derives the circles from the robot's outline.",
+    type: FootprintType = Field(
+        "from_footprint", description="Shape; from_footprint derives it from the robot's outline."
     )
-    radius: Length = Field(0.2, ge=0.0, description="Of circular [m].")
-    front_offset: Length = Field(0.2, description="Of two_circles, ahead of the base [m].")
-    front_radius: Length = Field(0.2, ge=0.0, description="Of two_circles [m].")
-    rear_offset: Length = Field(0.2, description="Of two_circles, behind the base [m].")
-    rear_radius: Length = Field(0.2, ge=0.0, description="Of two_circles [m].")
 
     def discs(self, setup: ControllerSetup) -> NDArray[np.float64]:
         """Returns (D, 2): offset along x and radius of the discs, m."""
-        if self.type == "point":
-            return np.array([[0.0, 0.0]])
-        if self.type == "circular":
-            return np.array([[0.0, self.radius]])
-        if self.type == "two_circles":
-            return np.array(
-                [[self.front_offset, self.front_radius], [-self.rear_offset, self.rear_radius]]
-            )
-        return footprint_discs(setup.footprint)
+        discs = self.circles()
+        if discs is not None:
+            return discs
+        if self.type == "line":
+            return line_discs(self.outline(setup.footprint))
+        return footprint_discs(self.outline(setup.footprint))
 
 
 class TebParameters(ControllerParameters):
@@ -88,13 +80,15 @@ class TebParameters(ControllerParameters):
             "max_number_plans_in_current_class",
             "max_vel_y",
             "min_resolution_collision_check_angular",
-            "min_turning_radius",
             "obstacle_association_cutoff_factor",
             "obstacle_association_force_inclusion_factor",
             "obstacle_cost_exponent",
             "obstacle_heading_threshold",
             "obstacle_keypoint_offset",
             "obstacle_poses_affected",
+            "obstacle_proximity_lower_bound",
+            "obstacle_proximity_ratio_max_vel",
+            "obstacle_proximity_upper_bound",
             "odom_topic",
             "optimization_activate",
             "optimization_verbose",
@@ -136,6 +130,7 @@ class TebParameters(ControllerParameters):
             "weight_max_vel_y",
             "weight_obstacle",
             "weight_prefer_rotdir",
+            "weight_velocity_obstacle_ratio",
             "wheelbase",
         }
     )
@@ -169,7 +164,7 @@ class TebParameters(ControllerParameters):
         -1.0, description="Check only so far from the robot; not positive: no limit [m]."
     )
     control_look_ahead_poses: Count = Field(
-        1, ge=1, description="The command is the mean twist up to this pose."
+        1, ge=1, description="The command leads up to the twist of this interval."
     )
 
     # Robot
@@ -178,8 +173,11 @@ class TebParameters(ControllerParameters):
     max_vel_theta: AngularSpeed = Field(0.3, gt=0.0, description="Turn rate [rad/s].")
     acc_lim_x: Acceleration = Field(0.5, description="Acceleration [m/s^2].")
     acc_lim_theta: AngularAcceleration = Field(0.5, description="Angular acceleration [rad/s^2].")
-    footprint_model: FootprintModel = Field(
-        default_factory=FootprintModel, description="The robot as the optimiser sees it."
+    min_turning_radius: Length = Field(
+        0.0, ge=0.0, description="Of a car; 0: the robot turns on the spot [m]."
+    )
+    footprint_model: DiscModel = Field(
+        default_factory=DiscModel, description="The robot as the optimiser sees it."
     )
 
     # Goal

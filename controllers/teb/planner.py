@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.controller import SpeedLimit
-from drake_navbench.controllers.teb.band import Band, Pace, freeze, unwrapped_goal
+from drake_navbench.controllers.teb.arcs import band_geometry
+from drake_navbench.controllers.teb.band import Band, Pace, freeze, resampled, unwrapped_goal
 from drake_navbench.controllers.teb.constraints import BandScene
 from drake_navbench.controllers.teb.layout import pack_band
 from drake_navbench.controllers.teb.local_plan import LEAST_CLEARANCE_RATIO
@@ -31,6 +32,8 @@ SHORTEST_STEP_RATIO = 0.2
 LONGEST_STEP_RATIO = 4.0
 # A band is good enough to drive while no limit is exceeded by more (m, m/s, rad/s, m/s^2, rad/s^2).
 ACCEPTED_VIOLATION = 1e-2
+# A band that is cut anew starts near its solution, and gets so many iterations at least.
+FEWEST_COLD_ITERATIONS = 20
 # Of the braking acceleration, what a stop at the goal may count on.
 BRAKING_RESERVE_RATIO = 0.9
 
@@ -52,11 +55,16 @@ class Task(NamedTuple):
 
 
 class PlannedBand(NamedTuple):
-    """An optimised band and how it came about; accepted: it obeys the limits."""
+    """An optimised band and how it came about.
+
+    accepted: it obeys the limits. given_up_m: what its narrowest place lacks of min_obstacle_dist,
+    besides the slack.
+    """
 
     band: Band
     solution: BandSolution
     accepted: bool
+    given_up_m: float = 0.0
 
 
 def band_limits(parameters: TebParameters, speed_limit: SpeedLimit | None) -> BandLimits:
@@ -86,6 +94,7 @@ def pace_of(parameters: TebParameters, limits: BandLimits) -> Pace:
         dt_hysteresis=parameters.dt_hysteresis,
         fewest=parameters.min_samples,
         most=parameters.max_samples,
+        turns_on_spot=parameters.min_turning_radius == 0.0,
     )
 
 
@@ -100,6 +109,7 @@ class BandPlanner:
         settings: SolverSettings | None = None,
     ) -> None:
         self._discs = discs
+        self._turning_radius = parameters.min_turning_radius
         self._settings = settings or SolverSettings()
         self._programs: dict[int, BandProgram] = {}
         self._weights = Weights(
@@ -113,12 +123,34 @@ class BandPlanner:
             slack=parameters.weight_slack,
         )
 
+    def optimise_cold(self, guess: Band, task: Task, *, pace: Pace, iterations: int) -> PlannedBand:
+        """Returns the band of a guess whose duration is a guess as well.
+
+        Where its time steps come out too long or too short it is cut anew and optimised once more,
+        as teb_local_planner resizes its bands between its rounds; `iterations` is for both.
+        """
+        planned = self.optimise(guess, task, iterations=iterations)
+        if not np.isfinite(planned.band.time_steps).all():
+            return planned
+        current = len(planned.band.time_steps)
+        count = pace.interval_count(planned.band.duration_s, current)
+        if count == current:
+            return planned
+        left = max(iterations - planned.solution.evaluations, FEWEST_COLD_ITERATIONS)
+        again = self.optimise(resampled(planned.band, count), task, iterations=left)
+        return again if again.accepted or not planned.accepted else planned
+
     def optimise(self, guess: Band, task: Task, *, iterations: int) -> PlannedBand:
         """Returns the band that IPOPT makes of a guess in `iterations` at most."""
         interval_count = len(guess.time_steps)
         program = self._programs.get(interval_count)
         if program is None:
-            program = BandProgram(interval_count, len(self._discs), settings=self._settings)
+            program = BandProgram(
+                interval_count,
+                len(self._discs),
+                settings=self._settings,
+                is_car=self._turning_radius > 0.0,
+            )
             self._programs[interval_count] = program
         scene = self._scene(guess, task)
         longest = max(task.limits.longest_step, 2.0 * float(guess.time_steps.max()))
@@ -137,7 +169,9 @@ class BandPlanner:
         )
         band = Band(freeze(solution.poses), freeze(solution.time_steps))
         finite = bool(np.isfinite(solution.poses).all() and np.isfinite(solution.time_steps).all())
-        return PlannedBand(band, solution, finite and solution.violation <= ACCEPTED_VIOLATION)
+        accepted = finite and solution.violation <= ACCEPTED_VIOLATION
+        least_share = float(scene.clearance_shares.min(initial=1.0))
+        return PlannedBand(band, solution, accepted, (1.0 - least_share) * limits.clearance)
 
     def _scene(self, guess: Band, task: Task) -> BandScene:
         limits = task.limits
@@ -156,6 +190,8 @@ class BandPlanner:
             clearance_shares=task.passage.shares_at(guess.poses[1:-1]),
             via_points=task.via_points,
             via_poses=_nearest_inner_poses(guess.poses, task.via_points),
+            turning_radius=self._turning_radius,
+            directions=np.where(band_geometry(guess.poses)[0] < 0.0, -1.0, 1.0),
         )
 
 

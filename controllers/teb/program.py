@@ -91,15 +91,23 @@ class SolverSettings(NamedTuple):
 
 
 class BandProgram:
-    """The program of all bands with one number of intervals and of discs."""
+    """The program of all bands with one number of intervals and of discs, of cars or others."""
 
-    def __init__(self, interval_count: int, disc_count: int, *, settings: SolverSettings) -> None:
+    def __init__(
+        self,
+        interval_count: int,
+        disc_count: int,
+        *,
+        settings: SolverSettings,
+        is_car: bool = False,
+    ) -> None:
         self._interval_count, self._disc_count = interval_count, disc_count
         self._scene: BandScene | None = None
         self._weights: Weights | None = None
         self._evaluations = 0
-        self._rows = row_slices(interval_count, disc_count)
-        size, rows = variable_count(interval_count), row_count(interval_count, disc_count)
+        self._rows = row_slices(interval_count, disc_count, is_car)
+        size = variable_count(interval_count)
+        rows = row_count(interval_count, disc_count, is_car)
         self._program = MathematicalProgram()
         self._variables = self._program.NewContinuousVariables(size, "z")
         self._bounds = self._program.AddBoundingBoxConstraint(-1.0, 1.0, self._variables)
@@ -112,7 +120,7 @@ class BandProgram:
             "band",
         )
         self._constraint.evaluator().SetGradientSparsityPattern(
-            sparsity_pattern(interval_count, disc_count)
+            sparsity_pattern(interval_count, disc_count, is_car)
         )
         self._solver = IpoptSolver()
         self._options = ipopt_options(settings)
@@ -160,6 +168,7 @@ class BandProgram:
         upper[self._rows["speed"]] = limits.forward_speed
         lower[self._rows["clearance"]] = limits.clearance * np.repeat(shares, self._disc_count)
         upper[self._rows["clearance"]] = np.inf
+        upper[self._rows["turning"]] = np.inf
         if not limits.stops_at_goal:
             for name in ("acceleration", "angular_acceleration"):
                 last = self._rows[name].stop - 1

@@ -8,13 +8,14 @@ from collections.abc import Sequence
 
 from drake_navbench.campaign.request import Request
 from drake_navbench.errors import InputError, printable
+from drake_navbench.inputs.controller_file import names_file
 from drake_navbench.inputs.nav2_check import WIDTH
 from drake_navbench.inputs.nav2_robot import Nav2Setup
 from drake_navbench.inputs.nav2_substitutions import read_assignments
 from drake_navbench.inputs.presets import preset_files
 from drake_navbench.inputs.scenario import SCENARIO_FILES
 from drake_navbench.inputs.task_check import warn_of_rotation
-from drake_navbench.trial.trial import make_controller
+from drake_navbench.trial.column_controller import check_controller
 from drake_navbench.typed_files.typed_yaml import validate
 
 
@@ -57,7 +58,8 @@ def _require_no_controllers_among(scenarios: Sequence[str], controllers: str) ->
     strays = [
         name
         for name in scenarios
-        if name.partition(":")[0] in presets and name not in SCENARIO_FILES.names
+        if names_file(name)
+        or (name.partition(":")[0] in presets and name not in SCENARIO_FILES.names)
     ]
     if strays:
         names = [controllers.strip(","), *strays]
@@ -121,7 +123,7 @@ def print_check(arguments: argparse.Namespace) -> None:
     assert setup is not None
     for preset in setup.presets:
         # Some parameters are wrong only for this robot.
-        make_controller(preset, preset.robot(setup.robot))
+        check_controller(preset, setup.robot)
         warn_of_rotation(preset, setup.robot)
     columns = ", ".join(preset.name for preset in setup.presets) or "none"
     print(printable(f"Columns: {columns}"))

@@ -295,6 +295,9 @@ def _manifest(campaign: Campaign, inputs: dict[str, str]) -> dict[str, Any]:
         "scenarios": campaign.scenarios,
         "suites": campaign.suites,
         "controllers": campaign.columns,
+        "controller_files": {
+            preset.name: preset.file_hashes for preset in campaign.presets if preset.file_hashes
+        },
         "sweep": campaign.sweep,
         "inputs": _hashes(inputs),
         "identity": campaign.identity,
@@ -310,7 +313,7 @@ def _manifest(campaign: Campaign, inputs: dict[str, str]) -> dict[str, Any]:
 def _inputs(campaign: Campaign) -> dict[str, str]:
     """Returns every resolved input file of a campaign: name in inputs/ -> text.
 
-    Of maps and masks there are hashes only.
+    Of maps and masks, and of files that controllers consist of or read, there are hashes only.
     """
     texts = {}
     for spec in {spec.scenario.name: spec for spec in campaign.specs}.values():
@@ -321,6 +324,8 @@ def _inputs(campaign: Campaign) -> dict[str, str]:
         texts[f"robots/{name}.yaml"] = _dump(spec.robot.model_dump(mode="json"))
     for preset in campaign.presets:
         texts[f"controllers/{file_name(preset.name)}.yaml"] = as_yaml(preset)
+        if hashes := preset.file_hashes:
+            texts[f"controllers/{file_name(preset.name)}.files.yaml"] = _dump(hashes)
     if campaign.nav2 is not None:
         texts["nav2_robot.yaml"] = campaign.nav2.robot_file()
         texts["nav2_check.txt"] = campaign.nav2.check.as_text() + "\n"

@@ -17,10 +17,11 @@ from drake_navbench.inputs.presets import Preset, default_presets, load_preset
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, Scenario, load_scenario
 from drake_navbench.inputs.task_check import check_task, warn_of_rotation
+from drake_navbench.trial.column_controller import check_controller
 from drake_navbench.trial.plugin_check import check_plugins
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.task_cost import check_cost
-from drake_navbench.trial.trial import DEFAULT_ROBOT, make_controller
+from drake_navbench.trial.trial import DEFAULT_ROBOT
 
 DEFAULT_TRIALS = 4
 
@@ -125,7 +126,7 @@ def plan_campaign(
         fitted = [preset.for_robot(loaded_robot) for preset, _, _ in entry.columns]
         for preset in fitted:
             # Some parameters are wrong only for this robot or its control period.
-            make_controller(preset, preset.robot(loaded_robot))
+            check_controller(preset, loaded_robot)
             warn_of_rotation(preset, loaded_robot)
         for trial in range(trials):
             for preset in fitted:

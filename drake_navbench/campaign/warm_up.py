@@ -12,7 +12,9 @@ if TYPE_CHECKING:
 
 # Imported by the server from which the workers are forked; see that module.
 PRELOAD_MODULE = "drake_navbench.campaign.worker_preload"
-# Together they plan with a smoother and with filters, and recover.
+# One for each built-in controller that no default column drives.
+WARM_UP_PRESETS = ("graceful", "rotation_shim", "vector_pursuit")
+# Together they plan with a smoother and with filters, recover, and begin with a turn.
 WARM_UP_SCENARIOS = ("one_obstacle", "speed_zone", "dead_end")
 WARM_UP_S = 0.1
 
@@ -29,11 +31,11 @@ def kernels_are_cold() -> bool:
 
 
 def warm_up() -> None:
-    """Drives every default controller for a moment, so that all kernels are compiled."""
+    """Drives every built-in controller for a moment, so that all kernels are compiled."""
     from drake_navbench.inputs.presets import default_presets
     from drake_navbench.trial.trial import simulate
 
-    for preset in default_presets():
+    for preset in (*default_presets(), *WARM_UP_PRESETS):
         for spec in warm_up_specs(preset):
             simulate(spec)
 

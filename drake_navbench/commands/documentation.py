@@ -21,6 +21,7 @@ import numpy as np
 
 from drake_navbench.analysis.catalogue import catalogue
 from drake_navbench.commands.field_table import robots_page
+from drake_navbench.commands.plugin_page import DATA_FILE, plugin_page, read_plugins
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import PresetFile, default_presets, load_preset, preset_files
 from drake_navbench.inputs.robot import Robot, load_robot
@@ -29,9 +30,10 @@ from drake_navbench.inputs.world import World
 from drake_navbench.log import COLUMNS, LATERAL_COLUMNS, SCHEMA_VERSION
 from drake_navbench.logged_costmaps import COSTMAP_COLUMNS
 from drake_navbench.plans import PLAN_COLUMNS
+from drake_navbench.trial.column_controller import controller_setup
 from drake_navbench.trial.diagram import build_trial_diagram
 from drake_navbench.trial.spec import FollowPlan
-from drake_navbench.trial.trial import DEFAULT_ROBOT, controller_setup
+from drake_navbench.trial.trial import DEFAULT_ROBOT
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 EXIT_DONE = 0
@@ -67,6 +69,9 @@ def documents(folder: Path) -> Iterator[tuple[str, str]]:
     yield "log_format.md", log_format()
     yield "metrics.md", catalogue()
     yield "robots.md", robots_page()
+    data = folder / DATA_FILE
+    if data.is_file():
+        yield "plugins_of_nav2.md", plugin_page(read_plugins(data))
     page = folder / "controllers.md"
     if page.is_file():
         yield page.name, _with_presets(page)

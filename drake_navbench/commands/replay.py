@@ -24,7 +24,12 @@ def build_parser() -> argparse.ArgumentParser:
         epilog="exit status: 0 done, 2 wrong input",
     )
     add = parser.add_argument
-    add("log", type=Path, metavar="LOG", help="a trial's log, trials/*/*/trial_*.parquet")
+    add(
+        "log",
+        type=Path,
+        metavar="LOG|DIR",
+        help="a trial's log, trials/*/*/trial_*.parquet, or a results folder: its worst trial",
+    )
     add(
         "--out",
         type=Path,
@@ -44,13 +49,20 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Runs the command; returns the exit status."""
     arguments = build_parser().parse_args(argv)
     try:
-        path = arguments.out or arguments.log.with_suffix(".html")
-        _render(arguments.log, path, arguments.model)
+        log = _worst_of(arguments.log) if arguments.log.is_dir() else arguments.log
+        path = arguments.out or log.with_suffix(".html")
+        _render(log, path, arguments.model)
     except InputError as error:
         print(f"error: {error}", file=sys.stderr)
         return EXIT_WRONG_INPUT
     print(path)
     return EXIT_DONE
+
+
+def _worst_of(folder: Path) -> Path:
+    from drake_navbench.analysis.worst_trial import worst_trial
+
+    return worst_trial(folder)
 
 
 def _render(log_path: Path, path: Path, model: Path | None) -> None:

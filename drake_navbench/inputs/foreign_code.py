@@ -1,4 +1,4 @@
-"""Which trials run code that is not ours: plugins, found by entry point like our own."""
+"""Which trials run code that is not ours: plugins, by entry point like our own, or in files."""
 
 from __future__ import annotations
 
@@ -30,6 +30,9 @@ KINDS = (
 )
 # What no parameter of a column names: the above, and what runs after all trials.
 NAMED_ELSEWHERE = {*(kind.group for kind in KINDS), "drake_navbench.metrics"}
+
+# Of a file's digest, which stands for the version that it does not have.
+DIGEST_LENGTH = 12
 
 
 def runs_foreign_code(preset: Preset) -> bool:
@@ -77,7 +80,10 @@ def _origins_of_column(preset: Preset) -> dict[str, Origin]:
         for group, name, origin in foreign_plugins()
         if group not in NAMED_ELSEWHERE
     }
+    file = preset.file
     origin = CONTROLLERS.origin(preset.controller)
+    if file is not None:
+        origin = Origin(file.path.name, file.sha256[:DIGEST_LENGTH])
     origins = {} if origin is None else {f"{CONTROLLERS.noun} {preset.controller}": origin}
     if not foreign:
         return origins

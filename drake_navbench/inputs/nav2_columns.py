@@ -32,7 +32,8 @@ OF_EARLIER_RELEASES = frozenset(
         "use_interpolation",
     }
 )
-ROTATION_SHIM = "nav2_rotation_shim_controller::RotationShimController"
+# The block that a rotation shim keeps its primary controller's parameters in, since Lyrical.
+PRIMARY = "primary_controller."
 
 
 def read_columns(server: Node, release: str) -> tuple[list[Preset], list[CheckRow]]:
@@ -73,38 +74,27 @@ def _require_values(server: Node) -> None:
 
 def _column(server: Node, plugin: str, release: str, rows: list[CheckRow]) -> Preset:
     plugin_type = plugin_type_of(server, plugin)
-    if plugin_type != ROTATION_SHIM:
-        return plugin_preset(server, plugin, plugin_type, release)
-    primary = server.get(f"{plugin}.primary_controller")
-    preset = plugin_preset(server, plugin, str(primary), release)
-    remark = f"{plugin_type}: its primary controller alone stands in"
-    rows.append(_row(Status.STAND_IN, server, f"{plugin}.plugin", remark))
-    return preset
+    return plugin_preset(server, plugin, plugin_type, release)
 
 
 def _rows(server: Node, plugin: str, preset: Preset, told: Collection[str]) -> list[CheckRow]:
     model = preset.controller_class.Parameters
-    is_shim = plugin_type_of(server, plugin) == ROTATION_SHIM
     names = {*model.model_fields, *(name for name, _ in flattened(preset.values))}
     rows = []
     for name in server.below(plugin):
         if name in told:
             continue
         full = f"{plugin}.{name}"
-        if name == "plugin":
-            if not is_shim:
-                rows.append(_row(Status.USED, server, full))
-        elif name not in preset.ignored or (is_shim and name == "primary_controller"):
+        bare = name.removeprefix(PRIMARY)
+        if name == "plugin" or name not in preset.ignored:
             rows.append(_row(Status.USED, server, full))
-        elif model.is_without_effect(name) or name == "transform_tolerance":
+        elif model.is_without_effect(name, preset.values) or bare == "transform_tolerance":
             rows.append(_row(Status.NO_MEANING, server, full))
-        elif name in OF_EARLIER_RELEASES:
+        elif bare in OF_EARLIER_RELEASES:
             remark = "of earlier releases; the controller drives as in Lyrical"
             rows.append(_row(Status.OTHER_FORM, server, full, remark))
-        elif is_shim:
-            rows.append(_row(Status.STAND_IN, server, full, "left out with the rotation shim"))
         else:
-            what = "unknown, or its block is not asked for" if "." in name else "unknown"
+            what = "unknown, or its block is not asked for" if "." in bare else "unknown"
             remark = f"{what}{similar_name_hint(name, names)}"
             rows.append(_row(Status.UNREAD, server, full, remark))
     return rows

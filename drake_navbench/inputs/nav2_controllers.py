@@ -13,7 +13,7 @@ from typing import Any
 from drake_navbench.controller import ControllerParameters
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.inputs.nav2_parameters import Node, Section, nodes_called
-from drake_navbench.inputs.parameter_names import flattened, nested
+from drake_navbench.inputs.parameter_names import SEPARATOR, flattened, nested
 from drake_navbench.inputs.presets import Preset, installed_controllers
 from drake_navbench.typed_files.typed_yaml import unknown_fields
 
@@ -85,15 +85,16 @@ def plugin_preset(
     controller, model = _counterpart(plugin_type, server.where(f"{plugin}.plugin"))
     given = server.below(plugin)
     given.pop("plugin", None)
-    path_handler = {}
-    if PATH_HANDLERS not in server.parameters:
-        path_handler = {n: v for n, v in given.items() if n in model.PATH_HANDLER_NAMES}
-    offered = {name: value for name, value in given.items() if name not in path_handler}
+    for name in model.PLUGIN_NAMES:
+        if isinstance(given.get(name), str):
+            _counterpart(given[name], server.where(f"{plugin}.{name}"))
+    fields = {} if PATH_HANDLERS in server.parameters else model.path_handler_fields(given)
+    offered = {name: value for name, value in given.items() if name not in fields}
     source = server.where(plugin)
     used = _known_values(model, offered, source)
     if release is not None and takes_release(model):
         used = {RELEASE: release} | used
-    known = {*path_handler, *(name for name, _ in flattened(used))}
+    known = {*fields, *(name for name, _ in flattened(used))}
     namespace = server.name.removesuffix(SERVER).strip("/")
     return Preset(
         "/".join(filter(None, (server.file.stem, namespace, plugin))),
@@ -101,8 +102,8 @@ def plugin_preset(
         f"{plugin_type} from {server.file.name}",
         used,
         source,
-        ignored=tuple(n for n in given if n not in known or model.is_without_effect(n)),
-        path_handler=path_handler,
+        ignored=tuple(n for n in given if n not in known or model.is_without_effect(n, given)),
+        path_handler={field: given[name] for name, field in fields.items()},
     ).checked()
 
 
@@ -139,8 +140,8 @@ def _known_values(
 ) -> dict[str, Any]:
     """Returns, nested, the values that the model has fields for and Nav2 would read."""
     known = nested(values.items(), source)
-    for key in model.keys_not_read(known):
-        del known[key]
+    for name in model.keys_not_read(known):
+        _remove(known, tuple(name.split(SEPARATOR)))
     # A model may notice an unknown name only once others are gone.
     while any([_remove(known, place) for place in unknown_fields(model, known)]):
         pass

@@ -41,6 +41,7 @@ SINCE: Mapping[str, Release] = {
     "enable_stamped_cmd_vel": Release.JAZZY,
     "near_collision_cost": Release.JAZZY,
     "override_lethal_cost": Release.JAZZY,
+    "rotate_to_heading_once": Release.JAZZY,
     "error_code_name_prefixes": Release.KILTED,
     "service_introspection_mode": Release.KILTED,
     "allow_parameter_qos_overrides": Release.LYRICAL,
@@ -94,6 +95,16 @@ OF_CONTROLLERS: Mapping[str, tuple[Difference, ...]] = {
             "the carrot lies at a straight distance, and its own distance begins the last turn",
         ),
         Difference(Release.HUMBLE, "nothing is extrapolated beyond the end of the plan"),
+    ),
+    "graceful": (
+        Difference(
+            Release.KILTED,
+            "the controller cuts the plan itself, drives to its poses beyond min_lookahead, brakes "
+            "without a limit and does not look for a heading before the goal",
+        ),
+    ),
+    "vector_pursuit": (
+        Difference(Release.KILTED, "the controller cuts the plan itself, at a circle"),
     ),
     "mppi": (
         Difference(Release.KILTED, "the controller cuts the plan itself"),

@@ -7,7 +7,7 @@ a parameter that is missing there has Nav2's default, not the base robot's value
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -15,7 +15,7 @@ from typing import Any
 
 import yaml
 
-from drake_navbench.controller import AskedSpeeds
+from drake_navbench.controller import CONTROLLERS, AskedSpeeds
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.drive import (
     AckermannDrive,
@@ -163,8 +163,11 @@ class _Files:
         robot = robot.model_copy(update={"directory": self._base.directory})
         return Nav2Setup(presets, robot, Check(tuple(self._rows.values())))
 
-    def _note_release(self, presets: Iterable[Preset]) -> None:
+    def _note_release(self, presets: Collection[Preset]) -> None:
         classes = {preset.controller: preset.controller_class for preset in presets}
+        for preset in presets:
+            inner = preset.parameters.inner_controllers()
+            classes |= {name: CONTROLLERS.load(name) for name in inner}
 
         def follows(controller: str) -> bool:
             return takes_release(classes[controller].Parameters)

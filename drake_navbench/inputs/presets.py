@@ -13,19 +13,30 @@ from pydantic import Field
 
 from drake_navbench.controller import CONTROLLERS, Controller, ControllerParameters
 from drake_navbench.errors import InputError, nearest_name_hint
+from drake_navbench.inputs.controller_file import (
+    ControllerFile,
+    find_controller_file,
+    names_file,
+    split_reference,
+)
 from drake_navbench.inputs.file_kinds import PRESET, require_kind
 from drake_navbench.inputs.parameter_names import flattened, nested
 from drake_navbench.inputs.robot import Robot, merged
+from drake_navbench.typed_files.input_file import file_digest
 from drake_navbench.typed_files.typed_yaml import FrozenModel, parse_yaml, read_yaml, validate
 
 # The columns of the default benchmark; the others run when named.
-DEFAULT_PRESETS = ("dwb", "rpp", "teb", "mppi", "mppi_nav2")
+DEFAULT_PRESETS = ("dwb", "rpp", "teb", "teb_upstream", "mppi", "mppi_nav2")
+# Of a file that a controller reads or runs.
+MAX_READ_BYTES = 2**30
 
 
 class PresetFile(FrozenModel):
     """The contents of a preset file."""
 
-    controller: str = Field(description="Name of a registered controller.")
+    controller: str = Field(
+        description="Name of a registered controller, or file.py:Class, relative to this file."
+    )
     description: str = Field(min_length=1, description="One line for --list.")
     parameters: dict[str, Any] = Field(
         default_factory=dict, description="Parameters that differ from the controller's defaults."
@@ -52,6 +63,7 @@ class Preset:
     drops it or, in a Nav2 file, does not know it.
     values_for_radius: in place of `values` for a robot given by a radius; None where they serve it.
     path_handler: fields that replace those of the robot's path handler.
+    file: where the controller's class is, where it is in a file of its own.
     """
 
     name: str
@@ -62,17 +74,34 @@ class Preset:
     ignored: tuple[str, ...] = ()
     values_for_radius: Mapping[str, Any] | None = None
     path_handler: Mapping[str, Any] = field(default_factory=dict)
+    file: ControllerFile | None = None
 
     @property
     def controller_class(self) -> type[Controller]:
         """The plugin class."""
-        return CONTROLLERS.load(self.controller)
+        return CONTROLLERS.load(self.controller) if self.file is None else self.file.load()
 
     @property
     def parameters(self) -> ControllerParameters:
         """The typed parameters; raises InputError where a value is wrong."""
         values = nested(flattened(self.values), self.source)
         return validate(self.controller_class.Parameters, values, self.source)
+
+    @property
+    def file_hashes(self) -> dict[str, str]:
+        """The SHA-256 of the controller's own file and of those it reads, by name.
+
+        Raises InputError where one cannot be read.
+        """
+        own = {} if self.file is None else {self.file.path.name: self.file.sha256}
+        try:
+            read = {
+                name: file_digest(path, max_bytes=MAX_READ_BYTES)
+                for name, path in self.parameters.files_read().items()
+            }
+        except InputError as error:
+            raise InputError(f"{self.source}: {error}") from error
+        return own | read
 
     def for_robot(self, robot: Robot) -> Preset:
         """Returns the column with the parameters that it has for a robot."""
@@ -99,25 +128,39 @@ class Preset:
 
 
 def _preset_of(
-    content: PresetFile, name: str, source: str, assigned: Mapping[str, Any] | None = None
+    content: PresetFile,
+    name: str,
+    source: str,
+    assigned: Mapping[str, Any] | None = None,
+    *,
+    folder: Path = Path(),
 ) -> Preset:
-    """Returns the preset of a file's content; assigned: parameters laid over all of its own."""
+    """Returns the preset of a file's content.
+
+    assigned: parameters laid over all of its own. folder: where a controller's file is looked for.
+    """
     assigned = assigned or {}
     own = nested(flattened(content.parameters), source)
     values, for_radius = merged(own, assigned), None
     if content.parameters_for_radius:
         instead = nested(flattened(content.parameters_for_radius), source)
         for_radius = merged(merged(own, instead), assigned)
-    model = CONTROLLERS.load(content.controller).Parameters
+    file = None
+    if names_file(content.controller):
+        file = find_controller_file(content.controller, folder)
+    model = (CONTROLLERS.load(content.controller) if file is None else file.load()).Parameters
     return Preset(
         name,
         content.controller,
         content.description,
         values,
         source,
-        ignored=tuple(name for name, _ in flattened(values) if model.is_without_effect(name)),
+        ignored=tuple(
+            name for name, _ in flattened(values) if model.is_without_effect(name, values)
+        ),
         values_for_radius=for_radius,
         path_handler=content.path_handler,
+        file=file,
     ).checked()
 
 
@@ -126,7 +169,7 @@ def load_preset_file(path: Path) -> Preset:
     data = read_yaml(path)
     require_kind(data, PRESET, path)
     content = validate(PresetFile, data, str(path))
-    return _preset_of(content, path.stem, str(path))
+    return _preset_of(content, path.stem, str(path), folder=path.parent)
 
 
 @cache
@@ -153,18 +196,34 @@ def preset_files() -> dict[str, Path]:
 def load_preset(text: str) -> Preset:
     """Returns the preset for `name` or for a variant `name:param=value[:param=value...]`.
 
+    A controller without a preset of its name goes by its own, with its defaults. In place of a name
+    stands `path/to/file.py:Class` for a controller that is in no package.
     Raises InputError where the name or a parameter is not known, or a value is wrong.
     """
-    name, *assignments = text.split(":")
-    files = preset_files()
-    if name not in files:
-        raise InputError(f"controller {name!r} is not known{nearest_name_hint(name, files)}")
-    content = validate(PresetFile, read_yaml(files[name]), str(files[name]))
-    source = f"controller {text}" if assignments else str(files[name])
+    if names_file(text):
+        name, assignments = split_reference(text)
+        content = PresetFile(controller=name, description=f"the controller in {name}")
+        source = f"controller {text}"
+    else:
+        name, *assignments = text.split(":")
+        content, source = _named_content(name)
+        if assignments:
+            source = f"controller {text}"
     assigned: Mapping[str, Any] = {}
     for assignment in assignments:
         assigned = merged(assigned, _parse_assignment(assignment, text))
     return _preset_of(content, text, source, assigned)
+
+
+def _named_content(name: str) -> tuple[PresetFile, str]:
+    """Returns what a name stands for, and where from: a preset, or a controller without one."""
+    files = preset_files()
+    if name in files:
+        return validate(PresetFile, read_yaml(files[name]), str(files[name])), str(files[name])
+    if name in CONTROLLERS:
+        return PresetFile(controller=name, description=f"{name} as it is"), f"controller {name}"
+    hint = nearest_name_hint(name, [*files, *CONTROLLERS.names])
+    raise InputError(f"controller {name!r} is not known{hint}")
 
 
 def _parse_assignment(assignment: str, text: str) -> dict[str, Any]:

@@ -22,6 +22,7 @@ MCAP_MAGIC = b"\x89MCAP0\r\n"
 RECORD_HEADER = struct.Struct("<BQ")
 # What ends the data of an MCAP file: DataEnd without a checksum, Footer without a summary.
 MCAP_END = RECORD_HEADER.pack(0x0F, 4) + bytes(4) + RECORD_HEADER.pack(0x02, 20) + bytes(20)
+LFS_POINTER = b"version https://git-lfs"
 DATA_END, FOOTER = 0x0F, 0x02
 COPIED_BYTES = 1 << 20
 STORAGES = (".mcap", ".db3", ".bag")
@@ -163,6 +164,7 @@ def _open_readers(path: Path, stack: ExitStack, losses: list[str]) -> list[Any]:
         )
     readers = []
     for file in files:
+        _require_content(file)
         whole = file
         if _is_cut(file):
             folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
@@ -171,6 +173,13 @@ def _open_readers(path: Path, stack: ExitStack, losses: list[str]) -> list[Any]:
         kind = Ros1Reader if file.suffix == ".bag" else Reader
         readers.append(stack.enter_context(kind(whole)))
     return readers
+
+
+def _require_content(path: Path) -> None:
+    """Raises InputError where a file only points to one, as a clone without Git LFS has it."""
+    with path.open("rb") as file:
+        if file.read(len(LFS_POINTER)) == LFS_POINTER:
+            raise InputError(f"{path}: a pointer of Git LFS, not the recording; run git lfs pull")
 
 
 def _is_cut(path: Path) -> bool:

@@ -265,6 +265,7 @@ class ControllerServer(LeafSystem):
             speed_limit=speed_limit,
             noise_key=noise_key,
             cancel_requested=plan.cancel_requested,
+            global_plan=plan.poses,
         )
         server = server._replace(
             path=path, goal_check=goal_result.state, progress_check=progress.state

@@ -101,7 +101,7 @@ def build_trial_diagram(
     scene_graph = builder.AddNamedSystem("scene_graph", SceneGraph())
     register_obstacles(scene_graph, world)
 
-    base = _add_base(builder, robot, scene_graph)
+    base = add_base(builder, robot, scene_graph)
     state = base.get_state_output_port()
 
     lidar = builder.AddNamedSystem("lidar", Lidar(robot.lidar, world))
@@ -170,7 +170,7 @@ def build_trial_diagram(
     )
 
 
-def _add_base(builder: DiagramBuilder, robot: Robot, scene_graph: SceneGraph) -> MobileBase:
+def add_base(builder: DiagramBuilder, robot: Robot, scene_graph: SceneGraph) -> MobileBase:
     """Adds the robot's base and carries its outline along in SceneGraph."""
     base = builder.AddNamedSystem("base", make_base(robot, scene_graph))
     builder.Connect(

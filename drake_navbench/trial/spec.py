@@ -44,7 +44,9 @@ class TrialSpec:
         everything = {
             "drake_navbench": __version__,
             "scenario": self.scenario.model_dump(mode="json"),
-            "files": sorted(self.scenario.file_hashes.values()),
+            "files": sorted(
+                [*self.scenario.file_hashes.values(), *self.preset.file_hashes.values()]
+            ),
             "robot": self.preset.robot(self.robot).model_dump(mode="json"),
             "controller": self.preset.controller,
             "parameters": self.preset.parameters.model_dump(mode="json"),

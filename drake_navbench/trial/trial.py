@@ -20,10 +20,9 @@ from pydrake.systems.analysis import (
 )
 from pydrake.systems.framework import Context, EventStatus
 
-from drake_navbench.controller import Controller, ControllerSetup
+from drake_navbench.controller import Controller
 from drake_navbench.costmaps.map_file import OccupancyMap
-from drake_navbench.errors import InputError, NavbenchError, as_line, is_machine_fault, one_line
-from drake_navbench.inputs.foreign_code import runs_foreign_code
+from drake_navbench.errors import NavbenchError, as_line, is_machine_fault, one_line
 from drake_navbench.inputs.presets import Preset, load_preset
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario, load_scenario
@@ -38,6 +37,7 @@ from drake_navbench.processes.workers import Died, Failure, Task, TimedOut, run_
 from drake_navbench.systems.lifetime import release
 from drake_navbench.systems.recorder import RECORDED_COLUMNS, Recording
 from drake_navbench.systems.tree_navigator import TreeNavigator
+from drake_navbench.trial.column_controller import built_controller
 from drake_navbench.trial.contact_watch import Contact, ContactWatch
 from drake_navbench.trial.diagram import TrialDiagram, build_trial_diagram
 from drake_navbench.trial.planning import global_layers, known_map, make_plan
@@ -78,11 +78,11 @@ def run_trial(
 ) -> TrialLog:
     """Runs one trial and returns its log.
 
-    scenario, controller, robot: names of built-in ones, paths of files (not for `controller`, which
-    may be a variant such as 'rpp:lookahead_dist=0.9'), or loaded objects. A loaded robot is taken
-    as it is: the scenario's robot_overrides do not change it. Raises InputError where one of them
-    is wrong; a controller that breaks is an outcome, not an exception. One that is not ours runs in
-    a process of its own, which it may end or hang without harm.
+    scenario, controller, robot: names of built-in ones, paths of files (for `controller`, which may
+    be a variant such as 'rpp:lookahead_dist=0.9', or 'file.py:Class'), or loaded objects. A loaded
+    robot is taken as it is: the scenario's robot_overrides do not change it. Raises InputError
+    where one of them is wrong; a controller that breaks is an outcome, not an exception. One that
+    is not ours runs in a process of its own, which it may end or hang without harm.
     """
     scenario = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
     preset = controller if isinstance(controller, Preset) else load_preset(controller)
@@ -158,7 +158,18 @@ def _simulate(
     realtime_rate: float = 0.0,
 ) -> TrialLog:
     spec = replace(spec, robot=spec.preset.robot(spec.robot))
-    controller = make_controller(spec.preset, spec.robot, wants_diagnostics=spec.wants_diagnostics)
+    wants_diagnostics = spec.wants_diagnostics
+    with built_controller(spec.preset, spec.robot, wants_diagnostics=wants_diagnostics) as built:
+        return _simulate_with(built, spec, watch=watch, realtime_rate=realtime_rate)
+
+
+def _simulate_with(
+    controller: Controller,
+    spec: TrialSpec,
+    *,
+    watch: Callable[[Moment], None] | None,
+    realtime_rate: float,
+) -> TrialLog:
     trial = build_trial_diagram(
         spec.robot,
         spec.scenario.true_world,
@@ -216,44 +227,6 @@ def _static_map(spec: TrialSpec) -> OccupancyMap | None:
     """Returns what a static layer of the local costmap shows, where there is one."""
     settings = spec.robot.navigation.local_costmap
     return known_map(spec.scenario, spec.robot) if settings.is_active("static_layer") else None
-
-
-def make_controller(preset: Preset, robot: Robot, *, wants_diagnostics: bool = False) -> Controller:
-    """Returns a column's controller; raises InputError where it cannot be built for the robot."""
-    setup = controller_setup(robot, wants_diagnostics)
-    try:
-        return preset.controller_class(preset.parameters, setup)
-    except InputError as error:
-        raise InputError(f"{preset.source}: {error}") from error
-    except BaseException as error:
-        # A plugin may break in any way; Drake reports a failed C++ check as SystemExit.
-        is_interrupt = isinstance(error, KeyboardInterrupt) and not runs_foreign_code(preset)
-        if is_interrupt or is_machine_fault(error):
-            raise
-        raise InputError(f"{preset.source}: {one_line(error)}") from error
-
-
-def controller_setup(robot: Robot, wants_diagnostics: bool = False) -> ControllerSetup:
-    """Returns what a controller learns about the robot and its costmap when it is built."""
-    inscribed, circumscribed = robot.radii
-    costmap = robot.navigation.local_costmap
-    return ControllerSetup(
-        control_period_s=1.0 / robot.navigation.controller_server.controller_frequency,
-        footprint=np.ascontiguousarray(robot.padded_outline),
-        inscribed_radius_m=inscribed,
-        circumscribed_radius_m=circumscribed,
-        footprint_is_circle=robot.is_circle,
-        max_linear_velocity_mps=robot.drive.max_linear_velocity_mps,
-        max_angular_velocity_radps=robot.drive.max_angular_velocity_radps,
-        max_lateral_velocity_mps=robot.drive.lateral_speed_mps,
-        min_turning_radius_m=robot.drive.turning_radius_m,
-        costmap_resolution_m=costmap.resolution,
-        costmap_size_m=float(max(costmap.width, costmap.height)),
-        inflation_radius_m=costmap.inflation_layer.inflation_radius,
-        inflation_cost_scaling_factor=costmap.inflation_layer.cost_scaling_factor,
-        tracks_unknown_space=costmap.track_unknown_space,
-        wants_diagnostics=wants_diagnostics,
-    )
 
 
 def _end_of_trial(
@@ -367,6 +340,7 @@ def _info(spec: TrialSpec, outcome: Outcome, status: TaskStatus) -> dict[str, An
         "controller": spec.preset.name,
         "controller_plugin": spec.preset.controller,
         "parameters": spec.preset.parameters.model_dump(mode="json"),
+        **_controller_files(spec.preset),
         "identity": spec.identity,
         "seed": spec.seed,
         "trial": spec.trial,
@@ -380,6 +354,12 @@ def _info(spec: TrialSpec, outcome: Outcome, status: TaskStatus) -> dict[str, An
         "start_time_s": min(CONTROLLER_OFFSET_S, status.time_s),
         "end_time_s": status.time_s,
     }
+
+
+def _controller_files(preset: Preset) -> dict[str, Any]:
+    """Returns the digests of the files that a controller consists of or reads, where it has any."""
+    hashes = preset.file_hashes
+    return {"controller_files": hashes} if hashes else {}
 
 
 def _samples(recording: Recording, robot: Robot) -> pd.DataFrame:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import stat
+from functools import lru_cache
+from hashlib import sha256
 from pathlib import Path
 
 from drake_navbench.errors import InputError
@@ -38,3 +40,17 @@ def read_input_text(path: Path, *, max_bytes: int) -> str:
         return read_input(path, max_bytes=max_bytes).decode()
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: cannot be read: not UTF-8 text") from error
+
+
+def file_digest(path: Path, *, max_bytes: int) -> str:
+    """Returns the SHA-256 of such a file, read again only where it has changed."""
+    try:
+        status = path.stat()
+    except (OSError, ValueError):
+        return sha256(read_input(path, max_bytes=max_bytes)).hexdigest()
+    return _digest(path, max_bytes, status.st_size, status.st_mtime_ns, status.st_ino)
+
+
+@lru_cache
+def _digest(path: Path, max_bytes: int, *state: int) -> str:
+    return sha256(read_input(path, max_bytes=max_bytes)).hexdigest()

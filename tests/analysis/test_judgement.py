@@ -53,7 +53,11 @@ def test_the_published_numbers_satisfy_every_finding():
 
 def test_a_clear_difference_holds_with_its_size_beside_the_published_one():
     table = times(
-        dwb=[15.0, 15.2], rpp=[14.0, 14.2], teb=[14.54, 14.76], mppi_nav2=[16.0, 16.2], mppi=[1, 1]
+        dwb=[15.0, 15.2],
+        rpp=[14.0, 14.2],
+        teb_upstream=[14.54, 14.76],
+        mppi_nav2=[16.0, 16.2],
+        mppi=[1, 1],
     )
     found = judge(finding(RPP_IS_FASTEST), table)
     assert found.verdict is Verdict.HOLDS
@@ -72,7 +76,7 @@ def test_the_interval_is_students_over_pairs():
     # Differences 1.0, 1.2, 1.4, 1.2: mean 1.2, sd 0.16330, t(0.975, 3) = 3.18245.
     table = times(
         rpp=[10.0, 11.0, 12.0, 13.0],
-        teb=[11.0, 12.2, 13.4, 14.2],
+        teb_upstream=[11.0, 12.2, 13.4, 14.2],
         dwb=[20.0, 21.0, 22.0, 23.1],
         mppi_nav2=[30.0, 31.0, 32.0, 33.1],
     )
@@ -86,7 +90,10 @@ def test_the_interval_is_students_over_pairs():
 
 def test_an_interval_over_the_tie_is_undecided():
     table = times(
-        rpp=[10.0, 12.0, 11.0], dwb=[11.0, 10.5, 12.5], teb=[20.0, 21, 22], mppi_nav2=[20.0, 22, 21]
+        rpp=[10.0, 12.0, 11.0],
+        dwb=[11.0, 10.5, 12.5],
+        teb_upstream=[20.0, 21, 22],
+        mppi_nav2=[20.0, 22, 21],
     )
     found = judge(finding(RPP_IS_FASTEST), table)
     assert found.deciding.difference.mean > 0.0
@@ -95,7 +102,10 @@ def test_an_interval_over_the_tie_is_undecided():
 
 def test_a_clear_difference_the_other_way_does_not_hold():
     table = times(
-        rpp=[20.0, 20.5, 20.2], dwb=[10.0, 10.1, 10.2], teb=[31, 31.5, 32], mppi_nav2=[41, 42, 43]
+        rpp=[20.0, 20.5, 20.2],
+        dwb=[10.0, 10.1, 10.2],
+        teb_upstream=[31, 31.5, 32],
+        mppi_nav2=[41, 42, 43],
     )
     found = judge(finding(RPP_IS_FASTEST), table)
     assert found.verdict is Verdict.CONTRADICTED
@@ -108,7 +118,7 @@ def test_of_many_inequalities_one_that_fails_must_fail_by_more():
     # 1 - 0.05/3, [-4.71, -0.29]. Differences -1.6, -2.5, -3: [-4.13, -0.60] and [-5.50, 0.77].
     def verdict_of(*differences):
         rpp = 20.0 + np.array([0.0, 1.0, 2.0])
-        far = {"teb": 2.0 * rpp, "mppi_nav2": 3.0 * rpp}
+        far = {"teb_upstream": 2.0 * rpp, "mppi_nav2": 3.0 * rpp}
         return judge(finding(RPP_IS_FASTEST), times(rpp=rpp, dwb=rpp + differences, **far))
 
     assert verdict_of(-2.0, -2.5, -3.0).verdict is Verdict.CONTRADICTED
@@ -121,7 +131,7 @@ def test_of_many_inequalities_one_that_fails_must_fail_by_more():
 def test_less_than_one_per_cent_is_level_whichever_way():
     # 0.05 of 10.05 s: 0.5%.
     base = np.array([10.0, 10.1, 10.2, 10.3])
-    far = {"teb": base + 5.0 + 0.1 * base**2, "mppi_nav2": base + 9.0 + 0.1 * base**2}
+    far = {"teb_upstream": base + 5.0 + 0.1 * base**2, "mppi_nav2": base + 9.0 + 0.1 * base**2}
     near = np.array([0.05, 0.051, 0.049, 0.05])
     for sign in (1.0, -1.0):
         found = judge(finding(RPP_IS_FASTEST), times(rpp=base, dwb=base + sign * near, **far))
@@ -132,7 +142,7 @@ def test_less_than_one_per_cent_is_level_whichever_way():
 
 def test_a_small_difference_that_is_not_known_to_be_small_is_undecided():
     base = np.array([10.0, 10.1, 10.2, 10.3])
-    far = {"teb": base + 5.0 + 0.1 * base**2, "mppi_nav2": base + 9.0 + 0.1 * base**2}
+    far = {"teb_upstream": base + 5.0 + 0.1 * base**2, "mppi_nav2": base + 9.0 + 0.1 * base**2}
     wild = np.array([1.0, -1.0, 0.9, -0.7])
     found = judge(finding(RPP_IS_FASTEST), times(rpp=base, dwb=base + wild, **far))
     assert abs(found.deciding.size) < 0.01
@@ -140,7 +150,7 @@ def test_a_small_difference_that_is_not_known_to_be_small_is_undecided():
 
 
 def test_trials_that_are_all_the_same_are_one_trial_without_an_interval():
-    table = times(rpp=[1.0] * 4, dwb=[2.0] * 4, teb=[3.0] * 4, mppi_nav2=[4.0] * 4)
+    table = times(rpp=[1.0] * 4, dwb=[2.0] * 4, teb_upstream=[3.0] * 4, mppi_nav2=[4.0] * 4)
     found = judge(finding(RPP_IS_FASTEST), table)
     assert (found.verdict, found.note) == (Verdict.HOLDS, NOTHING_RANDOM)
     assert found.is_one_trial
@@ -151,7 +161,10 @@ def test_trials_that_are_all_the_same_are_one_trial_without_an_interval():
 
 def test_the_same_trial_again_beside_random_ones_is_a_constant():
     table = times(
-        rpp=[1.0] * 4, dwb=[2.0, 2.1, 2.2, 2.1], teb=[3.0] * 4, mppi_nav2=[4.0, 4.1, 4.2, 4.3]
+        rpp=[1.0] * 4,
+        dwb=[2.0, 2.1, 2.2, 2.1],
+        teb_upstream=[3.0] * 4,
+        mppi_nav2=[4.0, 4.1, 4.2, 4.3],
     )
     found = judge(finding(RPP_IS_FASTEST), table)
     assert found.deciding.text == "rpp < dwb"
@@ -163,20 +176,24 @@ def test_the_same_trial_again_beside_random_ones_is_a_constant():
 
 def test_a_metric_without_spread_in_different_trials_is_decided_by_its_means_and_it_is_said():
     other = {"energy": np.tile([1.0, 2.0, 3.0, 4.0], 4)}
-    table = times(rpp=[1.0] * 4, dwb=[2.0] * 4, teb=[3.0] * 4, mppi_nav2=[4.0] * 4).assign(**other)
+    table = times(rpp=[1.0] * 4, dwb=[2.0] * 4, teb_upstream=[3.0] * 4, mppi_nav2=[4.0] * 4).assign(
+        **other
+    )
     found = judge(finding(RPP_IS_FASTEST), table)
     assert (found.verdict, found.note) == (Verdict.HOLDS, NO_SPREAD)
     assert not found.is_one_trial
 
 
 def test_an_exact_tie_is_level():
-    table = times(rpp=[0.0] * 2, dwb=[0.0] * 2, teb=[3.0] * 2, mppi_nav2=[4.0] * 2)
+    table = times(rpp=[0.0] * 2, dwb=[0.0] * 2, teb_upstream=[3.0] * 2, mppi_nav2=[4.0] * 2)
     found = judge(finding(RPP_IS_FASTEST), table)
     assert (found.verdict, found.deciding.size) == (Verdict.LEVEL, 0.0)
 
 
 def test_one_random_trial_decides_nothing():
-    found = judge(finding(RPP_IS_FASTEST), times(rpp=[1.0], dwb=[2.0], teb=[3.0], mppi_nav2=[4.0]))
+    found = judge(
+        finding(RPP_IS_FASTEST), times(rpp=[1.0], dwb=[2.0], teb_upstream=[3.0], mppi_nav2=[4.0])
+    )
     assert (found.verdict, found.note) == (Verdict.UNDECIDED, ALONE)
 
 
@@ -192,7 +209,7 @@ def test_a_controller_that_was_not_driven_leaves_the_finding_undecided():
 def test_each_inequality_uses_the_trials_that_have_both_values():
     nan = math.nan
     table = times(
-        rpp=[1.0, 1.1, 1.2], dwb=[2.0, 2.1, nan], teb=[nan] * 3, mppi_nav2=[4.0, 4.1, 4.3]
+        rpp=[1.0, 1.1, 1.2], dwb=[2.0, 2.1, nan], teb_upstream=[nan] * 3, mppi_nav2=[4.0, 4.1, 4.3]
     )
     found = judge(finding(RPP_IS_FASTEST), table)
     parts = {part.text: part for part in found.parts}
@@ -204,7 +221,7 @@ def test_each_inequality_uses_the_trials_that_have_both_values():
 
 def test_no_common_trial_is_undecided():
     nan = math.nan
-    table = times(rpp=[1.0, nan], dwb=[nan, 2.0], teb=[3.0, 3.1], mppi_nav2=[4.0, 4.1])
+    table = times(rpp=[1.0, nan], dwb=[nan, 2.0], teb_upstream=[3.0, 3.1], mppi_nav2=[4.0, 4.1])
     found = judge(claim("lower than", "rpp < dwb"), table)
     assert (found.verdict, found.note) == (
         Verdict.UNDECIDED,
@@ -214,7 +231,7 @@ def test_no_common_trial_is_undecided():
 
 def test_within_is_judged_by_the_two_that_are_farthest_apart():
     # 29.0 and 30.2: 4.1% apart, sure to a few tenths of a per cent.
-    values = {"rpp": 30.0, "dwb": 30.2, "teb": 29.0, "mppi_nav2": 29.5}
+    values = {"rpp": 30.0, "dwb": 30.2, "teb_upstream": 29.0, "mppi_nav2": 29.5}
     spread = np.array([0.0, 0.01, 0.02, 0.01])
     table = trials(
         "static_obstacles",
@@ -232,7 +249,7 @@ def test_within_is_judged_by_the_two_that_are_farthest_apart():
 
 def test_a_printed_rate_is_about_every_trial():
     table = trials(
-        "empty", "success_rate", dwb=[100.0] * 4, rpp=[100.0] * 4, teb=[100.0] * 4,
+        "empty", "success_rate", dwb=[100.0] * 4, rpp=[100.0] * 4, teb_upstream=[100.0] * 4,
         mppi_nav2=[100.0, 100.0, 0.0, 100.0],
     ).assign(energy=np.arange(16.0))  # fmt: skip
     found = judge(finding(ALL_ARRIVE), table)
@@ -251,7 +268,7 @@ def test_what_the_printed_numbers_do_not_support_is_not_judged():
     table = trials(
         "static_obstacles", "path_length",
         # dwb is longest here; teb < rpp and mppi below all of them is what counts.
-        rpp=[14.9, 14.91], dwb=[16.0, 16.02], teb=[14.5, 14.52], mppi_nav2=[14.0, 14.03],
+        rpp=[14.9, 14.91], dwb=[16.0, 16.02], teb_upstream=[14.5, 14.52], mppi_nav2=[14.0, 14.03],
     )  # fmt: skip
     found = judge(ordered, table)
     assert found.verdict is Verdict.HOLDS
@@ -279,7 +296,12 @@ def test_printed_values_are_ties_below_their_last_digit_or_one_per_cent(
 
 
 def test_a_claim_of_the_text_alone_has_no_published_size():
-    rates = {"dwb": [0.55, 0.56], "rpp": [0.4, 0.41], "teb": [0.3, 0.31], "mppi_nav2": [0.2, 0.21]}
+    rates = {
+        "dwb": [0.55, 0.56],
+        "rpp": [0.4, 0.41],
+        "teb_upstream": [0.3, 0.31],
+        "mppi_nav2": [0.2, 0.21],
+    }
     table = pd.concat(trials(name, "max_yaw_rate", **rates) for name in GOAL_SCENARIOS)
     found = judge(finding(TURN_RATE), table)
     assert found.verdict is Verdict.HOLDS
@@ -294,7 +316,7 @@ def test_findings_of_all_scenarios_are_about_the_mean_over_the_goal_scenarios():
             "avg_path_error",
             rpp=[0.01 * k, 0.012 * k],
             dwb=[0.1, 0.101],
-            teb=[0.1, 0.102],
+            teb_upstream=[0.1, 0.102],
             mppi_nav2=[0.1, 0.103],
         )
         for k, name in enumerate(GOAL_SCENARIOS)
@@ -312,10 +334,10 @@ def test_findings_of_all_scenarios_are_about_the_mean_over_the_goal_scenarios():
 
 
 def test_a_lineup_may_put_another_scenario_in_the_place_of_a_published_one():
-    still = trials("restricted_small", "time_taken", rpp=[9.0, 9.1], dwb=[1, 1.1], teb=[2, 2.1],
-                   mppi_nav2=[2, 2.1])  # fmt: skip
+    still = trials("restricted_small", "time_taken", rpp=[9.0, 9.1], dwb=[1, 1.1],
+                   teb_upstream=[2, 2.1], mppi_nav2=[2, 2.1])  # fmt: skip
     noisy = trials("restricted_small_noisy", "time_taken", rpp=[0.5, 0.6], dwb=[9.0, 9.2],
-                   teb=[2.0, 2.2], mppi_nav2=[12.0, 12.1])  # fmt: skip
+                   teb_upstream=[2.0, 2.2], mppi_nav2=[12.0, 12.1])  # fmt: skip
     table = pd.concat([still, noisy])
     assert judge(finding(RPP_AT_THE_WALL), table).verdict is Verdict.CONTRADICTED
     found = judge(finding(RPP_AT_THE_WALL), table, NOISY)

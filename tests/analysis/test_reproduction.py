@@ -87,7 +87,12 @@ def test_nothing_is_divided_by_a_published_zero():
 def test_relative_errors_are_summed_up_by_their_median_whichever_way_they_go():
     # Printed times in the empty scenario: 15.498, 14.512, 15.14, 15.66.
     rows = compare_numbers(
-        times(dwb=[0.9 * 15.498], rpp=[1.02 * 14.512], teb=[0.7 * 15.14], mppi_nav2=[1.04 * 15.66])
+        times(
+            dwb=[0.9 * 15.498],
+            rpp=[1.02 * 14.512],
+            teb_upstream=[0.7 * 15.14],
+            mppi_nav2=[1.04 * 15.66],
+        )
     )
     errors = [0.1, 0.02, 0.3, 0.04]
     found = relative_error(rows)
@@ -112,7 +117,7 @@ def test_agreement_is_told_by_scenario_by_controller_and_with_noise_beside():
         "restricted_large_noisy",
         "dwb",
         "rpp",
-        "teb",
+        "teb_upstream",
         "mppi_nav2",
         "claimed in a finding",
         "not claimed",
@@ -123,7 +128,9 @@ def test_agreement_is_told_by_scenario_by_controller_and_with_noise_beside():
     counts = [by_title[t].concordance.orderings for t in ("claimed in a finding", "not claimed")]
     assert sum(counts) == together.concordance.orderings == 275
     # A pair counts for both of its controllers.
-    own = sum(by_title[t].concordance.orderings for t in ("dwb", "rpp", "teb", "mppi_nav2"))
+    own = sum(
+        by_title[t].concordance.orderings for t in ("dwb", "rpp", "teb_upstream", "mppi_nav2")
+    )
     assert own == 2 * 275
     assert together.ceiling.ratio == 1.0
     assert together.error.median < 1e-4

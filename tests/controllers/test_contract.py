@@ -29,7 +29,10 @@ from drake_navbench.kernels.grid import Costmap
 
 # Controllers of which the mirrored world may give another command, and why.
 NOT_MIRRORED = {
+    "learned": "a network is not symmetric, only what it has learned is nearly",
+    "teb_upstream": "draws its roadmap at random, and judges sides from the map's origin",
     "mppi": "samples the same noise in both worlds, so mirrored only on average",
+    "vector_pursuit": "counts the angle of its screw to the same side in both, as the original",
 }
 MIRROR_TOLERANCE = 1e-6
 ROUNDING = 1e-9

@@ -8,17 +8,21 @@ import pytest
 import yaml
 
 from drake_navbench.controllers.critic_parameters import ParametersWithCritics
+from drake_navbench.controllers.rotation_shim import RotationShimParameters
 from drake_navbench.errors import InputError, InputWarning
 from drake_navbench.inputs.parameter_files import load_parameter_file
 from drake_navbench.inputs.parameter_names import flattened
 from drake_navbench.inputs.presets import as_yaml, installed_controllers
 from drake_navbench.inputs.robot import load_robot
-from drake_navbench.trial.trial import make_controller
+from drake_navbench.trial.column_controller import make_controller
 
 DWB = "dwb_core::DWBLocalPlanner"
 MPPI = "nav2_mppi_controller::MPPIController"
 RPP = "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
 TEB = "teb_local_planner::TebLocalPlannerROS"
+GRACEFUL = "nav2_graceful_controller::GracefulController"
+SHIM = "nav2_rotation_shim_controller::RotationShimController"
+VECTOR_PURSUIT = "vector_pursuit_controller::VectorPursuitController"
 
 
 @pytest.fixture
@@ -98,8 +102,16 @@ OTHER_VALUES = {
         "CostCritic.inflation_layer_name": "my_layer",
         "ObstaclesCritic.inflation_layer_name": "my_layer",
     },
+    "graceful": {"initial_rotation": False, "allow_backward": True},
+    "rotation_shim": {"nav2_release": "jazzy", "primary_controller.plugin": RPP},
     "rpp": {},
-    "teb": {"footprint_model.type": "two_circles"},
+    "vector_pursuit": {},
+    "teb": {
+        "footprint_model.type": "two_circles",
+        "footprint_model.line_start": [-0.25, 0.125],
+        "footprint_model.line_end": [0.5, 0.0],
+        "footprint_model.vertices": [[0.5, 0.25], [0.5, -0.25], [-0.25, 0.0]],
+    },
 }
 # Ours alone, no part of Nav2's files.
 OURS = {"mppi": {"polish"}}
@@ -120,6 +132,8 @@ def every_parameter_changed(controller):
     required = {}
     if issubclass(model, ParametersWithCritics):
         required = {"critics": model.CRITICS.names}
+    if issubclass(model, RotationShimParameters):
+        required = {"primary_controller": {"plugin": "rpp"}}
     defaults = model(**required).model_dump(mode="json", exclude=OURS.get(controller, set()))
     values = {}
     for name, default in flattened(defaults):
@@ -153,7 +167,15 @@ def as_mixed(values):
     return dotted | as_nested({n: v for n, v in values.items() if n not in dotted})
 
 
-PLUGINS = {"dwb": DWB, "mppi": MPPI, "rpp": RPP, "teb": TEB}
+PLUGINS = {
+    "dwb": DWB,
+    "graceful": GRACEFUL,
+    "mppi": MPPI,
+    "rotation_shim": SHIM,
+    "rpp": RPP,
+    "teb": TEB,
+    "vector_pursuit": VECTOR_PURSUIT,
+}
 
 
 @pytest.mark.parametrize("form", [dict, as_nested, as_mixed], ids=["dotted", "nested", "mixed"])
@@ -162,7 +184,10 @@ def test_every_parameter_of_a_controller_and_its_critics_arrives(controller, for
     changed = every_parameter_changed(controller)
     preset = preset_of(PLUGINS[controller], form(changed))
     resolved = dict(flattened(preset.parameters.model_dump(mode="json")))
-    assert {name: resolved[name] for name in changed} == changed
+    expected = changed | (
+        {"primary_controller.plugin": "rpp"} if controller == "rotation_shim" else {}
+    )
+    assert {name: resolved[name] for name in changed} == expected
     model = preset.controller_class.Parameters
     assert set(preset.ignored) == {name for name in changed if model.is_without_effect(name)}
 
@@ -208,6 +233,67 @@ def test_an_unknown_parameter_of_a_critic_is_told_like_any_other(form, preset_of
     preset = preset_of(TEB, form({"footprint_model.radius": 0.25, "footprint_model.line_end": 1.0}))
     assert preset.ignored == ("footprint_model.line_end",)
     assert preset.parameters.footprint_model.radius == 0.25
+
+
+@pytest.mark.parametrize(
+    ("name", "block"),
+    [("primary_controller", ""), ("primary_controller.plugin", "primary_controller.")],
+    ids=["beside", "block"],
+)
+def test_a_shims_primary_controller_reads_its_parameters_wherever_they_are(name, block, preset_of):
+    preset = preset_of(
+        SHIM,
+        {
+            name: MPPI,
+            "angular_dist_threshold": 0.5,
+            "angular_dist_treshold": 0.5,
+            f"{block}vx_max": 0.4,
+            f"{block}vx_mux": 0.4,
+            f"{block}critics": ["GoalCritic"],
+            f"{block}GoalCritic.cost_weight": 7.0,
+            f"{block}CostCritic.cost_weight": 8.0,
+            f"{block}publish_optimal_trajectory": True,
+            f"{block}prune_distance": 1.5,
+        },
+    )
+    assert preset.ignored == (
+        "angular_dist_treshold",
+        f"{block}vx_mux",
+        f"{block}CostCritic.cost_weight",
+        f"{block}publish_optimal_trajectory",
+    )
+    assert preset.path_handler == {"prune_distance": 1.5}
+    assert preset.parameters.angular_dist_threshold == 0.5
+    primary = preset.parameters.primary_controller
+    assert primary.plugin == "mppi"
+    assert primary.parameters.vx_max == 0.4
+    assert primary.parameters.critic("GoalCritic").cost_weight == 7.0
+
+
+@pytest.mark.parametrize("form", [dict, as_nested], ids=["dotted", "nested"])
+def test_a_shim_over_a_shim_is_refused(form, preset_of):
+    with pytest.raises(InputError, match=r"expected a controller other than a rotation shim"):
+        preset_of(SHIM, form({"primary_controller.plugin": SHIM}))
+
+
+@pytest.mark.parametrize("name", ["primary_controller", "primary_controller.plugin"])
+def test_a_shim_over_a_controller_that_is_not_there_is_refused(name, preset_of):
+    with pytest.raises(InputError, match=rf"FollowPath\.{name}: 'a::B' has no counterpart here"):
+        preset_of(SHIM, {name: "a::B"})
+
+
+def test_driving_backwards_is_told_where_a_graceful_controller_turns_first(preset_of):
+    preset = preset_of(GRACEFUL, {"allow_backward": True})
+    assert preset.ignored == ("allow_backward",)
+    preset = preset_of(GRACEFUL, {"allow_backward": True, "initial_rotation": False})
+    assert preset.ignored == ()
+
+
+@pytest.mark.parametrize("plugin", [GRACEFUL, VECTOR_PURSUIT])
+def test_the_search_distance_of_earlier_controllers_is_the_path_handlers(plugin, preset_of):
+    preset = preset_of(plugin, {"max_robot_pose_search_dist": 4.0})
+    assert preset.path_handler == {"max_robot_pose_search_dist": 4.0}
+    assert preset.ignored == ()
 
 
 def test_blocks_of_critics_that_are_not_listed_are_told_because_nav2_does_not_read_them(preset_of):

@@ -200,12 +200,30 @@ def test_a_file_with_no_controller_that_is_there_is_refused(setup_of):
         setup_of(COLUMN.replace(RPP, "my::Own"))
 
 
-def test_the_primary_controller_stands_in_for_the_rotation_shim(setup_of):
-    shim = "nav2_rotation_shim_controller::RotationShimController"
-    setup = setup_of(COLUMN.replace(RPP, f"{shim}\n      primary_controller: {RPP}"))
+SHIM = "nav2_rotation_shim_controller::RotationShimController"
+
+
+@pytest.mark.parametrize(
+    "primary",
+    [f"primary_controller: {RPP}", f"primary_controller: {{plugin: {RPP}}}"],
+    ids=["beside", "block"],
+)
+def test_a_rotation_shim_drives_with_its_primary_controller(primary, setup_of):
+    setup = setup_of(COLUMN.replace(RPP, f"{SHIM}\n      {primary}"))
     (preset,) = setup.presets
-    assert preset.controller == "rpp"
-    assert "rotation_shim" in row_of(setup, "FollowPath.plugin").remark
+    assert preset.controller == "rotation_shim"
+    assert preset.parameters.primary_controller.plugin == "rpp"
+    assert row_of(setup, "FollowPath.plugin").status == Status.USED
+    name = "primary_controller" + (".plugin" if "{" in primary else "")
+    assert row_of(setup, f"FollowPath.{name}").status == Status.USED
+
+
+def test_a_rotation_shim_over_a_controller_that_is_not_there_costs_its_column(setup_of):
+    shim = f"{{plugin: '{SHIM}', primary_controller: 'my::Own'}}"
+    more = f"controller_plugins: [FollowPath, Mine], Mine: {shim}"
+    mine = f"controller_server: {{ros__parameters: {{{more}}}}}"
+    setup = setup_of(COLUMN, mine)
+    assert [preset.name for preset in setup.presets] == ["nav2_1/FollowPath"]
 
 
 @pytest.mark.parametrize(

@@ -232,6 +232,7 @@ def test_damage_in_the_middle_is_told(importing, bag, make):
         ("a.mcap", MCAP_MAGIC, "not a readable recording"),
         ("a.db3", b"SQLite format 3\0", "not a readable recording"),
         ("a.db3", b"", "not a readable recording"),
+        ("a.mcap", b"version https://git-lfs.github.com/spec/v1\n", "run git lfs pull"),
         ("a.bag", b"#ROSBAG V2.0\n", "not a readable recording"),
         ("a.bag", b"", "not a readable recording"),
     ],

@@ -21,6 +21,7 @@ from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.world import Box, World
 from drake_navbench.kernels.grid import LETHAL
 from drake_navbench.log import TrialLog
+from drake_navbench.recordings.heard import ROLES
 from drake_navbench.recordings.occupancy import (
     costs_from_occupancy,
     map_of_world,
@@ -28,7 +29,7 @@ from drake_navbench.recordings.occupancy import (
 )
 from drake_navbench.recordings.robot_description import urdf_of
 from drake_navbench.recordings.rosbags_extra import ros2_types
-from drake_navbench.recordings.topics import TOPICS
+from drake_navbench.recordings.topics import SCALARS, TOPICS
 from drake_navbench.recordings.trial_messages import TIME_ZERO_NS
 
 REPOSITORY = Path(__file__).parents[2]
@@ -287,6 +288,14 @@ def test_the_layouts_show_topics_and_fields_that_there_are():
     for name in names:
         topic = max((t for t in by_name if name.startswith(f"{t}/")), key=len)
         require_field(topic, name.removeprefix(f"{topic}/").split("/"))
+
+
+def test_the_page_about_recordings_names_every_topic_and_where_roles_are_looked_for():
+    page = (REPOSITORY / "docs" / "recordings.md").read_text(encoding="utf-8")
+    for topic in TOPICS:
+        assert f"`{topic.name}`" in page, topic.name
+    for role in ROLES.keys() - {"trial", *SCALARS}:
+        assert f"`{role}`" in page, role
 
 
 def test_plain_files_hold_the_samples(log_file, tmp_path):

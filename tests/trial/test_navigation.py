@@ -19,9 +19,10 @@ from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.inputs.task_check import check_task
 from drake_navbench.log import UNREPEATABLE_COLUMNS, Outcome, TrialLog
+from drake_navbench.trial.column_controller import controller_setup
 from drake_navbench.trial.diagram import build_trial_diagram
 from drake_navbench.trial.spec import TrialSpec
-from drake_navbench.trial.trial import INTEGRATION, controller_setup, simulate, trial_task
+from drake_navbench.trial.trial import INTEGRATION, simulate, trial_task
 from drake_navbench.typed_files.typed_yaml import validate
 
 

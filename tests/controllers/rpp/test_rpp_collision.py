@@ -15,8 +15,8 @@ from scenes import straight_plan
 
 from drake_navbench.controller import CollisionAhead, SpeedLimit
 from drake_navbench.controllers.rpp import RegulatedPurePursuit, RegulatedPurePursuitParameters
-from drake_navbench.controllers.rpp.kernels import project_arc
 from drake_navbench.controllers.rpp.memory import RppMemory
+from drake_navbench.kernels.command_arc import project_arc
 
 
 @pytest.fixture

@@ -8,8 +8,10 @@ from drake_navbench.controllers.teb.band import (
     Pace,
     drop_repeated_points,
     initialise,
-    mean_twist,
+    next_twist,
+    resampled,
     shift,
+    trapezoid_duration,
     unwrapped_goal,
     warm_start,
 )
@@ -90,14 +92,56 @@ def test_goal_yaw_is_taken_nearest_to_the_guess():
     assert unwrapped_goal(np.array([1.0, 0.0, -3.1]), guess)[2] == pytest.approx(math.tau - 3.1)
 
 
-def test_command_is_the_mean_of_the_first_arcs():
-    # A quarter of a circle of radius 1 m in 4 s, then 0.5 m straight in 1 s.
-    poses = np.array([[0, 0, 0], [1, 1, math.pi / 2], [1, 1.5, math.pi / 2]])
-    band = Band(poses, np.array([4.0, 1.0]))
-    np.testing.assert_allclose(mean_twist(band, 1), [math.pi / 8, math.pi / 8])
-    expected = [(0.5 * math.pi + 0.5) / 5.0, 0.1 * math.pi]
-    np.testing.assert_allclose(mean_twist(band, 2), expected)
-    np.testing.assert_allclose(mean_twist(band, 99), expected)
+def test_the_command_is_on_the_way_to_the_twist_of_the_first_interval():
+    # 0.5 m/s in the first interval, 0.3 m/s in the second, from 0.4 m/s; middles at 0.15, 0.45 s.
+    poses = np.array([[0, 0, 0], [0.15, 0, 0], [0.24, 0, 0]], dtype=float)
+    band = Band(poses, np.array([0.3, 0.3]))
+    start = np.array([0.4, 0.0])
+    assert next_twist(band, start, 0.05)[0] == pytest.approx(0.4 + 0.1 / 3.0)
+    assert next_twist(band, start, 0.15)[0] == pytest.approx(0.5)
+    # A slow controller is well on the way to the second.
+    assert next_twist(band, start, 0.3)[0] == pytest.approx(0.4)
+    # Looking one interval ahead, at 0.3 m/s after 0.45 s.
+    assert next_twist(band, start, 0.15, 2)[0] == pytest.approx(0.4 - 0.1 / 3.0)
+    assert next_twist(band, start, 0.15, 99)[0] == pytest.approx(0.4 - 0.1 / 3.0)
+
+
+def test_the_command_turns_with_the_arc():
+    # A quarter of a circle of radius 1 m in 4 s.
+    band = Band(np.array([[0, 0, 0], [1, 1, math.pi / 2]]), np.array([4.0]))
+    np.testing.assert_allclose(next_twist(band, np.zeros(2), 2.0), [math.pi / 8, math.pi / 8])
+
+
+@pytest.mark.parametrize(
+    ("length_m", "start_speed", "expected"),
+    [
+        # To 0.5 m/s and to rest at 0.5 m/s^2 takes 0.5 m and 2 s, the rest 1.5 / 0.5 s.
+        (2.0, 0.0, 5.0),
+        # Too short for full speed: twice sqrt(0.08 / 0.5).
+        (0.08, 0.0, 0.8),
+        # From full speed, 0.25 m of braking.
+        (2.0, 0.5, 4.5),
+        # Too short to brake in: what braking takes.
+        (0.1, 0.5, 1.0),
+    ],
+)
+def test_the_least_time_for_a_length_is_that_of_a_trapezoid(length_m, start_speed, expected):
+    assert trapezoid_duration(length_m, start_speed, 0.5, 0.5) == pytest.approx(expected)
+
+
+def test_the_steps_of_a_grid_path_cost_no_time():
+    # 3 m along the cells of a grid, in steps of 5 cm to the side and ahead in turn.
+    x = np.repeat(np.arange(0.0, 3.0, 0.05), 2)[1:]
+    path = np.column_stack([x, 0.05 * (np.arange(len(x)) // 1 % 2)])
+    band = initialise(path, np.zeros(3), np.array([3.0, 0.0, 0.0]), pace=PACE)
+    straight_on = initialise(NO_PATH, np.zeros(3), np.array([3.0, 0.0, 0.0]), pace=PACE)
+    assert band.duration_s < 1.5 * straight_on.duration_s
+
+
+def test_a_band_is_cut_anew_without_changing_the_motion():
+    band = resampled(straight(10), 5)
+    np.testing.assert_allclose(band.time_steps, 0.6)
+    np.testing.assert_allclose(band.poses[:, 0], np.linspace(0.0, 1.5, 6))
 
 
 def test_shifted_band_is_the_rest_of_it():

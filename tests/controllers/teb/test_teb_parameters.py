@@ -6,7 +6,7 @@ from teb_closed_loop import wheelchair_setup
 
 from drake_navbench.controller import SpeedLimit
 from drake_navbench.controllers.teb import TimedElasticBand
-from drake_navbench.controllers.teb.parameters import FootprintModel, TebParameters
+from drake_navbench.controllers.teb.parameters import DiscModel, TebParameters
 from drake_navbench.controllers.teb.planner import band_limits
 from drake_navbench.errors import InputError
 
@@ -23,6 +23,9 @@ from drake_navbench.errors import InputError
         ({"max_vel_x": 0.0}, ["max_vel_x"]),
         ({"max_vel_y_typo": 0.0}, ["max_vel_y_typo"]),
         ({"footprint_model": {"type": "lin"}}, ["footprint_model"]),
+        ({"footprint_model": {"type": "line"}}, ["line_start", "line_end"]),
+        ({"footprint_model": {"type": "polygon"}}, ["at least 3 vertices", "0"]),
+        ({"weight_optimaltime": 0.0}, ["weight_optimaltime"]),
     ],
 )
 def test_contradictory_values_are_refused_by_name(values, names):
@@ -57,14 +60,18 @@ def test_used_and_unused_names_are_disjoint():
 
 def test_footprint_models_become_discs():
     setup = wheelchair_setup()
-    two = FootprintModel(
+    two = DiscModel(
         type="two_circles", front_offset=0.5, front_radius=0.3, rear_offset=0.1, rear_radius=0.2
     )
     np.testing.assert_allclose(two.discs(setup), [[0.5, 0.3], [-0.1, 0.2]])
-    np.testing.assert_allclose(FootprintModel(type="point").discs(setup), [[0.0, 0.0]])
-    circular = FootprintModel(type="circular", radius=0.4)
+    np.testing.assert_allclose(DiscModel(type="point").discs(setup), [[0.0, 0.0]])
+    circular = DiscModel(type="circular", radius=0.4)
     np.testing.assert_allclose(circular.discs(setup), [[0.0, 0.4]])
-    derived = FootprintModel().discs(setup)
+    derived = DiscModel().discs(setup)
+    line = DiscModel(type="line", line_start=(-0.1, 0.05), line_end=(0.4, 0.0))
+    np.testing.assert_allclose(line.discs(setup), [[-0.1, 0.05], [0.15, 0.05], [0.4, 0.05]])
+    box = DiscModel(type="polygon", vertices="[[0.5, 0.2], [0.5, -0.2], [-0.1, -0.2], [-0.1, 0.2]]")
+    np.testing.assert_allclose(box.discs(setup), [[0.1, 0.2], [0.3, 0.2]])
     assert derived[:, 0].max() + derived[0, 1] == pytest.approx(WHEELCHAIR[:, 0].max())
 
 

@@ -1,0 +1,182 @@
+"""Rotation Shim: turns in place towards the plan, and hands over to the primary controller."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+
+from drake_navbench.controller import (
+    ControllerError,
+    ControllerSetup,
+    Decision,
+    Observation,
+)
+from drake_navbench.controllers.rotation_shim.kernels import (
+    Settings,
+    heading_of_plan,
+    turn_by,
+)
+from drake_navbench.controllers.rotation_shim.memory import ShimMemory
+from drake_navbench.controllers.rotation_shim.parameters import (
+    NAV2_PLUGIN,
+    RotationShimParameters,
+)
+from drake_navbench.controllers.rotation_shim.releases import RELEASES, Release
+from drake_navbench.kernels.angles import wrap
+from drake_navbench.kernels.grid import LETHAL
+from drake_navbench.kernels.read_only import read_only
+
+TURNS_TO_PATH = "rotate_to_path"
+TURNS_TO_GOAL = "rotate_to_goal"
+
+
+class RotationShim:
+    """Nav2's Rotation Shim over any registered controller, branches humble to lyrical.
+
+    Before Lyrical the original sees the whole plan; here it sees what the path handler leaves of
+    it, which begins at the robot. Its `in_rotation_`, which it keeps from one goal to the next,
+    begins anew with each goal here. Cancelled it stops at once, whatever its primary controller
+    would do, as in Nav2.
+    """
+
+    Parameters: ClassVar[type[RotationShimParameters]] = RotationShimParameters
+    nav2_plugin: ClassVar[str] = NAV2_PLUGIN
+
+    def __init__(self, parameters: RotationShimParameters, setup: ControllerSetup) -> None:
+        primary = parameters.primary_controller
+        self._primary = primary.controller_class(primary.parameters, setup)
+        self._parameters = parameters
+        self._release = RELEASES[parameters.nav2_release]
+        self._settings = _kernel_settings(parameters, setup, self._release)
+        self._is_once = parameters.rotate_to_heading_once and self._release.has_once
+        self._is_closed_loop = parameters.closed_loop or not self._release.has_open_loop
+        self._uses_orientations = (
+            parameters.use_path_orientations and self._release.has_path_orientations
+        )
+        self._turns_beyond = parameters.angular_dist_threshold
+        self._disengages_at = parameters.angular_disengage_threshold
+        self._footprint = read_only(setup.footprint)
+
+    def initial_memory(self) -> ShimMemory:
+        """Returns the memory at the start of a goal: at rest."""
+        return ShimMemory(self._primary.initial_memory())
+
+    def step(self, observation: Observation, memory: ShimMemory) -> Decision:
+        """Returns the command of one cycle: a turn, or the primary controller's.
+
+        Raises what the primary controller raises. A turn that would collide is left to it, too.
+        """
+        if self._release.looks_always:
+            looks_at_plan, goal_xy_reached = True, observation.goal_xy_reached
+        else:
+            memory = self._with_plan(observation, memory)
+            looks_at_plan, goal_xy_reached = memory.looks_at_plan, memory.goal_xy_reached
+        if self._parameters.rotate_to_goal_heading and goal_xy_reached:
+            angle = wrap(float(observation.goal[2]) - float(observation.pose[2]))
+            w = self._turn(observation, angle, memory.last_w)
+            if w is not None:
+                return self._turning(TURNS_TO_GOAL, angle, w, memory)
+        if looks_at_plan:
+            angle = self._angle_to_plan(observation)
+            # An angle that is not a number is beyond no threshold.
+            if abs(angle) > (self._disengages_at if memory.is_turning else self._turns_beyond):
+                w = self._turn(observation, angle, memory.last_w)
+                if w is not None:
+                    return self._turning(TURNS_TO_PATH, angle, w, memory._replace(is_turning=True))
+        return self._let_primary_drive(observation, memory)
+
+    def _with_plan(self, observation: Observation, memory: ShimMemory) -> ShimMemory:
+        """Returns the memory with what a new plan, and the way to the goal, change in it."""
+        goal = tuple(observation.goal.tolist())
+        looks_at_plan, reached = memory.looks_at_plan, memory.goal_xy_reached
+        if observation.plan_id != memory.plan_id:
+            looks_at_plan = not self._is_once or memory.is_turning or memory.goal != goal
+            reached = False
+        delta_x = float(observation.pose[0]) - goal[0]
+        delta_y = float(observation.pose[1]) - goal[1]
+        is_there = delta_x**2 + delta_y**2 <= observation.goal_xy_tolerance_m**2
+        reached = is_there or (reached and self._release.keeps_position)
+        return memory._replace(
+            plan_id=observation.plan_id,
+            goal=goal,
+            looks_at_plan=looks_at_plan,
+            goal_xy_reached=reached,
+        )
+
+    def _angle_to_plan(self, observation: Observation) -> float:
+        """Returns the angle to the plan's heading, rad, not a number where it has none."""
+        x, y, yaw = observation.pose.tolist()
+        angle: float = heading_of_plan(
+            read_only(observation.plan),
+            x,
+            y,
+            yaw,
+            self._parameters.forward_sampling_distance,
+            self._uses_orientations,
+            self._release.takes_last_pose,
+        )
+        return angle
+
+    def _turn(self, observation: Observation, angle: float, last_w: float) -> float | None:
+        """Returns the rate of a turn, rad/s, None where it would collide."""
+        x, y, yaw = observation.pose.tolist()
+        turn = turn_by(
+            self._settings,
+            angle,
+            float(observation.twist[1]) if self._is_closed_loop else last_w,
+            x,
+            y,
+            yaw,
+            observation.costmap.grid,
+            observation.costmap.tracks_unknown,
+            self._footprint,
+        )
+        return None if turn.is_blocked else turn.w
+
+    @staticmethod
+    def _turning(branch: str, angle: float, w: float, memory: ShimMemory) -> Decision:
+        command = np.array([0.0, w])
+        command.flags.writeable = False
+        return Decision(
+            command,
+            memory._replace(last_w=w),
+            {"branch": branch, "heading_error_rad": angle, "shim_is_turning": True},
+        )
+
+    def _let_primary_drive(self, observation: Observation, memory: ShimMemory) -> Decision:
+        try:
+            decision = self._primary.step(observation, memory.primary)
+        except ControllerError as error:
+            primary = memory.primary if error.memory is None else error.memory
+            error.memory = self._driving(memory, primary, memory.last_w)
+            raise
+        return Decision(
+            decision.command,
+            self._driving(memory, decision.memory, float(decision.command[1])),
+            {**decision.diagnostics, "shim_is_turning": False},
+        )
+
+    @staticmethod
+    def _driving(memory: ShimMemory, primary: Any, last_w: float) -> ShimMemory:
+        """Returns the memory after a cycle in which the primary controller was asked."""
+        return ShimMemory(
+            primary, False, last_w, memory.plan_id, memory.goal, False, memory.goal_xy_reached
+        )
+
+
+def _kernel_settings(
+    parameters: RotationShimParameters, setup: ControllerSetup, release: Release
+) -> Settings:
+    """Returns what the kernels read; what the release does not read is at its default."""
+    return Settings(
+        control_period_s=setup.control_period_s,
+        angular_dist_threshold=parameters.angular_dist_threshold,
+        rotate_to_heading_angular_vel=parameters.rotate_to_heading_angular_vel,
+        max_angular_accel=parameters.max_angular_accel,
+        max_cost_threshold=(
+            parameters.max_cost_threshold if release.has_cost_threshold else float(LETHAL)
+        ),
+        simulate_ahead_time=parameters.simulate_ahead_time,
+        stops_in_time=release.stops_in_time,
+    )

@@ -1,0 +1,282 @@
+"""The parameters of the Rotation Shim, under Nav2's names and with Nav2's defaults.
+
+Those of the primary controller are a block with its `plugin` since Lyrical; before, they stood
+beside the shim's own, and `primary_controller` was the plugin alone. Both are taken.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Collection, Mapping
+from typing import Any, ClassVar, Literal
+
+from pydantic import (
+    Field,
+    SerializeAsAny,
+    ValidationError,
+    model_serializer,
+    model_validator,
+)
+from pydantic_core import InitErrorDetails, PydanticCustomError
+
+from drake_navbench.controller import CONTROLLERS, AskedSpeeds, Controller, ControllerParameters
+from drake_navbench.controllers.rotation_shim.releases import RELEASES
+from drake_navbench.errors import InputError, nearest_name_hint
+from drake_navbench.typed_files.quantities import (
+    Angle,
+    AngularAcceleration,
+    AngularSpeed,
+    Duration,
+    Length,
+    Number,
+)
+from drake_navbench.typed_files.typed_yaml import (
+    EXTRA_FIELD,
+    UNKNOWN_FIELD,
+    tuples_for_lists,
+    unknown_field,
+)
+
+NAV2_PLUGIN = "nav2_rotation_shim_controller::RotationShimController"
+PRIMARY = "primary_controller"
+PLUGIN = "plugin"
+RELEASE = "nav2_release"
+NEWEST_RELEASE = "lyrical"
+
+
+class PrimaryController(ControllerParameters):
+    """The controller that drives once the robot faces the plan, and its parameters.
+
+    Written as Nav2 has it: the parameters stand beside `plugin`.
+    """
+
+    plugin: str = Field(description="Name of a registered controller, or Nav2's plugin type.")
+    parameters: SerializeAsAny[ControllerParameters]
+
+    @property
+    def controller_class(self) -> type[Controller]:
+        """The plugin class."""
+        return CONTROLLERS.load(self.plugin)
+
+    @model_serializer
+    def _beside_plugin(self) -> dict[str, Any]:
+        return {PLUGIN: self.plugin, **self.parameters.model_dump()}
+
+
+class RotationShimParameters(ControllerParameters):
+    """Parameters of nav2_rotation_shim_controller.
+
+    Beside an older file's parameters, where all share one block, a parameter that both controllers
+    have goes to both. What a release does not read has no effect in it.
+    """
+
+    PLUGIN_NAMES: ClassVar[tuple[str, ...]] = (PRIMARY, f"{PRIMARY}.{PLUGIN}")
+
+    primary_controller: PrimaryController = Field(
+        description="The controller that drives: a block with `plugin` and its parameters, or, "
+        "with these beside it, the plugin alone."
+    )
+    nav2_release: Literal["humble", "iron", "jazzy", "kilted", "lyrical"] = Field(
+        "lyrical", description="Release whose rules hold."
+    )
+    angular_dist_threshold: Angle = Field(
+        0.785, ge=0.0, description="Angle to the plan beyond which to turn [rad]."
+    )
+    angular_disengage_threshold: Angle = Field(
+        0.785 / 2.0, ge=0.0, description="Angle up to which a turn goes on; Humble: 0.785 [rad]."
+    )
+    forward_sampling_distance: Length = Field(
+        0.5, ge=0.0, description="How far from its start the plan's heading is taken [m]."
+    )
+    rotate_to_heading_angular_vel: AngularSpeed = Field(
+        1.8, ge=0.0, description="Turn rate in place [rad/s]."
+    )
+    max_angular_accel: AngularAcceleration = Field(
+        3.2, gt=0.0, description="Acceleration of a turn [rad/s^2]."
+    )
+    max_cost_threshold: Number = Field(
+        254.0, ge=0.0, description="Cost under the outline that forbids a turn [-]."
+    )
+    simulate_ahead_time: Duration = Field(
+        1.0, ge=0.0, le=1000.0, description="Time for which a turn is checked [s]."
+    )
+    rotate_to_goal_heading: bool = Field(
+        False, description="Turn in place to the goal's heading once its position is reached."
+    )
+    rotate_to_heading_once: bool = Field(
+        False, description="Look at plans to a new goal only; without effect in Lyrical."
+    )
+    closed_loop: bool = Field(
+        True, description="Accelerate from the measured turn rate, not from the last command."
+    )
+    use_path_orientations: bool = Field(
+        False, description="Face as the plan's pose does, not towards it."
+    )
+
+    @classmethod
+    def primary_model(cls, values: Mapping[str, Any]) -> type[ControllerParameters] | None:
+        """Returns the parameter model of the primary controller of values, None without one.
+
+        values: nested, or with dotted names.
+        """
+        block = values.get(PRIMARY)
+        given = block.get(PLUGIN) if isinstance(block, Mapping) else block
+        name = registered_name(given if given is not None else values.get(f"{PRIMARY}.{PLUGIN}"))
+        return CONTROLLERS.load(name).Parameters if name is not None else None
+
+    @classmethod
+    def is_without_effect(cls, name: str, values: Mapping[str, Any] | None = None) -> bool:
+        """Tells of a parameter of the primary controller, too, by the values it is given with."""
+        model = cls.primary_model(values or {})
+        if model is None or name in cls.model_fields:
+            return False
+        return model.is_without_effect(name.removeprefix(f"{PRIMARY}."))
+
+    @classmethod
+    def keys_not_read(cls, values: Mapping[str, Any]) -> list[str]:
+        """Returns what the primary controller would not look at."""
+        model = cls.primary_model(values)
+        if model is None:
+            return []
+        block = values[PRIMARY]
+        if isinstance(block, Mapping):
+            own = {name: value for name, value in block.items() if name != PLUGIN}
+            return [f"{PRIMARY}.{name}" for name in model.keys_not_read(own)]
+        beside = {n: v for n, v in values.items() if n not in cls.model_fields}
+        return model.keys_not_read(beside)
+
+    @classmethod
+    def path_handler_fields(cls, given: Mapping[str, Any]) -> dict[str, str]:
+        """Returns what the primary controller's parameters of earlier releases have become."""
+        model = cls.primary_model(given)
+        if model is None:
+            return {}
+        of_primary = {name.removeprefix(f"{PRIMARY}."): name for name in given}
+        return {of_primary[n]: f for n, f in model.path_handler_fields(of_primary).items()}
+
+    def inner_controllers(self) -> tuple[str, ...]:
+        """Returns the primary controller's name."""
+        return (self.primary_controller.plugin,)
+
+    def asked_speeds(self) -> AskedSpeeds:
+        """Returns the primary controller's, and the rate of a turn."""
+        asked = self.primary_controller.parameters.asked_speeds()
+        if asked.max_angular_radps is None:
+            return asked
+        turning = max(asked.max_angular_radps, self.rotate_to_heading_angular_vel)
+        return asked._replace(max_angular_radps=turning)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read_primary(cls, data: Any) -> Any:
+        if not isinstance(data, Mapping) or isinstance(data.get(PRIMARY), PrimaryController):
+            return data
+        own = {name: tuples_for_lists(data[name]) for name in data if name in cls.model_fields}
+        release = RELEASES.get(own.get(RELEASE, NEWEST_RELEASE))
+        if release is not None:
+            own.setdefault("angular_disengage_threshold", release.disengage_threshold)
+        block = data.get(PRIMARY)
+        if isinstance(block, Mapping):
+            values = {name: value for name, value in block.items() if name != PLUGIN}
+            place: tuple[str, ...] = (PRIMARY,)
+            plugin = block.get(PLUGIN)
+            unknown = {name: data[name] for name in data if name not in cls.model_fields}
+        else:
+            values = {name: value for name, value in data.items() if name != PRIMARY}
+            place, plugin, unknown = (), block, {}
+        if faults := [_unknown(name, (name,), value, cls) for name, value in unknown.items()]:
+            raise ValidationError.from_exception_data(cls.__name__, faults)
+        own[PRIMARY] = _primary(
+            plugin,
+            values,
+            place,
+            shared=() if place else cls.model_fields,
+            release=own.get(RELEASE),
+        )
+        return own
+
+
+def registered_name(plugin: Any) -> str | None:
+    """Returns the name of the controller that a name or a plugin type of Nav2 stands for."""
+    if not isinstance(plugin, str):
+        return None
+    if plugin in CONTROLLERS:
+        return plugin
+    for name, loaded in CONTROLLERS.load_all().items():
+        if loaded.nav2_plugin == plugin:
+            return name
+    return None
+
+
+def _primary(
+    plugin: Any,
+    values: Mapping[str, Any],
+    place: tuple[str, ...],
+    *,
+    shared: Collection[str],
+    release: Any,
+) -> PrimaryController:
+    """Returns the primary controller; raises ValidationError with places in the shim's block.
+
+    shared: names of the shim's own parameters among `values`, which the primary controller need not
+    have. release: the shim's where it was given, for a primary controller that follows it.
+    """
+    where = (PRIMARY, PLUGIN) if place else (PRIMARY,)
+    name = registered_name(plugin)
+    if name is None:
+        hint = nearest_name_hint(str(plugin), CONTROLLERS.names)
+        text = f"expected a controller's name or plugin type{hint}"
+        raise ValidationError.from_exception_data(PRIMARY, [_fault(text, where, plugin)])
+    try:
+        controller = CONTROLLERS.load(name)
+    except InputError as error:
+        faults = [_fault(str(error), where, plugin)]
+        raise ValidationError.from_exception_data(PRIMARY, faults) from error
+    if issubclass(controller.Parameters, RotationShimParameters):
+        faults = [_fault("expected a controller other than a rotation shim", where, plugin)]
+        raise ValidationError.from_exception_data(PRIMARY, faults)
+    model = controller.Parameters
+    known = {field for name, info in model.model_fields.items() for field in _names(name, info)}
+    offered = {n: v for n, v in values.items() if n not in shared or n in known}
+    if release is not None and RELEASE in known:
+        offered.setdefault(RELEASE, release)
+    try:
+        # Through JSON, because strictness there takes a list for a tuple.
+        parameters = model.model_validate_json(json.dumps(offered, default=str), strict=True)
+    except ValidationError as error:
+        raise ValidationError.from_exception_data(
+            PRIMARY, [_nested_fault(fault, place, model) for fault in error.errors()]
+        ) from error
+    return PrimaryController.model_construct(plugin=name, parameters=parameters)
+
+
+def _names(name: str, info: Any) -> list[str]:
+    """Returns all the names under which a field is given."""
+    return [name, *getattr(info.validation_alias, "choices", ())]
+
+
+def _nested_fault(
+    fault: Any, place: tuple[str, ...], model: type[ControllerParameters]
+) -> InitErrorDetails:
+    """Returns a fault of the primary controller's parameters as one of the shim's."""
+    location = (*place, *fault["loc"])
+    if fault["type"] == EXTRA_FIELD:
+        return _unknown(str(fault["loc"][-1]), location, fault["input"], model)
+    text = fault["msg"].removeprefix("Value error, ")
+    if fault["type"] == UNKNOWN_FIELD:
+        return unknown_field(text, location, fault["input"])
+    if fault["type"] == "missing":
+        text = "missing, but required"
+    return _fault(text, location, fault["input"])
+
+
+def _unknown(
+    name: str, location: tuple[int | str, ...], found: Any, model: type[ControllerParameters]
+) -> InitErrorDetails:
+    text = f"unknown field{nearest_name_hint(name, model.model_fields)}"
+    return unknown_field(text, location, found)
+
+
+def _fault(text: str, location: tuple[int | str, ...], found: Any) -> InitErrorDetails:
+    kind = PydanticCustomError("primary_controller", "{text}", {"text": text})
+    return InitErrorDetails(type=kind, loc=location, input=found)

@@ -1,0 +1,59 @@
+"""How the Rotation Shim differs between Nav2's releases."""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+from typing import NamedTuple
+
+
+class Release(NamedTuple):
+    """What the shim does in a release.
+
+    looks_always: compares its heading with the plan's in every cycle; else a plan is looked at
+        until the robot faces it, or cannot turn, and then no more. With it
+        `rotate_to_heading_once` has no effect: it compares goals with their time stamps, which the
+        controller server renews in every cycle.
+        The goal checker says whether the goal's position is reached; else the distance does.
+    keeps_position: reached once, it stays so until the next plan.
+    takes_last_pose: of a plan shorter than the sampling distance; else it has no heading.
+    stops_in_time: as in `kernels.Settings`.
+    has_cost_threshold: reads `max_cost_threshold`; else a lethal cost ends a turn.
+    has_once, has_path_orientations, has_open_loop: reads `rotate_to_heading_once`,
+        `use_path_orientations`, `closed_loop`.
+    disengage_threshold: default of `angular_disengage_threshold`, rad.
+    """
+
+    looks_always: bool = False
+    keeps_position: bool = True
+    takes_last_pose: bool = True
+    stops_in_time: bool = True
+    has_cost_threshold: bool = True
+    has_once: bool = True
+    has_path_orientations: bool = True
+    has_open_loop: bool = True
+    disengage_threshold: float = 0.785 / 2.0
+
+
+RELEASES = MappingProxyType(
+    {
+        "humble": Release(
+            takes_last_pose=False,
+            stops_in_time=False,
+            has_cost_threshold=False,
+            has_once=False,
+            has_path_orientations=False,
+            disengage_threshold=0.785,
+        ),
+        "iron": Release(
+            keeps_position=False,
+            stops_in_time=False,
+            has_cost_threshold=False,
+            has_once=False,
+            has_path_orientations=False,
+            has_open_loop=False,
+        ),
+        "jazzy": Release(),
+        "kilted": Release(has_cost_threshold=False),
+        "lyrical": Release(looks_always=True),
+    }
+)

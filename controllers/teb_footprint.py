@@ -1,0 +1,80 @@
+"""The `footprint_model` of both TEBs: teb_local_planner's names for the robot's shape."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BeforeValidator, Field, model_validator
+
+from drake_navbench.controller import ControllerParameters
+from drake_navbench.typed_files.quantities import Length
+from drake_navbench.typed_files.typed_yaml import parse_yaml, tuples_for_lists
+
+Array = NDArray[np.float64]
+Point = Annotated[tuple[Length, Length], BeforeValidator(tuples_for_lists)]
+FootprintType = Literal["from_footprint", "point", "circular", "two_circles", "line", "polygon"]
+
+FEWEST_VERTICES = 3
+
+
+def _parsed_vertices(value: Any) -> Any:
+    """Returns the list that Nav2 writes as a string, as in "[[0.3, 0.2], [0.3, -0.2]]"."""
+    if isinstance(value, str):
+        value = parse_yaml(f"vertices: {value}", "footprint_model")["vertices"]
+    return tuples_for_lists(value)
+
+
+class FootprintModel(ControllerParameters):
+    """The robot as the optimiser sees it; the feasibility check always uses the true outline."""
+
+    type: FootprintType = Field(
+        "point",
+        description="Shape; from_footprint, which teb_local_planner does not have, takes the"
+        " robot's own outline.",
+    )
+    radius: Length = Field(0.2, ge=0.0, description="Of circular [m].")
+    front_offset: Length = Field(0.2, description="Of two_circles, ahead of the base [m].")
+    front_radius: Length = Field(0.2, ge=0.0, description="Of two_circles [m].")
+    rear_offset: Length = Field(0.2, description="Of two_circles, behind the base [m].")
+    rear_radius: Length = Field(0.2, ge=0.0, description="Of two_circles [m].")
+    line_start: Point | None = Field(None, description="Of line, in the base frame [m].")
+    line_end: Point | None = Field(None, description="Of line, in the base frame [m].")
+    vertices: Annotated[tuple[Point, ...] | None, BeforeValidator(_parsed_vertices)] = Field(
+        None, description="Of polygon, in the base frame [m]."
+    )
+
+    @model_validator(mode="after")
+    def _check_shape_is_given(self) -> FootprintModel:
+        if self.type == "line" and (self.line_start is None or self.line_end is None):
+            raise ValueError("type line needs line_start and line_end, two numbers each")
+        if self.type == "polygon" and len(self.vertices or ()) < FEWEST_VERTICES:
+            raise ValueError(
+                f"type polygon needs at least {FEWEST_VERTICES} vertices,"
+                f" got {len(self.vertices or ())}"
+            )
+        return self
+
+    def circles(self) -> Array | None:
+        """Returns (K, 2) offset along x and radius, m, of a shape made of circles, else None."""
+        if self.type == "point":
+            return np.array([[0.0, 0.0]])
+        if self.type == "circular":
+            return np.array([[0.0, self.radius]])
+        if self.type == "two_circles":
+            return np.array(
+                [[self.front_offset, self.front_radius], [-self.rear_offset, self.rear_radius]]
+            )
+        return None
+
+    def outline(self, footprint: Array) -> Array:
+        """Returns (K, 2) m, the vertices of a line or polygon.
+
+        footprint: (V, 2) m, the robot's own outline, for from_footprint.
+        """
+        if self.type == "line":
+            return np.array([self.line_start, self.line_end], dtype=np.float64)
+        if self.type == "polygon":
+            return np.array(self.vertices, dtype=np.float64)
+        return footprint

@@ -1,0 +1,243 @@
+"""Which bands a cycle optimises: those of the last one, the plan's, and ways past obstacles.
+
+The bookkeeping of teb_local_planner's HomotopyClassPlanner (ros2-master): one band of each class,
+the best one first.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.controllers.teb_upstream.band import (
+    band_from_plan,
+    band_from_points,
+    normalize,
+)
+from drake_navbench.controllers.teb_upstream.exploration import Graph, keypoint_graph, roadmap
+from drake_navbench.controllers.teb_upstream.memory import PlannerState, Trajectory
+from drake_navbench.controllers.teb_upstream.parameters import TebUpstreamParameters
+from drake_navbench.controllers.teb_upstream.signatures import (
+    Signature,
+    signature_in_plane,
+    signature_in_time,
+)
+
+Array = NDArray[np.float64]
+
+# A best band that takes less than this counts as taking it, where others are compared with it, s.
+SHORTEST_DURATION_S = 1.0
+
+
+class ClassSearch:
+    """The bands of one cycle and their classes."""
+
+    def __init__(
+        self,
+        parameters: TebUpstreamParameters,
+        obstacles: Array,
+        bands: tuple[Trajectory, ...],
+        state: PlannerState,
+        *,
+        max_speed: float,
+    ) -> None:
+        self._parameters = parameters
+        self._obstacles = obstacles
+        self._bands = list(bands)
+        self._classes: list[Signature] = []
+        self._next_number = state.next_number
+        self._switched_s = state.switched_s
+        self._best_class = state.best_class
+        self._plan_class: Signature | None = None
+        self._plan_number = -1
+        self._max_speed = max_speed
+        numbers = [band.number for band in bands]
+        self.previous_best = state.best if state.best in numbers else -1
+
+    def keep_one_of_each_class(self) -> None:
+        """Names the classes of all bands, the best one's first; drops others of one class."""
+        bands = self._bands
+        for index, band in enumerate(bands):
+            if band.number == self.previous_best:
+                bands[0], bands[index] = bands[index], bands[0]
+                self._best_class = self._signature(bands[0].poses, bands[0].time_steps)
+        self._bands = []
+        for band in bands:
+            self._add_if_new(band, self._signature(band.poses, band.time_steps))
+
+    def drop_detours(self) -> None:
+        """Drops bands that set off elsewhere than the best one, failed, or take far longer."""
+        parameters = self._parameters
+        best = next((band for band in self._bands if band.number == self.previous_best), None)
+        if len(self._bands) < 2 or best is None:
+            return
+        direction = _start_direction(best.poses, parameters.length_start_orientation_vector)
+        if direction is None:
+            return
+        duration = max(best.duration_s, SHORTEST_DURATION_S)
+        longest = parameters.max_ratio_detours_duration_best_duration * duration
+
+        def stays(band: Trajectory) -> bool:
+            own = _start_direction(band.poses, parameters.length_start_orientation_vector)
+            return (
+                own is not None
+                and abs(normalize(own - direction)) <= parameters.detours_orientation_tolerance
+                and band.is_optimized
+                and band.duration_s <= longest
+            )
+
+        self._keep([band is best or stays(band) for band in self._bands])
+
+    def drop_at_random(self, lots: Array) -> None:
+        """Drops other bands than the best one with selection_dropping_probability; lots: (L,)."""
+        probability = self._parameters.selection_dropping_probability
+        if probability == 0.0:
+            return
+        self._keep(
+            [
+                band.number == self.previous_best or lot > probability
+                for band, lot in zip(self._bands, lots, strict=False)
+            ]
+        )
+
+    def add_plan(self, poses: Array, time_steps: Array) -> None:
+        """Adds the band of the global plan where its class is new and there is room."""
+        if self._is_full():
+            return
+        self._plan_class = self._signature(poses, time_steps)
+        band = Trajectory(self._next_number, poses, time_steps)
+        if self._add_if_new(band, self._plan_class):
+            self._plan_number = band.number
+            self._next_number += 1
+
+    def explore(
+        self, start: Array, goal: Array, samples: Array, *, goal_tolerance_m: float
+    ) -> None:
+        """Adds bands of new classes from the paths of a graph, until there is no room."""
+        parameters = self._parameters
+        # Without obstacles there is one class, and every path of the graph is in it.
+        is_alone = not len(self._obstacles) and parameters.max_number_plans_in_current_class <= 1
+        if self._is_full() or (is_alone and self._bands):
+            return
+        ahead = goal[:2] - start[:2]
+        backwards = parameters.allow_init_with_backwards_motion and bool(
+            ahead @ [math.cos(start[2]), math.sin(start[2])] < 0.0
+        )
+        if math.hypot(ahead[0], ahead[1]) < goal_tolerance_m:
+            if not self._bands:
+                ends = np.array([start, goal])
+                self._add_new(
+                    *band_from_plan(ends, True, False, parameters.min_samples, self._max_speed, 0.0)
+                )
+            return
+        graph = self._graph(start, goal, samples)
+        for path in graph.paths():
+            if self._is_full():
+                return
+            self._add_new(
+                *band_from_points(
+                    graph.points[path],
+                    start[2],
+                    goal[2],
+                    backwards,
+                    parameters.min_samples,
+                    self._max_speed,
+                    parameters.acc_lim_x,
+                )
+            )
+
+    def candidates(self) -> Iterator[tuple[Trajectory, bool]]:
+        """Yields each band and whether it has the class of the global plan."""
+        for band, signature in zip(self._bands, self._classes, strict=True):
+            yield band, self._plan_class is not None and self._equal(signature, self._plan_class)
+
+    def plan_number(self) -> int:
+        """Returns the number of the band of the global plan's class, or -1."""
+        if self._plan_number >= 0:
+            return self._plan_number
+        return next((band.number for band, follows in self.candidates() if follows), -1)
+
+    def state(self, bands: tuple[Trajectory, ...]) -> PlannerState:
+        """Returns what the next cycle gets, with the optimised bands, the best not yet chosen."""
+        return PlannerState(
+            trajectories=bands,
+            best=-1,
+            best_class=self._best_class,
+            next_number=self._next_number,
+            switched_s=self._switched_s,
+        )
+
+    def _is_full(self) -> bool:
+        return len(self._bands) >= self._parameters.max_number_classes
+
+    def _graph(self, start: Array, goal: Array, samples: Array) -> Graph:
+        parameters = self._parameters
+        clearance, cosine = parameters.min_obstacle_dist, parameters.obstacle_heading_threshold
+        if parameters.simple_exploration:
+            return keypoint_graph(
+                start, goal, self._obstacles, clearance_m=clearance, least_cosine=cosine
+            )
+        return roadmap(
+            start,
+            goal,
+            self._obstacles,
+            samples=samples,
+            width_m=parameters.roadmap_graph_area_width,
+            length_ratio=parameters.roadmap_graph_area_length_scale,
+            clearance_m=clearance,
+            least_cosine=cosine,
+        )
+
+    def _add_new(self, poses: Array, time_steps: Array) -> None:
+        band = Trajectory(self._next_number, poses, time_steps)
+        if self._add_if_new(band, self._signature(poses, time_steps)):
+            self._next_number += 1
+
+    def _add_if_new(self, band: Trajectory, signature: Signature) -> bool:
+        if not signature.is_valid:
+            return False
+        if any(self._equal(signature, known) for known in self._classes):
+            best = self._best_class
+            allowed = self._parameters.max_number_plans_in_current_class
+            if best is None or not self._equal(best, signature):
+                return False
+            if sum(self._equal(best, known) for known in self._classes) >= allowed:
+                return False
+        self._bands.append(band)
+        self._classes.append(signature)
+        return True
+
+    def _keep(self, wanted: list[bool]) -> None:
+        pairs = [
+            pair
+            for pair, keep in zip(zip(self._bands, self._classes, strict=True), wanted, strict=True)
+            if keep
+        ]
+        self._bands = [band for band, _ in pairs]
+        self._classes = [signature for _, signature in pairs]
+
+    def _signature(self, poses: Array, time_steps: Array) -> Signature:
+        if self._parameters.include_dynamic_obstacles:
+            return Signature(True, signature_in_time(poses, time_steps, self._obstacles))
+        prescaler = self._parameters.h_signature_prescaler
+        return Signature(False, signature_in_plane(poses, self._obstacles, prescaler))
+
+    def _equal(self, first: Signature, second: Signature) -> bool:
+        if len(first.values) != len(second.values):
+            return False
+        return first.equals(second, self._parameters.h_signature_threshold)
+
+
+def _start_direction(poses: Array, length_m: float) -> float | None:
+    """Returns the direction (rad) to the first pose farther than length_m; None without one.
+
+    It points backwards, from that pose to the first one, as in the original.
+    """
+    offsets = poses[0, :2] - poses[:, :2]
+    far = np.flatnonzero(np.hypot(offsets[:, 0], offsets[:, 1]) > length_m)
+    if far.size == 0:
+        return None
+    return math.atan2(offsets[far[0], 1], offsets[far[0], 0])

@@ -1,0 +1,210 @@
+"""The original TEB as a controller: one cycle from observation to command."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.controller import (
+    ControllerSetup,
+    Decision,
+    InvalidPath,
+    NoValidControl,
+    Observation,
+)
+from drake_navbench.controllers.teb_upstream.band import band_command
+from drake_navbench.controllers.teb_upstream.feasibility import is_feasible
+from drake_navbench.controllers.teb_upstream.local_plan import cut_local_plan, lethal_points
+from drake_navbench.controllers.teb_upstream.memory import (
+    PlannerState,
+    TebUpstreamMemory,
+    Trajectory,
+)
+from drake_navbench.controllers.teb_upstream.parameters import TebUpstreamParameters
+from drake_navbench.controllers.teb_upstream.penalties import Terms
+from drake_navbench.controllers.teb_upstream.planner import (
+    NO_POINTS,
+    Planned,
+    Scene,
+    TebPlanner,
+    penalty_terms,
+)
+from drake_navbench.controllers.teb_upstream.recovery import update_preference
+from drake_navbench.controllers.teb_upstream.robot_models import RobotModel, circles, outline
+
+Array = NDArray[np.float64]
+
+# A car's driver bounds the steering angle a little beyond min_turning_radius.
+TURNING_RADIUS_RATIO = 0.95
+
+
+class UpstreamTimedElasticBand:
+    """teb_local_planner::TebLocalPlannerROS (ros2-master): penalties instead of constraints.
+
+    What it does and where it differs stands in docs/teb_upstream.md.
+    """
+
+    Parameters: ClassVar[type[TebUpstreamParameters]] = TebUpstreamParameters
+    nav2_plugin: ClassVar[str | None] = None
+
+    def __init__(self, parameters: TebUpstreamParameters, setup: ControllerSetup) -> None:
+        self._parameters = parameters
+        self._setup = setup
+        self._planner = TebPlanner(parameters, robot_model(parameters, setup))
+        self._history_length = round(
+            parameters.oscillation_filter_duration / setup.control_period_s
+        )
+
+    def initial_memory(self) -> TebUpstreamMemory:
+        """Returns the memory of a controller that has no band yet."""
+        return TebUpstreamMemory(PlannerState(), np.zeros(2), np.empty((0, 2)))
+
+    def step(self, observation: Observation, memory: TebUpstreamMemory) -> Decision:
+        """Returns the displacement to a pose of the best band over its time.
+
+        Raises InvalidPath for an empty plan, NoValidControl where no band was found, none is free
+        of collision, or it diverged; then the next cycle starts from the global plan.
+        """
+        if len(observation.plan) == 0:
+            raise InvalidPath("plan is empty, expected at least one pose")
+        if not np.isfinite(observation.plan).all():
+            raise InvalidPath("plan holds a coordinate that is not finite")
+        parameters = self._parameters
+        memory = update_preference(
+            memory,
+            parameters,
+            time_s=observation.time_s,
+            turn_rate=float(observation.twist[1]),
+            length=self._history_length,
+        )
+        terms = penalty_terms(parameters, observation.speed_limit)
+        try:
+            planned = self._planner.plan(memory.planner, self._scene(observation), terms)
+            planner, best = self._feasible(planned, observation)
+            command = self._command(best, terms)
+        except NoValidControl as error:
+            cleared = memory.planner._replace(trajectories=(), best=-1)
+            error.memory = memory._replace(planner=cleared, last_command=np.zeros(2))
+            raise
+        command.flags.writeable = False
+        memory = memory._replace(planner=planner, last_command=command)
+        return Decision(command, memory, self._diagnostics(planner, best))
+
+    def _scene(self, observation: Observation) -> Scene:
+        parameters = self._parameters
+        plan = cut_local_plan(observation, parameters)
+        obstacles = NO_POINTS
+        if parameters.include_costmap_obstacles:
+            obstacles = lethal_points(
+                observation.costmap.grid,
+                observation.pose,
+                parameters.costmap_obstacles_behind_robot_dist,
+            )
+        chance = observation.noise_key.generator()
+        return Scene(
+            plan=plan.poses,
+            twist=np.ascontiguousarray(observation.twist),
+            obstacles=obstacles,
+            via_points=plan.via_points,
+            samples=chance.random((parameters.roadmap_graph_samples, 2)),
+            lots=chance.random(parameters.max_number_classes),
+            goal_tolerance_m=observation.goal_xy_tolerance_m,
+            time_s=observation.time_s,
+        )
+
+    def _feasible(
+        self, planned: Planned, observation: Observation
+    ) -> tuple[PlannerState, Trajectory]:
+        """Returns the best band whose next poses are free.
+
+        The band that was driven so far must not fail: to change it then might be to change back.
+        """
+        parameters, setup = self._parameters, self._setup
+        best = planned.best
+        if (
+            best is not None
+            and parameters.divergence_detection_enable
+            and best.chi_squared > parameters.divergence_detection_max_chi_squared
+        ):
+            raise NoValidControl(f"the band diverged: cost {best.chi_squared:g}")
+        while best is not None:
+            if is_feasible(
+                observation.costmap,
+                setup.footprint,
+                best.poses,
+                last_index=parameters.feasibility_check_no_poses,
+                distance_m=parameters.feasibility_check_lookahead_distance,
+                inscribed_radius_m=setup.inscribed_radius_m,
+                angular_resolution=parameters.min_resolution_collision_check_angular,
+            ):
+                return planned.state, best
+            if best.number == planned.previous:
+                break
+            planned = self._planner.select(planned.without_best(), observation.time_s)
+            best = planned.best
+        raise NoValidControl("no band is free of collision")
+
+    def _command(self, band: Trajectory, terms: Terms) -> Array:
+        """Returns (2,) v m/s, w rad/s within the limits."""
+        parameters = self._parameters
+        is_valid, speed, rate = band_command(
+            band.poses, band.time_steps, parameters.control_look_ahead_poses, parameters.dt_ref
+        )
+        if not is_valid or not math.isfinite(speed) or not math.isfinite(rate):
+            raise NoValidControl("the band gives no command")
+        speed, rate = saturated(speed, rate, terms, parameters.use_proportional_saturation)
+        if parameters.cmd_angle_instead_rotvel:
+            angle = steering_angle(
+                speed,
+                rate,
+                parameters.wheelbase,
+                TURNING_RADIUS_RATIO * parameters.min_turning_radius,
+            )
+            rate = speed * math.tan(angle) / parameters.wheelbase
+        return np.array([speed, rate])
+
+    def _diagnostics(self, planner: PlannerState, best: Trajectory) -> dict[str, Any]:
+        shown: dict[str, Any] = {
+            "band_cost": best.cost,
+            "band_count": len(planner.trajectories),
+            "pose_count": len(best.poses),
+            "duration_s": best.duration_s,
+            "preferred_turn": best.preferred_turn,
+        }
+        if self._setup.wants_diagnostics:
+            shown["predicted_trajectory"] = best.poses
+        return shown
+
+
+def robot_model(parameters: TebUpstreamParameters, setup: ControllerSetup) -> RobotModel:
+    """Returns the robot's shape for the optimiser."""
+    model = parameters.footprint_model
+    discs = model.circles()
+    return circles(discs) if discs is not None else outline(model.outline(setup.footprint))
+
+
+def saturated(speed: float, rate: float, terms: Terms, proportionally: bool) -> tuple[float, float]:
+    """Returns the command within the limits; without a limit of reverse speed it is not cut."""
+    speed_ratio = rate_ratio = 1.0
+    if speed > terms.max_vel_x:
+        speed_ratio = terms.max_vel_x / speed
+    if 0.0 < terms.max_vel_x_backwards < -speed:
+        speed_ratio = -terms.max_vel_x_backwards / speed
+    if abs(rate) > terms.max_vel_theta:
+        rate_ratio = terms.max_vel_theta / abs(rate)
+    if proportionally:
+        speed_ratio = rate_ratio = min(speed_ratio, rate_ratio)
+    return speed * speed_ratio, rate * rate_ratio
+
+
+def steering_angle(speed: float, rate: float, wheelbase: float, least_radius: float) -> float:
+    """Returns the angle (rad) of a car's front wheels for a twist; least_radius in m."""
+    if speed == 0.0 or rate == 0.0:
+        return 0.0
+    radius = speed / rate
+    if abs(radius) < least_radius:
+        radius = math.copysign(least_radius, radius)
+    return math.atan(wheelbase / radius)

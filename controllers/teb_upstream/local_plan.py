@@ -1,0 +1,131 @@
+"""The part of the global plan that a cycle's bands cover, as teb_local_planner cuts it."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from drake_navbench.controller import Observation
+from drake_navbench.controllers.teb_upstream.parameters import TebUpstreamParameters
+from drake_navbench.kernels.grid import LETHAL
+
+Array = NDArray[np.float64]
+
+# Of the half side of the costmap, so that obstacles at its edge are seen.
+REGION_RATIO = 0.85
+# Squared distance at which the robot counts as on the plan, m^2.
+ON_PLAN_M2 = 0.05
+# The heading of a local goal is the mean of so many pieces of the plan behind it.
+HEADING_PIECES = 3
+
+
+class LocalPlan(NamedTuple):
+    """poses: (P, 3), the robot's first, the local goal last. via_points: (V, 2) m."""
+
+    poses: Array
+    via_points: Array
+
+
+def cut_local_plan(observation: Observation, parameters: TebUpstreamParameters) -> LocalPlan:
+    """Returns the local plan; the observation's plan must hold a pose."""
+    plan, costmap = observation.plan, observation.costmap
+    region = REGION_RATIO * 0.5 * max(costmap.size_x_m, costmap.size_y_m)
+    first, end = plan_window(
+        plan, observation.pose, region, parameters.max_global_plan_lookahead_dist
+    )
+    if end <= first:
+        first, end = len(plan) - 1, len(plan)
+    poses = plan[first:end].copy()
+    via_points = spaced_points(poses, parameters.global_plan_viapoint_sep)
+    if parameters.global_plan_overwrite_orientation:
+        poses[-1, 2] = goal_heading(plan, end - 1, observation.goal)
+    if len(poses) == 1:
+        poses = np.vstack([observation.pose, poses])
+    poses[0] = observation.pose
+    return LocalPlan(poses, via_points)
+
+
+@njit(cache=True)
+def plan_window(plan, pose, region, longest):
+    """Returns (first, end) of the plan's poses (M, 3) within the region (m) about the robot.
+
+    It starts at the nearest pose before the plan leaves the region, or, once near it, before it
+    leads away; it ends with the first pose beyond the region or the length (m; not positive: any).
+    """
+    first, nearest = 0, 1e10
+    on_plan = False
+    for j in range(plan.shape[0]):
+        squared = (pose[0] - plan[j, 0]) ** 2 + (pose[1] - plan[j, 1]) ** 2
+        if squared > region * region or (on_plan and squared > nearest):
+            break
+        if squared < nearest:
+            nearest, first = squared, j
+            on_plan = on_plan or squared < ON_PLAN_M2
+    end, length, squared = first, 0.0, nearest
+    while (
+        end < plan.shape[0] and squared <= region * region and (longest <= 0.0 or length <= longest)
+    ):
+        squared = (pose[0] - plan[end, 0]) ** 2 + (pose[1] - plan[end, 1]) ** 2
+        if end > 0:
+            length += math.hypot(plan[end, 0] - plan[end - 1, 0], plan[end, 1] - plan[end - 1, 1])
+        end += 1
+    return first, end
+
+
+def goal_heading(plan: Array, index: int, goal: Array) -> float:
+    """Returns the yaw (rad) of a local goal, plan[index]: the mean direction behind it.
+
+    Near the end of the global plan it is the global goal's yaw.
+    """
+    ends_globally = bool(np.all(plan[-1] == goal))
+    if index > len(plan) - HEADING_PIECES - 2 and ends_globally:
+        return float(plan[index, 2] if index >= len(plan) - 1 else goal[2])
+    pieces = np.diff(plan[index : index + HEADING_PIECES + 1, :2], axis=0)
+    if len(pieces) == 0:
+        # The plan goes on beyond what the path handler hands out.
+        pieces = np.diff(plan[-2:, :2], axis=0)
+        if len(pieces) == 0:
+            return float(plan[index, 2])
+    angles = np.arctan2(pieces[:, 1], pieces[:, 0])
+    x, y = float(np.cos(angles).sum()), float(np.sin(angles).sum())
+    return math.atan2(y, x) if x != 0.0 or y != 0.0 else 0.0
+
+
+def spaced_points(poses: Array, separation_m: float) -> Array:
+    """Returns (V, 2) m: poses (P, 3) at least so far apart, none where it is not positive."""
+    if separation_m <= 0.0:
+        return np.empty((0, 2))
+    chosen, previous = [], 0
+    for i in range(1, len(poses)):
+        if math.hypot(*(poses[i, :2] - poses[previous, :2])) >= separation_m:
+            chosen.append(i)
+            previous = i
+    return poses[chosen, :2].copy()
+
+
+@njit(cache=True)
+def lethal_points(grid, pose, behind):
+    """Returns (N, 2) m, the centres of the lethal cells, column by column.
+
+    Without the last row and column, and without those behind the robot and farther than `behind` m.
+    """
+    rows, columns = grid.costs.shape
+    points = np.empty((rows * columns, 2))
+    heading_x, heading_y = math.cos(pose[2]), math.sin(pose[2])
+    used = 0
+    for column in range(columns - 1):
+        for row in range(rows - 1):
+            if grid.costs[row, column] != LETHAL:
+                continue
+            x = grid.origin_x + (column + 0.5) * grid.resolution
+            y = grid.origin_y + (row + 0.5) * grid.resolution
+            dx, dy = x - pose[0], y - pose[1]
+            if dx * heading_x + dy * heading_y < 0.0 and dx * dx + dy * dy > behind * behind:
+                continue
+            points[used, 0], points[used, 1] = x, y
+            used += 1
+    return points[:used].copy()

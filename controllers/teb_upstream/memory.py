@@ -1,0 +1,64 @@
+"""What the original TEB keeps from one cycle to the next."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.controllers.teb_upstream.signatures import Signature
+
+Array = NDArray[np.float64]
+
+
+class Trajectory(NamedTuple):
+    """One band of the planner.
+
+    number: its name. poses (n, 3), time_steps (n - 1,) s. cost: that bands are compared by, inf
+    before the first optimisation. chi_squared: see `optimizer.Optimized`. is_optimized: its last
+    optimisation succeeded. preferred_turn: 1 left, -1 right, 0 neither.
+    """
+
+    number: int
+    poses: Array
+    time_steps: Array
+    cost: float = math.inf
+    chi_squared: float = 0.0
+    is_optimized: bool = False
+    preferred_turn: float = 0.0
+
+    @property
+    def duration_s(self) -> float:
+        """Time from the first to the last pose, s."""
+        return float(self.time_steps.sum())
+
+
+class PlannerState(NamedTuple):
+    """The planner's bands between cycles.
+
+    best: number of the band driven, or -1. next_number: for the next new band. switched_s: when
+    the driven band last changed class.
+    """
+
+    trajectories: tuple[Trajectory, ...] = ()
+    best: int = -1
+    best_class: Signature | None = None
+    next_number: int = 0
+    switched_s: float = 0.0
+
+
+class TebUpstreamMemory(NamedTuple):
+    """What a cycle hands to the next one.
+
+    last_command: (2,) v m/s, w rad/s; zero after a failure. history: (K, 2) past commands over
+    their limits, oldest first. oscillated_s: when an oscillation was last seen; None before.
+    preferred_turn: 1 left, -1 right, 0 neither.
+    """
+
+    planner: PlannerState
+    last_command: Array
+    history: Array
+    oscillated_s: float | None = None
+    preferred_turn: float = 0.0

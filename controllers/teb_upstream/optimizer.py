@@ -1,0 +1,290 @@
+"""Levenberg and Marquardt's method on a band, as g2o runs it for teb_local_planner.
+
+A few outer rounds resize the band, attach obstacles anew and raise their weight; each runs a few
+steps. The normal equations are a band matrix, solved by Cholesky's method in linear time. Sources:
+teb_local_planner's TebOptimalPlanner::optimizeTEB, g2o's OptimizationAlgorithmLevenberg.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from drake_navbench.controllers.teb_upstream.association import Association, attach
+from drake_navbench.controllers.teb_upstream.band import resize
+from drake_navbench.controllers.teb_upstream.penalties import (
+    BANDWIDTH,
+    COST_KINDS,
+    OBSTACLE_COST,
+    OTHER_COST,
+    STRIDE,
+    TIME_COST,
+    VIA_POINT_COST,
+    Surroundings,
+    System,
+    Terms,
+    add_edges,
+)
+
+Array = NDArray[np.float64]
+
+# g2o's settings of the damping.
+FIRST_DAMPING = 1e-5
+LEAST_DAMPING_FACTOR, MOST_DAMPING_FACTOR = 1.0 / 3.0, 2.0 / 3.0
+MOST_TRIALS = 10
+# Added to the predicted gain, so that it is never zero.
+LEAST_GAIN = 1e-3
+# Slower robots are not optimised for, m/s.
+LEAST_SPEED = 0.01
+
+
+class Rounds(NamedTuple):
+    """How long a band is optimised, and how it is cut, by teb_local_planner's names.
+
+    once: the resizing sweeps once in place of as often as it changes something. The three scales
+    are of the cost that bands are compared by.
+    """
+
+    inner: int
+    outer: int
+    adapt_factor: float
+    resizes: bool
+    dt_ref: float
+    dt_hysteresis: float
+    fewest: int
+    most: int
+    once: bool
+    obstacle_scale: float
+    via_point_scale: float
+    by_duration: bool
+    detects_divergence: bool
+
+
+class Optimized(NamedTuple):
+    """What became of a band.
+
+    cost: that bands are compared by. chi_squared: of the last step, where divergence is detected,
+    zero where the last round ended early. converged_rounds: rounds that ended early.
+    """
+
+    succeeded: bool
+    poses: Array
+    time_steps: Array
+    cost: float
+    chi_squared: float
+    step_count: int
+
+
+@njit(cache=True, error_model="numpy")
+def solve_banded(matrix, damping, right, size, factor, solution):
+    """Solves (matrix + damping I) solution = right by Cholesky's method; returns whether it can.
+
+    matrix: (S, 11) lower band, row r and column r - c; only rows and columns 3 to 3 + size. factor:
+    (S, 11) scratch. solution: (S,) filled there.
+    """
+    first = STRIDE - 1
+    end = first + size
+    for row in range(first, end):
+        start = max(first, row - BANDWIDTH)
+        for column in range(start, row + 1):
+            value = matrix[row, row - column]
+            if column == row:
+                value += damping
+            for k in range(max(start, column - BANDWIDTH), column):
+                value -= factor[row, row - k] * factor[column, column - k]
+            if column == row:
+                if not value > 0.0:
+                    return False
+                factor[row, 0] = math.sqrt(value)
+            else:
+                factor[row, row - column] = value / factor[column, 0]
+    for row in range(first, end):
+        value = right[row]
+        for k in range(max(first, row - BANDWIDTH), row):
+            value -= factor[row, row - k] * solution[k]
+        solution[row] = value / factor[row, 0]
+    for row in range(end - 1, first - 1, -1):
+        value = solution[row]
+        for k in range(row + 1, min(end, row + BANDWIDTH + 1)):
+            value -= factor[k, k - row] * solution[k]
+        solution[row] = value / factor[row, 0]
+    return True
+
+
+@njit(cache=True, error_model="numpy")
+def _move(poses, steps, count, solution):
+    """Adds a step (S,) to the inner poses and all time steps, in place."""
+    for i in range(count - 1):
+        steps[i] += solution[STRIDE * i + 3]
+    for i in range(1, count - 1):
+        column = STRIDE * i
+        poses[i, 0] += solution[column]
+        poses[i, 1] += solution[column + 1]
+        yaw = poses[i, 2] + solution[column + 2]
+        if not (-math.pi <= yaw < math.pi):
+            yaw -= math.floor(yaw / (2.0 * math.pi)) * 2.0 * math.pi
+            if yaw >= math.pi:
+                yaw -= 2.0 * math.pi
+            if yaw < -math.pi:
+                yaw += 2.0 * math.pi
+        poses[i, 2] = yaw
+
+
+@njit(cache=True, error_model="numpy")
+def descend(poses, steps, count, terms, around, attached, multiplier, iterations, costs):
+    """Runs Levenberg and Marquardt's method in place; returns the number of its steps.
+
+    costs: (COST_KINDS,) left as of the last trial, which need not be the one that was taken: the
+    original compares bands by that.
+    """
+    columns = STRIDE * count
+    size = STRIDE * (count - 2) + 1
+    system = System(np.zeros((columns, BANDWIDTH + 1)), np.zeros(columns))
+    factor = np.zeros((columns, BANDWIDTH + 1))
+    solution = np.zeros(columns)
+    motion = np.zeros((count, 8))
+    old_poses, old_steps = np.empty((count, 3)), np.empty(count)
+    damping, growth = 0.0, 2.0
+    first, end = STRIDE - 1, STRIDE - 1 + size
+    done = 0
+    for iteration in range(iterations):
+        add_edges(
+            poses, steps, count, terms, around, attached, multiplier, system, True, costs, motion
+        )
+        current = costs.sum()
+        if iteration == 0:
+            damping = FIRST_DAMPING * max(0.0, system.matrix[first:end, 0].max())
+        trials = 0
+        gain_ratio = 0.0
+        done += 1
+        while True:
+            old_poses[:] = poses[:count]
+            old_steps[: count - 1] = steps[: count - 1]
+            solved = solve_banded(system.matrix, damping, system.right, size, factor, solution)
+            _move(poses, steps, count, solution)
+            add_edges(
+                poses,
+                steps,
+                count,
+                terms,
+                around,
+                attached,
+                multiplier,
+                system,
+                False,
+                costs,
+                motion,
+            )
+            trial = costs.sum() if solved else np.finfo(np.float64).max
+            predicted = LEAST_GAIN
+            for k in range(first, end):
+                predicted += solution[k] * (damping * solution[k] + system.right[k])
+            gain_ratio = (current - trial) / predicted
+            trials += 1
+            if gain_ratio > 0.0 and math.isfinite(trial):
+                factor_wanted = min(1.0 - (2.0 * gain_ratio - 1.0) ** 3, MOST_DAMPING_FACTOR)
+                damping *= max(LEAST_DAMPING_FACTOR, factor_wanted)
+                growth = 2.0
+                current = trial
+            else:
+                damping *= growth
+                growth *= 2.0
+                poses[:count] = old_poses
+                steps[: count - 1] = old_steps[: count - 1]
+                if not math.isfinite(damping):
+                    break
+            if not (gain_ratio < 0.0 and trials < MOST_TRIALS):
+                break
+        if trials == MOST_TRIALS or gain_ratio == 0.0 or not math.isfinite(damping):
+            break
+    return done
+
+
+@njit(cache=True, error_model="numpy")
+def optimize(poses, steps, terms, around, association, rounds):
+    """Returns (succeeded, poses (n, 3), time steps (n - 1,), cost, chi squared, steps taken).
+
+    Fails where the robot is too slow or the band too short.
+    """
+    count = poses.shape[0]
+    capacity = max(count, rounds.most + 2)
+    band_poses, band_steps = np.empty((capacity, 3)), np.empty(capacity)
+    band_poses[:count] = poses
+    band_steps[: count - 1] = steps
+    costs = np.zeros(COST_KINDS)
+    multiplier = 1.0
+    total = 0
+    chi_squared = 0.0
+    succeeded = rounds.outer > 0
+    for _ in range(rounds.outer):
+        if rounds.resizes:
+            count = resize(
+                band_poses,
+                band_steps,
+                count,
+                rounds.dt_ref,
+                rounds.dt_hysteresis,
+                rounds.fewest,
+                rounds.most,
+                rounds.once,
+            )
+        if terms.max_vel_x < LEAST_SPEED or count < max(rounds.fewest, 3):
+            succeeded = False
+            break
+        attached = attach(band_poses, count, around, association)
+        taken = descend(
+            band_poses, band_steps, count, terms, around, attached, multiplier, rounds.inner, costs
+        )
+        total += taken
+        if rounds.detects_divergence:
+            unused = System(np.zeros((1, 1)), np.zeros(1))
+            motion = np.zeros((count, 8))
+            add_edges(
+                band_poses,
+                band_steps,
+                count,
+                terms,
+                around,
+                attached,
+                multiplier,
+                unused,
+                False,
+                costs,
+                motion,
+            )
+            chi_squared = costs.sum() if taken == rounds.inner else 0.0
+        multiplier *= rounds.adapt_factor
+    duration = band_steps[: count - 1].sum()
+    cost = (
+        rounds.obstacle_scale * costs[OBSTACLE_COST]
+        + rounds.via_point_scale * costs[VIA_POINT_COST]
+        + (duration if rounds.by_duration else costs[TIME_COST])
+        + costs[OTHER_COST]
+    )
+    return (
+        succeeded,
+        band_poses[:count].copy(),
+        band_steps[: count - 1].copy(),
+        cost,
+        chi_squared,
+        total,
+    )
+
+
+def optimize_band(
+    poses: Array,
+    time_steps: Array,
+    terms: Terms,
+    around: Surroundings,
+    association: Association,
+    rounds: Rounds,
+) -> Optimized:
+    """Returns the optimised band; see `optimize`."""
+    result = Optimized(*optimize(poses, time_steps, terms, around, association, rounds))
+    result.poses.flags.writeable = False
+    result.time_steps.flags.writeable = False
+    return result

@@ -1,0 +1,157 @@
+"""H-signatures: on which side of which obstacle a trajectory passes.
+
+In x, y and time (Bhattacharya et al. 2011) each obstacle is a conductor, and the field that its
+current has along the trajectory tells the side; in the plane (Bhattacharya et al. 2010) one complex
+number tells all. Formulas of teb_local_planner's h_signature.h (ros2-master), for obstacles that
+stand.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+# A conductor ends so late, s.
+CONDUCTOR_END_S = 120.0
+# Points that the field is read at in each interval.
+FIELD_SAMPLES = 10
+COINCIDENT_M = 1e-15
+# In the plane: obstacles this close are one, m; and the least size of the region, m.
+SAME_OBSTACLE_M = 0.05
+LEAST_REGION_M = 3.0
+FEWEST_OBSTACLES = 5
+
+
+class Signature(NamedTuple):
+    """in_time: whether `values` (N,) are one number an obstacle; else real and imaginary part."""
+
+    in_time: bool
+    values: Array
+
+    @property
+    def is_valid(self) -> bool:
+        """Whether all numbers are finite."""
+        return bool(np.isfinite(self.values).all())
+
+    def equals(self, other: Signature, threshold: float) -> bool:
+        """Whether two trajectories are of one class.
+
+        In time: unless they pass an obstacle that matters to both on different sides.
+        """
+        if not self.in_time:
+            return bool(np.all(np.abs(self.values - other.values) <= threshold))
+        return same_sides(self.values, other.values, threshold)
+
+
+@njit(cache=True, error_model="numpy")
+def same_sides(first, second, threshold):
+    """Whether no value (N,) of at least the threshold in both has another sign."""
+    for k in range(first.shape[0]):
+        if (
+            abs(first[k]) >= threshold
+            and abs(second[k]) >= threshold
+            and (first[k] > 0.0) != (second[k] > 0.0)
+        ):
+            return False
+    return True
+
+
+@njit(cache=True, error_model="numpy")
+def add_interval(x0, y0, x1, y1, start_time, end_time, obstacles, fields):
+    """Adds to fields (N,) what one straight interval contributes; not yet divided by 4 pi."""
+    dx, dy, dt = x1 - x0, y1 - y0, end_time - start_time
+    if math.sqrt(dx * dx + dy * dy + dt * dt) < COINCIDENT_M:
+        return
+    share = 1.0 / FIELD_SAMPLES
+    step_x, step_y, step_t = share * dx, share * dy, share * dt
+    for k in range(obstacles.shape[0]):
+        x, y, t = x0, y0, start_time
+        total = 0.0
+        for _ in range(FIELD_SAMPLES):
+            a_x, a_y = obstacles[k, 0] - x, obstacles[k, 1] - y
+            squared = a_x * a_x + a_y * a_y
+            left = CONDUCTOR_END_S - t
+            total += (
+                (a_y * step_x - a_x * step_y)
+                / squared
+                * (left / math.sqrt(squared + left * left) + t / math.sqrt(squared + t * t))
+            )
+            x += step_x
+            y += step_y
+            t += step_t
+        fields[k] += total
+
+
+@njit(cache=True, error_model="numpy")
+def signature_in_time(poses, steps, obstacles):
+    """Returns (N,): positive where the obstacle lies to the left of the trajectory."""
+    fields = np.zeros(obstacles.shape[0])
+    time = 0.0
+    for i in range(poses.shape[0] - 1):
+        later = time + steps[i]
+        add_interval(
+            poses[i, 0],
+            poses[i, 1],
+            poses[i + 1, 0],
+            poses[i + 1, 1],
+            time,
+            later,
+            obstacles,
+            fields,
+        )
+        time = later
+    return fields / (4.0 * math.pi)
+
+
+@njit(cache=True, error_model="numpy")
+def signature_in_plane(poses, obstacles, prescaler):
+    """Returns (2,): real and imaginary part of the complex signature."""
+    number = obstacles.shape[0]
+    if number == 0:
+        return np.zeros(2)
+    order = max(number - 1, FEWEST_OBSTACLES)
+    upper = math.ceil(order / 2.0)
+    lower = order - upper
+    start = complex(poses[0, 0], poses[0, 1])
+    delta = complex(poses[-1, 0], poses[-1, 1]) - start
+    if abs(delta) < LEAST_REGION_M:
+        bottom_left = start - complex(0.0, LEAST_REGION_M)
+        top_right = start + complex(LEAST_REGION_M, LEAST_REGION_M)
+    else:
+        normal = complex(-delta.imag, delta.real)
+        bottom_left, top_right = start - normal, start + delta + normal
+    total = complex(0.0, 0.0)
+    for k in range(number):
+        obstacle = complex(obstacles[k, 0], obstacles[k, 1])
+        # In logarithms: the product over hundreds of obstacles leaves the range of a double.
+        numerator = (obstacle - bottom_left) * (obstacle - top_right)
+        log_size = math.log(prescaler * upper * lower * abs(numerator))
+        angle = math.atan2(numerator.imag, numerator.real)
+        for j in range(number):
+            apart_x = obstacles[k, 0] - obstacles[j, 0]
+            apart_y = obstacles[k, 1] - obstacles[j, 1]
+            distance = math.sqrt(apart_x * apart_x + apart_y * apart_y)
+            if j != k and distance >= SAME_OBSTACLE_M:
+                log_size -= math.log(distance)
+                angle -= math.atan2(apart_y, apart_x)
+        swept = complex(0.0, 0.0)
+        for i in range(poses.shape[0] - 1):
+            first = complex(poses[i, 0], poses[i, 1]) - obstacle
+            second = complex(poses[i + 1, 0], poses[i + 1, 1]) - obstacle
+            if abs(first) == 0.0 or abs(second) == 0.0:
+                continue
+            turn = math.atan2(second.imag, second.real) - math.atan2(first.imag, first.real)
+            if turn > math.pi:
+                turn -= 2.0 * math.pi
+            elif turn < -math.pi:
+                turn += 2.0 * math.pi
+            swept += complex(math.log(abs(second)) - math.log(abs(first)), turn)
+        size = math.exp(log_size)
+        total += complex(size * math.cos(angle), size * math.sin(angle)) * swept
+    return np.array([total.real, total.imag])

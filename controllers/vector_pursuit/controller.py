@@ -1,0 +1,159 @@
+"""Vector Pursuit: follows the plan along screws that reach a pose on it with its heading."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, ClassVar
+
+import numpy as np
+
+from drake_navbench.controller import (
+    CollisionAhead,
+    ControllerSetup,
+    Decision,
+    InvalidPath,
+    NoValidControl,
+    Observation,
+)
+from drake_navbench.controllers.vector_pursuit.cycle import (
+    CENTRE_OFF_MAP,
+    NO_COLLISION,
+    ROTATE_TO_GOAL,
+    ROTATE_TO_PATH,
+    TRACK,
+    Cycle,
+    Settings,
+    run_cycle,
+)
+from drake_navbench.controllers.vector_pursuit.memory import VectorPursuitMemory
+from drake_navbench.controllers.vector_pursuit.parameters import VectorPursuitParameters
+from drake_navbench.kernels.command_arc import project_arc
+from drake_navbench.kernels.poses import compose
+from drake_navbench.kernels.read_only import read_only
+from drake_navbench.kernels.speed_limit import limited_speed
+
+BRANCH_NAMES = {
+    TRACK: "track",
+    ROTATE_TO_GOAL: "rotate_to_goal",
+    ROTATE_TO_PATH: "rotate_to_path",
+}
+
+
+class VectorPursuit:
+    """Black Coffee Robotics' Vector Pursuit for Nav2, branch master, number for number.
+
+    Wit, Crane, Armstrong: Autonomous Ground Vehicle Path Tracking (2004).
+    The original cuts the plan for itself, where it leaves a circle; here Nav2's path handler does,
+    after its prune distance. Its last command outlives the goal; here each goal starts at rest.
+    As in Nav2's release Humble, for which it is made, the controller server is patient with all
+    that it raises.
+    """
+
+    Parameters: ClassVar[type[VectorPursuitParameters]] = VectorPursuitParameters
+    nav2_plugin: ClassVar[str] = "vector_pursuit_controller::VectorPursuitController"
+
+    def __init__(self, parameters: VectorPursuitParameters, setup: ControllerSetup) -> None:
+        self._parameters = parameters
+        self._settings = _kernel_settings(parameters, setup)
+        self._wants_diagnostics = setup.wants_diagnostics
+        self._footprint = read_only(setup.footprint)
+
+    def initial_memory(self) -> VectorPursuitMemory:
+        """Returns the memory at the start of a goal: at rest."""
+        return VectorPursuitMemory()
+
+    def step(self, observation: Observation, memory: VectorPursuitMemory) -> Decision:
+        """Returns the command of one cycle.
+
+        Raises InvalidPath for a plan without poses, or of one pose where a heading is taken from
+        its segments; CollisionAhead where the command collides; NoValidControl where the robot's
+        centre is off the costmap while tracking, or the turn rate is without bound.
+        """
+        self._check_plan(len(observation.plan))
+        x, y, yaw = observation.pose.tolist()
+        costmap = observation.costmap
+        cycle = run_cycle(
+            self._settings,
+            read_only(observation.plan),
+            x,
+            y,
+            yaw,
+            limited_speed(self._parameters.desired_linear_vel, observation.speed_limit),
+            memory.last_v,
+            memory.last_w,
+            observation.goal_xy_tolerance_m,
+            costmap.grid,
+            costmap.tracks_unknown,
+            self._footprint,
+        )
+        command = cycle.command
+        if command.branch == CENTRE_OFF_MAP:
+            raise NoValidControl(
+                f"local costmap: the robot's centre ({x:.3f}, {y:.3f}) m lies outside, "
+                "expected inside"
+            )
+        if cycle.collision != NO_COLLISION:
+            raise self._collision_ahead(cycle)
+        if not math.isfinite(command.w):
+            raise NoValidControl(f"turn rate: got {command.w} at a radius of {command.radius} m")
+        chosen = np.array([command.v, command.w])
+        chosen.flags.writeable = False
+        return Decision(
+            chosen,
+            VectorPursuitMemory(command.v, command.w),
+            self._diagnostics(cycle, observation),
+        )
+
+    def _check_plan(self, count: int) -> None:
+        if count == 0:
+            raise InvalidPath("plan: got no poses, expected at least one")
+        if count == 1 and not self._settings.use_heading_from_path:
+            raise InvalidPath("plan: got one pose, expected two or more (use_heading_from_path)")
+
+    @staticmethod
+    def _collision_ahead(cycle: Cycle) -> CollisionAhead:
+        # At rest the period is infinite, and the collision is at the present pose.
+        time_to_collision_s = cycle.collision * cycle.period if cycle.collision > 0 else 0.0
+        v, w = cycle.command.v, cycle.command.w
+        return CollisionAhead(
+            f"collision ahead in {time_to_collision_s:.2f} s with v {v:.3f} m/s, w {w:.3f} rad/s",
+            details={"time_to_collision_s": time_to_collision_s, "v_mps": v, "w_radps": w},
+        )
+
+    def _diagnostics(self, cycle: Cycle, observation: Observation) -> dict[str, Any]:
+        command = cycle.command
+        diagnostics: dict[str, Any] = {
+            "branch": BRANCH_NAMES[command.branch],
+            "target_distance_m": command.lookahead,
+            "target_yaw_rad": command.target_yaw,
+            "curvature_radpm": 1.0 / command.radius if command.radius > 0.0 else 0.0,
+        }
+        if self._wants_diagnostics:
+            x, y, yaw = observation.pose.tolist()
+            target = (command.target_x, command.target_y, command.target_yaw)
+            diagnostics["carrot"] = compose(observation.pose, target)[:2]
+            diagnostics["predicted_trajectory"] = project_arc(
+                x,
+                y,
+                yaw,
+                command.v,
+                command.w,
+                cycle.period,
+                self._settings.max_allowed_time_to_collision_up_to_target,
+                command.lookahead,
+            )
+        return diagnostics
+
+
+def _kernel_settings(parameters: VectorPursuitParameters, setup: ControllerSetup) -> Settings:
+    """Returns what the kernels read; options that the original switches are switched."""
+    values = {
+        name: value for name, value in parameters.model_dump().items() if name in Settings._fields
+    }
+    values["use_rotate_to_heading"] |= parameters.min_turning_radius == 0.0
+    return Settings(
+        control_period_s=setup.control_period_s,
+        inscribed_radius_m=setup.inscribed_radius_m,
+        circumscribed_radius_m=setup.circumscribed_radius_m,
+        **values,
+    )

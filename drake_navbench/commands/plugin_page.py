@@ -1,0 +1,96 @@
+"""docs/plugins_of_nav2.md: every plugin that Nav2 ships, and what stands for it here."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Literal, get_args
+
+from pydantic import Field
+
+from drake_navbench.typed_files.typed_yaml import FrozenModel, read_yaml, validate
+
+DATA_FILE = "nav2_plugins.yaml"
+ReleaseName = Literal["humble", "iron", "jazzy", "kilted", "lyrical"]
+RELEASES: tuple[ReleaseName, ...] = get_args(ReleaseName)
+HEADING = """\
+# The plugins of Nav2
+
+Made by `make docs` of [nav2_plugins.yaml](nav2_plugins.yaml): every plugin that Nav2 ships in its
+releases Humble to Lyrical, and what stands for it here. "Rules of" is the release whose code ours
+follows. Equality was found by compiling the original with stand-ins for ROS, outside of this
+project, and giving both the same input; where nothing is said, ours follows the source and its own
+tests.
+"""
+
+
+class ShippedPlugin(FrozenModel):
+    """A plugin of Nav2.
+
+    since, until: first and last release that ships it; but: releases in between that do not.
+    ours: the name here, None where there is none; release: whose rules ours follows; equal: how
+    equal it was found to be.
+    """
+
+    type: str
+    since: ReleaseName = "humble"
+    until: ReleaseName = "lyrical"
+    but: list[ReleaseName] = Field(default_factory=list)
+    ours: str | None = None
+    release: str | None = None
+    equal: str | None = None
+
+    @property
+    def releases(self) -> list[str]:
+        """The releases that ship it, the oldest first."""
+        span = RELEASES[RELEASES.index(self.since) : RELEASES.index(self.until) + 1]
+        return [name for name in span if name not in self.but]
+
+
+class PluginSort(FrozenModel):
+    """All plugins of one kind."""
+
+    kind: str
+    note: str | None = None
+    plugins: list[ShippedPlugin]
+
+
+class ShippedPlugins(FrozenModel):
+    """The contents of nav2_plugins.yaml."""
+
+    kinds: list[PluginSort]
+
+
+def read_plugins(path: Path) -> ShippedPlugins:
+    """Returns what the data file says; raises InputError."""
+    return validate(ShippedPlugins, read_yaml(path), str(path))
+
+
+def plugin_page(shipped: ShippedPlugins) -> str:
+    """Returns the page."""
+    every = [plugin for sort in shipped.kinds for plugin in sort.plugins]
+    have = sum(plugin.ours is not None for plugin in every)
+    lines = [HEADING, f"Of {len(every)} plugins {have} have a counterpart here.", ""]
+    for sort in shipped.kinds:
+        lines += [f"## {sort.kind}", ""]
+        lines += [sort.note, ""] if sort.note else []
+        lines += ["| in Nav2 | releases | here | rules of | equality |", "|---|---|---|---|---|"]
+        lines += [*_rows(sort), ""]
+    return "\n".join(lines)
+
+
+def _rows(sort: PluginSort) -> Iterator[str]:
+    for plugin in sort.plugins:
+        here = f"`{plugin.ours}`" if plugin.ours else "–"
+        shipped = _span(plugin.releases)
+        equal = plugin.equal or ""
+        yield f"| `{plugin.type}` | {shipped} | {here} | {plugin.release or ''} | {equal} |"
+
+
+def _span(releases: list[str]) -> str:
+    """Returns releases in few words."""
+    if releases == list(RELEASES):
+        return "all"
+    if releases == list(RELEASES)[-len(releases) :]:
+        return releases[0] if len(releases) == 1 else f"from {releases[0]}"
+    return ", ".join(releases)

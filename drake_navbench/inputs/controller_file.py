@@ -1,0 +1,128 @@
+"""A controller in a file of its own, `path/to/file.py:Class`, that no package has to carry."""
+
+from __future__ import annotations
+
+import ast
+import contextlib
+import hashlib
+import importlib.util
+import re
+import sys
+import traceback
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+from typing import Any, NamedTuple
+
+from drake_navbench.controller import CONTROLLERS, Controller
+from drake_navbench.errors import InputError, is_machine_fault, nearest_name_hint, one_line
+from drake_navbench.typed_files.input_file import read_input
+
+MAX_FILE_BYTES = 2**20
+# What follows a colon or an equals sign belongs to another controller's parameters.
+_REFERENCE = re.compile(r"(?P<path>[^:=]+\.py)(?::(?P<rest>.*))?", re.DOTALL)
+
+
+class ControllerFile(NamedTuple):
+    """A class in a file, as it was when it was asked for.
+
+    path: absolute. sha256: of its bytes; another content is not run in its place.
+    """
+
+    path: Path
+    class_name: str
+    sha256: str
+
+    def load(self) -> type[Controller]:
+        """Returns the class; raises InputError where it cannot be had, or is no controller."""
+        return _loaded(self)
+
+
+def names_file(text: str) -> bool:
+    """Returns whether a controller is asked for by its file."""
+    return _REFERENCE.fullmatch(text) is not None
+
+
+def split_reference(text: str) -> tuple[str, list[str]]:
+    """Returns `file.py:Class` and what follows it, the assignments of parameters."""
+    found = _REFERENCE.fullmatch(text)
+    assert found is not None
+    class_name, *assignments = (found["rest"] or "").split(":")
+    return f"{found['path']}:{class_name}", assignments
+
+
+def find_controller_file(reference: str, folder: Path = Path()) -> ControllerFile:
+    """Returns what `file.py:Class` names; folder: what a relative path starts from.
+
+    The file is read, not run. Raises InputError where there is none, or no class is named.
+    """
+    found = _REFERENCE.fullmatch(reference)
+    assert found is not None
+    path = (folder / found["path"]).absolute()
+    content = read_input(path, max_bytes=MAX_FILE_BYTES)
+    class_name = found["rest"] or ""
+    if not class_name.isidentifier():
+        hint = nearest_name_hint(class_name, _classes(content))
+        raise InputError(
+            f"controller {reference!r}: got {class_name!r}, expected {path.name}:Class{hint}"
+        )
+    return ControllerFile(path, class_name, hashlib.sha256(content).hexdigest())
+
+
+@cache
+def _loaded(file: ControllerFile) -> type[Controller]:
+    who = f"controller {file.class_name!r} of {file.path}"
+    content = read_input(file.path, max_bytes=MAX_FILE_BYTES)
+    if hashlib.sha256(content).hexdigest() != file.sha256:
+        raise InputError(f"{who}: the file has changed since it was asked for; start anew")
+    module = _module(file, content, who)
+    if not hasattr(module, file.class_name):
+        raise InputError(
+            f"{who}: no such class{nearest_name_hint(file.class_name, _classes(content))}"
+        )
+    loaded: Any = getattr(module, file.class_name)
+    CONTROLLERS.require_contract(loaded, who, file.class_name)
+    return loaded
+
+
+def _module(file: ControllerFile, content: bytes, who: str) -> ModuleType:
+    """Returns the module of a file, run once for each of its contents."""
+    name = f"controller_file_{file.path.stem}_{file.sha256[:16]}"
+    if name in sys.modules:
+        return sys.modules[name]
+    spec = importlib.util.spec_from_loader(name, loader=None, origin=str(file.path))
+    assert spec is not None
+    module = importlib.util.module_from_spec(spec)
+    module.__file__ = str(file.path)
+    # Dataclasses and pydantic look a class's module up by its name.
+    sys.modules[name] = module
+    try:
+        with contextlib.chdir("."):
+            exec(compile(content, str(file.path), "exec"), module.__dict__)
+    except BaseException as error:
+        del sys.modules[name]
+        if is_machine_fault(error):
+            raise
+        where = _line_of(error, file.path)
+        # It is somebody's code: anything can happen in it.
+        raise InputError(f"{who}: cannot be loaded: {one_line(error)}{where}") from error
+    return module
+
+
+def _line_of(error: BaseException, path: Path) -> str:
+    """Returns ' (line 7)' for the last line of the file that an error passed."""
+    if isinstance(error, SyntaxError):
+        # Its text has the line.
+        return ""
+    frames = traceback.extract_tb(error.__traceback__)
+    lines = [frame.lineno for frame in frames if frame.filename == str(path)]
+    return f" (line {lines[-1]})" if lines else ""
+
+
+def _classes(content: bytes) -> list[str]:
+    """Returns the names of the classes at the top level of a file, none where it does not parse."""
+    try:
+        body = ast.parse(content).body
+    except (SyntaxError, ValueError, RecursionError):
+        return []
+    return [node.name for node in body if isinstance(node, ast.ClassDef)]

@@ -1,0 +1,212 @@
+"""The original TEB's cycle: plan, obstacles, feasibility, saturation, recovery, parameters."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+from scenes import WHEELCHAIR, straight_plan
+
+from drake_navbench.controller import (
+    ControllerSetup,
+    InvalidPath,
+    NoiseKey,
+    NoValidControl,
+    Observation,
+    SpeedLimit,
+)
+from drake_navbench.controllers.teb_upstream import UpstreamTimedElasticBand
+from drake_navbench.controllers.teb_upstream.controller import saturated, steering_angle
+from drake_navbench.controllers.teb_upstream.local_plan import (
+    cut_local_plan,
+    lethal_points,
+    plan_window,
+)
+from drake_navbench.controllers.teb_upstream.parameters import TebUpstreamParameters
+from drake_navbench.controllers.teb_upstream.planner import penalty_terms
+from drake_navbench.controllers.teb_upstream.recovery import is_oscillating
+from drake_navbench.kernels.footprint import footprint_radii
+from drake_navbench.kernels.grid import LETHAL, Costmap
+
+SIZE = 120
+
+
+def setup() -> ControllerSetup:
+    inscribed, circumscribed = footprint_radii(WHEELCHAIR)
+    return ControllerSetup(
+        control_period_s=0.05,
+        footprint=WHEELCHAIR,
+        inscribed_radius_m=inscribed,
+        circumscribed_radius_m=circumscribed,
+    )
+
+
+def costmap(*cells) -> Costmap:
+    costs = np.zeros((SIZE, SIZE), dtype=np.uint8)
+    for row, column in cells:
+        costs[row, column] = LETHAL
+    return Costmap(costs, -3.0, -3.0, 0.05)
+
+
+def observation(*cells, **values) -> Observation:
+    plan = straight_plan(4.0)
+    given = {
+        "time_s": 1.0,
+        "pose": np.array([0.0, 0.0, 0.0]),
+        "twist": np.zeros(2),
+        "plan": plan,
+        "plan_id": 0,
+        "costmap": costmap(*cells),
+        "goal": plan[-1],
+        "noise_key": NoiseKey(1, 4, 2),
+    }
+    return Observation(**given | values)
+
+
+def controller(**parameters) -> UpstreamTimedElasticBand:
+    defaults = {"max_vel_x": 0.5, "max_global_plan_lookahead_dist": 2.0}
+    return UpstreamTimedElasticBand(TebUpstreamParameters(**defaults | parameters), setup())
+
+
+def test_it_sets_off_and_is_soon_at_full_speed():
+    driven = controller()
+    memory = driven.initial_memory()
+    speeds, x = [], 0.0
+    for cycle in range(6):
+        twist = np.array([speeds[-1] if speeds else 0.0, 0.0])
+        seen = observation(time_s=0.05 * cycle, twist=twist, pose=np.array([x, 0.0, 0.0]))
+        decision = driven.step(seen, memory)
+        memory = decision.memory
+        speeds.append(decision.command[0])
+        x += 0.05 * decision.command[0]
+    # 0.5 m/s^2 would allow 0.15 m/s after six cycles: penalties clip, they do not forbid.
+    assert speeds[-1] > 0.4
+    assert max(speeds) <= 0.5
+
+
+def test_a_wall_across_the_way_is_no_way():
+    wall = [(row, 80) for row in range(SIZE)]
+    driven = controller()
+    # The front is 0.85 m ahead of the axle, the wall 1 m.
+    seen = observation(*wall, pose=np.array([0.1, 0.0, 0.0]))
+    with pytest.raises(NoValidControl, match="no band is free of collision") as caught:
+        driven.step(seen, driven.initial_memory())
+    assert caught.value.memory.planner.trajectories == ()
+    np.testing.assert_array_equal(caught.value.memory.last_command, [0.0, 0.0])
+
+
+def test_an_empty_plan_is_invalid():
+    with pytest.raises(InvalidPath, match="plan is empty"):
+        controller().step(observation(plan=np.empty((0, 3))), controller().initial_memory())
+
+
+def test_the_plan_is_cut_at_the_nearest_pose_and_after_the_lookahead():
+    parameters = TebUpstreamParameters(
+        max_global_plan_lookahead_dist=1.0, global_plan_viapoint_sep=0.4
+    )
+    plan = cut_local_plan(observation(pose=np.array([0.52, 0.1, 0.3])), parameters)
+    np.testing.assert_allclose(plan.poses[0], [0.52, 0.1, 0.3])
+    # The piece that leads to the first pose counts as well; the pose that breaks the limit is in.
+    assert plan.poses[-1, 0] == pytest.approx(1.5)
+    np.testing.assert_allclose(plan.via_points[:, 0], [0.9, 1.3])
+
+
+def test_once_near_the_plan_an_earlier_place_wins_over_a_nearer_later_one():
+    there_and_back = np.concatenate([np.arange(0.0, 2.0, 0.1), np.arange(2.0, 0.0, -0.1)])
+    plan = np.zeros((len(there_and_back), 3))
+    plan[:, 0] = there_and_back
+    plan[len(plan) // 2 :, 1] = 0.2
+    first, _ = plan_window(plan, np.array([0.5, 0.15, 0.0]), 2.55, 1.0)
+    assert plan[first, 0] == pytest.approx(0.5)
+    assert plan[first, 1] == 0.0
+
+
+def test_cells_far_behind_and_in_the_last_row_are_no_obstacles():
+    # Row and column 60 begin at 0 m.
+    seen = costmap((60, 100), (60, 40), (60, 20), (SIZE - 1, 100), (100, SIZE - 1))
+    points = lethal_points(seen.grid, np.zeros(3), 1.5)
+    np.testing.assert_allclose(points, [[-0.975, 0.025], [2.025, 0.025]])
+
+
+def test_each_component_is_cut_on_its_own_unless_asked_otherwise():
+    terms = penalty_terms(TebUpstreamParameters(), None)
+    assert saturated(0.8, 0.6, terms, False) == pytest.approx((0.4, 0.3))
+    assert saturated(0.8, 0.15, terms, True) == pytest.approx((0.4, 0.075))
+    assert saturated(-0.5, -0.6, terms, False) == pytest.approx((-0.2, -0.3))
+
+
+def test_a_speed_limit_scales_all_speeds():
+    terms = penalty_terms(TebUpstreamParameters(), SpeedLimit(50.0, is_percentage=True))
+    assert (terms.max_vel_x, terms.max_vel_x_backwards, terms.max_vel_theta) == (0.2, 0.1, 0.15)
+
+
+def test_a_car_turns_no_sharper_than_it_can():
+    assert steering_angle(0.4, 0.2, 1.0, 0.5) == pytest.approx(math.atan(0.5))
+    assert steering_angle(-0.1, 1.0, 1.0, 0.5) == pytest.approx(math.atan(-2.0))
+    assert steering_angle(0.0, 1.0, 1.0, 0.5) == 0.0
+    car = controller(
+        min_turning_radius=1.0, cmd_angle_instead_rotvel=True, wheelbase=0.8, max_vel_theta=3.0
+    )
+    beside = np.array([0.0, 1.0, 0.9])
+    speed, rate = car.step(observation(pose=beside), car.initial_memory()).command
+    assert rate != 0.0
+    assert abs(speed / rate) >= 0.95 - 1e-9
+
+
+def test_turning_to_and_fro_on_the_spot_is_an_oscillation():
+    parameters = TebUpstreamParameters()
+    shuffle = np.column_stack([np.zeros(10), np.tile([0.5, -0.5], 5)])
+    assert is_oscillating(shuffle, parameters, 20)
+    assert not is_oscillating(shuffle[:8], parameters, 20)
+    assert not is_oscillating(shuffle + np.array([0.2, 0.0]), parameters, 20)
+    assert not is_oscillating(np.abs(shuffle), parameters, 20)
+
+
+def test_a_preferred_side_reaches_the_bands_that_exist():
+    driven = controller(oscillation_filter_duration=0.5)
+    memory = driven.step(observation(), driven.initial_memory()).memory
+    shuffle = np.column_stack([np.zeros(10), np.tile([0.5, -0.5], 5)])
+    seen = replace(observation(), twist=np.array([0.0, 0.2]), time_s=2.0)
+    after = driven.step(seen, memory._replace(history=shuffle, last_command=np.zeros(2))).memory
+    assert after.preferred_turn == 1.0
+    assert after.planner.trajectories[0].preferred_turn == 1.0
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ({"dt_ref": 0.1}, "dt_hysteresis must be below dt_ref, got 0.1 and 0.1"),
+        ({"min_samples": 2}, "min_samples must be at least 3, got 2"),
+        ({"footprint_model": {"type": "line"}}, "type line needs line_start and line_end"),
+        ({"footprint_model": {"type": "polygon", "vertices": "[[0, 0], [1, 0]]"}}, "3 vertices"),
+        ({"cmd_angle_instead_rotvel": True}, "needs a min_turning_radius above 0"),
+        ({"obstacle_proximity_lower_bound": 0.7}, "obstacle_proximity_upper_bound must be above"),
+        (
+            {name: 0.0 for name in TebUpstreamParameters.model_fields if name.startswith("weight_")}
+            | {"weight_adapt_factor": 2.0},
+            "all weights are 0",
+        ),
+    ],
+)
+def test_contradictory_values_are_refused(values, said):
+    with pytest.raises(ValidationError, match=said):
+        TebUpstreamParameters(**values)
+
+
+def test_defaults_are_those_of_the_original():
+    parameters = TebUpstreamParameters()
+    assert (parameters.max_vel_x, parameters.acc_lim_x, parameters.penalty_epsilon) == (
+        0.4,
+        0.5,
+        0.05,
+    )
+    assert (parameters.selection_obst_cost_scale, parameters.footprint_model.type) == (
+        100.0,
+        "point",
+    )
+    assert TebUpstreamParameters(roadmap_graph_no_samples=9).roadmap_graph_samples == 9
+
+
+def test_used_and_unused_names_are_disjoint():
+    assert not TebUpstreamParameters.WITHOUT_EFFECT & set(TebUpstreamParameters.model_fields)

@@ -1,0 +1,135 @@
+"""Costs by hand and by the original, slopes by finite differences."""
+
+import math
+
+import numpy as np
+import pytest
+from upstream_scenes import OBSTACLES, around, evaluate, settings, straight
+
+from drake_navbench.controllers.teb_upstream.association import attach
+from drake_navbench.controllers.teb_upstream.penalties import (
+    OBSTACLE_COST,
+    OTHER_COST,
+    STRIDE,
+    TIME_COST,
+    VIA_POINT_COST,
+)
+from drake_navbench.controllers.teb_upstream.robot_models import circles, outline
+
+# The boxes and circles of the cases that the original was asked for.
+BOX = outline(np.array([[0.3, 0.2], [0.3, -0.2], [-0.3, -0.2], [-0.3, 0.2]]))
+CIRCLES = circles(np.array([[0.2, 0.2], [-0.1, 0.15]]))
+
+
+def bent_band():
+    poses = straight()
+    poses[1:-1, 1:] = 0.1, 0.05
+    return poses, np.full(8, 0.5)
+
+
+def costs_of(poses, steps, scene, multiplier=1.0, **values):
+    terms, ways, _ = settings(**values)
+    attached = attach(poses, len(poses), scene, ways)
+    return evaluate(poses, steps, terms, scene, attached, multiplier)[0]
+
+
+def test_slow_steady_motion_costs_its_squared_time_steps_and_the_hard_start_and_stop():
+    # 0.25 m in 1 s: the sign of the speed is 25 / 26, so that it is 0.2404 m/s.
+    speed = 0.25 * 25.0 / 26.0
+    # From rest and to rest within a whole step of 1 s, below 0.5 - 0.05 m/s^2.
+    costs = costs_of(straight(), np.ones(8), around())
+    assert costs[TIME_COST] == pytest.approx(8.0)
+    assert costs[OTHER_COST] == 0.0
+    # In steps of 0.5 s the speed is above 0.4 - 0.05 m/s, and so are both accelerations.
+    costs = costs_of(straight(), np.full(8, 0.5), around())
+    excess = 2.0 * speed - 0.35
+    jump = 2.0 * speed / 0.5 - 0.45
+    assert costs[TIME_COST] == pytest.approx(2.0)
+    assert costs[OTHER_COST] == pytest.approx(8 * 2.0 * excess**2 + 2 * jump**2)
+
+
+def test_an_obstacle_costs_the_missing_distance_and_the_inflation():
+    poses = straight(1.0, 0.5)
+    scene = around(obstacles=np.array([[0.5, 0.3]]), via_points=np.array([[0.5, 0.2]]))
+    costs = costs_of(poses, np.full(2, 2.0), scene, multiplier=4.0)
+    # 0.3 m instead of 0.55 m and of 0.6 m.
+    assert costs[OBSTACLE_COST] == pytest.approx(4.0 * 50.0 * 0.25**2 + 0.1 * 0.3**2)
+    assert costs[VIA_POINT_COST] == pytest.approx(0.2**2)
+
+
+def test_costs_are_those_of_the_original():
+    """The numbers come from teb_local_planner (ros2-master) with g2o."""
+    poses, steps = bent_band()
+    scene = around(
+        twist=(0.2, 0.1),
+        obstacles=OBSTACLES,
+        via_points=np.array([[1.0, -0.2]]),
+        robot=BOX,
+        preferred_turn=1.0,
+    )
+    assert costs_of(poses, steps, scene, 2.0).sum() == pytest.approx(318.7008010570478, rel=1e-12)
+    scene = around(twist=(0.2, 0.1), obstacles=OBSTACLES, robot=CIRCLES)
+    total = costs_of(
+        poses,
+        steps,
+        scene,
+        min_turning_radius=0.5,
+        exact_arc_length=True,
+        weight_shortest_path=0.5,
+        obstacle_cost_exponent=2.0,
+        weight_velocity_obstacle_ratio=2.0,
+    ).sum()
+    assert total == pytest.approx(177.4057339681052, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {},
+        {"exact_arc_length": True, "weight_shortest_path": 0.7, "obstacle_cost_exponent": 2.5},
+        {"min_turning_radius": 0.5, "weight_velocity_obstacle_ratio": 3.0},
+        {"min_turning_radius": 0.5, "exact_arc_length": True, "free_goal_vel": True},
+    ],
+)
+@pytest.mark.parametrize("robot", [BOX, CIRCLES])
+def test_slopes_agree_with_finite_differences(values, robot):
+    rng = np.random.default_rng(4)
+    terms, ways, _ = settings(**values)
+    count = 9
+    poses = straight() + rng.normal(0.0, 0.05, (count, 3))
+    steps = rng.uniform(0.3, 1.0, count - 1)
+    scene = around(
+        twist=(0.1, -0.2),
+        obstacles=OBSTACLES,
+        via_points=np.array([[0.6, 0.1]]),
+        robot=robot,
+        stops_at_goal=not values.get("free_goal_vel", False),
+        preferred_turn=-1.0,
+    )
+    attached = attach(poses, count, scene, ways)
+
+    def total(columns):
+        table = columns.reshape(count, STRIDE)
+        moved = np.ascontiguousarray(table[:, :3])
+        return evaluate(moved, table[:-1, 3], terms, scene, attached, 2.0)[0].sum()
+
+    columns = np.column_stack([poses, np.append(steps, 0.0)]).ravel()
+    _, system = evaluate(poses, steps, terms, scene, attached, 2.0)
+    for column in range(3, len(columns) - 5):
+        step = np.zeros(len(columns))
+        step[column] = 1e-6
+        numeric = (total(columns + step) - total(columns - step)) / 2e-6
+        # The right side is minus half of the gradient.
+        assert -2.0 * system.right[column] == pytest.approx(numeric, rel=1e-5, abs=1e-4)
+
+
+def test_at_a_limit_the_slope_is_half_as_central_differences_say():
+    poses = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.25], [0.0, 0.0, 0.5]])
+    terms, ways, _ = settings(weight_acc_lim_x=0.0, weight_acc_lim_theta=0.0, penalty_epsilon=0.0)
+    scene = around()
+    attached = attach(poses, 3, scene, ways)
+    _, system = evaluate(poses, np.full(2, 0.25 / 0.3), terms, scene, attached)
+    step = 0.25 / 0.3
+    # Half the slope 0.3 / step of the turn rate, squared; one from the time step itself.
+    assert system.matrix[3, 0] == pytest.approx(1.0 + (0.5 * 0.3 / step) ** 2)
+    assert math.isclose(system.right[3], -step, abs_tol=1e-9)

@@ -1,0 +1,61 @@
+"""Bands and scenes for the tests of the original TEB."""
+
+import numpy as np
+
+from drake_navbench.controllers.teb_upstream.optimizer import Rounds
+from drake_navbench.controllers.teb_upstream.parameters import TebUpstreamParameters
+from drake_navbench.controllers.teb_upstream.penalties import (
+    BANDWIDTH,
+    COST_KINDS,
+    STRIDE,
+    Surroundings,
+    System,
+    add_edges,
+)
+from drake_navbench.controllers.teb_upstream.planner import association, penalty_terms, rounds
+from drake_navbench.controllers.teb_upstream.robot_models import RobotModel, circles
+
+NOTHING = np.empty((0, 2))
+POINT = circles(np.array([[0.0, 0.0]]))
+OBSTACLES = np.array([[1.0, 0.3], [1.05, 0.3], [1.4, -0.6]])
+
+
+def straight(length_m: float = 2.0, spacing_m: float = 0.25) -> np.ndarray:
+    """Returns (P, 3) poses along the x axis."""
+    x = np.arange(0.0, length_m + 1e-9, spacing_m)
+    return np.column_stack([x, np.zeros(len(x)), np.zeros(len(x))])
+
+
+def around(
+    *,
+    twist=(0.0, 0.0),
+    obstacles=NOTHING,
+    via_points=NOTHING,
+    robot: RobotModel = POINT,
+    stops_at_goal: bool = True,
+    preferred_turn: float = 0.0,
+) -> Surroundings:
+    """Returns surroundings; nothing is there unless said."""
+    return Surroundings(
+        np.array(twist), stops_at_goal, preferred_turn, obstacles, via_points, robot
+    )
+
+
+def settings(**values) -> tuple:
+    """Returns terms, association and rounds of parameters."""
+    parameters = TebUpstreamParameters(**values)
+    given: Rounds = rounds(parameters)
+    return penalty_terms(parameters, None), association(parameters), given
+
+
+def evaluate(poses, steps, terms, scene, attached, multiplier=1.0):
+    """Returns the costs by kind and the right side of the normal equations."""
+    count = len(poses)
+    system = System(np.zeros((STRIDE * count, BANDWIDTH + 1)), np.zeros(STRIDE * count))
+    costs = np.zeros(COST_KINDS)
+    padded = np.append(steps, 0.0)
+    add_edges(
+        poses, padded, count, terms, scene, attached, multiplier, system, True, costs,
+        np.zeros((count, 8)),
+    )  # fmt: skip
+    return costs, system
