@@ -96,8 +96,8 @@ def _sentence_list(names: list[str]) -> str:
 
 def main() -> None:
     """Runs the trials and writes the page."""
-    trials = run_benchmark(SCENARIOS, (SAMPLED, POLISHED), trials=TRIAL_COUNT)
-    PAGE.write_text(ablation_page(trials), encoding="utf-8")
+    results = run_benchmark(SCENARIOS, (SAMPLED, POLISHED), trials=TRIAL_COUNT)
+    PAGE.write_text(ablation_page(results.trials), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -27,6 +27,10 @@ COMMANDS = {
         "make trials of recordings of real robots",
     ),
     "list": ("drake_navbench.commands.listing", "list scenarios, controllers and robots"),
+    "completion": (
+        "drake_navbench.commands.completion",
+        "print what makes a shell complete all this",
+    ),
     "docs": ("drake_navbench.commands.documentation", "make the generated parts of docs/"),
 }
 
@@ -42,7 +46,8 @@ def usage() -> str:
             "commands:",
             *lines,
             "",
-            "python -m drake_navbench COMMAND --help tells more of each.",
+            "python -m drake_navbench COMMAND --help tells more of each; drake-navbench COMMAND is",
+            "the same.",
         ]
     )
 

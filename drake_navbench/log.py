@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from html import escape
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -198,6 +199,18 @@ class TrialLog:
             "plans": len(self.plans),
         }
 
+    def metrics(self) -> pd.DataFrame:
+        """Returns every installed metric of the trial, with the reason where it has no value."""
+        return _analysis().metrics_of(self)
+
+    def plot(self) -> Any:
+        """Returns path, velocities, accelerations and energy as a picture for notebooks."""
+        return _analysis().plot(self)
+
+    def replay(self, path: Path | str) -> Any:
+        """Writes the trial's replay, a page that plays offline; notebooks show it in a frame."""
+        return _analysis().replay(self, path)
+
     @property
     def outcome(self) -> Outcome:
         """How the trial ended."""
@@ -350,6 +363,14 @@ class TrialLog:
             events=tuple((float(event.pop("time_s")), event) for event in events),
             costmaps=read_costmaps(table),
         )
+
+
+def _analysis() -> Any:
+    """Returns what makes tables and pictures of a log.
+
+    It stands above this module and takes seconds to import; only who asks for it waits.
+    """
+    return import_module("drake_navbench.analysis.notebook")
 
 
 _SCAN_TYPE = pa.struct(

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import tomllib
+from importlib.metadata import EntryPoint
+from pathlib import Path
 
 import pytest
 
@@ -38,3 +41,26 @@ def test_the_package_can_be_run():
     command = [sys.executable, "-m", "drake_navbench", "list"]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert "wheelchair" in done.stdout
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "tcsh"])
+def test_a_shell_is_told_of_every_command_and_its_options(shell, capsys):
+    assert main(["completion", shell]) == 0
+    told = capsys.readouterr().out
+    assert all(command in told for command in COMMANDS)
+    assert "--controllers" in told or "controllers" in told
+
+
+def test_the_completion_is_a_script_that_bash_reads(tmp_path, capsys):
+    assert main(["completion", "bash"]) == 0
+    script = tmp_path / "completion"
+    script.write_text(capsys.readouterr().out)
+    ask = f"source {script}; complete -p drake-navbench"
+    done = subprocess.run(["bash", "-c", ask], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def test_the_console_command_is_the_same():
+    project = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text())["project"]
+    command = EntryPoint("drake-navbench", project["scripts"]["drake-navbench"], "console_scripts")
+    assert command.load() is main

@@ -57,7 +57,7 @@ def test_a_page_without_a_place_for_the_table_is_told(tmp_path, capsys):
 def test_the_python_example_of_the_readme_runs_as_a_script_as_it_is_printed(tmp_path):
     (example,) = re.findall(r"```python\n(.*?)```", (REPOSITORY / "README.md").read_text(), re.S)
     script = tmp_path / "example.py"
-    script.write_text(f"{example}print(repr(log), len(trials))\n", encoding="utf-8")
+    script.write_text(f"{example}print(repr(log), len(results.trials))\n", encoding="utf-8")
     done = subprocess.run(
         [sys.executable, script], cwd=tmp_path, capture_output=True, text=True, check=False
     )

@@ -23,7 +23,8 @@ NOISE_FREE = ("restricted_small", "restricted_large")
 
 @pytest.fixture(scope="module")
 def trials():
-    return run_benchmark(controllers=tuple(PUBLISHED_SETTINGS.presets.values()), trials=TRIALS)
+    presets = tuple(PUBLISHED_SETTINGS.presets.values())
+    return run_benchmark(controllers=presets, trials=TRIALS).trials
 
 
 def listed_findings() -> set[int]:

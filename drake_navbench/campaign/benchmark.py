@@ -14,7 +14,6 @@ from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
 import yaml
 from pydantic import ConfigDict
 from rich.console import Console
@@ -29,6 +28,7 @@ from drake_navbench.campaign.console import CampaignProgress, print_scenario, te
 from drake_navbench.campaign.driving import Undriven, run_campaign
 from drake_navbench.campaign.replays import write_replays
 from drake_navbench.campaign.request import Request
+from drake_navbench.campaign.run_results import Results
 from drake_navbench.campaign.suite_console import print_totals
 from drake_navbench.campaign.warm_up import (
     kernels_are_cold,
@@ -79,8 +79,8 @@ def run_benchmark(
     out: str | Path | None = None,
     sweeps: Sequence[str] = (),
     samples: int | None = None,
-) -> pd.DataFrame:
-    """Runs a benchmark and returns one row a trial: outcome, reason and the metrics.
+) -> Results:
+    """Runs a benchmark and returns its trials: a table with the metrics, and their logs.
 
     The arguments are those of the command line. `out` keeps the logs in a new folder, of which
     `python -m drake_navbench.report` makes a report; `--resume` goes on with it unless a
@@ -110,16 +110,16 @@ def run_benchmark(
         sweeps=sweeps,
         samples=samples,
     )
-    with tempfile.TemporaryDirectory() as temporary:
-        folder = ResultsFolder(out or Path(temporary))
-        with only_run_in(folder.path):
-            require_writable(folder.path)
-            jobs = jobs or available_cores()
-            _begin(folder, campaign, request if names == list(controllers) else None, jobs)
-            trials, undriven = run_campaign(campaign, folder, jobs=jobs)
+    temporary = tempfile.TemporaryDirectory() if out is None else None
+    folder = ResultsFolder(out or Path(temporary.name if temporary else ""))
+    with only_run_in(folder.path):
+        require_writable(folder.path)
+        jobs = jobs or available_cores()
+        _begin(folder, campaign, request if names == list(controllers) else None, jobs)
+        table, undriven = run_campaign(campaign, folder, jobs=jobs)
     if undriven:
         raise NavbenchError("\n".join(map(_undriven_line, undriven)))
-    return trials
+    return Results(table, folder.path, temporary)
 
 
 def run_from_command_line(arguments: argparse.Namespace) -> bool:

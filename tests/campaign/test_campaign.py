@@ -69,7 +69,8 @@ def test_a_parameter_file_given_twice_runs_once(tmp_path, capsys):
 def kept(tmp_path_factory) -> tuple[pd.DataFrame, Path]:
     """The table and the folder of a benchmark run in Python."""
     out = tmp_path_factory.mktemp("results") / "kept"
-    return run_benchmark(["restricted_small"], ["rpp"], trials=1, seed=7, jobs=1, out=out), out
+    results = run_benchmark(["restricted_small"], ["rpp"], trials=1, seed=7, jobs=1, out=out)
+    return results.trials, out
 
 
 def test_a_folder_that_is_kept_can_be_reported_and_resumed(kept):

@@ -1,0 +1,49 @@
+"""Prints what makes a shell complete the commands: `drake-navbench completion bash`.
+
+Put into the place that the shell reads, such as
+`drake-navbench completion bash > ~/.local/share/bash-completion/completions/drake-navbench`.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from importlib import import_module
+
+PROGRAM = "drake-navbench"
+SHELLS = ("bash", "zsh", "tcsh")
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Returns the parser of the command line."""
+    parser = argparse.ArgumentParser(
+        prog="python -m drake_navbench completion",
+        description=f"Prints what makes a shell complete the arguments of {PROGRAM}.",
+    )
+    parser.add_argument("shell", choices=SHELLS)
+    return parser
+
+
+def whole_parser() -> argparse.ArgumentParser:
+    """Returns one parser of all commands, which is never asked to parse anything."""
+    from drake_navbench.__main__ import COMMANDS
+
+    parser = argparse.ArgumentParser(prog=PROGRAM)
+    commands = parser.add_subparsers()
+    for name, (module, about) in COMMANDS.items():
+        builder = getattr(import_module(module), "build_parser", None)
+        if builder is None:
+            commands.add_parser(name, help=about)
+            continue
+        own = builder()
+        commands.add_parser(name, help=about, parents=[own], add_help=False)
+    return parser
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs the command; returns the exit status."""
+    shell = build_parser().parse_args(argv).shell
+    import shtab
+
+    print(shtab.complete(whole_parser(), shell))
+    return 0

@@ -1,0 +1,54 @@
+"""What `run_benchmark` returns can be looked at, reported and replayed."""
+
+from __future__ import annotations
+
+import pytest
+
+from drake_navbench import run_benchmark
+from drake_navbench.errors import InputError
+
+
+@pytest.fixture(scope="module")
+def results():
+    return run_benchmark(["restricted_small"], ["rpp"], trials=1, jobs=1)
+
+
+def test_it_tells_itself_in_a_line_and_a_table(results):
+    assert len(results) == 1
+    assert repr(results).startswith("Results(1 trials: 1 aborted; ")
+    assert "restricted_small" in results._repr_html_()
+
+
+def test_a_log_is_found_by_its_names_and_a_wrong_one_is_one_line(results):
+    log = results.log("restricted_small", "rpp")
+    assert log.info["controller"] == "rpp"
+    with pytest.raises(InputError, match="controller 'rp' was not run; did you mean 'rpp'"):
+        results.log("restricted_small", "rp")
+    with pytest.raises(InputError, match="no such file"):
+        results.log("restricted_small", "rpp", 5)
+
+
+def test_a_log_has_metrics_a_picture_and_a_replay(results, tmp_path):
+    log = results.log("restricted_small", "rpp")
+    metrics = log.metrics()
+    assert metrics.loc["min_clearance_m", "value"] == results.trials["min_clearance_m"][0]
+    assert metrics.loc["jerk_rms_mps3", "unit"] == "m/s³"
+    assert metrics.loc["time_to_goal_s", "empty because"]
+    assert log.plot()._repr_png_().startswith(b"\x89PNG")
+    page = log.replay(tmp_path / "replay.html")
+    assert "navbench-strip" in page.path.read_text(encoding="utf-8")
+    assert "<iframe" in page._repr_html_()
+
+
+def test_report_and_replays_are_made_from_it(results):
+    assert results.report().name == "report.html"
+    assert results.replay("restricted_small").path.is_file()
+    assert results.replay("restricted_small", "rpp").path.is_file()
+
+
+def test_a_temporary_folder_goes_with_its_results():
+    results = run_benchmark(["restricted_small"], ["rpp"], trials=1, jobs=1)
+    path = results.path
+    assert path.is_dir()
+    del results
+    assert not path.exists()
