@@ -132,9 +132,9 @@ class ReturnsText(Honest):
         return Decision(("0.2", "0.0"))
 
 
-class ReturnsThree(Honest):
+class ReturnsFour(Honest):
     def step(self, observation, memory):
-        return Decision(np.zeros(3))
+        return Decision(np.zeros(4))
 
 
 class NotesMuch(Honest):
@@ -202,7 +202,7 @@ EXPECTED = {
     ReturnsNaN: "ValueError: the controller returned the command array([nan,  0.])",
     ReturnsComplex: "ValueError: the controller returned the command array([0.2+1.j",
     ReturnsText: "ValueError: the controller returned the command ('0.2', '0.0')",
-    ReturnsThree: "ValueError: the controller returned the command array([0., 0., 0.])",
+    ReturnsFour: "ValueError: the controller returned the command array([0., 0., 0., 0.])",
     NotesMuch: "ValueError: diagnostics: 3000012 characters of JSON, expected at most 100000",
     NotesASet: "TypeError: a log may hold numbers, text, flags and arrays, got set",
     ChangesWhatItSees: "ValueError: assignment destination is read-only",

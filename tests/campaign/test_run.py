@@ -191,7 +191,7 @@ WRONG_SCENARIOS = {
     ),
     "override of no field of the robot": (
         SCENARIO + "robot_overrides: {drive: {max_speed: 1.0}}\n",
-        "scenario mine: robot_overrides: drive.max_speed: unknown field",
+        "scenario mine: robot_overrides: drive.differential.max_speed: unknown field",
     ),
     "override that contradicts the robot": (
         SCENARIO + "robot_overrides: {robot_radius: 0.3}\n",
