@@ -151,7 +151,9 @@ def contents(value):
     if isinstance(value, (tuple, list)):
         return (type(value).__name__, *(contents(item) for item in value))
     if is_dataclass(value):
-        return tuple((f.name, contents(getattr(value, f.name))) for f in fields(value))
+        # What is kept under a private name was computed from the rest when somebody asked.
+        names = [f.name for f in fields(value) if not f.name.startswith("_")]
+        return tuple((name, contents(getattr(value, name))) for name in names)
     return repr(value)
 
 

@@ -230,8 +230,8 @@ def test_an_unknown_parameter_of_a_critic_is_told_like_any_other(form, preset_of
     preset = preset_of(MPPI, form(given))
     assert preset.ignored == ("GoalCritic.weight",)
     assert preset.parameters.critic("GoalCritic").cost_weight == 7.0
-    preset = preset_of(TEB, form({"footprint_model.radius": 0.25, "footprint_model.line_end": 1.0}))
-    assert preset.ignored == ("footprint_model.line_end",)
+    preset = preset_of(TEB, form({"footprint_model.radius": 0.25, "footprint_model.line": 1.0}))
+    assert preset.ignored == ("footprint_model.line",)
     assert preset.parameters.footprint_model.radius == 0.25
 
 
