@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache
+from hashlib import sha256
 
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.trial.spec import TrialSpec
@@ -72,9 +73,12 @@ def _later_scenes() -> tuple[Scenario, ...]:
 
 
 def _kind(spec: TrialSpec) -> str:
-    """Returns what decides which code a specification runs, but for its seed."""
+    """Returns a digest of what decides which code a specification runs, but for its seed.
+
+    No more than a digest is kept of a trial: a process may drive any number of them.
+    """
     scenario = spec.scenario
-    return "\n".join(
+    text = "\n".join(
         (
             scenario.directory,
             scenario.model_dump_json(exclude={"name", "description"}),
@@ -84,3 +88,4 @@ def _kind(spec: TrialSpec) -> str:
             str(spec.wants_diagnostics),
         )
     )
+    return sha256(text.encode()).hexdigest()
