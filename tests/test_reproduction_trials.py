@@ -34,6 +34,7 @@ def listed_findings() -> set[int]:
     return {int(number) for opening in openings for number in opening.split(",")}
 
 
+@pytest.mark.long
 def test_three_of_four_orderings_are_found_again(trials):
     # Measured: 82%.
     found = concordance(published_orderings(trials))
@@ -41,11 +42,13 @@ def test_three_of_four_orderings_are_found_again(trials):
     assert found.ratio >= 0.77
 
 
+@pytest.mark.long
 def test_half_of_the_numbers_are_met_within_nine_per_cent(trials):
     # Measured: 7.0%.
     assert relative_error(compare_numbers(trials)).median <= 0.09
 
 
+@pytest.mark.long
 def test_every_finding_that_does_not_hold_is_on_the_page(trials):
     judged = judge_all(trials)
     contradicted = {j.finding.number for j in judged if j.verdict is Verdict.CONTRADICTED}
@@ -54,6 +57,7 @@ def test_every_finding_that_does_not_hold_is_on_the_page(trials):
     assert contradicted <= listed_findings()
 
 
+@pytest.mark.long
 def test_without_noise_all_trials_but_those_of_the_sampler_are_one(trials):
     still = {(name, c) for name in NOISE_FREE for c in ("dwb", "rpp", "teb_upstream")}
     assert repeated_cells(trials) == still
@@ -87,5 +91,6 @@ def test_a_short_program_of_its_own_finds_the_same_numbers_in_a_log(tmp_path):
     assert published.abort_time(log) == pytest.approx(stamps[-1] - stamps[held.index(min(held))])
 
 
+@pytest.mark.long
 def test_nothing_that_must_hold_in_every_log_is_violated(trials):
     assert trials.loc[trials["violations"] > 0, ["scenario", "controller", "violations"]].empty
