@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 from drake_navbench.inputs.nav2_check import CheckRow, Status
 from drake_navbench.inputs.nav2_parameters import Section
+from drake_navbench.kernels.grid import INSCRIBED
 
 
 class Release(StrEnum):
@@ -175,12 +176,15 @@ def navigation_of(release: Release) -> dict[str, Any]:
 def tree_of(release: Release, tree: Mapping[str, Any]) -> dict[str, Any]:
     """Returns a tree, as plain values, whose nodes have the defaults of a release.
 
-    Up to kilted a RoundRobin always went on with its first child after the last.
+    Up to kilted a RoundRobin always went on with its first child after the last; in kilted a path
+    is not valid from a cost of 253 on, whatever the outline.
     """
     children = tuple(tree_of(release, child) for child in tree.get("children", ()))
     attributes = dict(tree.get("attributes", {}))
     if tree["node"] == "RoundRobin" and release.age < Release.LYRICAL.age:
         attributes["wrap_around"] = "true"
+    if tree["node"] == "IsPathValid" and release is Release.KILTED:
+        attributes.setdefault("max_cost", str(INSCRIBED))
     return {**tree, "attributes": attributes, "children": children}
 
 

@@ -66,6 +66,8 @@ def test_other_trees_of_the_file_stand_where_they_are_named(tmp_path):
         ('hz="0.5"', 'hz="fast"', "line 5, RateController: hz: expected a number, got 'fast'"),
         ('hz="0.5"', 'hz="0"', "hz: expected a number above 0"),
         ('spin_dist="0.5"', 'spin="0.5"', "line 13, Spin: spin: is not heeded here"),
+        ("<RoundRobin>", '<RoundRobin><IsPathValid max_cots="9"/>', "max_cots: is not heeded here"),
+        ("<RoundRobin>", '<RoundRobin><IsPathValid max_cost="a"/>', "max_cost: expected a number"),
         ("local_costmap/clear_entirely_local", "some/clear_entirely_some", "service_name"),
         ('<SubTree ID="Following"/>', "<RateController/>", "expected 1 children, got 0"),
     ],
@@ -120,6 +122,30 @@ def test_a_tree_beside_the_nav2_file_is_taken_with_the_nodes_of_the_release(tmp_
 
     assert round_robin("lyrical").attributes == {}
     assert round_robin("jazzy").attributes == {"wrap_around": "true"}
+
+
+VALIDATED = PLAIN.replace(
+    '<SubTree ID="Following"/>', '<IsPathValid path="{path}"/><SubTree ID="Following"/>'
+)
+
+
+@pytest.mark.parametrize(
+    ("release", "given", "expected"),
+    [
+        ("jazzy", "", {}),
+        ("kilted", "", {"max_cost": "253"}),
+        ("kilted", 'max_cost="200"', {"max_cost": "200"}),
+        ("lyrical", "", {}),
+    ],
+)
+def test_a_path_is_valid_up_to_the_cost_of_the_release_or_of_the_tree(
+    tmp_path, release, given, expected
+):
+    text = VALIDATED.replace('<IsPathValid path="{path}"', f'<IsPathValid path="{{path}}" {given}')
+    setup = setup_with(tmp_path, text, release)
+    tree = setup.robot.navigation.behavior_tree.tree
+    node = next(node for node in tree.iterate() if node.node == "IsPathValid")
+    assert dict(node.attributes) == {"path": "{path}"} | expected
 
 
 def test_a_tree_that_is_not_there_is_a_stand_in(tmp_path):

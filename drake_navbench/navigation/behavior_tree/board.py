@@ -20,8 +20,8 @@ from drake_navbench.typed_files.immutable import Immutable
 Pose = NDArray[np.float64]
 MakePlan = Callable[[Pose, Pose, Costmap], NDArray[np.float64]]
 """From start and goal (3,) and the global costmap to a plan (N, 3); raises PlanningError."""
-IsPathValid = Callable[[NDArray[np.float64], Costmap], bool]
-"""Whether a path (N, 3) is free of collisions on the global costmap."""
+IsPathValid = Callable[..., bool]
+"""Whether a path (N, 3) is free of collisions on the global costmap; see `is_path_valid`."""
 
 
 @dataclass(frozen=True, eq=False)

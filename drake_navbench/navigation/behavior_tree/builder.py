@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from drake_navbench.errors import nearest_name_hint
+from drake_navbench.kernels.grid import LETHAL
 from drake_navbench.navigation.behavior_tree.board import Board
 from drake_navbench.navigation.behavior_tree.control_nodes import (
     FallbackNode,
@@ -217,11 +218,13 @@ def _truncate(name: str, a: _Attributes, _: Sequence[TreeNode], board: Board) ->
 def _validate(name: str, a: _Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
     # What TruncatePathLocal wrote, or all of the path; Nav2's trees call the first so.
     is_remaining = "remaining" in a.text("path", "{path}")
-    for attribute, default in (("max_cost", 254), ("consider_cost_change_threshold", False)):
-        given = a.text(attribute, str(default))
-        if given.lower() not in (str(default).lower(), "253"):
-            raise a.fault(f"{attribute}: expected {default}, got {given}")
-    return ValidatePath(name, board, remaining=is_remaining)
+    return ValidatePath(
+        name,
+        board,
+        remaining=is_remaining,
+        max_cost=a.count("max_cost", LETHAL),
+        consider_unknown_as_obstacle=a.flag("consider_unknown_as_obstacle", False),
+    )
 
 
 def _clear(name: str, a: _Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:

@@ -117,19 +117,23 @@ class TruncatePathLocal(Leaf):
 class ValidatePath(Leaf):
     """Success when a path is free of collisions on the global costmap.
 
-    remaining: whether the part of it before the robot is looked at, or all of it.
+    remaining: whether the part of it before the robot is looked at, or all of it. limits: what the
+    validity service is asked for besides, as of `is_path_valid`.
     """
 
-    def __init__(self, name: str, board: Board, *, remaining: bool = True) -> None:
+    def __init__(
+        self, name: str, board: Board, *, remaining: bool = True, **limits: int | bool
+    ) -> None:
         super().__init__(name, board)
         self._remaining = remaining
+        self._limits = limits
 
     def update(self) -> Status:
         """Asks the planner's validity service; an empty path is not valid."""
         values = self.board.values
         path = values.remaining_path if self._remaining else values.path
         is_valid = path is not None and self.board.is_path_valid(
-            path, self.board.inputs.global_costmap
+            path, self.board.inputs.global_costmap, **self._limits
         )
         return Status.SUCCESS if is_valid else Status.FAILURE
 

@@ -109,7 +109,7 @@ def test_only_a_path_that_is_there_and_free_is_valid():
     assert tick(ValidatePath("n", shared)) == Status.FAILURE
     shared.write(remaining_path=straight_plan(1.0, 0.1))
     assert tick(ValidatePath("n", shared)) == Status.SUCCESS
-    shared.is_path_valid = lambda path, costmap: False
+    shared.is_path_valid = lambda path, costmap, **limits: False
     assert tick(ValidatePath("n", shared)) == Status.FAILURE
 
 
