@@ -9,6 +9,7 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import Context, DiagramBuilder, EventStatus
 
 from drake_navbench.inputs.robot import Robot
+from drake_navbench.inputs.timeline import Timeline
 from drake_navbench.inputs.world import World
 from drake_navbench.inputs.world_geometry import register_obstacles
 from drake_navbench.kernels.swept_contact import clearance_at
@@ -47,7 +48,7 @@ class RobotSimulation:
         self._localization = builder.AddNamedSystem(
             "localization",
             Localization(
-                robot.localization,
+                Timeline.constant(robot.localization),
                 offset_s=CONTROLLER_OFFSET_S,
                 moves_sideways=robot.drive.lateral_speed_mps > 0.0,
             ),

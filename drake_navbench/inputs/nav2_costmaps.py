@@ -24,10 +24,10 @@ from drake_navbench.costmaps.costmap_settings import (
     VoxelLayerSettings,
 )
 from drake_navbench.costmaps.layer_plugin import COSTMAP_LAYERS
+from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.inputs.nav2_check import Status
 from drake_navbench.inputs.nav2_node_reader import NodeReader
 from drake_navbench.inputs.nav2_sensing import SensingLayers
-from drake_navbench.inputs.robot import LidarSettings
 
 LAYERS: dict[str, tuple[str, type]] = {
     "StaticLayer": ("static_layer", StaticLayerSettings),

@@ -13,9 +13,9 @@ from drake_navbench.costmaps.costmap_settings import (
     ObstacleLayerSettings,
     VoxelLayerSettings,
 )
+from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.inputs.nav2_check import Status
 from drake_navbench.inputs.nav2_node_reader import NodeReader
-from drake_navbench.inputs.robot import LidarSettings
 
 SOURCE_FIELDS = (
     "min_obstacle_height",
