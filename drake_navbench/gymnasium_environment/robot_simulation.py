@@ -8,6 +8,7 @@ from pydrake.geometry import SceneGraph
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import Context, DiagramBuilder, EventStatus
 
+from drake_navbench.errors import InputError
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.timeline import Timeline
 from drake_navbench.inputs.world import World
@@ -38,6 +39,11 @@ class RobotSimulation:
     """
 
     def __init__(self, robot: Robot, world: World, *, period_s: float) -> None:
+        if robot.localization.has_frames:
+            raise InputError(
+                "robot: localization: drift, bias, jumps and fixes are for trials alone; an "
+                "environment has white noise at most"
+            )
         builder = DiagramBuilder()
         scene_graph = builder.AddNamedSystem("scene_graph", SceneGraph())
         register_obstacles(scene_graph, world)

@@ -130,7 +130,7 @@ class Variation(FrozenModel):
 class Scenario(QuietModel):
     """One task in one world."""
 
-    quiet: ClassVar = frozenset({"faults", "clean_scenario"})
+    quiet: ClassVar = frozenset({"faults"})
 
     description: str = Field(min_length=1, description="One line for --list.")
     world: WorldDescription = Field(default_factory=WorldDescription)
@@ -163,11 +163,6 @@ class Scenario(QuietModel):
     )
     faults: tuple[Fault, ...] = Field(
         (), description="What is wrong with the robot from some time on."
-    )
-    clean_scenario: str | None = Field(
-        None,
-        description="The built-in scenario of which this is a harsher one: the verdict tells how "
-        "each controller's rank changes from that to this.",
     )
     name: str = Field("", description="Set from the file's name.")
     directory: str = Field("", exclude=True, description="Set from where the file was found.")

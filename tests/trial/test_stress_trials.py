@@ -85,7 +85,7 @@ def test_every_controller_meets_the_same_drift():
 
 def test_what_is_off_stands_in_no_log():
     text = str(driven().info)
-    for name in ("drift", "fix_period_s", "jump_m", "faults", "clean_scenario"):
+    for name in ("drift", "fix_period_s", "jump_m", "faults"):
         assert f"'{name}'" not in text
 
 
