@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, State
 
-from drake_navbench.costmaps.layered_costmap import LayeredCostmap, LayersState
+from drake_navbench.costmaps.layered_costmap import NO_CLOUDS, LayeredCostmap, LayersState
 from drake_navbench.navigation.task import ClearRequest
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import (
@@ -30,8 +30,9 @@ class _CostmapState(Immutable):
 class CostmapSystem(LeafSystem):
     """Updates a layered costmap once a period, the first time at `offset_s`.
 
-    Inputs `state` [x m, y m, yaw rad, ...], the odometry, `scan` (Scan or None) and `clear_request`
-    (ClearRequest or None; need not be connected). Output `costmap` (Costmap, or None before there
+    Inputs `state` [x m, y m, yaw rad, ...], the odometry, `scan` (Scan or None), `clouds`
+    (PointCloud by the name of the sensor) and `clear_request` (ClearRequest or None); the last two
+    need not be connected. Output `costmap` (Costmap, or None before there
     is one). Each update takes the newest scan; after a new request to clear, the next one starts
     from the map alone.
 
@@ -53,6 +54,7 @@ class CostmapSystem(LeafSystem):
         self._layers_state = self.DeclareAbstractState(AbstractValue.Make(first))
         self._odometry_port = self.DeclareVectorInputPort("state", STATE_SIZE)
         self._scan_port = declare_object_input(self, "scan")
+        self._clouds_port = declare_object_input(self, "clouds")
         self._clear_port = declare_object_input(self, "clear_request")
         declare_state_part_output(
             self, "costmap", self._layers_state, lambda state: state.layers.costmap
@@ -74,6 +76,7 @@ class CostmapSystem(LeafSystem):
             scan=scan,
             pose=self._odometry_port.Eval(context)[:3],
             time_s=context.get_time(),
+            clouds=value_or_none(self._clouds_port, context) or NO_CLOUDS,
         )
         state.get_mutable_abstract_state(self._layers_state).set_value(
             _CostmapState(updated, request)

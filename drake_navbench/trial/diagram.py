@@ -27,6 +27,7 @@ from drake_navbench.systems.ackermann_base import AckermannBase
 from drake_navbench.systems.binary_filter import BinaryFilter
 from drake_navbench.systems.clearance import Clearance
 from drake_navbench.systems.controller_server import ControllerServer
+from drake_navbench.systems.depth_sensors import DepthSensors
 from drake_navbench.systems.lidar import Lidar
 from drake_navbench.systems.local_costmap import LocalCostmap
 from drake_navbench.systems.localization import Localization
@@ -110,6 +111,9 @@ def build_trial_diagram(
 
     local_costmap = _add_local_costmap(builder, robot, static_map, filter_masks)
     connect_inputs(builder, local_costmap, state=state, scan=scan)
+    clouds = _add_depth_sensors(builder, robot, world, state)
+    if clouds is not None:
+        connect_inputs(builder, local_costmap, clouds=clouds)
     costmap = local_costmap.GetOutputPort("costmap")
 
     localization = builder.AddNamedSystem(
@@ -126,7 +130,7 @@ def build_trial_diagram(
     server = _add_controller_server(builder, robot, controller)
     connect_inputs(builder, server, estimate=estimate, costmap=costmap)
 
-    signals = Signals(state=state, estimate=estimate, scan=scan)
+    signals = Signals(state=state, estimate=estimate, scan=scan, clouds=clouds)
     navigator, command = add_navigation(
         builder, robot, task, signals, local_costmap=local_costmap, server=server
     )
@@ -207,6 +211,17 @@ def _add_local_costmap(
             masks=filter_masks,
         ),
     )
+
+
+def _add_depth_sensors(
+    builder: DiagramBuilder, robot: Robot, world: World, state: OutputPort
+) -> OutputPort | None:
+    """Adds the sensors that send points, and returns the port of their clouds, if there are any."""
+    if not robot.depth_sensors:
+        return None
+    sensors = builder.AddNamedSystem("depth_sensors", DepthSensors(robot.depth_sensors, world))
+    connect_inputs(builder, sensors, state=state)
+    return sensors.GetOutputPort("clouds")
 
 
 def _add_clearance(builder: DiagramBuilder, robot: Robot, world: World) -> Clearance:

@@ -30,11 +30,15 @@ from drake_navbench.trial.timing import (
 
 @dataclass(frozen=True)
 class Signals:
-    """What most systems look at: ports of the robot and its senses."""
+    """What most systems look at: ports of the robot and its senses.
+
+    clouds: of its depth sensors; None where it has none.
+    """
 
     state: OutputPort
     estimate: OutputPort
     scan: OutputPort
+    clouds: OutputPort | None = None
 
 
 def connect_inputs(builder: DiagramBuilder, system: LeafSystem, **inputs: OutputPort) -> None:
@@ -93,6 +97,8 @@ def _add_tree_navigation(
         ),
     )
     connect_inputs(builder, global_costmap, state=signals.state, scan=signals.scan)
+    if signals.clouds is not None:
+        connect_inputs(builder, global_costmap, clouds=signals.clouds)
 
     control_period_s = 1.0 / navigation.controller_server.controller_frequency
     behavior_period_s = 1.0 / navigation.behavior_server.cycle_frequency
