@@ -23,8 +23,9 @@ from drake_navbench.costmaps.layer_plugin import LayerSetup, Seen
 from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.costmaps.obstacle_layer import ObstacleLayer
 from drake_navbench.costmaps.plugin_layers import PluginLayers
+from drake_navbench.costmaps.point_cloud import PointCloud
 from drake_navbench.costmaps.sensor import RangeSensor
-from drake_navbench.costmaps.voxel_layer import PointCloud, VoxelGrids, VoxelLayer
+from drake_navbench.costmaps.voxel_layer import VoxelGrids, VoxelLayer
 from drake_navbench.kernels.denoise import denoise
 from drake_navbench.kernels.footprint import footprint_radii
 from drake_navbench.kernels.grid import FREE, INSCRIBED, NO_INFORMATION, Costmap, Grid
@@ -205,7 +206,7 @@ class LayeredCostmap:
         """Returns the state after one update cycle.
 
         scan: the newest one; None leaves what was seen as it is. pose: (3,) of the robot, x m, y m,
-        yaw rad. clouds: the newest one of each of the voxel layer's sources that sends them.
+        yaw rad. clouds: the newest one of each sensor that sends points, by its name.
         map_from_costmap: (3,) where the frame of all these lies in the map's, in which the static
         map and the masks lie; None where they are one, as they must be unless the costmap rolls.
         """

@@ -17,9 +17,14 @@ from pydantic import (
     model_validator,
 )
 
-from drake_navbench.costmaps.costmap_settings import GlobalCostmapSettings, LocalCostmapSettings
+from drake_navbench.costmaps.costmap_settings import (
+    GlobalCostmapSettings,
+    LocalCostmapSettings,
+)
+from drake_navbench.costmaps.observation_source import ObservationSourceSettings
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.inputs.actuators import ActuatorSettings
+from drake_navbench.inputs.depth_sensor import DepthSensorSettings
 from drake_navbench.inputs.drive import DifferentialDrive, Drive, overrides_for
 from drake_navbench.inputs.file_kinds import ROBOT, require_kind
 from drake_navbench.inputs.lidar import LidarSettings
@@ -178,6 +183,11 @@ class Robot(QuietModel):
     directory: str = Field("", exclude=True, description="Set from where the file was found.")
     drive: Drive = Field(default_factory=DifferentialDrive, description="The base.")
     lidar: LidarSettings = Field(default_factory=LidarSettings)
+    depth_sensors: dict[str, DepthSensorSettings] = Field(
+        default_factory=dict,
+        description="Depth cameras and lidars of many layers by name, for layers that ask for "
+        "PointCloud2.",
+    )
     localization: LocalizationSettings = Field(default_factory=LocalizationSettings)
     actuators: ActuatorSettings = Field(default_factory=ActuatorSettings)
     timing: TimingSettings = Field(default_factory=TimingSettings)
@@ -199,16 +209,31 @@ class Robot(QuietModel):
         return self
 
     def _check_sources(self, costmap: str) -> None:
-        """Raises ValueError where a voxel layer waits for a sensor that the robot does not have."""
+        """Raises ValueError where a layer waits for a sensor that the robot does not have."""
         settings = getattr(self.navigation, costmap)
-        if not settings.is_active("voxel_layer"):
+        for layer in settings.plugins:
+            block = settings.plugin_blocks.get(layer, getattr(settings, layer, None))
+            sources = getattr(block, "observation_sources", None)
+            if not isinstance(sources, Mapping) or not settings.is_active(layer):
+                continue
+            for name, source in sources.items():
+                place = f"navigation.{costmap}.{layer}.observation_sources.{name}"
+                self._check_source(place, name, source)
+
+    def _check_source(self, place: str, name: str, source: ObservationSourceSettings) -> None:
+        """Raises ValueError where the robot does not have the sensor of a source."""
+        if source.data_type == "LaserScan":
+            count = 1 + len(self.lidar.further_poses)
+            if source.scanner is not None and source.scanner > count:
+                raise ValueError(f"{place}.scanner: got {source.scanner}, the robot has {count}")
             return
-        for name, source in settings.voxel_layer.observation_sources.items():
-            if source.data_type != "LaserScan":
-                raise ValueError(
-                    f"navigation.{costmap}.voxel_layer.observation_sources.{name}.data_type: got "
-                    f"{source.data_type}, expected LaserScan: the robot has no other sensor"
-                )
+        sensor = source.sensor or name
+        if sensor not in self.depth_sensors:
+            hint = nearest_name_hint(sensor, self.depth_sensors)
+            raise ValueError(
+                f"{place}: the robot has no depth sensor {sensor!r}{hint}; expected one of this "
+                "name in depth_sensors"
+            )
 
     @property
     def outline(self) -> NDArray[np.float64]:

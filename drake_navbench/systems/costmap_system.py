@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, State
 
-from drake_navbench.costmaps.layered_costmap import LayeredCostmap, LayersState
+from drake_navbench.costmaps.layered_costmap import NO_CLOUDS, LayeredCostmap, LayersState
+from drake_navbench.costmaps.point_cloud import PointCloud
 from drake_navbench.navigation.task import ClearRequest
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import (
@@ -32,10 +36,11 @@ class CostmapSystem(LeafSystem):
     """Updates a layered costmap once a period, the first time at `offset_s`.
 
     Inputs `state` [x m, y m, yaw rad, ...], where the robot believes to be in the costmap's frame,
-    `scan` (Scan or None), `clear_request` (ClearRequest or None; need not be connected) and
-    `map_from_odometry` (3,), where the odometry's frame lies in the map (not connected: they are
-    one). Output `costmap` (Costmap, or None before there is one). Each update takes the newest
-    scan; after a new request to clear, the next one starts from the map alone.
+    `scan` (Scan or None), `clouds` (PointCloud by the name of the sensor), `clear_request`
+    (ClearRequest or None) and `map_from_odometry` (3,), where the odometry's frame lies in the map
+    (not connected: they are one); the three before it need not be connected either. Output
+    `costmap` (Costmap, or None before there is one). Each update takes the newest scan; after a new
+    request to clear, the next one starts from the map alone.
 
     is_in_map: whether the costmap lies in the map's frame, else in the odometry's.
     before_first_scan: the layers as they are until there is a scan; they bring a costmap with them,
@@ -58,6 +63,7 @@ class CostmapSystem(LeafSystem):
         self._layers_state = self.DeclareAbstractState(AbstractValue.Make(first))
         self._odometry_port = self.DeclareVectorInputPort("state", STATE_SIZE)
         self._scan_port = declare_object_input(self, "scan")
+        self._clouds_port = declare_object_input(self, "clouds")
         self._clear_port = declare_object_input(self, "clear_request")
         self._map_port = self.DeclareVectorInputPort("map_from_odometry", POSE_SIZE)
         declare_state_part_output(
@@ -66,6 +72,15 @@ class CostmapSystem(LeafSystem):
         self.DeclarePeriodicUnrestrictedUpdateEvent(
             period_s, offset_s, weakly_bound(self._on_update)
         )
+
+    def _clouds(
+        self, context: Context, map_from_odometry: NDArray[np.float64] | None
+    ) -> Mapping[str, PointCloud]:
+        """Returns the clouds in the costmap's frame."""
+        clouds: Mapping[str, PointCloud] = value_or_none(self._clouds_port, context) or NO_CLOUDS
+        if map_from_odometry is None or not self._is_in_map:
+            return clouds
+        return {name: cloud.placed_in(map_from_odometry) for name, cloud in clouds.items()}
 
     def _on_update(self, context: Context, state: State) -> None:
         scan = self._scan_port.Eval(context)
@@ -82,6 +97,7 @@ class CostmapSystem(LeafSystem):
             pose=self._odometry_port.Eval(context)[:3],
             time_s=context.get_time(),
             map_from_costmap=None if self._is_in_map else map_from_odometry,
+            clouds=self._clouds(context, map_from_odometry),
         )
         state.get_mutable_abstract_state(self._layers_state).set_value(
             _CostmapState(updated, request)

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +33,7 @@ from drake_navbench.systems.clearance import Clearance
 from drake_navbench.systems.compute_clock import ComputeTimes
 from drake_navbench.systems.controller_server import ControllerServer
 from drake_navbench.systems.delays import CommandLink
+from drake_navbench.systems.depth_sensors import DepthSensors
 from drake_navbench.systems.lidar import Lidar
 from drake_navbench.systems.local_costmap import LocalCostmap
 from drake_navbench.systems.mobile_base import MobileBase
@@ -45,6 +46,7 @@ from drake_navbench.systems.viewer import Viewer
 from drake_navbench.systems.wheelchair import Wheelchair
 from drake_navbench.trial.localization_wiring import LocalizationSystem, add_localization
 from drake_navbench.trial.navigation_wiring import (
+    Signals,
     add_command_chain,
     add_navigation,
     connect_frame,
@@ -130,12 +132,16 @@ def build_trial_diagram(
     local_costmap = _add_local_costmap(builder, robot, static_map, filter_masks)
     connect_inputs(builder, local_costmap, state=signals.odometry, scan=scan)
     connect_frame(builder, signals, local_costmap)
+    clouds = _add_depth_sensors(builder, robot, world, signals)
+    if clouds is not None:
+        connect_inputs(builder, local_costmap, clouds=clouds)
     costmap = local_costmap.GetOutputPort("costmap")
 
     server = _add_controller_server(builder, robot, controller, conditions.timing, compute_times_ms)
     connect_inputs(builder, server, estimate=signals.odometry_estimate, costmap=costmap)
     connect_frame(builder, signals, server)
 
+    signals = replace(signals, clouds=clouds)
     navigator, command = add_navigation(
         builder, robot, task, signals, local_costmap=local_costmap, server=server
     )
@@ -225,6 +231,19 @@ def _add_local_costmap(
             masks=filter_masks,
         ),
     )
+
+
+def _add_depth_sensors(
+    builder: DiagramBuilder, robot: Robot, world: World, signals: Signals
+) -> OutputPort | None:
+    """Adds the sensors that send points, and returns the port of their clouds, if there are any."""
+    if not robot.depth_sensors:
+        return None
+    sensors = builder.AddNamedSystem("depth_sensors", DepthSensors(robot.depth_sensors, world))
+    connect_inputs(builder, sensors, state=signals.state)
+    if signals.has_frames:
+        connect_inputs(builder, sensors, odometry=signals.odometry)
+    return sensors.GetOutputPort("clouds")
 
 
 def _add_clearance(builder: DiagramBuilder, robot: Robot, world: World) -> Clearance:

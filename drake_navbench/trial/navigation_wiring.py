@@ -36,6 +36,7 @@ class Signals:
     state: the truth. estimate: of it, in the map's frame. odometry, odometry_estimate: the same two
     in the odometry's frame. odometry_from_world, map_from_odometry: where the world lies in that,
     and where that lies in the map; None where all are one, and the former the same ports.
+    clouds: of its depth sensors; None where it has none.
     """
 
     state: OutputPort
@@ -45,6 +46,7 @@ class Signals:
     odometry_estimate: OutputPort
     odometry_from_world: OutputPort | None = None
     map_from_odometry: OutputPort | None = None
+    clouds: OutputPort | None = None
 
     @property
     def has_frames(self) -> bool:
@@ -117,6 +119,8 @@ def _add_tree_navigation(
     position = signals.estimate if signals.has_frames else signals.state
     connect_inputs(builder, global_costmap, state=position, scan=signals.scan)
     connect_frame(builder, signals, global_costmap)
+    if signals.clouds is not None:
+        connect_inputs(builder, global_costmap, clouds=signals.clouds)
 
     control_period_s = 1.0 / navigation.controller_server.controller_frequency
     behavior_period_s = 1.0 / navigation.behavior_server.cycle_frequency
