@@ -54,6 +54,15 @@ class Campaign:
         }
 
     @property
+    def clean_of(self) -> dict[str, str]:
+        """The clean scenario of each that is a harsher one, by the latter's name."""
+        return {
+            spec.scenario.name: spec.scenario.clean_scenario
+            for spec in self.specs
+            if spec.scenario.clean_scenario is not None
+        }
+
+    @property
     def presets(self) -> list[Preset]:
         """The presets, in order."""
         return list({spec.preset.name: spec.preset for spec in self.specs}.values())
@@ -135,7 +144,7 @@ def plan_campaign(
                         scenario,
                         loaded_robot,
                         preset,
-                        seed=trial_seed(seed, entry.base, trial),
+                        seed=trial_seed(seed, scenario.clean_scenario or entry.base, trial),
                         trial=trial,
                         wants_diagnostics=wants_diagnostics,
                         keeps_costmaps=keeps_costmaps,

@@ -1,11 +1,13 @@
 """Trials of robots whose parts fail: what controllers are told, and what is refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.robot import load_robot
-from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, Scenario, load_scenario
 from drake_navbench.log import ODOMETRY_COLUMNS, Outcome, TrialLog
 from drake_navbench.trial.trial import run_trial
 
@@ -162,7 +164,7 @@ def test_a_given_compute_time_gives_the_same_trial_twice():
 
 def test_measured_compute_times_are_replayed_to_the_same_bytes(tmp_path):
     robot = load_robot(
-        "wheelchair", {"timing": {"compute_time": "scaled", "compute_time_scale": 300.0}}
+        "wheelchair", {"timing": {"compute_time": "scaled", "compute_time_scale": 100.0}}
     )
     scenario = Scenario(**SCENE)
     first = run_trial(scenario, "rpp", 1, robot=robot)
@@ -171,15 +173,10 @@ def test_measured_compute_times_are_replayed_to_the_same_bytes(tmp_path):
         log.write(tmp_path / name)
     assert (tmp_path / "first").read_bytes() == (tmp_path / "again").read_bytes()
     # A few tens of ms, so that they matter.
-    assert 300.0 * first.samples.compute_time_ms.max() > 10.0
+    assert 100.0 * first.samples.compute_time_ms.max() > 10.0
+    shorter = replace(first, samples=first.samples.iloc[:100])
     with pytest.raises(InputError, match="compute times"):
-        run_trial(
-            Scenario(**SCENE | {"goal": (8.0, 0.0, 0.0)}),
-            "rpp",
-            1,
-            robot=robot,
-            compute_times_of=first,
-        )
+        run_trial(scenario, "rpp", 1, robot=robot, compute_times_of=shorter)
 
 
 def test_a_fault_of_the_wheels_stops_the_robot_for_its_time():
@@ -201,3 +198,22 @@ def test_everything_at_once_is_a_function_of_the_seed(mode):
     logs = [driven(scene={"navigation_mode": mode}, **everything) for _ in range(2)]
     assert without_times(logs[0]).equals(without_times(logs[1]))
     assert logs[0].outcome == Outcome.SUCCEEDED
+
+
+def test_the_everyday_world_is_the_clean_one_with_faults_and_not_of_the_default_ones():
+    everyday, clean = (load_scenario(name) for name in ("everyday", "static_obstacles"))
+    assert everyday.clean_scenario == clean.name
+    assert everyday.plan == clean.plan
+    for one, other in zip(everyday.world.obstacles, clean.world.obstacles, strict=True):
+        assert (one.min, one.max) == (other.min, other.max)
+    assert "everyday" not in PUBLISHED_SCENARIOS
+    conditions = everyday.conditions(everyday.load_robot("wheelchair"))
+    for part in ("lidar", "localization", "actuators", "timing"):
+        assert len(getattr(conditions, part).settings) > 1
+
+
+def test_an_unknown_clean_scenario_is_one_line(tmp_path):
+    file = tmp_path / "mine.yaml"
+    file.write_text("description: mine\ngoal: [1.0, 0.0, 0.0]\nclean_scenario: emtpy\n")
+    with pytest.raises(InputError, match=r"clean_scenario: unknown scenario 'emtpy'.*empty"):
+        load_scenario(str(file))
