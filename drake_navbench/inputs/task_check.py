@@ -28,12 +28,32 @@ def check_task(scenario: Scenario, robot: Robot) -> None:
             f"scenario {scenario.name}: start: the robot's footprint at {list(scenario.start)} "
             "overlaps an obstacle; expected free space"
         )
+    _check_moving(scenario, body)
     names = [*(f"waypoints[{index}]" for index in range(len(scenario.waypoints))), "goal"]
     for name, goal in zip(names, scenario.goals, strict=True):
         where = _why_no_goal(scenario, robot, np.array(goal[:2]))
         if where:
             raise InputError(
                 f"scenario {scenario.name}: {name}: {list(goal[:2])} lies {where}; "
+                "expected free space"
+            )
+
+
+def _check_moving(scenario: Scenario, body: shapely.Polygon) -> None:
+    """Raises InputError where a way leads through what stands, or begins on the robot."""
+    world = scenario.true_world
+    for index, thing in enumerate(world.moving.things):
+        place = f"scenario {scenario.name}: world.moving_obstacles[{index}]"
+        for waypoint, floor in thing.swept_floor():
+            if world.intersects(floor):
+                raise InputError(
+                    f"{place}.waypoints[{waypoint}]: the way there leads through an obstacle; "
+                    "expected free space"
+                )
+        first = shapely.Polygon(place_outline(thing.outline, thing.pose_at(0.0)))
+        if first.intersects(body):
+            raise InputError(
+                f"{place}: begins where the robot's footprint is, at {list(scenario.start)}; "
                 "expected free space"
             )
 

@@ -12,7 +12,7 @@ from drake_navbench.inputs.world import World
 from drake_navbench.kernels.grid import nearest_distance
 from drake_navbench.kernels.swept_contact import clearance_at
 from drake_navbench.systems.lifetime import weakly_bound
-from drake_navbench.systems.ports import STATE_SIZE, declare_object_input
+from drake_navbench.systems.ports import STATE_SIZE, declare_object_input, value_or_none
 
 # What is farther away is not looked at; the clearance then reads +inf.
 MAX_DISTANCE_M = 5.0
@@ -23,8 +23,9 @@ DISTANCE_COUNT = 3
 class Clearance(LeafSystem):
     """Measures the distance to obstacles at the start, at `offset_s`, and once a period from then.
 
-    Inputs `state` [x m, y m, yaw rad, ...] and `costmap` (Costmap or None). Output `distances` [m]:
-    first the distance between the footprint and the nearest thing that stands in the world, 0 where
+    Inputs `state` [x m, y m, yaw rad, ...], `costmap` (Costmap or None) and `moving` (edges (E, 4)
+    and circles (D, 3) of what moves, m; need not be connected). Output `distances` [m]: first the
+    distance between the footprint and the nearest thing that stands or moves in the world, 0 where
     they overlap; then the distance from the reference point to the nearest of the lethal cells'
     centres; then that to the nearest of their lower left corners, the published measure. +inf where
     nothing is near. Whether they touch between two samples is for ContactWatch to say.
@@ -44,6 +45,7 @@ class Clearance(LeafSystem):
         self._edges, self._circles = world.segments, world.circles
         self._state_port = self.DeclareVectorInputPort("state", STATE_SIZE)
         self._costmap_port = declare_object_input(self, "costmap")
+        self._moving_port = declare_object_input(self, "moving")
         self._distances = self.DeclareDiscreteState([math.inf] * DISTANCE_COUNT)
         self.DeclareStateOutputPort("distances", self._distances)
         self.DeclareInitializationDiscreteUpdateEvent(weakly_bound(self._on_period))
@@ -59,6 +61,10 @@ class Clearance(LeafSystem):
         clearance = clearance_at(
             self._footprint, x, y, yaw, self._edges, self._circles, MAX_DISTANCE_M
         )
+        moving = value_or_none(self._moving_port, context)
+        if moving is not None:
+            to_moving = clearance_at(self._footprint, x, y, yaw, *moving, MAX_DISTANCE_M)
+            clearance = min(clearance, to_moving)
         costmap = self._costmap_port.Eval(context)
         to_centre = to_corner = math.inf
         if costmap is not None and len(costmap.lethal_centres):
