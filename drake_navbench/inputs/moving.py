@@ -208,6 +208,9 @@ class MovingObstacles:
         return max((thing.top_speed_mps for thing in self.things), default=0.0)
 
 
+NOTHING_MOVES = MovingObstacles()
+
+
 def bodies_of(things: Sequence[MovingCylinder | MovingBox]) -> Bodies:
     """Returns the outlines of things."""
     edges, discs = [np.empty((0, 5))], [np.empty((0, 4))]

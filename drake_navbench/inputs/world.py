@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 from shapely.geometry.base import BaseGeometry
 
-from drake_navbench.inputs.moving import MovingObstacles
+from drake_navbench.inputs.moving import NOTHING_MOVES, MovingObstacles
 from drake_navbench.typed_files.quantities import MIN_SIZE_M, Length, Size
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
@@ -130,11 +130,11 @@ Obstacle = Annotated[Box | Wall | Polygon | Cylinder, Field(discriminator="type"
 
 @dataclass(frozen=True)
 class World:
-    """What is in a scenario: its obstacles, the walls of its map as many small boxes, what moves."""
+    """What is in a scenario: obstacles, the walls of its map as many small boxes, what moves."""
 
     obstacles: tuple[Box | Wall | Polygon | Cylinder, ...]
     walls: tuple[Box, ...] = ()
-    moving: MovingObstacles = MovingObstacles()
+    moving: MovingObstacles = NOTHING_MOVES
 
     @property
     def shapes(self) -> tuple[Box | Wall | Polygon | Cylinder, ...]:

@@ -76,7 +76,7 @@ def poses_on_tracks(knots, firsts, periods, time):
                 low = middle + 1
             else:
                 high = middle
-        if low == first or low == past:
+        if low in (first, past):
             row = first if low == first else past - 1
             poses[body] = knots[row, 1:]
             continue
@@ -167,14 +167,10 @@ def clearances_of_bodies(footprint, x, y, yaw, edges, discs, poses, limit):
     placed_edges, placed_discs = place_edges(edges, poses), place_discs(discs, poses)
     for n in range(edges.shape[0]):
         body = int(edges[n, 0])
-        gap = clearance_at(
-            footprint, x, y, yaw, placed_edges[n : n + 1], placed_discs[:0], limit
-        )
+        gap = clearance_at(footprint, x, y, yaw, placed_edges[n : n + 1], placed_discs[:0], limit)
         gaps[body] = min(gaps[body], gap)
     for m in range(discs.shape[0]):
         body = int(discs[m, 0])
-        gap = clearance_at(
-            footprint, x, y, yaw, placed_edges[:0], placed_discs[m : m + 1], limit
-        )
+        gap = clearance_at(footprint, x, y, yaw, placed_edges[:0], placed_discs[m : m + 1], limit)
         gaps[body] = min(gaps[body], gap)
     return gaps

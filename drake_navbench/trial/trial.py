@@ -255,9 +255,7 @@ def _end_of_trial(
     return monitor
 
 
-def _outcome(
-    trial: TrialDiagram, context: Context, *, touched: str
-) -> tuple[Outcome, TaskStatus]:
+def _outcome(trial: TrialDiagram, context: Context, *, touched: str) -> tuple[Outcome, TaskStatus]:
     """Returns how the trial ended, with the reason and the time; touched: what was, '' if none."""
     now_s = context.get_time()
     if touched:
