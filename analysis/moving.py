@@ -32,7 +32,7 @@ class Movers(NamedTuple):
     top_speed_mps: float
 
     @property
-    def count(self) -> int:
+    def body_count(self) -> int:
         """How many there are."""
         return self.tracks.count
 
@@ -44,7 +44,7 @@ class Movers(NamedTuple):
     def poses_at(self, time_s: Array) -> Array:
         """Returns (T, B, 3) x m, y m, yaw rad at times (T,)."""
         poses = [self.tracks.poses_at(time) for time in time_s]
-        return np.array(poses).reshape(len(time_s), self.count, 3)
+        return np.array(poses).reshape(len(time_s), self.body_count, 3)
 
 
 # One log is measured at a time, by several metrics in turn; a log does not change.

@@ -71,7 +71,7 @@ def course_of(log: TrialLog) -> Course:
     """Returns the course of a trial."""
     *waypoints, goal = goals(log)[:, :2]
     moved = movers_of(log)
-    poses = moved.poses_at(look_times(log)) if moved.count else np.empty((1, 0, 3))
+    poses = moved.poses_at(look_times(log)) if moved.body_count else np.empty((1, 0, 3))
     first = zip(moved.outlines, poses[0], strict=True)
     return Course(
         obstacle_outlines(log),
@@ -79,7 +79,7 @@ def course_of(log: TrialLog) -> Course:
         len(log.plans) != len(log.first_plans),
         np.array(waypoints).reshape(-1, 2),
         goal,
-        [poses[:, body, :2] for body in range(moved.count)],
+        [poses[:, body, :2] for body in range(moved.body_count)],
         [place_outline(outline, pose) for outline, pose in first],
     )
 

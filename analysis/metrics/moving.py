@@ -102,11 +102,13 @@ def clearances_m(log: TrialLog) -> Array:
     """Returns (T, B) from the footprint to each body at `look_times`, m; inf beyond 5 m."""
     movers, looks = _require_movers(log), look_times(log)
     outline = np.ascontiguousarray(outline_of(log))
-    bodies = movers.bodies
+    bodies, moved = movers.bodies, movers.poses_at(looks)
     return np.array(
         [
-            clearances_of_bodies(outline, *pose, bodies.edges, bodies.discs, poses, MAX_CLEARANCE_M)
-            for pose, poses in zip(robot_poses(log, looks), movers.poses_at(looks), strict=True)
+            clearances_of_bodies(
+                outline, x, y, yaw, bodies.edges, bodies.discs, poses, MAX_CLEARANCE_M
+            )
+            for (x, y, yaw), poses in zip(robot_poses(log, looks), moved, strict=True)
         ]
     )
 
@@ -147,7 +149,7 @@ def _collision_times_s(log: TrialLog) -> Array:
 def _require_movers(log: TrialLog) -> Movers:
     """Returns what moved; raises Undefined where nothing did."""
     movers = movers_of(log)
-    if movers.count == 0:
+    if movers.body_count == 0:
         raise Undefined("nothing moved but the robot")
     return movers
 

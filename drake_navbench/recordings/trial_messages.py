@@ -267,7 +267,7 @@ class TrialMessages:
     def _moving(self) -> Iterator[Message]:
         """Yields the outlines of what moves, ten times a second."""
         movers = movers_of(self.log)
-        if not movers.count:
+        if not movers.body_count:
             return
         looks = look_times(self.log)
         for time_s, poses in zip(looks, movers.poses_at(looks), strict=True):

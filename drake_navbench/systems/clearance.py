@@ -63,7 +63,8 @@ class Clearance(LeafSystem):
         )
         moving = value_or_none(self._moving_port, context)
         if moving is not None:
-            to_moving = clearance_at(self._footprint, x, y, yaw, *moving, MAX_DISTANCE_M)
+            edges, circles = moving
+            to_moving = clearance_at(self._footprint, x, y, yaw, edges, circles, MAX_DISTANCE_M)
             clearance = min(clearance, to_moving)
         costmap = self._costmap_port.Eval(context)
         to_centre = to_corner = math.inf
