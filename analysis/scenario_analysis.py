@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import combinations
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -51,7 +52,7 @@ HEADLINE_METRICS = (
 
 
 # What was measured already: path of a log -> metric -> value.
-KnownValues = Mapping[Path, Mapping[str, float]]
+KnownValues = Mapping[Path, Mapping[str, Any]]
 
 
 class LeftOut(NamedTuple):
@@ -119,6 +120,7 @@ class ScenarioAnalysis:
     description: the scenario file's. is_impossible: whether its task is meant to be given up.
     clean_scenario: the one of which it is a harsher one, '' where there is none.
     is_told_by_totals: whether it is one of so many worlds that only their totals are told.
+    drawn: of how many trials the logs were kept to be drawn; the others are in the table alone.
     """
 
     scenario: str
@@ -132,8 +134,9 @@ class ScenarioAnalysis:
     is_impossible: bool = False
     clean_scenario: str = ""
     is_told_by_totals: bool = False
+    drawn: int = 0
 
-    @property
+    @cached_property
     def table(self) -> pd.DataFrame:
         """The rows of the trials, as in trials.parquet."""
         return pd.DataFrame([entry.row for entry in self.trials])

@@ -32,6 +32,7 @@ def check_task(scenario: Scenario, robot: Robot) -> None:
             "overlaps an obstacle; expected free space"
         )
     _check_conditions(scenario, robot)
+    _check_moving(scenario, body)
     names = [*(f"waypoints[{index}]" for index in range(len(scenario.waypoints))), "goal"]
     for name, goal in zip(names, scenario.goals, strict=True):
         where = _why_no_goal(scenario, robot, np.array(goal[:2]))
@@ -78,6 +79,25 @@ def _check_actuators(scenario: Scenario, robot: Robot, conditions: Conditions) -
         if settings.force_n is None and not math.isfinite(robot.drive.bounds.acceleration_mps2):
             raise InputError(
                 f"{place}: force_n: missing; the drive has no limit on acceleration to take it from"
+            )
+
+
+def _check_moving(scenario: Scenario, body: shapely.Polygon) -> None:
+    """Raises InputError where a way leads through what stands, or begins on the robot."""
+    world = scenario.true_world
+    for index, thing in enumerate(world.moving.things):
+        place = f"scenario {scenario.name}: world.moving_obstacles[{index}]"
+        for waypoint, floor in thing.swept_floor():
+            if world.intersects(floor):
+                raise InputError(
+                    f"{place}.waypoints[{waypoint}]: the way there leads through an obstacle; "
+                    "expected free space"
+                )
+        first = shapely.Polygon(place_outline(thing.outline, thing.pose_at(0.0)))
+        if first.intersects(body):
+            raise InputError(
+                f"{place}: begins where the robot's footprint is, at {list(scenario.start)}; "
+                "expected free space"
             )
 
 

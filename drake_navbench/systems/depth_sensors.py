@@ -13,7 +13,7 @@ from drake_navbench.costmaps.point_cloud import PointCloud
 from drake_navbench.inputs.depth_sensor import DepthSensorSettings
 from drake_navbench.inputs.world import World
 from drake_navbench.kernels.depth_casting import cast_cone
-from drake_navbench.kernels.poses import compose
+from drake_navbench.kernels.poses import carrier_pose, compose
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import STATE_SIZE, value_or_none
 
@@ -25,7 +25,7 @@ class DepthSensors(LeafSystem):
 
     Input `state` [x m, y m, yaw rad, ...] of the base, world frame; `odometry`, likewise, where the
     odometry believes it to be (not connected: there). Output `clouds`: the newest PointCloud of
-    each sensor by its name, in the odometry's frame; empty before the first. Glass it does not see.
+    each sensor by its name, in the world frame; empty before the first. Glass it does not see.
     Abstract parameter 0 holds the world as Solids, so that a test can take a thing away.
     """
 
@@ -52,17 +52,15 @@ class DepthSensors(LeafSystem):
     def _cloud(self, name: str, context: Context) -> PointCloud:
         settings = self._sensors[name]
         headings, slopes = self._rays[name]
-        x, y, yaw = compose(self._state_port.Eval(context)[:3], settings.pose)
+        base_pose = self._state_port.Eval(context)[:3]
+        odometry = value_or_none(self._odometry_port, context)
+        x, y, yaw = compose(base_pose, settings.pose)
         origin = np.array([x, y, settings.height_m])
         solids = context.get_abstract_parameter(self.world_parameter).get_value()
         along = cast_cone(origin, yaw + headings, slopes, solids, sees_floor=settings.sees_floor)
         ranges = along * np.hypot(1.0, slopes)
         is_hit = (ranges >= settings.range_min_m) & (ranges <= settings.range_max_m)
         column, _ = np.nonzero(is_hit)
-        odometry = value_or_none(self._odometry_port, context)
-        if odometry is not None:
-            x, y, yaw = compose(odometry[:3], settings.pose)
-            origin = np.array([x, y, settings.height_m])
         along, heading = along[is_hit], yaw + headings[column]
         points = np.column_stack(
             [
@@ -72,4 +70,11 @@ class DepthSensors(LeafSystem):
                 np.maximum(settings.height_m + along * slopes[is_hit], 0.0),
             ]
         )
-        return PointCloud(origin, points, context.get_time(), yaw, settings.pitch_rad)
+        return PointCloud(
+            origin,
+            points,
+            context.get_time(),
+            yaw,
+            settings.pitch_rad,
+            None if odometry is None else carrier_pose(odometry[:3], base_pose),
+        )

@@ -35,8 +35,8 @@ class Signals:
 
     state: the truth. estimate: of it, in the map's frame. odometry, odometry_estimate: the same two
     in the odometry's frame. odometry_from_world, map_from_odometry: where the world lies in that,
-    and where that lies in the map; None where all are one, and the former the same ports.
-    clouds: of its depth sensors; None where it has none.
+    and where that lies in the map; None where all are one, and the former the same ports. clouds:
+    of the depth sensors; None where there are none.
     """
 
     state: OutputPort
