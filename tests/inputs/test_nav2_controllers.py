@@ -94,6 +94,7 @@ OTHER_VALUES = {
         "decel_lim_y": -1.5,
         "decel_lim_theta": -1.5,
         "sim_period": 0.125,
+        "nav2_release": "humble",
     },
     "mppi": {
         "motion_model": "Ackermann",
