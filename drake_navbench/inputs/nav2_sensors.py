@@ -13,7 +13,8 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from drake_navbench.inputs.depth_sensor import STEEPEST_RAD, DepthSensorSettings
-from drake_navbench.inputs.robot import LidarSettings, Robot
+from drake_navbench.inputs.lidar import LidarSettings
+from drake_navbench.inputs.robot import Robot
 
 # Names of what sends points all around.
 LIDAR_NAMES = re.compile(

@@ -13,9 +13,9 @@ from drake_navbench.costmaps.point_cloud import PointCloud
 from drake_navbench.inputs.depth_sensor import DepthSensorSettings
 from drake_navbench.inputs.world import World
 from drake_navbench.kernels.depth_casting import cast_cone
-from drake_navbench.kernels.poses import compose
+from drake_navbench.kernels.poses import carrier_pose, compose
 from drake_navbench.systems.lifetime import weakly_bound
-from drake_navbench.systems.ports import STATE_SIZE
+from drake_navbench.systems.ports import STATE_SIZE, value_or_none
 
 Clouds = Mapping[str, PointCloud]
 
@@ -23,8 +23,9 @@ Clouds = Mapping[str, PointCloud]
 class DepthSensors(LeafSystem):
     """Sees the true world by each sensor once in its period, the first time at t = 0.
 
-    Input `state` [x m, y m, yaw rad, ...] of the base, world frame. Output `clouds`: the newest
-    PointCloud of each sensor by its name, in the world frame; empty before the first.
+    Input `state` [x m, y m, yaw rad, ...] of the base, world frame; `odometry`, likewise, where the
+    odometry believes it to be (not connected: there). Output `clouds`: the newest PointCloud of
+    each sensor by its name, in the world frame; empty before the first.
     Abstract parameter 0 holds the world as Solids, so that a test can take a thing away.
     """
 
@@ -36,6 +37,7 @@ class DepthSensors(LeafSystem):
         none: Clouds = {}
         self._clouds = self.DeclareAbstractState(AbstractValue.Make(none))
         self._state_port = self.DeclareVectorInputPort("state", STATE_SIZE)
+        self._odometry_port = self.DeclareVectorInputPort("odometry", STATE_SIZE)
         self.DeclareStateOutputPort("clouds", self._clouds)
         see = weakly_bound(self._on_look)
         for name, settings in sensors.items():
@@ -48,7 +50,9 @@ class DepthSensors(LeafSystem):
     def _cloud(self, name: str, context: Context) -> PointCloud:
         settings = self._sensors[name]
         headings, slopes = self._rays[name]
-        x, y, yaw = compose(self._state_port.Eval(context)[:3], settings.pose)
+        base_pose = self._state_port.Eval(context)[:3]
+        odometry = value_or_none(self._odometry_port, context)
+        x, y, yaw = compose(base_pose, settings.pose)
         origin = np.array([x, y, settings.height_m])
         solids = context.get_abstract_parameter(self.world_parameter).get_value()
         along = cast_cone(origin, yaw + headings, slopes, solids, sees_floor=settings.sees_floor)
@@ -64,4 +68,11 @@ class DepthSensors(LeafSystem):
                 np.maximum(settings.height_m + along * slopes[is_hit], 0.0),
             ]
         )
-        return PointCloud(origin, points, context.get_time(), yaw, settings.pitch_rad)
+        return PointCloud(
+            origin,
+            points,
+            context.get_time(),
+            yaw,
+            settings.pitch_rad,
+            None if odometry is None else carrier_pose(odometry[:3], base_pose),
+        )

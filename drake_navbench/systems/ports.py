@@ -26,6 +26,8 @@ from drake_navbench.systems.lifetime import weakly_bound
 STATE_SIZE = 6
 # v m/s, w rad/s, vy m/s.
 COMMAND_SIZE = 3
+# x m, y m, yaw rad.
+POSE_SIZE = 3
 
 
 def declare_object_input(system: LeafSystem, name: str) -> InputPort:

@@ -13,7 +13,8 @@ from drake_navbench.costmaps.layered_costmap import GridGeometry, LayeredCostmap
 from drake_navbench.costmaps.map_file import OCCUPIED, OccupancyMap
 from drake_navbench.costmaps.point_cloud import PointCloud
 from drake_navbench.errors import InputError
-from drake_navbench.inputs.robot import LidarSettings, Robot
+from drake_navbench.inputs.lidar import LidarSettings
+from drake_navbench.inputs.robot import Robot
 from drake_navbench.kernels.grid import FREE, INSCRIBED, LETHAL, NO_INFORMATION
 from drake_navbench.kernels.voxel_layer import UNKNOWN_COLUMN
 from drake_navbench.log import Scan
