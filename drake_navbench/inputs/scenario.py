@@ -8,7 +8,13 @@ from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import Field, field_validator, model_validator
+from pydantic import (
+    Field,
+    SerializerFunctionWrapHandler,
+    field_validator,
+    model_serializer,
+    model_validator,
+)
 
 from drake_navbench.costmaps.filter_masks import (
     FilterDescription,
@@ -21,6 +27,7 @@ from drake_navbench.errors import InputError
 from drake_navbench.inputs.faults import Conditions, Fault, conditions_of
 from drake_navbench.inputs.file_kinds import SCENARIO, require_kind
 from drake_navbench.inputs.map_world import occupied_boxes
+from drake_navbench.inputs.moving import MAX_MOVING, MovingObstacle, MovingObstacles
 from drake_navbench.inputs.named_files import NamedFiles
 from drake_navbench.inputs.robot import Robot, load_robot, overridden
 from drake_navbench.inputs.world import Obstacle, Point, World
@@ -99,12 +106,25 @@ Plan = Annotated[GridPlan | ElementsPlan | PolylinePlan, Field(discriminator="ty
 
 
 class WorldDescription(FrozenModel):
-    """What stands in the world: the occupied cells of a map, and shapes."""
+    """What is in the world: the occupied cells of a map, shapes, and what moves."""
 
     map: str | None = Field(
         None, description="Map file of Nav2's map_server, relative to the scenario's folder."
     )
     obstacles: list[Obstacle] = Field(default_factory=list, description="Shapes in the world.")
+    moving_obstacles: list[MovingObstacle] = Field(
+        default_factory=list,
+        max_length=MAX_MOVING,
+        description="What moves along timed waypoints, whatever the robot does; no map shows it.",
+    )
+
+    @model_serializer(mode="wrap")
+    def _as_plain(self, plain: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leaves out what moves where nothing does."""
+        values: dict[str, Any] = plain(self)
+        if not self.moving_obstacles:
+            values.pop("moving_obstacles", None)
+        return values
 
 
 class Suite(FrozenModel):
@@ -245,9 +265,10 @@ class Scenario(QuietModel):
 
     @cached_property
     def true_world(self) -> World:
-        """Everything that stands in the world."""
+        """Everything that is in the world."""
         walls = occupied_boxes(self.map) if self.map is not None else ()
-        return World(tuple(self.world.obstacles), walls)
+        moving = MovingObstacles(tuple(self.world.moving_obstacles))
+        return World(tuple(self.world.obstacles), walls, moving)
 
     @cached_property
     def known_world(self) -> World:

@@ -30,6 +30,7 @@ def check_task(scenario: Scenario, robot: Robot) -> None:
             "overlaps an obstacle; expected free space"
         )
     _check_conditions(scenario, robot)
+    _check_moving(scenario, body)
     names = [*(f"waypoints[{index}]" for index in range(len(scenario.waypoints))), "goal"]
     for name, goal in zip(names, scenario.goals, strict=True):
         where = _why_no_goal(scenario, robot, np.array(goal[:2]))
@@ -56,6 +57,25 @@ def _check_conditions(scenario: Scenario, robot: Robot) -> None:
             raise InputError(
                 f"scenario {scenario.name}: faults[{index}].at_s: got {fault.at_s:g} s, expected "
                 f"less than the trial's timeout_s of {scenario.timeout_s:g} s"
+            )
+
+
+def _check_moving(scenario: Scenario, body: shapely.Polygon) -> None:
+    """Raises InputError where a way leads through what stands, or begins on the robot."""
+    world = scenario.true_world
+    for index, thing in enumerate(world.moving.things):
+        place = f"scenario {scenario.name}: world.moving_obstacles[{index}]"
+        for waypoint, floor in thing.swept_floor():
+            if world.intersects(floor):
+                raise InputError(
+                    f"{place}.waypoints[{waypoint}]: the way there leads through an obstacle; "
+                    "expected free space"
+                )
+        first = shapely.Polygon(place_outline(thing.outline, thing.pose_at(0.0)))
+        if first.intersects(body):
+            raise InputError(
+                f"{place}: begins where the robot's footprint is, at {list(scenario.start)}; "
+                "expected free space"
             )
 
 

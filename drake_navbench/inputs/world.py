@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 from shapely.geometry.base import BaseGeometry
 
+from drake_navbench.inputs.moving import NOTHING_MOVES, MovingObstacles
 from drake_navbench.kernels.depth_casting import Solids
 from drake_navbench.typed_files.quantities import MIN_SIZE_M, Length, Size
 from drake_navbench.typed_files.typed_yaml import FrozenModel
@@ -130,14 +131,15 @@ Obstacle = Annotated[Box | Wall | Polygon | Cylinder, Field(discriminator="type"
 
 @dataclass(frozen=True)
 class World:
-    """What stands in a scenario: its obstacles, and the walls of its map as many small boxes."""
+    """What is in a scenario: obstacles, the walls of its map as many small boxes, what moves."""
 
     obstacles: tuple[Box | Wall | Polygon | Cylinder, ...]
     walls: tuple[Box, ...] = ()
+    moving: MovingObstacles = NOTHING_MOVES
 
     @property
     def shapes(self) -> tuple[Box | Wall | Polygon | Cylinder, ...]:
-        """Obstacles and walls."""
+        """Obstacles and walls: what stands."""
         return (*self.obstacles, *self.walls)
 
     @cached_property

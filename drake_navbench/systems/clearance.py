@@ -24,11 +24,12 @@ DISTANCE_COUNT = 3
 class Clearance(LeafSystem):
     """Measures the distance to obstacles at the start, at `offset_s`, and once a period from then.
 
-    Inputs `state` [x m, y m, yaw rad, ...], `costmap` (Costmap or None) and `odometry_from_world`
-    (3,), where the world lies in the costmap's frame (not connected: they are one). Output
-    `distances` [m]: first the distance between the footprint and the nearest thing that stands in
-    the world, 0 where they overlap; then the distance from the reference point to the nearest of
-    the lethal cells' centres; then that to the nearest of their lower left corners, the published
+    Inputs `state` [x m, y m, yaw rad, ...], `costmap` (Costmap or None), `odometry_from_world`
+    (3,), where the world lies in the costmap's frame (not connected: they are one), and `moving`
+    (edges (E, 4) and circles (D, 3) of what moves, m; need not be connected). Output `distances`
+    [m]: first the distance between the footprint and the nearest thing that stands or moves in the
+    world, 0 where they overlap; then the distance from the reference point to the nearest of the
+    lethal cells' centres; then that to the nearest of their lower left corners, the published
     measure. +inf where nothing is near. Whether they touch between two samples is for ContactWatch
     to say.
 
@@ -48,6 +49,7 @@ class Clearance(LeafSystem):
         self._state_port = self.DeclareVectorInputPort("state", STATE_SIZE)
         self._costmap_port = declare_object_input(self, "costmap")
         self._frame_port = self.DeclareVectorInputPort("odometry_from_world", POSE_SIZE)
+        self._moving_port = declare_object_input(self, "moving")
         self._distances = self.DeclareDiscreteState([math.inf] * DISTANCE_COUNT)
         self.DeclareStateOutputPort("distances", self._distances)
         self.DeclareInitializationDiscreteUpdateEvent(weakly_bound(self._on_period))
@@ -63,6 +65,11 @@ class Clearance(LeafSystem):
         clearance = clearance_at(
             self._footprint, x, y, yaw, self._edges, self._circles, MAX_DISTANCE_M
         )
+        moving = value_or_none(self._moving_port, context)
+        if moving is not None:
+            edges, circles = moving
+            to_moving = clearance_at(self._footprint, x, y, yaw, edges, circles, MAX_DISTANCE_M)
+            clearance = min(clearance, to_moving)
         costmap = self._costmap_port.Eval(context)
         to_centre = to_corner = math.inf
         if costmap is not None and len(costmap.lethal_centres):

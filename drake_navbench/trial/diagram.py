@@ -32,6 +32,7 @@ from drake_navbench.systems.depth_sensors import DepthSensors
 from drake_navbench.systems.lidar import Lidar
 from drake_navbench.systems.local_costmap import LocalCostmap
 from drake_navbench.systems.mobile_base import MobileBase
+from drake_navbench.systems.moving_world import MovingWorld
 from drake_navbench.systems.navigator import Navigator
 from drake_navbench.systems.omnidirectional_base import OmnidirectionalBase
 from drake_navbench.systems.recorder import Recorder
@@ -68,6 +69,7 @@ class TrialDiagram:
     controller_server: ControllerServer
     clearance: Clearance
     recorder: Recorder
+    moving_world: MovingWorld | None = None
     speed_filter: SpeedFilter | None = None
     binary_filter: BinaryFilter | None = None
 
@@ -112,6 +114,7 @@ def build_trial_diagram(
 
     conditions = conditions or conditions_of(robot)
     localization = add_localization(builder, robot, conditions, state)
+    moving_world = _add_moving_world(builder, world, scene_graph) if len(world.moving) else None
 
     lidar = builder.AddNamedSystem("lidar", Lidar(robot.lidar, world))
     connect_inputs(builder, lidar, state=state)
@@ -148,6 +151,9 @@ def build_trial_diagram(
     connect_inputs(builder, clearance, state=state, costmap=costmap)
     if signals.has_frames:
         connect_inputs(builder, clearance, odometry_from_world=signals.odometry_from_world)
+    if moving_world is not None:
+        for system in (lidar, clearance):
+            connect_inputs(builder, system, moving=moving_world.GetOutputPort("outlines"))
 
     recorder = _add_recorder(builder, navigator)
     connect_inputs(builder, recorder, state=state, scan=scan, command=command)
@@ -160,10 +166,15 @@ def build_trial_diagram(
         connect_inputs(builder, recorder, costmap=costmap)
 
     if watch is not None:
-        viewer = builder.AddNamedSystem("viewer", Viewer(watch, period_s=RECORDER_PERIOD_S))
+        viewer = builder.AddNamedSystem(
+            "viewer",
+            Viewer(watch, period_s=RECORDER_PERIOD_S, moving_count=len(world.moving)),
+        )
         connect_inputs(builder, viewer, state=state, scan=scan, costmap=costmap)
         connect_inputs(builder, viewer, plan=navigator.GetOutputPort("plan"))
         connect_inputs(builder, viewer, server_state=server.GetOutputPort("server_state"))
+        if moving_world is not None:
+            connect_inputs(builder, viewer, moving_poses=moving_world.GetOutputPort("poses"))
 
     diagram = builder.Build()
     diagram.set_name("trial")
@@ -177,6 +188,7 @@ def build_trial_diagram(
         controller_server=server,
         clearance=clearance,
         recorder=recorder,
+        moving_world=moving_world,
         speed_filter=speed_filter,
         binary_filter=binary_filter,
     )
@@ -189,6 +201,17 @@ def add_base(builder: DiagramBuilder, robot: Robot, scene_graph: SceneGraph) -> 
         base.get_geometry_pose_output_port(), scene_graph.get_source_pose_port(base.source_id)
     )
     return base
+
+
+def _add_moving_world(
+    builder: DiagramBuilder, world: World, scene_graph: SceneGraph
+) -> MovingWorld:
+    """Adds what moves in the world and shows it in SceneGraph."""
+    moving = builder.AddNamedSystem("moving_world", MovingWorld(world, scene_graph))
+    builder.Connect(
+        moving.get_geometry_pose_output_port(), scene_graph.get_source_pose_port(moving.source_id)
+    )
+    return moving
 
 
 def make_base(robot: Robot, scene_graph: SceneGraph) -> MobileBase:
