@@ -21,6 +21,7 @@ class NoiseStream(IntEnum):
     LOCALIZATION = 2
     LIDAR = 3
     CONTROLLER = 4
+    PEOPLE = 16
 
 
 # Philox is a counter-based generator with a key of two words: here the seed, and the rest.

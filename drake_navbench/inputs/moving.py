@@ -140,8 +140,7 @@ class MovingCylinder(_Moving):
 
     @property
     def outline(self) -> Array:
-        circle = shapely.Point(0.0, 0.0).buffer(self.radius_m, CIRCLE_QUADRANT_SEGMENTS)
-        return shapely.get_coordinates(circle)[:-1][::-1].copy()
+        return circle(self.radius_m)
 
 
 class MovingBox(_Moving):
@@ -169,6 +168,13 @@ class Bodies:
     edges: Array
     discs: Array
     count: int
+
+    def without_first(self, count: int) -> Bodies:
+        """Returns the same numbering with the parts of the first `count` bodies left out."""
+        if not count:
+            return self
+        edges, discs = (part[part[:, 0] >= count] for part in (self.edges, self.discs))
+        return Bodies(edges, discs, self.count)
 
     def placed(self, poses: Array) -> tuple[Array, Array]:
         """Returns edges (E, 4) and circles (D, 3) in the world frame with bodies at (B, 3), m."""
@@ -209,6 +215,20 @@ class MovingObstacles:
 
 
 NOTHING_MOVES = MovingObstacles()
+
+
+def circle(radius_m: float) -> Array:
+    """Returns (K, 2) corners of a circle about the origin, m, counter-clockwise."""
+    ring = shapely.Point(0.0, 0.0).buffer(radius_m, CIRCLE_QUADRANT_SEGMENTS)
+    return shapely.get_coordinates(ring)[:-1][::-1].copy()
+
+
+def with_people(bodies: Bodies, radii_m: Array) -> Bodies:
+    """Returns bodies and then the discs (P,) that stand for people."""
+    discs = np.zeros((len(radii_m), 4))
+    discs[:, 0] = bodies.count + np.arange(len(radii_m))
+    discs[:, 3] = radii_m
+    return Bodies(bodies.edges, np.vstack([bodies.discs, discs]), bodies.count + len(radii_m))
 
 
 def bodies_of(things: Sequence[MovingCylinder | MovingBox]) -> Bodies:

@@ -41,7 +41,9 @@ def simulation():
     world = World((PILLAR,), moving=MovingObstacles((COMES, TURNS)))
     builder = DiagramBuilder()
     scene_graph = builder.AddSystem(SceneGraph())
-    moving = builder.AddNamedSystem("moving_world", MovingWorld(world, scene_graph))
+    moving = builder.AddNamedSystem(
+        "moving_world", MovingWorld(world, scene_graph, footprint=ROBOT, scan_height_m=0.2)
+    )
     builder.Connect(
         moving.get_geometry_pose_output_port(), scene_graph.get_source_pose_port(moving.source_id)
     )
