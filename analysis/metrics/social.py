@@ -28,9 +28,11 @@ from drake_navbench.analysis.metrics.signals import (
 )
 from drake_navbench.analysis.moving import movers_of
 from drake_navbench.kernels.poses import place_outline
-from drake_navbench.kernels.social_force import SOCIAL_FACTOR, social_force
+from drake_navbench.kernels.social_force import social_force
 from drake_navbench.log import Outcome, TrialLog
 
+# Of the social force, in HuNavSim's evaluation.
+SOCIAL_FACTOR = 2.1
 # Hall's zones, by the gap between outline and body.
 INTIMATE_M, PERSONAL_M, SOCIAL_M = 0.45, 1.2, 3.6
 COMPLIANT_M = 0.5
