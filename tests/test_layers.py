@@ -45,11 +45,12 @@ MAY_IMPORT: dict[str, set[str]] = {
     "trial": BELOW_ALL | {"costmaps", "navigation", "inputs", "systems"},
     "analysis": BELOW_ALL,
     "recordings": BELOW_ALL | {"costmaps", "inputs", "trial", "analysis"},
+    "tuning": BELOW_ALL | {"inputs", "trial", "analysis", "campaign"},
     "campaign": BELOW_ALL | {"inputs", "trial", "analysis"},
     "gymnasium_environment": BELOW_ALL
     | {"controllers", "navigation", "inputs", "systems", "trial"},
     "commands": BELOW_ALL
-    | {"inputs", "trial", "analysis", "campaign", "recordings", "gymnasium_environment"},
+    | {"inputs", "trial", "analysis", "campaign", "recordings", "gymnasium_environment", "tuning"},
 }
 # What analysis may use of the engine: the shapes that were in the world, which every log has.
 SHAPES = {

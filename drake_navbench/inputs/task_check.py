@@ -9,6 +9,7 @@ import shapely
 
 from drake_navbench.costmaps.map_file import UNKNOWN
 from drake_navbench.errors import InputError, InputWarning
+from drake_navbench.inputs.faults import PARTS
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
@@ -28,6 +29,7 @@ def check_task(scenario: Scenario, robot: Robot) -> None:
             f"scenario {scenario.name}: start: the robot's footprint at {list(scenario.start)} "
             "overlaps an obstacle; expected free space"
         )
+    _check_conditions(scenario, robot)
     _check_moving(scenario, body)
     _check_people(scenario, body)
     names = [*(f"waypoints[{index}]" for index in range(len(scenario.waypoints))), "goal"]
@@ -37,6 +39,25 @@ def check_task(scenario: Scenario, robot: Robot) -> None:
             raise InputError(
                 f"scenario {scenario.name}: {name}: {list(goal[:2])} lies {where}; "
                 "expected free space"
+            )
+
+
+def _check_conditions(scenario: Scenario, robot: Robot) -> None:
+    """Raises InputError where a fault is wrong, or something comes later than the trial ends."""
+    conditions = scenario.conditions(robot)
+    for part in PARTS:
+        for settings in getattr(conditions, part).settings:
+            for name, late_s in settings.delays_s.items():
+                if late_s >= scenario.timeout_s:
+                    raise InputError(
+                        f"scenario {scenario.name}: {part}.{name}: got {late_s:g} s, expected less "
+                        f"than the trial's timeout_s of {scenario.timeout_s:g} s"
+                    )
+    for index, fault in enumerate(scenario.faults):
+        if fault.at_s >= scenario.timeout_s:
+            raise InputError(
+                f"scenario {scenario.name}: faults[{index}].at_s: got {fault.at_s:g} s, expected "
+                f"less than the trial's timeout_s of {scenario.timeout_s:g} s"
             )
 
 

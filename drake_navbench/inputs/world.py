@@ -16,6 +16,7 @@ from shapely.geometry.base import BaseGeometry
 
 from drake_navbench.inputs.moving import NOTHING_MOVES, MovingObstacles
 from drake_navbench.inputs.people import NOBODY, WalkingPeople
+from drake_navbench.kernels.depth_casting import Solids
 from drake_navbench.typed_files.quantities import MIN_SIZE_M, Length, Size
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
@@ -158,6 +159,19 @@ class World:
         """(M, 3) cylinders x, y, radius, m."""
         rows = [[*o.centre, o.radius_m] for o in self.obstacles if isinstance(o, Cylinder)]
         return np.array(rows, dtype=float).reshape(-1, 3)
+
+    @cached_property
+    def solids(self) -> Solids:
+        """The same edges and cylinders with their heights."""
+        edged = [o for o in self.shapes if not isinstance(o, Cylinder)]
+        runs = [len(o.outline) for o in edged]
+        return Solids(
+            self.segments,
+            np.cumsum([0, *runs]),
+            np.array([o.height_m for o in edged], dtype=float),
+            self.circles,
+            np.array([o.height_m for o in self.obstacles if isinstance(o, Cylinder)], dtype=float),
+        )
 
     @cached_property
     def regions(self) -> NDArray[np.object_]:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, State
 
-from drake_navbench.inputs.robot import LidarSettings
+from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.inputs.world import World
 from drake_navbench.kernels.poses import compose
 from drake_navbench.kernels.ray_casting import cast_rays
@@ -26,9 +26,10 @@ NO_SCAN = None
 class Lidar(LeafSystem):
     """Scans the true world once a period, the first time at t = 0, by one scanner or several.
 
-    Input `state` [x m, y m, yaw rad, ...] of the base, world frame. Input `moving` (edges (E, 4)
-    and circles (D, 3) of what moves, m; need not be connected). Output `scan`: the last `Scan`,
-    or None before the first. Abstract parameter 0 holds the world as (segments, circles), so that a
+    Input `state` [x m, y m, yaw rad, ...] of the base, world frame; `odometry`, likewise, where the
+    odometry believes it to be (not connected: there). Input `moving` (edges (E, 4) and circles
+    (D, 3) of what moves, m; need not be connected). Output `scan`: the last `Scan`, or None before
+    the first. Abstract parameter 0 holds the world as (segments, circles), so that a
     test can take a thing away; parameter 1 the trial's seed. Special ranges follow REP 117: +inf
     where nothing lies within range, -inf nearer than the least range, NaN where a beam dropped out.
     """
@@ -43,6 +44,7 @@ class Lidar(LeafSystem):
         self.seed_parameter = self.DeclareAbstractParameter(AbstractValue.Make(0))
         self._scan = self.DeclareAbstractState(AbstractValue.Make(NO_SCAN))
         self._state_port = self.DeclareVectorInputPort("state", STATE_SIZE)
+        self._odometry_port = self.DeclareVectorInputPort("odometry", STATE_SIZE)
         self._moving_port = declare_object_input(self, "moving")
         self.DeclareStateOutputPort("scan", self._scan)
         self.DeclarePeriodicUnrestrictedUpdateEvent(
@@ -51,11 +53,15 @@ class Lidar(LeafSystem):
 
     def _on_scan(self, context: Context, state: State) -> None:
         base_pose = self._state_port.Eval(context)[:3]
+        odometry = value_or_none(self._odometry_port, context)
         noise = self._noise(context)
         settings = self._settings
         # In a fixed order, so that a further scanner leaves the first one's noise as it is.
         first, *further = (
-            self._scan_from(context, compose(base_pose, mounting), noise)
+            replace(
+                self._scan_from(context, compose(base_pose, mounting), noise),
+                odometry_pose=None if odometry is None else compose(odometry[:3], mounting),
+            )
             for mounting in (settings.pose, *settings.further_poses)
         )
         scan = replace(first, further=tuple(further)) if further else first

@@ -28,7 +28,7 @@ from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.inputs.task_check import check_task
 from drake_navbench.kernels.grid import Costmap
-from drake_navbench.log import COLUMNS, LATERAL_COLUMNS, Outcome, TrialLog
+from drake_navbench.log import COLUMNS, LATERAL_COLUMNS, ODOMETRY_COLUMNS, Outcome, TrialLog
 from drake_navbench.logged_people import DECIMALS, LoggedPeople
 from drake_navbench.moment import Moment
 from drake_navbench.navigation.task import TaskState, TaskStatus
@@ -36,7 +36,7 @@ from drake_navbench.plans import Plan, as_logged
 from drake_navbench.processes.worker_process import Returned
 from drake_navbench.processes.workers import Died, Failure, Task, TimedOut, run_tasks, start_server
 from drake_navbench.systems.lifetime import release
-from drake_navbench.systems.recorder import RECORDED_COLUMNS, Recording
+from drake_navbench.systems.recorder import Recording
 from drake_navbench.systems.tree_navigator import TreeNavigator
 from drake_navbench.trial.column_controller import built_controller
 from drake_navbench.trial.contact_watch import Contact, ContactWatch
@@ -178,6 +178,7 @@ def _simulate_with(
         task=trial_task(spec),
         static_map=_static_map(spec),
         filter_masks=spec.scenario.filter_masks,
+        conditions=spec.scenario.conditions(spec.robot),
         watch=watch,
         keeps_costmaps=spec.keeps_costmaps,
     )
@@ -388,9 +389,9 @@ def _controller_files(preset: Preset) -> dict[str, Any]:
 
 def _samples(recording: Recording, robot: Robot) -> pd.DataFrame:
     """Returns the samples with the columns that a log of the robot has."""
-    table = recording.table()
-    recorded: dict[str, Any] = dict(zip(RECORDED_COLUMNS, table.T, strict=True))
-    names = [*COLUMNS, *(LATERAL_COLUMNS if robot.drive.lateral_speed_mps > 0.0 else ())]
-    columns = {name: recorded[name] for name in names}
+    recorded: dict[str, Any] = recording.columns()
+    lateral = LATERAL_COLUMNS if robot.drive.lateral_speed_mps > 0.0 else ()
+    own = [name for name in ODOMETRY_COLUMNS if name in recorded]
+    columns = {name: recorded[name] for name in (*COLUMNS, *lateral, *own)}
     columns["cycle_count"] = columns["cycle_count"].astype(np.int64)
     return pd.DataFrame(columns)
