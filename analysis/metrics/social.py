@@ -10,6 +10,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drake_navbench.analysis.metrics.body import outline_of
 from drake_navbench.analysis.metrics.definition import Undefined, metric
@@ -231,9 +232,9 @@ def _share_of_time(log: TrialLog, low_m: float, high_m: float) -> float:
     return float(held_s[within].sum() / held_s.sum())
 
 
-def _has_arrived(log: TrialLog, people: _People) -> Array:
+def _has_arrived(log: TrialLog, people: _People) -> NDArray[np.bool_]:
     """Returns (T, P) whether somebody who does not turn back is at the end of the way."""
-    arrived = np.zeros(people.gaps_m.shape, dtype=bool)
+    arrived: NDArray[np.bool_] = np.zeros(people.gaps_m.shape, dtype=bool)
     for index, person in enumerate(movers_of(log).people.persons):
         if person.goals and (len(person.goals) == 1 or not person.repeats):
             left = people.positions_m[:, index] - person.goals[-1]
@@ -252,13 +253,13 @@ def _social_forces(log: TrialLog) -> Array:
     v, vy, w = (np.interp(people.time_s, own, values) for values in names)
     sizes = np.empty(people.gaps_m.shape)
     for row, pose in enumerate(poses):
-        x, y = place_outline(middle[None], pose)[0]
+        x, y = place_outline(middle[None], pose)[0].tolist()
         ahead, aside = v[row] - w[row] * middle[1], vy[row] + w[row] * middle[0]
         cos_yaw, sin_yaw = math.cos(pose[2]), math.sin(pose[2])
-        robot = (x, y, ahead * cos_yaw - aside * sin_yaw, ahead * sin_yaw + aside * cos_yaw)
+        vx_world, vy_world = ahead * cos_yaw - aside * sin_yaw, ahead * sin_yaw + aside * cos_yaw
         for index in range(sizes.shape[1]):
             own_x, own_y = people.positions_m[row, index]
             own_vx, own_vy = people.velocities_mps[row, index]
-            force = social_force(own_x, own_y, own_vx, own_vy, *robot)
-            sizes[row, index] = SOCIAL_FACTOR * math.hypot(*force)
+            force = social_force(own_x, own_y, own_vx, own_vy, x, y, vx_world, vy_world)
+            sizes[row, index] = SOCIAL_FACTOR * np.hypot(*np.asarray(force))
     return sizes

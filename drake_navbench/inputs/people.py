@@ -113,14 +113,16 @@ class WalkingPeople:
 
     def crowd(self, seed: int) -> Crowd:
         """Returns them as they begin the trial with this seed, the same for all controllers."""
-        states, traits, goals = [], [], []
+        states: list[list[float]] = []
+        traits: list[list[float]] = []
+        goals: list[tuple[float, float]] = []
         for index, person in enumerate(self.persons):
             assert self.people is not None
             draws = NoiseKey(seed, NoiseStream.PEOPLE, index).generator().standard_normal(3)
             start = np.array(person.start) + self.people.start_xy_std_m * draws[:2]
             speed = person.speed_mps + self.people.speed_std_mps * draws[2]
             speed = float(np.clip(speed, 0.2 * person.speed_mps, 2.0))
-            own = person.goals or [tuple(start)]
+            own = person.goals or [(float(start[0]), float(start[1]))]
             states.append([*start, person.yaw_rad, 0.0, 0.0, 0.0, 0.0, 0.0])
             group = -1 if person.group is None else person.group
             first = len(goals)

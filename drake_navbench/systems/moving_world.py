@@ -22,9 +22,16 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
-from drake_navbench.inputs.people import Crowd, scanned_discs
+from drake_navbench.inputs.people import TRUNK_RADIUS_M, Crowd, scanned_discs
 from drake_navbench.inputs.world import World
-from drake_navbench.inputs.world_geometry import MOVING_COLOR, PERSON_COLOR, body_of, moving_shape
+from drake_navbench.inputs.world_geometry import (
+    MOVING_COLOR,
+    PERSON_COLOR,
+    PERSON_HEIGHT_M,
+    body_of,
+    moving_shape,
+)
+from drake_navbench.kernels.depth_casting import Solids
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.kernels.social_force import (
     STATE_SIZE as PERSON_SIZE,
@@ -45,8 +52,9 @@ class MovingWorld(LeafSystem):
     take notice; without any it need not be connected. Output `poses` [x m, y m, yaw rad] of each
     body in the world frame: things, then people, in the order of the scenario file. Output
     `outlines`: edges (E, 4) and circles (D, 3) of all, m, as they touch. Output `scanned`: the
-    same as a scanner sees them at its height, people as legs or trunks. Output `people`: the poses
-    of the people alone. Output `geometry_pose` places all in SceneGraph.
+    same as a scanner sees them at its height, people as legs or trunks. Output `solids`: the same
+    as upright Solids for depth sensors, people as trunks down to the floor. Output `people`: the
+    poses of the people alone. Output `geometry_pose` places all in SceneGraph.
 
     People choose a velocity once a period, from the states at that time, and keep it until the
     next. So their ways are straight in between, and everybody's place is exact at every instant.
@@ -90,6 +98,7 @@ class MovingWorld(LeafSystem):
         )
         declare_object_output(self, "outlines", self._outlines, depends)
         declare_object_output(self, "scanned", self._scanned, depends)
+        declare_object_output(self, "solids", self._solids, depends)
         self._geometry_pose_port = self.DeclareAbstractOutputPort(
             "geometry_pose",
             lambda: AbstractValue.Make(FramePoseVector()),
@@ -180,6 +189,21 @@ class MovingWorld(LeafSystem):
             people[:, : YAW + 1], people[:, WALKED], speeds_mps, self._scan_height_m
         )
         return edges, np.vstack([circles, discs])
+
+    def _solids(self, context: Context) -> Solids:
+        edges, circles = self._placed_things(context)
+        people = self.people_at(context)[:, :2]
+        trunks = np.column_stack([people, np.full(len(people), TRUNK_RADIUS_M)])
+        heights_m = np.array([thing.height_m for thing in self._things.things])
+        boxes, starts = np.unique(self._things.bodies.edges[:, 0], return_index=True)
+        of_discs = heights_m[self._things.bodies.discs[:, 0].astype(int)]
+        return Solids(
+            edges,
+            np.append(starts, len(edges)),
+            heights_m[boxes.astype(int)],
+            np.vstack([circles, trunks]),
+            np.concatenate([of_discs, np.full(len(people), PERSON_HEIGHT_M)]),
+        )
 
     def _placed_things(self, context: Context) -> tuple[Array, Array]:
         return self._things.bodies.placed(self._things.tracks.poses_at(context.get_time()))

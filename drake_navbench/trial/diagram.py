@@ -125,7 +125,8 @@ def build_trial_diagram(
     signals = localization.signals(state, scan)
     if signals.has_frames:
         connect_inputs(builder, lidar, odometry=signals.odometry)
-    signals = replace(signals, clouds=_add_depth_sensors(builder, robot, world, signals))
+    clouds = _add_depth_sensors(builder, robot, world, moving_world, signals)
+    signals = replace(signals, clouds=clouds)
 
     local_costmap = _add_local_costmap(builder, robot, static_map, filter_masks)
     connect_inputs(builder, local_costmap, state=signals.odometry, scan=scan)
@@ -262,7 +263,11 @@ def _add_local_costmap(
 
 
 def _add_depth_sensors(
-    builder: DiagramBuilder, robot: Robot, world: World, signals: Signals
+    builder: DiagramBuilder,
+    robot: Robot,
+    world: World,
+    moving_world: MovingWorld | None,
+    signals: Signals,
 ) -> OutputPort | None:
     """Adds the sensors that send points, and returns the port of their clouds, if there are any."""
     if not robot.depth_sensors:
@@ -271,6 +276,8 @@ def _add_depth_sensors(
     connect_inputs(builder, sensors, state=signals.state)
     if signals.has_frames:
         connect_inputs(builder, sensors, odometry=signals.odometry)
+    if moving_world is not None:
+        connect_inputs(builder, sensors, moving=moving_world.GetOutputPort("solids"))
     return sensors.GetOutputPort("clouds")
 
 
