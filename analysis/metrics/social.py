@@ -251,13 +251,14 @@ def _social_forces(log: TrialLog) -> Array:
     poses = robot_poses(log, people.time_s)
     names = (column(log, "v_mps"), lateral_velocity(log), column(log, "w_radps"))
     v, vy, w = (np.interp(people.time_s, own, values) for values in names)
-    sizes = np.empty(people.gaps_m.shape)
+    count = people.positions_m.shape[1]
+    sizes = np.empty((len(poses), count))
     for row, pose in enumerate(poses):
-        x, y = place_outline(middle[None], pose)[0].tolist()
+        x, y = place_outline(middle[None], pose)[0]
         ahead, aside = v[row] - w[row] * middle[1], vy[row] + w[row] * middle[0]
         cos_yaw, sin_yaw = math.cos(pose[2]), math.sin(pose[2])
         vx_world, vy_world = ahead * cos_yaw - aside * sin_yaw, ahead * sin_yaw + aside * cos_yaw
-        for index in range(sizes.shape[1]):
+        for index in range(count):
             own_x, own_y = people.positions_m[row, index]
             own_vx, own_vy = people.velocities_mps[row, index]
             force = social_force(own_x, own_y, own_vx, own_vy, x, y, vx_world, vy_world)
