@@ -9,9 +9,18 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
-from drake_navbench.inputs.moving import Bodies, MovingObstacle, MovingObstacles
+from drake_navbench.inputs.moving import (
+    Bodies,
+    MovingObstacle,
+    MovingObstacles,
+    circle,
+    with_people,
+)
+from drake_navbench.inputs.people import NOBODY, People, WalkingPeople
 from drake_navbench.kernels.moving_bodies import Tracks
+from drake_navbench.kernels.social_force import TOP_SPEED_MPS
 from drake_navbench.log import TrialLog
+from drake_navbench.logged_people import LoggedPeople
 
 Array = NDArray[np.float64]
 
@@ -19,12 +28,13 @@ Array = NDArray[np.float64]
 class Movers(NamedTuple):
     """All B bodies that moved.
 
-    things: those that move on given ways. names: of each. outlines: (K, 2) corners of each in its
-    own frame, m. bodies: the same as edges and discs. tracks: their ways. top_speed_mps: what no
-    point of any is faster than.
+    things: those that move on given ways. people: those who walk. names: of each, things, then
+    people. outlines: (K, 2) corners of each in its own frame, m. bodies: the same as edges and
+    discs. tracks: their ways. top_speed_mps: what no point of any is faster than.
     """
 
     things: MovingObstacles
+    people: WalkingPeople
     names: list[str]
     outlines: list[Array]
     bodies: Bodies
@@ -53,11 +63,33 @@ def movers_of(log: TrialLog) -> Movers:
     """Returns what moved; nothing in logs in which nothing did."""
     described = log.info["scenario"]["world"].get("moving_obstacles", [])
     things = MovingObstacles(tuple(TypeAdapter(list[MovingObstacle]).validate_python(described)))
+    people = _people_of(log)
+    tracks, top_speed_mps = things.tracks, things.top_speed_mps
+    if log.people is not None:
+        tracks = tracks.joined(Tracks.of(_rows(log.people)))
+        top_speed_mps = max(top_speed_mps, TOP_SPEED_MPS)
     return Movers(
         things,
-        things.names,
-        [thing.outline for thing in things.things],
-        things.bodies,
-        things.tracks,
-        things.top_speed_mps,
+        people,
+        [*things.names, *people.names],
+        [*(thing.outline for thing in things.things), *map(circle, people.radii_m)],
+        with_people(things.bodies, people.radii_m),
+        tracks,
+        top_speed_mps,
     )
+
+
+def _people_of(log: TrialLog) -> WalkingPeople:
+    described = log.info["scenario"]["world"].get("people")
+    # A trial that broke has no samples, and so nobody's way.
+    if described is None or log.people is None:
+        return NOBODY
+    return WalkingPeople(People.model_validate(described))
+
+
+def _rows(people: LoggedPeople) -> list[Array]:
+    """Returns (T, 4) time s, x m, y m, yaw rad of each person."""
+    return [
+        np.column_stack([people.time_s, people.poses[:, index]])
+        for index in range(people.person_count)
+    ]

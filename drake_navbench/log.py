@@ -28,6 +28,7 @@ from drake_navbench.errors import InputError, as_line, one_line, printable
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.kernels.poses import compose
 from drake_navbench.logged_costmaps import costmap_columns, read_costmaps
+from drake_navbench.logged_people import LoggedPeople, people_columns, read_people
 from drake_navbench.plans import (
     PLAN_COLUMNS,
     PLAN_ENCODINGS,
@@ -185,6 +186,7 @@ class TrialLog:
     diagnostics: (time_s, mapping) of every control cycle that left any.
     events: (time_s, mapping) of what the navigator did: `node` and `status` where a node of its
         behaviour tree changed, `plan_id` and `poses` where there was a new plan.
+    people: where the people were, None in worlds without any.
     info: scenario, robot, controller, parameters, seed, outcome, reason ... as plain JSON values.
     """
 
@@ -195,6 +197,7 @@ class TrialLog:
     diagnostics: tuple[tuple[float, Mapping[str, Any]], ...] = field(default=())
     events: tuple[tuple[float, Mapping[str, Any]], ...] = field(default=())
     costmaps: tuple[Costmap, ...] = ()
+    people: LoggedPeople | None = None
 
     def __repr__(self) -> str:
         """Returns who drove what, how it ended and how much there is, as one short line."""
@@ -308,6 +311,7 @@ class TrialLog:
         columns |= plan_columns(self.plans, rows, len(times))
         rows = [_first_row_at(times, costmap.stamp_s) for costmap in self.costmaps]
         columns |= costmap_columns(self.costmaps, rows, len(times))
+        columns |= people_columns(self.people, times)
         header = dict(self.info) | {
             "schema_version": SCHEMA_VERSION,
             "events": [{"time_s": time_s} | dict(event) for time_s, event in self.events],
@@ -389,6 +393,7 @@ class TrialLog:
             diagnostics=tuple((float(n.pop("time_s")), n) for n in notes),
             events=tuple((float(event.pop("time_s")), event) for event in events),
             costmaps=read_costmaps(table),
+            people=read_people(table),
         )
 
 

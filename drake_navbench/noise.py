@@ -30,6 +30,7 @@ class NoiseStream(IntEnum):
     COMMAND_DELAY = 11
     AMCL = 12
     STUCK_BEAMS = 13
+    PEOPLE = 16
 
 
 # Philox is a counter-based generator with a key of two words: here the seed, and the rest.

@@ -17,6 +17,7 @@ CONTRACTS = {
     "errors",
     "log",
     "logged_costmaps",
+    "logged_people",
     "moment",
     "noise",
     "plans",
@@ -54,6 +55,7 @@ MAY_IMPORT: dict[str, set[str]] = {
 # What analysis may use of the engine: the shapes that were in the world, which every log has.
 SHAPES = {
     "drake_navbench.inputs.moving",
+    "drake_navbench.inputs.people",
     "drake_navbench.inputs.world",
     "drake_navbench.inputs.world_geometry",
 }

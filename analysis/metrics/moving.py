@@ -78,7 +78,7 @@ def moving_time_to_collision_min_s(log: TrialLog) -> float:
     on its circle or line, the other with the velocity of its next 0.1 s; up to 10 s.
     Source: Hayward 1972; as a measure of social navigation Biswas et al., "SocNavBench", 2022.
     """
-    shortest_s = _collision_times_s(log).min()
+    shortest_s = collision_times_s(log).min()
     if math.isinf(shortest_s):
         raise Undefined("no course met one that moves within 10 s")
     return float(shortest_s)
@@ -113,8 +113,11 @@ def clearances_m(log: TrialLog) -> Array:
     )
 
 
-def _collision_times_s(log: TrialLog) -> Array:
-    """Returns (T,) the times to collision at `look_times`, s; inf if none within 10 s."""
+def collision_times_s(log: TrialLog, first_body: int = 0) -> Array:
+    """Returns (T,) the times to collision at `look_times`, s; inf if none within 10 s.
+
+    first_body: those before it are left out.
+    """
     movers, looks = _require_movers(log), look_times(log)
     own = times(log)
     twists = np.column_stack(
@@ -126,14 +129,15 @@ def _collision_times_s(log: TrialLog) -> Array:
     here = movers.poses_at(looks)
     rates = (movers.poses_at(looks + LOOK_PERIOD_S) - here) / LOOK_PERIOD_S
     outline = np.ascontiguousarray(outline_of(log))
+    bodies = movers.bodies.without_first(first_body)
     return np.array(
         [
             time_to_moving_contact(
                 outline,
                 pose,
                 twist,
-                movers.bodies.edges,
-                movers.bodies.discs,
+                bodies.edges,
+                bodies.discs,
                 poses,
                 velocities,
                 movers.reaches_m,

@@ -20,6 +20,7 @@ BUILTIN_THEMES = (
     "tracking",
     "safety",
     "moving",
+    "social",
     "smoothness",
     "comfort",
     "compute",

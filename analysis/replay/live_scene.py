@@ -26,6 +26,7 @@ from drake_navbench.analysis.replay.paths import (
     css_color,
     rgba_of,
 )
+from drake_navbench.analysis.replay.people import draw_person
 from drake_navbench.analysis.replay.robot_model import load_model
 from drake_navbench.analysis.replay.scene import (
     CAMERA_ASPECT,
@@ -93,6 +94,9 @@ class LiveScene:
         add_scene(self._stage, course.world, course=bounds)
         add_task(self._stage, course.start, course.goals, course.goal_tolerance_m)
         self._moving = draw_moving(self._stage, course.world.moving)
+        for index in range(len(course.world.people)):
+            self._moving.append(f"{self._paths.people}/{index}")
+            draw_person(self._stage, self._moving[-1], self._rgba)
         model = load_model(course.model, course.outline)
         draw_robot(self._stage, self._paths.robot, model, outline=course.outline, rgba=self._rgba)
         for link, pose in model.rest_poses().items():

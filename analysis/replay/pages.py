@@ -43,6 +43,7 @@ from drake_navbench.analysis.replay.paths import (
     css_color,
     rgba_of,
 )
+from drake_navbench.analysis.replay.people import add_people
 from drake_navbench.analysis.replay.robot_model import RobotModel, load_model
 from drake_navbench.analysis.replay.scene import (
     CAMERA_ASPECT,
@@ -87,7 +88,7 @@ def write_race_replay(logs: Sequence[TrialLog], path: Path, *, model: Path | Non
     bounds = _add_surroundings(stage, logs, course)
     add_course(stage, course)
     rows = [
-        _add_trial(stage, log, robot_model, pace=pace, layer=layer)
+        _add_trial(stage, log, robot_model, pace=pace, layer=layer, trial_count=len(logs))
         for layer, log in enumerate(logs)
     ]
     names = [row.name for row in rows]
@@ -186,6 +187,7 @@ def _add_trial(
     *,
     pace: Pace,
     layer: int = 0,
+    trial_count: int = 1,
 ) -> LegendRow:
     """Draws robot, path and hits of a trial below one path; returns its row in the legend."""
     name = log.info["controller"]
@@ -203,6 +205,7 @@ def _add_trial(
         layer=layer,
     )
     add_driven_path(stage, RobotPaths(name).driven, motion, rgba=rgba, layer=layer)
+    add_people(stage, RobotPaths(name).people, log, rgba=rgba, trial_count=trial_count)
     add_scans(stage, RobotPaths(name).scan, log.scans, rgba=rgba, period_s=pace.turn_period_s)
     is_failure = log.outcome is not Outcome.SUCCEEDED
     detail = f"{log.outcome.replace('_', ' ')}, {log.end_time_s:.1f} s"
@@ -212,12 +215,19 @@ def _add_trial(
 
 
 def _moving_rows(stage: Stage, logs: Sequence[TrialLog], pace: Pace) -> list[LegendRow]:
-    """Draws what moves along given ways, which is the same in all trials; returns its row."""
+    """Draws what moves along given ways, the same in all trials; returns its row and people's."""
     end_time_s = max(log.samples["time_s"].iloc[-1] for log in logs)
     movers = movers_of(logs[0])
     is_drawn = add_moving(stage, movers, end_time_s=end_time_s, pose_stride=pace.pose_stride)
-    row = LegendRow("moving obstacles", css_color(Rgba(*MOVING_COLOR)), [MOVING_PATH])
-    return [row] if is_drawn else []
+    rows = []
+    if is_drawn:
+        color = css_color(Rgba(*MOVING_COLOR))
+        rows.append(LegendRow("moving obstacles", color, [MOVING_PATH]))
+    if any(log.people is not None for log in logs):
+        # Everybody's own: they react to the robot of their trial.
+        paths = [RobotPaths(log.info["controller"]).people for log in logs]
+        rows.append(LegendRow("people", LAYER_COLOR, paths))
+    return rows
 
 
 def _costmap_rows(

@@ -19,6 +19,7 @@ class RobotPaths:
         self.group = f"/controllers/{name}"
         self.robot = f"{self.group}/robot"
         self.driven = f"{self.group}/path"
+        self.people = f"{self.group}/people"
         self.scan = f"{self.group}/scan"
         self.costmap = f"/local_costmap/{name}"
 

@@ -29,6 +29,7 @@ from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.inputs.world import World
 from drake_navbench.log import COLUMNS, LATERAL_COLUMNS, ODOMETRY_COLUMNS, SCHEMA_VERSION
 from drake_navbench.logged_costmaps import COSTMAP_COLUMNS
+from drake_navbench.logged_people import PEOPLE_COLUMNS
 from drake_navbench.plans import PLAN_COLUMNS
 from drake_navbench.trial.column_controller import controller_setup
 from drake_navbench.trial.diagram import build_trial_diagram
@@ -130,6 +131,12 @@ def log_format() -> str:
         "| column | meaning |",
         "|---|---|",
         *(f"| `{name}` | {meaning} |" for name, meaning in LATERAL_COLUMNS.items()),
+        "",
+        "Logs of worlds with people, and no others, also have:",
+        "",
+        "| column | meaning |",
+        "|---|---|",
+        *(f"| `{name}` | {meaning} |" for name, meaning in PEOPLE_COLUMNS.items()),
         "",
         "Logs of robots whose odometry has a frame of its own, and no others, also have",
         "(see [stress.md](stress.md)):",

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 from shapely.geometry.base import BaseGeometry
 
-from drake_navbench.kernels.depth_casting import Solids
 from drake_navbench.kernels.moving_bodies import Tracks, place_discs, place_edges
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.typed_files.quantities import Angle, Duration, Length, Size
@@ -141,8 +140,7 @@ class MovingCylinder(_Moving):
 
     @property
     def outline(self) -> Array:
-        circle = shapely.Point(0.0, 0.0).buffer(self.radius_m, CIRCLE_QUADRANT_SEGMENTS)
-        return shapely.get_coordinates(circle)[:-1][::-1].copy()
+        return circle(self.radius_m)
 
 
 class MovingBox(_Moving):
@@ -171,6 +169,13 @@ class Bodies:
     discs: Array
     count: int
 
+    def without_first(self, count: int) -> Bodies:
+        """Returns the same numbering with the parts of the first `count` bodies left out."""
+        if not count:
+            return self
+        edges, discs = (part[part[:, 0] >= count] for part in (self.edges, self.discs))
+        return Bodies(edges, discs, self.count)
+
     def placed(self, poses: Array) -> tuple[Array, Array]:
         """Returns edges (E, 4) and circles (D, 3) in the world frame with bodies at (B, 3), m."""
         return place_edges(self.edges, poses), place_discs(self.discs, poses)
@@ -196,14 +201,6 @@ class MovingObstacles:
         """Their outlines: discs exactly, boxes as edges."""
         return bodies_of(self.things)
 
-    def solids(self, edges: Array, circles: Array) -> Solids:
-        """Returns their outlines, placed as `bodies` places them, with their heights."""
-        heights = np.array([thing.height_m for thing in self.things], dtype=float)
-        with_edges, counts = np.unique(self.bodies.edges[:, 0].astype(int), return_counts=True)
-        round_ones = self.bodies.discs[:, 0].astype(int)
-        starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-        return Solids(edges, starts, heights[with_edges], circles, heights[round_ones])
-
     @property
     def names(self) -> list[str]:
         """What each is called: its name, else its place in the file."""
@@ -218,6 +215,20 @@ class MovingObstacles:
 
 
 NOTHING_MOVES = MovingObstacles()
+
+
+def circle(radius_m: float) -> Array:
+    """Returns (K, 2) corners of a circle about the origin, m, counter-clockwise."""
+    ring = shapely.Point(0.0, 0.0).buffer(radius_m, CIRCLE_QUADRANT_SEGMENTS)
+    return shapely.get_coordinates(ring)[:-1][::-1].copy()
+
+
+def with_people(bodies: Bodies, radii_m: Array) -> Bodies:
+    """Returns bodies and then the discs (P,) that stand for people."""
+    discs = np.zeros((len(radii_m), 4))
+    discs[:, 0] = bodies.count + np.arange(len(radii_m))
+    discs[:, 3] = radii_m
+    return Bodies(bodies.edges, np.vstack([bodies.discs, discs]), bodies.count + len(radii_m))
 
 
 def bodies_of(things: Sequence[MovingCylinder | MovingBox]) -> Bodies:

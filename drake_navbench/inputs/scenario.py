@@ -29,6 +29,7 @@ from drake_navbench.inputs.file_kinds import SCENARIO, require_kind
 from drake_navbench.inputs.map_world import occupied_boxes
 from drake_navbench.inputs.moving import MAX_MOVING, MovingObstacle, MovingObstacles
 from drake_navbench.inputs.named_files import NamedFiles
+from drake_navbench.inputs.people import People, WalkingPeople
 from drake_navbench.inputs.robot import Robot, load_robot, overridden
 from drake_navbench.inputs.world import Obstacle, Point, World
 from drake_navbench.navigation.smoother_settings import SmootherSettings
@@ -117,6 +118,9 @@ class WorldDescription(FrozenModel):
         max_length=MAX_MOVING,
         description="What moves along timed waypoints, whatever the robot does; no map shows it.",
     )
+    people: People | None = Field(
+        None, description="Those who walk by the social force model and react to the robot."
+    )
 
     @model_serializer(mode="wrap")
     def _as_plain(self, plain: SerializerFunctionWrapHandler) -> dict[str, Any]:
@@ -124,6 +128,8 @@ class WorldDescription(FrozenModel):
         values: dict[str, Any] = plain(self)
         if not self.moving_obstacles:
             values.pop("moving_obstacles", None)
+        if self.people is None:
+            values.pop("people", None)
         return values
 
 
@@ -273,7 +279,8 @@ class Scenario(QuietModel):
         """Everything that is in the world."""
         walls = occupied_boxes(self.map) if self.map is not None else ()
         moving = MovingObstacles(tuple(self.world.moving_obstacles))
-        return World(tuple(self.world.obstacles), walls, moving)
+        people = WalkingPeople(self.world.people)
+        return World(tuple(self.world.obstacles), walls, moving, people)
 
     @cached_property
     def known_world(self) -> World:

@@ -33,6 +33,7 @@ def check_task(scenario: Scenario, robot: Robot) -> None:
         )
     _check_conditions(scenario, robot)
     _check_moving(scenario, body)
+    _check_people(scenario, body)
     names = [*(f"waypoints[{index}]" for index in range(len(scenario.waypoints))), "goal"]
     for name, goal in zip(names, scenario.goals, strict=True):
         where = _why_no_goal(scenario, robot, np.array(goal[:2]))
@@ -99,6 +100,29 @@ def _check_moving(scenario: Scenario, body: shapely.Polygon) -> None:
                 f"{place}: begins where the robot's footprint is, at {list(scenario.start)}; "
                 "expected free space"
             )
+
+
+def _check_people(scenario: Scenario, body: shapely.Polygon) -> None:
+    """Raises InputError where somebody stands in an obstacle or on the robot, or means to."""
+    world = scenario.true_world
+    for index, person in enumerate(world.people.persons):
+        place = f"scenario {scenario.name}: world.people.persons[{index}]"
+        here = shapely.Point(person.start).buffer(person.radius_m)
+        if here.intersects(body):
+            raise InputError(
+                f"{place}.start: {list(person.start)} is where the robot's footprint is, at "
+                f"{list(scenario.start)}; expected free space"
+            )
+        if world.intersects(here):
+            raise InputError(
+                f"{place}.start: {list(person.start)} is inside an obstacle; expected free space"
+            )
+        for start, end in person.ways:
+            if world.intersects(shapely.LineString([start, end])):
+                raise InputError(
+                    f"{place}.goals: the straight way from {list(start)} to {list(end)} leads "
+                    "through an obstacle; expected goals that can be walked to straight ahead"
+                )
 
 
 def warn_of_rotation(preset: Preset, robot: Robot) -> None:

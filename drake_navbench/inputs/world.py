@@ -15,6 +15,7 @@ from pydantic import Field, model_validator
 from shapely.geometry.base import BaseGeometry
 
 from drake_navbench.inputs.moving import NOTHING_MOVES, MovingObstacles
+from drake_navbench.inputs.people import NOBODY, WalkingPeople
 from drake_navbench.kernels.depth_casting import Solids
 from drake_navbench.typed_files.quantities import MIN_SIZE_M, Length, Size
 from drake_navbench.typed_files.typed_yaml import QuietModel
@@ -143,6 +144,12 @@ class World:
     obstacles: tuple[Box | Wall | Polygon | Cylinder, ...]
     walls: tuple[Box, ...] = ()
     moving: MovingObstacles = NOTHING_MOVES
+    people: WalkingPeople = NOBODY
+
+    @property
+    def moving_count(self) -> int:
+        """How many bodies move: things, then people."""
+        return len(self.moving) + len(self.people)
 
     @property
     def shapes(self) -> tuple[Box | Wall | Polygon | Cylinder, ...]:

@@ -24,6 +24,8 @@ from drake_navbench.inputs.world import World
 
 OBSTACLE_COLOR = (0.45, 0.47, 0.50, 1.0)
 MOVING_COLOR = (0.80, 0.52, 0.20, 1.0)
+PERSON_COLOR = (0.30, 0.45, 0.60, 1.0)
+PERSON_HEIGHT_M = 1.7
 
 
 def obstacle_shapes(obstacle: world.Obstacle) -> Iterator[tuple[RigidTransform, Shape]]:
@@ -45,6 +47,12 @@ def moving_shape(thing: MovingCylinder | MovingBox) -> tuple[RigidTransform, Sha
     if isinstance(thing, MovingCylinder):
         return pose, Cylinder(thing.radius_m, thing.height_m)
     return pose, Box(*thing.size_m, thing.height_m)
+
+
+def body_of(radius_m: float) -> tuple[RigidTransform, Shape]:
+    """Returns the shape that stands for somebody's body, with its pose in the person's frame."""
+    pose = RigidTransform([0.0, 0.0, 0.5 * PERSON_HEIGHT_M])
+    return pose, Cylinder(radius_m, PERSON_HEIGHT_M)
 
 
 def prism(outline: NDArray[np.float64], height_m: float) -> Convex:

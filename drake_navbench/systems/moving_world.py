@@ -1,4 +1,4 @@
-"""What moves in the world besides the robot."""
+"""What moves in the world besides the robot: things on given ways, and people."""
 
 from __future__ import annotations
 
@@ -14,55 +14,199 @@ from pydrake.geometry import (
     SceneGraph,
 )
 from pydrake.math import RigidTransform, RotationMatrix
-from pydrake.systems.framework import BasicVector, Context, LeafSystem, OutputPort
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    DiscreteValues,
+    LeafSystem,
+    OutputPort,
+)
 
+from drake_navbench.inputs.people import TRUNK_RADIUS_M, Crowd, scanned_discs
 from drake_navbench.inputs.world import World
-from drake_navbench.inputs.world_geometry import MOVING_COLOR, moving_shape
+from drake_navbench.inputs.world_geometry import (
+    MOVING_COLOR,
+    PERSON_COLOR,
+    PERSON_HEIGHT_M,
+    body_of,
+    moving_shape,
+)
+from drake_navbench.kernels.depth_casting import Solids
+from drake_navbench.kernels.poses import place_outline
+from drake_navbench.kernels.social_force import (
+    STATE_SIZE as PERSON_SIZE,
+)
+from drake_navbench.kernels.social_force import VX, VY, WALKED, YAW, step_people
 from drake_navbench.systems.lifetime import weakly_bound
-from drake_navbench.systems.ports import POSE_SIZE, declare_object_output
+from drake_navbench.systems.ports import POSE_SIZE, STATE_SIZE, declare_object_output
+
+Array = NDArray[np.float64]
+
+PEOPLE_PERIOD_S = 0.05
 
 
 class MovingWorld(LeafSystem):
-    """Moves what moves along given ways, at every instant.
+    """Moves things along given ways, at every instant, and people as they choose.
 
-    Output `poses` [x m, y m, yaw rad] of each body in the world frame, one after the other, in the
-    order of the scenario file. Output `outlines`: their edges (E, 4) and circles (D, 3) where they
-    are, m. Output `geometry_pose` places them in SceneGraph. All three are functions of time alone,
-    so that there is no state, and nothing is late.
+    Input `state` [x m, y m, yaw rad, v m/s, w rad/s, vy m/s] of the robot, of which only people
+    take notice; without any it need not be connected. Output `poses` [x m, y m, yaw rad] of each
+    body in the world frame: things, then people, in the order of the scenario file. Output
+    `outlines`: edges (E, 4) and circles (D, 3) of all, m, as they touch. Output `scanned`: the
+    same as a scanner sees them at its height, people as legs or trunks. Output `solids`: the same
+    as upright Solids for depth sensors, people as trunks down to the floor. Output `people`: the
+    poses of the people alone. Output `geometry_pose` places all in SceneGraph.
+
+    People choose a velocity once a period, from the states at that time, and keep it until the
+    next. So their ways are straight in between, and everybody's place is exact at every instant.
+    Discrete state: when they chose, s, and then the people (see `kernels.social_force`).
+
+    footprint: (K, 2) of the robot, base frame, m. scan_height_m: of the scanner's plane.
     """
 
-    def __init__(self, world: World, scene_graph: SceneGraph) -> None:
+    def __init__(
+        self, world: World, scene_graph: SceneGraph, *, footprint: Array, scan_height_m: float
+    ) -> None:
         super().__init__()
-        self._moving = world.moving
-        self.source_id = scene_graph.RegisterSource("moving_obstacles")
+        self._things, self._people = world.moving, world.people
+        self._standing = (world.segments, world.circles)
+        self._footprint, self._scan_height_m = footprint, scan_height_m
+        self.body_count = len(world.moving) + len(world.people)
+        self.source_id = scene_graph.RegisterSource("moving_world")
         self._frame_ids = self._register(scene_graph)
+        self._state_port = self.DeclareVectorInputPort("state", STATE_SIZE)
+        self.crowd_parameter = self.DeclareAbstractParameter(
+            AbstractValue.Make(world.people.crowd(seed=0))
+        )
+        depends = {self.time_ticket()}
+        if len(world.people):
+            self._chosen = self.DeclareDiscreteState(1 + PERSON_SIZE * len(world.people))
+            self.DeclarePeriodicDiscreteUpdateEvent(
+                PEOPLE_PERIOD_S, 0.0, weakly_bound(self._on_period)
+            )
+            depends.add(self.discrete_state_ticket(self._chosen))
         self.DeclareVectorOutputPort(
             "poses",
-            POSE_SIZE * len(world.moving),
+            POSE_SIZE * self.body_count,
             weakly_bound(self._calc_poses),
-            prerequisites_of_calc={self.time_ticket()},
+            prerequisites_of_calc=depends,
         )
-        declare_object_output(self, "outlines", self._outlines, {self.time_ticket()})
+        self.DeclareVectorOutputPort(
+            "people",
+            POSE_SIZE * len(world.people),
+            weakly_bound(self._calc_people),
+            prerequisites_of_calc=depends,
+        )
+        declare_object_output(self, "outlines", self._outlines, depends)
+        declare_object_output(self, "scanned", self._scanned, depends)
+        declare_object_output(self, "solids", self._solids, depends)
         self._geometry_pose_port = self.DeclareAbstractOutputPort(
             "geometry_pose",
             lambda: AbstractValue.Make(FramePoseVector()),
             weakly_bound(self._calc_geometry_pose),
-            prerequisites_of_calc={self.time_ticket()},
+            prerequisites_of_calc=depends,
         )
 
     def get_geometry_pose_output_port(self) -> OutputPort:
         """Returns the port for SceneGraph's source pose port."""
         return self._geometry_pose_port
 
-    def poses(self, context: Context) -> NDArray[np.float64]:
+    def set_seed(self, context: Context, seed: int) -> None:
+        """Puts the people where they begin the trial with this seed."""
+        crowd = self._people.crowd(seed)
+        context.get_mutable_abstract_parameter(self.crowd_parameter).set_value(crowd)
+        if len(self._people):
+            own = context.get_mutable_discrete_state(self._chosen)
+            own.SetFromVector([context.get_time(), *crowd.state.ravel()])
+
+    def people_at(self, context: Context) -> Array:
+        """Returns (P, 8) everybody at the time of a context; see `kernels.social_force`."""
+        if not len(self._people):
+            return np.empty((0, PERSON_SIZE))
+        held = context.get_discrete_state(self._chosen).value()
+        people = held[1:].reshape(-1, PERSON_SIZE).copy()
+        elapsed_s = context.get_time() - held[0]
+        people[:, :2] += elapsed_s * people[:, [VX, VY]]
+        people[:, WALKED] += elapsed_s * np.hypot(people[:, VX], people[:, VY])
+        return people
+
+    def poses(self, context: Context) -> Array:
         """Returns (B, 3) x m, y m, yaw rad of every body."""
-        return self._moving.tracks.poses_at(context.get_time())
+        people = self.people_at(context)[:, : YAW + 1]
+        return np.vstack([self._things.tracks.poses_at(context.get_time()), people])
+
+    def _on_period(self, context: Context, discrete_state: DiscreteValues) -> None:
+        time_s = context.get_time()
+        held = context.get_discrete_state(self._chosen).value()
+        crowd: Crowd = context.get_abstract_parameter(self.crowd_parameter).get_value()
+        edges, circles = self._standing
+        if len(self._things):
+            moving = self._things.bodies.placed(self._things.tracks.poses_at(time_s))
+            edges, circles = np.vstack([edges, moving[0]]), np.vstack([circles, moving[1]])
+        robot, robot_edges = self._robot(self._state_port.Eval(context))
+        people = step_people(
+            np.ascontiguousarray(held[1:].reshape(-1, PERSON_SIZE)),
+            crowd.traits,
+            crowd.goals,
+            edges,
+            circles,
+            robot,
+            robot_edges,
+            time_s - held[0],
+        )
+        after = np.concatenate([[time_s], people.ravel()])
+        discrete_state.get_mutable_vector(self._chosen).SetFromVector(after)
+
+    def _robot(self, state: Array) -> tuple[Array, Array]:
+        """Returns the robot as people see it, (6,) and (K, 4); see `step_people`."""
+        outline = place_outline(self._footprint, state[:3])
+        _, _, yaw, v, w, vy = state
+        low, high = self._footprint.min(axis=0), self._footprint.max(axis=0)
+        middle = 0.5 * (low + high)
+        # The velocity of the outline's centre.
+        ahead, aside = v - w * middle[1], vy + w * middle[0]
+        cos_yaw, sin_yaw = np.cos(yaw), np.sin(yaw)
+        velocity = (ahead * cos_yaw - aside * sin_yaw, ahead * sin_yaw + aside * cos_yaw)
+        centre = place_outline(middle[None], state[:3])[0]
+        robot = np.array([*centre, yaw, *velocity, 0.5 * (high[0] - low[0])])
+        return robot, np.hstack([outline, np.roll(outline, -1, axis=0)])
 
     def _calc_poses(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self.poses(context).ravel())
 
-    def _outlines(self, context: Context) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        return self._moving.bodies.placed(self.poses(context))
+    def _calc_people(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(self.people_at(context)[:, : YAW + 1].ravel())
+
+    def _outlines(self, context: Context) -> tuple[Array, Array]:
+        edges, circles = self._placed_things(context)
+        people = self.people_at(context)[:, :2]
+        return edges, np.vstack([circles, np.column_stack([people, self._people.radii_m])])
+
+    def _scanned(self, context: Context) -> tuple[Array, Array]:
+        edges, circles = self._placed_things(context)
+        people = self.people_at(context)
+        speeds_mps = np.hypot(people[:, VX], people[:, VY])
+        discs = scanned_discs(
+            people[:, : YAW + 1], people[:, WALKED], speeds_mps, self._scan_height_m
+        )
+        return edges, np.vstack([circles, discs])
+
+    def _solids(self, context: Context) -> Solids:
+        edges, circles = self._placed_things(context)
+        people = self.people_at(context)[:, :2]
+        trunks = np.column_stack([people, np.full(len(people), TRUNK_RADIUS_M)])
+        heights_m = np.array([thing.height_m for thing in self._things.things])
+        boxes, starts = np.unique(self._things.bodies.edges[:, 0], return_index=True)
+        of_discs = heights_m[self._things.bodies.discs[:, 0].astype(int)]
+        return Solids(
+            edges,
+            np.append(starts, len(edges)),
+            heights_m[boxes.astype(int)],
+            np.vstack([circles, trunks]),
+            np.concatenate([of_discs, np.full(len(people), PERSON_HEIGHT_M)]),
+        )
+
+    def _placed_things(self, context: Context) -> tuple[Array, Array]:
+        return self._things.bodies.placed(self._things.tracks.poses_at(context.get_time()))
 
     def _calc_geometry_pose(self, context: Context, output: AbstractValue) -> None:
         placed = output.get_mutable_value()
@@ -71,14 +215,16 @@ class MovingWorld(LeafSystem):
             placed.set_value(frame_id, RigidTransform(rotation, [x, y, 0.0]))
 
     def _register(self, scene_graph: SceneGraph) -> list[FrameId]:
+        shapes = [(*moving_shape(thing), MOVING_COLOR) for thing in self._things.things]
+        shapes += [(*body_of(radius_m), PERSON_COLOR) for radius_m in self._people.radii_m]
         frame_ids = []
-        for index, thing in enumerate(self._moving.things):
-            frame = GeometryFrame(f"moving_obstacle_{index}")
-            frame_ids.append(scene_graph.RegisterFrame(self.source_id, frame))
-            pose, shape = moving_shape(thing)
-            instance = GeometryInstance(pose, shape, f"moving_obstacle_{index}")
+        for index, (pose, shape, color) in enumerate(shapes):
+            frame_ids.append(
+                scene_graph.RegisterFrame(self.source_id, GeometryFrame(f"moving_{index}"))
+            )
+            instance = GeometryInstance(pose, shape, f"moving_{index}")
             geometry_id = scene_graph.RegisterGeometry(self.source_id, frame_ids[-1], instance)
             scene_graph.AssignRole(
-                self.source_id, geometry_id, MakePhongIllustrationProperties(MOVING_COLOR)
+                self.source_id, geometry_id, MakePhongIllustrationProperties(color)
             )
         return frame_ids

@@ -30,6 +30,8 @@ from drake_navbench.systems.ports import (
     value_or_none,
 )
 
+# How often the people's places are kept, and how much of that the clock may lack.
+PEOPLE_PERIOD_S, ROUNDING_S = 0.1, 1e-6
 _VELOCITY = ("v_mps", "w_radps", "vy_mps")
 # Of a sample, for every robot; those that only some robots have stand between the others.
 RECORDED_COLUMNS = (
@@ -48,7 +50,8 @@ class Recording:
 
     rows: the pieces of each sample, in the order of `RECORDED_COLUMNS`, and behind them where the
         world lies in the odometry's frame, where that has one.
-    costmaps: every update of the local costmap that a sample saw.
+    costmaps: every update of the local costmap that a sample saw. people: where they were, (P, 3),
+    ten times a second.
     noted_cycle: the last control cycle whose diagnostics were looked at. arrays_due_s: when arrays
     in them are kept again, s.
     """
@@ -58,6 +61,7 @@ class Recording:
     diagnostics: list[tuple[float, Mapping[str, Any]]] = field(default_factory=list)
     events: list[tuple[float, dict[str, Any]]] = field(default_factory=list)
     costmaps: list[Costmap] = field(default_factory=list)
+    people: list[tuple[float, np.ndarray]] = field(default_factory=list)
     noted_cycle: int = 0
     arrays_due_s: float = 0.0
 
@@ -81,12 +85,21 @@ class Recording:
         newest_s = self.events[-1][0] if self.events else -math.inf
         self.events.extend(event for event in latest if event[0] > newest_s)
 
+    def add_people(self, time_s: float, poses: np.ndarray) -> None:
+        """Adds where the people are, where it is time again; replaces the same time."""
+        if self.people and self.people[-1][0] == time_s:
+            self.people.pop()
+        due_s = self.people[-1][0] + PEOPLE_PERIOD_S if self.people else -math.inf
+        if time_s >= due_s - ROUNDING_S:
+            self.people.append((time_s, poses))
+
     def forget_after(self, time_s: float) -> None:
         """Drops the samples after a time; what the last one saw first is of that time."""
         while self.rows and self.rows[-1][0] > time_s:
             self.rows.pop()
         self.diagnostics = [(min(noted_s, time_s), left) for noted_s, left in self.diagnostics]
         self.costmaps = [costmap for costmap in self.costmaps if costmap.stamp_s <= time_s]
+        self.people = [entry for entry in self.people if entry[0] <= time_s]
 
     def columns(self) -> dict[str, np.ndarray]:
         """Returns all that was recorded, by column."""
@@ -109,11 +122,16 @@ class Recorder(LeafSystem):
     Inputs `state` and `estimate` [x m, y m, yaw rad, v m/s, w rad/s, vy m/s], `odometry_from_world`
     (3,), where the world lies in the odometry's frame (need not be connected), `command` [v m/s, w
     rad/s, vy m/s], `distances` [m] (see Clearance), `server_state` (ServerState), `scan` (Scan or
-    None), and `navigator_state` (NavigatorState; need not be connected), whose events are kept.
+    None), `navigator_state` (NavigatorState; need not be connected), whose events are kept, and
+    where there are people `people` [x m, y m, yaw rad] of each.
     """
 
-    def __init__(self, *, period_s: float) -> None:
+    def __init__(self, *, period_s: float, person_count: int = 0) -> None:
         super().__init__()
+        self._people_port = None
+        if person_count:
+            size = POSE_SIZE * person_count
+            self._people_port = self.DeclareVectorInputPort("people", size)
         self._recording = self.DeclareCacheEntry(
             "recording",
             ValueProducer(lambda: AbstractValue.Make(Recording()), ValueProducer.NoopCalc),
@@ -156,6 +174,8 @@ class Recorder(LeafSystem):
         if recording.rows and recording.rows[-1][0] == time_s:
             recording.rows.pop()
         recording.rows.append(row)
+        if self._people_port is not None:
+            recording.add_people(time_s, self._people_port.Eval(context).reshape(-1, POSE_SIZE))
         scan = self._scan_port.Eval(context)
         if scan is not None and (not recording.scans or recording.scans[-1] is not scan):
             recording.scans.append(scan)

@@ -73,7 +73,7 @@ class ContactWatch:
         self.idle_until_s = -math.inf
         self._footprint = np.ascontiguousarray(footprint)
         self._edges, self._circles = world.segments, world.circles
-        self.moving = MovingContact(world, self._footprint) if len(world.moving) else None
+        self.moving = MovingContact(world, self._footprint) if world.moving_count else None
         self._look_ahead_s = STEP_STRETCH * max_step_s
         self._radius_m = float(np.hypot(*footprint.T).max())
         bounds = drive.bounds
@@ -83,8 +83,13 @@ class ContactWatch:
         self._top_speed_mps = self._outline_rate(bounds.speed_mps, bounds.yaw_rate_radps)
         self._last: _Look | None = None
 
-    def look(self, time_s: float, state: Array) -> None:
-        """Looks at the state (6,) at the end of a step, and back at the step where need be."""
+    def look(self, time_s: float, state: Array, people: Array | None = None) -> None:
+        """Looks at the state (6,) at the end of a step, and back at the step where need be.
+
+        people: (P, 3) where they are, x m, y m, yaw rad; in the step they went there straight.
+        """
+        if self.moving is not None:
+            self.moving.note_people(time_s, people)
         if self._last is not None and time_s > self._last.free_until_s:
             self.contact = self._contact_since(self._last, time_s, state)
         if self.contact is not None:

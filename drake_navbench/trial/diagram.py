@@ -88,6 +88,9 @@ class TrialDiagram:
         for system in (self.lidar, self.controller_server, *self.to_wheels):
             own = system.GetMyMutableContextFromRoot(context)
             own.get_mutable_abstract_parameter(system.seed_parameter).set_value(seed)
+        if self.moving_world is not None:
+            moving_context = self.moving_world.GetMyMutableContextFromRoot(context)
+            self.moving_world.set_seed(moving_context, seed)
         return context
 
 
@@ -123,7 +126,7 @@ def build_trial_diagram(
 
     conditions = conditions or conditions_of(robot)
     localization = add_localization(builder, robot, conditions, state)
-    moving_world = _add_moving_world(builder, world, scene_graph) if len(world.moving) else None
+    moving_world = _add_moving_world(builder, robot, world, scene_graph, state)
 
     lidar = builder.AddNamedSystem("lidar", Lidar(conditions.lidar, world, conditions.timing))
     connect_inputs(builder, lidar, state=state)
@@ -131,9 +134,8 @@ def build_trial_diagram(
     signals = localization.signals(state, scan)
     if signals.has_frames:
         connect_inputs(builder, lidar, odometry=signals.odometry)
-    signals = replace(
-        signals, clouds=_add_depth_sensors(builder, robot, world, signals, moving_world)
-    )
+    clouds = _add_depth_sensors(builder, robot, world, moving_world, signals)
+    signals = replace(signals, clouds=clouds)
 
     local_costmap = _add_local_costmap(builder, robot, static_map, filter_masks)
     connect_inputs(builder, local_costmap, state=signals.odometry, scan=scan)
@@ -164,10 +166,12 @@ def build_trial_diagram(
     if signals.has_frames:
         connect_inputs(builder, clearance, odometry_from_world=signals.odometry_from_world)
     if moving_world is not None:
-        for system in (lidar, clearance):
-            connect_inputs(builder, system, moving=moving_world.GetOutputPort("outlines"))
+        connect_inputs(builder, lidar, moving=moving_world.GetOutputPort("scanned"))
+        connect_inputs(builder, clearance, moving=moving_world.GetOutputPort("outlines"))
 
-    recorder = _add_recorder(builder, navigator)
+    recorder = _add_recorder(builder, navigator, person_count=len(world.people))
+    if moving_world is not None and len(world.people):
+        connect_inputs(builder, recorder, people=moving_world.GetOutputPort("people"))
     connect_inputs(builder, recorder, state=state, scan=scan, command=command)
     connect_inputs(builder, recorder, estimate=signals.estimate)
     if signals.has_frames:
@@ -180,7 +184,7 @@ def build_trial_diagram(
     if watch is not None:
         viewer = builder.AddNamedSystem(
             "viewer",
-            Viewer(watch, period_s=RECORDER_PERIOD_S, moving_count=len(world.moving)),
+            Viewer(watch, period_s=RECORDER_PERIOD_S, moving_count=world.moving_count),
         )
         connect_inputs(builder, viewer, state=state, scan=scan, costmap=costmap)
         connect_inputs(builder, viewer, plan=navigator.GetOutputPort("plan"))
@@ -217,10 +221,22 @@ def add_base(builder: DiagramBuilder, robot: Robot, scene_graph: SceneGraph) -> 
 
 
 def _add_moving_world(
-    builder: DiagramBuilder, world: World, scene_graph: SceneGraph
-) -> MovingWorld:
-    """Adds what moves in the world and shows it in SceneGraph."""
-    moving = builder.AddNamedSystem("moving_world", MovingWorld(world, scene_graph))
+    builder: DiagramBuilder,
+    robot: Robot,
+    world: World,
+    scene_graph: SceneGraph,
+    state: OutputPort,
+) -> MovingWorld | None:
+    """Adds what moves in the world, if anything does, and shows it in SceneGraph."""
+    if not world.moving_count:
+        return None
+    moving = builder.AddNamedSystem(
+        "moving_world",
+        MovingWorld(
+            world, scene_graph, footprint=robot.outline, scan_height_m=robot.lidar.height_m
+        ),
+    )
+    connect_inputs(builder, moving, state=state)
     builder.Connect(
         moving.get_geometry_pose_output_port(), scene_graph.get_source_pose_port(moving.source_id)
     )
@@ -261,8 +277,8 @@ def _add_depth_sensors(
     builder: DiagramBuilder,
     robot: Robot,
     world: World,
-    signals: Signals,
     moving_world: MovingWorld | None,
+    signals: Signals,
 ) -> OutputPort | None:
     """Adds the sensors that send points, and returns the port of their clouds, if there are any."""
     if not robot.depth_sensors:
@@ -272,7 +288,7 @@ def _add_depth_sensors(
     if signals.has_frames:
         connect_inputs(builder, sensors, odometry=signals.odometry)
     if moving_world is not None:
-        connect_inputs(builder, sensors, moving=moving_world.GetOutputPort("outlines"))
+        connect_inputs(builder, sensors, moving=moving_world.GetOutputPort("solids"))
     return sensors.GetOutputPort("clouds")
 
 
@@ -289,9 +305,13 @@ def _add_clearance(builder: DiagramBuilder, robot: Robot, world: World) -> Clear
     )
 
 
-def _add_recorder(builder: DiagramBuilder, navigator: Navigator | TreeNavigator) -> Recorder:
+def _add_recorder(
+    builder: DiagramBuilder, navigator: Navigator | TreeNavigator, *, person_count: int
+) -> Recorder:
     """Adds the recorder, which listens to a behaviour tree where there is one."""
-    recorder = builder.AddNamedSystem("recorder", Recorder(period_s=RECORDER_PERIOD_S))
+    recorder = builder.AddNamedSystem(
+        "recorder", Recorder(period_s=RECORDER_PERIOD_S, person_count=person_count)
+    )
     if isinstance(navigator, TreeNavigator):
         navigator_state = navigator.GetOutputPort("navigator_state")
         connect_inputs(builder, recorder, navigator_state=navigator_state)

@@ -8,6 +8,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from drake_navbench.inputs.moving import circle, with_people
 from drake_navbench.inputs.world import World
 from drake_navbench.kernels.moving_bodies import (
     Tracks,
@@ -15,6 +16,7 @@ from drake_navbench.kernels.moving_bodies import (
     share_until_contact_with_moving,
 )
 from drake_navbench.kernels.poses import place_outline
+from drake_navbench.kernels.social_force import TOP_SPEED_MPS
 from drake_navbench.kernels.swept_contact import covers
 
 Array = NDArray[np.float64]
@@ -31,14 +33,33 @@ class MovingContact:
     """
 
     def __init__(self, world: World, footprint: Array) -> None:
-        self._moving = world.moving
+        self._things, self._people = world.moving, world.people
         self._footprint = footprint
-        self.top_speed_mps = world.moving.top_speed_mps
+        self._bodies = with_people(world.moving.bodies, world.people.radii_m)
+        self._tracks = world.moving.tracks
+        self._last: tuple[float, Array] | None = None
+        people_mps = TOP_SPEED_MPS if len(world.people) else 0.0
+        self.top_speed_mps = max(world.moving.top_speed_mps, people_mps)
+
+    def note_people(self, time_s: float, people: Array | None) -> None:
+        """Takes notice of where people (P, 3) have come to since the last look."""
+        if people is None or not len(people):
+            return
+        knots = np.empty((2 * len(people), 4))
+        knots[1::2, 0], knots[1::2, 1:] = time_s, people
+        before = self._last or (time_s - VELOCITY_WINDOW_S, people)
+        knots[::2, 0], knots[::2, 1:] = before
+        # The bodies are discs: how they turned does not matter.
+        knots[:, 3] = 0.0
+        firsts = np.arange(0, 2 * len(people) + 1, 2)
+        own = Tracks(knots, firsts, np.zeros(len(people)))
+        self._tracks = self._things.tracks.joined(own)
+        self._last = (time_s, people)
 
     def gaps_m(self, time_s: float, state: Array, reach_m: float) -> Array:
         """Returns (B,) the distance from the outline to each body, m; inf beyond `reach_m`."""
         x, y, yaw = state[:3]
-        bodies, poses = self._moving.bodies, self._tracks.poses_at(time_s)
+        bodies, poses = self._bodies, self._tracks.poses_at(time_s)
         return clearances_of_bodies(
             self._footprint, x, y, yaw, bodies.edges, bodies.discs, poses, reach_m
         )
@@ -47,7 +68,7 @@ class MovingContact:
         self, start_s: float, start: Array, end_s: float, end: Array, *, touching_m: float
     ) -> float:
         """Returns the share of a step between two states until a body is met; inf for none."""
-        bodies, tracks = self._moving.bodies, self._tracks
+        bodies, tracks = self._bodies, self._tracks
         return share_until_contact_with_moving(
             self._footprint,
             start,
@@ -65,7 +86,7 @@ class MovingContact:
 
     def covers(self, time_s: float, state: Array) -> bool:
         """Returns whether the robot's reference point lies inside a body."""
-        return covers(*self._moving.bodies.placed(self._tracks.poses_at(time_s)), *state[:2])
+        return covers(*self._bodies.placed(self._tracks.poses_at(time_s)), *state[:2])
 
     def account(self, body: int, time_s: float, state: Array) -> dict[str, Any]:
         """Returns who was met, and how fast each of the two went towards the other, as plain data.
@@ -77,22 +98,24 @@ class MovingContact:
         now, before = tracks.poses_at(time_s)[body], tracks.poses_at(time_s - VELOCITY_WINDOW_S)
         rates = (now - before[body]) / VELOCITY_WINDOW_S
         outline = shapely.Polygon(place_outline(self._footprint, state[:3]))
-        shape = shapely.Polygon(place_outline(self._moving.things[body].outline, now))
+        shape = shapely.Polygon(place_outline(self._outline(body), now))
         near = shapely.get_coordinates(shapely.shortest_line(outline, shape))
         v, w, vy = state[3:]
         cos_yaw, sin_yaw = np.cos(state[2]), np.sin(state[2])
         base_rates = np.array([v * cos_yaw - vy * sin_yaw, v * sin_yaw + vy * cos_yaw, w])
         towards = _direction(near, outline, shape)
         return {
-            "name": self._moving.names[body],
-            "kind": "moving_obstacle",
+            "name": [*self._things.names, *self._people.names][body],
+            "kind": "moving_obstacle" if body < len(self._things) else "person",
             "robot_closing_mps": float(_point_rate(base_rates, near[0] - state[:2]) @ towards),
             "other_closing_mps": float(-_point_rate(rates, near[1] - now[:2]) @ towards),
         }
 
-    @property
-    def _tracks(self) -> Tracks:
-        return self._moving.tracks
+    def _outline(self, body: int) -> Array:
+        """Returns (K, 2) the outline of a body in its own frame, m."""
+        if body < len(self._things):
+            return self._things.things[body].outline
+        return circle(self._people.radii_m[body - len(self._things)])
 
 
 def _direction(near: Array, outline: shapely.Polygon, shape: shapely.Polygon) -> Array:

@@ -29,6 +29,7 @@ from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.inputs.task_check import check_task
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.log import COLUMNS, LATERAL_COLUMNS, ODOMETRY_COLUMNS, Outcome, TrialLog
+from drake_navbench.logged_people import DECIMALS, LoggedPeople
 from drake_navbench.moment import Moment
 from drake_navbench.navigation.task import TaskState, TaskStatus
 from drake_navbench.plans import Plan, as_logged
@@ -258,6 +259,8 @@ def _end_of_trial(
     # The simulator hands the same context to every call.
     base_context = trial.base.GetMyContextFromRoot(root_context)
     navigator_context = trial.navigator.GetMyContextFromRoot(root_context)
+    moving_world = trial.moving_world
+    moving_context = moving_world and moving_world.GetMyContextFromRoot(root_context)
 
     def monitor(context: Context) -> EventStatus | None:
         time_s = context.get_time()
@@ -265,7 +268,8 @@ def _end_of_trial(
         # A task that ended with the updates before this step was over before what happened in it.
         is_over = status.state.is_final and status.time_s < time_s
         if time_s >= contact_watch.idle_until_s and not is_over:
-            contact_watch.look(time_s, state_port.Eval(base_context))
+            people = moving_world.people_at(moving_context)[:, :3] if moving_world else None
+            contact_watch.look(time_s, state_port.Eval(base_context), people)
             if contact_watch.contact is not None:
                 return EventStatus.ReachedTermination(trial.diagram, "collided")
         if status.state.is_final:
@@ -336,6 +340,7 @@ def _make_log(
         diagnostics=tuple(recording.diagnostics),
         events=tuple(recording.events),
         costmaps=tuple(recording.costmaps),
+        people=_people(recording),
     )
 
 
@@ -347,6 +352,14 @@ def _contact_account(contact_watch: ContactWatch) -> dict[str, Any]:
     if contact.body is None or moving is None:
         return {"name": "an obstacle", "kind": "obstacle"}
     return moving.account(contact.body, contact.time_s, contact.state)
+
+
+def _people(recording: Recording) -> LoggedPeople | None:
+    """Returns where the people were, None where there were none."""
+    if not recording.people:
+        return None
+    times, poses = zip(*recording.people, strict=True)
+    return LoggedPeople(np.array(times), np.round(np.array(poses), DECIMALS))
 
 
 def _filter_changes(trial: TrialDiagram, context: Context) -> dict[str, Any]:

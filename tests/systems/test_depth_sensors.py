@@ -108,7 +108,9 @@ def test_what_moves_is_seen_up_to_its_height():
     world = World((), moving=MovingObstacles((box, post)))
     builder = DiagramBuilder()
     scene_graph = builder.AddSystem(SceneGraph())
-    moving = builder.AddSystem(MovingWorld(world, scene_graph))
+    moving = builder.AddSystem(
+        MovingWorld(world, scene_graph, footprint=np.zeros((0, 2)), scan_height_m=0.2)
+    )
     builder.Connect(
         moving.get_geometry_pose_output_port(), scene_graph.get_source_pose_port(moving.source_id)
     )
@@ -116,7 +118,7 @@ def test_what_moves_is_seen_up_to_its_height():
     eye = DepthSensorSettings(height_m=0.5, range_max_m=20.0, period_s=1.0)
     sensors = builder.AddSystem(DepthSensors({"eye": eye}, world))
     builder.Connect(state.get_output_port(), sensors.GetInputPort("state"))
-    builder.Connect(moving.GetOutputPort("outlines"), sensors.GetInputPort("moving"))
+    builder.Connect(moving.GetOutputPort("solids"), sensors.GetInputPort("moving"))
     simulator = Simulator(builder.Build())
     simulator.AdvanceTo(1.0)
     simulator.AdvancePendingEvents()

@@ -8,11 +8,13 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
+from drake_navbench.inputs.depth_sensor import DepthSensorSettings
 from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.inputs.moving import MovingBox, MovingCylinder, MovingObstacles, TimedPose
 from drake_navbench.inputs.timeline import Timeline
 from drake_navbench.inputs.world import Cylinder, World
 from drake_navbench.systems.clearance import Clearance
+from drake_navbench.systems.depth_sensors import DepthSensors
 from drake_navbench.systems.lidar import Lidar
 from drake_navbench.systems.moving_world import MovingWorld
 
@@ -42,7 +44,9 @@ def simulation():
     world = World((PILLAR,), moving=MovingObstacles((COMES, TURNS)))
     builder = DiagramBuilder()
     scene_graph = builder.AddSystem(SceneGraph())
-    moving = builder.AddNamedSystem("moving_world", MovingWorld(world, scene_graph))
+    moving = builder.AddNamedSystem(
+        "moving_world", MovingWorld(world, scene_graph, footprint=ROBOT, scan_height_m=0.2)
+    )
     builder.Connect(
         moving.get_geometry_pose_output_port(), scene_graph.get_source_pose_port(moving.source_id)
     )
@@ -102,6 +106,26 @@ def test_the_clearance_is_to_the_nearest_of_what_stands_and_what_moves(simulatio
     # The pillar is 2 m away, the cylinder at 3 s still 4 m; at 9 s it is 1 m away.
     assert evaluated(simulation, "clearance", "distances", 3.0)[0] == pytest.approx(2.0)
     assert evaluated(simulation, "clearance", "distances", 9.0)[0] == pytest.approx(1.0)
+
+
+def test_depth_sensors_are_told_their_heights(simulation):
+    solids = evaluated(simulation, "moving_world", "solids", 5.0)
+    assert solids.starts.tolist() == [0, 4]
+    np.testing.assert_allclose(solids.heights, [1.0])
+    np.testing.assert_allclose(solids.circles, [[4.0, 0.0, 0.5]])
+    sensors = DepthSensors(
+        {"camera": DepthSensorSettings(sees_floor=False, column_count=97)}, World((PILLAR,))
+    )
+    context = sensors.CreateDefaultContext()
+    sensors.GetInputPort("state").FixValue(context, np.zeros(6))
+    sensors.GetInputPort("moving").FixValue(context, AbstractValue.Make(solids))
+    looked = Simulator(sensors, context)
+    looked.Initialize()
+    looked.AdvancePendingEvents()
+    points = sensors.GetOutputPort("clouds").Eval(looked.get_context())["camera"].points
+    # The near side of the cylinder, as high as it is at most.
+    assert points[:, 0].min() == pytest.approx(3.5, abs=1e-3)
+    assert points[:, 2].max() <= 1.0
 
 
 def test_scene_graph_has_them_where_they_are(simulation):

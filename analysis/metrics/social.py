@@ -1,0 +1,266 @@
+"""How a robot was among people: distances, time to collision, forces, what it cost them.
+
+None of it is what people feel. docs/living_world.md says what such numbers cannot tell.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.analysis.metrics.body import outline_of
+from drake_navbench.analysis.metrics.definition import Undefined, metric
+from drake_navbench.analysis.metrics.moving import (
+    clearances_m,
+    collision_times_s,
+    look_times,
+    robot_poses,
+)
+from drake_navbench.analysis.metrics.signals import (
+    Array,
+    column,
+    hold_durations,
+    lateral_velocity,
+    times,
+)
+from drake_navbench.analysis.moving import movers_of
+from drake_navbench.kernels.poses import place_outline
+from drake_navbench.kernels.social_force import social_force
+from drake_navbench.log import Outcome, TrialLog
+
+# Of the social force, in HuNavSim's evaluation.
+SOCIAL_FACTOR = 2.1
+# Hall's zones, by the gap between outline and body.
+INTIMATE_M, PERSONAL_M, SOCIAL_M = 0.45, 1.2, 3.6
+COMPLIANT_M = 0.5
+# Whose way led past the robot within this was near it.
+NEAR_M = 3.6
+# Slower than this a person does not walk, and cannot be held up.
+WANTS_TO_WALK_MPS = 0.1
+
+
+class _People(NamedTuple):
+    """The P people at T looks.
+
+    time_s: (T,). gaps_m: (T, P) between footprint and body, inf beyond 5 m. positions_m,
+    velocities_mps: (T, P, 2). wanted_mps: (P,) how fast each means to go, 0 of who stays.
+    """
+
+    time_s: Array
+    gaps_m: Array
+    positions_m: Array
+    velocities_mps: Array
+    wanted_mps: Array
+
+
+@metric(unit="", better="lower", title="The robot ran into a person")
+def ran_into_person_count(log: TrialLog) -> float:
+    """Whether the trial ended at a contact with a person to whom the robot drove.
+
+    Formula: 1 where the robot's point of contact closed the gap at least as fast as the person's,
+    both along the line between them, else 0.
+    Source: "robot on person collision" of SEAN 2.0 (Tsoi et al. 2022) and HuNavSim.
+    """
+    _people(log)
+    contact = _contact(log)
+    return float(bool(contact) and contact["robot_closing_mps"] >= contact["other_closing_mps"])
+
+
+@metric(unit="", better="lower", title="A person ran into the robot")
+def person_ran_into_robot_count(log: TrialLog) -> float:
+    """Whether the trial ended at a contact with a person who came to the robot.
+
+    Formula: 1 where the person closed the gap faster than the robot did, else 0.
+    Source: "person on robot collision" of SEAN 2.0 (Tsoi et al. 2022) and HuNavSim.
+    """
+    _people(log)
+    contact = _contact(log)
+    return float(bool(contact) and contact["robot_closing_mps"] < contact["other_closing_mps"])
+
+
+@metric(unit="m", better="higher", title="Smallest distance to a person", relevant=0.01)
+def min_person_distance_m(log: TrialLog) -> float:
+    """Smallest distance between the footprint and somebody's body.
+
+    Formula: minimum over the trial, every 0.1 s, of the gap between outline and body disc; 0 in a
+    trial that ended at such a contact. HuNavSim and SocNavBench take the robot for a disc.
+    Source: SocNavBench (Biswas et al. 2022), HuNavSim "minimum distance to people".
+    """
+    nearest_m = _people(log).gaps_m.min()
+    if math.isinf(nearest_m):
+        raise Undefined("nobody came within 5 m")
+    return 0.0 if _contact(log) else float(nearest_m)
+
+
+@metric(unit="m", better="higher", title="Mean distance to the closest person")
+def mean_closest_person_distance_m(log: TrialLog) -> float:
+    """Mean over time of the distance to whoever was closest, while anybody was within 5 m.
+
+    Formula: mean over the looks, every 0.1 s, of the least gap between outline and body disc.
+    Source: HuNavSim "average distance to the closest person".
+    """
+    closest = _people(log).gaps_m.min(axis=1)
+    near = closest[np.isfinite(closest)]
+    if not len(near):
+        raise Undefined("nobody came within 5 m")
+    return float(near.mean())
+
+
+@metric(unit="", better="lower", title="Share of the time in somebody's intimate space")
+def intimate_space_ratio(log: TrialLog) -> float:
+    """Share of the time with less than 0.45 m between the footprint and the closest person.
+
+    Formula: time with a gap below 0.45 m / duration.
+    Source: zones of Hall 1966; HuNavSim "intimate space intrusions".
+    """
+    return _share_of_time(log, 0.0, INTIMATE_M)
+
+
+@metric(unit="", better="lower", title="Share of the time in somebody's personal space")
+def personal_space_ratio(log: TrialLog) -> float:
+    """Share of the time with 0.45 m to 1.2 m between the footprint and the closest person.
+
+    Formula: time with a gap of 0.45 m up to 1.2 m / duration.
+    Source: zones of Hall 1966; HuNavSim "personal space intrusions".
+    """
+    return _share_of_time(log, INTIMATE_M, PERSONAL_M)
+
+
+@metric(unit="", better="neither", title="Share of the time in somebody's social space")
+def social_space_ratio(log: TrialLog) -> float:
+    """Share of the time with 1.2 m to 3.6 m between the footprint and the closest person.
+
+    Formula: time with a gap of 1.2 m up to 3.6 m / duration.
+    Source: zones of Hall 1966; HuNavSim "social and public space intrusions".
+    """
+    return _share_of_time(log, PERSONAL_M, SOCIAL_M)
+
+
+@metric(unit="", better="higher", title="Personal space compliance")
+def personal_space_compliance_ratio(log: TrialLog) -> float:
+    """Share of the time in which the robot kept 0.5 m from everybody.
+
+    Formula: time with a least gap of 0.5 m or more / duration.
+    Source: PSC of Francis et al., "Principles and Guidelines for Evaluating Social Robot
+    Navigation Algorithms", 2025.
+    """
+    return _share_of_time(log, COMPLIANT_M, math.inf)
+
+
+@metric(unit="s", better="higher", title="Shortest time to collision with a person")
+def person_time_to_collision_min_s(log: TrialLog) -> float:
+    """Shortest time in which footprint and a person would have met, both going on as then.
+
+    Formula: as `moving_time_to_collision_min_s`, for people alone; up to 10 s.
+    Source: Hayward 1972; SocNavBench "time to collision" (Biswas et al. 2022).
+    """
+    _people(log)
+    shortest_s = collision_times_s(log, first_body=len(movers_of(log).things)).min()
+    if math.isinf(shortest_s):
+        raise Undefined("no course met a person within 10 s")
+    return float(shortest_s)
+
+
+@metric(unit="m/s^2", better="lower", title="Social force of the robot on people")
+def social_force_on_people_mps2(log: TrialLog) -> float:
+    """Mean over time of the social force of the robot on all people, summed up.
+
+    Formula: mean over the looks of the sum over people of |f|, f the social force at factor 2.1 by
+    the centre of the robot's outline. HuNavSim adds up over samples, which grows with their number.
+    The force of people on the robot has the same size: the model is symmetric in the two.
+    Source: HuNavSim "social force on agents"; force of Moussaid et al. 2009.
+    """
+    return float(np.mean(_social_forces(log).sum(axis=1)))
+
+
+@metric(unit="", better="lower", title="How much slower people went near the robot")
+def people_slowdown_ratio(log: TrialLog) -> float:
+    """How much slower than they wanted people walked while they were within 3.6 m of the robot.
+
+    Formula: 1 - mean of speed / wanted speed over people and looks with a gap below 3.6 m, of those
+    who have a way to go; at their goal at the end of it they are left out. Some of it is the
+    people's and the walls' doing: compare controllers, not worlds.
+    Source: after "average pedestrian velocity" of SEAN 2.0 (Tsoi et al. 2022).
+    """
+    people = _people(log)
+    speeds = np.hypot(people.velocities_mps[..., 0], people.velocities_mps[..., 1])
+    counts = (people.gaps_m < NEAR_M) & (people.wanted_mps > WANTS_TO_WALK_MPS)
+    counts &= ~_has_arrived(log, people)
+    if not counts.any():
+        raise Undefined("nobody who walked came near the robot")
+    wanted = np.broadcast_to(people.wanted_mps, speeds.shape)
+    return float(1.0 - np.mean(np.minimum(speeds[counts] / wanted[counts], 1.0)))
+
+
+@lru_cache(maxsize=1)
+def _people(log: TrialLog) -> _People:
+    """Returns the people of a trial; raises Undefined where there are none."""
+    movers = movers_of(log)
+    first = len(movers.things)
+    if movers.body_count == first:
+        raise Undefined("there were no people")
+    looks = look_times(log)
+    positions = movers.poses_at(looks)[:, first:, :2]
+    before = movers.poses_at(looks - 0.1)[:, first:, :2]
+    wanted = [p.speed_mps if p.goals else 0.0 for p in movers.people.persons]
+    return _People(
+        looks, clearances_m(log)[:, first:], positions, (positions - before) / 0.1, np.array(wanted)
+    )
+
+
+def _contact(log: TrialLog) -> dict[str, float]:
+    """Returns the account of a contact with a person, empty where there was none."""
+    if log.outcome is not Outcome.COLLIDED or log.info["contact"]["kind"] != "person":
+        return {}
+    return dict(log.info["contact"])
+
+
+def _share_of_time(log: TrialLog, low_m: float, high_m: float) -> float:
+    """Returns the share of the time with the least gap from `low_m` up to `high_m`."""
+    people = _people(log)
+    held_s = hold_durations(people.time_s)
+    if held_s.sum() == 0.0:
+        raise Undefined("the trial has no duration")
+    closest = people.gaps_m.min(axis=1)
+    within = (closest >= low_m) & (closest < high_m)
+    if math.isinf(high_m):
+        within = closest >= low_m
+    return float(held_s[within].sum() / held_s.sum())
+
+
+def _has_arrived(log: TrialLog, people: _People) -> NDArray[np.bool_]:
+    """Returns (T, P) whether somebody who does not turn back is at the end of the way."""
+    arrived: NDArray[np.bool_] = np.zeros(people.gaps_m.shape, dtype=bool)
+    for index, person in enumerate(movers_of(log).people.persons):
+        if person.goals and (len(person.goals) == 1 or not person.repeats):
+            left = people.positions_m[:, index] - person.goals[-1]
+            arrived[:, index] = np.hypot(left[:, 0], left[:, 1]) < 2.0 * person.radius_m
+    return arrived
+
+
+def _social_forces(log: TrialLog) -> Array:
+    """Returns (T, P) the size of the social force of the robot on each person, m/s^2."""
+    people = _people(log)
+    own = times(log)
+    outline = outline_of(log)
+    middle = 0.5 * (outline.min(axis=0) + outline.max(axis=0))
+    poses = robot_poses(log, people.time_s)
+    names = (column(log, "v_mps"), lateral_velocity(log), column(log, "w_radps"))
+    v, vy, w = (np.interp(people.time_s, own, values) for values in names)
+    count = people.positions_m.shape[1]
+    sizes = np.empty((len(poses), count))
+    for row, pose in enumerate(poses):
+        x, y = place_outline(middle[None], pose)[0]
+        ahead, aside = v[row] - w[row] * middle[1], vy[row] + w[row] * middle[0]
+        cos_yaw, sin_yaw = math.cos(pose[2]), math.sin(pose[2])
+        vx_world, vy_world = ahead * cos_yaw - aside * sin_yaw, ahead * sin_yaw + aside * cos_yaw
+        for index in range(count):
+            own_x, own_y = people.positions_m[row, index]
+            own_vx, own_vy = people.velocities_mps[row, index]
+            force = social_force(own_x, own_y, own_vx, own_vy, x, y, vx_world, vy_world)
+            sizes[row, index] = SOCIAL_FACTOR * np.hypot(*np.asarray(force))
+    return sizes
