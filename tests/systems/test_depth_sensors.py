@@ -86,6 +86,13 @@ def test_rays_that_would_look_straight_down_are_refused():
         DepthSensorSettings(pitch_rad=1.2)
 
 
+def test_glass_is_not_seen():
+    glass = World(tuple(o.model_copy(update={"material": "glass"}) for o in WALL.obstacles))
+    system = DepthSensors({"eye": DepthSensorSettings()}, glass)
+    solids = system.CreateDefaultContext().get_abstract_parameter(system.world_parameter)
+    assert len(solids.get_value().segments) == 0
+
+
 def way(*positions):
     """Returns a way with a second between its points."""
     return [TimedPose(time_s=float(n), position=position) for n, position in enumerate(positions)]
