@@ -202,6 +202,10 @@ class MppiParameters(ParametersWithCritics):
     sgf_order: Count = Field(2, description="Degree of the smoothing filter, 1 or 2 (else 2).")
     retry_attempt_limit: Count = Field(1, ge=0, description="New attempts after a failed one.")
     regenerate_noises: bool = Field(False, description="New noise every pass, not one for all.")
+    nav2_release: Literal["humble", "iron", "jazzy", "kilted", "lyrical"] = Field(
+        "lyrical",
+        description="Release of the file: Iron alone checks the outline of a round robot, too.",
+    )
     motion_model: Literal["DiffDrive", "Omni", "Ackermann"] = Field(
         "DiffDrive", description="Motion model, or the name of a block that gives its plugin."
     )

@@ -98,6 +98,7 @@ class Sampler:
             p.AckermannConstraints.min_turning_r,
             p.model_dt,
             p.time_steps,
+            nav2_release=parameters.nav2_release,
         )
         self.critics = load_critics(p, context)
         self._scorer = BatchScorer(p, self.critics, keeps_samples=keeps_samples)

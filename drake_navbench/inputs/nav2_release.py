@@ -7,7 +7,7 @@ branches humble, iron, jazzy, kilted and lyrical of navigation2.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from enum import StrEnum
 from typing import Any, NamedTuple
 
@@ -83,7 +83,7 @@ class Difference(NamedTuple):
     text: str
 
 
-# By the name of our controller. A controller that takes `nav2_release` itself is in no need of it.
+# By the name of our controller.
 OF_CONTROLLERS: Mapping[str, tuple[Difference, ...]] = {
     "rpp": (
         Difference(Release.KILTED, "the controller cuts the plan itself"),
@@ -179,17 +179,14 @@ def tree_of(release: Release, tree: Mapping[str, Any]) -> dict[str, Any]:
     return {**tree, "attributes": attributes, "children": children}
 
 
-def release_rows(
-    found: Found, controllers: Iterable[str], follows: Callable[[str], bool]
-) -> list[CheckRow]:
+def release_rows(found: Found, controllers: Iterable[str]) -> list[CheckRow]:
     """Returns what the release means: by what it was told, and what of it is not ported.
 
-    controllers: our names of those that drive. follows: whether one takes the release itself.
+    controllers: our names of those that drive.
     """
     rows = [CheckRow(Status.OTHER_FORM, "nav2_release", found.release, f"told by {found.mark}")]
     for controller in dict.fromkeys(controllers):
-        if not follows(controller):
-            rows += _not_ported(found.release, controller, OF_CONTROLLERS.get(controller, ()))
+        rows += _not_ported(found.release, controller, OF_CONTROLLERS.get(controller, ()))
     return rows
 
 

@@ -15,7 +15,7 @@ from typing import Any
 
 import yaml
 
-from drake_navbench.controller import CONTROLLERS, AskedSpeeds
+from drake_navbench.controller import AskedSpeeds
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.drive import (
     AckermannDrive,
@@ -25,7 +25,7 @@ from drake_navbench.inputs.drive import (
 from drake_navbench.inputs.nav2_check import Check, CheckRow, Status
 from drake_navbench.inputs.nav2_collision_monitor import read_collision_monitor
 from drake_navbench.inputs.nav2_columns import read_columns
-from drake_navbench.inputs.nav2_controllers import SERVER, has_controllers, takes_release
+from drake_navbench.inputs.nav2_controllers import SERVER, has_controllers
 from drake_navbench.inputs.nav2_costmaps import read_global_costmap, read_local_costmap
 from drake_navbench.inputs.nav2_node_reader import NodeReader, Rows
 from drake_navbench.inputs.nav2_outline import Outline, read_outline
@@ -182,15 +182,10 @@ class _Files:
         return Nav2Setup(presets, robot, Check(tuple(self._rows.values())), self._places)
 
     def _note_release(self, presets: Collection[Preset]) -> None:
-        classes = {preset.controller: preset.controller_class for preset in presets}
+        names = [preset.controller for preset in presets]
         for preset in presets:
-            inner = preset.parameters.inner_controllers()
-            classes |= {name: CONTROLLERS.load(name) for name in inner}
-
-        def follows(controller: str) -> bool:
-            return takes_release(classes[controller].Parameters)
-
-        for row in release_rows(self._release, classes, follows):
+            names += preset.parameters.inner_controllers()
+        for row in release_rows(self._release, names):
             self._rows[row.node, row.parameter] = row
 
     def _columns(self, node: Node) -> list[Preset]:

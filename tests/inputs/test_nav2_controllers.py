@@ -98,6 +98,7 @@ OTHER_VALUES = {
     },
     "mppi": {
         "motion_model": "Ackermann",
+        "nav2_release": "iron",
         "TrajectoryValidator.plugin": "mppi::DefaultOptimalTrajectoryValidator",
         "VelocityDeadbandCritic.deadband_velocities": [0.125, 0.25, 0.375],
         "CostCritic.inflation_layer_name": "my_layer",

@@ -74,23 +74,37 @@ def test_the_tree_and_the_waiting_are_those_of_the_release():
     assert not lyrical.behavior_tree.wrap_around
 
 
-def rows_of(release: str, follows: bool) -> list[CheckRow]:
-    return release_rows(Found(Release(release), "a mark"), ["rpp"], lambda controller: follows)
+def rows_of(release: str, controller: str = "rpp") -> list[CheckRow]:
+    return release_rows(Found(Release(release), "a mark"), [controller])
 
 
 def test_what_is_not_ported_is_named_for_the_controllers_that_drive():
-    names = [row.parameter for row in rows_of("jazzy", follows=False)]
+    names = [row.parameter for row in rows_of("jazzy")]
     assert names == ["jazzy", "rpp"]
-    humble = next(row for row in rows_of("humble", follows=False) if row.parameter == "rpp")
+    humble = next(row for row in rows_of("humble") if row.parameter == "rpp")
     assert "not ported yet" in humble.remark
     assert "extrapolated" in humble.remark
 
 
 def test_a_controller_that_follows_the_release_needs_no_word():
-    assert [row.parameter for row in rows_of("jazzy", follows=True)] == ["jazzy"]
-    assert [row.parameter for row in rows_of("lyrical", follows=False)] == ["lyrical"]
+    assert [row.parameter for row in rows_of("jazzy", "dwb")] == ["jazzy"]
+    assert [row.parameter for row in rows_of("lyrical")] == ["lyrical"]
 
 
 def test_a_release_without_a_nav2_file_is_refused(capsys):
     assert main(["empty", "--nav2-release", "jazzy"]) == 2
     assert "--nav2-release: expected a Nav2 file" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("release", ["humble", "iron", "jazzy"])
+def test_iron_alone_lets_mppi_check_the_outline_of_a_round_robot(release, tmp_path):
+    file = tmp_path / "nav2.yaml"
+    file.write_text(
+        "controller_server: {ros__parameters: {controller_plugins: [F], F: {plugin: "
+        "'nav2_mppi_controller::MPPIController', critics: [ObstaclesCritic], "
+        "ObstaclesCritic: {consider_footprint: true}}}}\n"
+        "local_costmap: {local_costmap: {ros__parameters: {robot_radius: 0.2, "
+        "rolling_window: true, plugins: []}}}\n"
+    )
+    code = main(["empty", "--nav2", str(file), "--nav2-release", release, "--check"])
+    assert code == (0 if release == "iron" else 2)

@@ -89,6 +89,7 @@ class CriticContext:
     min_turning_r: float
     model_dt: float
     time_steps: int
+    nav2_release: str = "lyrical"
 
     @property
     def holonomic(self) -> bool:

@@ -297,7 +297,9 @@ def collision_values(*, consider_footprint: bool, tracks_unknown: bool) -> NDArr
 
 
 def _require_outline(name: str, parameters: Any, context: CriticContext) -> None:
-    if parameters.consider_footprint and context.setup.footprint_is_circle:
+    # Iron did not ask, and took the polygon that the costmap makes of a radius.
+    refuses = context.setup.footprint_is_circle and context.nav2_release != "iron"
+    if parameters.consider_footprint and refuses:
         raise InputError(
             f"{name}.consider_footprint: got true, expected false for a robot given by a radius"
         )
