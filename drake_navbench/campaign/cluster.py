@@ -56,11 +56,16 @@ class ChunkEnding(NamedTuple):
 
 
 class TrialEnding(NamedTuple):
-    """How the trial at one place of the campaign ended, and by whose hand."""
+    """How the trial at one place of the campaign ended.
+
+    made_by: the machine of a cluster that drove it, None here or where it was lost. workers: how
+    many there are.
+    """
 
     place: int
     ending: Ending
     made_by: Fingerprint | None
+    workers: int = 0
 
 
 def chunks_of(specs: Sequence[TrialSpec], indices: Sequence[int]) -> list[list[int]]:
@@ -169,7 +174,8 @@ def drive_on_cluster(
     refused: Counter[str] = Counter()
     pool = as_completed([], loop=client.loop, raise_errors=False)
 
-    def hand_out() -> None:
+    def hand_out() -> int:
+        """Gives the cluster as much as it should have; returns how many workers it has."""
         workers = client.scheduler_info(n_workers=-1)["workers"]
         most = max(LEAST_CHUNKS, CHUNKS_PER_WORKER * len(workers))
         while waiting and len(chunk_of) < most:
@@ -178,9 +184,10 @@ def drive_on_cluster(
             future = client.submit(_drive_chunk, *arguments, pure=False)
             chunk_of[future] = chunk
             pool.add(future)
+        return len(workers)
 
     try:
-        hand_out()
+        worker_count = hand_out()
         for future in pool:
             chunk = chunk_of.pop(future)
             ending = _ending_of(future)
@@ -195,11 +202,11 @@ def drive_on_cluster(
             elif isinstance(ending, ChunkEnding):
                 _keep_logs(ending, [specs[index] for index in chunk], folder)
                 for index, one in zip(chunk, ending.endings, strict=True):
-                    yield TrialEnding(index, one, ending.made_by)
+                    yield TrialEnding(index, one, ending.made_by, worker_count)
             else:
                 for index in chunk:
-                    yield TrialEnding(index, ending, None)
-            hand_out()
+                    yield TrialEnding(index, ending, None, worker_count)
+            worker_count = hand_out()
     finally:
         for future in chunk_of:
             with suppress(Exception):

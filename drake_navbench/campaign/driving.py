@@ -85,7 +85,7 @@ def run_campaign(
     )
     left = len(missing)
     with closing(driving) as endings:
-        for index, ending, made_by in endings:
+        for index, ending, made_by, workers in endings:
             spec = campaign.specs[index]
             try:
                 rows[index] = _row_of(ending, spec, folder)
@@ -98,7 +98,7 @@ def run_campaign(
                 machines[repr(made_by)] = made_by, count + 1
             left -= 1
             progress.done += 1
-            progress.running = min(jobs, left)
+            progress.running = min(workers, left)
             on_progress(progress)
     trials = pd.DataFrame([rows[index] for index in sorted(rows)])
     folder.write_trials(trials)
@@ -115,7 +115,7 @@ def _drive_here(
     running = run_tasks(list(tasks), jobs=jobs, tasks_per_worker=TRIALS_PER_WORKER)
     with closing(running) as endings:
         for task, ending in endings:
-            yield TrialEnding(tasks.pop(task), ending, None)
+            yield TrialEnding(tasks.pop(task), ending, None, jobs)
 
 
 def _drive_there(

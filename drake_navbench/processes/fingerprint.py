@@ -6,6 +6,7 @@ import hashlib
 import platform
 from functools import cache
 from importlib.metadata import version
+from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,6 +16,8 @@ from drake_navbench.processes.machine import processor_name
 PACKAGE = Path(__file__).parents[1]
 # Packages that compute what is in a log.
 COMPUTING_PACKAGES = ("drake", "numba", "numpy", "pandas", "pyarrow", "scipy")
+# Subpackages that an editable installation has in other folders than a wheel.
+APART = ("analysis", "controllers", "models", "scenarios")
 
 
 class Fingerprint(NamedTuple):
@@ -54,12 +57,16 @@ def fingerprint() -> Fingerprint:
 
 
 def _code_digest() -> str:
-    """Returns a digest of the engine's and the built-in controllers' code."""
-    import drake_navbench.controllers
-
-    folders = [PACKAGE, *map(Path, drake_navbench.controllers.__path__)]
+    """Returns a digest of the code that drives and measures, wherever its folders are installed."""
     digest = hashlib.sha256()
-    for folder in folders:
-        for path in sorted(folder.rglob("*.py")):
-            digest.update(str(path.relative_to(folder)).encode() + path.read_bytes())
+    for path in sorted(PACKAGE.rglob("*.py")):
+        name = path.relative_to(PACKAGE)
+        if name.parts[0] not in APART:
+            digest.update(name.as_posix().encode() + path.read_bytes())
+    for part in APART:
+        found = find_spec(f"drake_navbench.{part}")
+        for folder in map(Path, (found and found.submodule_search_locations) or ()):
+            for path in sorted(folder.rglob("*.py")):
+                name = path.relative_to(folder)
+                digest.update(f"{part}/{name.as_posix()}".encode() + path.read_bytes())
     return digest.hexdigest()[:12]
