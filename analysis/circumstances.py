@@ -12,6 +12,8 @@ def compute_note(manifest: Mapping[str, Any]) -> str:
     if not machines:
         return ""
     told = "; then ".join(dict.fromkeys(map(_machine, machines)))
+    if cluster := _cluster(manifest):
+        told = f"{cluster}; trials that no cluster drove on {told}"
     text = f"Compute times were measured on {told}."
     if any(_is_shared(machine) for machine in machines):
         text += (
@@ -20,6 +22,15 @@ def compute_note(manifest: Mapping[str, Any]) -> str:
             "machine measures best."
         )
     return text
+
+
+def _cluster(manifest: Mapping[str, Any]) -> str:
+    """Returns the processors of a cluster with the number of trials that each kind drove."""
+    driven: dict[str, int] = {}
+    for entry in manifest.get("cluster", []):
+        name = str(entry.get("processor", "an unknown processor"))
+        driven[name] = driven.get(name, 0) + int(entry.get("trials", 0))
+    return ", ".join(f"a cluster of {name} ({count} trials)" for name, count in driven.items())
 
 
 def _machine(entry: Mapping[str, Any]) -> str:

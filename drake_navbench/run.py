@@ -21,7 +21,7 @@ EXIT_TRIAL_ERROR = 1
 EXIT_WRONG_INPUT = 2
 EXIT_INTERRUPTED = 130
 
-ALLOWED_WITH_RESUME = {"resume", "jobs", "quiet"}
+ALLOWED_WITH_RESUME = {"cluster", "resume", "jobs", "quiet"}
 
 EPILOG = """\
 examples:
@@ -70,6 +70,12 @@ def build_parser() -> argparse.ArgumentParser:
     )
     add("--seed", type=_seed, default=0, help="of the whole run (0)")
     add("--jobs", type=_jobs, default=None, metavar="N|auto", help="parallel workers (auto)")
+    add(
+        "--cluster",
+        metavar="ADDRESS|local:N",
+        help="drive on the workers of a dask scheduler, tcp://HOST:PORT, or of one with N workers "
+        "that is started here",
+    )
     add(
         "--params",
         action="append",

@@ -25,6 +25,7 @@ from drake_navbench.analysis.tables import scenario_table
 from drake_navbench.analysis.totals import told_by_totals, totals
 from drake_navbench.campaign.asked import request_from_arguments, short_form
 from drake_navbench.campaign.campaign import DEFAULT_TRIALS, Campaign, plan_campaign
+from drake_navbench.campaign.cluster import require_cluster
 from drake_navbench.campaign.console import CampaignProgress, print_scenario, terminal
 from drake_navbench.campaign.driving import Undriven, run_campaign
 from drake_navbench.campaign.replays import write_replays
@@ -41,6 +42,7 @@ from drake_navbench.errors import InputError, NavbenchError, printable
 from drake_navbench.inputs.presets import Preset, as_yaml, resolved_parameters
 from drake_navbench.log import Outcome
 from drake_navbench.processes import cache_folder
+from drake_navbench.processes.fingerprint import Fingerprint
 from drake_navbench.processes.machine import available_cores, circumstances
 from drake_navbench.results import (
     ResultsFolder,
@@ -117,7 +119,7 @@ def run_benchmark(
         require_writable(folder.path)
         jobs = jobs or available_cores()
         _begin(folder, campaign, request if names == list(controllers) else None, jobs)
-        table, undriven = run_campaign(campaign, folder, jobs=jobs)
+        table, undriven, _ = run_campaign(campaign, folder, jobs=jobs)
     if undriven:
         raise NavbenchError("\n".join(map(_undriven_line, undriven)))
     return Results(table, folder.path, temporary)
@@ -155,6 +157,9 @@ def run_from_command_line(arguments: argparse.Namespace) -> bool:
         for line in short_form(campaign.nav2):
             console.print(line, soft_wrap=True)
     jobs = arguments.jobs or available_cores()
+    if arguments.cluster is not None:
+        # That nobody answers is known before anything is written.
+        require_cluster(arguments.cluster)
     try:
         with only_run_in(folder.path):
             if resumed:
@@ -162,7 +167,9 @@ def run_from_command_line(arguments: argparse.Namespace) -> bool:
             else:
                 require_writable(folder.path)
                 _begin(folder, campaign, request, jobs)
-            return _run(request, campaign, folder, jobs=jobs, console=console)
+            return _run(
+                request, campaign, folder, jobs=jobs, console=console, cluster=arguments.cluster
+            )
     except KeyboardInterrupt:
         console.print(
             f"Go on with: python -m drake_navbench.run --resume {folder.path}", soft_wrap=True
@@ -180,7 +187,13 @@ def default_results_path() -> Path:
 
 
 def _run(
-    request: Request, campaign: Campaign, folder: ResultsFolder, *, jobs: int, console: Console
+    request: Request,
+    campaign: Campaign,
+    folder: ResultsFolder,
+    *,
+    jobs: int,
+    console: Console,
+    cluster: str | None = None,
 ) -> bool:
     if line := cache_folder.notice():
         console.print(line)
@@ -195,15 +208,19 @@ def _run(
     from drake_navbench.analysis.report import build_report
 
     with CampaignProgress(console) as progress:
-        trials, undriven = run_campaign(
+        trials, undriven, machines = run_campaign(
             campaign,
             folder,
             jobs=jobs,
             on_progress=progress.update,
             on_refused_log=_print_error,
+            cluster=cluster,
+            on_refused_worker=_print_error,
         )
     wall_s = time.perf_counter() - started
     _add_wall_clock(folder, wall_s)
+    if machines:
+        _add_cluster(folder, machines)
     for entry in undriven:
         _print_error(_undriven_line(entry))
     if undriven:
@@ -267,6 +284,23 @@ def _add_wall_clock(folder: ResultsFolder, wall_s: float) -> None:
     manifest = folder.read_manifest()
     manifest["wall_clock_s"] = manifest.get("wall_clock_s", 0.0) + wall_s
     folder.write_manifest(manifest)
+
+
+def _add_cluster(folder: ResultsFolder, machines: Sequence[tuple[Fingerprint, int]]) -> None:
+    """Adds to the manifest who drove how many trials; warns where processors differ.
+
+    Compiled kernels round as the processor does: only trials of equal ones are equal to the bit.
+    """
+    manifest = folder.read_manifest()
+    driven = [{"trials": count, **found._asdict()} for found, count in machines]
+    manifest["cluster"] = [*manifest.get("cluster", []), *driven]
+    folder.write_manifest(manifest)
+    kinds = {entry["features"]: entry["processor"] for entry in manifest["cluster"]}
+    if len(kinds) > 1:
+        _print_error(
+            f"driven on {len(kinds)} kinds of processors, which may round differently: "
+            f"{', '.join(kinds.values())}; manifest.json tells"
+        )
 
 
 def _begin(folder: ResultsFolder, campaign: Campaign, request: Request | None, jobs: int) -> None:

@@ -2,30 +2,25 @@
 
 from __future__ import annotations
 
-import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Generator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import pandas as pd
 
-from drake_navbench.analysis.tables import trial_row
 from drake_navbench.campaign.campaign import Campaign
+from drake_navbench.campaign.cluster import TrialEnding, connected, drive_on_cluster
+from drake_navbench.campaign.trial_tasks import TRIALS_PER_WORKER, Row, table_row, trial_task
 from drake_navbench.campaign.warm_up import start_worker_server
-from drake_navbench.errors import CannotBeWritten, InputError, is_machine_fault, one_line
+from drake_navbench.errors import InputError
 from drake_navbench.log import Outcome, TrialLog
+from drake_navbench.processes.fingerprint import Fingerprint
 from drake_navbench.processes.worker_process import Raised, Returned
-from drake_navbench.processes.workers import Ending, Task, run_tasks
+from drake_navbench.processes.workers import Ending, run_tasks
 from drake_navbench.results import ResultsFolder
 from drake_navbench.trial.spec import TrialSpec
-from drake_navbench.trial.task_cost import wall_clock_limit_s
-from drake_navbench.trial.trial import NotDriven, drive, failed_log, log_of_ending
-
-# Drake's bindings never free Python systems, so a worker is replaced after this many trials.
-TRIALS_PER_WORKER = 24
-
-Row = dict[str, object]
+from drake_navbench.trial.trial import NotDriven, log_of_ending
 
 
 @dataclass
@@ -46,10 +41,14 @@ class Undriven(NamedTuple):
 
 
 class Driven(NamedTuple):
-    """What became of a campaign: the table of the trials that ended, and the others."""
+    """What became of a campaign: the table of the trials that ended, and the others.
+
+    machines: of a cluster, with how many of these trials each drove.
+    """
 
     trials: pd.DataFrame
     undriven: list[Undriven]
+    machines: Sequence[tuple[Fingerprint, int]] = ()
 
 
 def run_campaign(
@@ -59,6 +58,8 @@ def run_campaign(
     jobs: int,
     on_progress: Callable[[Progress], None] = lambda progress: None,
     on_refused_log: Callable[[str], None] = lambda line: None,
+    cluster: str | None = None,
+    on_refused_worker: Callable[[str], None] = lambda line: None,
 ) -> Driven:
     """Drives every trial that has no log of its own in the folder yet; writes the table of trials.
 
@@ -66,6 +67,8 @@ def run_campaign(
     is ended from outside, or for which the machine has too little, is left to be driven again.
     Ctrl-C stops the workers and leaves the finished logs behind, from which a resumed run goes on.
     on_refused_log: is told of every log that is not the one of its trial, which is driven again.
+    cluster: where to drive in place of `jobs` workers here, see `cluster.connected`.
+    on_refused_worker: is told of every worker of it that has other software.
     Raises CannotBeWritten where a log cannot be kept: there is no use in driving on.
     """
     rows = _read_back(campaign, folder, on_refused_log)
@@ -73,22 +76,16 @@ def run_campaign(
     progress = Progress(total=len(campaign.specs), done=len(rows))
     progress.failed = sum(row["outcome"] == Outcome.ERROR for row in rows.values())
     on_progress(progress)
-    identity = campaign.identity
-    tasks = {
-        Task(
-            _drive_and_write,
-            (spec, folder, identity),
-            time_limit_s=wall_clock_limit_s(spec.scenario),
-            owner=spec.code_owner,
-        ): index
-        for index, spec in enumerate(campaign.specs)
-        if index not in rows
-    }
-    start_worker_server()
-    running = run_tasks(list(tasks), jobs=jobs, tasks_per_worker=TRIALS_PER_WORKER)
-    with closing(running) as endings:
-        for task, ending in endings:
-            index = tasks.pop(task)
+    missing = [index for index in range(len(campaign.specs)) if index not in rows]
+    machines: dict[str, tuple[Fingerprint, int]] = {}
+    driving = (
+        _drive_here(campaign, missing, folder, jobs)
+        if cluster is None or not missing
+        else _drive_there(campaign, missing, folder, cluster, on_refused_worker)
+    )
+    left = len(missing)
+    with closing(driving) as endings:
+        for index, ending, made_by, workers in endings:
             spec = campaign.specs[index]
             try:
                 rows[index] = _row_of(ending, spec, folder)
@@ -96,12 +93,47 @@ def run_campaign(
             except NotDriven as reason:
                 undriven.append(Undriven(spec, str(reason)))
                 progress.failed += 1
+            if made_by is not None:
+                _, count = machines.get(repr(made_by), (made_by, 0))
+                machines[repr(made_by)] = made_by, count + 1
+            left -= 1
             progress.done += 1
-            progress.running = min(jobs, len(tasks))
+            progress.running = min(workers, left)
             on_progress(progress)
     trials = pd.DataFrame([rows[index] for index in sorted(rows)])
     folder.write_trials(trials)
-    return Driven(trials, undriven)
+    return Driven(trials, undriven, tuple(machines.values()))
+
+
+def _drive_here(
+    campaign: Campaign, indices: Sequence[int], folder: ResultsFolder, jobs: int
+) -> Generator[TrialEnding, None, None]:
+    """Drives trials in workers of this machine; yields each with how it ended."""
+    identity = campaign.identity
+    tasks = {trial_task(campaign.specs[index], folder, identity): index for index in indices}
+    start_worker_server()
+    running = run_tasks(list(tasks), jobs=jobs, tasks_per_worker=TRIALS_PER_WORKER)
+    with closing(running) as endings:
+        for task, ending in endings:
+            yield TrialEnding(tasks.pop(task), ending, None, jobs)
+
+
+def _drive_there(
+    campaign: Campaign,
+    indices: Sequence[int],
+    folder: ResultsFolder,
+    address: str,
+    on_refused_worker: Callable[[str], None],
+) -> Generator[TrialEnding, None, None]:
+    with connected(address) as client:
+        yield from drive_on_cluster(
+            client,
+            campaign.specs,
+            indices,
+            folder,
+            campaign.identity,
+            on_refused_worker=on_refused_worker,
+        )
 
 
 def _read_back(
@@ -120,29 +152,8 @@ def _read_back(
         except InputError as error:
             on_refused_log(f"{error}; driven again")
         else:
-            rows[index] = _table_row(log)
+            rows[index] = table_row(log)
     return rows
-
-
-def _drive_and_write(spec: TrialSpec, folder: ResultsFolder, campaign_identity: str) -> Row:
-    """Drives one trial in a worker, writes its log, returns its row of the table."""
-    log = drive(spec)
-    try:
-        folder.write_log(log, campaign_identity)
-        return _table_row(log)
-    except CannotBeWritten:
-        raise
-    except Exception as error:
-        if is_machine_fault(error):
-            raise
-        # A log may hold what a plugin left in it.
-        log = failed_log(spec, one_line(error), traceback.format_exc())
-    folder.write_log(log, campaign_identity)
-    return _table_row(log)
-
-
-def _table_row(log: TrialLog) -> Row:
-    return trial_row(log) | {"simulated_time_s": log.end_time_s}
 
 
 def _row_of(ending: Ending, spec: TrialSpec, folder: ResultsFolder) -> Row:
@@ -153,4 +164,4 @@ def _row_of(ending: Ending, spec: TrialSpec, folder: ResultsFolder) -> Row:
         raise ending.error
     log = log_of_ending(spec, ending)
     folder.write_log(log)
-    return _table_row(log)
+    return table_row(log)

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from drake_navbench.analysis.statistics import CONFIDENCE, Interval, mean_interval
 from drake_navbench.campaign.benchmark import run_benchmark
-from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.results import ResultsFolder
 from drake_navbench.tuning.objectives import (
@@ -74,14 +73,15 @@ def driven_in(
 ) -> pd.DataFrame:
     """Returns the trials of a results folder, which is made where it is not there yet.
 
-    What an interrupted run has left is made anew.
+    What an interrupted run, or one of other columns, has left is made anew.
     """
     table = ResultsFolder(folder).trials_path
     if table.is_file():
         found = pd.read_parquet(table)
-        if set(found["controller"]) == {column.name for column in columns}:
+        names = {column.name for column in columns}
+        wanted = len(names) * len(set(scenarios)) * trials
+        if len(found) == wanted and set(found["controller"]) == names:
             return found
-        raise InputError(f"{folder}: holds the trials of other columns; name a new --out")
     shutil.rmtree(folder, ignore_errors=True)
     results = run_benchmark(
         scenarios, columns, trials=trials, seed=seed, robot=robot, jobs=jobs, out=folder

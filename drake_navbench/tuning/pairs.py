@@ -9,7 +9,7 @@ from typing import Any
 
 from drake_navbench.analysis.tables import trial_row
 from drake_navbench.campaign.campaign import plan_campaign
-from drake_navbench.campaign.driving import TRIALS_PER_WORKER
+from drake_navbench.campaign.trial_tasks import TRIALS_PER_WORKER
 from drake_navbench.campaign.warm_up import start_worker_server
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.processes.worker_process import Raised, Returned

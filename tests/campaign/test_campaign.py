@@ -1,6 +1,7 @@
 """A campaign: which trials it has, what its folder holds, how it ends when something breaks."""
 
 import json
+import pickle
 import warnings
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from drake_navbench.inputs.presets import load_preset, preset_files
 from drake_navbench.inputs.robot import ROBOT_FILES
 from drake_navbench.log import Outcome
 from drake_navbench.run import main
+from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import simulate
 from drake_navbench.typed_files.typed_yaml import read_yaml
 
@@ -37,6 +39,19 @@ def test_scenarios_of_one_name_are_refused_by_both_their_files(tmp_path):
         plan_campaign([first, second], ["rpp"])
     message = f"scenario 's': expected one of this name, got {first} and {second}"
     assert str(caught.value) == message
+
+
+def test_a_trial_is_known_by_the_same_digest_whoever_describes_it():
+    specs = plan_campaign(["empty"], ["rpp"], trials=3).specs
+    alone = [
+        TrialSpec(spec.scenario, spec.robot, spec.preset, seed=spec.seed, trial=spec.trial)
+        for spec in specs
+    ]
+    assert [spec.identity for spec in specs] == [spec.identity for spec in alone]
+    assert len({spec.identity for spec in specs}) == 3
+    sent = pickle.loads(pickle.dumps(specs[2]))
+    assert sent.identity == specs[2].identity
+    assert "_shared" not in vars(pickle.loads(pickle.dumps(specs[1])))
 
 
 def test_presets_of_one_name_are_refused_by_both_their_files(tmp_path):

@@ -9,7 +9,7 @@ import signal
 import pandas as pd
 import pytest
 
-from drake_navbench.campaign import driving
+from drake_navbench.campaign import driving, trial_tasks
 from drake_navbench.campaign.campaign import Campaign, plan_campaign
 from drake_navbench.campaign.driving import run_campaign
 from drake_navbench.errors import CannotBeWritten, InputError
@@ -50,7 +50,7 @@ def test_a_log_that_cannot_be_written_leaves_its_trial_to_be_driven_again(
 
     monkeypatch.setattr(TrialLog, "write", full_disk)
     with pytest.raises(CannotBeWritten, match="No space left on device"):
-        driving._drive_and_write(campaign.specs[0], folder, campaign.identity)
+        trial_tasks.drive_and_write(campaign.specs[0], folder, campaign.identity)
     assert logs_in(folder) == []
     assert list(folder.path.rglob(".*")) == []
 
@@ -61,8 +61,8 @@ def test_a_log_that_holds_what_no_file_can_is_the_trials_own_fault(campaign, fol
     odd = dataclasses.replace(
         failed_log(spec, ""), samples=samples, diagnostics=((0.0, {"tried": {1, 2}}),)
     )
-    monkeypatch.setattr(driving, "drive", lambda spec: odd)
-    row = driving._drive_and_write(spec, folder, campaign.identity)
+    monkeypatch.setattr(trial_tasks, "drive", lambda spec: odd)
+    row = trial_tasks.drive_and_write(spec, folder, campaign.identity)
     assert row["outcome"] == Outcome.ERROR
     assert row["reason"].startswith("TypeError: ")
     assert "got set" in row["reason"]
@@ -80,7 +80,7 @@ def test_what_the_machine_lacks_in_a_trial_is_not_the_trials_fault(
 
     monkeypatch.setattr("drake_navbench.trial.trial.simulate", lacking)
     with pytest.raises(type(fault)):
-        driving._drive_and_write(campaign.specs[0], folder, campaign.identity)
+        trial_tasks.drive_and_write(campaign.specs[0], folder, campaign.identity)
     assert logs_in(folder) == []
 
 
@@ -130,12 +130,12 @@ def test_a_worker_killed_by_somebody_costs_one_trial_until_it_is_resumed(
 
     with monkeypatch.context() as patch:
         patch.setattr(driving, "run_tasks", with_first_killed)
-        trials, undriven = run_campaign(campaign, folder, jobs=1)
+        trials, undriven, _ = run_campaign(campaign, folder, jobs=1)
     assert list(trials["trial"]) == [1]
     ((spec, reason),) = undriven
     assert spec.trial == 0
     assert reason == "the worker process was ended by signal 9 (Killed)"
-    trials, undriven = run_campaign(campaign, folder, jobs=1)
+    trials, undriven, _ = run_campaign(campaign, folder, jobs=1)
     assert list(trials["trial"]) == [0, 1]
     assert set(trials["outcome"]) == {"succeeded"}
     assert undriven == []
@@ -143,12 +143,12 @@ def test_a_worker_killed_by_somebody_costs_one_trial_until_it_is_resumed(
 
 def test_logs_of_other_trials_and_spoilt_ones_are_driven_again(campaign, folder):
     first, second = (folder.log_path("short", "rpp", trial) for trial in (0, 1))
-    trials, _ = run_campaign(campaign, folder, jobs=1)
+    trials, *_ = run_campaign(campaign, folder, jobs=1)
     before = TrialLog.read(first)
     shutil.copy(second, first)
     second.write_bytes(second.read_bytes()[:1000])
     told = []
-    again, _ = run_campaign(campaign, folder, jobs=1, on_refused_log=told.append)
+    again, *_ = run_campaign(campaign, folder, jobs=1, on_refused_log=told.append)
     assert f"{first}: the log of another trial; driven again" in told
     assert any(line.startswith(f"{second}: not a readable trial log") for line in told)
     assert TrialLog.read(first).info == before.info
@@ -158,7 +158,7 @@ def test_logs_of_other_trials_and_spoilt_ones_are_driven_again(campaign, folder)
 def test_a_worker_that_outlives_its_run_writes_nothing_into_another(campaign, folder):
     folder.write_manifest({"identity": "of another campaign"})
     with pytest.raises(InputError, match="is no longer the folder of this run"):
-        driving._drive_and_write(campaign.specs[0], folder, campaign.identity)
+        trial_tasks.drive_and_write(campaign.specs[0], folder, campaign.identity)
     assert logs_in(folder) == []
 
 

@@ -28,7 +28,7 @@ except CannotBeWritten as error:
 print("whole", len(list(folder.path.rglob("trial_*.parquet"))))
 print("unfinished", len(list(folder.path.rglob(".*"))))
 subprocess.run(["mount", "-o", "remount,size=50m", str(disk)], check=True)
-trials, undriven = run_campaign(campaign, folder, jobs=1)
+trials, undriven, _ = run_campaign(campaign, folder, jobs=1)
 print("then", len(trials), *set(trials["outcome"]), len(undriven))
 """
 

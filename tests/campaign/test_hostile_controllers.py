@@ -132,7 +132,7 @@ def test_a_spoilt_process_serves_only_the_column_that_spoilt_it(installed, tmp_p
     columns = [column("Spoils"), load_preset("rpp")]
     campaign = plan_campaign([str(installed / "short.yaml")], columns, trials=2)
     folder.write_manifest({"identity": campaign.identity})
-    trials, _ = run_campaign(campaign, folder, jobs=1)
+    trials, *_ = run_campaign(campaign, folder, jobs=1)
     ours = trials[trials["controller"] == "rpp"]
     assert set(ours["outcome"]) == {Outcome.SUCCEEDED}
     # A clock that stands still would make it 0.

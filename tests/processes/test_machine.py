@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from drake_navbench.analysis.circumstances import compute_note
 from drake_navbench.processes.machine import circumstances, processor_name
 
 
@@ -20,3 +21,17 @@ def test_circumstances_tell_jobs_cores_and_load():
     assert told["jobs"] == 3
     assert told["cores"] >= 1
     assert told["load_before"] is None or told["load_before"] >= 0.0
+
+
+def test_compute_times_of_a_cluster_are_told_of_its_machines():
+    note = compute_note(
+        {
+            "machines": [{"processor": "Here", "cores": 1, "jobs": 1, "load_before": 0.0}],
+            "cluster": [
+                {"processor": "Far", "trials": 16},
+                {"processor": "Far", "trials": 8},
+                {"processor": "Farther", "trials": 1},
+            ],
+        }
+    )
+    assert "a cluster of Far (24 trials), a cluster of Farther (1 trials); trials that no" in note

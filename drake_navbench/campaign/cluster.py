@@ -1,0 +1,290 @@
+"""Drives the trials of a campaign on a cluster, by dask.distributed.
+
+A task is a chunk of trials of one scenario and controller. The process that dask runs it in drives
+them in workers of its own, as a campaign on one machine does, so that a trial that breaks, hangs or
+ends its process is the same there as here. Its log is the result: written into the results folder
+where the machine has that too, else sent back as bytes. So a chunk that is run again, because the
+machine that had it is gone, does no harm.
+"""
+
+from __future__ import annotations
+
+import logging
+import tempfile
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, closing, contextmanager, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from drake_navbench.campaign.trial_tasks import TRIALS_PER_WORKER, trial_task
+from drake_navbench.campaign.warm_up import start_worker_server
+from drake_navbench.errors import InputError, NavbenchError, one_line
+from drake_navbench.processes.fingerprint import Fingerprint, fingerprint
+from drake_navbench.processes.workers import Died, Ending, run_tasks
+from drake_navbench.results import ResultsFolder, write_whole
+from drake_navbench.trial.spec import TrialSpec
+
+if TYPE_CHECKING:
+    from distributed import Client, Future
+
+LOCAL = "local:"
+# Long enough that what dask does for it is not worth mentioning, short enough to lose.
+TRIALS_PER_CHUNK = 16
+MOST_LOCAL_WORKERS = 256
+CONNECT_TIMEOUT_S = 5.0
+# Waiting chunks for each worker, and of a small cluster at least so many: there is always work for
+# a worker that comes late, and the scheduler never has a whole campaign in its memory.
+CHUNKS_PER_WORKER, LEAST_CHUNKS = 4, 32
+# How often the process that has a chunk may be gone before the chunk is given up.
+ALLOWED_FAILURES = 10
+
+Row = dict[str, object]
+
+
+class ChunkEnding(NamedTuple):
+    """How the trials of a chunk ended, in order; refusal: why none was driven.
+
+    logs: their bytes, where the results folder is not there. worker: dask's address of it.
+    """
+
+    endings: list[Ending]
+    logs: list[bytes | None]
+    made_by: Fingerprint
+    worker: str
+    refusal: str = ""
+
+
+class TrialEnding(NamedTuple):
+    """How the trial at one place of the campaign ended.
+
+    made_by: the machine of a cluster that drove it, None here or where it was lost. workers: how
+    many there are.
+    """
+
+    place: int
+    ending: Ending
+    made_by: Fingerprint | None
+    workers: int = 0
+
+
+def chunks_of(specs: Sequence[TrialSpec], indices: Sequence[int]) -> list[list[int]]:
+    """Returns the indices in chunks, each of one scenario and controller, in order."""
+    cells: dict[tuple[str, str], list[int]] = {}
+    for index in indices:
+        spec = specs[index]
+        cells.setdefault((spec.scenario.name, spec.preset.name), []).append(index)
+    return [
+        own[first : first + TRIALS_PER_CHUNK]
+        for own in cells.values()
+        for first in range(0, len(own), TRIALS_PER_CHUNK)
+    ]
+
+
+def require_cluster(address: str) -> None:
+    """Raises InputError where a campaign cannot be driven at an address."""
+    if address.startswith(LOCAL):
+        _local_count(address)
+        _dask()
+    else:
+        with connected(address):
+            pass
+
+
+@contextmanager
+def connected(address: str) -> Iterator[Client]:
+    """Yields a client of a scheduler, or of `local:N` workers that end with the block.
+
+    Raises InputError where there is none that answers, or dask.distributed is not installed.
+    """
+    dask = _dask()
+    from distributed import Client, LocalCluster
+
+    logging.getLogger("distributed").setLevel(logging.ERROR)
+    settings = {
+        # Its processes have workers of their own.
+        "distributed.worker.daemon": False,
+        "distributed.scheduler.allowed-failures": ALLOWED_FAILURES,
+    }
+    with ExitStack() as stack:
+        stack.enter_context(dask.config.set(settings))
+        if address.startswith(LOCAL):
+            place: Any = stack.enter_context(
+                LocalCluster(
+                    n_workers=_local_count(address),
+                    threads_per_worker=1,
+                    processes=True,
+                    dashboard_address=None,
+                    silence_logs=logging.ERROR,
+                )
+            )
+        else:
+            place = address
+        try:
+            client = Client(place, timeout=CONNECT_TIMEOUT_S, set_as_default=False)
+        except (OSError, ValueError, TypeError) as error:
+            raise InputError(
+                f"--cluster {address}: no scheduler answers there within "
+                f"{CONNECT_TIMEOUT_S:g} s; expected HOST:PORT of one, or local:N"
+            ) from error
+        yield stack.enter_context(client)
+
+
+def _dask() -> Any:
+    try:
+        import dask
+        import distributed  # noqa: F401
+    except ImportError as error:
+        raise InputError(
+            "dask.distributed is not installed; pip install 'drake-navbench[cluster]'"
+        ) from error
+    return dask
+
+
+def _local_count(address: str) -> int:
+    text = address.removeprefix(LOCAL)
+    count = int(text) if text.isdecimal() else 0
+    if not 1 <= count <= MOST_LOCAL_WORKERS:
+        raise InputError(
+            f"--cluster {address}: expected local:N with N from 1 to {MOST_LOCAL_WORKERS}"
+        )
+    return count
+
+
+def drive_on_cluster(
+    client: Client,
+    specs: Sequence[TrialSpec],
+    indices: Sequence[int],
+    folder: ResultsFolder,
+    identity: str,
+    *,
+    on_refused_worker: Callable[[str], None],
+) -> Iterator[TrialEnding]:
+    """Drives specs on a cluster; yields how each trial ended, as chunks end.
+
+    Chunks that are still running when the iterator is closed are cancelled. on_refused_worker: is
+    told of each worker that has other software, which gets nothing more to do. Raises NavbenchError
+    where no worker is left that has the right one.
+    """
+    from distributed import as_completed
+
+    ours = fingerprint()
+    waiting = chunks_of(specs, indices)[::-1]
+    chunk_of: dict[Future[Any], list[int]] = {}
+    refused: Counter[str] = Counter()
+    pool = as_completed([], loop=client.loop, raise_errors=False)
+
+    def hand_out() -> int:
+        """Gives the cluster as much as it should have; returns how many workers it has."""
+        workers = client.scheduler_info(n_workers=-1)["workers"]
+        most = max(LEAST_CHUNKS, CHUNKS_PER_WORKER * len(workers))
+        while waiting and len(chunk_of) < most:
+            chunk = waiting.pop()
+            arguments = [specs[index] for index in chunk], folder.path, identity, ours
+            future = client.submit(_drive_chunk, *arguments, pure=False)
+            chunk_of[future] = chunk
+            pool.add(future)
+        return len(workers)
+
+    try:
+        worker_count = hand_out()
+        for future in pool:
+            chunk = chunk_of.pop(future)
+            ending = _ending_of(future)
+            if isinstance(ending, ChunkEnding) and ending.refusal:
+                if not refused[ending.worker]:
+                    on_refused_worker(f"worker {ending.worker} is refused: {ending.refusal}")
+                refused[ending.worker] += 1
+                _dismiss(client, ending.worker)
+                waiting.append(chunk)
+                if set(client.scheduler_info(n_workers=-1)["workers"]) <= set(refused):
+                    raise NavbenchError(f"every worker of the cluster is refused: {ending.refusal}")
+            elif isinstance(ending, ChunkEnding):
+                _keep_logs(ending, [specs[index] for index in chunk], folder)
+                for index, one in zip(chunk, ending.endings, strict=True):
+                    yield TrialEnding(index, one, ending.made_by, worker_count)
+            else:
+                for index in chunk:
+                    yield TrialEnding(index, ending, None, worker_count)
+            worker_count = hand_out()
+    finally:
+        for future in chunk_of:
+            with suppress(Exception):
+                future.cancel()
+
+
+def _ending_of(future: Future[Any]) -> ChunkEnding | Died:
+    """Returns what a chunk ended with; what the cluster did not bring to an end is not its own."""
+    try:
+        found: ChunkEnding = future.result()
+    except Exception as error:
+        return Died(f"the cluster gave it up: {one_line(error)}", is_from_outside=True)
+    return found
+
+
+def _dismiss(client: Client, worker: str) -> None:
+    with suppress(Exception):
+        client.retire_workers([worker])
+
+
+def _keep_logs(ending: ChunkEnding, specs: Sequence[TrialSpec], folder: ResultsFolder) -> None:
+    for spec, content in zip(specs, ending.logs, strict=True):
+        if content is not None:
+            path = folder.log_path(spec.scenario.name, spec.preset.name, spec.trial)
+            _write_bytes(path, content)
+
+
+def _write_bytes(path: Path, content: bytes) -> None:
+    write_whole(path, lambda unfinished: unfinished.write_bytes(content))
+
+
+def _drive_chunk(
+    specs: Sequence[TrialSpec], folder: Path, identity: str, wanted: Fingerprint
+) -> ChunkEnding:
+    """Drives a chunk in the process that dask has chosen."""
+    own = fingerprint()
+    worker = _worker_address()
+    if differing := own.differing(wanted):
+        return ChunkEnding([], [], own, worker, differing)
+    if _is_folder_of(folder, identity):
+        return ChunkEnding(
+            _driven(specs, ResultsFolder(folder), identity), [None] * len(specs), own, worker
+        )
+    with tempfile.TemporaryDirectory(prefix="drake_navbench-") as temporary:
+        here = ResultsFolder(Path(temporary))
+        endings = _driven(specs, here, None)
+        return ChunkEnding(endings, [_log_bytes(here, spec) for spec in specs], own, worker)
+
+
+def _driven(
+    specs: Sequence[TrialSpec], folder: ResultsFolder, identity: str | None
+) -> list[Ending]:
+    start_worker_server()
+    tasks = {trial_task(spec, folder, identity): place for place, spec in enumerate(specs)}
+    endings: dict[int, Ending] = {}
+    with closing(run_tasks(list(tasks), jobs=1, tasks_per_worker=TRIALS_PER_WORKER)) as ended:
+        for task, ending in ended:
+            endings[tasks[task]] = ending
+    return [endings[place] for place in range(len(specs))]
+
+
+def _is_folder_of(folder: Path, identity: str) -> bool:
+    """Tells whether this machine has the results folder of the campaign."""
+    try:
+        return ResultsFolder(folder).read_manifest().get("identity") == identity
+    except InputError:
+        return False
+
+
+def _log_bytes(folder: ResultsFolder, spec: TrialSpec) -> bytes | None:
+    path = folder.log_path(spec.scenario.name, spec.preset.name, spec.trial)
+    return path.read_bytes() if path.is_file() else None
+
+
+def _worker_address() -> str:
+    from distributed import get_worker
+
+    try:
+        return str(get_worker().address)
+    except ValueError:
+        return ""

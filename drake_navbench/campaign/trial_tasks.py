@@ -1,0 +1,51 @@
+"""A trial as a task of a worker: driven, its log written, its row of the table returned."""
+
+from __future__ import annotations
+
+import traceback
+
+from drake_navbench.analysis.tables import trial_row
+from drake_navbench.errors import CannotBeWritten, is_machine_fault, one_line
+from drake_navbench.log import TrialLog
+from drake_navbench.processes.workers import Task
+from drake_navbench.results import ResultsFolder
+from drake_navbench.trial.spec import TrialSpec
+from drake_navbench.trial.task_cost import wall_clock_limit_s
+from drake_navbench.trial.trial import drive, failed_log
+
+# Drake's bindings never free Python systems, so a worker is replaced after this many trials.
+TRIALS_PER_WORKER = 24
+
+Row = dict[str, object]
+
+
+def trial_task(spec: TrialSpec, folder: ResultsFolder, campaign_identity: str | None) -> Task:
+    """Returns the task that drives a trial, see `drive_and_write`."""
+    return Task(
+        drive_and_write,
+        (spec, folder, campaign_identity),
+        time_limit_s=wall_clock_limit_s(spec.scenario),
+        owner=spec.code_owner,
+    )
+
+
+def drive_and_write(spec: TrialSpec, folder: ResultsFolder, campaign_identity: str | None) -> Row:
+    """Drives one trial in a worker, writes its log, returns its row of the table."""
+    log = drive(spec)
+    try:
+        folder.write_log(log, campaign_identity)
+        return table_row(log)
+    except CannotBeWritten:
+        raise
+    except Exception as error:
+        if is_machine_fault(error):
+            raise
+        # A log may hold what a plugin left in it.
+        log = failed_log(spec, one_line(error), traceback.format_exc())
+    folder.write_log(log, campaign_identity)
+    return table_row(log)
+
+
+def table_row(log: TrialLog) -> Row:
+    """Returns what the table of trials holds of a log."""
+    return trial_row(log) | {"simulated_time_s": log.end_time_s}

@@ -1,0 +1,72 @@
+"""What equal bytes of equal trials depend on: the code, its packages, and the processor."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+from functools import cache
+from importlib.metadata import version
+from importlib.util import find_spec
+from pathlib import Path
+from typing import NamedTuple
+
+from drake_navbench import __version__
+from drake_navbench.processes.machine import processor_name
+
+PACKAGE = Path(__file__).parents[1]
+# Packages that compute what is in a log.
+COMPUTING_PACKAGES = ("drake", "numba", "numpy", "pandas", "pyarrow", "scipy")
+# Subpackages that an editable installation has in other folders than a wheel.
+APART = ("analysis", "controllers", "models", "scenarios")
+
+
+class Fingerprint(NamedTuple):
+    """Of a process. software: what must be equal for a trial to be the same one.
+
+    processor, features: two that differ in these may round differently, since compiled kernels use
+    what the processor has (as fused multiply-adds); features is a digest of what it has.
+    """
+
+    software: dict[str, str]
+    processor: str
+    features: str
+
+    def differing(self, other: Fingerprint) -> str:
+        """Returns what of the software differs from another's, '' where nothing does."""
+        return ", ".join(
+            f"{name} {self.software.get(name, 'none')} instead of {value}"
+            for name, value in other.software.items()
+            if self.software.get(name) != value
+        )
+
+
+@cache
+def fingerprint() -> Fingerprint:
+    """Returns that of this process."""
+    import llvmlite.binding as llvm
+
+    software = {
+        "drake_navbench": __version__,
+        "code": _code_digest(),
+        "python": ".".join(platform.python_version_tuple()[:2]),
+        **{name: version(name) for name in COMPUTING_PACKAGES},
+    }
+    features = llvm.get_host_cpu_features().flatten()
+    digest = hashlib.sha256(f"{llvm.get_host_cpu_name()} {features}".encode()).hexdigest()[:12]
+    return Fingerprint(software, processor_name(), digest)
+
+
+def _code_digest() -> str:
+    """Returns a digest of the code that drives and measures, wherever its folders are installed."""
+    digest = hashlib.sha256()
+    for path in sorted(PACKAGE.rglob("*.py")):
+        name = path.relative_to(PACKAGE)
+        if name.parts[0] not in APART:
+            digest.update(name.as_posix().encode() + path.read_bytes())
+    for part in APART:
+        found = find_spec(f"drake_navbench.{part}")
+        for folder in map(Path, (found and found.submodule_search_locations) or ()):
+            for path in sorted(folder.rglob("*.py")):
+                name = path.relative_to(folder)
+                digest.update(f"{part}/{name.as_posix()}".encode() + path.read_bytes())
+    return digest.hexdigest()[:12]
