@@ -31,6 +31,8 @@ Indices = NDArray[np.int64]
 TO_BOUND_RATIO = 0.99
 # Starts keep so far from bounds, or half of the room between two.
 BOUND_PUSH = 3e-3
+# What is left before a bound at least, and to either side of a variable that is given.
+LEAST_ROOM, FIXED_ROOM = 1e-12, 1e-8
 # Compliance of the arc conditions: an iteration leaves so much of their multipliers' change, m.
 COMPLIANCE = 1e-6
 # Added to the second derivatives where they are not positive: first, then so many times more.
@@ -39,6 +41,7 @@ FIRST_DAMPING, DAMPING_GROWTH, MOST_DAMPING = 1e-3, 10.0, 1e8
 LONGEST_MOVE = 0.3
 # A bound's multiplier stays within this factor of the barrier's own, as IPOPT's kappa_sigma.
 MULTIPLIER_SPREAD = 1e6
+
 
 
 class Bounds(NamedTuple):
@@ -59,6 +62,19 @@ class Structure(NamedTuple):
     starts: Indices
     columns: Indices
     positions: Indices
+
+
+class DescentSettings(NamedTuple):
+    """How far the method goes.
+
+    barrier: its parameter, which stays. iterations: at most. error_tolerance: of the slopes of the
+    Lagrangian. violation_tolerance: of rows and slacks.
+    """
+
+    barrier: float = 1e-3
+    iterations: int = 60
+    error_tolerance: float = 0.03
+    violation_tolerance: float = 1e-4
 
 
 class Descent(NamedTuple):
@@ -84,13 +100,66 @@ def structure_of(pattern: list[tuple[int, int]], rows: int, interval_count: int)
     return Structure(starts.astype(np.int64), columns, band_positions(interval_count))
 
 
-@njit(cache=True)
-def _pushed(value, lower, upper, push):
-    """Returns the value moved off its bounds."""
-    room = push
-    if lower > -math.inf and upper < math.inf:
-        room = min(push, 0.5 * (upper - lower))
-    return min(max(value, lower + room), upper - room)
+@njit(cache=True, error_model="numpy")
+def _push_off(quantities, lower, upper):
+    """Moves quantities off their bounds."""
+    for i in range(quantities.shape[0]):
+        room = BOUND_PUSH
+        if lower[i] > -math.inf and upper[i] < math.inf:
+            room = min(room, 0.5 * (upper[i] - lower[i]))
+        quantities[i] = min(max(quantities[i], lower[i] + room), upper[i] - room)
+
+
+@njit(cache=True, error_model="numpy")
+def _barrier_terms(quantities, lower, upper, low, high, barrier, stiffness, push):
+    """Fills second derivatives of the barrier, by its multipliers, and first ones."""
+    for i in range(quantities.shape[0]):
+        stiffness[i] = push[i] = 0.0
+        if lower[i] > -math.inf:
+            room = quantities[i] - lower[i]
+            stiffness[i] += low[i] / room
+            push[i] -= barrier / room
+        if upper[i] < math.inf:
+            room = upper[i] - quantities[i]
+            stiffness[i] += high[i] / room
+            push[i] += barrier / room
+
+
+@njit(cache=True, error_model="numpy")
+def _share_to_bounds(quantities, steps, lower, upper):
+    """Returns the largest share of the steps, up to 1, that keeps off all bounds."""
+    share = 1.0
+    for i in range(quantities.shape[0]):
+        if steps[i] < 0.0 and lower[i] > -math.inf:
+            share = min(share, TO_BOUND_RATIO * (quantities[i] - lower[i]) / -steps[i])
+        if steps[i] > 0.0 and upper[i] < math.inf:
+            share = min(share, TO_BOUND_RATIO * (upper[i] - quantities[i]) / steps[i])
+    return share
+
+
+@njit(cache=True, error_model="numpy")
+def _next_multiplier(multiplier, room, step, moved, barrier):
+    """Returns a bound's multiplier after a step of the room before it, of which `moved` is made."""
+    change = (barrier - multiplier * step) / room - multiplier
+    if change < 0.0:
+        change *= min(1.0, TO_BOUND_RATIO * multiplier / -change)
+    own = barrier / (room + moved * step)
+    return min(max(multiplier + change, own / MULTIPLIER_SPREAD), own * MULTIPLIER_SPREAD)
+
+
+@njit(cache=True, error_model="numpy")
+def _advance(quantities, steps, share, lower, upper, low, high, barrier):
+    """Makes a share of the steps, and those of the bounds' multipliers."""
+    for i in range(quantities.shape[0]):
+        if lower[i] > -math.inf:
+            room = quantities[i] - lower[i]
+            low[i] = _next_multiplier(low[i], room, steps[i], share, barrier)
+        if upper[i] < math.inf:
+            room = upper[i] - quantities[i]
+            high[i] = _next_multiplier(high[i], room, -steps[i], share, barrier)
+        # Off the bounds also where rounding says otherwise.
+        moved = max(quantities[i] + share * steps[i], lower[i] + LEAST_ROOM)
+        quantities[i] = min(moved, upper[i] - LEAST_ROOM)
 
 
 @njit(cache=True, error_model="numpy")
@@ -130,69 +199,7 @@ def _substitute(factor, vector):
         vector[row] = value / factor[row, 0]
 
 
-@njit(cache=True)
-def _stiffness(value, lower, upper, lower_multiplier, upper_multiplier):
-    """Returns the barrier's second derivative, by its primal-dual estimate."""
-    stiffness = 0.0
-    if lower > -math.inf:
-        stiffness += lower_multiplier / (value - lower)
-    if upper < math.inf:
-        stiffness += upper_multiplier / (upper - value)
-    return stiffness
-
-
-@njit(cache=True)
-def _push(value, lower, upper, barrier):
-    """Returns the barrier's first derivative."""
-    push = 0.0
-    if lower > -math.inf:
-        push -= barrier / (value - lower)
-    if upper < math.inf:
-        push += barrier / (upper - value)
-    return push
-
-
-@njit(cache=True)
-def _step_to_bound(value, change, lower, upper):
-    """Returns the largest share of a change, up to 1, that keeps off the bounds."""
-    share = 1.0
-    if change < 0.0 and lower > -math.inf:
-        share = min(share, TO_BOUND_RATIO * (value - lower) / -change)
-    if change > 0.0 and upper < math.inf:
-        share = min(share, TO_BOUND_RATIO * (upper - value) / change)
-    return share
-
-
-@njit(cache=True)
-def _multiplier_after(multiplier, room, room_change, barrier):
-    """Returns the change of a bound's multiplier that goes with a change of the room before it."""
-    return (barrier - multiplier * room_change) / room - multiplier
-
-
-@njit(cache=True)
-def _share_of_multiplier(multiplier, change):
-    """Returns the largest share of a change, up to 1, that keeps a multiplier positive."""
-    return 1.0 if change >= 0.0 else min(1.0, TO_BOUND_RATIO * multiplier / -change)
-
-
-@njit(cache=True)
-def _kept_near(multiplier, room, barrier):
-    """Returns a bound's multiplier, kept within a factor of the barrier's own."""
-    own = barrier / room
-    return min(max(multiplier, own / MULTIPLIER_SPREAD), own * MULTIPLIER_SPREAD)
-
-
-@njit(cache=True)
-def _is_equality(bounds, row):
-    return bounds.row_lower[row] == bounds.row_upper[row]
-
-
-@njit(cache=True)
-def _is_bounded(lower, upper):
-    return lower > -math.inf or upper < math.inf
-
-
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _assemble(jacobian, row_stiffness, column_stiffness, structure, matrix, border):
     """Adds J^T diag(row_stiffness) J + diag(column_stiffness); returns the slack's own element.
 
@@ -223,7 +230,7 @@ def _assemble(jacobian, row_stiffness, column_stiffness, structure, matrix, bord
     return corner
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _add_row_slopes(jacobian, multipliers, structure, gradient):
     """Adds J^T multipliers to the gradient (N,)."""
     for row in range(multipliers.shape[0]):
@@ -232,7 +239,7 @@ def _add_row_slopes(jacobian, multipliers, structure, gradient):
             gradient[column] += multipliers[row] * jacobian[row, column]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _newton_step(matrix, border, corner, gradient, positions, step):
     """Fills step (N,) with -(second derivatives)^-1 gradient; returns whether it could.
 
@@ -263,137 +270,87 @@ def _newton_step(matrix, border, corner, gradient, positions, step):
     return True
 
 
-@njit(cache=True)
-def descend(
-    guess,
-    interval_count,
-    scene,
-    weights,
-    bounds,
-    structure,
-    barrier,
-    iterations,
-    error_tolerance,
-    violation_tolerance,
-):
+@njit(cache=True, error_model="numpy")
+def _slack_bounds(bounds, values):
+    """Returns bounds (N + R,) of variables and slacks; equalities have slacks that stay."""
+    lower = np.concatenate((bounds.lower, bounds.row_lower))
+    upper = np.concatenate((bounds.upper, bounds.row_upper))
+    is_equality = bounds.row_lower == bounds.row_upper
+    first = bounds.lower.shape[0]
+    for i in range(first):
+        if upper[i] - lower[i] < FIXED_ROOM:
+            lower[i], upper[i] = lower[i] - FIXED_ROOM, upper[i] + FIXED_ROOM
+    for r in range(values.shape[0]):
+        if is_equality[r]:
+            lower[first + r], upper[first + r] = -math.inf, math.inf
+    return lower, upper, is_equality
+
+
+@njit(cache=True, error_model="numpy")
+def _row_steps(jacobian, step, structure, gaps, steps):
+    """Fills the steps (R,) of the slacks that go with a step (N,) of the variables."""
+    for r in range(gaps.shape[0]):
+        change = gaps[r]
+        for i in range(structure.starts[r], structure.starts[r + 1]):
+            change += jacobian[r, structure.columns[i]] * step[structure.columns[i]]
+        steps[r] = change
+
+
+@njit(cache=True, error_model="numpy")
+def descend(guess, interval_count, scene, weights, bounds, structure, settings):
     """Returns (z, converged, iterations, error, violation) as `Descent`, from a guess (N,)."""
-    m = interval_count
-    count = guess.shape[0]
-    size = count - 1
-    z = guess.copy()
-    z_low, z_high = np.zeros(count), np.zeros(count)
-    for i in range(count):
-        z[i] = _pushed(z[i], bounds.lower[i], bounds.upper[i], BOUND_PUSH)
-        if bounds.lower[i] > -math.inf:
-            z_low[i] = barrier / (z[i] - bounds.lower[i])
-        if bounds.upper[i] < math.inf:
-            z_high[i] = barrier / (bounds.upper[i] - z[i])
-    values, jacobian = band_constraints(z, m, scene)
+    m, barrier, count = interval_count, settings.barrier, guess.shape[0]
+    values, jacobian = band_constraints(guess, m, scene)
     rows = values.shape[0]
-    slacks, multipliers = values.copy(), np.zeros(rows)
-    low, high = np.zeros(rows), np.zeros(rows)
-    for r in range(rows):
-        lower, upper = bounds.row_lower[r], bounds.row_upper[r]
-        if lower == upper:
-            slacks[r] = lower
-            continue
-        slacks[r] = _pushed(values[r], lower, upper, BOUND_PUSH)
-        if lower > -math.inf:
-            low[r] = barrier / (slacks[r] - lower)
-        if upper < math.inf:
-            high[r] = barrier / (upper - slacks[r])
-        multipliers[r] = high[r] - low[r]
-    row_stiffness, targets = np.empty(rows), np.empty(rows)
-    column_stiffness, step = np.empty(count), np.empty(count)
-    border = np.empty(size)
-    slack_steps = np.empty(rows)
+    lower, upper, is_equality = _slack_bounds(bounds, values)
+    # Variables and slacks of the rows, the bounds' multipliers, those of the rows.
+    quantities = np.concatenate((guess, np.where(is_equality, bounds.row_lower, values)))
+    _push_off(quantities, lower, upper)
+    low = np.where(lower > -math.inf, barrier / (quantities - lower), 0.0)
+    high = np.where(upper < math.inf, barrier / (upper - quantities), 0.0)
+    multipliers = high[count:] - low[count:]
+    stiffness, push, steps = np.empty(count + rows), np.empty(count + rows), np.empty(count + rows)
+    border, targets = np.empty(count - 1), np.empty(rows)
+    values, jacobian = band_constraints(quantities[:count], m, scene)
     error, violation = math.inf, math.inf
-    for iteration in range(iterations + 1):
+    for iteration in range(settings.iterations + 1):
+        z = quantities[:count]
+        gaps = values - quantities[count:]
         _, gradient = band_objective(z, m, scene, weights)
-        # How far the conditions of the barrier problem are from holding.
-        slope = gradient.copy()
+        slope = gradient - low[:count] + high[:count]
         _add_row_slopes(jacobian, multipliers, structure, slope)
-        error, violation = 0.0, 0.0
-        for i in range(count):
-            error = max(error, abs(slope[i] - z_low[i] + z_high[i]))
-        for r in range(rows):
-            violation = max(violation, abs(values[r] - slacks[r]))
+        error, violation = np.abs(slope).max(), np.abs(gaps).max()
         if not (error < math.inf and violation < math.inf):
             return z, False, iteration, error, violation
-        if error <= error_tolerance and violation <= violation_tolerance:
+        if error <= settings.error_tolerance and violation <= settings.violation_tolerance:
             return z, True, iteration, error, violation
-        if iteration == iterations:
+        if iteration == settings.iterations:
             break
-        matrix = np.zeros((size, BANDWIDTH + 1))
+        matrix = np.zeros((count - 1, BANDWIDTH + 1))
         add_lagrangian_curvature(z, m, scene, weights, multipliers, structure.positions, matrix)
+        _barrier_terms(quantities, lower, upper, low, high, barrier, stiffness, push)
         for r in range(rows):
-            if _is_equality(bounds, r):
-                row_stiffness[r] = 1.0 / COMPLIANCE
-                targets[r] = multipliers[r] + (values[r] - slacks[r]) / COMPLIANCE
-            else:
-                lower, upper = bounds.row_lower[r], bounds.row_upper[r]
-                row_stiffness[r] = _stiffness(slacks[r], lower, upper, low[r], high[r])
-                targets[r] = row_stiffness[r] * (values[r] - slacks[r])
-                targets[r] += _push(slacks[r], lower, upper, barrier)
-        for i in range(count):
-            lower, upper = bounds.lower[i], bounds.upper[i]
-            column_stiffness[i] = _stiffness(z[i], lower, upper, z_low[i], z_high[i])
-            gradient[i] += _push(z[i], lower, upper, barrier)
-        _add_row_slopes(jacobian, targets, structure, gradient)
+            if is_equality[r]:
+                stiffness[count + r] = 1.0 / COMPLIANCE
+                push[count + r] = multipliers[r]
+            targets[r] = push[count + r] + stiffness[count + r] * gaps[r]
         border[:] = 0.0
+        row_stiffness, column_stiffness = stiffness[count:], stiffness[:count]
         corner = _assemble(jacobian, row_stiffness, column_stiffness, structure, matrix, border)
-        if not _newton_step(matrix, border, corner, gradient, structure.positions, step):
+        pull = gradient + push[:count]
+        _add_row_slopes(jacobian, targets, structure, pull)
+        if not _newton_step(matrix, border, corner, pull, structure.positions, steps[:count]):
             break
-        share, multiplier_share = 1.0, 1.0
-        for i in range(m, m + VARIABLES_PER_POSE * (m - 1)):
-            if abs(step[i]) > LONGEST_MOVE:
-                share = min(share, LONGEST_MOVE / abs(step[i]))
-        for i in range(count):
-            lower, upper = bounds.lower[i], bounds.upper[i]
-            share = min(share, _step_to_bound(z[i], step[i], lower, upper))
+        _row_steps(jacobian, steps[:count], structure, gaps, steps[count:])
+        targets[:] = push[count:] + row_stiffness * steps[count:]
         for r in range(rows):
-            change = values[r] - slacks[r]
-            for i in range(structure.starts[r], structure.starts[r + 1]):
-                change += jacobian[r, structure.columns[i]] * step[structure.columns[i]]
-            slack_steps[r] = change
-            if not _is_equality(bounds, r):
-                lower, upper = bounds.row_lower[r], bounds.row_upper[r]
-                share = min(share, _step_to_bound(slacks[r], change, lower, upper))
-        for r in range(rows):
-            if _is_equality(bounds, r):
-                multipliers[r] += share * slack_steps[r] / COMPLIANCE
-                continue
-            lower, upper = bounds.row_lower[r], bounds.row_upper[r]
-            if not _is_bounded(lower, upper):
-                slacks[r] += share * slack_steps[r]
-                continue
-            target = row_stiffness[r] * slack_steps[r] + _push(slacks[r], lower, upper, barrier)
-            multipliers[r] += share * (target - multipliers[r])
-            if lower > -math.inf:
-                room = slacks[r] - lower
-                low_step = _multiplier_after(low[r], room, slack_steps[r], barrier)
-                low[r] += _share_of_multiplier(low[r], low_step) * low_step
-            if upper < math.inf:
-                room = upper - slacks[r]
-                high_step = _multiplier_after(high[r], room, -slack_steps[r], barrier)
-                high[r] += _share_of_multiplier(high[r], high_step) * high_step
-            slacks[r] += share * slack_steps[r]
-            if lower > -math.inf:
-                low[r] = _kept_near(low[r], slacks[r] - lower, barrier)
-            if upper < math.inf:
-                high[r] = _kept_near(high[r], upper - slacks[r], barrier)
-        for i in range(count):
-            lower, upper = bounds.lower[i], bounds.upper[i]
-            if lower > -math.inf:
-                low_step = _multiplier_after(z_low[i], z[i] - lower, step[i], barrier)
-                z_low[i] += _share_of_multiplier(z_low[i], low_step) * low_step
-            if upper < math.inf:
-                high_step = _multiplier_after(z_high[i], upper - z[i], -step[i], barrier)
-                z_high[i] += _share_of_multiplier(z_high[i], high_step) * high_step
-            z[i] += share * step[i]
-            if lower > -math.inf:
-                z_low[i] = _kept_near(z_low[i], z[i] - lower, barrier)
-            if upper < math.inf:
-                z_high[i] = _kept_near(z_high[i], upper - z[i], barrier)
-        values, jacobian = band_constraints(z, m, scene)
-    return z, False, iterations, error, violation
+            # What is left by the compliance is for the next iteration.
+            if is_equality[r]:
+                steps[count + r] = 0.0
+        move = np.abs(steps[m : count - 1]).max()
+        share = min(1.0, LONGEST_MOVE / move) if move > 0.0 else 1.0
+        share = min(share, _share_to_bounds(quantities, steps, lower, upper))
+        multipliers += share * (targets - multipliers)
+        _advance(quantities, steps, share, lower, upper, low, high, barrier)
+        values, jacobian = band_constraints(quantities[:count], m, scene)
+    return quantities[:count], False, settings.iterations, error, violation
