@@ -46,7 +46,7 @@ from drake_navbench.kernels.angles import wrap
 
 Array = NDArray[np.float64]
 
-# What clearance is missing on a way makes a detour worth it that takes longer by this share at most.
+# Clearance that is missing on a way is worth a detour that takes longer by this share at most.
 MOST_TIME_FOR_CLEARANCE_RATIO = 0.5
 # No base that follows its commands lags behind them by more, s.
 RESPONSE_S = 0.3
@@ -348,6 +348,7 @@ class TimedElasticBand:
         return {
             "solver_status": solutions[0].status,
             "evaluations": sum(solution.evaluations for solution in solutions),
+            "newton_steps": sum(solution.newton_steps for solution in solutions),
             "slack_m": solutions[0].slack,
             "violation": solutions[0].violation,
             "candidate_count": len(solutions),

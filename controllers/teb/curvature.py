@@ -66,9 +66,7 @@ def _rate_curvature(path, rates, steps, start, end, multipliers, pulls, weight, 
             own[k - 1, path, path] += smooth / (step * step)
             own[k - 1, path, TIME] += bend / step - smooth * before / (step * step)
             own[k - 1, TIME, TIME] += (
-                time_bend
-                - 2.0 * bend * before / step
-                + smooth * before * before / (step * step)
+                time_bend - 2.0 * bend * before / step + smooth * before * before / (step * step)
             )
         if has_after:
             step = steps[k]
@@ -140,6 +138,16 @@ def add_outer(matrix, places, slopes, count, weight):
 
 
 @njit(cache=True)
+def _multiply(left, right, product):
+    """Fills the product of (3, 3) and (3, 7)."""
+    for i in range(3):
+        for j in range(7):
+            product[i, j] = (
+                left[i, 0] * right[0, j] + left[i, 1] * right[1, j] + left[i, 2] * right[2, j]
+            )
+
+
+@njit(cache=True)
 def _interval_places(k, m, positions, places):
     """Fills (7,) positions of the poses before and after interval k and of its time step."""
     for pose in range(2):
@@ -159,7 +167,8 @@ def _add_pose_terms(poses, scene, weights, positions, matrix):
         _interval_places(k, m, positions, places)
         if weights.length > 0.0:
             for axis in range(2):
-                slopes[:] = 0.0
+                for i in range(6):
+                    slopes[i] = 0.0
                 slopes[axis], slopes[3 + axis] = -1.0, 1.0
                 add_outer(matrix, places, slopes, 6, 2.0 * weights.length)
         dx, dy = poses[k + 1, 0] - poses[k, 0], poses[k + 1, 1] - poses[k, 1]
@@ -260,18 +269,18 @@ def add_lagrangian_curvature(z, interval_count, scene, weights, multipliers, pos
     _add_pose_terms(poses, scene, weights, positions, matrix)
     clearances = multipliers[5 * m + 2 : 5 * m + 2 + scene.discs.shape[0] * (m - 1)]
     _add_clearance_terms(poses, scene, weights, clearances, positions, matrix)
-    bends = np.empty((6, 6))
+    bends, inner = np.empty((6, 6)), np.empty((3, 7))
     slopes, before = np.zeros((3, 7)), np.zeros((3, 7))
     places, places_before = np.empty(7, dtype=np.int64), np.empty(7, dtype=np.int64)
     for k in range(m):
         _interval_places(k, m, positions, places)
         own[k, TIME, LENGTH], own[k, TIME, TURN] = own[k, LENGTH, TIME], own[k, TURN, TIME]
         own[k, TIME, TIME] += 2.0 * weights.time
-        slopes[:] = 0.0
-        slopes[LENGTH, :6] = length_slopes[k]
+        for i in range(6):
+            slopes[LENGTH, i] = length_slopes[k, i]
         slopes[TURN, 2], slopes[TURN, 5], slopes[TIME, 6] = -1.0, 1.0, 1.0
         _arc_bends(poses[k], poses[k + 1], speed_pulls[k], multipliers[k], bends)
-        inner = own[k] @ slopes
+        _multiply(own[k], slopes, inner)
         for i in range(7):
             for j in range(7):
                 if places[j] < 0 or places[i] < places[j]:
@@ -281,7 +290,7 @@ def add_lagrangian_curvature(z, interval_count, scene, weights, multipliers, pos
                     value += slopes[a, i] * inner[a, j]
                 matrix[places[i], places[i] - places[j]] += value
         if k > 0:
-            inner = coupled[k] @ slopes
+            _multiply(coupled[k], slopes, inner)
             for i in range(7):
                 for j in range(7):
                     row, column = places_before[i], places[j]
@@ -294,5 +303,7 @@ def add_lagrangian_curvature(z, interval_count, scene, weights, multipliers, pos
                         matrix[row, 0] += 2.0 * value
                     else:
                         matrix[max(row, column), abs(row - column)] += value
-        before[:] = slopes
-        places_before[:] = places
+        for i in range(7):
+            places_before[i] = places[i]
+            for a in range(3):
+                before[a, i] = slopes[a, i]

@@ -1,4 +1,4 @@
-"""Newton's method on the barrier problem of a band, with a banded solver: the same program as IPOPT's.
+"""Newton's method on the barrier problem of a band, which is the one that IPOPT solves.
 
 Primal-dual, with slacks of the inequality rows and a barrier that stays where IPOPT's does in
 program.py (Wächter, Biegler 2006). The arc conditions enter the Newton system by multipliers and a
@@ -21,7 +21,6 @@ from drake_navbench.controllers.teb.curvature import (
     add_lagrangian_curvature,
     band_positions,
 )
-from drake_navbench.controllers.teb.layout import VARIABLES_PER_POSE
 from drake_navbench.controllers.teb.objective import Weights, band_objective
 
 Array = NDArray[np.float64]
@@ -41,7 +40,6 @@ FIRST_DAMPING, DAMPING_GROWTH, MOST_DAMPING = 1e-3, 10.0, 1e8
 LONGEST_MOVE = 0.3
 # A bound's multiplier stays within this factor of the barrier's own, as IPOPT's kappa_sigma.
 MULTIPLIER_SPREAD = 1e6
-
 
 
 class Bounds(NamedTuple):
@@ -98,16 +96,6 @@ def structure_of(pattern: list[tuple[int, int]], rows: int, interval_count: int)
     starts = np.searchsorted(ordered[:, 0], np.arange(rows + 1))
     columns = np.ascontiguousarray(ordered[:, 1])
     return Structure(starts.astype(np.int64), columns, band_positions(interval_count))
-
-
-@njit(cache=True, error_model="numpy")
-def _push_off(quantities, lower, upper):
-    """Moves quantities off their bounds."""
-    for i in range(quantities.shape[0]):
-        room = BOUND_PUSH
-        if lower[i] > -math.inf and upper[i] < math.inf:
-            room = min(room, 0.5 * (upper[i] - lower[i]))
-        quantities[i] = min(max(quantities[i], lower[i] + room), upper[i] - room)
 
 
 @njit(cache=True, error_model="numpy")
@@ -251,9 +239,12 @@ def _newton_step(matrix, border, corner, gradient, positions, step):
     damping = 0.0
     while True:
         if _factorise(matrix, damping, factor):
-            across[:] = border
+            for i in range(size):
+                across[i] = border[i]
             _substitute(factor, across)
-            pivot = corner + damping - np.dot(border, across)
+            pivot = corner + damping
+            for i in range(size):
+                pivot -= border[i] * across[i]
             if pivot > 0.0:
                 break
         damping = max(FIRST_DAMPING, damping * DAMPING_GROWTH)
@@ -263,27 +254,14 @@ def _newton_step(matrix, border, corner, gradient, positions, step):
     for column in range(last):
         along[positions[column]] = -gradient[column]
     _substitute(factor, along)
-    slack = (-gradient[last] - np.dot(border, along)) / pivot
+    slack = -gradient[last]
+    for i in range(size):
+        slack -= border[i] * along[i]
+    slack /= pivot
     for column in range(last):
         step[column] = along[positions[column]] - slack * across[positions[column]]
     step[last] = slack
     return True
-
-
-@njit(cache=True, error_model="numpy")
-def _slack_bounds(bounds, values):
-    """Returns bounds (N + R,) of variables and slacks; equalities have slacks that stay."""
-    lower = np.concatenate((bounds.lower, bounds.row_lower))
-    upper = np.concatenate((bounds.upper, bounds.row_upper))
-    is_equality = bounds.row_lower == bounds.row_upper
-    first = bounds.lower.shape[0]
-    for i in range(first):
-        if upper[i] - lower[i] < FIXED_ROOM:
-            lower[i], upper[i] = lower[i] - FIXED_ROOM, upper[i] + FIXED_ROOM
-    for r in range(values.shape[0]):
-        if is_equality[r]:
-            lower[first + r], upper[first + r] = -math.inf, math.inf
-    return lower, upper, is_equality
 
 
 @njit(cache=True, error_model="numpy")
@@ -297,60 +275,136 @@ def _row_steps(jacobian, step, structure, gaps, steps):
 
 
 @njit(cache=True, error_model="numpy")
-def descend(guess, interval_count, scene, weights, bounds, structure, settings):
-    """Returns (z, converged, iterations, error, violation) as `Descent`, from a guess (N,)."""
-    m, barrier, count = interval_count, settings.barrier, guess.shape[0]
-    values, jacobian = band_constraints(guess, m, scene)
-    rows = values.shape[0]
-    lower, upper, is_equality = _slack_bounds(bounds, values)
-    # Variables and slacks of the rows, the bounds' multipliers, those of the rows.
-    quantities = np.concatenate((guess, np.where(is_equality, bounds.row_lower, values)))
-    _push_off(quantities, lower, upper)
-    low = np.where(lower > -math.inf, barrier / (quantities - lower), 0.0)
-    high = np.where(upper < math.inf, barrier / (upper - quantities), 0.0)
-    multipliers = high[count:] - low[count:]
-    stiffness, push, steps = np.empty(count + rows), np.empty(count + rows), np.empty(count + rows)
-    border, targets = np.empty(count - 1), np.empty(rows)
-    values, jacobian = band_constraints(quantities[:count], m, scene)
-    error, violation = math.inf, math.inf
-    for iteration in range(settings.iterations + 1):
-        z = quantities[:count]
-        gaps = values - quantities[count:]
+def _largest(numbers):
+    """Returns the largest absolute value; infinity where one is not a number."""
+    largest = 0.0
+    for i in range(numbers.shape[0]):
+        size = abs(numbers[i])
+        if not size < math.inf:
+            return math.inf
+        largest = max(largest, size)
+    return largest
+
+
+@njit(cache=True, error_model="numpy")
+def _newton_direction(state, problem, values, jacobian, gradient, steps, targets):
+    """Fills the steps (N + R,) of variables and slacks and the rows' next multipliers (R,).
+
+    values, jacobian, gradient: of rows and objective at the variables. Returns whether it could.
+    """
+    quantities, low, high, multipliers = state
+    m, scene, weights, lower, upper, is_equality, structure, barrier = problem
+    rows, count = values.shape[0], gradient.shape[0]
+    stiffness, push = np.empty(count + rows), np.empty(count + rows)
+    matrix, border = np.zeros((count - 1, BANDWIDTH + 1)), np.zeros(count - 1)
+    positions = structure.positions
+    add_lagrangian_curvature(quantities[:count], m, scene, weights, multipliers, positions, matrix)
+    _barrier_terms(quantities, lower, upper, low, high, barrier, stiffness, push)
+    gaps, pull = np.empty(rows), np.empty(count)
+    for r in range(rows):
+        gaps[r] = values[r] - quantities[count + r]
+        if is_equality[r]:
+            stiffness[count + r] = 1.0 / COMPLIANCE
+            push[count + r] = multipliers[r]
+        targets[r] = push[count + r] + stiffness[count + r] * gaps[r]
+    for i in range(count):
+        pull[i] = gradient[i] + push[i]
+    corner = _assemble(jacobian, stiffness[count:], stiffness[:count], structure, matrix, border)
+    _add_row_slopes(jacobian, targets, structure, pull)
+    if not _newton_step(matrix, border, corner, pull, positions, steps[:count]):
+        return False
+    _row_steps(jacobian, steps[:count], structure, gaps, steps[count:])
+    for r in range(rows):
+        targets[r] = push[count + r] + stiffness[count + r] * steps[count + r]
+        if is_equality[r]:
+            # What the compliance leaves is for the next iteration.
+            steps[count + r] = 0.0
+    return True
+
+
+@njit(cache=True, error_model="numpy")
+def _descend(state, problem, settings):
+    """Runs the method on a state, in place; returns converged, iterations, error, violation.
+
+    state: variables and slacks (N + R,), multipliers of their lower and upper bounds (N + R,) each,
+    those of the rows (R,).
+    """
+    quantities, low, high, multipliers = state
+    m, scene, weights, lower, upper, _, structure, barrier = problem
+    rows = multipliers.shape[0]
+    count = quantities.shape[0] - rows
+    z, slacks = quantities[:count], quantities[count:]
+    steps, targets, gaps = np.empty(count + rows), np.empty(rows), np.empty(rows)
+    iteration = 0
+    while True:
+        values, jacobian = band_constraints(z, m, scene)
         _, gradient = band_objective(z, m, scene, weights)
-        slope = gradient - low[:count] + high[:count]
+        slope = gradient.copy()
+        for i in range(count):
+            slope[i] += high[i] - low[i]
+        for r in range(rows):
+            gaps[r] = values[r] - slacks[r]
         _add_row_slopes(jacobian, multipliers, structure, slope)
-        error, violation = np.abs(slope).max(), np.abs(gaps).max()
-        if not (error < math.inf and violation < math.inf):
-            return z, False, iteration, error, violation
+        error, violation = _largest(slope), _largest(gaps)
         if error <= settings.error_tolerance and violation <= settings.violation_tolerance:
-            return z, True, iteration, error, violation
-        if iteration == settings.iterations:
-            break
-        matrix = np.zeros((count - 1, BANDWIDTH + 1))
-        add_lagrangian_curvature(z, m, scene, weights, multipliers, structure.positions, matrix)
-        _barrier_terms(quantities, lower, upper, low, high, barrier, stiffness, push)
-        for r in range(rows):
-            if is_equality[r]:
-                stiffness[count + r] = 1.0 / COMPLIANCE
-                push[count + r] = multipliers[r]
-            targets[r] = push[count + r] + stiffness[count + r] * gaps[r]
-        border[:] = 0.0
-        row_stiffness, column_stiffness = stiffness[count:], stiffness[:count]
-        corner = _assemble(jacobian, row_stiffness, column_stiffness, structure, matrix, border)
-        pull = gradient + push[:count]
-        _add_row_slopes(jacobian, targets, structure, pull)
-        if not _newton_step(matrix, border, corner, pull, structure.positions, steps[:count]):
-            break
-        _row_steps(jacobian, steps[:count], structure, gaps, steps[count:])
-        targets[:] = push[count:] + row_stiffness * steps[count:]
-        for r in range(rows):
-            # What is left by the compliance is for the next iteration.
-            if is_equality[r]:
-                steps[count + r] = 0.0
-        move = np.abs(steps[m : count - 1]).max()
-        share = min(1.0, LONGEST_MOVE / move) if move > 0.0 else 1.0
+            return True, iteration, error, violation
+        if iteration >= settings.iterations or not (error < math.inf and violation < math.inf):
+            return False, iteration, error, violation
+        if not _newton_direction(state, problem, values, jacobian, gradient, steps, targets):
+            return False, iteration, error, violation
+        move = _largest(steps[m : count - 1])
+        share = LONGEST_MOVE / move if move > LONGEST_MOVE else 1.0
         share = min(share, _share_to_bounds(quantities, steps, lower, upper))
-        multipliers += share * (targets - multipliers)
+        for r in range(rows):
+            multipliers[r] += share * (targets[r] - multipliers[r])
         _advance(quantities, steps, share, lower, upper, low, high, barrier)
-        values, jacobian = band_constraints(quantities[:count], m, scene)
-    return quantities[:count], False, settings.iterations, error, violation
+        iteration += 1
+
+
+def descend(
+    guess: Array,
+    interval_count: int,
+    *,
+    scene: BandScene,
+    weights: Weights,
+    bounds: Bounds,
+    structure: Structure,
+    settings: DescentSettings,
+) -> Descent:
+    """Returns where the method ends that starts from a guess (N,)."""
+    is_equality = bounds.row_lower == bounds.row_upper
+    is_fixed = bounds.upper - bounds.lower < FIXED_ROOM
+    # A variable that is given gets a little room; the slack of an equality stays where it is.
+    lower = np.concatenate(
+        [
+            np.where(is_fixed, bounds.lower - FIXED_ROOM, bounds.lower),
+            np.where(is_equality, -np.inf, bounds.row_lower),
+        ]
+    )
+    upper = np.concatenate(
+        [
+            np.where(is_fixed, bounds.upper + FIXED_ROOM, bounds.upper),
+            np.where(is_equality, np.inf, bounds.row_upper),
+        ]
+    )
+    values, _ = band_constraints(guess, interval_count, scene)
+    quantities = np.concatenate([guess, np.where(is_equality, bounds.row_lower, values)])
+    room = np.minimum(BOUND_PUSH, 0.5 * (upper - lower))
+    quantities = np.minimum(np.maximum(quantities, lower + room), upper - room)
+    low, high = settings.barrier / (quantities - lower), settings.barrier / (upper - quantities)
+    multipliers = (high - low)[len(guess) :]
+    converged, iterations, error, violation = _descend(
+        (quantities, low, high, multipliers),
+        (
+            interval_count,
+            scene,
+            weights,
+            lower,
+            upper,
+            is_equality,
+            structure,
+            settings.barrier,
+        ),
+        settings,
+    )
+    return Descent(quantities[: len(guess)], converged, iterations, error, violation)

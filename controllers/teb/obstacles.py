@@ -181,7 +181,7 @@ def sample_distance(field, x, y):
 
 @njit(cache=True)
 def sample_curvature(field, x, y):
-    """Returns (d2/dx2, d2/dxdy, d2/dy2) of `sample_distance`, constant but for dxdy within a cell."""
+    """Returns (d2/dx2, d2/dxdy, d2/dy2) of `sample_distance`: they jump between cells."""
     distances = field.distances
     rows, columns = distances.shape
     u = (x - field.origin_x) / field.resolution - 0.5

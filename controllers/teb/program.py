@@ -49,8 +49,6 @@ HISTORY_LENGTH = 2
 SPRAL_NODE_SIZE = 4
 # Newton's method leaves so much of what IPOPT takes for zero.
 NEWTON_TOLERANCE_RATIO = 0.1
-# A band that Newton's method leaves with a larger excess is beyond what IPOPT mends in a cycle.
-HOPELESS_VIOLATION = 0.1
 
 
 class BandLimits(NamedTuple):
@@ -159,9 +157,8 @@ class BandProgram:
         bounds = self._bounds_of(limits, scene.clearance_shares)
         settings = self._settings
         descent = self._descend(guess, bounds)
-        is_hopeless = not descent.converged and (
-            self._violation(descent.z, bounds) > HOPELESS_VIOLATION
-        )
+        # What exact second derivatives lead nowhere, approximated ones rarely do, at great length.
+        is_hopeless = not descent.converged and settings.newton_iterations > 0
         if settings.uses_ipopt and not is_hopeless:
             self._set_bounds(bounds)
             self._options.SetOption(IpoptSolver.id(), "max_iter", iterations)
@@ -197,16 +194,14 @@ class BandProgram:
             error_tolerance=NEWTON_TOLERANCE_RATIO * settings.tolerance,
             violation_tolerance=settings.violation_tolerance,
         )
-        return Descent(
-            *descend(
-                guess,
-                self._interval_count,
-                self._scene,
-                self._weights,
-                bounds,
-                self._structure,
-                wanted,
-            )
+        return descend(
+            guess,
+            self._interval_count,
+            scene=self._scene,
+            weights=self._weights,
+            bounds=bounds,
+            structure=self._structure,
+            settings=wanted,
         )
 
     def _violation(self, z: Array, bounds: Bounds) -> float:

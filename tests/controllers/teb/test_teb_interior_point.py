@@ -1,4 +1,4 @@
-"""Newton's method against IPOPT on the same programs, and what it does where there is no solution."""
+"""Newton's method against IPOPT on the same programs, and where there is no solution."""
 
 import numpy as np
 import pytest
