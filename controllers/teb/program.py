@@ -156,7 +156,7 @@ class BandProgram:
         self._scene, self._weights, self._evaluations = scene, weights, 0
         bounds = self._bounds_of(limits, scene.clearance_shares)
         settings = self._settings
-        descent = self._descend(guess, bounds)
+        descent = self._descend(guess, scene, weights, bounds)
         # What exact second derivatives lead nowhere, approximated ones rarely do, at great length.
         is_hopeless = not descent.converged and settings.newton_iterations > 0
         if settings.uses_ipopt and not is_hopeless:
@@ -185,7 +185,7 @@ class BandProgram:
             newton_steps=descent.iterations,
         )
 
-    def _descend(self, guess: Array, bounds: Bounds) -> Descent:
+    def _descend(self, guess: Array, scene: BandScene, weights: Weights, bounds: Bounds) -> Descent:
         """Returns where Newton's method ends, asked for what IPOPT is asked for and less."""
         settings = self._settings
         wanted = DescentSettings(
@@ -197,8 +197,8 @@ class BandProgram:
         return descend(
             guess,
             self._interval_count,
-            scene=self._scene,
-            weights=self._weights,
+            scene=scene,
+            weights=weights,
             bounds=bounds,
             structure=self._structure,
             settings=wanted,
