@@ -236,7 +236,7 @@ class TebParameters(ControllerParameters):
     )
     solver: Literal["ipopt", "interior_point"] = Field(
         "ipopt",
-        description="Has the last word on a band: ipopt, or the method that leads guesses to it.",
+        description="Of converged bands; what interior_point fails at is IPOPT's, too.",
     )
     blocked_goal_distance_m: Length = Field(
         0.05, gt=0.0, description="Give up so near to the end of the free part of the plan [m]."

@@ -94,14 +94,14 @@ class SolverSettings(NamedTuple):
     The defaults stop about 1 % above the minimum, with the constraints met to 1e-4. That distance
     is the barrier's, which is never lowered; a smaller barrier also drives harder on the
     acceleration limits, with twice the jerk in free space. newton_iterations: before IPOPT, at
-    most. uses_ipopt: without it a band is as Newton's method leaves it.
+    most. is_confirmed: IPOPT has the last word; without, it has what Newton's method fails at.
     """
 
     tolerance: float = 0.3
     violation_tolerance: float = 1e-4
     barrier_start: float = 1e-3
     newton_iterations: int = 50
-    uses_ipopt: bool = True
+    is_confirmed: bool = True
 
 
 class BandProgram:
@@ -151,28 +151,26 @@ class BandProgram:
     ) -> BandSolution:
         """Solves from the guess (N,): by Newton's method, and from there by IPOPT.
 
-        IPOPT takes `iterations` at most; a guess that is led nowhere it is spared.
+        IPOPT takes `iterations` at most; where Newton's method fails it has the guess itself.
         """
         self._scene, self._weights, self._evaluations = scene, weights, 0
         bounds = self._bounds_of(limits, scene.clearance_shares)
         settings = self._settings
         descent = self._descend(guess, scene, weights, bounds)
-        # What exact second derivatives lead nowhere, approximated ones rarely do, at great length.
-        is_hopeless = not descent.converged and settings.newton_iterations > 0
-        if settings.uses_ipopt and not is_hopeless:
+        if settings.is_confirmed or not descent.converged:
             self._set_bounds(bounds)
             self._options.SetOption(IpoptSolver.id(), "max_iter", iterations)
+            # At the barrier's minimum, with the barrier's own multipliers, nothing is left to do.
+            multipliers = "mu-based" if descent.converged else "constant"
+            self._options.SetOption(IpoptSolver.id(), "bound_mult_init_method", multipliers)
+            start = descent.z if descent.converged else guess
             with solver_warnings_off():
-                result = self._solver.Solve(self._program, descent.z, self._options)
+                result = self._solver.Solve(self._program, start, self._options)
             z, cost = result.get_x_val(), float(result.get_optimal_cost())
             status = result.get_solution_result()
         else:
             z, cost = descent.z, self._objective(descent.z)[0]
-            status = (
-                SolutionResult.kSolutionFound
-                if descent.converged
-                else SolutionResult.kIterationLimit
-            )
+            status = SolutionResult.kSolutionFound
         m = self._interval_count
         return BandSolution(
             poses=unpack_poses(z, scene.start, scene.goal, m),
@@ -257,8 +255,6 @@ def ipopt_options(settings: SolverSettings) -> SolverOptions:
         "accept_every_trial_step": "yes",
         "acceptable_iter": 0,
         "bound_frac": BOUND_PUSH,
-        # With the barrier's own multipliers a guess at its minimum is one: nothing is left to do.
-        "bound_mult_init_method": "mu-based",
         "bound_push": BOUND_PUSH,
         "compl_inf_tol": COMPLEMENTARITY_TOLERANCE,
         "constr_viol_tol": settings.violation_tolerance,

@@ -96,7 +96,7 @@ def test_a_car_turns_no_sharper_than_it_can_and_not_on_the_spot():
 
 def test_other_ways_are_looked_for_where_the_plans_way_is_narrow():
     # A gap 0.94 m wide between two boxes, 0.17 m on either side of the robot.
-    gap = [(1.6, 0.47, 2.0, 0.9), (1.6, -0.9, 2.0, -0.47)]
+    gap = [(1.6, 0.47, 2.0, 0.6), (1.6, -0.6, 2.0, -0.47)]
     narrow = make().step(observe((0, 0, 0), gap), TebMemory())
     assert narrow.diagnostics["candidate_count"] > 1
     alone = make(enable_homotopy_class_planning=False).step(observe((0, 0, 0), gap), TebMemory())
