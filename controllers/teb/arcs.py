@@ -14,9 +14,12 @@ from numba import njit
 
 # Below this turn the series is exact to double precision, and the quotient is not.
 SERIES_BELOW_RAD = 1e-3
-# q = (delta / 2) / sin(delta / 2) = 1 + delta^2 / 24 + 7 delta^4 / 5760 + ...
+# The same for its second derivative, which loses more digits.
+CURVATURE_SERIES_BELOW_RAD = 2e-2
+# q = (delta / 2) / sin(delta / 2) = 1 + delta^2 / 24 + 7 delta^4 / 5760 + 31 delta^6 / 967680 + ...
 SERIES_2 = 1.0 / 24.0
 SERIES_4 = 7.0 / 5760.0
+SERIES_6 = 31.0 / 967680.0
 
 # Columns of an interval's table of first derivatives.
 X0, Y0, YAW0, X1, Y1, YAW1 = range(6)
@@ -32,6 +35,17 @@ def arc_ratio(delta):
     half = 0.5 * delta
     sine = math.sin(half)
     return half / sine, (sine - half * math.cos(half)) / (2.0 * sine * sine)
+
+
+@njit(cache=True)
+def arc_curvature(delta):
+    """Returns d^2q/d delta^2 of `arc_ratio`."""
+    if abs(delta) < CURVATURE_SERIES_BELOW_RAD:
+        squared = delta * delta
+        return 2.0 * SERIES_2 + squared * (12.0 * SERIES_4 + 30.0 * SERIES_6 * squared)
+    half = 0.5 * delta
+    sine, cosine = math.sin(half), math.cos(half)
+    return 0.25 * (half * (1.0 + cosine * cosine) - 2.0 * sine * cosine) / sine**3
 
 
 @njit(cache=True)

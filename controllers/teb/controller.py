@@ -46,6 +46,8 @@ from drake_navbench.kernels.angles import wrap
 
 Array = NDArray[np.float64]
 
+# Clearance that is missing on a way is worth a detour that takes longer by this share at most.
+MOST_TIME_FOR_CLEARANCE_RATIO = 0.5
 # No base that follows its commands lags behind them by more, s.
 RESPONSE_S = 0.3
 
@@ -74,7 +76,7 @@ class TimedElasticBand:
                 f"min_obstacle_dist = {parameters.min_obstacle_dist} m and the robot's radius of"
                 f" {radius:g} m leave no corridor in a local costmap of {setup.costmap_size_m} m"
             )
-        self._least_distance = radius + LEAST_CLEARANCE_RATIO * parameters.min_obstacle_dist
+        self._radius = radius
 
     def initial_memory(self) -> TebMemory:
         """Returns the memory of a controller that has no band yet."""
@@ -89,7 +91,7 @@ class TimedElasticBand:
         parameters = self._parameters
         field = distance_field(observation.costmap)
         plan = cut_local_plan(observation, parameters, discs=self._discs, field=field)
-        clusters = find_clusters(field, self._least_distance)
+        clusters = find_clusters(field, self._least_distance(plan, field))
         plan, paths = self._settle_block(observation, plan, field, clusters)
         leads_through = plan.blocked_index is None
         explores = leads_through and self._explores(plan, memory, observation.time_s)
@@ -129,6 +131,17 @@ class TimedElasticBand:
             task=task,
             is_blocked=plan.is_cut_short,
         )
+
+    def _least_distance(self, plan: LocalPlan, field: DistanceField) -> float:
+        """Returns how far the robot's centre keeps from obstacles that it can pass between, m.
+
+        No farther than the plan does: what lies on either side of it is not one obstacle.
+        """
+        clearance = LEAST_CLEARANCE_RATIO * self._parameters.min_obstacle_dist
+        if plan.blocked_index is None:
+            narrowest = float(plan.clearances[: plan.goal_index + 1].min())
+            clearance = min(clearance, max(narrowest - 0.5 * field.resolution, 0.0))
+        return self._radius + clearance
 
     def _explores(self, plan: LocalPlan, memory: TebMemory, time_s: float) -> bool:
         """Whether other classes are looked for: the plan's way is narrow, and it is time again.
@@ -239,7 +252,8 @@ class TimedElasticBand:
         elif candidate.follows_plan:
             cost *= self._parameters.selection_prefer_initial_plan
         missing = max(planned.solution.slack, 0.0) + planned.given_up_m
-        return cost + self._parameters.weight_slack * missing
+        price = self._parameters.weight_slack * missing
+        return cost + min(price, MOST_TIME_FOR_CLEARANCE_RATIO * planned.band.duration_s)
 
     def _ranked(self, tried: list[Tried], memory: TebMemory, time_s: float) -> list[Tried]:
         """Returns the accepted bands, best first; soon after a switch the driven one is best."""
@@ -334,6 +348,7 @@ class TimedElasticBand:
         return {
             "solver_status": solutions[0].status,
             "evaluations": sum(solution.evaluations for solution in solutions),
+            "newton_steps": sum(solution.newton_steps for solution in solutions),
             "slack_m": solutions[0].slack,
             "violation": solutions[0].violation,
             "candidate_count": len(solutions),

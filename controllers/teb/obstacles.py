@@ -180,6 +180,34 @@ def sample_distance(field, x, y):
 
 
 @njit(cache=True)
+def sample_curvature(field, x, y):
+    """Returns (d2/dx2, d2/dxdy, d2/dy2) of `sample_distance`: they jump between cells."""
+    distances = field.distances
+    rows, columns = distances.shape
+    u = (x - field.origin_x) / field.resolution - 0.5
+    v = (y - field.origin_y) / field.resolution - 0.5
+    clamped_u = min(max(u, 1.0), columns - 2.0)
+    clamped_v = min(max(v, 1.0), rows - 2.0)
+    column, row = int(clamped_u + 0.5), int(clamped_v + 0.5)
+    weights_x, slopes_x = _spline_weights(clamped_u - column)
+    weights_y, slopes_y = _spline_weights(clamped_v - row)
+    bends = (1.0, -2.0, 1.0)
+    by_xx, by_xy, by_yy = 0.0, 0.0, 0.0
+    for j in range(3):
+        for i in range(3):
+            sample = distances[row + j - 1, column + i - 1]
+            by_xx += bends[i] * weights_y[j] * sample
+            by_xy += slopes_x[i] * slopes_y[j] * sample
+            by_yy += weights_x[i] * bends[j] * sample
+    if clamped_u != u:
+        by_xx, by_xy = 0.0, 0.0
+    if clamped_v != v:
+        by_xy, by_yy = 0.0, 0.0
+    squared = field.resolution * field.resolution
+    return by_xx / squared, by_xy / squared, by_yy / squared
+
+
+@njit(cache=True)
 def pose_clearance(field, discs, x, y, yaw):
     """Returns the least distance between the robot's discs and an obstacle at a pose, m."""
     cos_yaw, sin_yaw = math.cos(yaw), math.sin(yaw)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -233,6 +233,10 @@ class TebParameters(ControllerParameters):
     )
     cold_start_iterations: Count = Field(
         80, ge=1, description="IPOPT iterations for a band without a predecessor."
+    )
+    solver: Literal["ipopt", "interior_point"] = Field(
+        "ipopt",
+        description="Of converged bands; what interior_point fails at is IPOPT's, too.",
     )
     blocked_goal_distance_m: Length = Field(
         0.05, gt=0.0, description="Give up so near to the end of the free part of the plan [m]."

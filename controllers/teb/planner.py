@@ -110,7 +110,7 @@ class BandPlanner:
     ) -> None:
         self._discs = discs
         self._turning_radius = parameters.min_turning_radius
-        self._settings = settings or SolverSettings()
+        self._settings = settings or SolverSettings(is_confirmed=parameters.solver == "ipopt")
         self._programs: dict[int, BandProgram] = {}
         self._weights = Weights(
             time=parameters.weight_optimaltime,

@@ -2,7 +2,8 @@
 
 One program for each number of intervals, built once and reused: a cycle only changes the scene
 that the two Python functions read, the bounds and the guess. Drake hands IPOPT no second
-derivatives, so it builds its own (limited-memory BFGS): few variables and few evaluations count.
+derivatives, so that it would build its own over many evaluations; interior_point.py has them, and
+leads the guess to where IPOPT finds its conditions met.
 """
 
 from __future__ import annotations
@@ -11,9 +12,16 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.solvers import IpoptSolver, MathematicalProgram, SolverOptions
+from pydrake.solvers import IpoptSolver, MathematicalProgram, SolutionResult, SolverOptions
 
 from drake_navbench.controllers.teb.constraints import BandScene, band_constraints, sparsity_pattern
+from drake_navbench.controllers.teb.interior_point import (
+    Bounds,
+    Descent,
+    DescentSettings,
+    descend,
+    structure_of,
+)
 from drake_navbench.controllers.teb.layout import (
     row_count,
     row_slices,
@@ -39,6 +47,8 @@ HISTORY_LENGTH = 2
 # The linear systems are small (300 rows): without scaling and with small supernodes SPRAL, the only
 # linear solver in Drake's IPOPT, takes half the time.
 SPRAL_NODE_SIZE = 4
+# Newton's method leaves so much of what IPOPT takes for zero.
+NEWTON_TOLERANCE_RATIO = 0.1
 
 
 class BandLimits(NamedTuple):
@@ -65,7 +75,7 @@ class BandSolution(NamedTuple):
 
     poses (n, 3), time_steps (m,) s, slack m; cost: the objective; violation: the largest excess of
     a row over its bounds, in the row's unit; status: Drake's SolutionResult by name; evaluations:
-    how often the constraints were evaluated.
+    how often IPOPT had the constraints evaluated; newton_steps: of the method before it.
     """
 
     poses: Array
@@ -75,19 +85,23 @@ class BandSolution(NamedTuple):
     violation: float
     status: str
     evaluations: int
+    newton_steps: int = 0
 
 
 class SolverSettings(NamedTuple):
     """IPOPT's settings, in its own words: tol, constr_viol_tol and mu_init.
 
-    The defaults stop about 1 % above the minimum after 3 to 6 iterations of a warm start, with the
-    constraints met to 1e-4. That distance is the barrier's, which is never lowered; a smaller
-    barrier also drives harder on the acceleration limits, with twice the jerk in free space.
+    The defaults stop about 1 % above the minimum, with the constraints met to 1e-4. That distance
+    is the barrier's, which is never lowered; a smaller barrier also drives harder on the
+    acceleration limits, with twice the jerk in free space. newton_iterations: before IPOPT, at
+    most. is_confirmed: IPOPT has the last word; without, it has what Newton's method fails at.
     """
 
     tolerance: float = 0.3
     violation_tolerance: float = 1e-4
     barrier_start: float = 1e-3
+    newton_iterations: int = 50
+    is_confirmed: bool = True
 
 
 class BandProgram:
@@ -119,9 +133,10 @@ class BandProgram:
             self._variables,
             "band",
         )
-        self._constraint.evaluator().SetGradientSparsityPattern(
-            sparsity_pattern(interval_count, disc_count, is_car)
-        )
+        pattern = sparsity_pattern(interval_count, disc_count, is_car)
+        self._constraint.evaluator().SetGradientSparsityPattern(pattern)
+        self._structure = structure_of(pattern, rows, interval_count)
+        self._settings = settings
         self._solver = IpoptSolver()
         self._options = ipopt_options(settings)
 
@@ -134,27 +149,67 @@ class BandProgram:
         limits: BandLimits,
         iterations: int,
     ) -> BandSolution:
-        """Solves from the guess (N,); returns what IPOPT ends with after `iterations` at most."""
+        """Solves from the guess (N,): by Newton's method, and from there by IPOPT.
+
+        IPOPT takes `iterations` at most; where Newton's method fails it has the guess itself.
+        """
         self._scene, self._weights, self._evaluations = scene, weights, 0
-        lower, upper = self._set_bounds(limits, scene.clearance_shares)
-        self._options.SetOption(IpoptSolver.id(), "max_iter", iterations)
-        with solver_warnings_off():
-            result = self._solver.Solve(self._program, guess, self._options)
-        z = result.get_x_val()
+        bounds = self._bounds_of(limits, scene.clearance_shares)
+        settings = self._settings
+        descent = self._descend(guess, scene, weights, bounds)
+        if settings.is_confirmed or not descent.converged:
+            self._set_bounds(bounds)
+            self._options.SetOption(IpoptSolver.id(), "max_iter", iterations)
+            # At the barrier's minimum, with the barrier's own multipliers, nothing is left to do.
+            multipliers = "mu-based" if descent.converged else "constant"
+            self._options.SetOption(IpoptSolver.id(), "bound_mult_init_method", multipliers)
+            start = descent.z if descent.converged else guess
+            with solver_warnings_off():
+                result = self._solver.Solve(self._program, start, self._options)
+            z, cost = result.get_x_val(), float(result.get_optimal_cost())
+            status = result.get_solution_result()
+        else:
+            z, cost = descent.z, self._objective(descent.z)[0]
+            status = SolutionResult.kSolutionFound
         m = self._interval_count
-        values, _ = band_constraints(z, m, scene)
-        violation = max(0.0, float(np.max(lower - values)), float(np.max(values - upper)))
         return BandSolution(
             poses=unpack_poses(z, scene.start, scene.goal, m),
             time_steps=z[:m].copy(),
             slack=float(z[-1]),
-            cost=float(result.get_optimal_cost()),
-            violation=violation,
-            status=result.get_solution_result().name,
+            cost=cost,
+            violation=self._violation(z, bounds),
+            status=status.name,
             evaluations=self._evaluations,
+            newton_steps=descent.iterations,
         )
 
-    def _set_bounds(self, limits: BandLimits, shares: Array) -> tuple[Array, Array]:
+    def _descend(self, guess: Array, scene: BandScene, weights: Weights, bounds: Bounds) -> Descent:
+        """Returns where Newton's method ends, asked for what IPOPT is asked for and less."""
+        settings = self._settings
+        wanted = DescentSettings(
+            barrier=settings.barrier_start,
+            iterations=settings.newton_iterations,
+            error_tolerance=NEWTON_TOLERANCE_RATIO * settings.tolerance,
+            violation_tolerance=settings.violation_tolerance,
+        )
+        return descend(
+            guess,
+            self._interval_count,
+            scene=scene,
+            weights=weights,
+            bounds=bounds,
+            structure=self._structure,
+            settings=wanted,
+        )
+
+    def _violation(self, z: Array, bounds: Bounds) -> float:
+        """Returns the largest excess of a row over its bounds."""
+        values, _ = band_constraints(z, self._interval_count, self._scene)
+        below = float(np.max(bounds.row_lower - values))
+        return max(0.0, below, float(np.max(values - bounds.row_upper)))
+
+    def _bounds_of(self, limits: BandLimits, shares: Array) -> Bounds:
+        """Returns the limits as bounds of the rows and variables."""
         lower = np.zeros(self._constraint.evaluator().num_constraints())
         upper = lower.copy()
         symmetric = {
@@ -173,13 +228,15 @@ class BandProgram:
             for name in ("acceleration", "angular_acceleration"):
                 last = self._rows[name].stop - 1
                 lower[last], upper[last] = -np.inf, np.inf
-        self._constraint.evaluator().set_bounds(lower, upper)
         size, m = len(self._variables), self._interval_count
         z_lower, z_upper = np.full(size, -np.inf), np.full(size, np.inf)
         z_lower[:m], z_upper[:m] = limits.shortest_step, limits.longest_step
         z_lower[-1], z_upper[-1] = 0.0, limits.largest_slack
-        self._bounds.evaluator().set_bounds(z_lower, z_upper)
-        return lower, upper
+        return Bounds(lower, upper, z_lower, z_upper)
+
+    def _set_bounds(self, bounds: Bounds) -> None:
+        self._constraint.evaluator().set_bounds(bounds.row_lower, bounds.row_upper)
+        self._bounds.evaluator().set_bounds(bounds.lower, bounds.upper)
 
     def _objective(self, z: Array) -> tuple[float, Array]:
         return band_objective(z, self._interval_count, self._scene, self._weights)

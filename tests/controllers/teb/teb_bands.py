@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from drake_navbench.controllers.teb.band import Pace
 from drake_navbench.controllers.teb.constraints import BandScene
 from drake_navbench.controllers.teb.layout import pack_band
 from drake_navbench.controllers.teb.objective import Weights
@@ -25,6 +26,15 @@ LIMITS = BandLimits(
     shortest_step=0.06,
     longest_step=1.2,
     largest_slack=0.35,
+)
+PACE = Pace(
+    speed=0.5,
+    turn_rate=1.0,
+    acceleration=0.5,
+    dt_ref=0.3,
+    dt_hysteresis=0.1,
+    fewest=3,
+    most=60,
 )
 ZERO_WEIGHTS = Weights(
     time=0.0,
@@ -107,6 +117,27 @@ def random_band(rng: np.random.Generator, interval_count: int):
         clearance_shares=rng.uniform(0.1, 1.0, interval_count - 1),
     )
     return pack_band(poses, steps, 0.05), scene
+
+
+def random_problem(seed):
+    """Returns (scene, path): start, goal, twist and obstacles that leave the straight line free."""
+    rng = np.random.default_rng(seed)
+    goal = np.array([rng.uniform(1.0, 2.5), 0.0, rng.uniform(-0.6, 0.6)])
+    obstacles = []
+    for _ in range(int(rng.integers(0, 6))):
+        radius = rng.uniform(0.1, 0.4)
+        side = rng.choice([-1.0, 1.0])
+        # Beyond the half width, the clearance, and what turning at the goal may need.
+        offset = 0.3 + LIMITS.clearance + 0.35 + radius + rng.uniform(0.0, 0.5)
+        obstacles.append((rng.uniform(-0.5, 3.0), side * offset, radius))
+    speed = rng.uniform(0.0, 0.4)
+    scene = make_scene(
+        (0.0, 0.0, rng.uniform(-0.4, 0.4)),
+        goal,
+        field=round_obstacles_field(obstacles),
+        start_twist=(speed, rng.uniform(-0.2, 0.2)),
+    )
+    return scene, [(0.5 * goal[0], 0.0)]
 
 
 def numeric_jacobian(function, z: np.ndarray, step: float = 1e-6) -> np.ndarray:

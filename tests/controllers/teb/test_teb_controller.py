@@ -96,13 +96,30 @@ def test_a_car_turns_no_sharper_than_it_can_and_not_on_the_spot():
 
 def test_other_ways_are_looked_for_where_the_plans_way_is_narrow():
     # A gap 0.94 m wide between two boxes, 0.17 m on either side of the robot.
-    gap = [(1.6, 0.47, 2.0, 0.9), (1.6, -0.9, 2.0, -0.47)]
+    gap = [(1.6, 0.47, 2.0, 0.6), (1.6, -0.6, 2.0, -0.47)]
     narrow = make().step(observe((0, 0, 0), gap), TebMemory())
     assert narrow.diagnostics["candidate_count"] > 1
     alone = make(enable_homotopy_class_planning=False).step(observe((0, 0, 0), gap), TebMemory())
     assert alone.diagnostics["candidate_count"] == 1
     wide = [(1.6, 0.7, 2.0, 0.9), (1.6, -0.9, 2.0, -0.7)]
     assert make().step(observe((0, 0, 0), wide), TebMemory()).diagnostics["candidate_count"] == 1
+
+
+def test_the_plans_door_is_taken_and_not_a_way_around_the_whole_wall():
+    # 0.9 m wide, 0.15 m on either side of the robot; around the wall it is more than twice as far.
+    wall = [(2.0, 0.45, 2.1, 2.0), (2.0, -2.0, 2.1, -0.45)]
+    record = drive(make(), STRAIGHT, wall, duration_s=15.0)
+    assert record.outcome == "succeeded"
+    assert np.abs(np.array(record.poses)[:, 1]).max() < 0.2
+
+
+def test_a_gap_that_the_plan_leads_through_has_obstacles_on_either_side():
+    # As narrow as 0.075 m on either side: its posts are two obstacles, or the ways past both of
+    # them and through between would be of one class.
+    gap = [(1.6, 0.375, 2.0, 0.9), (1.6, -0.9, 2.0, -0.375)]
+    controller = make(wants_diagnostics=True)
+    decision = controller.step(observe((0, 0, 0), gap), TebMemory())
+    assert len(decision.diagnostics["sampled_classes"].split("; ")[0].split(" ")) == 2
 
 
 def test_a_single_cell_on_the_line_is_passed():

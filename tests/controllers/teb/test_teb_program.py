@@ -4,23 +4,22 @@ import math
 
 import numpy as np
 import pytest
-from teb_bands import LIMITS, WEIGHTS, make_scene, of_size, round_obstacles_field
+from teb_bands import (
+    LIMITS,
+    PACE,
+    WEIGHTS,
+    make_scene,
+    of_size,
+    random_problem,
+    round_obstacles_field,
+)
 
 from drake_navbench.controllers.teb import program as program_module
-from drake_navbench.controllers.teb.band import Pace, initialise
+from drake_navbench.controllers.teb.band import initialise
 from drake_navbench.controllers.teb.constraints import band_constraints
 from drake_navbench.controllers.teb.layout import pack_band, row_slices
 from drake_navbench.controllers.teb.program import BandProgram, SolverSettings
 
-PACE = Pace(
-    speed=0.5,
-    turn_rate=1.0,
-    acceleration=0.5,
-    dt_ref=0.3,
-    dt_hysteresis=0.1,
-    fewest=3,
-    most=60,
-)
 # As good as the solver gets: the default stops a little above the minimum, to save time.
 PRECISE = SolverSettings(tolerance=1e-4, violation_tolerance=1e-6, barrier_start=1e-4)
 RANDOM_PROBLEMS = 60
@@ -108,27 +107,6 @@ def test_a_pose_gives_up_as_large_a_share_of_the_slack_as_it_keeps_of_the_cleara
     clearance = values[row_slices(len(solution.time_steps), 2)["clearance"]]
     assert clearance.min() == pytest.approx(0.9 * LIMITS.clearance, abs=1e-3)
     assert 0.9 * solution.slack == pytest.approx(0.025, abs=0.01)
-
-
-def random_problem(seed):
-    """Returns (scene, path): start, goal, twist and obstacles that leave the straight line free."""
-    rng = np.random.default_rng(seed)
-    goal = np.array([rng.uniform(1.0, 2.5), 0.0, rng.uniform(-0.6, 0.6)])
-    obstacles = []
-    for _ in range(int(rng.integers(0, 6))):
-        radius = rng.uniform(0.1, 0.4)
-        side = rng.choice([-1.0, 1.0])
-        # Beyond the half width, the clearance, and what turning at the goal may need.
-        offset = 0.3 + LIMITS.clearance + 0.35 + radius + rng.uniform(0.0, 0.5)
-        obstacles.append((rng.uniform(-0.5, 3.0), side * offset, radius))
-    speed = rng.uniform(0.0, 0.4)
-    scene = make_scene(
-        (0.0, 0.0, rng.uniform(-0.4, 0.4)),
-        goal,
-        field=round_obstacles_field(obstacles),
-        start_twist=(speed, rng.uniform(-0.2, 0.2)),
-    )
-    return scene, [(0.5 * goal[0], 0.0)]
 
 
 def excesses(values, solution):

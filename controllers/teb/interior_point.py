@@ -1,0 +1,410 @@
+"""Newton's method on the barrier problem of a band, which is the one that IPOPT solves.
+
+Primal-dual, with slacks of the inequality rows and a barrier that stays where IPOPT's does in
+program.py (Wächter, Biegler 2006). The arc conditions enter the Newton system by multipliers and a
+stiff quadratic term, so that it is a positive definite band matrix wherever the reduced
+second derivatives are positive, and Cholesky's method tells where they are not.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from drake_navbench.controllers.teb.constraints import BandScene, band_constraints
+from drake_navbench.controllers.teb.curvature import (
+    BANDWIDTH,
+    add_lagrangian_curvature,
+    band_positions,
+)
+from drake_navbench.controllers.teb.objective import Weights, band_objective
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+# Of the way to a bound, how much a step may take.
+TO_BOUND_RATIO = 0.99
+# Starts keep so far from bounds, or half of the room between two.
+BOUND_PUSH = 3e-3
+# What is left before a bound at least, and to either side of a variable that is given.
+LEAST_ROOM, FIXED_ROOM = 1e-12, 1e-8
+# Compliance of the arc conditions: an iteration leaves so much of their multipliers' change, m.
+COMPLIANCE = 1e-6
+# Added to the second derivatives where they are not positive: first, then so many times more.
+FIRST_DAMPING, DAMPING_GROWTH, MOST_DAMPING = 1e-3, 10.0, 1e8
+# A pose moves by so much in one step at most, m or rad.
+LONGEST_MOVE = 0.3
+# A bound's multiplier stays within this factor of the barrier's own, as IPOPT's kappa_sigma.
+MULTIPLIER_SPREAD = 1e6
+
+
+class Bounds(NamedTuple):
+    """Bounds of the program: of rows (R,) and of variables (N,), infinite where there is none."""
+
+    row_lower: Array
+    row_upper: Array
+    lower: Array
+    upper: Array
+
+
+class Structure(NamedTuple):
+    """Where the rows of a program have slopes: those of row r are columns[starts[r] : starts[r+1]].
+
+    positions: (N,) of the columns in the band matrix.
+    """
+
+    starts: Indices
+    columns: Indices
+    positions: Indices
+
+
+class DescentSettings(NamedTuple):
+    """How far the method goes.
+
+    barrier: its parameter, which stays. iterations: at most. error_tolerance: of the slopes of the
+    Lagrangian. violation_tolerance: of rows and slacks.
+    """
+
+    barrier: float = 1e-3
+    iterations: int = 60
+    error_tolerance: float = 0.03
+    violation_tolerance: float = 1e-4
+
+
+class Descent(NamedTuple):
+    """What the method ends with.
+
+    z: (N,). converged: the conditions of the barrier problem hold to the tolerances asked for.
+    iterations: steps taken. error: the largest slope of the Lagrangian. violation: by which the
+    rows and their slacks differ.
+    """
+
+    z: Array
+    converged: bool
+    iterations: int
+    error: float
+    violation: float
+
+
+def structure_of(pattern: list[tuple[int, int]], rows: int, interval_count: int) -> Structure:
+    """Returns the structure of a program from its sparsity pattern, (row, column) in any order."""
+    ordered = np.array(sorted(pattern), dtype=np.int64)
+    starts = np.searchsorted(ordered[:, 0], np.arange(rows + 1))
+    columns = np.ascontiguousarray(ordered[:, 1])
+    return Structure(starts.astype(np.int64), columns, band_positions(interval_count))
+
+
+@njit(cache=True, error_model="numpy")
+def _barrier_terms(quantities, lower, upper, low, high, barrier, stiffness, push):
+    """Fills second derivatives of the barrier, by its multipliers, and first ones."""
+    for i in range(quantities.shape[0]):
+        stiffness[i] = push[i] = 0.0
+        if lower[i] > -math.inf:
+            room = quantities[i] - lower[i]
+            stiffness[i] += low[i] / room
+            push[i] -= barrier / room
+        if upper[i] < math.inf:
+            room = upper[i] - quantities[i]
+            stiffness[i] += high[i] / room
+            push[i] += barrier / room
+
+
+@njit(cache=True, error_model="numpy")
+def _share_to_bounds(quantities, steps, lower, upper):
+    """Returns the largest share of the steps, up to 1, that keeps off all bounds."""
+    share = 1.0
+    for i in range(quantities.shape[0]):
+        if steps[i] < 0.0 and lower[i] > -math.inf:
+            share = min(share, TO_BOUND_RATIO * (quantities[i] - lower[i]) / -steps[i])
+        if steps[i] > 0.0 and upper[i] < math.inf:
+            share = min(share, TO_BOUND_RATIO * (upper[i] - quantities[i]) / steps[i])
+    return share
+
+
+@njit(cache=True, error_model="numpy")
+def _next_multiplier(multiplier, room, step, moved, barrier):
+    """Returns a bound's multiplier after a step of the room before it, of which `moved` is made."""
+    change = (barrier - multiplier * step) / room - multiplier
+    if change < 0.0:
+        change *= min(1.0, TO_BOUND_RATIO * multiplier / -change)
+    own = barrier / (room + moved * step)
+    return min(max(multiplier + change, own / MULTIPLIER_SPREAD), own * MULTIPLIER_SPREAD)
+
+
+@njit(cache=True, error_model="numpy")
+def _advance(quantities, steps, share, lower, upper, low, high, barrier):
+    """Makes a share of the steps, and those of the bounds' multipliers."""
+    for i in range(quantities.shape[0]):
+        if lower[i] > -math.inf:
+            room = quantities[i] - lower[i]
+            low[i] = _next_multiplier(low[i], room, steps[i], share, barrier)
+        if upper[i] < math.inf:
+            room = upper[i] - quantities[i]
+            high[i] = _next_multiplier(high[i], room, -steps[i], share, barrier)
+        # Off the bounds also where rounding says otherwise.
+        moved = max(quantities[i] + share * steps[i], lower[i] + LEAST_ROOM)
+        quantities[i] = min(moved, upper[i] - LEAST_ROOM)
+
+
+@njit(cache=True, error_model="numpy")
+def _factorise(matrix, damping, factor):
+    """Fills the lower factor of matrix + damping I by Cholesky's method; False if indefinite."""
+    size = matrix.shape[0]
+    for row in range(size):
+        start = max(0, row - BANDWIDTH)
+        for column in range(start, row + 1):
+            value = matrix[row, row - column]
+            if column == row:
+                value += damping
+            for k in range(max(start, column - BANDWIDTH), column):
+                value -= factor[row, row - k] * factor[column, column - k]
+            if column < row:
+                factor[row, row - column] = value / factor[column, 0]
+            elif value > 1e-10:
+                factor[row, 0] = math.sqrt(value)
+            else:
+                return False
+    return True
+
+
+@njit(cache=True, error_model="numpy")
+def _substitute(factor, vector):
+    """Solves with the factor of `_factorise`, in place."""
+    size = factor.shape[0]
+    for row in range(size):
+        value = vector[row]
+        for k in range(max(0, row - BANDWIDTH), row):
+            value -= factor[row, row - k] * vector[k]
+        vector[row] = value / factor[row, 0]
+    for row in range(size - 1, -1, -1):
+        value = vector[row]
+        for k in range(row + 1, min(size, row + BANDWIDTH + 1)):
+            value -= factor[k, k - row] * vector[k]
+        vector[row] = value / factor[row, 0]
+
+
+@njit(cache=True, error_model="numpy")
+def _assemble(jacobian, row_stiffness, column_stiffness, structure, matrix, border):
+    """Adds J^T diag(row_stiffness) J + diag(column_stiffness); returns the slack's own element.
+
+    matrix: of the other columns. border: (size,) of the slack with them.
+    """
+    columns, positions = structure.columns, structure.positions
+    corner = column_stiffness[-1]
+    for column in range(positions.shape[0] - 1):
+        matrix[positions[column], 0] += column_stiffness[column]
+    for row in range(row_stiffness.shape[0]):
+        stiffness = row_stiffness[row]
+        if stiffness == 0.0:
+            continue
+        first, end = structure.starts[row], structure.starts[row + 1]
+        for i in range(first, end):
+            place = positions[columns[i]]
+            scaled = stiffness * jacobian[row, columns[i]]
+            for j in range(first, end):
+                other = positions[columns[j]]
+                value = scaled * jacobian[row, columns[j]]
+                if place < 0:
+                    if other < 0:
+                        corner += value
+                    else:
+                        border[other] += value
+                elif 0 <= other <= place:
+                    matrix[place, place - other] += value
+    return corner
+
+
+@njit(cache=True, error_model="numpy")
+def _add_row_slopes(jacobian, multipliers, structure, gradient):
+    """Adds J^T multipliers to the gradient (N,)."""
+    for row in range(multipliers.shape[0]):
+        for i in range(structure.starts[row], structure.starts[row + 1]):
+            column = structure.columns[i]
+            gradient[column] += multipliers[row] * jacobian[row, column]
+
+
+@njit(cache=True, error_model="numpy")
+def _newton_step(matrix, border, corner, gradient, positions, step):
+    """Fills step (N,) with -(second derivatives)^-1 gradient; returns whether it could.
+
+    Where the second derivatives are not positive, as much is added to their diagonal as it takes.
+    """
+    size = matrix.shape[0]
+    factor = np.empty_like(matrix)
+    across, along = np.empty(size), np.empty(size)
+    damping = 0.0
+    while True:
+        if _factorise(matrix, damping, factor):
+            for i in range(size):
+                across[i] = border[i]
+            _substitute(factor, across)
+            pivot = corner + damping
+            for i in range(size):
+                pivot -= border[i] * across[i]
+            if pivot > 0.0:
+                break
+        damping = max(FIRST_DAMPING, damping * DAMPING_GROWTH)
+        if damping > MOST_DAMPING:
+            return False
+    last = gradient.shape[0] - 1
+    for column in range(last):
+        along[positions[column]] = -gradient[column]
+    _substitute(factor, along)
+    slack = -gradient[last]
+    for i in range(size):
+        slack -= border[i] * along[i]
+    slack /= pivot
+    for column in range(last):
+        step[column] = along[positions[column]] - slack * across[positions[column]]
+    step[last] = slack
+    return True
+
+
+@njit(cache=True, error_model="numpy")
+def _row_steps(jacobian, step, structure, gaps, steps):
+    """Fills the steps (R,) of the slacks that go with a step (N,) of the variables."""
+    for r in range(gaps.shape[0]):
+        change = gaps[r]
+        for i in range(structure.starts[r], structure.starts[r + 1]):
+            change += jacobian[r, structure.columns[i]] * step[structure.columns[i]]
+        steps[r] = change
+
+
+@njit(cache=True, error_model="numpy")
+def _largest(numbers):
+    """Returns the largest absolute value; infinity where one is not a number."""
+    largest = 0.0
+    for i in range(numbers.shape[0]):
+        size = abs(numbers[i])
+        if not size < math.inf:
+            return math.inf
+        largest = max(largest, size)
+    return largest
+
+
+@njit(cache=True, error_model="numpy")
+def _newton_direction(state, problem, values, jacobian, gradient, steps, targets):
+    """Fills the steps (N + R,) of variables and slacks and the rows' next multipliers (R,).
+
+    values, jacobian, gradient: of rows and objective at the variables. Returns whether it could.
+    """
+    quantities, low, high, multipliers = state
+    m, scene, weights, lower, upper, is_equality, structure, barrier = problem
+    rows, count = values.shape[0], gradient.shape[0]
+    stiffness, push = np.empty(count + rows), np.empty(count + rows)
+    matrix, border = np.zeros((count - 1, BANDWIDTH + 1)), np.zeros(count - 1)
+    positions = structure.positions
+    add_lagrangian_curvature(quantities[:count], m, scene, weights, multipliers, positions, matrix)
+    _barrier_terms(quantities, lower, upper, low, high, barrier, stiffness, push)
+    gaps, pull = np.empty(rows), np.empty(count)
+    for r in range(rows):
+        gaps[r] = values[r] - quantities[count + r]
+        if is_equality[r]:
+            stiffness[count + r] = 1.0 / COMPLIANCE
+            push[count + r] = multipliers[r]
+        targets[r] = push[count + r] + stiffness[count + r] * gaps[r]
+    for i in range(count):
+        pull[i] = gradient[i] + push[i]
+    corner = _assemble(jacobian, stiffness[count:], stiffness[:count], structure, matrix, border)
+    _add_row_slopes(jacobian, targets, structure, pull)
+    if not _newton_step(matrix, border, corner, pull, positions, steps[:count]):
+        return False
+    _row_steps(jacobian, steps[:count], structure, gaps, steps[count:])
+    for r in range(rows):
+        targets[r] = push[count + r] + stiffness[count + r] * steps[count + r]
+        if is_equality[r]:
+            # What the compliance leaves is for the next iteration.
+            steps[count + r] = 0.0
+    return True
+
+
+@njit(cache=True, error_model="numpy")
+def _descend(state, problem, settings):
+    """Runs the method on a state, in place; returns converged, iterations, error, violation.
+
+    state: variables and slacks (N + R,), multipliers of their lower and upper bounds (N + R,) each,
+    those of the rows (R,).
+    """
+    quantities, low, high, multipliers = state
+    m, scene, weights, lower, upper, _, structure, barrier = problem
+    rows = multipliers.shape[0]
+    count = quantities.shape[0] - rows
+    z, slacks = quantities[:count], quantities[count:]
+    steps, targets, gaps = np.empty(count + rows), np.empty(rows), np.empty(rows)
+    iteration = 0
+    while True:
+        values, jacobian = band_constraints(z, m, scene)
+        _, gradient = band_objective(z, m, scene, weights)
+        slope = gradient.copy()
+        for i in range(count):
+            slope[i] += high[i] - low[i]
+        for r in range(rows):
+            gaps[r] = values[r] - slacks[r]
+        _add_row_slopes(jacobian, multipliers, structure, slope)
+        error, violation = _largest(slope), _largest(gaps)
+        if error <= settings.error_tolerance and violation <= settings.violation_tolerance:
+            return True, iteration, error, violation
+        if iteration >= settings.iterations or not (error < math.inf and violation < math.inf):
+            return False, iteration, error, violation
+        if not _newton_direction(state, problem, values, jacobian, gradient, steps, targets):
+            return False, iteration, error, violation
+        move = _largest(steps[m : count - 1])
+        share = LONGEST_MOVE / move if move > LONGEST_MOVE else 1.0
+        share = min(share, _share_to_bounds(quantities, steps, lower, upper))
+        for r in range(rows):
+            multipliers[r] += share * (targets[r] - multipliers[r])
+        _advance(quantities, steps, share, lower, upper, low, high, barrier)
+        iteration += 1
+
+
+def descend(
+    guess: Array,
+    interval_count: int,
+    *,
+    scene: BandScene,
+    weights: Weights,
+    bounds: Bounds,
+    structure: Structure,
+    settings: DescentSettings,
+) -> Descent:
+    """Returns where the method ends that starts from a guess (N,)."""
+    is_equality = bounds.row_lower == bounds.row_upper
+    is_fixed = bounds.upper - bounds.lower < FIXED_ROOM
+    # A variable that is given gets a little room; the slack of an equality stays where it is.
+    lower = np.concatenate(
+        [
+            np.where(is_fixed, bounds.lower - FIXED_ROOM, bounds.lower),
+            np.where(is_equality, -np.inf, bounds.row_lower),
+        ]
+    )
+    upper = np.concatenate(
+        [
+            np.where(is_fixed, bounds.upper + FIXED_ROOM, bounds.upper),
+            np.where(is_equality, np.inf, bounds.row_upper),
+        ]
+    )
+    values, _ = band_constraints(guess, interval_count, scene)
+    quantities = np.concatenate([guess, np.where(is_equality, bounds.row_lower, values)])
+    room = np.minimum(BOUND_PUSH, 0.5 * (upper - lower))
+    quantities = np.minimum(np.maximum(quantities, lower + room), upper - room)
+    low, high = settings.barrier / (quantities - lower), settings.barrier / (upper - quantities)
+    multipliers = (high - low)[len(guess) :]
+    converged, iterations, error, violation = _descend(
+        (quantities, low, high, multipliers),
+        (
+            interval_count,
+            scene,
+            weights,
+            lower,
+            upper,
+            is_equality,
+            structure,
+            settings.barrier,
+        ),
+        settings,
+    )
+    return Descent(quantities[: len(guess)], converged, iterations, error, violation)
