@@ -22,8 +22,9 @@ from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.task_cost import wall_clock_limit_s
 from drake_navbench.trial.trial import NotDriven, drive, failed_log, log_of_ending
 
-# Drake's bindings never free Python systems, so a worker is replaced after this many trials.
-TRIALS_PER_WORKER = 24
+# Trials are freed when they are over, but what others' code leaves behind is not. A new worker has
+# to load the kernels again, and to rehearse what it drives.
+TRIALS_PER_WORKER = 500
 
 Row = dict[str, object]
 
@@ -80,6 +81,7 @@ def run_campaign(
             (spec, folder, identity),
             time_limit_s=wall_clock_limit_s(spec.scenario),
             owner=spec.code_owner,
+            kind=f"{spec.scenario.name}\n{spec.preset.name}",
         ): index
         for index, spec in enumerate(campaign.specs)
         if index not in rows
