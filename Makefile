@@ -54,7 +54,7 @@ docs: $(INSTALLED)
 	$(BIN)/python -m drake_navbench docs
 
 lock: $(TOOLS)/.installed
-	echo "setuptools>=77" | $(TOOLS)/bin/uv pip compile pyproject.toml - --extra test --universal \
+	$(TOOLS)/bin/uv pip compile pyproject.toml --extra test --universal \
 		--python-version 3.11 --generate-hashes --no-header --no-annotate --no-emit-index-url \
 		--quiet --output-file $(LOCK) $(ARGS)
 

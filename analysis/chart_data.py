@@ -14,7 +14,12 @@ import numpy as np
 import pandas as pd
 
 from drake_navbench.analysis.colors import controller_color
-from drake_navbench.analysis.figures.comparison import clearance_curves, compute_times
+from drake_navbench.analysis.figures.comparison import (
+    MOST_DOTS,
+    clearance_curves,
+    compute_times,
+    evenly_chosen,
+)
 from drake_navbench.analysis.figures.maps import bounds
 from drake_navbench.analysis.figures.ranking import pareto_points
 from drake_navbench.analysis.metrics.definition import Metric, Undefined
@@ -79,7 +84,7 @@ def _trials(logs: Mapping[str, Sequence[TrialLog]], points: int) -> list[Chart]:
     drawn = []
     for index, own in enumerate(logs.values()):
         for log in own:
-            chosen = _chosen(len(log.samples), points)
+            chosen = evenly_chosen(len(log.samples), points)
             curve = next(curves, None)
             drawn.append(
                 {
@@ -107,7 +112,13 @@ def _distances_from_plan(log: TrialLog) -> Array:
 
 
 def _metric(entry: Metric, trials: pd.DataFrame, names: Sequence[str]) -> Chart:
-    rows = trials[["controller", "trial", "outcome", entry.name]].itertuples(index=False)
+    defined = trials[np.isfinite(trials[entry.name])]
+    shown = [
+        own.iloc[evenly_chosen(len(own), MOST_DOTS)]
+        for _, own in defined.groupby("controller", sort=False)
+    ]
+    columns = ["controller", "trial", "outcome", entry.name]
+    rows = (row for own in shown for row in own[columns].itertuples(index=False))
     return {
         "name": entry.name,
         "title": entry.title,
@@ -116,7 +127,7 @@ def _metric(entry: Metric, trials: pd.DataFrame, names: Sequence[str]) -> Chart:
         "values": [
             [names.index(controller), int(trial), _short(value), outcome == Outcome.SUCCEEDED]
             for controller, trial, outcome, value in rows
-            if controller in names and math.isfinite(value)
+            if controller in names
         ],
     }
 
@@ -147,13 +158,8 @@ def _pareto(trials: pd.DataFrame, scenario: str, names: Sequence[str]) -> list[l
     ]
 
 
-def _chosen(count: int, points: int) -> np.ndarray:
-    """Returns the rows to keep, evenly spread, the first and the last among them."""
-    return np.unique(np.linspace(0, count - 1, min(count, points)).round().astype(int))
-
-
 def _xy(points: Array, most: int) -> list[list[float]]:
-    kept = points[_chosen(len(points), most)]
+    kept = points[evenly_chosen(len(points), most)]
     return [_rounded(kept[:, 0]), _rounded(kept[:, 1])]
 
 

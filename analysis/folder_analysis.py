@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ from drake_navbench.analysis.figures.album import (
     headline_metrics,
     write_scenario_figures,
 )
-from drake_navbench.analysis.metrics.registry import all_metrics
+from drake_navbench.analysis.many_trials import has_many, read_some_trials, rows_of_table
 from drake_navbench.analysis.scenario_analysis import (
     KnownValues,
     LeftOut,
@@ -51,7 +52,7 @@ class FolderAnalysis:
     figures: tuple[FigureEntry, ...]
     charts: tuple[Chart, ...] = ()
 
-    @property
+    @cached_property
     def trials(self) -> pd.DataFrame:
         """One row a trial that could be read."""
         return pd.concat([s.table for s in self.scenarios if s.trials], ignore_index=True)
@@ -71,6 +72,7 @@ def analyse_folder(
 ) -> FolderAnalysis:
     """Computes everything from the logs of a results folder.
 
+    A scenario of very many trials is told from the table of trials, see `many_trials`.
     figures: which of them to draw into the folder. jobs: processes; 1 stays in this one.
     measured: rows as from `tables.trial_row` of some of these logs, not to be measured again.
     Raises InputError where the folder is no results folder or holds no readable log.
@@ -79,7 +81,9 @@ def analyse_folder(
     controllers = list(manifest.get("controllers", []))
     # The longest scenarios first: the last worker should not start with the most work.
     order = sorted(files, key=lambda key: -sum(file.stat().st_size for file in files[key]))
-    known = _known_values(path, measured)
+    known: KnownValues = {}
+    if measured is not None or any(map(has_many, files.values())):
+        known = rows_of_table(ResultsFolder(path), measured)
     told = told_by_totals(manifest.get("suites", {}))
     tasks = [
         (
@@ -145,12 +149,13 @@ def _analyse_scenario(
     known: KnownValues,
     told: frozenset[str],
 ) -> tuple[ScenarioAnalysis, list[FigureEntry], Chart | None]:
-    logs, entries, left_out = read_trials(paths, root, known)
-    places = [_place(log.info["controller"], controllers) for log in logs]
-    order = sorted(range(len(logs)), key=lambda i: (places[i], logs[i].info["trial"]))
-    logs, entries = [logs[i] for i in order], [entries[i] for i in order]
-    scenario = logs[0].info["scenario"]["name"] if logs else paths[0].parent.parent.name
+    read = read_some_trials if has_many(paths) else read_trials
+    logs, entries, left_out = read(paths, root, known)
+    logs.sort(key=lambda log: (_place(log.info["controller"], controllers), log.info["trial"]))
+    entries.sort(key=lambda e: (_place(e.row["controller"], controllers), e.row["trial"]))
+    scenario = str(entries[0].row["scenario"]) if entries else paths[0].parent.parent.name
     analysis = analyse(scenario, entries, left_out)
+    analysis.drawn = len(logs)
     if not logs:
         return analysis, [], None
     asked = logs[0].info["scenario"]
@@ -173,13 +178,3 @@ def _analyse_scenario(
 def _place(name: str, order: Sequence[str]) -> tuple[int, str]:
     """Returns a sort key: named ones in their order, others after them by name."""
     return (order.index(name) if name in order else len(order), name)
-
-
-def _known_values(path: Path, measured: pd.DataFrame | None) -> KnownValues:
-    if measured is None:
-        return {}
-    folder = ResultsFolder(path)
-    names = [entry.name for entry in all_metrics() if entry.name in measured]
-    values = measured[names].to_dict("records")
-    trials = measured[["scenario", "controller", "trial"]].itertuples(index=False)
-    return {folder.log_path(*trial): row for trial, row in zip(trials, values, strict=True)}

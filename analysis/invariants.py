@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.analysis.metrics.body import gyration_squared_m2, outline_of
+from drake_navbench.analysis.moving import movers_of
 from drake_navbench.log import TrialLog
 
 Array = NDArray[np.float64]
@@ -108,12 +109,14 @@ def _motion_after_the_end(log: TrialLog) -> Flags:
 def _clearance_jumps(log: TrialLog) -> Flags:
     """Flags rows whose clearance differs from the last sample's by more than the outline moved.
 
-    No distance changes faster than the fastest point of the outline: |v| + |w| times its radius.
+    No distance changes faster than the fastest point of the outline, |v| + |w| times its radius,
+    and the fastest point of what moves.
     """
     time_s = _column(log, "time_s")
     radius_m = float(np.hypot(*outline_of(log).T).max())
     v, w = _speed(log), np.abs(_column(log, "w_radps"))
     speed_mps = np.maximum(v[1:], v[:-1]) + radius_m * np.maximum(w[1:], w[:-1])
+    speed_mps += movers_of(log).top_speed_mps
     moved_m = np.concatenate([[0.0], np.cumsum(speed_mps * np.diff(time_s))])
     # A sample holds for a period: the last one was taken no earlier than that before this row.
     moved_before_m = np.interp(time_s - CLEARANCE_PERIOD_S, time_s, moved_m)

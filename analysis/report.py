@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from itertools import product
 from pathlib import Path
 from shlex import quote
@@ -25,6 +25,7 @@ from drake_navbench.analysis.html import (
 from drake_navbench.analysis.invariants import warnings_of
 from drake_navbench.analysis.lead import lead_of
 from drake_navbench.analysis.lineups import PUBLISHED_SETTINGS
+from drake_navbench.analysis.many_trials import MOST_LOGS_OPENED
 from drake_navbench.analysis.metrics.definition import Better
 from drake_navbench.analysis.metrics.registry import all_metrics, installed_metrics
 from drake_navbench.analysis.numbers import EMPTY, PLAIN_BELOW, number, typeset
@@ -59,6 +60,8 @@ NARROW_SPACE = "\u202f"
 # thing that a page opened from a disk may ask for without being refused.
 REPLAYS_SCRIPT = "replays/are_here.js"
 REPLAYS_SCRIPT_TEXT = "// The report asks for this file to learn whether the replays are here.\n"
+# A page of more rows than these opens slowly, and nobody reads them; trials.parquet has them all.
+MOST_TRIALS_LISTED = 1000
 # Two trials that differ by this share of the mean should be told apart; asked for as `difference`.
 DEFAULT_DIFFERENCE = 0.05
 
@@ -171,6 +174,7 @@ def _page(analysis: FolderAnalysis, difference: float) -> dict[str, Any]:
     trials = analysis.trials
     outcomes = trials["outcome"].value_counts()
     missing = _missing(analysis)
+    listed = _listed(driven)
     return {
         "manifest": analysis.manifest,
         "lead": lead_of(scenarios, totals(trials)),
@@ -208,7 +212,9 @@ def _page(analysis: FolderAnalysis, difference: float) -> dict[str, Any]:
         "metric_rows": [row for entry in scenarios for row in _metric_rows(entry)],
         "themes": list(installed_metrics()),
         "pair_rows": [row for entry in scenarios for row in _pair_rows(entry, difference)],
-        "trial_rows": [row for entry in driven for row in _trial_rows(analysis, entry)],
+        "trial_rows": [row for entry in driven for row in _trial_rows(analysis, entry, listed)],
+        "unlisted_count": len(trials) - sum(map(len, listed.values())),
+        "most_logs_opened": MOST_LOGS_OPENED,
         "difference": difference,
         "has_all_figures": any(entry.controller for entry in analysis.figures),
     }
@@ -281,6 +287,9 @@ def _scenario(analysis: FolderAnalysis, scenario: ScenarioAnalysis) -> dict[str,
             if name != preset and name in controllers
         ],
         "controllers": controllers,
+        "has_many": len(scenario.trials) > MOST_LOGS_OPENED,
+        "drawn": scenario.drawn,
+        "trial_count": len(scenario.trials),
         "comparisons": [f for f in figures if not f.controller],
         "sheets": [f for f in figures if f.controller],
         "replay": _relative(analysis.path, replay),
@@ -371,7 +380,28 @@ def _pair_rows(scenario: ScenarioAnalysis, difference: float) -> list[dict[str, 
     return rows
 
 
-def _trial_rows(analysis: FolderAnalysis, scenario: ScenarioAnalysis) -> list[dict[str, Any]]:
+def _listed(scenarios: Sequence[ScenarioAnalysis]) -> dict[str, set[str]]:
+    """Returns, by scenario, the logs of the trials that the page lists.
+
+    Of too many those that did not reach the goal come first, then the first ones of each scenario.
+    """
+    share = MOST_TRIALS_LISTED // max(1, len(scenarios))
+    if sum(len(scenario.trials) for scenario in scenarios) <= MOST_TRIALS_LISTED:
+        share = MOST_TRIALS_LISTED
+    return {
+        scenario.scenario: {
+            entry.path
+            for entry in sorted(
+                scenario.trials, key=lambda entry: entry.row["outcome"] == Outcome.SUCCEEDED
+            )[:share]
+        }
+        for scenario in scenarios
+    }
+
+
+def _trial_rows(
+    analysis: FolderAnalysis, scenario: ScenarioAnalysis, listed: Mapping[str, Collection[str]]
+) -> list[dict[str, Any]]:
     return [
         {
             "row": entry.row,
@@ -380,6 +410,7 @@ def _trial_rows(analysis: FolderAnalysis, scenario: ScenarioAnalysis) -> list[di
             "command": f"python -m drake_navbench replay {quote(entry.path)}",
         }
         for entry in scenario.trials
+        if entry.path in listed[scenario.scenario]
     ]
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import combinations
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -51,7 +52,7 @@ HEADLINE_METRICS = (
 
 
 # What was measured already: path of a log -> metric -> value.
-KnownValues = Mapping[Path, Mapping[str, float]]
+KnownValues = Mapping[Path, Mapping[str, Any]]
 
 
 class LeftOut(NamedTuple):
@@ -118,6 +119,7 @@ class ScenarioAnalysis:
 
     description: the scenario file's. is_impossible: whether its task is meant to be given up.
     is_told_by_totals: whether it is one of so many worlds that only their totals are told.
+    drawn: of how many trials the logs were kept to be drawn; the others are in the table alone.
     """
 
     scenario: str
@@ -130,8 +132,9 @@ class ScenarioAnalysis:
     description: str = ""
     is_impossible: bool = False
     is_told_by_totals: bool = False
+    drawn: int = 0
 
-    @property
+    @cached_property
     def table(self) -> pd.DataFrame:
         """The rows of the trials, as in trials.parquet."""
         return pd.DataFrame([entry.row for entry in self.trials])

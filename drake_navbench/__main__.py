@@ -20,6 +20,7 @@ COMMANDS = {
     "report": ("drake_navbench.report", "make tables, figures and report.html again from logs"),
     "compare": ("drake_navbench.compare", "say what became better or worse between two folders"),
     "replay": ("drake_navbench.commands.replay", "render the replay of one trial from its log"),
+    "tune": ("drake_navbench.commands.tune", "search parameters that beat a preset"),
     "train": ("drake_navbench.commands.train", "train a policy in the Gymnasium environment"),
     "export": ("drake_navbench.commands.export", "write trials as bags, tables or trajectories"),
     "import-bag": (

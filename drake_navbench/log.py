@@ -9,8 +9,8 @@ metadata. docs/log_format.md is generated from `COLUMNS`, `PLAN_COLUMNS` and `CO
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from html import escape
 from importlib import import_module
@@ -26,6 +26,7 @@ from pydantic import ConfigDict, Field
 
 from drake_navbench.errors import InputError, as_line, one_line, printable
 from drake_navbench.kernels.grid import Costmap
+from drake_navbench.kernels.poses import compose
 from drake_navbench.logged_costmaps import costmap_columns, read_costmaps
 from drake_navbench.plans import (
     PLAN_COLUMNS,
@@ -72,6 +73,15 @@ LATERAL_COLUMNS: Mapping[str, str] = {
     "measured_vy_mps": "velocity to the left as the controller is told",
     "command_vy_mps": "last commanded velocity to the left",
 }
+# Only in logs of robots whose odometry has a frame of its own.
+ODOMETRY_COLUMNS: Mapping[str, str] = {
+    "odometry_x_m": "position in the odometry's frame, in which local costmaps and what the "
+    "controller left lie",
+    "odometry_y_m": "position in the odometry's frame",
+    "odometry_yaw_rad": "heading in the odometry's frame",
+}
+# Columns of some logs: all of a group, or none.
+OWN_COLUMNS = (LATERAL_COLUMNS, ODOMETRY_COLUMNS)
 # Columns that came later, without which a log is whole all the same.
 LATER_COLUMNS = frozenset({"compute_cpu_time_ms"})
 # Not a function of the trial: two runs of one differ in these.
@@ -101,6 +111,8 @@ class Scan(Immutable):
     time_s: when it was taken. sensor_pose: (3,) x m, y m, yaw rad in the world frame.
     angles_rad: (B,) beam angles in the sensor frame. ranges_m: (B,) inf where nothing was hit.
     further: what the robot's other scanners saw at the same time; a log does not keep them.
+    odometry_pose: (3,) the sensor's in the frame of the odometry then; None where that is the
+        world's. A log does not keep it.
     """
 
     time_s: float
@@ -108,6 +120,20 @@ class Scan(Immutable):
     angles_rad: NDArray[np.float64]
     ranges_m: NDArray[np.float32]
     further: tuple[Scan, ...] = ()
+    odometry_pose: NDArray[np.float64] | None = None
+
+    def placed_by_odometry(self, frame_from_odometry: NDArray[np.float64] | None = None) -> Scan:
+        """Returns the scan as the robot places it, in the odometry's frame or another one.
+
+        frame_from_odometry: (3,) where the odometry's frame lies in the other one.
+        """
+        if self.odometry_pose is None:
+            return self
+        pose = self.odometry_pose
+        if frame_from_odometry is not None:
+            pose = compose(frame_from_odometry, pose)
+        further = tuple(scan.placed_by_odometry(frame_from_odometry) for scan in self.further)
+        return replace(self, sensor_pose=pose, further=further, odometry_pose=None)
 
     @property
     def of_all_scanners(self) -> tuple[Scan, ...]:
@@ -152,7 +178,7 @@ class TrialLog:
     """What is known of one trial after it ended.
 
     samples: one row a sample, columns as in `COLUMNS` and, for robots that move sideways,
-        `LATERAL_COLUMNS`.
+        `LATERAL_COLUMNS`, for those whose odometry drifts `ODOMETRY_COLUMNS`.
     plans: the global plans in order of time, as `drake_navbench.plans.as_logged` keeps them; one
         in the mode follow_path.
     scans: the lidar scans in order. costmaps: the local costmaps in order, where they were kept.
@@ -252,17 +278,17 @@ class TrialLog:
             self._table(),
             path,
             compression="zstd",
-            use_dictionary=[*_WITH_DICTIONARY, *self._lateral_columns],
+            use_dictionary=[*_WITH_DICTIONARY, *self._own_columns],
             column_encoding=dict(PLAN_ENCODINGS),
         )
 
     @property
-    def _lateral_columns(self) -> list[str]:
-        return [name for name in LATERAL_COLUMNS if name in self.samples.columns]
+    def _own_columns(self) -> list[str]:
+        return _own_columns(self.samples.columns)
 
     def _table(self) -> pa.Table:
         times = self.samples["time_s"].to_numpy()
-        names = [*COLUMNS, *self._lateral_columns]
+        names = [*COLUMNS, *self._own_columns]
         columns = {name: pa.array(self.samples[name].to_numpy()) for name in names}
         scans: list[Any] = [None] * len(times)
         for scan in self.scans:
@@ -321,8 +347,9 @@ class TrialLog:
             )
         found = set(table.column_names)
         missing = {*COLUMNS, *PLAN_COLUMNS, "scan", "diagnostics"} - LATER_COLUMNS - found
-        if found & set(LATERAL_COLUMNS):
-            missing |= set(LATERAL_COLUMNS) - found
+        for columns in OWN_COLUMNS:
+            if found & set(columns):
+                missing |= set(columns) - found
         if missing:
             raise InputError(
                 f"{path}: a trial log without the columns {', '.join(sorted(missing))}"
@@ -348,10 +375,10 @@ class TrialLog:
         angles = np.array(info.pop("scan_angles_rad"), dtype=float)
         events = info.pop("events", [])
         notes = [json.loads(n) for n in table["diagnostics"].drop_null().to_pylist()]
-        lateral = [name for name in LATERAL_COLUMNS if name in table.column_names]
+        own = _own_columns(table.column_names)
         present = [name for name in COLUMNS if name in table.column_names]
-        samples = table.select([*present, *lateral]).to_pandas()
-        samples = samples.reindex(columns=[*COLUMNS, *lateral])
+        samples = table.select([*present, *own]).to_pandas()
+        samples = samples.reindex(columns=[*COLUMNS, *own])
         if not all(kind.kind in "if" for kind in samples.dtypes):
             raise TypeError("a column does not hold numbers")
         return cls(
@@ -363,6 +390,11 @@ class TrialLog:
             events=tuple((float(event.pop("time_s")), event) for event in events),
             costmaps=read_costmaps(table),
         )
+
+
+def _own_columns(found: Collection[str]) -> list[str]:
+    """Returns the columns among those found that only some logs have."""
+    return [name for columns in OWN_COLUMNS for name in columns if name in found]
 
 
 def _analysis() -> Any:

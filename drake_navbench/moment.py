@@ -16,7 +16,8 @@ class Moment(NamedTuple):
 
     state: (6,) x m, y m, yaw rad, v m/s, w rad/s, vy m/s. scan, costmap: the latest, None before
     there was any. plan: (N, 3) poses of the plan in force, x m, y m, yaw rad; None before there is
-    one. diagnostics: what the controller left in its last cycle.
+    one. diagnostics: what the controller left in its last cycle. moving_poses: (B, 3) x m, y m, yaw
+    rad of what moves.
     """
 
     time_s: float
@@ -25,3 +26,4 @@ class Moment(NamedTuple):
     costmap: Costmap | None
     plan: NDArray[Any] | None
     diagnostics: Mapping[str, Any]
+    moving_poses: NDArray[Any]

@@ -21,6 +21,15 @@ class NoiseStream(IntEnum):
     LOCALIZATION = 2
     LIDAR = 3
     CONTROLLER = 4
+    DRIFT = 5
+    FIX = 6
+    LIDAR_FAULTS = 7
+    WHEELS = 8
+    SCAN_DELAY = 9
+    ODOMETRY_DELAY = 10
+    COMMAND_DELAY = 11
+    AMCL = 12
+    WHEEL_ODOMETRY = 13
 
 
 # Philox is a counter-based generator with a key of two words: here the seed, and the rest.

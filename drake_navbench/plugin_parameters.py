@@ -56,7 +56,7 @@ def chosen_plugin(kind: PluginKind, block: Mapping[str, Any], key: str = "plugin
         if not isinstance(name, str):
             raise InputError(f"got {name!r}, expected the name of a {kind.noun}")
         chosen = kind.load(name)
-        if kind.origin(name) is None:
+        if kind.origin(name) is None and not kind.has_own_blocks:
             raise InputError(f"got {name!r}, expected a {kind.noun} of another package")
         model = chosen.Parameters
     except InputError as error:

@@ -54,7 +54,9 @@ class PluginKind:
     to be one; empty where an entry point may name something else than a class. base: returns what
     the class must derive from, with members of its own; None where anything with them will do.
     parameters: what its `Parameters` must derive from, None where they are checked elsewhere.
-    built_in: those of ours that are no entry points, by name. guide: the page that describes them.
+    built_in: those of ours that are no entry points, by name; an EntryPoint is loaded when it is
+    asked for. has_own_blocks: whether a block may name one of ours. guide: the page that
+    describes them.
     """
 
     noun: str
@@ -64,6 +66,7 @@ class PluginKind:
     base: Callable[[], type] | None = None
     parameters: type[Any] | None = None
     built_in: Mapping[str, Any] = field(default_factory=dict)
+    has_own_blocks: bool = False
 
     @property
     def names(self) -> list[str]:
@@ -87,7 +90,8 @@ class PluginKind:
                 f"{self.noun} {name!r}: registered by {packages}; expected one of this name"
             )
         if name in self.built_in:
-            return self.built_in[name]
+            ours = self.built_in[name]
+            return ours.load() if isinstance(ours, EntryPoint) else ours
         if not points:
             hint = nearest_name_hint(name, self.names)
             raise InputError(f"{self.noun} {name!r} is not registered{hint}")

@@ -15,6 +15,7 @@ from drake_navbench.commands.documentation import TABLE_BEGIN, documents, preset
 from drake_navbench.commands.plugin_page import DATA_FILE, ShippedPlugin, plugin_page, read_plugins
 from drake_navbench.controller import CONTROLLERS
 from drake_navbench.inputs.presets import preset_files
+from drake_navbench.inputs.scenario import SCENARIO_FILES
 from drake_navbench.plugins import is_ours
 
 REPOSITORY = Path(__file__).parents[1]
@@ -36,6 +37,13 @@ def test_every_schema_and_page_that_is_generated_is_named_as_such():
     assert {path.name for path in (DOCS / "schemas").glob("*")} == {
         Path(name).name for name in GENERATED if name.startswith("schemas/")
     }
+
+
+@pytest.mark.parametrize("name", [*SCENARIO_FILES.names, *preset_files(), "robots"])
+def test_the_gallery_has_a_picture_of_everything_that_ships(name):
+    shown = f"images/gallery/{name}.svg"
+    assert f"![{name}]({shown})" in (DOCS / "gallery.md").read_text(encoding="utf-8")
+    assert (DOCS / shown).is_file(), f"run `python docs/gallery.py {name}`"
 
 
 def test_a_second_picture_of_the_wiring_in_one_process_has_the_same_bytes():

@@ -44,14 +44,19 @@ MAY_IMPORT: dict[str, set[str]] = {
     "trial": BELOW_ALL | {"costmaps", "navigation", "inputs", "systems"},
     "analysis": BELOW_ALL,
     "recordings": BELOW_ALL | {"costmaps", "inputs", "trial", "analysis"},
+    "tuning": BELOW_ALL | {"inputs", "trial", "analysis", "campaign"},
     "campaign": BELOW_ALL | {"inputs", "trial", "analysis"},
     "gymnasium_environment": BELOW_ALL
     | {"controllers", "navigation", "inputs", "systems", "trial"},
     "commands": BELOW_ALL
-    | {"inputs", "trial", "analysis", "campaign", "recordings", "gymnasium_environment"},
+    | {"inputs", "trial", "analysis", "campaign", "recordings", "gymnasium_environment", "tuning"},
 }
-# What analysis may use of the engine: the shapes that stood in the world, which every log has.
-SHAPES = {"drake_navbench.inputs.world", "drake_navbench.inputs.world_geometry"}
+# What analysis may use of the engine: the shapes that were in the world, which every log has.
+SHAPES = {
+    "drake_navbench.inputs.moving",
+    "drake_navbench.inputs.world",
+    "drake_navbench.inputs.world_geometry",
+}
 # Contracts that a kernel may use; the others use kernels themselves.
 FOR_KERNELS = {"drake_navbench.errors", "drake_navbench.typed_files.immutable"}
 

@@ -41,7 +41,7 @@ KINDS = {
     "behaviors": BEHAVIORS,
     "nodes": TREE_NODES,
 }
-WITHOUT_OURS = (COSTMAP_LAYERS, BEHAVIORS, TREE_NODES)
+WITHOUT_OURS = (BEHAVIORS, TREE_NODES)
 CLASSES = {name: kind for name, kind in KINDS.items() if kind is not METRICS}
 OF_THE_STACK = {name: kind for name, kind in CLASSES.items() if kind.parameters is not None}
 

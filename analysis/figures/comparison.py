@@ -12,6 +12,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullLocator
+from numpy.typing import NDArray
 
 from drake_navbench.analysis.figures.style import (
     INK,
@@ -39,6 +40,8 @@ WIDE_IN = (7.2, 2.8)
 LONGEST_TICK_LABEL = 9
 COMPUTE_POINTS = 150
 SPREAD = 0.16
+# Of one controller in one panel; the box around them is of all.
+MOST_DOTS = 300
 
 
 class ClearanceCurve(NamedTuple):
@@ -143,6 +146,11 @@ def _box(controller: str, by_seed: pd.Series, failed: pd.Series) -> Box:
     return Box(controller, values, is_failed_trial, low, first, median, third, high)
 
 
+def evenly_chosen(count: int, most: int) -> NDArray[np.intp]:
+    """Returns at most so many of `count` places, evenly spread, the first and last among them."""
+    return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(np.intp))
+
+
 def box_figure(panels: Sequence[BoxPanel], look: Look) -> Figure | None:
     """Returns a box plot a metric with every single trial visible; None without a panel.
 
@@ -200,7 +208,7 @@ def compute_figure(times: ComputeTimes | None, look: Look) -> Figure | None:
         axis.set_minor_locator(NullLocator())
     axes.set_xlabel("compute time of a control cycle [ms]")
     axes.set_ylabel("share of cycles at least as long")
-    axes.set_title("Compute time, all cycles of all trials")
+    axes.set_title("Compute time, all cycles")
     handles, _ = axes.get_legend_handles_labels()
     legend_below(figure, handles)
     return figure
@@ -210,18 +218,18 @@ def _draw_boxes(axes: Axes, panel: BoxPanel, look: Look) -> None:
     names = [box.controller for box in panel.boxes]
     _draw_outlines(axes, panel.boxes, look)
     for place, box in enumerate(panel.boxes, 1):
-        color, count = look.line(box.controller)["color"], len(box.values)
+        color = look.line(box.controller)["color"]
+        shown = evenly_chosen(len(box.values), MOST_DOTS)
+        values, failed, count = box.values[shown], box.failed[shown], len(shown)
         # Side by side, so that equal trials do not hide one another.
         offsets = np.linspace(-SPREAD, SPREAD, count) if count > 1 else np.zeros(count)
         for chosen, edge in (
-            (~box.failed, {"mfc": color, "mec": "white"}),
-            (box.failed, {"mfc": "white", "mec": color}),
+            (~failed, {"mfc": color, "mec": "white"}),
+            (failed, {"mfc": "white", "mec": color}),
         ):
             if chosen.any():
                 marker = look.marker(box.controller)
-                axes.plot(
-                    place + offsets[chosen], box.values[chosen], marker, ms=4.5, mew=0.7, **edge
-                )
+                axes.plot(place + offsets[chosen], values[chosen], marker, ms=4.5, mew=0.7, **edge)
         if count == 0:
             axes.text(place, 0.5, "–", ha="center", transform=axes.get_xaxis_transform())
     is_short = max(map(len, names)) <= LONGEST_TICK_LABEL

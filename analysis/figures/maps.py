@@ -11,6 +11,8 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
 from drake_navbench.analysis.figures.style import (
+    MOVING_COLOR,
+    MOVING_FACE,
     OBSTACLE_EDGE,
     OBSTACLE_FACE,
     PLAN_COLOR,
@@ -20,8 +22,10 @@ from drake_navbench.analysis.figures.style import (
 )
 from drake_navbench.analysis.metrics.body import outline_of
 from drake_navbench.analysis.metrics.mission import goals
+from drake_navbench.analysis.metrics.moving import look_times
 from drake_navbench.analysis.metrics.safety import obstacle_outlines
 from drake_navbench.analysis.metrics.signals import Array, positions
+from drake_navbench.analysis.moving import movers_of
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.log import TrialLog
 
@@ -33,7 +37,8 @@ class Course(NamedTuple):
     """What stood in the world and what was to be done in it; lengths in m, world frame.
 
     obstacles: corners (K, 2) of each. plans: (N, 2) the first plan of each leg. is_replanned:
-    whether there were others. waypoints: (W, 2). goal: (2,).
+    whether there were others. waypoints: (W, 2). goal: (2,). ways: (N, 2) that of each thing that
+    moved. movers: corners (K, 2) of each where it began.
     """
 
     obstacles: list[Array]
@@ -41,6 +46,8 @@ class Course(NamedTuple):
     is_replanned: bool
     waypoints: Array
     goal: Array
+    ways: list[Array]
+    movers: list[Array]
 
 
 class DrivenPaths(NamedTuple):
@@ -63,12 +70,17 @@ class PathsMap(NamedTuple):
 def course_of(log: TrialLog) -> Course:
     """Returns the course of a trial."""
     *waypoints, goal = goals(log)[:, :2]
+    moved = movers_of(log)
+    poses = moved.poses_at(look_times(log)) if moved.body_count else np.empty((1, 0, 3))
+    first = zip(moved.outlines, poses[0], strict=True)
     return Course(
         obstacle_outlines(log),
         [plan.poses[:, :2] for plan in log.first_plans],
         len(log.plans) != len(log.first_plans),
         np.array(waypoints).reshape(-1, 2),
         goal,
+        [poses[:, body, :2] for body in range(moved.body_count)],
+        [place_outline(outline, pose) for outline, pose in first],
     )
 
 
@@ -110,6 +122,10 @@ def draw_course(axes: Axes, course: Course) -> None:
         ),
         autolim=False,
     )
+    for number, (way, corners) in enumerate(zip(course.ways, course.movers, strict=True)):
+        label = "what moves, from its outline on" if number == 0 else None
+        axes.plot(*way.T, color=MOVING_COLOR, lw=1.0, ls=":", label=label)
+        axes.fill(*corners.T, facecolor=MOVING_FACE, edgecolor=MOVING_COLOR, lw=0.8)
     label = "first plan" if course.is_replanned else "plan"
     for number, plan in enumerate(course.plans):
         axes.plot(

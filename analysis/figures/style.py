@@ -26,6 +26,7 @@ SUFFIXES = (SVG, PNG)
 POINTS_PER_INCH = 72
 INK, MUTED, GRID = "#1f2933", "#6b7480", "#e3e7eb"
 OBSTACLE_FACE, OBSTACLE_EDGE = "#c9ced4", "#6b7480"
+MOVING_FACE, MOVING_COLOR = "#f0d9bf", "#b5752d"
 PLAN_COLOR = "#1f2933"
 # Together with the colour: tells controllers apart in a black and white print.
 LINE_STYLES = ("-", (0, (6, 2)), (0, (2, 1.4)), (0, (7, 2, 1.5, 2)), (0, (1, 1.2)))

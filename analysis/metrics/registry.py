@@ -19,6 +19,7 @@ BUILTIN_THEMES = (
     "efficiency",
     "tracking",
     "safety",
+    "moving",
     "smoothness",
     "comfort",
     "compute",

@@ -17,8 +17,15 @@ from drake_navbench.analysis.replay.flat_meshes import ribbon, thinned
 from drake_navbench.analysis.replay.global_plans import PLAN_COLOR, PLAN_PATH, draw_plan
 from drake_navbench.analysis.replay.ground_texture import textured_square
 from drake_navbench.analysis.replay.intentions import PREDICTED_COLOR, draw_prediction
+from drake_navbench.analysis.replay.moving import draw_moving, on_floor
 from drake_navbench.analysis.replay.page import LegendRow, assemble
-from drake_navbench.analysis.replay.paths import LAYER_COLOR, RobotPaths, css_color, rgba_of
+from drake_navbench.analysis.replay.paths import (
+    LAYER_COLOR,
+    MOVING_PATH,
+    RobotPaths,
+    css_color,
+    rgba_of,
+)
 from drake_navbench.analysis.replay.robot_model import load_model
 from drake_navbench.analysis.replay.scene import (
     CAMERA_ASPECT,
@@ -45,6 +52,7 @@ DRAWN = (
     "/start",
     "/waypoint",
     COSTMAP_PATH,
+    MOVING_PATH,
     PLAN_PATH,
     PREDICTION_PATH,
 )
@@ -84,6 +92,7 @@ class LiveScene:
         self.page = self._page(course.scenario, controller, subtitle, bounds)
         add_scene(self._stage, course.world, course=bounds)
         add_task(self._stage, course.start, course.goals, course.goal_tolerance_m)
+        self._moving = draw_moving(self._stage, course.world.moving)
         model = load_model(course.model, course.outline)
         draw_robot(self._stage, self._paths.robot, model, outline=course.outline, rgba=self._rgba)
         for link, pose in model.rest_poses().items():
@@ -98,6 +107,8 @@ class LiveScene:
         self._stage.pose(
             self._paths.robot, RigidTransform(RotationMatrix.MakeZRotation(yaw), [x, y, 0.0])
         )
+        for path, pose in zip(self._moving, moment.moving_poses, strict=True):
+            self._stage.pose(path, on_floor(pose))
         self._driven.append(moment.state[:2].copy())
         if moment.plan is not None and moment.plan is not self._plan:
             self._plan = moment.plan

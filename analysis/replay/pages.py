@@ -14,6 +14,7 @@ from pydrake.geometry import Rgba
 from drake_navbench.analysis.colors import controller_color
 from drake_navbench.analysis.metrics.body import outline_of
 from drake_navbench.analysis.metrics.mission import goals
+from drake_navbench.analysis.moving import movers_of
 from drake_navbench.analysis.replay import intentions
 from drake_navbench.analysis.replay.actors import (
     Pace,
@@ -33,8 +34,15 @@ from drake_navbench.analysis.replay.global_plans import (
     add_course,
     add_plans_in_force,
 )
+from drake_navbench.analysis.replay.moving import add_moving
 from drake_navbench.analysis.replay.page import LegendRow, assemble
-from drake_navbench.analysis.replay.paths import LAYER_COLOR, RobotPaths, css_color, rgba_of
+from drake_navbench.analysis.replay.paths import (
+    LAYER_COLOR,
+    MOVING_PATH,
+    RobotPaths,
+    css_color,
+    rgba_of,
+)
 from drake_navbench.analysis.replay.robot_model import RobotModel, load_model
 from drake_navbench.analysis.replay.scene import (
     CAMERA_ASPECT,
@@ -47,6 +55,7 @@ from drake_navbench.analysis.replay.scene import (
 from drake_navbench.analysis.replay.stage import Stage
 from drake_navbench.analysis.replay.strip import strip_of
 from drake_navbench.inputs.world import Obstacle, World
+from drake_navbench.inputs.world_geometry import MOVING_COLOR
 from drake_navbench.log import Outcome, TrialLog
 from drake_navbench.plans import Plan
 
@@ -86,6 +95,7 @@ def write_race_replay(logs: Sequence[TrialLog], path: Path, *, model: Path | Non
     layers = [
         _plan_row(),
         LegendRow("lidar hits", LAYER_COLOR, scans),
+        *_moving_rows(stage, logs, pace),
         *_costmap_rows(stage, logs, pace, max_turns=RACE_MAX_COSTMAPS // len(logs)),
     ]
     page = assemble(
@@ -120,6 +130,7 @@ def write_trial_replay(log: TrialLog, path: Path, *, model: Path | None) -> None
         LegendRow("driven path", row.color, [RobotPaths(row.name).driven]),
         _plan_row(),
         LegendRow("lidar hits", LAYER_COLOR, [RobotPaths(row.name).scan]),
+        *_moving_rows(stage, [log], pace),
         *_costmap_rows(stage, [log], pace),
         *_intention_rows(stage, log, pace),
     ]
@@ -134,8 +145,9 @@ def write_trial_replay(log: TrialLog, path: Path, *, model: Path | None) -> None
 
 
 def _world(log: TrialLog) -> World:
-    """Returns everything that stood in the trial's world, walls of a map included."""
-    return World(tuple(TypeAdapter(list[Obstacle]).validate_python(log.info["obstacles"])))
+    """Returns everything that was in the trial's world, walls of a map included."""
+    standing = TypeAdapter(list[Obstacle]).validate_python(log.info["obstacles"])
+    return World(tuple(standing), moving=movers_of(log).things)
 
 
 def _add_surroundings(
@@ -197,6 +209,15 @@ def _add_trial(
     if is_failure and log.info.get("reason"):
         detail += f": {log.info['reason']}"
     return LegendRow(name, color, [RobotPaths(name).group], detail, is_failure, robot=layer)
+
+
+def _moving_rows(stage: Stage, logs: Sequence[TrialLog], pace: Pace) -> list[LegendRow]:
+    """Draws what moves along given ways, which is the same in all trials; returns its row."""
+    end_time_s = max(log.samples["time_s"].iloc[-1] for log in logs)
+    movers = movers_of(logs[0])
+    is_drawn = add_moving(stage, movers, end_time_s=end_time_s, pose_stride=pace.pose_stride)
+    row = LegendRow("moving obstacles", css_color(Rgba(*MOVING_COLOR)), [MOVING_PATH])
+    return [row] if is_drawn else []
 
 
 def _costmap_rows(

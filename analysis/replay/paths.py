@@ -5,6 +5,7 @@ from __future__ import annotations
 from pydrake.geometry import Rgba
 
 LAYER_COLOR = "#8a94a3"
+MOVING_PATH = "/moving"
 
 
 class RobotPaths:

@@ -78,6 +78,7 @@ class Bounds:
 def add_scene(stage: Stage, world: World, *, course: Bounds) -> None:
     """Draws floor and obstacles, and points the camera at the course, which it must show."""
     outlines = [obstacle.outline for obstacle in world.obstacles]
+    outlines += [thing.knots[:, 1:3] for thing in world.moving.things]
     floor = Bounds.around(np.vstack([course.corners, *outlines]), FLOOR_MARGIN_M)
     _replace_defaults(stage.meshcat)
     _draw_floor(stage.meshcat, floor)

@@ -128,19 +128,21 @@ def plan_campaign(
             # Some parameters are wrong only for this robot or its control period.
             check_controller(preset, loaded_robot)
             warn_of_rotation(preset, loaded_robot)
-        for trial in range(trials):
-            for preset in fitted:
-                specs.append(
-                    TrialSpec(
-                        scenario,
-                        loaded_robot,
-                        preset,
-                        seed=trial_seed(seed, entry.base, trial),
-                        trial=trial,
-                        wants_diagnostics=wants_diagnostics,
-                        keeps_costmaps=keeps_costmaps,
-                    )
-                )
+        firsts = [
+            TrialSpec(
+                scenario,
+                loaded_robot,
+                preset,
+                seed=trial_seed(seed, entry.base, 0),
+                wants_diagnostics=wants_diagnostics,
+                keeps_costmaps=keeps_costmaps,
+            )
+            for preset in fitted
+        ]
+        specs += firsts
+        for trial in range(1, trials):
+            trials_own_seed = trial_seed(seed, entry.base, trial)
+            specs += [first.numbered(trial, trials_own_seed) for first in firsts]
     return Campaign(tuple(specs), sweep=_origins(swept) if sweeps else {})
 
 

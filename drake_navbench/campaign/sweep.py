@@ -63,15 +63,15 @@ class SweptScenario(NamedTuple):
     columns: tuple[tuple[Preset, str, Mapping[str, Any]], ...]
 
 
-def parse_axis(text: str) -> Axis:
+def parse_axis(text: str, option: str = "--sweep") -> Axis:
     """Returns the axis for 'field=1,2,3', 'field=low:high:count[:log]' or 'field=low:high'.
 
-    Raises InputError.
+    option: what it was given to. Raises InputError.
     """
     field, equals, values = text.partition("=")
     if not field or not equals or not values:
-        raise InputError(f"--sweep {text!r}: expected FIELD=VALUE,VALUE,... or FIELD=LOW:HIGH:N")
-    source = f"--sweep {text!r}"
+        raise InputError(f"{option} {text!r}: expected FIELD=VALUE,VALUE,... or FIELD=LOW:HIGH:N")
+    source = f"{option} {text!r}"
     if (found := RANGE.fullmatch(values)) is None:
         parsed = parse_yaml(f"values: [{values}]", source)["values"]
         if len({repr(value) for value in parsed}) != len(parsed):
@@ -175,7 +175,7 @@ def expand(
             for member in members:
                 for name, preset in columns.items():
                     given = {f: value for f, value in member.items() if owners[f] == name}
-                    variant = _column_at(preset, given)
+                    variant = column_at(preset, given)
                     driven.setdefault(variant.name, (variant, name, given))
             yield SweptScenario(changed, scenario.name, values, tuple(driven.values()))
 
@@ -227,13 +227,16 @@ def _without(owner: str, field: str) -> str:
     return field.removeprefix(f"{owner}.")
 
 
-def _column_at(preset: Preset, values: Mapping[str, Any]) -> Preset:
-    """Returns a column with these values, named as a variant is named in --controllers."""
+def column_at(preset: Preset, values: Mapping[str, Any], option: str = "--sweep") -> Preset:
+    """Returns a column with these values, named as a variant is named in --controllers.
+
+    option: what gave them. Raises InputError where the column cannot take them.
+    """
     if not values:
         return preset
     assigned = {_without(preset.name, field): value for field, value in values.items()}
     name = ":".join([preset.name, *(f"{key}={_shown(v)}" for key, v in assigned.items())])
-    source = f"--sweep {_suffix(values)}"
+    source = f"{option} {_suffix(values)}"
     laid_over = nested(assigned.items(), source)
     for_radius = preset.values_for_radius
     return replace(

@@ -27,7 +27,7 @@ from drake_navbench.inputs.presets import PresetFile, default_presets, load_pres
 from drake_navbench.inputs.robot import Robot, load_robot
 from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.inputs.world import World
-from drake_navbench.log import COLUMNS, LATERAL_COLUMNS, SCHEMA_VERSION
+from drake_navbench.log import COLUMNS, LATERAL_COLUMNS, ODOMETRY_COLUMNS, SCHEMA_VERSION
 from drake_navbench.logged_costmaps import COSTMAP_COLUMNS
 from drake_navbench.plans import PLAN_COLUMNS
 from drake_navbench.trial.column_controller import controller_setup
@@ -130,6 +130,13 @@ def log_format() -> str:
         "| column | meaning |",
         "|---|---|",
         *(f"| `{name}` | {meaning} |" for name, meaning in LATERAL_COLUMNS.items()),
+        "",
+        "Logs of robots whose odometry has a frame of its own, and no others, also have",
+        "(see [stress.md](stress.md)):",
+        "",
+        "| column | meaning |",
+        "|---|---|",
+        *(f"| `{name}` | {meaning} |" for name, meaning in ODOMETRY_COLUMNS.items()),
         "",
         *CONTACT_TEXT.splitlines(),
         "",

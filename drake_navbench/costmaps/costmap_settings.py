@@ -13,6 +13,7 @@ from pydantic import Field, WithJsonSchema, model_validator
 
 from drake_navbench.costmaps.grid_size import require_grid_size
 from drake_navbench.costmaps.layer_plugin import COSTMAP_LAYERS
+from drake_navbench.costmaps.observation_source import ObservationSourceSettings
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.plugin_parameters import PluginBlocks
 from drake_navbench.plugins import PluginKind
@@ -56,25 +57,6 @@ class ObstacleLayerSettings(FrozenModel):
     inf_is_valid: bool = Field(False, description="Beams without a hit clear up to the range.")
     combination_method: Literal[0, 1, 2] = Field(
         1, description="0 overwrites, 1 takes the larger cost, 2 as 1 but keeps unknown cells."
-    )
-
-
-class ObservationSourceSettings(FrozenModel):
-    """One source of Nav2's voxel layer, with Nav2's defaults: those of a sensor on the floor."""
-
-    data_type: Literal["LaserScan", "PointCloud2"] = Field(
-        "LaserScan", description="What it sends; the robot's lidar sends LaserScan."
-    )
-    marking: bool = Field(True, description="Its points mark.")
-    clearing: bool = Field(False, description="The rays to its points clear.")
-    min_obstacle_height: float = Field(0.0, description="Lower points are not looked at [m].")
-    max_obstacle_height: float = Field(0.0, description="Higher points are not looked at [m].")
-    obstacle_min_range: float = Field(0.0, ge=0.0, description="Nearest point that marks [m].")
-    obstacle_max_range: float = Field(2.5, gt=0.0, description="Marking points are nearer [m].")
-    raytrace_min_range: float = Field(0.0, ge=0.0, description="Where clearing starts [m].")
-    raytrace_max_range: float = Field(3.0, gt=0.0, description="Where clearing ends [m].")
-    inf_is_valid: bool = Field(
-        False, description="Beams of a LaserScan without a hit clear up to the range."
     )
 
 

@@ -8,6 +8,7 @@ Nav2's updateCosts). What it remembers is in its state, which is never changed i
 from __future__ import annotations
 
 from collections.abc import Mapping
+from importlib.metadata import EntryPoint
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
@@ -21,7 +22,7 @@ from drake_navbench.plugin_parameters import PluginParameters
 from drake_navbench.plugins import PluginKind
 
 if TYPE_CHECKING:
-    from drake_navbench.costmaps.voxel_layer import PointCloud
+    from drake_navbench.costmaps.point_cloud import PointCloud
 
 
 class LayerParameters(PluginParameters):
@@ -100,5 +101,17 @@ COSTMAP_LAYERS = PluginKind(
     members=("Parameters", "initial_state", "observe", "write"),
     guide="docs/plugins.md",
     parameters=LayerParameters,
+    built_in={
+        name: EntryPoint(name, f"drake_navbench.costmaps.{place}", "")
+        for name, place in (
+            ("nav2_costmap_2d::ObstacleLayer", "observation_layers:SourcedObstacleLayer"),
+            ("nav2_costmap_2d::VoxelLayer", "observation_layers:SourcedVoxelLayer"),
+            (
+                "spatio_temporal_voxel_layer::SpatioTemporalVoxelLayer",
+                "spatio_temporal_layer:SpatioTemporalVoxelLayer",
+            ),
+        )
+    },
+    has_own_blocks=True,
 )
-"""The layers that are not built in."""
+"""The layers that are blocks of any name: ours with sources of any kind, and those of others."""

@@ -23,8 +23,9 @@ from drake_navbench.costmaps.layer_plugin import LayerSetup, Seen
 from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.costmaps.obstacle_layer import ObstacleLayer
 from drake_navbench.costmaps.plugin_layers import PluginLayers
+from drake_navbench.costmaps.point_cloud import PointCloud
 from drake_navbench.costmaps.sensor import RangeSensor
-from drake_navbench.costmaps.voxel_layer import PointCloud, VoxelGrids, VoxelLayer
+from drake_navbench.costmaps.voxel_layer import VoxelGrids, VoxelLayer
 from drake_navbench.kernels.denoise import denoise
 from drake_navbench.kernels.footprint import footprint_radii
 from drake_navbench.kernels.grid import FREE, INSCRIBED, NO_INFORMATION, Costmap, Grid
@@ -34,7 +35,7 @@ from drake_navbench.kernels.layer_grid import (
     fill_outline,
     merge_layer,
 )
-from drake_navbench.kernels.poses import place_outline
+from drake_navbench.kernels.poses import compose, place_outline
 from drake_navbench.kernels.rasterize import MASK_UNKNOWN, apply_keepout, mask_costs
 from drake_navbench.kernels.static_layer import sample_static, static_costs
 from drake_navbench.log import Scan
@@ -46,7 +47,7 @@ Array = NDArray[np.float64]
 # Where a rolling costmap lies before its first update; it fixes the lattice of its cells.
 FIRST_ORIGIN = (0.0, 0.0)
 NO_OVERRIDE = -1
-# The costmap and the map share one frame.
+# Where the costmap lies in the map's frame, unless told otherwise.
 SAME_FRAME = np.zeros(3)
 NO_CLOUDS: Mapping[str, PointCloud] = MappingProxyType({})
 
@@ -92,6 +93,8 @@ class LayersState(Immutable):
 class _Cycle(NamedTuple):
     """What the layers write from in one cycle; `window` is where they may write.
 
+    map_from_costmap: (3,) where the costmap's frame lies in the map's.
+
     plugins: the new states of the layers that are not built in.
     """
 
@@ -103,6 +106,7 @@ class _Cycle(NamedTuple):
     window: CellWindow
     seen: Seen
     plugins: Mapping[str, Any]
+    map_from_costmap: Array
 
 
 class LayeredCostmap:
@@ -197,13 +201,17 @@ class LayeredCostmap:
         pose: Array,
         time_s: float,
         clouds: Mapping[str, PointCloud] = NO_CLOUDS,
+        map_from_costmap: Array | None = None,
     ) -> LayersState:
         """Returns the state after one update cycle.
 
         scan: the newest one; None leaves what was seen as it is. pose: (3,) of the robot, x m, y m,
-        yaw rad. clouds: the newest one of each of the voxel layer's sources that sends them.
+        yaw rad. clouds: the newest one of each sensor that sends points, by its name.
+        map_from_costmap: (3,) where the frame of all these lies in the map's, in which the static
+        map and the masks lie; None where they are one, as they must be unless the costmap rolls.
         """
-        cycle = self._observe(state, scan, clouds, pose, time_s)
+        frame = SAME_FRAME if map_from_costmap is None else map_from_costmap
+        cycle = self._observe(state, scan, clouds, pose, time_s, frame)
         master = self._reset_window(state, cycle)
         for name in self._plugins:
             if name in self._layers:
@@ -252,6 +260,7 @@ class LayeredCostmap:
         clouds: Mapping[str, PointCloud],
         pose: Array,
         time_s: float,
+        map_from_costmap: Array,
     ) -> _Cycle:
         """Moves the grid, takes what was seen, frees the footprint, finds the window to write."""
         is_seen = "obstacle_layer" in self._plugins
@@ -268,7 +277,7 @@ class LayeredCostmap:
         grid = self._static_map
         is_cleared = self._settings.static_layer.footprint_clearing_enabled
         if static is not None and grid is not None and is_cleared:
-            outline = place_outline(self._footprint, pose)
+            outline = place_outline(self._footprint, compose(map_from_costmap, pose))
             touched = _joined(touched, [*outline.min(axis=0), *outline.max(axis=0)])
             static = static.copy()
             fill_outline(Grid(static, *grid.frame), outline, FREE)
@@ -279,7 +288,17 @@ class LayeredCostmap:
         window = CellWindow.whole(obstacles.shape)
         if state.plugged is not None and not self._geometry.rolling_window:
             window = self._window_around(touched)
-        return _Cycle(pose, seen.origin, obstacles, voxels, static, window, seen, plugins)
+        return _Cycle(
+            pose,
+            seen.origin,
+            obstacles,
+            voxels,
+            static,
+            window,
+            seen,
+            plugins,
+            map_from_costmap,
+        )
 
     def _window_around(self, touched: Array) -> CellWindow:
         """Returns the cells within the inflation's reach of a box min_x, min_y, max_x, max_y, m."""
@@ -314,7 +333,7 @@ class LayeredCostmap:
         sample_static(
             Grid(master, *cycle.origin, self._geometry.resolution),
             Grid(static, *grid.frame),
-            SAME_FRAME,
+            cycle.map_from_costmap,
             self._settings.use_maximum,
         )
         return master
@@ -369,7 +388,8 @@ class LayeredCostmap:
                     resolution,
                 ),
                 Grid(costs, *mask.grid.frame),
-                self._override_cost(mask, cycle.pose),
+                cycle.map_from_costmap,
+                self._override_cost(mask, compose(cycle.map_from_costmap, cycle.pose)),
             )
         master[cycle.window.slices] = part
         return master

@@ -13,25 +13,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.costmaps.costmap_settings import ObservationSourceSettings, VoxelLayerSettings
+from drake_navbench.costmaps.costmap_settings import VoxelLayerSettings
+from drake_navbench.costmaps.observations import clouds_of, observation_of
+from drake_navbench.costmaps.point_cloud import PointCloud
 from drake_navbench.costmaps.sensor import RangeSensor
-from drake_navbench.kernels.obstacle_layer import scan_points
-from drake_navbench.kernels.voxel_layer import UNKNOWN_COLUMN, Observation, update_voxel_layer
+from drake_navbench.kernels.observation import Observation
+from drake_navbench.kernels.voxel_layer import UNKNOWN_COLUMN, update_voxel_layer
 from drake_navbench.log import Scan
 from drake_navbench.typed_files.immutable import Immutable
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True, eq=False)
-class PointCloud(Immutable):
-    """Points that a sensor saw, in the frame of the costmap.
-
-    origin: (3,) of the sensor, x m, y m, z m. points: (N, 3) m.
-    """
-
-    origin: Array
-    points: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,9 +78,9 @@ class VoxelLayer:
         """Returns the grids after one cycle, and (4,) the box that it touched, m.
 
         origin: lower left corner before the cycle, m; a rolling grid follows the robot. scan: what
-        all sources of type LaserScan get. clouds: the newest one of each source of type
-        PointCloud2. pose: (3,) of the robot, x m, y m, yaw rad. Where there is neither scan nor
-        cloud yet, the footprint is not freed either.
+        all sources of type LaserScan get. clouds: the newest one of each sensor that sends points.
+        pose: (3,) of the robot, x m, y m, yaw rad. Where there is neither scan nor cloud yet, the
+        footprint is not freed either.
         """
         parameters = self._parameters
         if scan is None and not clouds:
@@ -108,42 +99,13 @@ class VoxelLayer:
         self, scan: Scan | None, clouds: Mapping[str, PointCloud]
     ) -> Iterator[Observation]:
         for name, source in self._sources.items():
-            if source.data_type == "LaserScan" and scan is not None:
-                for own in scan.of_all_scanners:
-                    cloud = self._cloud_of(own, inf_is_valid=source.inf_is_valid)
-                    yield _observation(source, cloud)
-            elif name in clouds:
-                yield _observation(source, clouds[name])
-
-    def _cloud_of(self, scan: Scan, *, inf_is_valid: bool) -> PointCloud:
-        """Returns the hits of a scan, all as high as the lidar."""
-        lidar = self._lidar
-        hits = scan_points(
-            scan.sensor_pose,
-            scan.angles_rad,
-            scan.ranges_m,
-            range_min=lidar.range_min_m,
-            range_max=lidar.range_max_m,
-            inf_is_valid=inf_is_valid,
-        )
-        heights = np.full((len(hits), 1), lidar.height_m)
-        return PointCloud(
-            np.append(scan.sensor_pose[:2], lidar.height_m), np.hstack([hits, heights])
-        )
-
-
-def _observation(source: ObservationSourceSettings, cloud: PointCloud) -> Observation:
-    """Returns what a source makes of a cloud: the points within its heights."""
-    points = np.ascontiguousarray(cloud.points, dtype=np.float64)
-    heights = points[:, 2]
-    is_within = (heights <= source.max_obstacle_height) & (heights >= source.min_obstacle_height)
-    return Observation(
-        origin=np.ascontiguousarray(cloud.origin, dtype=np.float64),
-        points=points[is_within],
-        marking=source.marking,
-        clearing=source.clearing,
-        obstacle_min_range=source.obstacle_min_range,
-        obstacle_max_range=source.obstacle_max_range,
-        raytrace_min_range=source.raytrace_min_range,
-        raytrace_max_range=source.raytrace_max_range,
-    )
+            own = clouds_of(
+                name,
+                source,
+                self._lidar,
+                scan=scan,
+                clouds=clouds,
+                inf_is_valid=source.inf_is_valid,
+            )
+            for cloud in own:
+                yield observation_of(source, cloud)

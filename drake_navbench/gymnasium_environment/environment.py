@@ -82,6 +82,11 @@ class NavigationEnvironment(gymnasium.Env[Seen, NDArray[np.float32]]):
         self._scenario = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
         self._robot = self._scenario.load_robot(robot)
         check_task(self._scenario, self._robot)
+        if len(self._scenario.true_world.moving):
+            raise InputError(
+                f"scenario {self._scenario.name}: world.moving_obstacles: expected a world that "
+                "stands still; the environment moves nothing but the robot"
+            )
         self._draws = tasks == "random"
         self._random_tasks = validate(RandomTasks, dict(random_tasks or {}), "random_tasks")
         self._weights = validate(RewardWeights, dict(reward or {}), "reward")

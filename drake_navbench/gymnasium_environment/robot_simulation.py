@@ -8,7 +8,9 @@ from pydrake.geometry import SceneGraph
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import Context, DiagramBuilder, EventStatus
 
+from drake_navbench.errors import InputError
 from drake_navbench.inputs.robot import Robot
+from drake_navbench.inputs.timeline import Timeline
 from drake_navbench.inputs.world import World
 from drake_navbench.inputs.world_geometry import register_obstacles
 from drake_navbench.kernels.swept_contact import clearance_at
@@ -37,6 +39,11 @@ class RobotSimulation:
     """
 
     def __init__(self, robot: Robot, world: World, *, period_s: float) -> None:
+        if robot.localization.has_frames:
+            raise InputError(
+                "robot: localization: drift, bias, jumps and fixes are for trials alone; an "
+                "environment has white noise at most"
+            )
         builder = DiagramBuilder()
         scene_graph = builder.AddNamedSystem("scene_graph", SceneGraph())
         register_obstacles(scene_graph, world)
@@ -47,7 +54,7 @@ class RobotSimulation:
         self._localization = builder.AddNamedSystem(
             "localization",
             Localization(
-                robot.localization,
+                Timeline.constant(robot.localization),
                 offset_s=CONTROLLER_OFFSET_S,
                 moves_sideways=robot.drive.lateral_speed_mps > 0.0,
             ),

@@ -1,8 +1,8 @@
 """From the costmaps of a Nav2 file to ours: grid, layers and filters.
 
 A parameter that is missing has Nav2's default. Nav2 names layers freely and has any number of each
-type; here a costmap has one layer of a type, fed by the robot's lidars. What differs is noted.
-Source: nav2_costmap_2d, branches humble to lyrical.
+type; here a costmap has one layer of a type, but for those that see obstacles. What differs is
+noted. Source: nav2_costmap_2d, branches humble to lyrical.
 """
 
 from __future__ import annotations
@@ -26,8 +26,9 @@ from drake_navbench.costmaps.costmap_settings import (
 from drake_navbench.costmaps.layer_plugin import COSTMAP_LAYERS
 from drake_navbench.inputs.nav2_check import Status
 from drake_navbench.inputs.nav2_node_reader import NodeReader
-from drake_navbench.inputs.nav2_sensing import SensingLayers
-from drake_navbench.inputs.robot import LidarSettings
+from drake_navbench.inputs.nav2_release import Release
+from drake_navbench.inputs.nav2_sensing import SPATIO_TEMPORAL, SensingLayers
+from drake_navbench.inputs.nav2_sensors import Nav2Sensors
 
 LAYERS: dict[str, tuple[str, type]] = {
     "StaticLayer": ("static_layer", StaticLayerSettings),
@@ -86,19 +87,20 @@ WITHOUT_MEANING = {
             "topic",
             "transform_tolerance",
             "transport_type",
+            "map_save_duration",
         )
     ),
 }
 
 
 def read_local_costmap(
-    reader: NodeReader, lidar: LidarSettings, *, is_override: bool = False
+    reader: NodeReader, sensors: Nav2Sensors, release: Release, *, is_override: bool = False
 ) -> dict[str, Any]:
     """Returns the settings of the local costmap, checked, and notes all that is given.
 
     is_override: whether the files are there to be laid over others, which say what these do not.
     """
-    settings = _CostmapReader(reader, lidar).settings(LocalCostmapSettings)
+    settings = _CostmapReader(reader, sensors, release).settings(LocalCostmapSettings)
     if not reader.flag("rolling_window", False):
         remark = "the local costmap rolls with the robot; Nav2's stays where it is"
         left_to_others = is_override and not reader.given("rolling_window")
@@ -110,9 +112,11 @@ def read_local_costmap(
     return {**settings, **grid}
 
 
-def read_global_costmap(reader: NodeReader, lidar: LidarSettings) -> dict[str, Any]:
+def read_global_costmap(
+    reader: NodeReader, sensors: Nav2Sensors, release: Release
+) -> dict[str, Any]:
     """Returns the settings of the global costmap, checked, and notes all that is given."""
-    settings = _CostmapReader(reader, lidar).settings(GlobalCostmapSettings)
+    settings = _CostmapReader(reader, sensors, release).settings(GlobalCostmapSettings)
     # Nav2's default, which is not ours.
     grid: dict[str, Any] = {"resolution": 0.1}
     if reader.flag("rolling_window", False):
@@ -130,9 +134,9 @@ def read_global_costmap(reader: NodeReader, lidar: LidarSettings) -> dict[str, A
 class _CostmapReader:
     """Reads the layers of one costmap."""
 
-    def __init__(self, reader: NodeReader, lidar: LidarSettings) -> None:
+    def __init__(self, reader: NodeReader, sensors: Nav2Sensors, release: Release) -> None:
         self._reader = reader
-        self._sensing = SensingLayers(reader, lidar)
+        self._sensing = SensingLayers(reader, sensors, release)
         self._settings: dict[str, Any] = {}
         self._lists: dict[str, list[str]] = {"plugins": [], "filters": []}
 
@@ -162,9 +166,15 @@ class _CostmapReader:
         """Reads a layer or filter of ours or of a plugin; returns whether it is one."""
         if COSTMAP_LAYERS.origin(plugin_type) is not None:
             return self._read_plugin(name, plugin_type, listed_in)
+        if plugin_type == SPATIO_TEMPORAL and listed_in == "plugins":
+            return self._read_sensing_block(name, plugin_type)
         ours, model = LAYERS.get(plugin_type.removeprefix(PACKAGE), ("", None))
         if model is None or not plugin_type.startswith(PACKAGE):
             return False
+        if ours in SENSING and listed_in == "plugins":
+            is_first = ours not in self._settings
+            if not (is_first and self._sensing.is_plain(name, ours)):
+                return self._read_sensing_block(name, plugin_type)
         if ours in self._settings:
             remark = f"left out; a costmap has one layer of type {plugin_type} here"
             self._reader.note_block(Status.STAND_IN, name, remark)
@@ -178,6 +188,23 @@ class _CostmapReader:
             self._reader.note(Status.OTHER_FORM, f"{name}.plugin", f"is called {ours} here")
         return True
 
+    def _read_sensing_block(self, name: str, plugin_type: str) -> bool:
+        """Reads a layer of ours with sources of any kind; returns True."""
+        values = self._sensing.read_block(name, plugin_type)
+        if values is not None:
+            block = self._block_name(name)
+            self._settings[block] = values
+            self._lists["plugins"].append(block)
+        return True
+
+    def _block_name(self, name: str) -> str:
+        """Returns the name of a block; another one where ours of that name may be listed, too."""
+        if name not in CostmapSettings.model_fields:
+            return name
+        block = f"{name}_plugin"
+        self._reader.note(Status.OTHER_FORM, f"{name}.plugin", f"is called {block} here")
+        return block
+
     def _read_plugin(self, name: str, plugin_type: str, listed_in: str) -> bool:
         """Reads a layer of another package; returns whether it may stand there."""
         if listed_in != "plugins":
@@ -185,11 +212,7 @@ class _CostmapReader:
         model = COSTMAP_LAYERS.load(plugin_type).Parameters
         names = [field for field in model.model_fields if field != "plugin"]
         values = self._reader.block(model, f"{name}.", names=names)
-        block = name
-        if name in CostmapSettings.model_fields:
-            # Ours of that name may be listed as well.
-            block = f"{name}_plugin"
-            self._reader.note(Status.OTHER_FORM, f"{name}.plugin", f"is called {block} here")
+        block = self._block_name(name)
         self._settings[block] = {"plugin": plugin_type, **values}
         self._lists["plugins"].append(block)
         return True
@@ -199,7 +222,9 @@ class _CostmapReader:
 
     def _stand_in(self, name: str, plugin_type: str, place: int) -> None:
         """Puts an obstacle layer where a layer that we do not have would see obstacles."""
+        types = [block.get("plugin") for block in self._settings.values() if type(block) is dict]
         is_blind = not any(layer in self._settings for layer in SENSING)
+        is_blind = is_blind and not any(kind in COSTMAP_LAYERS.built_in for kind in types)
         if not (is_blind and SENSING_ELSEWHERE.search(plugin_type)):
             self._leave_out(name, plugin_type)
             return

@@ -43,6 +43,7 @@ from drake_navbench.inputs.nav2_release import (
     release_rows,
     tree_of,
 )
+from drake_navbench.inputs.nav2_sensors import Nav2Sensors
 from drake_navbench.inputs.nav2_servers import (
     read_behavior_server,
     read_bt_navigator,
@@ -172,6 +173,8 @@ class _Files:
                 data.pop(field, None)
         data |= body
         data["navigation"] = {**data.get("navigation", {}), **dict.fromkeys(OPTIONAL), **navigation}
+        if self._added_sensors:
+            data["depth_sensors"] = {**data.get("depth_sensors", {}), **self._added_sensors}
         data["drive"] = self._drive(data.get("drive", {}), presets, navigation)
         robot = validate(Robot, data, ", ".join(map(str, paths)))
         self._note_other_sections()
@@ -231,6 +234,7 @@ class _Files:
     def _costmaps(self) -> dict[str, Any]:
         fields: dict[str, Any] = {}
         self._outlines: list[tuple[NodeReader, Outline]] = []
+        sensors = Nav2Sensors(self._base)
         read_local = partial(read_local_costmap, is_override=not self._servers)
         for name, read in ((LOCAL_COSTMAP, read_local), (GLOBAL_COSTMAP, read_global_costmap)):
             node = self._find(name)
@@ -239,10 +243,11 @@ class _Files:
                 continue
             reader = NodeReader(node, self._rows)
             self._outlines.append((reader, read_outline(reader)))
-            settings = read(reader, self._base.lidar)
+            settings = read(reader, sensors, self._release.release)
             if name == GLOBAL_COSTMAP:
                 settings["margin_m"] = self._base.navigation.global_costmap.margin_m
             fields[name.partition("/")[0]] = settings
+        self._added_sensors = sensors.added
         return fields
 
     def _body(self, navigation: dict[str, Any]) -> dict[str, Any]:

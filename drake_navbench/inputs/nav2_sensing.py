@@ -1,73 +1,125 @@
-"""From the obstacle and voxel layers of a Nav2 file to ours, and what their sensors become.
+"""From the layers of a Nav2 file that see obstacles to ours, and what their sensors become.
 
-The robot's scanners are the sources of every layer, each once. What differs is noted. Source:
-nav2_costmap_2d (ObstacleLayer, VoxelLayer, ObservationBuffer), branches humble to lyrical.
+A layer with one scan that marks and clears is the costmap's own obstacle or voxel layer; any other,
+and the second one of a type, a block that names its plugin. What differs is noted. Source:
+nav2_costmap_2d (ObstacleLayer, VoxelLayer, ObservationBuffer), branches humble to lyrical;
+spatio_temporal_voxel_layer, branch ros2.
 """
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
-from drake_navbench.costmaps.costmap_settings import (
+from drake_navbench.costmaps.costmap_settings import ObstacleLayerSettings, VoxelLayerSettings
+from drake_navbench.costmaps.layer_plugin import COSTMAP_LAYERS
+from drake_navbench.costmaps.observation_source import (
+    BufferedSourceSettings,
     ObservationSourceSettings,
-    ObstacleLayerSettings,
-    VoxelLayerSettings,
+)
+from drake_navbench.costmaps.spatio_temporal_layer import (
+    SpatioTemporalSourceSettings,
+    SpatioTemporalVoxelLayerParameters,
 )
 from drake_navbench.inputs.nav2_check import Status
 from drake_navbench.inputs.nav2_node_reader import NodeReader
-from drake_navbench.inputs.robot import LidarSettings
+from drake_navbench.inputs.nav2_release import Release
+from drake_navbench.inputs.nav2_sensors import Nav2Sensors, Sight
+from drake_navbench.typed_files.typed_yaml import FrozenModel
 
-SOURCE_FIELDS = (
-    "min_obstacle_height",
-    "max_obstacle_height",
-    "obstacle_min_range",
-    "obstacle_max_range",
-    "raytrace_min_range",
-    "raytrace_max_range",
-    "inf_is_valid",
-)
-SCAN = "LaserScan"
+# What Nav2 files do not give of a source, and what says which of the robot's sensors it is.
+OURS = ("sensor", "scanner")
+SCAN, CLOUD = "LaserScan", "PointCloud2"
 # Nav2's obstacle layer looks at points up to this height where the file says nothing, m.
 DEFAULT_LAYER_HEIGHT_M = 2.0
+SPATIO_TEMPORAL = "spatio_temporal_voxel_layer::SpatioTemporalVoxelLayer"
+# The spatio-temporal layer's number for a lidar of many layers.
+LIDAR_MODEL = 1
+MAXIMUM = 1
 
 
 class SensingLayers:
     """Reads the layers of one costmap that see obstacles."""
 
-    def __init__(self, reader: NodeReader, lidar: LidarSettings) -> None:
+    def __init__(self, reader: NodeReader, sensors: Nav2Sensors, release: Release) -> None:
         self._reader = reader
-        self._height_m = lidar.height_m
-        self._scanner_count = 1 + len(lidar.further_poses)
+        self._release = release
+        self._sensors = sensors
+        self._height_m = sensors.lidar.height_m
+        self._scanner_count = 1 + len(sensors.lidar.further_poses)
 
-    @property
-    def _scanners(self) -> str:
-        return "one lidar" if self._scanner_count == 1 else f"{self._scanner_count} lidars"
+    def is_plain(self, name: str, ours: str) -> bool:
+        """Whether a layer is one that every costmap has, but for its parameters."""
+        sources = self._sources(name)
+        if len(sources) != 1:
+            return not sources
+        found = self._reader.node.get
+        place = f"{name}.{sources[0]}"
+        if found(f"{place}.data_type", SCAN) == CLOUD:
+            return False
+        if found(f"{place}.observation_persistence", 0.0) != 0.0:
+            return False
+        both = found(f"{place}.marking", True) is True and found(f"{place}.clearing", False) is True
+        return both or ours == "voxel_layer"
 
     def read(self, name: str, ours: str) -> dict[str, Any] | None:
-        """Returns an obstacle or voxel layer; None where Nav2's would see nothing."""
+        """Returns an obstacle or voxel layer of one scan; None where Nav2's would see nothing."""
+        sources = self._listed_sources(name)
+        if not sources:
+            return None
+        rule = self._combination(name)
+        if rule is None:
+            return None
+        if ours == "voxel_layer":
+            return self._voxel_layer(f"{name}.", sources[0], rule)
+        return self._obstacle_layer(name, sources[0], rule)
+
+    def read_block(self, name: str, plugin_type: str) -> dict[str, Any] | None:
+        """Returns the parameters of a layer with sources of any kind, None where there are none."""
+        sources = self._listed_sources(name)
+        if not sources:
+            return None
         reader, prefix = self._reader, f"{name}."
+        is_spatio_temporal = plugin_type == SPATIO_TEMPORAL
+        rule = {} if is_spatio_temporal else self._combination(name)
+        if rule is None:
+            return None
+        parameters = (
+            SpatioTemporalVoxelLayerParameters
+            if is_spatio_temporal
+            else COSTMAP_LAYERS.load(plugin_type).Parameters
+        )
+        own = [
+            field
+            for field in parameters.model_fields
+            if field not in ("plugin", "observation_sources", *rule)
+        ]
+        values = reader.block(parameters, prefix, names=own) | rule
+        model = SpatioTemporalSourceSettings if is_spatio_temporal else BufferedSourceSettings
+        default = SpatioTemporalSourceSettings().data_type if is_spatio_temporal else SCAN
+        observed = {source: self._source(f"{prefix}{source}.", model) for source in sources}
+        scans = [s for s in sources if observed[s].get("data_type", default) == SCAN]
+        scanners = self._scanners(prefix, scans)
+        for source, given in observed.items():
+            place = f"{prefix}{source}."
+            if source in scans:
+                given |= scanners[source]
+                if not is_spatio_temporal:
+                    self._note_blindness(place, given)
+            else:
+                given["data_type"] = CLOUD
+                given["sensor"] = self._depth_sensor(source, place, given, is_spatio_temporal)
+        return {"plugin": plugin_type, **values, "observation_sources": observed}
+
+    def _listed_sources(self, name: str) -> list[str]:
+        """Returns the sources of a layer; notes where there are none, and blocks of others."""
         sources = self._sources(name)
         if not sources:
             remark = "left out; without observation_sources it sees nothing, in Nav2 as well"
-            reader.note_block(Status.OTHER_FORM, name, remark)
-            return None
-        self._note_unlisted(prefix, sources)
-        scans = [s for s in sources if reader.node.get(f"{prefix}{s}.data_type", SCAN) == SCAN]
-        source = (scans or sources)[0]
-        if not scans:
-            remark = "no such sensor here; the robot's lidar stands in for it"
-            reader.note(Status.STAND_IN, f"{prefix}{source}.data_type", remark)
-        taken = scans[: self._scanner_count] or [source]
-        for other in sources:
-            if other not in taken:
-                remark = f"left out; the robot has {self._scanners} and no other sensor"
-                reader.note_block(Status.STAND_IN, prefix + other, remark)
-        for other in taken[1:]:
-            remark = f"another scanner of the robot, with the ranges and heights of {source}"
-            reader.note_block(Status.OTHER_FORM, prefix + other, remark)
-        if ours == "voxel_layer":
-            return self._voxel_layer(prefix, source)
-        return self._obstacle_layer(name, source)
+            self._reader.note_block(Status.OTHER_FORM, name, remark)
+        else:
+            self._note_unlisted(f"{name}.", sources)
+        return sources
 
     def _note_unlisted(self, prefix: str, sources: list[str]) -> None:
         """Notes the blocks of sources that the layer does not listen to."""
@@ -81,49 +133,106 @@ class SensingLayers:
                 self._reader.note_block(Status.UNREAD, prefix + block, remark)
 
     def _sources(self, name: str) -> list[str]:
-        return self._reader.text(f"{name}.observation_sources").split()
+        listed = self._reader.text(f"{name}.observation_sources").split()
+        return list(dict.fromkeys(listed))
 
-    def _source(self, place: str) -> dict[str, Any]:
+    def _source(self, place: str, model: type[FrozenModel]) -> dict[str, Any]:
         """Returns what is given of an observation source; place: its name with a dot."""
-        reader = self._reader
-        if reader.given(f"{place}data_type"):
-            reader.value(f"{place}data_type")
-        values = reader.block(
-            ObservationSourceSettings, place, names=(*SOURCE_FIELDS, "marking", "clearing")
-        )
-        persistence = f"{place}observation_persistence"
-        if reader.number(persistence, 0.0) != 0.0:
-            reader.note(Status.STAND_IN, persistence, "every scan counts until the next one")
-        return values
+        names = [field for field in model.model_fields if field not in OURS]
+        return self._reader.block(model, place, names=names)
 
-    def _voxel_layer(self, prefix: str, source: str) -> dict[str, Any]:
+    def _combination(self, name: str) -> dict[str, Any] | None:
+        """Returns what counts where Nav2 does not know a layer's way to write; {} where it does.
+
+        None where the layer then writes nothing, as up to iron, where 2 was not known either.
+        """
+        place = f"{name}.combination_method"
+        found = self._reader.node.get(place)
+        if not isinstance(found, int) or isinstance(found, bool):
+            return {}
+        is_old = self._release.age < Release.JAZZY.age
+        if found in ((0, 1) if is_old else (0, 1, 2)):
+            return {}
+        if is_old:
+            remark = f"left out; with combination_method {found} it writes nothing, in Nav2 as well"
+            self._reader.note_block(Status.OTHER_FORM, name, remark)
+            return None
+        self._reader.value(place)
+        remark = f"{found}, which Nav2 does not know: the larger cost counts"
+        self._reader.note(Status.OTHER_FORM, place, remark)
+        return {"combination_method": MAXIMUM}
+
+    def _scanners(self, prefix: str, scans: list[str]) -> dict[str, dict[str, Any]]:
+        """Returns which scanner each source is; all for all where their numbers differ."""
+        topics = {s: self._reader.node.get(f"{prefix}{s}.topic", s) for s in scans}
+        different = list(dict.fromkeys(topics.values()))
+        if len(different) == self._scanner_count and self._scanner_count > 1:
+            return {s: {"scanner": different.index(topics[s]) + 1} for s in scans}
+        sees_all = math.isclose(self._sensors.lidar.angle_span_rad, 2.0 * math.pi)
+        for source in scans:
+            if topics[source] == different[0]:
+                continue
+            remark = "the robot's lidar, which sees all around, is this scanner, too"
+            if not sees_all:
+                remark = "no such scanner here; the robot's lidar stands in for it"
+            status = Status.OTHER_FORM if sees_all else Status.STAND_IN
+            place = f"{prefix}{source}.topic"
+            self._reader.note(status, place, remark)
+        return {source: {} for source in scans}
+
+    def _depth_sensor(
+        self, source: str, place: str, given: dict[str, Any], is_spatio_temporal: bool
+    ) -> str:
+        """Returns the sensor of a source of points, and notes which that is."""
+        topic = self._reader.node.get(f"{place}topic", source)
+        if is_spatio_temporal:
+            whole = SpatioTemporalSourceSettings(**given)
+            sight = Sight(
+                reach_m=max(whole.obstacle_range, whole.max_z if whole.clearing else 0.0),
+                horizontal_fov_rad=given.get("horizontal_fov_angle"),
+                vertical_fov_rad=given.get("vertical_fov_angle"),
+                is_lidar=whole.model_type == LIDAR_MODEL,
+            )
+        else:
+            ranges = BufferedSourceSettings(**given)
+            sight = Sight(reach_m=max(ranges.obstacle_max_range, ranges.raytrace_max_range))
+        name, remark = self._sensors.depth_sensor(source, str(topic), sight)
+        self._reader.note(Status.OTHER_FORM, f"{place}topic", remark)
+        return name
+
+    def _voxel_layer(self, prefix: str, source: str, rule: dict[str, Any]) -> dict[str, Any]:
         reader = self._reader
-        names = [n for n in VoxelLayerSettings.model_fields if n != "observation_sources"]
-        values = reader.block(VoxelLayerSettings, prefix, names=names)
-        observed = {source: self._source(f"{prefix}{source}.")}
+        others = ("observation_sources", *rule)
+        names = [n for n in VoxelLayerSettings.model_fields if n not in others]
+        values = reader.block(VoxelLayerSettings, prefix, names=names) | rule
+        observed = {source: self._source(f"{prefix}{source}.", ObservationSourceSettings)}
+        self._note_persistence(f"{prefix}{source}.")
         self._note_blindness(f"{prefix}{source}.", observed[source])
         return {**values, "observation_sources": observed}
 
-    def _obstacle_layer(self, name: str, source: str) -> dict[str, Any] | None:
+    def _obstacle_layer(
+        self, name: str, source: str, rule: dict[str, Any]
+    ) -> dict[str, Any] | None:
         reader, prefix = self._reader, f"{name}."
         own = ("enabled", "footprint_clearing_enabled", "combination_method")
-        values = reader.block(ObstacleLayerSettings, prefix, names=own)
+        names = [field for field in own if field not in rule]
+        values = reader.block(ObstacleLayerSettings, prefix, names=names) | rule
         low = reader.number(f"{prefix}min_obstacle_height", 0.0)
         high = reader.number(f"{prefix}max_obstacle_height", DEFAULT_LAYER_HEIGHT_M)
         place = f"{prefix}{source}."
-        given = self._source(place)
+        given = self._source(place, ObservationSourceSettings)
+        self._note_persistence(place)
         if not (self._sees(given) and low <= self._height_m <= high):
             self._note_blindness(place, given)
             remark = "left out; all of its points are too low or too high for it"
             reader.note_block(Status.OTHER_FORM, name, remark)
             return None
-        for field, default in (("marking", True), ("clearing", False)):
-            if not given.pop(field, default):
-                remark = f"the obstacle layer is always {field} here"
-                reader.note(Status.STAND_IN, place + field, remark)
-        for field in ("min_obstacle_height", "max_obstacle_height"):
-            given.pop(field, None)
-        return reader.checked(ObstacleLayerSettings, {**values, **given}, place)
+        taken = {k: v for k, v in given.items() if k in ObstacleLayerSettings.model_fields}
+        return reader.checked(ObstacleLayerSettings, {**values, **taken}, place)
+
+    def _note_persistence(self, place: str) -> None:
+        """Looks at a persistence, which is 0 here."""
+        self._reader.number(f"{place}observation_persistence", 0.0)
 
     def _sees(self, source: dict[str, Any]) -> bool:
         low = source.get("min_obstacle_height", 0.0)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -18,10 +17,17 @@ from pydantic import (
     model_validator,
 )
 
-from drake_navbench.costmaps.costmap_settings import GlobalCostmapSettings, LocalCostmapSettings
+from drake_navbench.costmaps.costmap_settings import (
+    GlobalCostmapSettings,
+    LocalCostmapSettings,
+)
+from drake_navbench.costmaps.observation_source import ObservationSourceSettings
 from drake_navbench.errors import InputError, nearest_name_hint
+from drake_navbench.inputs.depth_sensor import DepthSensorSettings
 from drake_navbench.inputs.drive import DifferentialDrive, Drive, overrides_for
 from drake_navbench.inputs.file_kinds import ROBOT, require_kind
+from drake_navbench.inputs.lidar import LidarSettings
+from drake_navbench.inputs.localization import LocalizationSettings
 from drake_navbench.inputs.named_files import NamedFiles
 from drake_navbench.kernels.footprint import circle_footprint, footprint_radii, pad_footprint
 from drake_navbench.navigation.behavior_tree.settings import (
@@ -44,13 +50,11 @@ from drake_navbench.navigation.waypoint_follower import WaypointFollowerParamete
 from drake_navbench.plugin_parameters import normalized
 from drake_navbench.plugins import foreign_plugins
 from drake_navbench.typed_files.quantities import (
-    Angle,
     AngularSpeed,
     Duration,
     Frequency,
     Length,
     Mass,
-    Period,
     Size,
     Speed,
 )
@@ -61,64 +65,6 @@ PATIENT_FOR_EVER = -1.0
 
 MODEL_SUFFIXES = (".sdf", ".urdf")
 ROBOT_FILES = NamedFiles(kind="robot", package="drake_navbench.models")
-
-
-class LidarSettings(FrozenModel):
-    """A planar scanner, beams evenly spaced counter-clockwise."""
-
-    pose: tuple[Length, Length, Angle] = Field(
-        (0.0, 0.0, 0.0), description="Mounting in the base frame: x [m], y [m], yaw [rad]."
-    )
-    further_poses: tuple[tuple[Length, Length, Angle], ...] = Field(
-        (), description="Mountings of further scanners of the same kind, which scan with it."
-    )
-    height_m: float = Field(
-        0.2, description="Height of the scanned plane over the floor, for voxel layers [m]."
-    )
-    beam_count: int = Field(360, ge=1, le=100_000, description="Beams a scan.")
-    angle_min_rad: Angle = Field(-np.pi, ge=-np.pi, description="Angle of the first beam [rad].")
-    angle_span_rad: float = Field(
-        2.0 * np.pi,
-        gt=0.0,
-        le=2.0 * np.pi,
-        description="Angle covered; at 2 pi the last beam stops one step short of the first [rad].",
-    )
-    range_min_m: Length = Field(0.05, ge=0.0, description="Shortest valid range [m].")
-    range_max_m: Length = Field(12.0, gt=0.0, description="Longest valid range [m].")
-    period_s: Period = Field(0.1, description="Time between scans [s].")
-    range_std_m: Length = Field(0.0, ge=0.0, description="Gaussian noise on each range [m].")
-    dropout_probability: float = Field(
-        0.0, ge=0.0, le=1.0, description="Share of beams that return nothing."
-    )
-
-    @property
-    def beam_angles(self) -> NDArray[np.float64]:
-        """(beam_count,) angles of the beams in the sensor's frame, rad."""
-        full_turn = math.isclose(self.angle_span_rad, 2.0 * math.pi)
-        gaps = self.beam_count if full_turn else max(self.beam_count - 1, 1)
-        increment = self.angle_span_rad / gaps
-        angles = self.angle_min_rad + increment * np.arange(self.beam_count)
-        return np.asarray(angles, dtype=np.float64)
-
-    @model_validator(mode="after")
-    def _check(self) -> LidarSettings:
-        if self.range_min_m >= self.range_max_m:
-            raise ValueError(
-                f"range_min_m {self.range_min_m} must be below range_max_m {self.range_max_m}"
-            )
-        return self
-
-
-class LocalizationSettings(FrozenModel):
-    """What the controller is told of pose and velocity; white Gaussian noise once a period."""
-
-    period_s: Period = Field(0.05, description="Time for which a noise sample holds [s].")
-    xy_std_m: Length = Field(0.0, ge=0.0, description="Noise on x and on y [m].")
-    yaw_std_rad: Angle = Field(0.0, ge=0.0, description="Noise on the heading [rad].")
-    linear_velocity_std_mps: Speed = Field(
-        0.0, ge=0.0, description="Noise on v and, where the base has it, on vy [m/s]."
-    )
-    angular_velocity_std_radps: AngularSpeed = Field(0.0, ge=0.0, description="Noise on w [rad/s].")
 
 
 class ControllerServerSettings(FrozenModel):
@@ -233,6 +179,11 @@ class Robot(FrozenModel):
     directory: str = Field("", exclude=True, description="Set from where the file was found.")
     drive: Drive = Field(default_factory=DifferentialDrive, description="The base.")
     lidar: LidarSettings = Field(default_factory=LidarSettings)
+    depth_sensors: dict[str, DepthSensorSettings] = Field(
+        default_factory=dict,
+        description="Depth cameras and lidars of many layers by name, for layers that ask for "
+        "PointCloud2.",
+    )
     localization: LocalizationSettings = Field(default_factory=LocalizationSettings)
     navigation: NavigationSettings = Field(default_factory=NavigationSettings)
 
@@ -252,16 +203,31 @@ class Robot(FrozenModel):
         return self
 
     def _check_sources(self, costmap: str) -> None:
-        """Raises ValueError where a voxel layer waits for a sensor that the robot does not have."""
+        """Raises ValueError where a layer waits for a sensor that the robot does not have."""
         settings = getattr(self.navigation, costmap)
-        if not settings.is_active("voxel_layer"):
+        for layer in settings.plugins:
+            block = settings.plugin_blocks.get(layer, getattr(settings, layer, None))
+            sources = getattr(block, "observation_sources", None)
+            if not isinstance(sources, Mapping) or not settings.is_active(layer):
+                continue
+            for name, source in sources.items():
+                place = f"navigation.{costmap}.{layer}.observation_sources.{name}"
+                self._check_source(place, name, source)
+
+    def _check_source(self, place: str, name: str, source: ObservationSourceSettings) -> None:
+        """Raises ValueError where the robot does not have the sensor of a source."""
+        if source.data_type == "LaserScan":
+            count = 1 + len(self.lidar.further_poses)
+            if source.scanner is not None and source.scanner > count:
+                raise ValueError(f"{place}.scanner: got {source.scanner}, the robot has {count}")
             return
-        for name, source in settings.voxel_layer.observation_sources.items():
-            if source.data_type != "LaserScan":
-                raise ValueError(
-                    f"navigation.{costmap}.voxel_layer.observation_sources.{name}.data_type: got "
-                    f"{source.data_type}, expected LaserScan: the robot has no other sensor"
-                )
+        sensor = source.sensor or name
+        if sensor not in self.depth_sensors:
+            hint = nearest_name_hint(sensor, self.depth_sensors)
+            raise ValueError(
+                f"{place}: the robot has no depth sensor {sensor!r}{hint}; expected one of this "
+                "name in depth_sensors"
+            )
 
     @property
     def outline(self) -> NDArray[np.float64]:

@@ -5,10 +5,16 @@ from __future__ import annotations
 from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import Field, field_validator, model_validator
+from pydantic import (
+    Field,
+    SerializerFunctionWrapHandler,
+    field_validator,
+    model_serializer,
+    model_validator,
+)
 
 from drake_navbench.costmaps.filter_masks import (
     FilterDescription,
@@ -18,15 +24,17 @@ from drake_navbench.costmaps.filter_masks import (
 )
 from drake_navbench.costmaps.map_file import OccupancyMap, load_map
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.faults import Conditions, Fault, conditions_of
 from drake_navbench.inputs.file_kinds import SCENARIO, require_kind
 from drake_navbench.inputs.map_world import occupied_boxes
+from drake_navbench.inputs.moving import MAX_MOVING, MovingObstacle, MovingObstacles
 from drake_navbench.inputs.named_files import NamedFiles
 from drake_navbench.inputs.robot import Robot, load_robot, overridden
 from drake_navbench.inputs.world import Obstacle, Point, World
 from drake_navbench.navigation.smoother_settings import SmootherSettings
 from drake_navbench.noise import NoiseKey, NoiseStream
 from drake_navbench.typed_files.quantities import Angle, CellSize, Duration, Length
-from drake_navbench.typed_files.typed_yaml import FrozenModel, read_yaml, validate
+from drake_navbench.typed_files.typed_yaml import FrozenModel, QuietModel, read_yaml, validate
 
 SCENARIO_FILES = NamedFiles(kind="scenario", package="drake_navbench.scenarios")
 # The order of the publication; other built-in scenarios run only when named.
@@ -98,12 +106,25 @@ Plan = Annotated[GridPlan | ElementsPlan | PolylinePlan, Field(discriminator="ty
 
 
 class WorldDescription(FrozenModel):
-    """What stands in the world: the occupied cells of a map, and shapes."""
+    """What is in the world: the occupied cells of a map, shapes, and what moves."""
 
     map: str | None = Field(
         None, description="Map file of Nav2's map_server, relative to the scenario's folder."
     )
     obstacles: list[Obstacle] = Field(default_factory=list, description="Shapes in the world.")
+    moving_obstacles: list[MovingObstacle] = Field(
+        default_factory=list,
+        max_length=MAX_MOVING,
+        description="What moves along timed waypoints, whatever the robot does; no map shows it.",
+    )
+
+    @model_serializer(mode="wrap")
+    def _as_plain(self, plain: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leaves out what moves where nothing does."""
+        values: dict[str, Any] = plain(self)
+        if not self.moving_obstacles:
+            values.pop("moving_obstacles", None)
+        return values
 
 
 class Suite(FrozenModel):
@@ -126,8 +147,10 @@ class Variation(FrozenModel):
     start_yaw_std_rad: Angle = Field(0.0, ge=0.0, description="Spread of the start heading [rad].")
 
 
-class Scenario(FrozenModel):
+class Scenario(QuietModel):
     """One task in one world."""
+
+    quiet: ClassVar = frozenset({"faults"})
 
     description: str = Field(min_length=1, description="One line for --list.")
     world: WorldDescription = Field(default_factory=WorldDescription)
@@ -157,6 +180,9 @@ class Scenario(FrozenModel):
     suite: Suite | None = Field(None, description="The suite of worlds that it is one of.")
     robot_overrides: dict[str, Any] = Field(
         default_factory=dict, description="Fields of the robot file that this scenario replaces."
+    )
+    faults: tuple[Fault, ...] = Field(
+        (), description="What is wrong with the robot from some time on."
     )
     name: str = Field("", description="Set from the file's name.")
     directory: str = Field("", exclude=True, description="Set from where the file was found.")
@@ -239,9 +265,10 @@ class Scenario(FrozenModel):
 
     @cached_property
     def true_world(self) -> World:
-        """Everything that stands in the world."""
+        """Everything that is in the world."""
         walls = occupied_boxes(self.map) if self.map is not None else ()
-        return World(tuple(self.world.obstacles), walls)
+        moving = MovingObstacles(tuple(self.world.moving_obstacles))
+        return World(tuple(self.world.obstacles), walls, moving)
 
     @cached_property
     def known_world(self) -> World:
@@ -254,6 +281,10 @@ class Scenario(FrozenModel):
         if isinstance(robot, Robot):
             return overridden(robot, self.robot_overrides, source)
         return load_robot(robot, self.robot_overrides, overrides_source=source)
+
+    def conditions(self, robot: Robot) -> Conditions:
+        """Returns what holds for a robot at which time; raises InputError for a wrong fault."""
+        return conditions_of(robot, self.faults, f"scenario {self.name}: faults")
 
     def start_pose(self, seed: int) -> np.ndarray:
         """Returns (3,) the start pose of the trial with this seed, the same for all controllers."""

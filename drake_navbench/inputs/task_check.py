@@ -9,6 +9,7 @@ import shapely
 
 from drake_navbench.costmaps.map_file import UNKNOWN
 from drake_navbench.errors import InputError, InputWarning
+from drake_navbench.inputs.faults import PARTS
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
@@ -28,12 +29,52 @@ def check_task(scenario: Scenario, robot: Robot) -> None:
             f"scenario {scenario.name}: start: the robot's footprint at {list(scenario.start)} "
             "overlaps an obstacle; expected free space"
         )
+    _check_conditions(scenario, robot)
+    _check_moving(scenario, body)
     names = [*(f"waypoints[{index}]" for index in range(len(scenario.waypoints))), "goal"]
     for name, goal in zip(names, scenario.goals, strict=True):
         where = _why_no_goal(scenario, robot, np.array(goal[:2]))
         if where:
             raise InputError(
                 f"scenario {scenario.name}: {name}: {list(goal[:2])} lies {where}; "
+                "expected free space"
+            )
+
+
+def _check_conditions(scenario: Scenario, robot: Robot) -> None:
+    """Raises InputError where a fault is wrong, or something comes later than the trial ends."""
+    conditions = scenario.conditions(robot)
+    for part in PARTS:
+        for settings in getattr(conditions, part).settings:
+            for name, late_s in settings.delays_s.items():
+                if late_s >= scenario.timeout_s:
+                    raise InputError(
+                        f"scenario {scenario.name}: {part}.{name}: got {late_s:g} s, expected less "
+                        f"than the trial's timeout_s of {scenario.timeout_s:g} s"
+                    )
+    for index, fault in enumerate(scenario.faults):
+        if fault.at_s >= scenario.timeout_s:
+            raise InputError(
+                f"scenario {scenario.name}: faults[{index}].at_s: got {fault.at_s:g} s, expected "
+                f"less than the trial's timeout_s of {scenario.timeout_s:g} s"
+            )
+
+
+def _check_moving(scenario: Scenario, body: shapely.Polygon) -> None:
+    """Raises InputError where a way leads through what stands, or begins on the robot."""
+    world = scenario.true_world
+    for index, thing in enumerate(world.moving.things):
+        place = f"scenario {scenario.name}: world.moving_obstacles[{index}]"
+        for waypoint, floor in thing.swept_floor():
+            if world.intersects(floor):
+                raise InputError(
+                    f"{place}.waypoints[{waypoint}]: the way there leads through an obstacle; "
+                    "expected free space"
+                )
+        first = shapely.Polygon(place_outline(thing.outline, thing.pose_at(0.0)))
+        if first.intersects(body):
+            raise InputError(
+                f"{place}: begins where the robot's footprint is, at {list(scenario.start)}; "
                 "expected free space"
             )
 

@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 from shapely.geometry.base import BaseGeometry
 
+from drake_navbench.inputs.moving import NOTHING_MOVES, MovingObstacles
+from drake_navbench.kernels.depth_casting import Solids
 from drake_navbench.typed_files.quantities import MIN_SIZE_M, Length, Size
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
@@ -129,14 +131,15 @@ Obstacle = Annotated[Box | Wall | Polygon | Cylinder, Field(discriminator="type"
 
 @dataclass(frozen=True)
 class World:
-    """What stands in a scenario: its obstacles, and the walls of its map as many small boxes."""
+    """What is in a scenario: obstacles, the walls of its map as many small boxes, what moves."""
 
     obstacles: tuple[Box | Wall | Polygon | Cylinder, ...]
     walls: tuple[Box, ...] = ()
+    moving: MovingObstacles = NOTHING_MOVES
 
     @property
     def shapes(self) -> tuple[Box | Wall | Polygon | Cylinder, ...]:
-        """Obstacles and walls."""
+        """Obstacles and walls: what stands."""
         return (*self.obstacles, *self.walls)
 
     @cached_property
@@ -149,6 +152,19 @@ class World:
         """(M, 3) cylinders x, y, radius, m."""
         rows = [[*o.centre, o.radius_m] for o in self.obstacles if isinstance(o, Cylinder)]
         return np.array(rows, dtype=float).reshape(-1, 3)
+
+    @cached_property
+    def solids(self) -> Solids:
+        """The same edges and cylinders with their heights."""
+        edged = [o for o in self.shapes if not isinstance(o, Cylinder)]
+        runs = [len(o.outline) for o in edged]
+        return Solids(
+            self.segments,
+            np.cumsum([0, *runs]),
+            np.array([o.height_m for o in edged], dtype=float),
+            self.circles,
+            np.array([o.height_m for o in self.obstacles if isinstance(o, Cylinder)], dtype=float),
+        )
 
     @cached_property
     def regions(self) -> NDArray[np.object_]:

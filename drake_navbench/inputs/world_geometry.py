@@ -19,9 +19,11 @@ from pydrake.geometry import (
 from pydrake.math import RigidTransform, RotationMatrix
 
 from drake_navbench.inputs import world
+from drake_navbench.inputs.moving import MovingBox, MovingCylinder
 from drake_navbench.inputs.world import World
 
 OBSTACLE_COLOR = (0.45, 0.47, 0.50, 1.0)
+MOVING_COLOR = (0.80, 0.52, 0.20, 1.0)
 
 
 def obstacle_shapes(obstacle: world.Obstacle) -> Iterator[tuple[RigidTransform, Shape]]:
@@ -35,6 +37,14 @@ def obstacle_shapes(obstacle: world.Obstacle) -> Iterator[tuple[RigidTransform, 
             yield RigidTransform(), prism(piece, height)
     else:
         yield _upright_box(obstacle.outline, height)
+
+
+def moving_shape(thing: MovingCylinder | MovingBox) -> tuple[RigidTransform, Shape]:
+    """Returns the shape of something that moves, with its pose in the thing's own frame."""
+    pose = RigidTransform([0.0, 0.0, 0.5 * thing.height_m])
+    if isinstance(thing, MovingCylinder):
+        return pose, Cylinder(thing.radius_m, thing.height_m)
+    return pose, Box(*thing.size_m, thing.height_m)
 
 
 def prism(outline: NDArray[np.float64], height_m: float) -> Convex:

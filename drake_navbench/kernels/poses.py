@@ -62,7 +62,60 @@ def compose(pose_AB: Sequence[float] | Array, pose_BC: Sequence[float] | Array) 
     return np.array([x, y, pose_AB[2] + pose_BC[2]])
 
 
+@njit(cache=True)
+def placed_state(state, odometry_from_world, noise, map_from_odometry):
+    """Returns a state (6,), which begins with a pose, as it is told in the map's frame.
+
+    odometry_from_world: (3,) where the state's frame lies in the odometry's. noise: (6,) added
+    there. map_from_odometry: (3,) where the odometry's frame lies in the map's.
+    """
+    placed = state.copy()
+    placed[2] += odometry_from_world[2]
+    placed[0], placed[1] = place_point(
+        state[0],
+        state[1],
+        odometry_from_world[0],
+        odometry_from_world[1],
+        math.cos(odometry_from_world[2]),
+        math.sin(odometry_from_world[2]),
+    )
+    placed += noise
+    placed[0], placed[1] = place_point(
+        placed[0],
+        placed[1],
+        map_from_odometry[0],
+        map_from_odometry[1],
+        math.cos(map_from_odometry[2]),
+        math.sin(map_from_odometry[2]),
+    )
+    placed[2] += map_from_odometry[2]
+    return placed
+
+
+@njit(cache=True)
+def drifted_frame(frame, pose, error_x, error_y, error_yaw):
+    """Returns (3,) a frame moved such that what lies in it at a pose (3,) shifts by an error.
+
+    frame: (3,) where the pose's frame lies in the one around it. error: m, m and rad, as seen from
+    the pose.
+    """
+    yaw = frame[2] + pose[2]
+    x, y = place_point(pose[0], pose[1], frame[0], frame[1], math.cos(frame[2]), math.sin(frame[2]))
+    x, y = place_point(error_x, error_y, x, y, math.cos(yaw), math.sin(yaw))
+    moved = np.empty(3)
+    moved[2] = frame[2] + error_yaw
+    moved[0], moved[1] = place_point(
+        -pose[0], -pose[1], x, y, math.cos(moved[2]), math.sin(moved[2])
+    )
+    return moved
+
+
 def carrier_pose(pose_AC: Sequence[float] | Array, pose_BC: Sequence[float] | Array) -> Array:
     """Returns (3,) where frame B lies in A, from where C, which B carries, lies in A and in B."""
     yaw = pose_AC[2] - pose_BC[2]
     return compose((pose_AC[0], pose_AC[1], yaw), (-pose_BC[0], -pose_BC[1], 0.0))
+
+
+def inverse(pose_AB: Sequence[float] | Array) -> Array:
+    """Returns (3,) where frame A lies in B, from where B lies in A."""
+    return compose((0.0, 0.0, -pose_AB[2]), (-pose_AB[0], -pose_AB[1], 0.0))

@@ -86,22 +86,30 @@ def mask_costs(mask: NDArray[np.int8]) -> NDArray[np.uint8]:
 
 
 @njit(cache=True)
-def apply_keepout(grid, mask, override_cost):
+def apply_keepout(grid, mask, mask_from_grid, override_cost):
     """Raises, in place, the cells of a `Grid` to the keepout mask at their centres.
 
-    mask: `Grid` of costs as from `mask_costs`, in the same frame. A cell is written where the mask
-    exceeds it, or where it is NO_INFORMATION; not where the mask is.
+    mask: `Grid` of costs as from `mask_costs`. mask_from_grid: (3,) x m, y m, yaw rad: where the
+    frame of `grid` lies in the mask's. A cell is written where the mask exceeds it, or where it is
+    NO_INFORMATION; not where the mask is.
     override_cost: written in place of the mask's cost, -1 for none: Nav2's lethal_override_cost
     while the robot itself stands in the keepout. (KeepoutFilter::process)
     """
     costs, resolution = grid.costs, grid.resolution
     mask_rows, mask_columns = mask.costs.shape
+    cos_yaw, sin_yaw = math.cos(mask_from_grid[2]), math.sin(mask_from_grid[2])
     for row in range(costs.shape[0]):
         y = grid.origin_y + (row + 0.5) * resolution
         for column in range(costs.shape[1]):
             x = grid.origin_x + (column + 0.5) * resolution
             mask_column, mask_row = world_to_cell(
-                x, y, mask.origin_x, mask.origin_y, mask.resolution, mask_columns, mask_rows
+                mask_from_grid[0] + x * cos_yaw - y * sin_yaw,
+                mask_from_grid[1] + x * sin_yaw + y * cos_yaw,
+                mask.origin_x,
+                mask.origin_y,
+                mask.resolution,
+                mask_columns,
+                mask_rows,
             )
             if mask_column < 0:
                 continue

@@ -78,7 +78,7 @@ def share_until_contact(footprint, start, end, duration, edges, circles, touchin
     start, end: (6,) states at both ends of a step of `duration` s. touching: a gap of this many m
     or less is contact. inf where there is none in this step.
     """
-    speed = _outline_speed_bound(footprint, start, end, duration)
+    speed = outline_speed_bound(footprint, start, end, duration)
     share = 0.0
     while share < 1.0:
         pose = pose_within_step(start, end, duration, share)
@@ -109,7 +109,7 @@ def soonest_contact_s(
 
 
 @njit(cache=True)
-def _outline_speed_bound(footprint, start, end, duration):
+def outline_speed_bound(footprint, start, end, duration):
     """Returns what no point of the outline is faster than in a step, m/s."""
     radius = 0.0
     for k in range(footprint.shape[0]):

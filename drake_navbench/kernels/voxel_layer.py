@@ -33,6 +33,7 @@ from drake_navbench.kernels.grid import (
     world_to_cell,
 )
 from drake_navbench.kernels.layer_grid import centre_window, fill_outline
+from drake_navbench.kernels.observation import Observation
 from drake_navbench.kernels.obstacle_layer import NOTHING_TOUCHED
 from drake_navbench.kernels.poses import place_outline
 
@@ -57,22 +58,6 @@ class VoxelFrame(NamedTuple):
     resolution: float
     z_resolution: float
     z_voxels: int
-
-
-class Observation(NamedTuple):
-    """Points of one source, and what they are good for; ranges m.
-
-    origin: (3,) of the sensor, m. points: (N, 3) m, C-contiguous; Nav2's are float32.
-    """
-
-    origin: NDArray[np.float64]
-    points: NDArray[np.floating]
-    marking: bool
-    clearing: bool
-    obstacle_min_range: float
-    obstacle_max_range: float
-    raytrace_min_range: float
-    raytrace_max_range: float
 
 
 class VoxelLayerUpdate(NamedTuple):

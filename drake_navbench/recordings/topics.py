@@ -39,6 +39,7 @@ PREDICTED = Topic("/predicted_trajectory", "visualization_msgs/msg/MarkerArray")
 SAMPLED = Topic("/trajectories", "visualization_msgs/msg/MarkerArray")
 LOOKAHEAD = Topic("/lookahead_point", "geometry_msgs/msg/PointStamped")
 OBSTACLES = Topic("/obstacles", "visualization_msgs/msg/MarkerArray", is_latched=True)
+MOVING = Topic("/moving_obstacles", "visualization_msgs/msg/MarkerArray")
 DIAGNOSTICS = Topic("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray")
 NAVIGATE_STATUS = Topic(
     "/navigate_to_pose/_action/status", "action_msgs/msg/GoalStatusArray", is_latched=True
@@ -81,6 +82,7 @@ TOPICS: tuple[Topic, ...] = (
     SAMPLED,
     LOOKAHEAD,
     OBSTACLES,
+    MOVING,
     DIAGNOSTICS,
     NAVIGATE_STATUS,
     FOLLOW_STATUS,

@@ -19,6 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
+from drake_navbench.analysis.metrics.moving import look_times
+from drake_navbench.analysis.moving import movers_of
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.world import Obstacle, World
 from drake_navbench.kernels.poses import carrier_pose, place_outline
@@ -47,6 +49,7 @@ MAP_MARGIN_M = 1.0
 
 PREDICTED_RGBA: Rgba = (0.8, 0.1, 0.1, 1.0)
 OBSTACLE_RGBA: Rgba = (0.45, 0.47, 0.5, 1.0)
+MOVING_RGBA: Rgba = (0.8, 0.52, 0.2, 1.0)
 REFUSED_RGBA: Rgba = (0.9, 0.6, 0.58, 0.6)
 # The cheap, the middling and the costly third of the samples.
 SAMPLE_RGBAS: tuple[Rgba, ...] = (
@@ -94,6 +97,7 @@ class TrialMessages:
         yield from self._plans()
         yield from self._costmaps()
         yield from self._diagnostics()
+        yield from self._moving()
 
     def _standing(self) -> Iterator[Message]:
         """Yields what is told once, at the start."""
@@ -260,6 +264,26 @@ class TrialMessages:
             message = self.maker.diagnostics(now, "navigator", hardware, event)
             yield topics.DIAGNOSTICS, now, message
 
+    def _moving(self) -> Iterator[Message]:
+        """Yields the outlines of what moves, ten times a second."""
+        movers = movers_of(self.log)
+        if not movers.body_count:
+            return
+        looks = look_times(self.log)
+        for time_s, poses in zip(looks, movers.poses_at(looks), strict=True):
+            now = stamp_ns(time_s)
+            corners = [place_outline(*body) for body in zip(movers.outlines, poses, strict=True)]
+            message = self.maker.lines(
+                now,
+                ODOM_FRAME,
+                np.vstack(list(map(_closed, corners))).reshape(-1, 2),
+                kind=LINE_LIST,
+                width_m=LINE_WIDTH_M,
+                namespace="moving_obstacles",
+                rgba=MOVING_RGBA,
+            )
+            yield topics.MOVING, now, message
+
     def _intentions(self, now: int, left: Mapping[str, Any]) -> Iterator[Message]:
         """Yields the trajectories that a controller had in mind."""
         make = self.maker
@@ -310,7 +334,11 @@ def _twist(row: Any, prefix: str = "") -> tuple[float, float, float]:
 
 
 def _edges(shape: Any) -> Array:
-    outline = shape.outline
+    return _closed(shape.outline)
+
+
+def _closed(outline: Array) -> Array:
+    """Returns the edges (K, 4) of an outline (K, 2), the last back to the first corner."""
     return np.hstack([outline, np.roll(outline, -1, axis=0)])
 
 

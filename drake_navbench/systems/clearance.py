@@ -10,9 +10,10 @@ from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from drake_navbench.inputs.world import World
 from drake_navbench.kernels.grid import nearest_distance
+from drake_navbench.kernels.poses import compose
 from drake_navbench.kernels.swept_contact import clearance_at
 from drake_navbench.systems.lifetime import weakly_bound
-from drake_navbench.systems.ports import STATE_SIZE, declare_object_input
+from drake_navbench.systems.ports import POSE_SIZE, STATE_SIZE, declare_object_input, value_or_none
 
 # What is farther away is not looked at; the clearance then reads +inf.
 MAX_DISTANCE_M = 5.0
@@ -23,11 +24,14 @@ DISTANCE_COUNT = 3
 class Clearance(LeafSystem):
     """Measures the distance to obstacles at the start, at `offset_s`, and once a period from then.
 
-    Inputs `state` [x m, y m, yaw rad, ...] and `costmap` (Costmap or None). Output `distances` [m]:
-    first the distance between the footprint and the nearest thing that stands in the world, 0 where
-    they overlap; then the distance from the reference point to the nearest of the lethal cells'
-    centres; then that to the nearest of their lower left corners, the published measure. +inf where
-    nothing is near. Whether they touch between two samples is for ContactWatch to say.
+    Inputs `state` [x m, y m, yaw rad, ...], `costmap` (Costmap or None), `odometry_from_world`
+    (3,), where the world lies in the costmap's frame (not connected: they are one), and `moving`
+    (edges (E, 4) and circles (D, 3) of what moves, m; need not be connected). Output `distances`
+    [m]: first the distance between the footprint and the nearest thing that stands or moves in the
+    world, 0 where they overlap; then the distance from the reference point to the nearest of the
+    lethal cells' centres; then that to the nearest of their lower left corners, the published
+    measure. +inf where nothing is near. Whether they touch between two samples is for ContactWatch
+    to say.
 
     The distance is exact in the plane. SceneGraph's is not: between prisms on one floor FCL's
     general algorithm is now and then too large by up to metres (flexible-collision-library/fcl,
@@ -44,6 +48,8 @@ class Clearance(LeafSystem):
         self._edges, self._circles = world.segments, world.circles
         self._state_port = self.DeclareVectorInputPort("state", STATE_SIZE)
         self._costmap_port = declare_object_input(self, "costmap")
+        self._frame_port = self.DeclareVectorInputPort("odometry_from_world", POSE_SIZE)
+        self._moving_port = declare_object_input(self, "moving")
         self._distances = self.DeclareDiscreteState([math.inf] * DISTANCE_COUNT)
         self.DeclareStateOutputPort("distances", self._distances)
         self.DeclareInitializationDiscreteUpdateEvent(weakly_bound(self._on_period))
@@ -59,13 +65,20 @@ class Clearance(LeafSystem):
         clearance = clearance_at(
             self._footprint, x, y, yaw, self._edges, self._circles, MAX_DISTANCE_M
         )
+        moving = value_or_none(self._moving_port, context)
+        if moving is not None:
+            edges, circles = moving
+            to_moving = clearance_at(self._footprint, x, y, yaw, edges, circles, MAX_DISTANCE_M)
+            clearance = min(clearance, to_moving)
         costmap = self._costmap_port.Eval(context)
         to_centre = to_corner = math.inf
         if costmap is not None and len(costmap.lethal_centres):
-            to_centre = nearest_distance(costmap.lethal_centres, pose[:2])
+            frame = value_or_none(self._frame_port, context)
+            position = (pose if frame is None else compose(frame, pose))[:2]
+            to_centre = nearest_distance(costmap.lethal_centres, position)
             # Corners half a cell to the lower left, or the robot as much to the upper right.
             to_corner = nearest_distance(
-                costmap.lethal_centres, pose[:2] + 0.5 * costmap.resolution
+                costmap.lethal_centres, position + 0.5 * costmap.resolution
             )
         distances = [clearance, to_centre, to_corner]
         discrete_state.get_mutable_vector(self._distances).SetFromVector(distances)

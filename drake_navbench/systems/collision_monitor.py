@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, State
 
-from drake_navbench.inputs.robot import LidarSettings
+from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.kernels.poses import carrier_pose
 from drake_navbench.log import Scan
 from drake_navbench.navigation.collision_monitor import (
@@ -65,6 +65,8 @@ class CollisionMonitorSystem(LeafSystem):
     def _points(self, context: Context) -> NDArray[np.float64] | None:
         """Returns (N, 2) what all scanners hit, base frame, m; None where it is missing or old."""
         scan: Scan | None = self._scan_port.Eval(context)
+        if scan is not None:
+            scan = scan.placed_by_odometry()
         timeout_s = self._parameters.source_timeout
         if scan is None or 0.0 < timeout_s < context.get_time() - scan.time_s:
             return None

@@ -28,6 +28,7 @@ from drake_navbench.controller import (
 from drake_navbench.errors import as_line, is_machine_fault, one_line
 from drake_navbench.inputs.robot import PATIENT_FOR_EVER, ControllerServerSettings
 from drake_navbench.kernels.grid import Costmap
+from drake_navbench.kernels.poses import to_robot_frame
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.log import as_json
 from drake_navbench.navigation.goal_checkers import GoalChecker
@@ -39,6 +40,7 @@ from drake_navbench.systems.diagnostics import is_array, without_arrays
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import (
     COMMAND_SIZE,
+    POSE_SIZE,
     STATE_SIZE,
     declare_object_input,
     declare_state_part_output,
@@ -105,11 +107,13 @@ class ServerState(NamedTuple):
 class ControllerServer(LeafSystem):
     """Nav2's controller server around one controller, as one unrestricted update a control period.
 
-    Inputs `estimate` [x m, y m, yaw rad, v m/s, w rad/s, vy m/s], `costmap` (Costmap or None),
-    `plan` (GlobalPlan or None), `speed_limit` (SpeedLimit or None; not connected: no limit) and
-    `clear_request` (ClearRequest or None; not connected: none). Outputs `command` [v m/s, w rad/s,
-    vy m/s], `server_state` (ServerState) and `status` (TaskStatus). Abstract parameter
-    `seed_parameter` holds the trial's seed.
+    Inputs `estimate` [x m, y m, yaw rad, v m/s, w rad/s, vy m/s] and `costmap` (Costmap or None),
+    both in the odometry's frame, `plan` (GlobalPlan or None) in the map's, `map_from_odometry`
+    (3,), where the former lies in the latter (not connected: they are one), `speed_limit`
+    (SpeedLimit or None; not connected: no limit) and `clear_request` (ClearRequest or None; not
+    connected: none). As in Nav2, a controller sees all in the odometry's frame, the plan brought
+    over in every cycle. Outputs `command` [v m/s, w rad/s, vy m/s], `server_state` (ServerState)
+    and `status` (TaskStatus). Abstract parameter `seed_parameter` holds the trial's seed.
 
     Order of a cycle as in nav2_controller's computeControl: cancel, new path, wait for a current
     costmap, cut of the path, goal test, progress test, command. A costmap is not current from the
@@ -147,6 +151,7 @@ class ControllerServer(LeafSystem):
         self._plan_port = declare_object_input(self, "plan")
         self._speed_limit_port = declare_object_input(self, "speed_limit")
         self._clear_port = declare_object_input(self, "clear_request")
+        self._map_port = self.DeclareVectorInputPort("map_from_odometry", POSE_SIZE)
         self._state = self.DeclareAbstractState(AbstractValue.Make(ServerState()))
         tickets = {self.abstract_state_ticket(self._state)}
         self.DeclareVectorOutputPort(
@@ -212,6 +217,7 @@ class ControllerServer(LeafSystem):
             now_s=now_s,
             speed_limit=value_or_none(self._speed_limit_port, context),
             noise_key=NoiseKey(seed, NoiseStream.CONTROLLER, step),
+            map_from_odometry=value_or_none(self._map_port, context),
         )
 
     def _wait_for_costmap(self, server: ServerState, now_s: float) -> ServerState:
@@ -233,13 +239,18 @@ class ControllerServer(LeafSystem):
         now_s: float,
         speed_limit: SpeedLimit | None,
         noise_key: NoiseKey,
+        map_from_odometry: NDArray[np.float64] | None = None,
     ) -> ServerState:
         pose, velocity = estimate[:3], self._without_creep(estimate[3:])
+        global_plan, path = plan.poses, server.path
+        if map_from_odometry is not None:
+            global_plan = read_only(to_robot_frame(global_plan, *map_from_odometry))
+            path = path._replace(plan=global_plan)
         try:
-            local_plan, path = self._path_handler.cut(server.path, pose, costmap)
+            local_plan, path = self._path_handler.cut(path, pose, costmap)
         except ControllerError as error:
             return self._end(server, TaskState.ABORTED, error.code, str(error))
-        goal = plan.poses[-1]
+        goal = global_plan[-1]
         goal_result = self._goal_checker.check(
             server.goal_check, pose=pose, goal=goal, twist=velocity, local_plan=local_plan
         )
@@ -265,7 +276,7 @@ class ControllerServer(LeafSystem):
             speed_limit=speed_limit,
             noise_key=noise_key,
             cancel_requested=plan.cancel_requested,
-            global_plan=plan.poses,
+            global_plan=global_plan,
         )
         server = server._replace(
             path=path, goal_check=goal_result.state, progress_check=progress.state

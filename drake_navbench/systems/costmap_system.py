@@ -11,6 +11,7 @@ from drake_navbench.costmaps.layered_costmap import LayeredCostmap, LayersState
 from drake_navbench.navigation.task import ClearRequest
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import (
+    POSE_SIZE,
     STATE_SIZE,
     declare_object_input,
     declare_state_part_output,
@@ -30,11 +31,14 @@ class _CostmapState(Immutable):
 class CostmapSystem(LeafSystem):
     """Updates a layered costmap once a period, the first time at `offset_s`.
 
-    Inputs `state` [x m, y m, yaw rad, ...], the odometry, `scan` (Scan or None) and `clear_request`
-    (ClearRequest or None; need not be connected). Output `costmap` (Costmap, or None before there
-    is one). Each update takes the newest scan; after a new request to clear, the next one starts
-    from the map alone.
+    Inputs `state` [x m, y m, yaw rad, ...], where the robot believes to be in the costmap's frame,
+    `scan` (Scan or None), `clouds` (PointCloud by the name of the sensor), `clear_request`
+    (ClearRequest or None) and `map_from_odometry` (3,), where the odometry's frame lies in the map
+    (not connected: they are one); the last three need not be connected. Output `costmap` (Costmap,
+    or None before there is one). Each update takes the newest scan; after a new request to clear,
+    the next one starts from the map alone.
 
+    is_in_map: whether the costmap lies in the map's frame, else in the odometry's.
     before_first_scan: the layers as they are until there is a scan; they bring a costmap with them,
         or none.
     """
@@ -46,14 +50,18 @@ class CostmapSystem(LeafSystem):
         before_first_scan: LayersState,
         period_s: float,
         offset_s: float,
+        is_in_map: bool = False,
     ) -> None:
         super().__init__()
         self._layers = layers
+        self._is_in_map = is_in_map
         first = _CostmapState(before_first_scan)
         self._layers_state = self.DeclareAbstractState(AbstractValue.Make(first))
         self._odometry_port = self.DeclareVectorInputPort("state", STATE_SIZE)
         self._scan_port = declare_object_input(self, "scan")
+        self._clouds_port = declare_object_input(self, "clouds")
         self._clear_port = declare_object_input(self, "clear_request")
+        self._map_port = self.DeclareVectorInputPort("map_from_odometry", POSE_SIZE)
         declare_state_part_output(
             self, "costmap", self._layers_state, lambda state: state.layers.costmap
         )
@@ -69,11 +77,18 @@ class CostmapSystem(LeafSystem):
         request = value_or_none(self._clear_port, context)
         is_new = request is not None and request != before.clear_request
         layers = self._layers.cleared(before.layers) if is_new else before.layers
+        map_from_odometry = value_or_none(self._map_port, context)
+        own_from_odometry = map_from_odometry if self._is_in_map else None
         updated = self._layers.updated(
             layers,
-            scan=scan,
+            scan=scan.placed_by_odometry(own_from_odometry),
             pose=self._odometry_port.Eval(context)[:3],
             time_s=context.get_time(),
+            clouds={
+                name: cloud.placed_by_odometry(own_from_odometry)
+                for name, cloud in (value_or_none(self._clouds_port, context) or {}).items()
+            },
+            map_from_costmap=None if self._is_in_map else map_from_odometry,
         )
         state.get_mutable_abstract_state(self._layers_state).set_value(
             _CostmapState(updated, request)

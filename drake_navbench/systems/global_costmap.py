@@ -30,4 +30,5 @@ class GlobalCostmap(CostmapSystem):
             ),
             period_s=period_s,
             offset_s=offset_s,
+            is_in_map=True,
         )

@@ -11,7 +11,7 @@ from drake_navbench.costmaps.costmap_settings import LocalCostmapSettings
 from drake_navbench.costmaps.filter_masks import FilterMask
 from drake_navbench.costmaps.layered_costmap import local_layers
 from drake_navbench.costmaps.map_file import OccupancyMap
-from drake_navbench.inputs.robot import LidarSettings
+from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.systems.costmap_system import CostmapSystem
 
 

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, DiscreteValues, LeafSystem
 from pydrake.systems.primitives import Adder
 
-from drake_navbench.inputs.robot import LocalizationSettings
+from drake_navbench.inputs.localization import LocalizationSettings
+from drake_navbench.inputs.timeline import Timeline
 from drake_navbench.noise import NoiseKey, NoiseStream
 from drake_navbench.systems.lifetime import weakly_bound
+from drake_navbench.systems.ports import STATE_SIZE
 
 
 class Localization(Diagram):
@@ -23,7 +26,11 @@ class Localization(Diagram):
     """
 
     def __init__(
-        self, settings: LocalizationSettings, *, offset_s: float, moves_sideways: bool = False
+        self,
+        settings: Timeline[LocalizationSettings],
+        *,
+        offset_s: float,
+        moves_sideways: bool = False,
     ) -> None:
         super().__init__()
         builder = DiagramBuilder()
@@ -48,28 +55,24 @@ class HeldNoise(LeafSystem):
     """
 
     def __init__(
-        self, settings: LocalizationSettings, *, offset_s: float, moves_sideways: bool = False
+        self,
+        settings: Timeline[LocalizationSettings],
+        *,
+        offset_s: float,
+        moves_sideways: bool = False,
     ) -> None:
         super().__init__()
-        self._period_s = settings.period_s
+        self._settings = settings
+        self._period_s = settings.at(0.0).period_s
         self._offset_s = offset_s
-        self._std = np.array(
-            [
-                settings.xy_std_m,
-                settings.xy_std_m,
-                settings.yaw_std_rad,
-                settings.linear_velocity_std_mps,
-                settings.angular_velocity_std_radps,
-                settings.linear_velocity_std_mps if moves_sideways else 0.0,
-            ]
-        )
+        self._moves_sideways = moves_sideways
         self.seed_parameter = self.DeclareAbstractParameter(AbstractValue.Make(0))
-        self._noise = self.DeclareDiscreteState(self._std.size)
+        self._noise = self.DeclareDiscreteState(STATE_SIZE)
         self.DeclareStateOutputPort("noise", self._noise)
-        if self._std.any():
+        if settings.any(lambda at_a_time: bool(self._std(at_a_time).any())):
             self.DeclareInitializationDiscreteUpdateEvent(weakly_bound(self._on_start))
             self.DeclarePeriodicDiscreteUpdateEvent(
-                settings.period_s, offset_s, weakly_bound(self._on_period)
+                self._period_s, offset_s, weakly_bound(self._on_period)
             )
 
     def _on_start(self, context: Context, discrete_state: DiscreteValues) -> None:
@@ -82,5 +85,19 @@ class HeldNoise(LeafSystem):
     def _draw(self, context: Context, discrete_state: DiscreteValues, *, step: int) -> None:
         seed = context.get_abstract_parameter(self.seed_parameter).get_value()
         generator = NoiseKey(seed, NoiseStream.LOCALIZATION, step).generator()
-        noise = self._std * generator.standard_normal(self._std.size)
+        std = self._std(self._settings.at(context.get_time()))
+        noise = std * generator.standard_normal(std.size)
         discrete_state.get_mutable_vector(self._noise).SetFromVector(noise)
+
+    def _std(self, settings: LocalizationSettings) -> NDArray[np.float64]:
+        """Returns (6,) the standard deviations."""
+        return np.array(
+            [
+                settings.xy_std_m,
+                settings.xy_std_m,
+                settings.yaw_std_rad,
+                settings.linear_velocity_std_mps,
+                settings.angular_velocity_std_radps,
+                settings.linear_velocity_std_mps if self._moves_sideways else 0.0,
+            ]
+        )

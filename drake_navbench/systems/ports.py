@@ -24,8 +24,12 @@ from drake_navbench.systems.lifetime import weakly_bound
 # x m, y m, yaw rad, then the velocity: v m/s forward, w rad/s, vy m/s to the left. Last stands what
 # only an omnidirectional base has; for every other one it is 0.
 STATE_SIZE = 6
+# x m, y m, yaw rad.
+POSE_SIZE = 3
 # v m/s, w rad/s, vy m/s.
 COMMAND_SIZE = 3
+# x m, y m, yaw rad.
+POSE_SIZE = 3
 
 
 def declare_object_input(system: LeafSystem, name: str) -> InputPort:

@@ -12,7 +12,8 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, ValueProducer
 
 from drake_navbench.kernels.grid import Costmap
-from drake_navbench.log import Scan
+from drake_navbench.kernels.poses import place_point
+from drake_navbench.log import ODOMETRY_COLUMNS, Scan
 from drake_navbench.systems.clearance import DISTANCE_COUNT
 from drake_navbench.systems.diagnostics import (
     ARRAY_PERIOD_S,
@@ -23,6 +24,7 @@ from drake_navbench.systems.diagnostics import (
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import (
     COMMAND_SIZE,
+    POSE_SIZE,
     STATE_SIZE,
     declare_object_input,
     value_or_none,
@@ -44,7 +46,8 @@ RECORDED_COLUMNS = (
 class Recording:
     """What was recorded so far; it lives in the recorder's Context, like Drake's VectorLog.
 
-    rows: the pieces of each sample, in the order of `RECORDED_COLUMNS`.
+    rows: the pieces of each sample, in the order of `RECORDED_COLUMNS`, and behind them where the
+        world lies in the odometry's frame, where that has one.
     costmaps: every update of the local costmap that a sample saw.
     noted_cycle: the last control cycle whose diagnostics were looked at. arrays_due_s: when arrays
     in them are kept again, s.
@@ -85,17 +88,26 @@ class Recording:
         self.diagnostics = [(min(noted_s, time_s), left) for noted_s, left in self.diagnostics]
         self.costmaps = [costmap for costmap in self.costmaps if costmap.stamp_s <= time_s]
 
-    def table(self) -> np.ndarray:
-        """Returns (samples, columns) all rows."""
+    def columns(self) -> dict[str, np.ndarray]:
+        """Returns all that was recorded, by column."""
         if not self.rows:
-            return np.empty((0, len(RECORDED_COLUMNS)))
-        return np.column_stack([np.array(piece) for piece in zip(*self.rows, strict=True)])
+            return {name: np.empty(0) for name in RECORDED_COLUMNS}
+        table = np.column_stack([np.array(piece) for piece in zip(*self.rows, strict=True)])
+        count = len(RECORDED_COLUMNS)
+        columns = dict(zip(RECORDED_COLUMNS, table[:, :count].T, strict=True))
+        if table.shape[1] == count:
+            return columns
+        x, y, yaw = (columns[name] for name in ("x_m", "y_m", "yaw_rad"))
+        frame_x, frame_y, frame_yaw = table[:, count:].T
+        x, y = place_point(x, y, frame_x, frame_y, np.cos(frame_yaw), np.sin(frame_yaw))
+        return columns | dict(zip(ODOMETRY_COLUMNS, (x, y, yaw + frame_yaw), strict=True))
 
 
 class Recorder(LeafSystem):
     """Samples all signals once a period, before the updates that are due at the same time.
 
-    Inputs `state` and `estimate` [x m, y m, yaw rad, v m/s, w rad/s, vy m/s], `command` [v m/s, w
+    Inputs `state` and `estimate` [x m, y m, yaw rad, v m/s, w rad/s, vy m/s], `odometry_from_world`
+    (3,), where the world lies in the odometry's frame (need not be connected), `command` [v m/s, w
     rad/s, vy m/s], `distances` [m] (see Clearance), `server_state` (ServerState), `scan` (Scan or
     None), and `navigator_state` (NavigatorState; need not be connected), whose events are kept.
     """
@@ -109,6 +121,7 @@ class Recorder(LeafSystem):
         )
         self._state_port = self.DeclareVectorInputPort("state", STATE_SIZE)
         self._estimate_port = self.DeclareVectorInputPort("estimate", STATE_SIZE)
+        self._frame_port = self.DeclareVectorInputPort("odometry_from_world", POSE_SIZE)
         self._command_port = self.DeclareVectorInputPort("command", COMMAND_SIZE)
         self._distances_port = self.DeclareVectorInputPort("distances", DISTANCE_COUNT)
         self._server_port = declare_object_input(self, "server_state")
@@ -127,7 +140,7 @@ class Recorder(LeafSystem):
         recording = self._recording.Eval(context)
         time_s = context.get_time()
         server = self._server_port.Eval(context)
-        row = (
+        row: tuple[float | np.ndarray, ...] = (
             time_s,
             self._state_port.Eval(context),
             self._estimate_port.Eval(context),
@@ -137,6 +150,9 @@ class Recorder(LeafSystem):
             server.compute_time_ms,
             server.compute_cpu_time_ms,
         )
+        frame = value_or_none(self._frame_port, context)
+        if frame is not None:
+            row = (*row, frame)
         if recording.rows and recording.rows[-1][0] == time_s:
             recording.rows.pop()
         recording.rows.append(row)

@@ -4,22 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
 from pydrake.systems.framework import Context, LeafSystem
 
 from drake_navbench.moment import Moment
 from drake_navbench.systems.lifetime import weakly_bound
-from drake_navbench.systems.ports import STATE_SIZE, declare_object_input
+from drake_navbench.systems.ports import POSE_SIZE, STATE_SIZE, declare_object_input
 
 
 class Viewer(LeafSystem):
     """Calls a function with every Moment, once a period.
 
     Inputs `state`, `scan`, `costmap`, `plan` and `server_state`, as the recorder's and the
-    controller server's. The period should be the recorder's: at any other instant the integrator's
+    controller server's, and where anything moves its `moving_poses` [x m, y m, yaw rad] of each.
+    The period should be the recorder's: at any other instant the integrator's
     steps would end there too, and the motion differ in its last digits.
     """
 
-    def __init__(self, show: Callable[[Moment], None], *, period_s: float) -> None:
+    def __init__(
+        self, show: Callable[[Moment], None], *, period_s: float, moving_count: int = 0
+    ) -> None:
         super().__init__()
         self._show = show
         self._state_port = self.DeclareVectorInputPort("state", STATE_SIZE)
@@ -27,10 +31,15 @@ class Viewer(LeafSystem):
         self._costmap_port = declare_object_input(self, "costmap")
         self._plan_port = declare_object_input(self, "plan")
         self._server_port = declare_object_input(self, "server_state")
+        self._moving_port = None
+        if moving_count:
+            size = POSE_SIZE * moving_count
+            self._moving_port = self.DeclareVectorInputPort("moving_poses", size)
         self.DeclarePeriodicPublishEvent(period_s, 0.0, weakly_bound(self._on_period))
 
     def _on_period(self, context: Context) -> None:
         plan = self._plan_port.Eval(context)
+        moving = () if self._moving_port is None else self._moving_port.Eval(context)
         self._show(
             Moment(
                 context.get_time(),
@@ -39,5 +48,6 @@ class Viewer(LeafSystem):
                 self._costmap_port.Eval(context),
                 None if plan is None else plan.poses,
                 self._server_port.Eval(context).diagnostics,
+                np.reshape(moving, (-1, POSE_SIZE)),
             )
         )

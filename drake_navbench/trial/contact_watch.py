@@ -17,6 +17,7 @@ from drake_navbench.kernels.swept_contact import (
     share_until_contact,
     soonest_contact_s,
 )
+from drake_navbench.trial.moving_contact import MovingContact
 
 Array = NDArray[np.float64]
 
@@ -31,10 +32,14 @@ STEP_STRETCH = 1.1
 @dataclass(frozen=True)
 class Contact:
     """The first contact of a trial; state: (6,) x m, y m, yaw rad, v m/s, w rad/s, vy m/s at
-    time_s."""
+    time_s.
+
+    body: which of those that move was touched; None where it was something that stands.
+    """
 
     time_s: float
     state: Array
+    body: int | None = None
 
 
 @dataclass(frozen=True)
@@ -47,17 +52,19 @@ class _Look:
 
 
 class ContactWatch:
-    """Finds the first contact between the robot and what stands, for a Simulator's monitor.
+    """Finds the first contact between the robot and what is there, for a Simulator's monitor.
 
     A look at the clearance tells until when the limits of the drive rule contact out; before that
     nothing is looked at. A step in which contact is possible is searched by conservative
     advancement along the dense output of the integrator, so that no contact of the simulated motion
-    is missed, however thin and however short. Less than TOUCHING_M apart is touching.
+    is missed, however thin and however short. Less than TOUCHING_M apart is touching. What
+    moves is met in the same way, by the speed at which it and the robot can come together.
 
     drive: its limits bound the speed of the outline. footprint: (K, 2) true outline, base frame, m.
     max_step_s: the integrator's.
 
-    contact: the first one, None as long as there was none. idle_until_s: no look is needed at the
+    contact: the first one, None as long as there was none. moving: what it asks about what moves,
+    None where nothing does. idle_until_s: no look is needed at the
     end of a step before this time.
     """
 
@@ -66,6 +73,7 @@ class ContactWatch:
         self.idle_until_s = -math.inf
         self._footprint = np.ascontiguousarray(footprint)
         self._edges, self._circles = world.segments, world.circles
+        self.moving = MovingContact(world, self._footprint) if len(world.moving) else None
         self._look_ahead_s = STEP_STRETCH * max_step_s
         self._radius_m = float(np.hypot(*footprint.T).max())
         bounds = drive.bounds
@@ -96,6 +104,14 @@ class ContactWatch:
             acceleration_mps2=self._acceleration_mps2,
             top_speed_mps=max(self._top_speed_mps, speed_mps),
         )
+        if self.moving is not None:
+            gaps_m = self.moving.gaps_m(time_s, state, REACH_M)
+            nearest = int(np.argmin(gaps_m))
+            is_within = self._last is None and self.moving.covers(time_s, state)
+            if gaps_m[nearest] <= TOUCHING_M or is_within:
+                self.contact = Contact(time_s, state, nearest)
+                return
+            free_s = min(free_s, self._free_of_moving_s(self.moving, gaps_m[nearest], speed_mps))
         self._last = _Look(time_s, state, time_s + free_s)
         self.idle_until_s = time_s + free_s - self._look_ahead_s
 
@@ -111,11 +127,30 @@ class ContactWatch:
             self._circles,
             TOUCHING_M,
         )
-        if math.isinf(share):
+        moving_share = math.inf
+        if self.moving is not None:
+            moving_share = self.moving.share_until_contact(
+                last.time_s, last.state, time_s, state, touching_m=TOUCHING_M
+            )
+        if math.isinf(min(share, moving_share)):
             return None
+        hits_moving, share = moving_share < share, min(share, moving_share)
         pose = pose_within_step(last.state, state, duration_s, share)
         twist = (1.0 - share) * last.state[3:] + share * state[3:]
-        return Contact(last.time_s + share * duration_s, np.concatenate([pose, twist]))
+        met_s, met = last.time_s + share * duration_s, np.concatenate([pose, twist])
+        if self.moving is None or not hits_moving:
+            return Contact(met_s, met)
+        return Contact(met_s, met, int(np.argmin(self.moving.gaps_m(met_s, met, REACH_M))))
+
+    def _free_of_moving_s(self, moving: MovingContact, gap_m: float, speed_mps: float) -> float:
+        """Returns for how long nothing that moves can be met, s."""
+        moving_mps = moving.top_speed_mps
+        return soonest_contact_s(
+            min(gap_m, REACH_M) - TOUCHING_M,
+            speed_mps=speed_mps + moving_mps,
+            acceleration_mps2=self._acceleration_mps2,
+            top_speed_mps=max(self._top_speed_mps, speed_mps) + moving_mps,
+        )
 
     def _outline_rate(self, linear: float, angular: float) -> float:
         """Returns a bound of a rate of the outline's points from those of the base, SI."""

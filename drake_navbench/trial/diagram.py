@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from drake_navbench.controller import Controller
 from drake_navbench.costmaps.filter_masks import FilterMask
 from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.inputs.drive import AckermannDrive, OmnidirectionalDrive
+from drake_navbench.inputs.faults import Conditions, conditions_of
 from drake_navbench.inputs.robot import NavigationSettings, Robot
 from drake_navbench.inputs.world import World
 from drake_navbench.inputs.world_geometry import register_obstacles
@@ -27,10 +28,11 @@ from drake_navbench.systems.ackermann_base import AckermannBase
 from drake_navbench.systems.binary_filter import BinaryFilter
 from drake_navbench.systems.clearance import Clearance
 from drake_navbench.systems.controller_server import ControllerServer
+from drake_navbench.systems.depth_sensors import DepthSensors
 from drake_navbench.systems.lidar import Lidar
 from drake_navbench.systems.local_costmap import LocalCostmap
-from drake_navbench.systems.localization import Localization
 from drake_navbench.systems.mobile_base import MobileBase
+from drake_navbench.systems.moving_world import MovingWorld
 from drake_navbench.systems.navigator import Navigator
 from drake_navbench.systems.omnidirectional_base import OmnidirectionalBase
 from drake_navbench.systems.recorder import Recorder
@@ -38,10 +40,12 @@ from drake_navbench.systems.speed_filter import SpeedFilter
 from drake_navbench.systems.tree_navigator import TreeNavigator
 from drake_navbench.systems.viewer import Viewer
 from drake_navbench.systems.wheelchair import Wheelchair
+from drake_navbench.trial.localization_wiring import LocalizationSystem, add_localization
 from drake_navbench.trial.navigation_wiring import (
     Signals,
     add_command_chain,
     add_navigation,
+    connect_frame,
     connect_inputs,
 )
 from drake_navbench.trial.spec import FollowPlan, NavigateToPoses
@@ -59,12 +63,13 @@ class TrialDiagram:
     diagram: Diagram
     base: MobileBase
     lidar: Lidar
-    localization: Localization
+    localization: LocalizationSystem
     local_costmap: LocalCostmap
     navigator: Navigator | TreeNavigator
     controller_server: ControllerServer
     clearance: Clearance
     recorder: Recorder
+    moving_world: MovingWorld | None = None
     speed_filter: SpeedFilter | None = None
     binary_filter: BinaryFilter | None = None
 
@@ -72,7 +77,8 @@ class TrialDiagram:
         """Returns a context with the robot at rest at (3,) x m, y m, yaw rad, and the seed set."""
         context = self.diagram.CreateDefaultContext()
         self.base.set_pose(self.base.GetMyMutableContextFromRoot(context), start_pose)
-        for system in (self.lidar, self.localization, self.controller_server):
+        self.localization.set_start(context, start_pose, seed)
+        for system in (self.lidar, self.controller_server):
             own = system.GetMyMutableContextFromRoot(context)
             own.get_mutable_abstract_parameter(system.seed_parameter).set_value(seed)
         return context
@@ -86,6 +92,7 @@ def build_trial_diagram(
     task: FollowPlan | NavigateToPoses,
     static_map: OccupancyMap | None = None,
     filter_masks: Sequence[FilterMask] = (),
+    conditions: Conditions | None = None,
     watch: Callable[[Moment], None] | None = None,
     keeps_costmaps: bool = True,
 ) -> TrialDiagram:
@@ -93,6 +100,7 @@ def build_trial_diagram(
 
     task: what the robot is to do, and so which navigator there is.
     static_map, filter_masks: what the layers and filters of the local costmap know beforehand.
+    conditions: what holds for the robot's parts at which time; as in its file where not given.
     watch: is called with what is to be seen whenever the recorder samples.
     keeps_costmaps: whether the recorder keeps the local costmaps.
     """
@@ -104,54 +112,69 @@ def build_trial_diagram(
     base = add_base(builder, robot, scene_graph)
     state = base.get_state_output_port()
 
+    conditions = conditions or conditions_of(robot)
+    localization = add_localization(builder, robot, conditions, state)
+    moving_world = _add_moving_world(builder, world, scene_graph) if len(world.moving) else None
+
     lidar = builder.AddNamedSystem("lidar", Lidar(robot.lidar, world))
     connect_inputs(builder, lidar, state=state)
     scan = lidar.GetOutputPort("scan")
+    signals = localization.signals(state, scan)
+    if signals.has_frames:
+        connect_inputs(builder, lidar, odometry=signals.odometry)
+    signals = replace(signals, clouds=_add_depth_sensors(builder, robot, world, signals))
 
     local_costmap = _add_local_costmap(builder, robot, static_map, filter_masks)
-    connect_inputs(builder, local_costmap, state=state, scan=scan)
+    connect_inputs(builder, local_costmap, state=signals.odometry, scan=scan)
+    connect_frame(builder, signals, local_costmap)
+    if signals.clouds is not None:
+        connect_inputs(builder, local_costmap, clouds=signals.clouds)
     costmap = local_costmap.GetOutputPort("costmap")
 
-    localization = builder.AddNamedSystem(
-        "localization",
-        Localization(
-            robot.localization,
-            offset_s=CONTROLLER_OFFSET_S,
-            moves_sideways=robot.drive.lateral_speed_mps > 0.0,
-        ),
-    )
-    connect_inputs(builder, localization, state=state)
-    estimate = localization.GetOutputPort("estimate")
-
     server = _add_controller_server(builder, robot, controller)
-    connect_inputs(builder, server, estimate=estimate, costmap=costmap)
+    connect_inputs(builder, server, estimate=signals.odometry_estimate, costmap=costmap)
+    connect_frame(builder, signals, server)
 
-    signals = Signals(state=state, estimate=estimate, scan=scan)
     navigator, command = add_navigation(
         builder, robot, task, signals, local_costmap=local_costmap, server=server
     )
     command = add_command_chain(builder, robot, signals, command)
     builder.Connect(command, base.get_command_input_port())
 
-    speed_filter, binary_filter = _add_filters(builder, robot.navigation, filter_masks, estimate)
+    speed_filter, binary_filter = _add_filters(
+        builder, robot.navigation, filter_masks, signals.estimate
+    )
     if speed_filter is not None:
         connect_inputs(builder, server, speed_limit=speed_filter.GetOutputPort("speed_limit"))
 
     clearance = _add_clearance(builder, robot, world)
     connect_inputs(builder, clearance, state=state, costmap=costmap)
+    if signals.has_frames:
+        connect_inputs(builder, clearance, odometry_from_world=signals.odometry_from_world)
+    if moving_world is not None:
+        for system in (lidar, clearance):
+            connect_inputs(builder, system, moving=moving_world.GetOutputPort("outlines"))
 
     recorder = _add_recorder(builder, navigator)
-    connect_inputs(builder, recorder, state=state, estimate=estimate, scan=scan, command=command)
+    connect_inputs(builder, recorder, state=state, scan=scan, command=command)
+    connect_inputs(builder, recorder, estimate=signals.estimate)
+    if signals.has_frames:
+        connect_inputs(builder, recorder, odometry_from_world=signals.odometry_from_world)
     connect_inputs(builder, recorder, distances=clearance.GetOutputPort("distances"))
     connect_inputs(builder, recorder, server_state=server.GetOutputPort("server_state"))
     if keeps_costmaps:
         connect_inputs(builder, recorder, costmap=costmap)
 
     if watch is not None:
-        viewer = builder.AddNamedSystem("viewer", Viewer(watch, period_s=RECORDER_PERIOD_S))
+        viewer = builder.AddNamedSystem(
+            "viewer",
+            Viewer(watch, period_s=RECORDER_PERIOD_S, moving_count=len(world.moving)),
+        )
         connect_inputs(builder, viewer, state=state, scan=scan, costmap=costmap)
         connect_inputs(builder, viewer, plan=navigator.GetOutputPort("plan"))
         connect_inputs(builder, viewer, server_state=server.GetOutputPort("server_state"))
+        if moving_world is not None:
+            connect_inputs(builder, viewer, moving_poses=moving_world.GetOutputPort("poses"))
 
     diagram = builder.Build()
     diagram.set_name("trial")
@@ -165,6 +188,7 @@ def build_trial_diagram(
         controller_server=server,
         clearance=clearance,
         recorder=recorder,
+        moving_world=moving_world,
         speed_filter=speed_filter,
         binary_filter=binary_filter,
     )
@@ -177,6 +201,17 @@ def add_base(builder: DiagramBuilder, robot: Robot, scene_graph: SceneGraph) -> 
         base.get_geometry_pose_output_port(), scene_graph.get_source_pose_port(base.source_id)
     )
     return base
+
+
+def _add_moving_world(
+    builder: DiagramBuilder, world: World, scene_graph: SceneGraph
+) -> MovingWorld:
+    """Adds what moves in the world and shows it in SceneGraph."""
+    moving = builder.AddNamedSystem("moving_world", MovingWorld(world, scene_graph))
+    builder.Connect(
+        moving.get_geometry_pose_output_port(), scene_graph.get_source_pose_port(moving.source_id)
+    )
+    return moving
 
 
 def make_base(robot: Robot, scene_graph: SceneGraph) -> MobileBase:
@@ -207,6 +242,19 @@ def _add_local_costmap(
             masks=filter_masks,
         ),
     )
+
+
+def _add_depth_sensors(
+    builder: DiagramBuilder, robot: Robot, world: World, signals: Signals
+) -> OutputPort | None:
+    """Adds the sensors that send points, and returns the port of their clouds, if there are any."""
+    if not robot.depth_sensors:
+        return None
+    sensors = builder.AddNamedSystem("depth_sensors", DepthSensors(robot.depth_sensors, world))
+    connect_inputs(builder, sensors, state=signals.state)
+    if signals.has_frames:
+        connect_inputs(builder, sensors, odometry=signals.odometry)
+    return sensors.GetOutputPort("clouds")
 
 
 def _add_clearance(builder: DiagramBuilder, robot: Robot, world: World) -> Clearance:

@@ -30,17 +30,39 @@ from drake_navbench.trial.timing import (
 
 @dataclass(frozen=True)
 class Signals:
-    """What most systems look at: ports of the robot and its senses."""
+    """What most systems look at: ports of the robot and its senses.
+
+    state: the truth. estimate: of it, in the map's frame. odometry, odometry_estimate: the same two
+    in the odometry's frame. odometry_from_world, map_from_odometry: where the world lies in that,
+    and where that lies in the map; None where all are one, and the former the same ports. clouds:
+    of the depth sensors; None where there are none.
+    """
 
     state: OutputPort
     estimate: OutputPort
     scan: OutputPort
+    odometry: OutputPort
+    odometry_estimate: OutputPort
+    odometry_from_world: OutputPort | None = None
+    map_from_odometry: OutputPort | None = None
+    clouds: OutputPort | None = None
+
+    @property
+    def has_frames(self) -> bool:
+        """Whether the odometry has a frame of its own."""
+        return self.map_from_odometry is not None
 
 
 def connect_inputs(builder: DiagramBuilder, system: LeafSystem, **inputs: OutputPort) -> None:
     """Connects the inputs of a system by name."""
     for name, port in inputs.items():
         builder.Connect(port, system.GetInputPort(name))
+
+
+def connect_frame(builder: DiagramBuilder, signals: Signals, system: LeafSystem) -> None:
+    """Tells a system where the odometry's frame lies in the map, where it is not the map's own."""
+    if signals.map_from_odometry is not None:
+        connect_inputs(builder, system, map_from_odometry=signals.map_from_odometry)
 
 
 def add_navigation(
@@ -92,7 +114,12 @@ def _add_tree_navigation(
             offset_s=COSTMAP_OFFSET_S,
         ),
     )
-    connect_inputs(builder, global_costmap, state=signals.state, scan=signals.scan)
+    # What white noise there is moves the robot in its costmaps only where it moves the frames too.
+    position = signals.estimate if signals.has_frames else signals.state
+    connect_inputs(builder, global_costmap, state=position, scan=signals.scan)
+    connect_frame(builder, signals, global_costmap)
+    if signals.clouds is not None:
+        connect_inputs(builder, global_costmap, clouds=signals.clouds)
 
     control_period_s = 1.0 / navigation.controller_server.controller_frequency
     behavior_period_s = 1.0 / navigation.behavior_server.cycle_frequency
@@ -130,7 +157,7 @@ def _add_tree_navigation(
     connect_inputs(
         builder,
         behaviors,
-        estimate=signals.estimate,
+        estimate=signals.odometry_estimate,
         costmap=local_costmap.GetOutputPort("costmap"),
         goal=navigator.GetOutputPort("behavior_goal"),
         controller_command=server.GetOutputPort("command"),
@@ -170,6 +197,7 @@ def add_command_chain(
                 offset_s=MONITOR_OFFSET_S,
             ),
         )
-        connect_inputs(builder, monitor, command=command, scan=signals.scan, state=signals.state)
+        connect_inputs(builder, monitor, command=command, scan=signals.scan)
+        connect_inputs(builder, monitor, state=signals.odometry)
         command = monitor.GetOutputPort("safe_command")
     return command

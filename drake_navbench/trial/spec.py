@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from hashlib import sha256
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,7 +42,13 @@ class TrialSpec:
     @cached_property
     def identity(self) -> str:
         """A digest of all of it, by which the trial's log is known: equal ones, equal trials."""
-        everything = {
+        everything = self._shared | {"seed": self.seed, "trial": self.trial}
+        return sha256(json.dumps(everything, sort_keys=True).encode()).hexdigest()
+
+    @cached_property
+    def _shared(self) -> dict[str, Any]:
+        """What the identity tells of everything but the number and the seed."""
+        shared = {
             "drake_navbench": __version__,
             "scenario": self.scenario.model_dump(mode="json"),
             "files": sorted(
@@ -51,13 +58,19 @@ class TrialSpec:
             "controller": self.preset.controller,
             "parameters": self.preset.parameters.model_dump(mode="json"),
             "column": self.preset.name,
-            "seed": self.seed,
-            "trial": self.trial,
             "wants_diagnostics": self.wants_diagnostics,
         }
-        if self.foreign_code:
-            everything["plugins"] = self.foreign_code
-        return sha256(json.dumps(everything, sort_keys=True).encode()).hexdigest()
+        return shared | ({"plugins": self.foreign_code} if self.foreign_code else {})
+
+    def numbered(self, trial: int, seed: int) -> TrialSpec:
+        """Returns another trial of the same; what both share is described once for both."""
+        other = replace(self, trial=trial, seed=seed)
+        other.__dict__["_shared"] = self._shared
+        return other
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Leaves out what can be found again: it is as long as all the rest."""
+        return {name: value for name, value in self.__dict__.items() if name != "_shared"}
 
     @cached_property
     def foreign_code(self) -> dict[str, str]:

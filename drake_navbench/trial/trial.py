@@ -28,14 +28,14 @@ from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.inputs.task_check import check_task
 from drake_navbench.kernels.grid import Costmap
-from drake_navbench.log import COLUMNS, LATERAL_COLUMNS, Outcome, TrialLog
+from drake_navbench.log import COLUMNS, LATERAL_COLUMNS, ODOMETRY_COLUMNS, Outcome, TrialLog
 from drake_navbench.moment import Moment
 from drake_navbench.navigation.task import TaskState, TaskStatus
 from drake_navbench.plans import Plan, as_logged
 from drake_navbench.processes.worker_process import Returned
 from drake_navbench.processes.workers import Died, Failure, Task, TimedOut, run_tasks, start_server
 from drake_navbench.systems.lifetime import release
-from drake_navbench.systems.recorder import RECORDED_COLUMNS, Recording
+from drake_navbench.systems.recorder import Recording
 from drake_navbench.systems.tree_navigator import TreeNavigator
 from drake_navbench.trial.column_controller import built_controller
 from drake_navbench.trial.contact_watch import Contact, ContactWatch
@@ -177,6 +177,7 @@ def _simulate_with(
         task=trial_task(spec),
         static_map=_static_map(spec),
         filter_masks=spec.scenario.filter_masks,
+        conditions=spec.scenario.conditions(spec.robot),
         watch=watch,
         keeps_costmaps=spec.keeps_costmaps,
     )
@@ -203,7 +204,7 @@ def _driven(spec: TrialSpec, trial: TrialDiagram, realtime_rate: float) -> Trial
         simulator.AdvanceTo(spec.scenario.timeout_s)
     if contact_watch.contact is not None:
         _put_back_to_contact(trial, context, contact_watch.contact)
-    return _make_log(spec, trial, context, has_collided=contact_watch.contact is not None)
+    return _make_log(spec, trial, context, contact_watch)
 
 
 def trial_task(spec: TrialSpec) -> FollowPlan | NavigateToPoses:
@@ -255,14 +256,12 @@ def _end_of_trial(
     return monitor
 
 
-def _outcome(
-    trial: TrialDiagram, context: Context, *, has_collided: bool
-) -> tuple[Outcome, TaskStatus]:
-    """Returns how the trial ended, with the reason and the time."""
+def _outcome(trial: TrialDiagram, context: Context, *, touched: str) -> tuple[Outcome, TaskStatus]:
+    """Returns how the trial ended, with the reason and the time; touched: what was, '' if none."""
     now_s = context.get_time()
-    if has_collided:
-        touched = TaskStatus(reason="the footprint touched an obstacle", time_s=now_s)
-        return Outcome.COLLIDED, touched
+    if touched:
+        reason = f"the footprint touched {touched}"
+        return Outcome.COLLIDED, TaskStatus(reason=reason, time_s=now_s)
     status = trial.navigator.GetOutputPort("task_status").Eval(
         trial.navigator.GetMyContextFromRoot(context)
     )
@@ -291,14 +290,17 @@ def failed_log(spec: TrialSpec, reason: str, details: str = "") -> TrialLog:
 
 
 def _make_log(
-    spec: TrialSpec, trial: TrialDiagram, context: Context, *, has_collided: bool
+    spec: TrialSpec, trial: TrialDiagram, context: Context, contact_watch: ContactWatch
 ) -> TrialLog:
-    outcome, status = _outcome(trial, context, has_collided=has_collided)
+    contact = _contact_account(contact_watch)
+    outcome, status = _outcome(trial, context, touched=contact["name"] if contact else "")
     recorder_context = trial.recorder.GetMyContextFromRoot(context)
     recording = trial.recorder.find_recording(recorder_context)
     # The last cycle, or the navigator's last tick, may be too young for the recorder's clock.
     trial.recorder.record(recorder_context)
     info = _info(spec, outcome, status) | _filter_changes(trial, context)
+    if contact and contact_watch.moving is not None:
+        info["contact"] = contact
     navigator_context = trial.navigator.GetMyContextFromRoot(context)
     if isinstance(trial.navigator, TreeNavigator):
         navigator = trial.navigator.GetOutputPort("navigator_state").Eval(navigator_context)
@@ -316,6 +318,16 @@ def _make_log(
         events=tuple(recording.events),
         costmaps=tuple(recording.costmaps),
     )
+
+
+def _contact_account(contact_watch: ContactWatch) -> dict[str, Any]:
+    """Returns what was touched and how, as plain data; empty where nothing was."""
+    contact, moving = contact_watch.contact, contact_watch.moving
+    if contact is None:
+        return {}
+    if contact.body is None or moving is None:
+        return {"name": "an obstacle", "kind": "obstacle"}
+    return moving.account(contact.body, contact.time_s, contact.state)
 
 
 def _filter_changes(trial: TrialDiagram, context: Context) -> dict[str, Any]:
@@ -364,9 +376,9 @@ def _controller_files(preset: Preset) -> dict[str, Any]:
 
 def _samples(recording: Recording, robot: Robot) -> pd.DataFrame:
     """Returns the samples with the columns that a log of the robot has."""
-    table = recording.table()
-    recorded: dict[str, Any] = dict(zip(RECORDED_COLUMNS, table.T, strict=True))
-    names = [*COLUMNS, *(LATERAL_COLUMNS if robot.drive.lateral_speed_mps > 0.0 else ())]
-    columns = {name: recorded[name] for name in names}
+    recorded: dict[str, Any] = recording.columns()
+    lateral = LATERAL_COLUMNS if robot.drive.lateral_speed_mps > 0.0 else ()
+    own = [name for name in ODOMETRY_COLUMNS if name in recorded]
+    columns = {name: recorded[name] for name in (*COLUMNS, *lateral, *own)}
     columns["cycle_count"] = columns["cycle_count"].astype(np.int64)
     return pd.DataFrame(columns)

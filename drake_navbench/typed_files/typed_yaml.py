@@ -6,10 +6,16 @@ import json
 from collections.abc import Mapping
 from pathlib import Path
 from types import UnionType
-from typing import Any, TypeVar, Union, get_args, get_origin
+from typing import Any, ClassVar, TypeVar, Union, get_args, get_origin
 
 import yaml
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    SerializerFunctionWrapHandler,
+    ValidationError,
+    model_serializer,
+)
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from drake_navbench.errors import InputError, nearest_name_hint, one_line
@@ -31,6 +37,24 @@ class FrozenModel(BaseModel):
     """Base of every model read from a file: unknown fields refused, finite numbers, frozen."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class QuietModel(FrozenModel):
+    """A model that tells fields of later releases only where they differ from their defaults.
+
+    What was saved before there were such fields, and its digests, stay as they are.
+    """
+
+    quiet: ClassVar[frozenset[str]] = frozenset()
+
+    @model_serializer(mode="wrap")
+    def _without_quiet_defaults(self, plain: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        values: dict[str, Any] = plain(self)
+        for name in self.quiet & values.keys():
+            field = type(self).model_fields[name]
+            if getattr(self, name) == field.get_default(call_default_factory=True):
+                del values[name]
+        return values
 
 
 def read_text(path: Path) -> str:

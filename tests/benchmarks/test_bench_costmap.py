@@ -7,7 +7,7 @@ from drake_navbench.costmaps.costmap_settings import GlobalCostmapSettings, Loca
 from drake_navbench.costmaps.filter_masks import FilterMask
 from drake_navbench.costmaps.layered_costmap import GridGeometry, LayeredCostmap
 from drake_navbench.costmaps.map_file import OccupancyMap
-from drake_navbench.inputs.robot import LidarSettings
+from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.kernels.denoise import denoise
 from drake_navbench.kernels.footprint import circle_footprint, footprint_cost
 from drake_navbench.kernels.grid import LETHAL, Grid

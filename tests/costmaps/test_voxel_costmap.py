@@ -11,9 +11,10 @@ from drake_navbench.costmaps.costmap_settings import (
 )
 from drake_navbench.costmaps.layered_costmap import GridGeometry, LayeredCostmap, local_layers
 from drake_navbench.costmaps.map_file import OCCUPIED, OccupancyMap
-from drake_navbench.costmaps.voxel_layer import PointCloud
+from drake_navbench.costmaps.point_cloud import PointCloud
 from drake_navbench.errors import InputError
-from drake_navbench.inputs.robot import LidarSettings, Robot
+from drake_navbench.inputs.lidar import LidarSettings
+from drake_navbench.inputs.robot import Robot
 from drake_navbench.kernels.grid import FREE, INSCRIBED, LETHAL, NO_INFORMATION
 from drake_navbench.kernels.voxel_layer import UNKNOWN_COLUMN
 from drake_navbench.log import Scan
@@ -172,7 +173,7 @@ def test_bringups_scan_is_the_source_by_default():
         ({"z_voxels": 17}, "z_voxels"),
         ({"z_resolution": 0.0}, "z_resolution"),
         ({"mark_threshold": -1}, "mark_threshold"),
-        ({"observation_sources": {"eye": CAMERA_SOURCE}}, "eye.data_type: got PointCloud2"),
+        ({"observation_sources": {"eye": CAMERA_SOURCE}}, "eye: the robot has no depth sensor"),
         ({"observation_sources": {"scan": {"data_type": "Sonar"}}}, "data_type"),
     ],
 )

@@ -106,21 +106,21 @@ def test_mask_value_scales_to_a_cost(value, cost):
 def test_keepout_raises_and_never_lowers():
     costs = np.array([[0, 100, 253, 254, 255]], dtype=np.uint8)
     mask = np.array([[200, 50, 254, 10, 3]], dtype=np.uint8)
-    apply_keepout(Grid(costs, 0.0, 0.0, 1.0), Grid(mask, 0.0, 0.0, 1.0), -1)
+    apply_keepout(Grid(costs, 0.0, 0.0, 1.0), Grid(mask, 0.0, 0.0, 1.0), np.zeros(3), -1)
     np.testing.assert_array_equal(costs, [[200, 100, 254, 254, 3]])
 
 
 def test_unknown_part_of_a_keepout_mask_writes_nothing():
     costs = np.array([[0, 100, 255]], dtype=np.uint8)
     unknown = np.full((1, 3), 255, np.uint8)
-    apply_keepout(Grid(costs, 0.0, 0.0, 1.0), Grid(unknown, 0.0, 0.0, 1.0), -1)
+    apply_keepout(Grid(costs, 0.0, 0.0, 1.0), Grid(unknown, 0.0, 0.0, 1.0), np.zeros(3), -1)
     np.testing.assert_array_equal(costs, [[0, 100, 255]])
 
 
 def test_keepout_override_replaces_every_cost_it_would_write():
     costs = np.array([[0, 100, 240]], dtype=np.uint8)
     mask = np.array([[50, 254, 100]], dtype=np.uint8)
-    apply_keepout(Grid(costs, 0.0, 0.0, 1.0), Grid(mask, 0.0, 0.0, 1.0), 200)
+    apply_keepout(Grid(costs, 0.0, 0.0, 1.0), Grid(mask, 0.0, 0.0, 1.0), np.zeros(3), 200)
     np.testing.assert_array_equal(costs, [[200, 200, 240]])
 
 
@@ -128,5 +128,5 @@ def test_keepout_mask_on_another_lattice_is_read_at_the_cell_centres():
     costs = np.zeros((1, 4), dtype=np.uint8)
     # Cells of 2 m from x = 1: centres 0.5 off the mask, 1.5 and 2.5 in its first cell, 3.5 second.
     mask = np.array([[10, 20]], dtype=np.uint8)
-    apply_keepout(Grid(costs, 0.0, 0.0, 1.0), Grid(mask, 1.0, 0.0, 2.0), -1)
+    apply_keepout(Grid(costs, 0.0, 0.0, 1.0), Grid(mask, 1.0, 0.0, 2.0), np.zeros(3), -1)
     np.testing.assert_array_equal(costs, [[0, 10, 10, 20]])

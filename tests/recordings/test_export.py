@@ -75,9 +75,13 @@ def test_an_independent_reader_decodes_every_message_by_the_schemas_in_the_file(
     types = {schema.name: schema for schema, *_ in messages}
     assert {schema.encoding for schema in types.values()} == {"ros2msg"}
     assert {(c.topic, s.name) for s, c, *_ in messages} <= {(t.name, t.type) for t in TOPICS}
-    # All topics but those of what this trial has not: samples and navigator.
+    # All topics but those of what this trial has not: samples, navigator, what moves.
     missing = {t.name for t in TOPICS} - {channel.topic for _, channel, *_ in messages}
-    assert missing == {"/trajectories", "/navigate_to_pose/_action/status"}
+    assert missing == {
+        "/moving_obstacles",
+        "/navigate_to_pose/_action/status",
+        "/trajectories",
+    }
 
 
 def test_metadata_counts_the_messages_and_names_the_hashes_of_their_types(bag, messages):

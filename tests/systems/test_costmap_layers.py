@@ -13,7 +13,7 @@ from drake_navbench.costmaps.costmap_settings import GlobalCostmapSettings, Loca
 from drake_navbench.costmaps.filter_masks import FilterMask
 from drake_navbench.costmaps.layered_costmap import GridGeometry, LayeredCostmap
 from drake_navbench.costmaps.map_file import OCCUPIED, UNKNOWN, OccupancyMap
-from drake_navbench.inputs.robot import LidarSettings
+from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.inputs.world import Box, World
 from drake_navbench.kernels.grid import FREE, INSCRIBED, LETHAL, NO_INFORMATION
 from drake_navbench.navigation.task import ClearRequest

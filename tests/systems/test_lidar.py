@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from drake_navbench.inputs.robot import LidarSettings
+from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.inputs.world import Box, Cylinder, World
 from drake_navbench.log import Scan
 from drake_navbench.systems.lidar import Lidar

@@ -7,7 +7,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
 from drake_navbench.costmaps.costmap_settings import LocalCostmapSettings
-from drake_navbench.inputs.robot import LidarSettings
+from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.inputs.world import Box, World
 from drake_navbench.kernels.grid import FREE, INSCRIBED, LETHAL
 from drake_navbench.systems.lidar import Lidar

@@ -3,7 +3,8 @@
 import numpy as np
 from pydrake.systems.analysis import Simulator
 
-from drake_navbench.inputs.robot import LocalizationSettings
+from drake_navbench.inputs.localization import LocalizationSettings
+from drake_navbench.inputs.timeline import Timeline
 from drake_navbench.systems.localization import Localization
 
 STATE = np.array([1.0, -2.0, 0.3, 0.5, 0.1, 0.2])
@@ -13,7 +14,7 @@ SETTINGS = LocalizationSettings(period_s=0.05, xy_std_m=0.01, yaw_std_rad=0.02)
 
 def start(settings=SETTINGS, *, seed=0):
     """Returns a localization and its simulator, the robot at STATE for good."""
-    localization = Localization(settings, offset_s=OFFSET_S)
+    localization = Localization(Timeline.constant(settings), offset_s=OFFSET_S)
     context = localization.CreateDefaultContext()
     context.get_mutable_abstract_parameter(localization.seed_parameter).set_value(seed)
     localization.GetInputPort("state").FixValue(context, STATE)

@@ -1,0 +1,164 @@
+"""What moved in the world: how near, how soon, and who ran into whom."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+
+from drake_navbench.analysis.metrics.body import outline_of
+from drake_navbench.analysis.metrics.definition import Undefined, metric
+from drake_navbench.analysis.metrics.signals import Array, column, lateral_velocity, times
+from drake_navbench.analysis.moving import Movers, movers_of
+from drake_navbench.kernels.moving_bodies import clearances_of_bodies
+from drake_navbench.kernels.moving_collision_time import time_to_moving_contact
+from drake_navbench.log import Outcome, TrialLog
+
+LOOK_PERIOD_S = 0.1
+# Of the velocity of a body: the way that it goes until the next look.
+COLLISION_TIME_HORIZON_S = 10.0
+# What is farther away is not looked at, as in a trial.
+MAX_CLEARANCE_M = 5.0
+
+
+@metric(unit="", better="lower", title="Collisions with what stands")
+def standing_collision_count(log: TrialLog) -> float:
+    """Whether the trial ended at a contact with something that stands, in a world that moves.
+
+    Formula: 1 or 0. The mean over trials is the share of them.
+    """
+    _require_movers(log)
+    return float(_contact_kind(log) == "obstacle")
+
+
+@metric(unit="", better="lower", title="The robot ran into what moves")
+def ran_into_moving_count(log: TrialLog) -> float:
+    """Whether the trial ended at a contact with something moving to which the robot drove.
+
+    Formula: 1 where the point of contact of the robot closed the gap at least as fast as that of
+    the other, both along the line between them, else 0. HuNavSim tells the two apart by bearing and
+    speed of the centres; at a corner of a long robot these say little.
+    Source: the split of SEAN 2.0 (Tsoi et al. 2022) and HuNavSim (Perez-Higueras et al. 2023).
+    """
+    _require_movers(log)
+    return float(_contact_kind(log) == "robot")
+
+
+@metric(unit="", better="lower", title="What moves ran into the robot")
+def was_run_into_count(log: TrialLog) -> float:
+    """Whether the trial ended at a contact with something moving that came to the robot.
+
+    Formula: 1 where the other closed the gap faster than the robot did, else 0. What moves on a
+    given way does not look where it goes: a robot at rest in its way is run into.
+    Source: the split of SEAN 2.0 (Tsoi et al. 2022) and HuNavSim (Perez-Higueras et al. 2023).
+    """
+    _require_movers(log)
+    return float(_contact_kind(log) == "other")
+
+
+@metric(unit="m", better="higher", title="Smallest clearance to what moves", relevant=0.01)
+def min_moving_clearance_m(log: TrialLog) -> float:
+    """Smallest distance between footprint and anything that moves.
+
+    Formula: minimum over the trial, every 0.1 s and at its end, of the exact distance in the plane,
+    up to 5 m; 0 in a trial that ended at such a contact.
+    """
+    nearest_m = clearances_m(log).min()
+    if math.isinf(nearest_m):
+        raise Undefined("nothing that moves came within 5 m")
+    return float(nearest_m) if _contact_kind(log) in ("", "obstacle") else 0.0
+
+
+@metric(unit="s", better="higher", title="Shortest time to collision with what moves")
+def moving_time_to_collision_min_s(log: TrialLog) -> float:
+    """Shortest time in which footprint and something moving would have met, both going on as then.
+
+    Formula: minimum over the trial, every 0.1 s, of the time to contact of the outlines, the robot
+    on its circle or line, the other with the velocity of its next 0.1 s; up to 10 s.
+    Source: Hayward 1972; as a measure of social navigation Biswas et al., "SocNavBench", 2022.
+    """
+    shortest_s = _collision_times_s(log).min()
+    if math.isinf(shortest_s):
+        raise Undefined("no course met one that moves within 10 s")
+    return float(shortest_s)
+
+
+def look_times(log: TrialLog) -> Array:
+    """Returns (T,) when a trial is looked at: every 0.1 s and at its end, s."""
+    time_s = times(log)
+    return np.append(np.arange(time_s[0], time_s[-1] - 1e-9, LOOK_PERIOD_S), time_s[-1])
+
+
+def robot_poses(log: TrialLog, time_s: Array) -> Array:
+    """Returns (T, 3) where the robot was at times (T,): x m, y m, yaw rad."""
+    own = times(log)
+    names = ("x_m", "y_m", "yaw_rad")
+    return np.column_stack([np.interp(time_s, own, column(log, name)) for name in names])
+
+
+@lru_cache(maxsize=1)
+def clearances_m(log: TrialLog) -> Array:
+    """Returns (T, B) from the footprint to each body at `look_times`, m; inf beyond 5 m."""
+    movers, looks = _require_movers(log), look_times(log)
+    outline = np.ascontiguousarray(outline_of(log))
+    bodies, moved = movers.bodies, movers.poses_at(looks)
+    return np.array(
+        [
+            clearances_of_bodies(
+                outline, x, y, yaw, bodies.edges, bodies.discs, poses, MAX_CLEARANCE_M
+            )
+            for (x, y, yaw), poses in zip(robot_poses(log, looks), moved, strict=True)
+        ]
+    )
+
+
+def _collision_times_s(log: TrialLog) -> Array:
+    """Returns (T,) the times to collision at `look_times`, s; inf if none within 10 s."""
+    movers, looks = _require_movers(log), look_times(log)
+    own = times(log)
+    twists = np.column_stack(
+        [
+            np.interp(looks, own, values)
+            for values in (column(log, "v_mps"), column(log, "w_radps"), lateral_velocity(log))
+        ]
+    )
+    here = movers.poses_at(looks)
+    rates = (movers.poses_at(looks + LOOK_PERIOD_S) - here) / LOOK_PERIOD_S
+    outline = np.ascontiguousarray(outline_of(log))
+    return np.array(
+        [
+            time_to_moving_contact(
+                outline,
+                pose,
+                twist,
+                movers.bodies.edges,
+                movers.bodies.discs,
+                poses,
+                velocities,
+                movers.reaches_m,
+                COLLISION_TIME_HORIZON_S,
+            )
+            for pose, twist, poses, velocities in zip(
+                robot_poses(log, looks), twists, here, rates, strict=True
+            )
+        ]
+    )
+
+
+def _require_movers(log: TrialLog) -> Movers:
+    """Returns what moved; raises Undefined where nothing did."""
+    movers = movers_of(log)
+    if movers.body_count == 0:
+        raise Undefined("nothing moved but the robot")
+    return movers
+
+
+def _contact_kind(log: TrialLog) -> str:
+    """Returns who caused a contact: 'robot', 'other', 'obstacle' for what stands, '' for none."""
+    if log.outcome is not Outcome.COLLIDED:
+        return ""
+    contact = log.info["contact"]
+    if contact["kind"] == "obstacle":
+        return "obstacle"
+    return "robot" if contact["robot_closing_mps"] >= contact["other_closing_mps"] else "other"

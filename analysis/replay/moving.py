@@ -1,0 +1,59 @@
+"""What moves in a replay besides the robots."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.geometry import Rgba
+from pydrake.math import RigidTransform, RotationMatrix
+
+from drake_navbench.analysis.moving import Movers
+from drake_navbench.analysis.replay.paths import MOVING_PATH
+from drake_navbench.analysis.replay.stage import Stage, frames_until
+from drake_navbench.inputs.moving import MovingObstacles
+from drake_navbench.inputs.world_geometry import MOVING_COLOR, moving_shape
+
+Array = NDArray[np.float64]
+
+
+def draw_moving(stage: Stage, moving: MovingObstacles) -> list[str]:
+    """Draws what moves along given ways where it begins; returns the path of each."""
+    paths = []
+    for index, (thing, pose) in enumerate(
+        zip(moving.things, moving.tracks.poses_at(0.0), strict=True)
+    ):
+        path = f"{MOVING_PATH}/{index}"
+        offset, shape = moving_shape(thing)
+        stage.meshcat.SetObject(f"{path}/shape", shape, Rgba(*MOVING_COLOR))
+        stage.pose(f"{path}/shape", offset)
+        stage.pose(path, on_floor(pose))
+        paths.append(path)
+    return paths
+
+
+def add_moving(stage: Stage, movers: Movers, *, end_time_s: float, pose_stride: int) -> bool:
+    """Draws what moves and lets it move until a time; returns whether anything does."""
+    paths = draw_moving(stage, movers.things)
+    frames, times = frames_until(end_time_s, pose_stride)
+    poses = movers.poses_at(times)
+    for index, path in enumerate(paths):
+        for row in rows_of_bends(poses[:, index]):
+            stage.pose(path, on_floor(poses[row, index]), int(frames[row]))
+    return bool(paths)
+
+
+def on_floor(pose: Sequence[float] | Array) -> RigidTransform:
+    """Returns the pose in space of one in the plane (3,), x m, y m, yaw rad."""
+    return RigidTransform(RotationMatrix.MakeZRotation(pose[2]), [pose[0], pose[1], 0.0])
+
+
+def rows_of_bends(poses: Array) -> NDArray[np.int64]:
+    """Returns the rows (T, 3) at which a motion is not that of the step before: the rest is even.
+
+    First and last are always among them.
+    """
+    steps = np.diff(poses, axis=0)
+    bends = np.flatnonzero(np.any(np.abs(np.diff(steps, axis=0)) > 1e-6, axis=1)) + 1
+    return np.unique(np.concatenate([[0], bends, [len(poses) - 1]]))

@@ -1,0 +1,147 @@
+"""Tunes a preset: `python -m drake_navbench tune PRESET`.
+
+Only the standard library is imported before the arguments are read, so that --help is quick.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+import sys
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+
+from drake_navbench.errors import InputError, NavbenchError
+
+EXIT_DONE = 0
+EXIT_FAILED = 1
+EXIT_WRONG_INPUT = 2
+EXIT_INTERRUPTED = 130
+
+EPILOG = """\
+example:
+  python -m drake_navbench tune rpp --scenarios doorway,one_obstacle --held-out static_obstacles \\
+      --objectives time,clearance,jerk --out tuning/rpp
+
+exit status: 0 done, 1 a trial came to no end, 2 wrong input, 130 interrupted (the same command goes
+on)
+"""
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Returns the parser of the command line."""
+    parser = argparse.ArgumentParser(
+        prog="python -m drake_navbench tune",
+        description="Searches parameters of a preset that beat it in several objectives at once, "
+        "then tells what is left of them on fresh seeds and in scenarios that the search has not "
+        "seen.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    add = parser.add_argument
+    add("preset", metavar="PRESET", help="the baseline, such as rpp, or a variant of it")
+    add("--scenarios", required=True, type=_names, metavar="LIST", help="where to search")
+    add(
+        "--objectives",
+        type=_names,
+        default=("time", "clearance", "jerk"),
+        metavar="LIST",
+        help="of time, clearance, jerk, turning_jerk, path_error, length (time,clearance,jerk)",
+    )
+    add(
+        "--held-out",
+        type=_names,
+        default=(),
+        metavar="LIST",
+        help="scenarios in which the front is judged once, at the end",
+    )
+    add(
+        "--parameter",
+        action="append",
+        default=[],
+        metavar="NAME=VALUES",
+        help="LOW:HIGH, LOW:HIGH:log or A,B,C; searches these instead of the controller's own list",
+    )
+    whole = partial(_whole, 1)
+    add("--configurations", type=whole, default=200, metavar="N", help="to drive in all (200)")
+    add("--pairs", type=whole, default=32, metavar="N", help="most trials of a configuration (32)")
+    add(
+        "--fresh",
+        type=partial(_whole, 2),
+        default=32,
+        metavar="N",
+        help="trials a scenario in which the front is judged (32)",
+    )
+    add("--front", type=whole, default=8, metavar="N", help="most points of the front judged (8)")
+    add("--seed", type=partial(_whole, 0), default=0, help="of the whole tuning (0)")
+    add("--sampler", choices=("tpe", "nsga2", "random"), default="tpe", help="what proposes (tpe)")
+    add("--robot", default="wheelchair", help="robot by name, or a YAML file (wheelchair)")
+    add("--jobs", type=whole, default=None, metavar="N", help="parallel workers (all cores)")
+    add(
+        "--out",
+        type=Path,
+        required=True,
+        metavar="DIR",
+        help="where the study is, or will be; more processes with the same command join it",
+    )
+    add("--search-only", action="store_true", help="join the search, and judge nothing")
+    return parser
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs the command; returns the exit status."""
+    given = list(sys.argv[2:] if argv is None else argv)
+    arguments = build_parser().parse_args(given)
+    try:
+        _tune(arguments, shlex.join(["python", "-m", "drake_navbench", "tune", *given]))
+    except InputError as error:
+        print(error, file=sys.stderr)
+        return EXIT_WRONG_INPUT
+    except NavbenchError as error:
+        print(error, file=sys.stderr)
+        return EXIT_FAILED
+    except KeyboardInterrupt:
+        print("interrupted; the same command goes on", file=sys.stderr)
+        return EXIT_INTERRUPTED
+    return EXIT_DONE
+
+
+def _tune(arguments: argparse.Namespace, command: str) -> None:
+    from drake_navbench.processes.machine import available_cores
+    from drake_navbench.tuning.tune import TuningRequest, tune
+
+    request = TuningRequest(
+        preset=arguments.preset,
+        scenarios=arguments.scenarios,
+        objectives=arguments.objectives,
+        held_out=arguments.held_out,
+        parameters=tuple(arguments.parameter),
+        configurations=arguments.configurations,
+        most_pairs=arguments.pairs,
+        most_front_points=arguments.front,
+        fresh=arguments.fresh,
+        seed=arguments.seed,
+        robot=arguments.robot,
+        sampler=arguments.sampler,
+        jobs=arguments.jobs or available_cores(),
+        out=arguments.out.absolute(),
+        command=command,
+        search_only=arguments.search_only,
+    )
+    tune(request, partial(print, flush=True))
+
+
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(name for name in map(str.strip, text.split(",")) if name))
+
+
+def _whole(least: int, text: str) -> int:
+    number = int(text) if text.isdecimal() else -1
+    if number < least:
+        raise argparse.ArgumentTypeError(f"got {text!r}, expected a whole number from {least} on")
+    return number
+
+
+if __name__ == "__main__":
+    sys.exit(main())

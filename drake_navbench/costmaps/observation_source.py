@@ -1,0 +1,59 @@
+"""The sources that a layer of a costmap listens to, under the names of Nav2's parameters."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field, model_validator
+
+from drake_navbench.typed_files.quantities import Duration
+from drake_navbench.typed_files.typed_yaml import FrozenModel
+
+
+class SourceSettings(FrozenModel):
+    """Which of the robot's sensors a source is."""
+
+    data_type: Literal["LaserScan", "PointCloud2"] = Field(
+        "LaserScan", description="What it sends; the robot's lidar sends LaserScan."
+    )
+    sensor: str = Field(
+        "",
+        description="Of PointCloud2: name of the robot's depth sensor; the source's where empty.",
+    )
+    scanner: int | None = Field(
+        None,
+        ge=1,
+        description="Of LaserScan: which of the robot's scanners, from 1 on; null means all.",
+    )
+
+    @model_validator(mode="after")
+    def _check_sensor(self) -> SourceSettings:
+        if self.sensor and self.data_type != "PointCloud2":
+            raise ValueError(f"sensor: got {self.sensor!r}, expected data_type PointCloud2 with it")
+        if self.scanner is not None and self.data_type != "LaserScan":
+            raise ValueError(f"scanner: got {self.scanner}, expected data_type LaserScan with it")
+        return self
+
+
+class ObservationSourceSettings(SourceSettings):
+    """One source of Nav2's voxel layer, with Nav2's defaults: those of a sensor on the floor."""
+
+    marking: bool = Field(True, description="Its points mark.")
+    clearing: bool = Field(False, description="The rays to its points clear.")
+    min_obstacle_height: float = Field(0.0, description="Lower points are not looked at [m].")
+    max_obstacle_height: float = Field(0.0, description="Higher points are not looked at [m].")
+    obstacle_min_range: float = Field(0.0, ge=0.0, description="Nearest point that marks [m].")
+    obstacle_max_range: float = Field(2.5, gt=0.0, description="Marking points are nearer [m].")
+    raytrace_min_range: float = Field(0.0, ge=0.0, description="Where clearing starts [m].")
+    raytrace_max_range: float = Field(3.0, gt=0.0, description="Where clearing ends [m].")
+    inf_is_valid: bool = Field(
+        False, description="Beams of a LaserScan without a hit clear up to the range."
+    )
+
+
+class BufferedSourceSettings(ObservationSourceSettings):
+    """A source that may keep what it saw."""
+
+    observation_persistence: Duration = Field(
+        0.0, ge=0.0, description="How long what was seen counts [s]; 0: until something newer."
+    )

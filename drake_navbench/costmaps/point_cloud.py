@@ -1,0 +1,48 @@
+"""What a sensor that sends points shows to the layers of a costmap."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.kernels.poses import compose, place_outline
+from drake_navbench.typed_files.immutable import Immutable
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class PointCloud(Immutable):
+    """Points that a sensor saw, in one frame: the world's, or the costmap's that is told of them.
+
+    origin: (3,) of the sensor, x m, y m, z m. points: (N, 3) m. time_s: when it saw them, s.
+    yaw_rad, pitch_rad: where the sensor looked; a positive pitch is down. odometry_from_here: (3,)
+    where the frame lay in the odometry's then; None where they are one.
+    """
+
+    origin: Array
+    points: Array
+    time_s: float = 0.0
+    yaw_rad: float = 0.0
+    pitch_rad: float = 0.0
+    odometry_from_here: Array | None = None
+
+    def placed_by_odometry(self, frame_from_odometry: Array | None = None) -> PointCloud:
+        """Returns the cloud as the robot places it, in the odometry's frame or another one.
+
+        frame_from_odometry: (3,) where the odometry's frame lies in the other one.
+        """
+        if self.odometry_from_here is None:
+            return self
+        frame = self.odometry_from_here
+        if frame_from_odometry is not None:
+            frame = compose(frame_from_odometry, frame)
+        return replace(
+            self,
+            origin=np.append(place_outline(self.origin[None, :2], frame), self.origin[2]),
+            points=np.column_stack([place_outline(self.points[:, :2], frame), self.points[:, 2]]),
+            yaw_rad=self.yaw_rad + frame[2],
+            odometry_from_here=None,
+        )

@@ -1,0 +1,96 @@
+"""Faults of a scenario: what is wrong with the robot from some time on, and for how long."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from pydantic import Field, model_validator
+
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.lidar import LidarSettings
+from drake_navbench.inputs.localization import LocalizationSettings
+from drake_navbench.inputs.timeline import Timeline, timeline
+from drake_navbench.typed_files.immutable import Immutable
+from drake_navbench.typed_files.quantities import Duration
+from drake_navbench.typed_files.typed_yaml import FrozenModel, validate
+
+if TYPE_CHECKING:
+    from drake_navbench.inputs.robot import Robot
+
+PARTS = ("lidar", "localization")
+
+
+class Fault(FrozenModel):
+    """Fields of the robot's parts that have other values for a while.
+
+    Where several faults overlap and give the same field, the later one in the list holds.
+    """
+
+    at_s: Duration = Field(ge=0.0, description="When it begins [s].")
+    duration_s: Duration | None = Field(
+        None, gt=0.0, description="How long it lasts [s]; null: until the end."
+    )
+    lidar: dict[str, Any] = Field(default_factory=dict, description="Fields of the lidar.")
+    localization: dict[str, Any] = Field(
+        default_factory=dict, description="Fields of the localization."
+    )
+
+    @model_validator(mode="after")
+    def _check(self) -> Fault:
+        if not any(getattr(self, part) for part in PARTS):
+            raise ValueError(f"expected fields of one of {', '.join(PARTS)}, found none")
+        return self
+
+    @property
+    def end_s(self) -> float:
+        """When it is over, s; inf where it is not."""
+        return math.inf if self.duration_s is None else self.at_s + self.duration_s
+
+
+@dataclass(frozen=True)
+class Conditions(Immutable):
+    """What holds for the robot's parts at which time of a trial: their settings and the faults."""
+
+    lidar: Timeline[LidarSettings]
+    localization: Timeline[LocalizationSettings]
+
+    @property
+    def has_frames(self) -> bool:
+        """Whether map and odometry ever come apart."""
+        return self.localization.any(lambda settings: settings.has_frames)
+
+
+Part = TypeVar("Part", bound=Any)
+
+
+def conditions_of(robot: Robot, faults: Sequence[Fault] = (), source: str = "faults") -> Conditions:
+    """Returns what holds for a robot with these faults; raises InputError.
+
+    source: names the faults in errors.
+    """
+    return Conditions(
+        **{part: _timeline(getattr(robot, part), faults, part, source) for part in PARTS}
+    )
+
+
+def _timeline(usual: Part, faults: Sequence[Fault], part: str, source: str) -> Timeline[Part]:
+    changes = [
+        (fault.at_s, fault.end_s, _change(getattr(fault, part), f"{source}[{index}].{part}"))
+        for index, fault in enumerate(faults)
+        if getattr(fault, part)
+    ]
+    return timeline(usual, changes) if changes else Timeline.constant(usual)
+
+
+def _change(fields: Mapping[str, Any], source: str) -> Callable[[Part], Part]:
+    def changed(usual: Part) -> Part:
+        for name in fields:
+            if name in usual.constant:
+                raise InputError(f"{source}: {name}: cannot change during a trial")
+        data = usual.model_dump(mode="json", exclude_unset=True)
+        return validate(type(usual), {**data, **fields}, source)
+
+    return changed

@@ -1,0 +1,78 @@
+"""The scanner of a robot file."""
+
+from __future__ import annotations
+
+import math
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from drake_navbench.typed_files.quantities import Angle, Length, Period
+from drake_navbench.typed_files.typed_yaml import FrozenModel
+
+
+class LidarSettings(FrozenModel):
+    """A planar scanner, beams evenly spaced counter-clockwise."""
+
+    # What no fault may change during a trial.
+    constant: ClassVar = frozenset(
+        {
+            "pose",
+            "further_poses",
+            "height_m",
+            "beam_count",
+            "angle_min_rad",
+            "angle_span_rad",
+            "range_min_m",
+            "period_s",
+        }
+    )
+
+    pose: tuple[Length, Length, Angle] = Field(
+        (0.0, 0.0, 0.0), description="Mounting in the base frame: x [m], y [m], yaw [rad]."
+    )
+    further_poses: tuple[tuple[Length, Length, Angle], ...] = Field(
+        (), description="Mountings of further scanners of the same kind, which scan with it."
+    )
+    height_m: float = Field(
+        0.2, description="Height of the scanned plane over the floor, for voxel layers [m]."
+    )
+    beam_count: int = Field(360, ge=1, le=100_000, description="Beams a scan.")
+    angle_min_rad: Angle = Field(-np.pi, ge=-np.pi, description="Angle of the first beam [rad].")
+    angle_span_rad: float = Field(
+        2.0 * np.pi,
+        gt=0.0,
+        le=2.0 * np.pi,
+        description="Angle covered; at 2 pi the last beam stops one step short of the first [rad].",
+    )
+    range_min_m: Length = Field(0.05, ge=0.0, description="Shortest valid range [m].")
+    range_max_m: Length = Field(12.0, gt=0.0, description="Longest valid range [m].")
+    period_s: Period = Field(0.1, description="Time between scans [s].")
+    range_std_m: Length = Field(0.0, ge=0.0, description="Gaussian noise on each range [m].")
+    dropout_probability: float = Field(
+        0.0, ge=0.0, le=1.0, description="Share of beams that return nothing."
+    )
+
+    @property
+    def beam_angles(self) -> NDArray[np.float64]:
+        """(beam_count,) angles of the beams in the sensor's frame, rad."""
+        full_turn = math.isclose(self.angle_span_rad, 2.0 * math.pi)
+        gaps = self.beam_count if full_turn else max(self.beam_count - 1, 1)
+        increment = self.angle_span_rad / gaps
+        angles = self.angle_min_rad + increment * np.arange(self.beam_count)
+        return np.asarray(angles, dtype=np.float64)
+
+    @property
+    def delays_s(self) -> dict[str, float]:
+        """By field, how late what it tells may be, s."""
+        return {}
+
+    @model_validator(mode="after")
+    def _check(self) -> LidarSettings:
+        if self.range_min_m >= self.range_max_m:
+            raise ValueError(
+                f"range_min_m {self.range_min_m} must be below range_max_m {self.range_max_m}"
+            )
+        return self

@@ -1,0 +1,224 @@
+"""What moves in the world along a given way: typed shapes on timed waypoints."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import Annotated, Literal
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+from shapely.geometry.base import BaseGeometry
+
+from drake_navbench.kernels.moving_bodies import Tracks, place_discs, place_edges
+from drake_navbench.kernels.poses import place_outline
+from drake_navbench.typed_files.quantities import Angle, Duration, Length, Size
+from drake_navbench.typed_files.typed_yaml import FrozenModel
+
+Array = NDArray[np.float64]
+
+# Faster than anything on a floor; a way beyond it is a slip of the unit.
+MAX_SPEED_MPS, MAX_TURN_RATE_RADPS = 20.0, 20.0
+MIN_STEP_S = 1e-3
+MAX_WAYPOINTS, MAX_MOVING = 10_000, 200
+# How finely the floor that a turning box sweeps is looked at.
+SWEEP_STEP_M, SWEEP_STEP_RAD = 0.1, 0.1
+CIRCLE_QUADRANT_SEGMENTS = 24
+
+
+class TimedPose(FrozenModel):
+    """Where something is at a time; in between it moves evenly."""
+
+    time_s: Duration = Field(ge=0.0, description="Time since the start of the trial [s].")
+    position: tuple[Length, Length] = Field(description="Of its centre [m].")
+    yaw_rad: Angle = Field(0.0, description="Heading, not wrapped: the way between is linear.")
+
+
+class _Moving(FrozenModel):
+    name: str = Field("", description="What reports and replays call it.")
+    height_m: Size = Field(1.0, description="Height above the floor, for pictures [m].")
+    waypoints: list[TimedPose] = Field(
+        min_length=1,
+        max_length=MAX_WAYPOINTS,
+        description="Its way; it stands at the first before that time, at the last afterwards.",
+    )
+    repeats: bool = Field(
+        False, description="Whether it starts over after the last waypoint, the place of the first."
+    )
+
+    @model_validator(mode="after")
+    def _check_way(self) -> _Moving:
+        for index, (here, there) in enumerate(pairwise(self.waypoints)):
+            duration_s = there.time_s - here.time_s
+            place = f"waypoints[{index + 1}]"
+            if duration_s < MIN_STEP_S:
+                raise ValueError(
+                    f"{place}.time_s: expected at least {MIN_STEP_S:g} s after the waypoint "
+                    f"before, at {here.time_s:g} s, got {there.time_s:g}"
+                )
+            speed_mps = math.dist(here.position, there.position) / duration_s
+            rate_radps = abs(there.yaw_rad - here.yaw_rad) / duration_s
+            if speed_mps > MAX_SPEED_MPS or rate_radps > MAX_TURN_RATE_RADPS:
+                raise ValueError(
+                    f"{place}: expected at most {MAX_SPEED_MPS:g} m/s and "
+                    f"{MAX_TURN_RATE_RADPS:g} rad/s on the way there, got {speed_mps:.3g} m/s and "
+                    f"{rate_radps:.3g} rad/s"
+                )
+        first, last = self.waypoints[0], self.waypoints[-1]
+        if self.repeats and (
+            len(self.waypoints) < 3
+            or first.position != last.position
+            or (first.yaw_rad - last.yaw_rad) % (2.0 * math.pi) != 0.0
+        ):
+            raise ValueError(
+                "repeats: expected three waypoints or more, the last of them at the pose of the "
+                "first"
+            )
+        return self
+
+    @property
+    def knots(self) -> Array:
+        """(K, 4) time s, x m, y m, yaw rad of the waypoints."""
+        return np.array([[w.time_s, *w.position, w.yaw_rad] for w in self.waypoints])
+
+    @property
+    def period_s(self) -> float:
+        """After how long it starts over; 0 where it does not, s."""
+        return self.waypoints[-1].time_s - self.waypoints[0].time_s if self.repeats else 0.0
+
+    def pose_at(self, time_s: float) -> Array:
+        """Returns (3,) x m, y m, yaw rad."""
+        return Tracks.of([self.knots], [self.period_s]).poses_at(time_s)[0]
+
+    @property
+    def outline(self) -> Array:
+        """(K, 2) corners in its own frame, m, counter-clockwise."""
+        raise NotImplementedError
+
+    @property
+    def reach_m(self) -> float:
+        """How far its outline reaches from its centre, m."""
+        return float(np.hypot(*self.outline.T).max())
+
+    @property
+    def top_speed_mps(self) -> float:
+        """What no point of it is faster than, m/s."""
+        steps = np.diff(self.knots, axis=0)
+        speeds = np.hypot(steps[:, 1], steps[:, 2]) + self.reach_m * np.abs(steps[:, 3])
+        return float((speeds / steps[:, 0]).max(initial=0.0))
+
+    def swept_floor(self) -> Iterator[tuple[int, BaseGeometry]]:
+        """Yields for each waypoint but the first the floor that it covers on the way there.
+
+        Of what never moves, the floor under it, as that of waypoint 0.
+        """
+        if len(self.waypoints) == 1:
+            yield 0, self._covered(self.knots[:1, 1:])
+        for index, (here, there) in enumerate(pairwise(self.knots[:, 1:]), start=1):
+            length_m, turn_rad = math.dist(here[:2], there[:2]), abs(there[2] - here[2])
+            steps = 1 + math.ceil(max(length_m / SWEEP_STEP_M, turn_rad / SWEEP_STEP_RAD))
+            yield index, self._covered(np.linspace(here, there, steps + 1))
+
+    def _covered(self, poses: Array) -> BaseGeometry:
+        """Returns the floor that it covers on the way along poses (N, 3)."""
+        bodies = [shapely.Polygon(place_outline(self.outline, pose)) for pose in poses]
+        if len(bodies) == 1:
+            return bodies[0]
+        return shapely.union_all([shapely.union(a, b).convex_hull for a, b in pairwise(bodies)])
+
+
+class MovingCylinder(_Moving):
+    """Something round that moves, such as a pillar on a trolley."""
+
+    type: Literal["cylinder"]
+    radius_m: Size = Field(description="Radius [m].")
+
+    @property
+    def outline(self) -> Array:
+        circle = shapely.Point(0.0, 0.0).buffer(self.radius_m, CIRCLE_QUADRANT_SEGMENTS)
+        return shapely.get_coordinates(circle)[:-1][::-1].copy()
+
+
+class MovingBox(_Moving):
+    """Something rectangular that moves, such as a bed or a cart; yaw turns it about its centre."""
+
+    type: Literal["box"]
+    size_m: tuple[Size, Size] = Field(description="Length along its own x, and width [m].")
+
+    @property
+    def outline(self) -> Array:
+        half = 0.5 * np.array(self.size_m)
+        return half * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+
+
+MovingObstacle = Annotated[MovingCylinder | MovingBox, Field(discriminator="type")]
+
+
+@dataclass(frozen=True)
+class Bodies:
+    """Outlines in frames of their own; see `kernels.moving_bodies` for the columns.
+
+    edges: (E, 5). discs: (D, 4). count: of bodies.
+    """
+
+    edges: Array
+    discs: Array
+    count: int
+
+    def placed(self, poses: Array) -> tuple[Array, Array]:
+        """Returns edges (E, 4) and circles (D, 3) in the world frame with bodies at (B, 3), m."""
+        return place_edges(self.edges, poses), place_discs(self.discs, poses)
+
+
+@dataclass(frozen=True)
+class MovingObstacles:
+    """All that moves on given ways, in the order of the scenario file."""
+
+    things: tuple[MovingCylinder | MovingBox, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.things)
+
+    @cached_property
+    def tracks(self) -> Tracks:
+        """Their ways."""
+        periods_s = [thing.period_s for thing in self.things]
+        return Tracks.of([thing.knots for thing in self.things], periods_s)
+
+    @cached_property
+    def bodies(self) -> Bodies:
+        """Their outlines: discs exactly, boxes as edges."""
+        return bodies_of(self.things)
+
+    @property
+    def names(self) -> list[str]:
+        """What each is called: its name, else its place in the file."""
+        return [
+            thing.name or f"moving_obstacles[{index}]" for index, thing in enumerate(self.things)
+        ]
+
+    @property
+    def top_speed_mps(self) -> float:
+        """What no point of any of them is faster than, m/s."""
+        return max((thing.top_speed_mps for thing in self.things), default=0.0)
+
+
+NOTHING_MOVES = MovingObstacles()
+
+
+def bodies_of(things: Sequence[MovingCylinder | MovingBox]) -> Bodies:
+    """Returns the outlines of things."""
+    edges, discs = [np.empty((0, 5))], [np.empty((0, 4))]
+    for index, thing in enumerate(things):
+        if isinstance(thing, MovingCylinder):
+            discs.append(np.array([[index, 0.0, 0.0, thing.radius_m]]))
+        else:
+            corners = thing.outline
+            rows = np.hstack([corners, np.roll(corners, -1, axis=0)])
+            edges.append(np.insert(rows, 0, index, axis=1))
+    return Bodies(np.vstack(edges), np.vstack(discs), len(things))

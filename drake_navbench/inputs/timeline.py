@@ -1,0 +1,56 @@
+"""Settings that change during a trial."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+from drake_navbench.typed_files.immutable import Immutable
+
+Settings = TypeVar("Settings")
+# Event times are sums of floating-point numbers: what is due at 0.3 s is looked at a little before.
+SLACK_S = 1e-9
+
+
+@dataclass(frozen=True)
+class Timeline(Immutable, Generic[Settings]):
+    """Which settings hold when; settings[i] from starts_s[i] on, the first from 0 on."""
+
+    starts_s: tuple[float, ...]
+    settings: tuple[Settings, ...]
+
+    @classmethod
+    def constant(cls, settings: Settings) -> Timeline[Settings]:
+        """Returns one on which nothing changes."""
+        return cls((0.0,), (settings,))
+
+    def at(self, time_s: float) -> Settings:
+        """Returns what holds at a time."""
+        if len(self.settings) == 1:
+            return self.settings[0]
+        return self.settings[max(bisect_right(self.starts_s, time_s + SLACK_S) - 1, 0)]
+
+    def any(self, test: Callable[[Settings], bool]) -> bool:
+        """Returns whether a test is true of the settings of any time."""
+        return any(map(test, self.settings))
+
+
+def timeline(
+    usual: Settings, changes: Iterable[tuple[float, float, Callable[[Settings], Settings]]]
+) -> Timeline[Settings]:
+    """Returns the timeline of usual settings with changes (from s, until s, what it makes of them).
+
+    Where several hold at once, the later one in the list has the last word.
+    """
+    listed = list(changes)
+    starts = sorted({0.0, *(time for begin, end, _ in listed for time in (begin, end))})
+    settings = []
+    for start in starts:
+        now = usual
+        for begin, end, change in listed:
+            if begin <= start < end:
+                now = change(now)
+        settings.append(now)
+    return Timeline(tuple(starts), tuple(settings))

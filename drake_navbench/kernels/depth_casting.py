@@ -1,0 +1,130 @@
+"""What a depth camera or a lidar of many layers meets, in a world of upright shapes on a floor."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+class Solids(NamedTuple):
+    """Upright shapes with flat tops, all in one frame.
+
+    segments: (N, 4) edges x0, y0, x1, y1 m, those of a shape in one run, counter-clockwise.
+    starts: (S + 1,) int where the run of each shape begins; the last is N. heights: (S,) m.
+    circles: (M, 3) x, y, radius m. circle_heights: (M,) m.
+    """
+
+    segments: Array
+    starts: NDArray[np.int64]
+    heights: Array
+    circles: Array
+    circle_heights: Array
+
+
+def cast_cone(
+    origin: Array, headings: Array, slopes: Array, solids: Solids, *, sees_floor: bool = False
+) -> Array:
+    """Returns how far along the floor each ray goes before it meets something, (A, E) m.
+
+    origin: (3,) m, where all rays start. headings: (A,) rad. slopes: (A, E), how much the E rays of
+    a heading rise, m a metre. inf where nothing is met; the floor at height 0 only counts where
+    `sees_floor`. Rays meet the sides of a shape and, from above, its top. A shape around the origin
+    is not seen from within.
+    """
+    distances = np.full(slopes.shape, np.inf)
+    cosines, sines = np.cos(headings), np.sin(headings)
+    x, y, z = (float(value) for value in origin)
+    if sees_floor and z > 0.0:
+        _meet_floor(distances, slopes, z)
+    _meet_prisms(distances, cosines, sines, slopes, x, y, z, solids)
+    _meet_cylinders(distances, cosines, sines, slopes, x, y, z, solids)
+    return distances
+
+
+@njit(cache=True)
+def _meet_floor(distances, slopes, z):
+    for a in range(slopes.shape[0]):
+        for e in range(slopes.shape[1]):
+            if slopes[a, e] < 0.0:
+                distances[a, e] = z / -slopes[a, e]
+
+
+@njit(cache=True)
+def _meet_side(distances, slopes, a, z, height, distance):
+    """Lowers the distances of the rays of heading `a` that meet a wall at a distance."""
+    for e in range(slopes.shape[1]):
+        hit = z + distance * slopes[a, e]
+        if 0.0 <= hit <= height and distance < distances[a, e]:
+            distances[a, e] = distance
+
+
+@njit(cache=True)
+def _top(slope, z, height):
+    """Returns where a ray comes down to a height, m along the floor."""
+    return (height - z) / slope if slope < 0.0 else math.inf
+
+
+@njit(cache=True, error_model="numpy")
+def _meet_prisms(distances, cosines, sines, slopes, x, y, z, solids):
+    """Lowers `distances`, in place, to where a ray enters a side, or comes down within the edges.
+
+    Seen from the origin a ray is within where it has entered once more than it has left.
+    """
+    inside = np.zeros(slopes.shape[1], dtype=np.int64)
+    for shape in range(solids.heights.shape[0]):
+        height = solids.heights[shape]
+        for a in range(slopes.shape[0]):
+            inside[:] = 0
+            is_met = False
+            for n in range(solids.starts[shape], solids.starts[shape + 1]):
+                x0, y0 = solids.segments[n, 0] - x, solids.segments[n, 1] - y
+                x1, y1 = solids.segments[n, 2] - x, solids.segments[n, 3] - y
+                side_0 = cosines[a] * y0 - sines[a] * x0
+                side_1 = cosines[a] * y1 - sines[a] * x1
+                # An end on the ray itself belongs to one of its two edges alone.
+                if (side_0 > 0.0) == (side_1 > 0.0):
+                    continue
+                distance = (x0 * y1 - y0 * x1) / (side_1 - side_0)
+                if distance < 0.0:
+                    continue
+                is_met = True
+                enters = side_1 < side_0
+                if enters:
+                    _meet_side(distances, slopes, a, z, height, distance)
+                for e in range(slopes.shape[1]):
+                    if distance < _top(slopes[a, e], z, height):
+                        inside[e] += 1 if enters else -1
+            if is_met and z > height:
+                for e in range(slopes.shape[1]):
+                    top = _top(slopes[a, e], z, height)
+                    if inside[e] > 0 and top < distances[a, e]:
+                        distances[a, e] = top
+
+
+@njit(cache=True)
+def _meet_cylinders(distances, cosines, sines, slopes, x, y, z, solids):
+    """Lowers `distances`, in place, to where a ray meets the sides or the tops of cylinders."""
+    for m in range(solids.circles.shape[0]):
+        centre_x, centre_y = solids.circles[m, 0] - x, solids.circles[m, 1] - y
+        radius, height = solids.circles[m, 2], solids.circle_heights[m]
+        for a in range(slopes.shape[0]):
+            beside = cosines[a] * centre_y - sines[a] * centre_x
+            half_chord_squared = radius * radius - beside * beside
+            if half_chord_squared < 0.0:
+                continue
+            ahead = cosines[a] * centre_x + sines[a] * centre_y
+            half_chord = math.sqrt(half_chord_squared)
+            first, last = ahead - half_chord, ahead + half_chord
+            if first < 0.0:
+                continue
+            _meet_side(distances, slopes, a, z, height, first)
+            for e in range(slopes.shape[1]):
+                top = _top(slopes[a, e], z, height)
+                if z > height and first < top < last and top < distances[a, e]:
+                    distances[a, e] = top

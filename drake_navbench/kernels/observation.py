@@ -1,0 +1,24 @@
+"""What an obstacle or voxel layer is told in a cycle."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class Observation(NamedTuple):
+    """Points of one source, and what they are good for; ranges m.
+
+    origin: (3,) of the sensor, m. points: (N, 3) m, C-contiguous; Nav2's are float32.
+    """
+
+    origin: NDArray[np.float64]
+    points: NDArray[np.floating]
+    marking: bool
+    clearing: bool
+    obstacle_min_range: float
+    obstacle_max_range: float
+    raytrace_min_range: float
+    raytrace_max_range: float

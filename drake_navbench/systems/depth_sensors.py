@@ -1,0 +1,78 @@
+"""The sensors that send points."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import Context, LeafSystem, State
+
+from drake_navbench.costmaps.point_cloud import PointCloud
+from drake_navbench.inputs.depth_sensor import DepthSensorSettings
+from drake_navbench.inputs.world import World
+from drake_navbench.kernels.depth_casting import cast_cone
+from drake_navbench.kernels.poses import carrier_pose, compose
+from drake_navbench.systems.lifetime import weakly_bound
+from drake_navbench.systems.ports import STATE_SIZE, value_or_none
+
+Clouds = Mapping[str, PointCloud]
+
+
+class DepthSensors(LeafSystem):
+    """Sees the true world by each sensor once in its period, the first time at t = 0.
+
+    Input `state` [x m, y m, yaw rad, ...] of the base, world frame; `odometry`, likewise, where the
+    odometry believes it to be (not connected: there). Output `clouds`: the newest PointCloud of
+    each sensor by its name, in the world frame; empty before the first.
+    Abstract parameter 0 holds the world as Solids, so that a test can take a thing away.
+    """
+
+    def __init__(self, sensors: Mapping[str, DepthSensorSettings], world: World) -> None:
+        super().__init__()
+        self._sensors = sensors
+        self._rays = {name: settings.rays() for name, settings in sensors.items()}
+        self.world_parameter = self.DeclareAbstractParameter(AbstractValue.Make(world.solids))
+        none: Clouds = {}
+        self._clouds = self.DeclareAbstractState(AbstractValue.Make(none))
+        self._state_port = self.DeclareVectorInputPort("state", STATE_SIZE)
+        self._odometry_port = self.DeclareVectorInputPort("odometry", STATE_SIZE)
+        self.DeclareStateOutputPort("clouds", self._clouds)
+        see = weakly_bound(self._on_look)
+        for name, settings in sensors.items():
+            self.DeclarePeriodicUnrestrictedUpdateEvent(settings.period_s, 0.0, partial(see, name))
+
+    def _on_look(self, name: str, context: Context, state: State) -> None:
+        clouds = state.get_mutable_abstract_state(self._clouds)
+        clouds.set_value({**clouds.get_value(), name: self._cloud(name, context)})
+
+    def _cloud(self, name: str, context: Context) -> PointCloud:
+        settings = self._sensors[name]
+        headings, slopes = self._rays[name]
+        base_pose = self._state_port.Eval(context)[:3]
+        odometry = value_or_none(self._odometry_port, context)
+        x, y, yaw = compose(base_pose, settings.pose)
+        origin = np.array([x, y, settings.height_m])
+        solids = context.get_abstract_parameter(self.world_parameter).get_value()
+        along = cast_cone(origin, yaw + headings, slopes, solids, sees_floor=settings.sees_floor)
+        ranges = along * np.hypot(1.0, slopes)
+        is_hit = (ranges >= settings.range_min_m) & (ranges <= settings.range_max_m)
+        column, _ = np.nonzero(is_hit)
+        along, heading = along[is_hit], yaw + headings[column]
+        points = np.column_stack(
+            [
+                x + along * np.cos(heading),
+                y + along * np.sin(heading),
+                # What is on the floor is on it, not a rounding error below.
+                np.maximum(settings.height_m + along * slopes[is_hit], 0.0),
+            ]
+        )
+        return PointCloud(
+            origin,
+            points,
+            context.get_time(),
+            yaw,
+            settings.pitch_rad,
+            None if odometry is None else carrier_pose(odometry[:3], base_pose),
+        )

@@ -1,0 +1,225 @@
+"""A localization that errs by a script: odometry that drifts, and fixes that are late or off."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
+
+from drake_navbench.inputs.localization import LocalizationSettings
+from drake_navbench.inputs.timeline import SLACK_S, Timeline
+from drake_navbench.kernels.angles import wrap
+from drake_navbench.kernels.poses import carrier_pose, compose, drifted_frame, placed_state
+from drake_navbench.noise import NoiseKey, NoiseStream
+from drake_navbench.systems.lifetime import weakly_bound
+from drake_navbench.systems.ports import POSE_SIZE, STATE_SIZE
+from drake_navbench.typed_files.immutable import Immutable
+
+Array = NDArray[np.float64]
+SAME_FRAME = np.zeros(POSE_SIZE)
+NO_NOISE = np.zeros(STATE_SIZE)
+# Between two steps of the odometry its error holds, so that it follows the base continuously.
+ODOMETRY_PERIOD_S = 0.05
+
+
+@dataclass(frozen=True)
+class _Draw(Immutable):
+    """What is drawn once a trial.
+
+    drift: (2,) of length 1, a direction of the base; jump: likewise of the map. The sides are -1
+    or 1.
+    """
+
+    drift: tuple[float, float] = (1.0, 0.0)
+    drift_side: float = 1.0
+    jump: tuple[float, float] = (1.0, 0.0)
+    jump_side: float = 1.0
+
+    @classmethod
+    def of(cls, seed: int) -> _Draw:
+        generator = NoiseKey(seed, NoiseStream.DRIFT, 0).generator()
+        drift, jump = (2.0 * math.pi * generator.random(2)).tolist()
+        sides = np.where(generator.random(2) < 0.5, -1.0, 1.0).tolist()
+        return cls(
+            (math.cos(drift), math.sin(drift)), sides[0], (math.cos(jump), math.sin(jump)), sides[1]
+        )
+
+
+@dataclass(frozen=True)
+class _Offset(Immutable):
+    """How far a fix is off: (3,) in the base frame, and then in the map."""
+
+    bias: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    jump: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def of(self, pose: Array) -> Array:
+        """Returns where a robot at a pose (3,) is localized."""
+        return np.asarray(compose(pose, self.bias) + np.array(self.jump))
+
+
+@dataclass(frozen=True, eq=False)
+class _Fixes(Immutable):
+    """The offset of the last fix, and fixes on their way, (due s, map_from_odometry)."""
+
+    draw: _Draw = _Draw()
+    offset: _Offset = _Offset()
+    coming: tuple[tuple[float, Array], ...] = ()
+
+
+class ScriptedLocalization(LeafSystem):
+    """Odometry in a frame of its own, and where that frame lies in the map.
+
+    Input `state` [x m, y m, yaw rad, v m/s, w rad/s, vy m/s] is the truth, in the world frame,
+    which the map shares; `noise` is added to what is told of the state in the odometry's frame.
+    Outputs, of the same six numbers: `odometry`, the pose in the odometry's frame, without that
+    noise, where costmaps and scans are placed; `odometry_estimate`, with it, for the controller;
+    `estimate`, the latter in the map, for all that plans. Outputs (3,) x m, y m, yaw rad:
+    `map_from_odometry` is Nav2's transform from map to odom, where the odometry's frame lies in the
+    map; `odometry_from_world` is where the world lies in the odometry's frame.
+
+    At the start both frames are the world's, but for a bias. The odometry's drift grows with every
+    step, one every 0.05 s from `offset_s` on. A fix finds the true pose, off by its noise, the bias
+    and the jump, and sets `map_from_odometry` so that the robot was there; without fixes only a
+    change of bias or jump moves it.
+    """
+
+    def __init__(self, settings: Timeline[LocalizationSettings], *, offset_s: float) -> None:
+        super().__init__()
+        self._settings = settings
+        self._fixes = self.DeclareAbstractState(AbstractValue.Make(_Fixes()))
+        self._odometry_frame = self.DeclareDiscreteState(POSE_SIZE)
+        self._map_frame = self.DeclareDiscreteState(POSE_SIZE)
+        self._last_pose = self.DeclareDiscreteState(POSE_SIZE)
+        self.seed_parameter = self.DeclareAbstractParameter(AbstractValue.Make(0))
+        self._state_port = self.DeclareVectorInputPort("state", STATE_SIZE)
+        self._noise_port = self.DeclareVectorInputPort("noise", STATE_SIZE)
+        odometry_frame = self.discrete_state_ticket(self._odometry_frame)
+        state = self.input_port_ticket(self._state_port.get_index())
+        noise = self.input_port_ticket(self._noise_port.get_index())
+        in_map = {odometry_frame, self.discrete_state_ticket(self._map_frame), state, noise}
+        for name, calc, tickets in (
+            ("odometry", self._calc_odometry, {odometry_frame, state}),
+            ("odometry_estimate", self._calc_odometry_estimate, {odometry_frame, state, noise}),
+            ("estimate", self._calc_estimate, in_map),
+        ):
+            self.DeclareVectorOutputPort(
+                name, STATE_SIZE, weakly_bound(calc), prerequisites_of_calc=tickets
+            )
+        self.DeclareStateOutputPort("odometry_from_world", self._odometry_frame)
+        self.DeclareStateOutputPort("map_from_odometry", self._map_frame)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(
+            ODOMETRY_PERIOD_S, offset_s, weakly_bound(self._on_step)
+        )
+
+    def set_start(self, context: Context, pose: Array, seed: int) -> None:
+        """Puts all frames where they lie at the start of a trial, the robot at a true pose (3,)."""
+        draw = _Draw.of(seed)
+        offset = _offset(self._settings.at(0.0), draw, 0.0)
+        context.get_mutable_abstract_parameter(self.seed_parameter).set_value(seed)
+        context.SetAbstractState(self._fixes, _Fixes(draw, offset))
+        context.SetDiscreteState(self._odometry_frame, SAME_FRAME)
+        context.SetDiscreteState(self._map_frame, carrier_pose(offset.of(pose), pose))
+        context.SetDiscreteState(self._last_pose, pose)
+
+    def _on_step(self, context: Context, state: State) -> None:
+        now_s = context.get_time()
+        settings = self._settings.at(now_s)
+        pose = self._state_port.Eval(context)[:POSE_SIZE]
+        frame = self._drifted(context, settings, pose)
+        if frame is not None:
+            state.get_mutable_discrete_state(self._odometry_frame).SetFromVector(frame)
+        state.get_mutable_discrete_state(self._last_pose).SetFromVector(pose)
+        before: _Fixes = context.get_abstract_state(self._fixes).get_value()
+        if frame is None:
+            frame = context.get_discrete_state(self._odometry_frame).value()
+        fixes = self._with_new_fix(context, settings, before, pose=pose, frame=frame)
+        due = [fix for fix in fixes.coming if fix[0] <= now_s + SLACK_S]
+        if due:
+            state.get_mutable_discrete_state(self._map_frame).SetFromVector(due[-1][1])
+            fixes = replace(fixes, coming=fixes.coming[len(due) :])
+        if fixes is not before:
+            state.get_mutable_abstract_state(self._fixes).set_value(fixes)
+
+    def _drifted(
+        self, context: Context, settings: LocalizationSettings, pose: Array
+    ) -> Array | None:
+        """Returns odometry_from_world after a step to a true pose (3,); None where it stays."""
+        if settings.drift == settings.yaw_drift == 0.0:
+            return None
+        x, y, yaw = pose.tolist()
+        last_x, last_y, last_yaw = context.get_discrete_state(self._last_pose).value().tolist()
+        error_m = settings.drift * math.hypot(x - last_x, y - last_y)
+        error_rad = settings.yaw_drift * abs(wrap(yaw - last_yaw))
+        if error_m == error_rad == 0.0:
+            return None
+        draw = context.get_abstract_state(self._fixes).get_value().draw
+        frame = context.get_discrete_state(self._odometry_frame).value()
+        error_x, error_y = error_m * draw.drift[0], error_m * draw.drift[1]
+        moved = drifted_frame(frame, pose, error_x, error_y, error_rad * draw.drift_side)
+        return np.asarray(moved)
+
+    def _with_new_fix(
+        self,
+        context: Context,
+        settings: LocalizationSettings,
+        fixes: _Fixes,
+        *,
+        pose: Array,
+        frame: Array,
+    ) -> _Fixes:
+        """Returns the fixes with one of this step, where there is one.
+
+        pose: (3,) the true one. frame: (3,) odometry_from_world.
+        """
+        now_s = context.get_time()
+        offset = _offset(settings, fixes.draw, now_s)
+        period_s = settings.fix_period_s
+        if period_s is None:
+            if offset == fixes.offset:
+                return fixes
+            odometry_pose = compose(frame, pose)
+            fix = carrier_pose(offset.of(odometry_pose), odometry_pose)
+            return replace(fixes, offset=offset, coming=((now_s, fix),))
+        number = _periods(now_s, period_s)
+        if number == _periods(now_s - ODOMETRY_PERIOD_S, period_s):
+            return fixes
+        seed = context.get_abstract_parameter(self.seed_parameter).get_value()
+        noise = NoiseKey(seed, NoiseStream.FIX, number).generator().standard_normal(POSE_SIZE)
+        std = (settings.fix_xy_std_m, settings.fix_xy_std_m, settings.fix_yaw_std_rad)
+        fix = carrier_pose(offset.of(pose) + noise * std, compose(frame, pose))
+        coming = (*fixes.coming, (now_s + settings.fix_lag_s, fix))
+        return replace(fixes, offset=offset, coming=coming)
+
+    def _calc_odometry(self, context: Context, output: BasicVector) -> None:
+        frame = context.get_discrete_state(self._odometry_frame).value()
+        state = self._state_port.Eval(context)
+        output.SetFromVector(placed_state(state, frame, NO_NOISE, SAME_FRAME))
+
+    def _calc_odometry_estimate(self, context: Context, output: BasicVector) -> None:
+        frame = context.get_discrete_state(self._odometry_frame).value()
+        state, noise = self._state_port.Eval(context), self._noise_port.Eval(context)
+        output.SetFromVector(placed_state(state, frame, noise, SAME_FRAME))
+
+    def _calc_estimate(self, context: Context, output: BasicVector) -> None:
+        frame = context.get_discrete_state(self._odometry_frame).value()
+        state, noise = self._state_port.Eval(context), self._noise_port.Eval(context)
+        map_frame = context.get_discrete_state(self._map_frame).value()
+        output.SetFromVector(placed_state(state, frame, noise, map_frame))
+
+
+def _offset(settings: LocalizationSettings, draw: _Draw, now_s: float) -> _Offset:
+    bias = (settings.x_bias_m, settings.y_bias_m, settings.yaw_bias_rad)
+    if now_s < settings.jump_time_s - SLACK_S:
+        return _Offset(bias)
+    jump_m = settings.jump_m
+    jump_rad = settings.jump_yaw_rad * draw.jump_side
+    return _Offset(bias, (jump_m * draw.jump[0], jump_m * draw.jump[1], jump_rad))
+
+
+def _periods(time_s: float, period_s: float) -> int:
+    """Returns how many periods have passed, -1 before the start."""
+    return math.floor((time_s + SLACK_S) / period_s)

@@ -1,0 +1,75 @@
+"""The wiring of the localization: what is between the base and all that asks where it is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
+
+from drake_navbench.inputs.faults import Conditions
+from drake_navbench.inputs.robot import Robot
+from drake_navbench.systems.localization import HeldNoise, Localization
+from drake_navbench.systems.scripted_localization import ScriptedLocalization
+from drake_navbench.trial.navigation_wiring import Signals, connect_inputs
+from drake_navbench.trial.timing import CONTROLLER_OFFSET_S
+
+FRAMES = ("odometry_from_world", "map_from_odometry")
+
+
+@dataclass(frozen=True)
+class LocalizationSystem:
+    """The system of the localization, and what makes its noise: the same where there are no frames.
+
+    scripted: None where map and odometry are one.
+    """
+
+    noise: Localization | HeldNoise
+    scripted: ScriptedLocalization | None = None
+
+    def signals(self, state: OutputPort, scan: OutputPort) -> Signals:
+        """Returns the ports of a trial, with those of its state and its scans."""
+        if self.scripted is None:
+            estimate = self.noise.GetOutputPort("estimate")
+            return Signals(
+                state=state,
+                estimate=estimate,
+                scan=scan,
+                odometry=state,
+                odometry_estimate=estimate,
+            )
+        names = ("estimate", "odometry", "odometry_estimate", *FRAMES)
+        ports = {name: self.scripted.GetOutputPort(name) for name in names}
+        return Signals(state=state, scan=scan, **ports)
+
+    def set_start(self, root_context: Context, pose: NDArray[np.float64], seed: int) -> None:
+        """Sets the seed, and the frames for a robot that starts at a true pose (3,)."""
+        own = self.noise.GetMyMutableContextFromRoot(root_context)
+        own.get_mutable_abstract_parameter(self.noise.seed_parameter).set_value(seed)
+        if self.scripted is not None:
+            own = self.scripted.GetMyMutableContextFromRoot(root_context)
+            self.scripted.set_start(own, pose, seed)
+
+
+def add_localization(
+    builder: DiagramBuilder, robot: Robot, conditions: Conditions, state: OutputPort
+) -> LocalizationSystem:
+    """Adds the localization that a robot's settings ask for, behind the port of the true state."""
+    moves_sideways = robot.drive.lateral_speed_mps > 0.0
+    if not conditions.has_frames:
+        exact = Localization(
+            conditions.localization, offset_s=CONTROLLER_OFFSET_S, moves_sideways=moves_sideways
+        )
+        plain = builder.AddNamedSystem("localization", exact)
+        connect_inputs(builder, plain, state=state)
+        return LocalizationSystem(plain)
+    noise = HeldNoise(
+        conditions.localization, offset_s=CONTROLLER_OFFSET_S, moves_sideways=moves_sideways
+    )
+    held = builder.AddNamedSystem("localization_noise", noise)
+    scripted = builder.AddNamedSystem(
+        "localization", ScriptedLocalization(conditions.localization, offset_s=CONTROLLER_OFFSET_S)
+    )
+    connect_inputs(builder, scripted, state=state, noise=held.GetOutputPort("noise"))
+    return LocalizationSystem(held, scripted)

@@ -1,0 +1,109 @@
+"""How far the robot is from what moves, when it meets some of it, and which of the two drove."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from drake_navbench.inputs.world import World
+from drake_navbench.kernels.moving_bodies import (
+    Tracks,
+    clearances_of_bodies,
+    share_until_contact_with_moving,
+)
+from drake_navbench.kernels.poses import place_outline
+from drake_navbench.kernels.swept_contact import covers
+
+Array = NDArray[np.float64]
+
+# Over which the velocity of a body at a contact is taken, up to the contact.
+VELOCITY_WINDOW_S = 1e-3
+
+
+class MovingContact:
+    """What a ContactWatch asks about the bodies that move.
+
+    footprint: (K, 2) true outline, base frame, m. States are (6,) x m, y m, yaw rad, v m/s, w
+    rad/s, vy m/s. top_speed_mps: what no point of any body is faster than.
+    """
+
+    def __init__(self, world: World, footprint: Array) -> None:
+        self._moving = world.moving
+        self._footprint = footprint
+        self.top_speed_mps = world.moving.top_speed_mps
+
+    def gaps_m(self, time_s: float, state: Array, reach_m: float) -> Array:
+        """Returns (B,) the distance from the outline to each body, m; inf beyond `reach_m`."""
+        x, y, yaw = state[:3]
+        bodies, poses = self._moving.bodies, self._tracks.poses_at(time_s)
+        return clearances_of_bodies(
+            self._footprint, x, y, yaw, bodies.edges, bodies.discs, poses, reach_m
+        )
+
+    def share_until_contact(
+        self, start_s: float, start: Array, end_s: float, end: Array, *, touching_m: float
+    ) -> float:
+        """Returns the share of a step between two states until a body is met; inf for none."""
+        bodies, tracks = self._moving.bodies, self._tracks
+        return share_until_contact_with_moving(
+            self._footprint,
+            start,
+            end,
+            start_s,
+            end_s - start_s,
+            bodies.edges,
+            bodies.discs,
+            tracks.knots,
+            tracks.firsts,
+            tracks.periods_s,
+            self.top_speed_mps,
+            touching_m,
+        )
+
+    def covers(self, time_s: float, state: Array) -> bool:
+        """Returns whether the robot's reference point lies inside a body."""
+        return covers(*self._moving.bodies.placed(self._tracks.poses_at(time_s)), *state[:2])
+
+    def account(self, body: int, time_s: float, state: Array) -> dict[str, Any]:
+        """Returns who was met, and how fast each of the two went towards the other, as plain data.
+
+        `robot_closing_mps` is the velocity of the robot's point of contact towards the body,
+        `other_closing_mps` that of the body's towards the robot; a negative one went away.
+        """
+        tracks = self._tracks
+        now, before = tracks.poses_at(time_s)[body], tracks.poses_at(time_s - VELOCITY_WINDOW_S)
+        rates = (now - before[body]) / VELOCITY_WINDOW_S
+        outline = shapely.Polygon(place_outline(self._footprint, state[:3]))
+        shape = shapely.Polygon(place_outline(self._moving.things[body].outline, now))
+        near = shapely.get_coordinates(shapely.shortest_line(outline, shape))
+        v, w, vy = state[3:]
+        cos_yaw, sin_yaw = np.cos(state[2]), np.sin(state[2])
+        base_rates = np.array([v * cos_yaw - vy * sin_yaw, v * sin_yaw + vy * cos_yaw, w])
+        towards = _direction(near, outline, shape)
+        return {
+            "name": self._moving.names[body],
+            "kind": "moving_obstacle",
+            "robot_closing_mps": float(_point_rate(base_rates, near[0] - state[:2]) @ towards),
+            "other_closing_mps": float(-_point_rate(rates, near[1] - now[:2]) @ towards),
+        }
+
+    @property
+    def _tracks(self) -> Tracks:
+        return self._moving.tracks
+
+
+def _direction(near: Array, outline: shapely.Polygon, shape: shapely.Polygon) -> Array:
+    """Returns (2,) the unit vector from the robot to the body at their nearest points (2, 2)."""
+    apart = near[1] - near[0]
+    if np.hypot(*apart) < 1e-9:
+        centres = [shapely.get_coordinates(part.centroid)[0] for part in (outline, shape)]
+        apart = centres[1] - centres[0]
+    return apart / max(np.hypot(*apart), 1e-12)
+
+
+def _point_rate(rates: Array, offset: Array) -> Array:
+    """Returns (2,) m/s, the velocity of a point `offset` (2,) m from where rates (3,) hold."""
+    return rates[:2] + rates[2] * np.array([-offset[1], offset[0]])

@@ -1,0 +1,138 @@
+"""What is left of a front on seeds, and in scenarios, that the search has not seen."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from drake_navbench.analysis.statistics import CONFIDENCE, Interval, mean_interval
+from drake_navbench.campaign.benchmark import run_benchmark
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.presets import Preset
+from drake_navbench.results import ResultsFolder
+from drake_navbench.tuning.objectives import (
+    Objective,
+    excess_failures,
+    pair_difference,
+    scales_of,
+)
+
+Array = NDArray[np.float64]
+
+
+class Judged(NamedTuple):
+    """A column against the baseline, on trials that the search has not seen.
+
+    means, intervals: of the relative differences by objective, lower is better; the intervals hold
+    together for all columns and objectives that were judged. succeeded: of the column and of the
+    baseline, of so many trials. by_scenario: means by objective.
+    """
+
+    column: str
+    means: tuple[float, ...]
+    intervals: tuple[Interval, ...]
+    succeeded: tuple[int, int]
+    trials: int
+    excess: float
+    by_scenario: dict[str, tuple[float, ...]]
+
+    @property
+    def beats_baseline(self) -> bool:
+        """Whether it is shown to be better in an objective, and in none shown to be worse."""
+        is_better = any(interval.high < 0.0 for interval in self.intervals)
+        is_worse = any(interval.low > 0.0 for interval in self.intervals)
+        return is_better and not is_worse and self.excess <= 0.0
+
+    def as_data(self) -> dict[str, Any]:
+        """Returns it as JSON can hold it."""
+        return {
+            "column": self.column,
+            "means": list(self.means),
+            "intervals": [list(interval) for interval in self.intervals],
+            "succeeded": list(self.succeeded),
+            "trials": self.trials,
+            "beats_baseline": self.beats_baseline,
+            "by_scenario": {name: list(means) for name, means in self.by_scenario.items()},
+        }
+
+
+def driven_in(
+    folder: Path,
+    scenarios: Sequence[str],
+    columns: Sequence[Preset],
+    *,
+    trials: int,
+    seed: int,
+    robot: str,
+    jobs: int,
+) -> pd.DataFrame:
+    """Returns the trials of a results folder, which is made where it is not there yet.
+
+    What an interrupted run has left is made anew.
+    """
+    table = ResultsFolder(folder).trials_path
+    if table.is_file():
+        found = pd.read_parquet(table)
+        if set(found["controller"]) == {column.name for column in columns}:
+            return found
+        raise InputError(f"{folder}: holds the trials of other columns; name a new --out")
+    shutil.rmtree(folder, ignore_errors=True)
+    results = run_benchmark(
+        scenarios, columns, trials=trials, seed=seed, robot=robot, jobs=jobs, out=folder
+    )
+    return results.trials
+
+
+def judge(
+    trials: pd.DataFrame, baseline: str, columns: Sequence[str], objectives: Sequence[Objective]
+) -> list[Judged]:
+    """Compares columns with the baseline, paired by scenario and seed."""
+    rows = {
+        (str(row["controller"]), str(row["scenario"]), int(row["trial"])): row
+        for row in trials.to_dict("records")
+    }
+    places = [(scenario, trial) for name, scenario, trial in rows if name == baseline]
+    base = [rows[baseline, scenario, trial] for scenario, trial in places]
+    scales = scales_of(base, objectives)
+    confidence = 1.0 - (1.0 - CONFIDENCE) / (len(columns) * len(objectives))
+    judged = []
+    for name in columns:
+        own = [rows[name, scenario, trial] for scenario, trial in places]
+        differences = np.array(
+            [
+                pair_difference(first, second, objectives, scales[str(second["scenario"])])
+                for first, second in zip(own, base, strict=True)
+            ]
+        )
+        where = np.array([scenario for scenario, _ in places])
+        judged.append(
+            Judged(
+                name,
+                tuple(map(float, differences.mean(axis=0))),
+                tuple(mean_interval(column, confidence=confidence) for column in differences.T),
+                (_succeeded(own), _succeeded(base)),
+                len(own),
+                excess_failures(own, base),
+                {
+                    scenario: tuple(map(float, differences[where == scenario].mean(axis=0)))
+                    for scenario in dict.fromkeys(where.tolist())
+                },
+            )
+        )
+    return judged
+
+
+def winner_of(judged: Sequence[Judged]) -> Judged | None:
+    """Returns the column that beats the baseline by most on the whole; None where none does."""
+    beating = [entry for entry in judged if entry.beats_baseline]
+    return min(beating, key=lambda entry: sum(entry.means), default=None)
+
+
+def _succeeded(rows: Sequence[dict[str, Any]]) -> int:
+    return sum(row["outcome"] == "succeeded" for row in rows)

@@ -1,0 +1,71 @@
+"""What a study searches: everything that must be equal for others to join it."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from typing import Any
+
+from pydantic import ConfigDict, Field
+
+from drake_navbench import __version__
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.presets import Preset
+from drake_navbench.typed_files.typed_yaml import FrozenModel, validate
+
+
+class TuningTask(FrozenModel):
+    """What is searched, where and by which rules.
+
+    baseline: the preset, with all its parameters in `parameters`. searched: texts of the search
+    space. most_pairs: that a configuration drives, each a scenario with a seed. seed: of them all.
+    """
+
+    model_config = ConfigDict(extra="forbid")
+
+    drake_navbench: str
+    baseline: str
+    parameters: dict[str, Any]
+    searched: tuple[str, ...]
+    scenarios: tuple[str, ...] = Field(min_length=1)
+    robot: str
+    objectives: tuple[str, ...] = Field(min_length=1)
+    most_pairs: int = Field(ge=1)
+    seed: int = Field(ge=0)
+
+    @property
+    def digest(self) -> str:
+        """Tells it from every other task."""
+        text = json.dumps(self.model_dump(mode="json"), sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()
+
+
+def tuning_task(baseline: Preset, **asked: Any) -> TuningTask:
+    """Returns the task of a preset; asked: the other fields. Raises InputError."""
+    own = {
+        "drake_navbench": __version__,
+        "baseline": baseline.name,
+        "parameters": baseline.parameters.model_dump(mode="json"),
+    }
+    return validate(TuningTask, own | asked, "command line")
+
+
+def require_same_task(task: TuningTask, begun: dict[str, Any], where: str) -> None:
+    """Raises InputError where a study was begun with another version, or for another task."""
+    version = begun.get("drake_navbench")
+    if version != task.drake_navbench:
+        raise InputError(
+            f"{where}: a study of version {version}, this is {task.drake_navbench}; "
+            "name a new --out"
+        )
+    for name, value in task.model_dump(mode="json").items():
+        if begun.get(name) != value:
+            raise InputError(
+                f"{where}: a study of another task, {name} was {_shown(begun.get(name))}; expected "
+                f"that or a new --out, got {_shown(value)}"
+            )
+
+
+def _shown(value: Any) -> str:
+    text = json.dumps(value)
+    return text if len(text) <= 120 else f"{text[:117]}..."

@@ -1,0 +1,97 @@
+"""A scenario of very many trials is told from the table of trials, with few of its logs opened."""
+
+from __future__ import annotations
+
+import os
+import re
+
+import pandas as pd
+import pytest
+from results_folders import CONTROLLERS, SCENARIOS, write_folder
+
+from drake_navbench.analysis import many_trials, report
+from drake_navbench.analysis.folder_analysis import analyse_folder
+from drake_navbench.analysis.report import build_report
+from drake_navbench.log import TrialLog
+from drake_navbench.results import ResultsFolder
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch) -> ResultsFolder:
+    """Twelve trials, of which two logs a scenario are to be opened, and their table."""
+    path = write_folder(tmp_path / "results", failing=("rpp:v=0.4",))
+    folder = ResultsFolder(path)
+    folder.write_trials(analyse_folder(path, jobs=1).trials)
+    monkeypatch.setattr(many_trials, "MOST_LOGS_OPENED", 2)
+    monkeypatch.setattr(many_trials, "LOGS_DRAWN", 2)
+    return folder
+
+
+@pytest.fixture
+def opened(monkeypatch) -> list[str]:
+    """The names of the logs that are read."""
+    names: list[str] = []
+    read = TrialLog.read
+    monkeypatch.setattr(
+        TrialLog, "read", lambda path: names.append("/".join(path.parts[-3:])) or read(path)
+    )
+    return names
+
+
+def test_the_numbers_are_those_of_all_logs(folder, monkeypatch):
+    from_table = analyse_folder(folder.path, jobs=1)
+    monkeypatch.setattr(many_trials, "MOST_LOGS_OPENED", 100)
+    from_logs = analyse_folder(folder.path, jobs=1)
+    pd.testing.assert_frame_equal(from_table.trials, from_logs.trials, check_exact=True)
+    for table, logs in zip(from_table.scenarios, from_logs.scenarios, strict=True):
+        assert repr(table.cells) == repr(logs.cells)
+        assert repr(table.verdicts) == repr(logs.verdicts)
+        assert table.successes == logs.successes
+
+
+def test_only_logs_that_are_drawn_or_explain_something_are_opened(folder, opened):
+    analysis = analyse_folder(folder.path, jobs=1)
+    drawn = {
+        "/".join(folder.log_path(scenario, controller, 0).parts[-3:])
+        for scenario in SCENARIOS
+        for controller in CONTROLLERS
+    }
+    assert drawn < set(opened)
+    # A second log of a column explains nothing that its first does not.
+    assert not any(name.endswith("trial_001.parquet") and "v_0.4" in name for name in opened)
+    assert len(opened) == len(set(opened))
+    assert [scenario.drawn for scenario in analysis.scenarios] == [2, 2]
+
+
+def test_a_log_that_is_newer_than_the_table_is_measured(folder, opened):
+    log = folder.log_path("empty", "rpp", 1)
+    os.utime(log, (log.stat().st_atime, folder.trials_path.stat().st_mtime + 10.0))
+    analyse_folder(folder.path, jobs=1)
+    assert "empty/rpp/trial_001.parquet" in opened
+
+
+@pytest.mark.parametrize("damage", ["none", "no metric", "no table"])
+def test_without_a_table_that_fits_the_logs_are_measured(folder, opened, damage):
+    table = pd.read_parquet(folder.trials_path)
+    whole = analyse_folder(folder.path, jobs=1, measured=table).trials
+    opened.clear()
+    if damage == "none":
+        folder.trials_path.unlink()
+    elif damage == "no metric":
+        folder.write_trials(table.drop(columns="min_clearance_m"))
+    else:
+        folder.trials_path.write_bytes(b"PAR1")
+    found = analyse_folder(folder.path, jobs=1)
+    assert len(opened) == 12
+    pd.testing.assert_frame_equal(found.trials, whole, check_exact=True)
+    assert [scenario.drawn for scenario in found.scenarios] == [2, 2]
+
+
+def test_the_page_lists_the_failed_trials_and_tells_of_the_others(folder, monkeypatch):
+    monkeypatch.setattr(report, "MOST_TRIALS_LISTED", 4)
+    text = build_report(folder.path, jobs=1).path.read_text(encoding="utf-8")
+    listed = re.findall(r"<code>(trials/[^<]*parquet)</code></td></tr>", text)
+    assert len(listed) == 4
+    assert sum("trial_002" in name for name in listed) == 2
+    assert "8 more are in <code>trials.parquet</code>" in text
+    assert "All numbers are of all 6 trials; paths and curves are of 2 of them" in text

@@ -1,0 +1,113 @@
+"""What moves is seen where it is, at every instant, in a real Diagram."""
+
+import numpy as np
+import pytest
+from pydrake.common.value import AbstractValue
+from pydrake.geometry import SceneGraph
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import ConstantVectorSource
+
+from drake_navbench.inputs.moving import MovingBox, MovingCylinder, MovingObstacles, TimedPose
+from drake_navbench.inputs.robot import LidarSettings
+from drake_navbench.inputs.world import Cylinder, World
+from drake_navbench.systems.clearance import Clearance
+from drake_navbench.systems.lidar import Lidar
+from drake_navbench.systems.moving_world import MovingWorld
+
+# From x = 6 m towards the robot at 0.5 m/s, from 1 s on.
+COMES = MovingCylinder(
+    type="cylinder",
+    radius_m=0.5,
+    waypoints=[
+        TimedPose(time_s=1.0, position=(6.0, 0.0)),
+        TimedPose(time_s=9.0, position=(2.0, 0.0)),
+    ],
+)
+TURNS = MovingBox(
+    type="box",
+    size_m=(2.0, 1.0),
+    waypoints=[
+        TimedPose(time_s=0.0, position=(0.0, 4.0)),
+        TimedPose(time_s=4.0, position=(0.0, 4.0), yaw_rad=np.pi / 2),
+    ],
+)
+PILLAR = Cylinder(type="cylinder", centre=(-3.0, 0.0), radius_m=0.5)
+ROBOT = np.array([[0.5, 0.5], [-0.5, 0.5], [-0.5, -0.5], [0.5, -0.5]])
+
+
+@pytest.fixture
+def simulation():
+    world = World((PILLAR,), moving=MovingObstacles((COMES, TURNS)))
+    builder = DiagramBuilder()
+    scene_graph = builder.AddSystem(SceneGraph())
+    moving = builder.AddNamedSystem("moving_world", MovingWorld(world, scene_graph))
+    builder.Connect(
+        moving.get_geometry_pose_output_port(), scene_graph.get_source_pose_port(moving.source_id)
+    )
+    state = builder.AddSystem(ConstantVectorSource(np.zeros(6)))
+    lidar = builder.AddNamedSystem("lidar", Lidar(LidarSettings(beam_count=4), world))
+    clearance = builder.AddNamedSystem(
+        "clearance", Clearance(world, footprint=ROBOT, period_s=0.05, offset_s=0.0)
+    )
+    for system in (lidar, clearance):
+        builder.Connect(state.get_output_port(), system.GetInputPort("state"))
+        builder.Connect(moving.GetOutputPort("outlines"), system.GetInputPort("moving"))
+    builder.ExportInput(clearance.GetInputPort("costmap"), "costmap")
+    diagram = builder.Build()
+    simulator = Simulator(diagram)
+    diagram.GetInputPort("costmap").FixValue(
+        simulator.get_mutable_context(), AbstractValue.Make(None)
+    )
+    simulator.Initialize()
+    return diagram, simulator, scene_graph
+
+
+def evaluated(simulation, system, port, time_s):
+    diagram, simulator, _ = simulation
+    simulator.AdvanceTo(time_s)
+    simulator.AdvancePendingEvents()
+    owner = diagram.GetSubsystemByName(system)
+    context = owner.GetMyContextFromRoot(simulator.get_context())
+    return owner.GetOutputPort(port).Eval(context)
+
+
+def test_bodies_are_on_their_ways(simulation):
+    poses = evaluated(simulation, "moving_world", "poses", 5.0)
+    np.testing.assert_allclose(poses, [4.0, 0.0, 0.0, 0.0, 4.0, np.pi / 2], atol=1e-12)
+
+
+def test_the_lidar_sees_them_where_they_are_beside_what_stands(simulation):
+    # Ahead the cylinder's near side at x(t) - 0.5; behind the pillar; to the left the box.
+    behind, _, ahead, left = evaluated(simulation, "lidar", "scan", 3.0).ranges_m
+    assert ahead == pytest.approx(5.0 - 0.5, abs=1e-6)
+    assert behind == pytest.approx(2.5, abs=1e-6)
+    assert left == pytest.approx(_near_side(3.0), abs=1e-6)
+    _, _, ahead, left = evaluated(simulation, "lidar", "scan", 7.0).ranges_m
+    assert ahead == pytest.approx(3.0 - 0.5, abs=1e-6)
+    # Turned by a right angle it reaches 1 m towards the robot.
+    assert left == pytest.approx(3.0, abs=1e-6)
+
+
+def _near_side(time_s):
+    """Where the ray along y meets the box, whose long side has turned: half its width / cos."""
+    yaw = np.pi / 2 * time_s / 4.0
+    return 4.0 - min(0.5 / np.cos(yaw), 1.0 / np.sin(yaw))
+
+
+def test_the_clearance_is_to_the_nearest_of_what_stands_and_what_moves(simulation):
+    # The pillar is 2 m away, the cylinder at 3 s still 4 m; at 9 s it is 1 m away.
+    assert evaluated(simulation, "clearance", "distances", 3.0)[0] == pytest.approx(2.0)
+    assert evaluated(simulation, "clearance", "distances", 9.0)[0] == pytest.approx(1.0)
+
+
+def test_scene_graph_has_them_where_they_are(simulation):
+    query = evaluated(simulation, "moving_world", "geometry_pose", 5.0)
+    _, simulator, scene_graph = simulation
+    placed = scene_graph.get_query_output_port().Eval(
+        scene_graph.GetMyContextFromRoot(simulator.get_context())
+    )
+    inspector = placed.inspector()
+    where = [placed.GetPoseInWorld(f).translation()[0] for f in query.ids()]
+    assert sorted(where) == pytest.approx([0.0, 4.0])
+    assert inspector.num_geometries() == 2

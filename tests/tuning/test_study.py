@@ -1,0 +1,145 @@
+"""A search finds what is planted, goes on where it ended, and is joined only by its equals."""
+
+from __future__ import annotations
+
+import math
+import zlib
+
+import numpy as np
+import pytest
+
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.presets import load_preset
+from drake_navbench.tuning import study as study_module
+from drake_navbench.tuning.objectives import chosen_objectives
+from drake_navbench.tuning.pairs import planned_pairs
+from drake_navbench.tuning.search_space import search_space
+from drake_navbench.tuning.study import (
+    JOURNAL,
+    Search,
+    configurations_of,
+    front_of,
+    importance_of,
+    open_study,
+)
+from drake_navbench.tuning.task import tuning_task
+
+OBJECTIVES = ("time", "clearance")
+PARAMETERS = ("lookahead_dist=0.3:1.2", "cost_scaling_gain=0.3:1.0")
+PLANTED = 0.8
+
+
+def planted(specs, *, jobs):
+    """Trials that are best at lookahead_dist 0.8, by what they would be if they were driven."""
+    rows = []
+    for spec in specs:
+        off = abs(spec.preset.parameters.lookahead_dist - PLANTED)
+        noise = 0.01 * math.sin(zlib.crc32(f"{spec.seed}".encode()))
+        fails = spec.preset.parameters.lookahead_dist > 1.1
+        rows.append(
+            {
+                "scenario": spec.scenario.name,
+                "outcome": "collided" if fails else "succeeded",
+                "time_to_goal_s": 10.0 * (1.0 + off + noise),
+                "min_clearance_m": 0.5 * (1.0 - off + noise),
+            }
+        )
+    return rows
+
+
+@pytest.fixture
+def make_search(tmp_path, monkeypatch):
+    monkeypatch.setattr(study_module, "measure", planted)
+    baseline = load_preset("rpp")
+    space = search_space(baseline, PARAMETERS)
+    pairs = planned_pairs(baseline, ["doorway", "one_obstacle"], "wheelchair", 16, 0)
+
+    def make(folder="study", **changed):
+        asked = {
+            "searched": PARAMETERS,
+            "scenarios": ("doorway", "one_obstacle"),
+            "robot": "wheelchair",
+            "objectives": OBJECTIVES,
+            "most_pairs": 16,
+            "seed": 0,
+        }
+        study = open_study(tmp_path / folder, tuning_task(baseline, **(asked | changed)))
+        search = Search(
+            study, space, pairs, chosen_objectives(OBJECTIVES), sampler="tpe", seed=0, jobs=1
+        )
+        return study, search
+
+    return make
+
+
+def test_pairs_take_the_scenarios_in_turn():
+    pairs = planned_pairs(load_preset("rpp"), ["doorway", "one_obstacle"], "wheelchair", 5, 0)
+    names = [spec.scenario.name for spec in pairs]
+    assert names == ["doorway", "one_obstacle", "doorway", "one_obstacle", "doorway"]
+    assert [spec.trial for spec in pairs] == [0, 0, 1, 1, 2]
+
+
+def test_what_is_planted_is_found_and_what_is_behind_is_dropped(make_search):
+    study, search = make_search()
+    told = []
+    search.run(25, told.append)
+    driven = configurations_of(study)
+    assert len(driven) == len(told) == 25
+    (best, *_) = front_of(driven, 8)
+    assert best.parameters["lookahead_dist"] == pytest.approx(PLANTED, abs=0.05)
+    assert np.all(best.means < 0.0)
+    dropped = [entry for entry in driven if entry.is_dropped]
+    assert dropped
+    assert all(len(entry.differences) < 16 for entry in dropped)
+    # The failing ones are no part of the front, however they are placed.
+    assert all(entry.parameters["lookahead_dist"] <= 1.1 for entry in front_of(driven, 99))
+    assert importance_of(study, 0)["lookahead_dist"] > 0.5
+
+
+def test_a_search_goes_on_as_if_it_had_not_been_interrupted(make_search):
+    whole, search = make_search("whole")
+    search.run(20, lambda driven: None)
+    _, first = make_search("parts")
+    first.run(17, lambda driven: None)
+    parts, second = make_search("parts")
+    second.run(20, lambda driven: None)
+    shown = [
+        [(entry.number, entry.parameters, entry.differences.tolist()) for entry in found]
+        for found in (configurations_of(whole), configurations_of(parts))
+    ]
+    assert shown[0] == shown[1]
+
+
+def test_a_study_of_another_version_or_task_is_not_joined(make_search, tmp_path, monkeypatch):
+    make_search()
+    with pytest.raises(InputError, match=r"a study of another task, seed was 0; .* got 7"):
+        make_search(seed=7)
+    monkeypatch.setattr("drake_navbench.tuning.task.__version__", "9.9")
+    with pytest.raises(InputError, match=r"a study of version .*, this is 9\.9"):
+        make_search()
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / JOURNAL).write_text("no journal\n", encoding="utf-8")
+    with pytest.raises(InputError, match="not the journal of a study"):
+        make_search("other")
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("lookahed=1:2", "unknown field; did you mean 'lookahead_"),
+        ("lookahead_dist=2:1", "from a lower to a higher"),
+        ("lookahead_dist=1:2:5", "without a count"),
+        ("lookahead_dist=0:2:log", "begins above 0"),
+        ("lookahead_dist=1", "several values"),
+    ],
+)
+def test_a_range_that_cannot_be_searched_is_refused(text, told):
+    with pytest.raises(InputError, match=told):
+        search_space(load_preset("rpp"), [text])
+
+
+@pytest.mark.parametrize("preset", ["rpp_bringup", "dwb_bringup", "mppi_bringup"])
+def test_what_comes_with_a_controller_can_be_searched_and_leaves_the_speed(preset):
+    names = [entry.name for entry in search_space(load_preset(preset)).dimensions]
+    assert len(names) == len(set(names)) >= 5
+    assert not any("max_" in name and "vel" in name for name in names)
