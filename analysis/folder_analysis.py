@@ -161,6 +161,7 @@ def _analyse_scenario(
     asked = logs[0].info["scenario"]
     analysis.description = str(asked.get("description", ""))
     analysis.is_impossible = asked.get("expected_outcome") == Outcome.ABORTED
+    analysis.clean_scenario = str(asked.get("clean_scenario") or "")
     analysis.is_told_by_totals = scenario in told
     if analysis.is_told_by_totals and figures is not FigureChoice.ALL:
         return analysis, [], None

@@ -30,6 +30,7 @@ from drake_navbench.analysis.metrics.definition import Better
 from drake_navbench.analysis.metrics.registry import all_metrics, installed_metrics
 from drake_navbench.analysis.numbers import EMPTY, PLAIN_BELOW, number, typeset
 from drake_navbench.analysis.overview import overview_of
+from drake_navbench.analysis.rank_changes import rank_changes, sentence
 from drake_navbench.analysis.reproduction import (
     PAGE_NAME,
     has_published_scenarios,
@@ -174,11 +175,18 @@ def _page(analysis: FolderAnalysis, difference: float) -> dict[str, Any]:
     trials = analysis.trials
     outcomes = trials["outcome"].value_counts()
     missing = _missing(analysis)
+    clean_of = {s.scenario: s.clean_scenario for s in driven if s.clean_scenario}
+    changes = rank_changes(trials, clean_of)
     listed = _listed(driven)
     return {
         "manifest": analysis.manifest,
         "lead": lead_of(scenarios, totals(trials)),
         "overview": overview_of(scenarios),
+        "rank_changes": changes,
+        "rank_sentences": [
+            sentence([change for change in changes if change.scenario == name])
+            for name in dict.fromkeys(change.scenario for change in changes)
+        ],
         "compute_note": compute_note(analysis.manifest),
         "glossary": list(installed_metrics().items()),
         "charts": list(analysis.charts),

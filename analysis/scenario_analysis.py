@@ -118,6 +118,7 @@ class ScenarioAnalysis:
     """What was computed of a scenario, all in plain values.
 
     description: the scenario file's. is_impossible: whether its task is meant to be given up.
+    clean_scenario: the one of which it is a harsher one, '' where there is none.
     is_told_by_totals: whether it is one of so many worlds that only their totals are told.
     drawn: of how many trials the logs were kept to be drawn; the others are in the table alone.
     """
@@ -131,6 +132,7 @@ class ScenarioAnalysis:
     verdicts: list[Verdict] = field(default_factory=list)
     description: str = ""
     is_impossible: bool = False
+    clean_scenario: str = ""
     is_told_by_totals: bool = False
     drawn: int = 0
 

@@ -23,13 +23,13 @@ class NoiseStream(IntEnum):
     CONTROLLER = 4
     DRIFT = 5
     FIX = 6
-    LIDAR_FAULTS = 7
+    SCAN_LOSS = 7
     WHEELS = 8
     SCAN_DELAY = 9
     ODOMETRY_DELAY = 10
     COMMAND_DELAY = 11
     AMCL = 12
-    WHEEL_ODOMETRY = 13
+    STUCK_BEAMS = 13
 
 
 # Philox is a counter-based generator with a key of two words: here the seed, and the rest.

@@ -19,6 +19,7 @@ from drake_navbench.controllers.dwb.local_planner import (
     LocalPlanner,
 )
 from drake_navbench.controllers.dwb.memory import DwbMemory
+from drake_navbench.controllers.dwb.own_plan import OwnPlan
 from drake_navbench.controllers.dwb.parameters import DynamicWindowApproachParameters
 from drake_navbench.controllers.dwb.scene import Situation
 from drake_navbench.errors import InputError
@@ -50,6 +51,7 @@ class DynamicWindowApproach:
         self._axes = [0, 2, 1] if is_lateral else [0, 2]
         self._wants_diagnostics = setup.wants_diagnostics
         self._planner = LocalPlanner(parameters, setup)
+        self._own_plan = OwnPlan(parameters) if parameters.cuts_plan else None
 
     def initial_memory(self) -> DwbMemory:
         """Returns the memory that the first `step` of a goal gets."""
@@ -64,18 +66,20 @@ class DynamicWindowApproach:
         """
         if len(observation.plan) == 0:
             raise InvalidPath("the plan is empty")
+        plan, begin = self._local_plan(observation, memory)
         evaluation = self._planner.evaluate(
-            _situation(observation),
+            _situation(observation, plan),
             memory,
             plan_id=observation.plan_id,
             speed_limit=observation.speed_limit,
         )
+        after = evaluation.memory._replace(plan_begin=begin)
         sample_count = len(evaluation.totals)
         if evaluation.best == NONE_CHOSEN:
             raise NoValidControl(
                 f"Could not find a legal trajectory: {_why_none_is_chosen(evaluation)}",
                 details=self._planner.rejections(evaluation),
-                memory=evaluation.memory,
+                memory=after,
             )
         diagnostics: dict[str, Any] = {
             "sample_count": sample_count,
@@ -84,7 +88,15 @@ class DynamicWindowApproach:
         }
         if self._wants_diagnostics:
             diagnostics.update(self._window_diagnostics(evaluation))
-        return Decision(evaluation.command[self._axes], evaluation.memory, diagnostics)
+        return Decision(evaluation.command[self._axes], after, diagnostics)
+
+    def _local_plan(self, observation: Observation, memory: DwbMemory) -> tuple[np.ndarray, int]:
+        """Returns the local plan, and where the rest of the whole one begins."""
+        if self._own_plan is None:
+            return observation.plan, 0
+        whole = observation.global_plan if len(observation.global_plan) else observation.plan
+        begin = memory.plan_begin if observation.plan_id == memory.plan_id else 0
+        return self._own_plan.cut(whole, begin, observation.pose, observation.costmap)
 
     def _window_diagnostics(self, evaluation: Evaluation) -> dict[str, Any]:
         """Returns the whole window for replay and report; K trajectories, C critics.
@@ -116,14 +128,14 @@ class DynamicWindowApproach:
         }
 
 
-def _situation(observation: Observation) -> Situation:
+def _situation(observation: Observation, plan: np.ndarray) -> Situation:
     """Returns what the critics may know of an observation."""
     v, w = observation.twist.tolist()
     return Situation(
         time_s=observation.time_s,
         pose=tuple(observation.pose.tolist()),
         twist=(v, observation.vy_mps, w),
-        plan=read_only(observation.plan),
+        plan=read_only(plan),
         goal=tuple(observation.goal.tolist()),
         costmap=observation.costmap,
     )

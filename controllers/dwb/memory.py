@@ -11,9 +11,11 @@ class DwbMemory(NamedTuple):
     """Everything that evolves.
 
     plan_id: of the last cycle. kinematics: limits under the last speed limit. critics: one memory
-    for each, in their order.
+    for each, in their order. plan_begin: where what is left of the plan
+    begins, in releases in which DWB cuts it itself.
     """
 
     plan_id: int | None
     kinematics: Kinematics
     critics: tuple[Any, ...]
+    plan_begin: int = 0

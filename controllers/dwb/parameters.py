@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
@@ -29,6 +29,11 @@ STANDARD_GENERATOR = "dwb_plugins::StandardTrajectoryGenerator"
 LIMITED_ACCEL_GENERATOR = "dwb_plugins::LimitedAccelGenerator"
 GENERATORS = (STANDARD_GENERATOR, LIMITED_ACCEL_GENERATOR)
 CLASS_KEY = "class"
+NEWEST_RELEASE = "lyrical"
+# What only releases before the newest one read.
+OF_ITS_OWN_PLAN = frozenset(
+    {"forward_prune_distance", "prune_distance", "prune_plan", "shorten_transformed_plan"}
+)
 # Of all trajectories of a cycle together, which take 0.4 GB.
 MAX_POSES = 10_000_000
 
@@ -121,6 +126,22 @@ class DynamicWindowApproachParameters(ParametersWithCritics):
         0.25, ge=0.0, description="RotateToGoal: speed that counts as stopped [m/s]."
     )
 
+    nav2_release: Literal["humble", "iron", "jazzy", "kilted", "lyrical"] = Field(
+        "lyrical", description="Release whose rules hold."
+    )
+    prune_plan: bool = Field(
+        True, description="Up to Kilted: passed poses farther than prune_distance go."
+    )
+    prune_distance: Length = Field(
+        2.0, ge=0.0, description="Up to Kilted: how far behind the robot the plan begins [m]."
+    )
+    forward_prune_distance: Length = Field(
+        2.0, description="Up to Kilted: how far ahead it ends; negative: at the costmap's edge [m]."
+    )
+    shorten_transformed_plan: bool = Field(
+        True, description="Up to Kilted: whether forward_prune_distance counts."
+    )
+
     debug_trajectory_details: bool = Field(
         False, description="Logging in Nav2; here the counts are always in the error."
     )
@@ -141,6 +162,24 @@ class DynamicWindowApproachParameters(ParametersWithCritics):
         """Returns the limits of its samples."""
         lateral = max(abs(self.min_vel_y), abs(self.max_vel_y))
         return AskedSpeeds(self.max_vel_x, self.min_vel_x, self.max_vel_theta, lateral)
+
+    @classmethod
+    def is_without_effect(cls, name: str, values: Mapping[str, Any] | None = None) -> bool:
+        """See the base class; what cuts the plan has none in Lyrical."""
+        release = (values or {}).get("nav2_release", NEWEST_RELEASE)
+        if name in OF_ITS_OWN_PLAN and release == NEWEST_RELEASE:
+            return True
+        return super().is_without_effect(name, values)
+
+    @property
+    def cuts_plan(self) -> bool:
+        """Whether it cuts the plan itself, as up to Kilted."""
+        return self.nav2_release != NEWEST_RELEASE
+
+    @property
+    def compares_plain_headings(self) -> bool:
+        """Whether a turn by 2 pi is one, as up to Jazzy."""
+        return self.nav2_release in ("humble", "iron", "jazzy")
 
     @property
     def uses_standard_generator(self) -> bool:

@@ -131,7 +131,8 @@ class RotationShimParameters(ControllerParameters):
         model = cls.primary_model(values or {})
         if model is None or name in cls.model_fields:
             return False
-        return model.is_without_effect(name.removeprefix(f"{PRIMARY}."))
+        shared = {RELEASE: values[RELEASE]} if values and RELEASE in values else None
+        return model.is_without_effect(name.removeprefix(f"{PRIMARY}."), shared)
 
     @classmethod
     def keys_not_read(cls, values: Mapping[str, Any]) -> list[str]:

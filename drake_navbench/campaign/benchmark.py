@@ -19,6 +19,7 @@ from pydantic import ConfigDict
 from rich.console import Console
 
 from drake_navbench import __version__
+from drake_navbench.analysis.rank_changes import rank_changes
 from drake_navbench.analysis.sweeps import SUCCEEDED, long_table, response_table
 from drake_navbench.analysis.tables import scenario_table
 from drake_navbench.analysis.totals import told_by_totals, totals
@@ -29,7 +30,7 @@ from drake_navbench.campaign.driving import Undriven, run_campaign
 from drake_navbench.campaign.replays import write_replays
 from drake_navbench.campaign.request import Request
 from drake_navbench.campaign.run_results import Results
-from drake_navbench.campaign.suite_console import print_totals
+from drake_navbench.campaign.suite_console import print_rank_changes, print_totals
 from drake_navbench.campaign.warm_up import (
     kernels_are_cold,
     start_worker_server,
@@ -220,6 +221,7 @@ def _run(
                 table = scenario_table(trials, scenario)
                 print_scenario(console, table, scenario, is_impossible=scenario in impossible)
     print_totals(console, totals(trials))
+    print_rank_changes(console, rank_changes(trials, campaign.clean_of))
     if request.replay == "each" or (request.replay == "race" and set(campaign.scenarios) - told):
         console.print("Writing the replays ...")
         left_out = told if request.replay == "race" else frozenset()

@@ -54,6 +54,15 @@ class Campaign:
         }
 
     @property
+    def clean_of(self) -> dict[str, str]:
+        """The clean scenario of each that is a harsher one, by the latter's name."""
+        return {
+            spec.scenario.name: spec.scenario.clean_scenario
+            for spec in self.specs
+            if spec.scenario.clean_scenario is not None
+        }
+
+    @property
     def presets(self) -> list[Preset]:
         """The presets, in order."""
         return list({spec.preset.name: spec.preset for spec in self.specs}.values())
@@ -128,12 +137,13 @@ def plan_campaign(
             # Some parameters are wrong only for this robot or its control period.
             check_controller(preset, loaded_robot)
             warn_of_rotation(preset, loaded_robot)
+        paired_with = scenario.clean_scenario or entry.base
         firsts = [
             TrialSpec(
                 scenario,
                 loaded_robot,
                 preset,
-                seed=trial_seed(seed, entry.base, 0),
+                seed=trial_seed(seed, paired_with, 0),
                 wants_diagnostics=wants_diagnostics,
                 keeps_costmaps=keeps_costmaps,
             )
@@ -141,7 +151,7 @@ def plan_campaign(
         ]
         specs += firsts
         for trial in range(1, trials):
-            trials_own_seed = trial_seed(seed, entry.base, trial)
+            trials_own_seed = trial_seed(seed, paired_with, trial)
             specs += [first.numbered(trial, trials_own_seed) for first in firsts]
     return Campaign(tuple(specs), sweep=_origins(swept) if sweeps else {})
 

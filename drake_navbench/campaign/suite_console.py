@@ -1,4 +1,4 @@
-"""What is printed of suites: the totals over their worlds."""
+"""What is printed of several scenarios together: totals of suites, and changes of ranks."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from drake_navbench.analysis.numbers import number
+from drake_navbench.analysis.rank_changes import RankChange, sentence
 from drake_navbench.analysis.statistics import Interval, Summary
 from drake_navbench.analysis.totals import Share, Total
 
@@ -27,6 +28,28 @@ def print_totals(console: Console, totals: Sequence[Total]) -> None:
         for total in totals:
             if total.suite == suite:
                 table.add_row(*_cells(total))
+        console.print(table)
+        console.print()
+
+
+def print_rank_changes(console: Console, changes: Sequence[RankChange]) -> None:
+    """Prints a table for each scenario that was driven together with its clean one."""
+    for scenario in dict.fromkeys(change.scenario for change in changes):
+        own = [change for change in changes if change.scenario == scenario]
+        console.print(Text(sentence(own), style="bold"))
+        table = Table(box=SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0))
+        for heading in ("controller", "arrived", "", "rank", "", "change"):
+            table.add_column(heading, justify="left" if heading == "controller" else "right")
+        for change in own:
+            clean, harsh = change.clean, change.harsh
+            table.add_row(
+                change.controller,
+                f"{clean.arrived}/{clean.trials}",
+                f"{harsh.arrived}/{harsh.trials}",
+                clean.text,
+                harsh.text,
+                change.words,
+            )
         console.print(table)
         console.print()
 

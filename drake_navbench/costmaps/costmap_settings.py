@@ -140,6 +140,11 @@ class CostmapSettings(PluginBlocks):
 
     PLUGINS: ClassVar[PluginKind] = COSTMAP_LAYERS
 
+    nav2_release: Literal["humble", "iron", "jazzy", "kilted", "lyrical"] = Field(
+        "lyrical",
+        description="Release whose rules hold: up to Kilted inflation spreads cell by cell, and a "
+        "window that rolls lies a quarter of a cell off.",
+    )
     track_unknown_space: bool = Field(False, description="Unseen cells are unknown, not free.")
     update_frequency: Frequency = Field(5.0, description="Updates [Hz].")
     lethal_cost_threshold: int = Field(
@@ -183,6 +188,11 @@ class CostmapSettings(PluginBlocks):
                     f"with `plugin`{nearest_name_hint(name, known)}"
                 )
         return self
+
+    @property
+    def is_before_lyrical(self) -> bool:
+        """Whether the rules up to Kilted hold."""
+        return self.nav2_release != "lyrical"
 
     def is_active(self, name: str) -> bool:
         """Whether a layer or filter is listed and enabled."""

@@ -36,7 +36,7 @@ class LayerSetup(NamedTuple):
 
     rows, columns: of the costmap, cells. resolution: cell edge, m. rolling_window: whether it
     follows the robot. footprint: (K, 2) padded outline in the base frame, m. default_cost: of a
-    cell of which nothing is known.
+    cell of which nothing is known. is_short: as for `kernels.layer_grid.centre_window`.
     """
 
     rows: int
@@ -46,6 +46,7 @@ class LayerSetup(NamedTuple):
     footprint: NDArray[np.float64]
     default_cost: int
     lidar: RangeSensor
+    is_short: bool = False
 
 
 class Seen(NamedTuple):

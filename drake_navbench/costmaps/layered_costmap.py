@@ -30,6 +30,7 @@ from drake_navbench.kernels.denoise import denoise
 from drake_navbench.kernels.footprint import footprint_radii
 from drake_navbench.kernels.grid import FREE, INSCRIBED, NO_INFORMATION, Costmap, Grid
 from drake_navbench.kernels.inflation import CellWindow, inflate
+from drake_navbench.kernels.inflation_wave import inflate_by_wave
 from drake_navbench.kernels.layer_grid import (
     MergeRule,
     fill_outline,
@@ -136,6 +137,7 @@ class LayeredCostmap:
             "resolution": geometry.resolution,
             "default_cost": self._default_cost,
             "rolling_window": geometry.rolling_window,
+            "is_short": settings.is_before_lyrical,
         }
         self._obstacle_layer = ObstacleLayer(settings.obstacle_layer, lidar, **grid)
         self._voxel_layer = VoxelLayer(settings.voxel_layer, lidar, **grid)
@@ -163,6 +165,7 @@ class LayeredCostmap:
                 footprint=self._footprint,
                 default_cost=self._default_cost,
                 lidar=lidar,
+                is_short=settings.is_before_lyrical,
             ),
         )
         self._keepout_comes_last = (
@@ -368,7 +371,8 @@ class LayeredCostmap:
         return master
 
     def _inflated(self, master: Costs, cycle: _Cycle) -> Costs:
-        return inflate(
+        spread = inflate_by_wave if self._settings.is_before_lyrical else inflate
+        return spread(
             master,
             resolution=self._geometry.resolution,
             inscribed_radius=self._inscribed_radius,

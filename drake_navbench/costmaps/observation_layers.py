@@ -87,6 +87,7 @@ class _SensingLayer:
             "resolution": setup.resolution,
             "default_cost": setup.default_cost,
             "rolling_window": setup.rolling_window,
+            "is_short": setup.is_short,
             **parameters.model_dump(
                 exclude={"plugin", "enabled", "combination_method", "observation_sources"}
             ),

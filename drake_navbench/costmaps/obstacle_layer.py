@@ -24,7 +24,7 @@ Costs = NDArray[np.uint8]
 class ObstacleLayer:
     """Nav2's obstacle layer on one grid; the object itself never changes.
 
-    footprint: (K, 2) padded outline in the base frame, m.
+    footprint: (K, 2) padded outline in the base frame, m. is_short: as for `centre_window`.
     """
 
     def __init__(
@@ -36,10 +36,12 @@ class ObstacleLayer:
         resolution: float,
         default_cost: int,
         rolling_window: bool,
+        is_short: bool = False,
     ) -> None:
         self._resolution = resolution
         self._default_cost = default_cost
         self._rolling_window = rolling_window
+        self._is_short = is_short
         self._parameters = {
             "footprint": footprint,
             "range_min": lidar.range_min_m,
@@ -61,6 +63,7 @@ class ObstacleLayer:
         grid: dict[str, Any] = {
             "resolution": self._resolution,
             "default_cost": self._default_cost,
+            "is_short": self._is_short,
         }
         if scan is not None:
             return update_obstacle_layer(

@@ -36,7 +36,7 @@ class VoxelGrids(Immutable):
 class VoxelLayer:
     """Nav2's voxel layer on one grid; the object itself never changes.
 
-    footprint: (K, 2) padded outline in the base frame, m.
+    footprint: (K, 2) padded outline in the base frame, m. is_short: as for `centre_window`.
     """
 
     def __init__(
@@ -48,6 +48,7 @@ class VoxelLayer:
         resolution: float,
         default_cost: int,
         rolling_window: bool,
+        is_short: bool = False,
     ) -> None:
         self._sources = settings.observation_sources
         self._lidar = lidar
@@ -56,6 +57,7 @@ class VoxelLayer:
             "resolution": resolution,
             "default_cost": default_cost,
             "rolling_window": rolling_window,
+            "is_short": is_short,
             **settings.model_dump(exclude={"enabled", "combination_method", "observation_sources"}),
         }
 

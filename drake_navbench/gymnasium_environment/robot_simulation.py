@@ -9,6 +9,7 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import Context, DiagramBuilder, EventStatus
 
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.faults import conditions_of
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.timeline import Timeline
 from drake_navbench.inputs.world import World
@@ -39,17 +40,17 @@ class RobotSimulation:
     """
 
     def __init__(self, robot: Robot, world: World, *, period_s: float) -> None:
-        if robot.localization.has_frames:
+        if not conditions_of(robot).are_plain:
             raise InputError(
-                "robot: localization: drift, bias, jumps and fixes are for trials alone; an "
-                "environment has white noise at most"
+                "robot: localization, actuators, timing: what makes frames of its own, moves the "
+                "wheels or delays messages is for trials alone, not for environments"
             )
         builder = DiagramBuilder()
         scene_graph = builder.AddNamedSystem("scene_graph", SceneGraph())
         register_obstacles(scene_graph, world)
         self._base = add_base(builder, robot, scene_graph)
         state = self._base.get_state_output_port()
-        self._lidar = builder.AddNamedSystem("lidar", Lidar(robot.lidar, world))
+        self._lidar = builder.AddNamedSystem("lidar", Lidar(Timeline.constant(robot.lidar), world))
         connect_inputs(builder, self._lidar, state=state)
         self._localization = builder.AddNamedSystem(
             "localization",
@@ -98,7 +99,8 @@ class RobotSimulation:
         ):
             own.get_mutable_abstract_parameter(system.seed_parameter).set_value(seed)
         seen = self._lidar_context.get_mutable_abstract_parameter(self._lidar.world_parameter)
-        seen.set_value((world.segments, world.circles))
+        visible = world.visible_from(self._robot.lidar.height_m)
+        seen.set_value((visible.segments, visible.circles))
         self._set_command(np.zeros(COMMAND_SIZE))
         self._simulator.Initialize()
         self._simulator.AdvanceTo(CONTROLLER_OFFSET_S)

@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from pydantic import Field, model_validator
 
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.actuators import ActuatorSettings
 from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.inputs.localization import LocalizationSettings
 from drake_navbench.inputs.timeline import Timeline, timeline
+from drake_navbench.inputs.timing import TimingSettings
 from drake_navbench.typed_files.immutable import Immutable
 from drake_navbench.typed_files.quantities import Duration
 from drake_navbench.typed_files.typed_yaml import FrozenModel, validate
@@ -20,7 +22,7 @@ from drake_navbench.typed_files.typed_yaml import FrozenModel, validate
 if TYPE_CHECKING:
     from drake_navbench.inputs.robot import Robot
 
-PARTS = ("lidar", "localization")
+PARTS = ("lidar", "localization", "actuators", "timing")
 
 
 class Fault(FrozenModel):
@@ -37,6 +39,8 @@ class Fault(FrozenModel):
     localization: dict[str, Any] = Field(
         default_factory=dict, description="Fields of the localization."
     )
+    actuators: dict[str, Any] = Field(default_factory=dict, description="Fields of the actuators.")
+    timing: dict[str, Any] = Field(default_factory=dict, description="Fields of the timing.")
 
     @model_validator(mode="after")
     def _check(self) -> Fault:
@@ -56,6 +60,17 @@ class Conditions(Immutable):
 
     lidar: Timeline[LidarSettings]
     localization: Timeline[LocalizationSettings]
+    actuators: Timeline[ActuatorSettings]
+    timing: Timeline[TimingSettings]
+
+    @property
+    def are_plain(self) -> bool:
+        """Whether nothing stands between the base and what commands and localizes it."""
+        return not (
+            self.has_frames
+            or self.actuators.any(lambda part: part.touches_wheels or part.limits_force)
+            or self.timing.any(lambda part: part != TimingSettings())
+        )
 
     @property
     def has_frames(self) -> bool:

@@ -10,12 +10,15 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from drake_navbench.typed_files.quantities import Angle, Length, Period
-from drake_navbench.typed_files.typed_yaml import FrozenModel
+from drake_navbench.typed_files.typed_yaml import QuietModel
 
 
-class LidarSettings(FrozenModel):
+class LidarSettings(QuietModel):
     """A planar scanner, beams evenly spaced counter-clockwise."""
 
+    quiet: ClassVar = frozenset(
+        {"dropout_burst_beams", "scan_loss_probability", "stuck_beam_share", "range_bias_m"}
+    )
     # What no fault may change during a trial.
     constant: ClassVar = frozenset(
         {
@@ -54,6 +57,19 @@ class LidarSettings(FrozenModel):
     dropout_probability: float = Field(
         0.0, ge=0.0, le=1.0, description="Share of beams that return nothing."
     )
+    dropout_burst_beams: int = Field(
+        1, ge=1, le=100_000, description="How many neighbouring beams drop out together."
+    )
+    scan_loss_probability: float = Field(
+        0.0, ge=0.0, le=1.0, description="Share of scans that never come."
+    )
+    stuck_beam_share: float = Field(
+        0.0,
+        ge=0.0,
+        le=1.0,
+        description="Share of beams, drawn for the trial, that always tell one range.",
+    )
+    range_bias_m: Length = Field(0.0, description="Added to every range [m].")
 
     @property
     def beam_angles(self) -> NDArray[np.float64]:

@@ -95,6 +95,7 @@ def plugin_preset(
     if release is not None and takes_release(model):
         used = {RELEASE: release} | used
     known = {*fields, *(name for name, _ in flattened(used))}
+    whole = given if release is None else {RELEASE: release} | given
     namespace = server.name.removesuffix(SERVER).strip("/")
     return Preset(
         "/".join(filter(None, (server.file.stem, namespace, plugin))),
@@ -102,7 +103,7 @@ def plugin_preset(
         f"{plugin_type} from {server.file.name}",
         used,
         source,
-        ignored=tuple(n for n in given if n not in known or model.is_without_effect(n, given)),
+        ignored=tuple(n for n in given if n not in known or model.is_without_effect(n, whole)),
         path_handler={field: given[name] for name, field in fields.items()},
     ).checked()
 

@@ -26,7 +26,7 @@ from drake_navbench.costmaps.costmap_settings import (
 from drake_navbench.costmaps.layer_plugin import COSTMAP_LAYERS
 from drake_navbench.inputs.nav2_check import Status
 from drake_navbench.inputs.nav2_node_reader import NodeReader
-from drake_navbench.inputs.nav2_release import Release
+from drake_navbench.inputs.nav2_release import PORTED, Release
 from drake_navbench.inputs.nav2_sensing import SPATIO_TEMPORAL, SensingLayers
 from drake_navbench.inputs.nav2_sensors import Nav2Sensors
 
@@ -136,6 +136,7 @@ class _CostmapReader:
 
     def __init__(self, reader: NodeReader, sensors: Nav2Sensors, release: Release) -> None:
         self._reader = reader
+        self._release = release
         self._sensing = SensingLayers(reader, sensors, release)
         self._settings: dict[str, Any] = {}
         self._lists: dict[str, list[str]] = {"plugins": [], "filters": []}
@@ -143,6 +144,8 @@ class _CostmapReader:
     def settings(self, model: type[CostmapSettings]) -> dict[str, Any]:
         reader = self._reader
         self._settings = reader.block(model, names=MAP_FIELDS)
+        if self._release is not PORTED:
+            self._settings["nav2_release"] = str(self._release)
         listed = reader.names("plugins", DEFAULT_LAYERS)
         if not reader.given("plugins"):
             remark = f"not given; Nav2 loads {', '.join(DEFAULT_LAYERS)}"

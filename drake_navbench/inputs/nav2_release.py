@@ -85,10 +85,6 @@ class Difference(NamedTuple):
 
 # By the name of our controller. A controller that takes `nav2_release` itself is in no need of it.
 OF_CONTROLLERS: Mapping[str, tuple[Difference, ...]] = {
-    "dwb": (
-        Difference(Release.KILTED, "the controller cuts the plan itself"),
-        Difference(Release.JAZZY, "headings of a simulated drive are compared unwrapped"),
-    ),
     "rpp": (
         Difference(Release.KILTED, "the controller cuts the plan itself"),
         Difference(
@@ -116,11 +112,6 @@ OF_CONTROLLERS: Mapping[str, tuple[Difference, ...]] = {
         Difference(Release.HUMBLE, "no limits of acceleration, an older PathAngleCritic"),
     ),
 }
-OF_COSTMAPS = (
-    Difference(
-        Release.JAZZY, "inflation spreads cell by cell, and a window lies a quarter cell off"
-    ),
-)
 
 
 class Found(NamedTuple):
@@ -199,7 +190,7 @@ def release_rows(
     for controller in dict.fromkeys(controllers):
         if not follows(controller):
             rows += _not_ported(found.release, controller, OF_CONTROLLERS.get(controller, ()))
-    return rows + _not_ported(found.release, "costmaps", OF_COSTMAPS)
+    return rows
 
 
 def _not_ported(release: Release, what: str, differences: Iterable[Difference]) -> list[CheckRow]:

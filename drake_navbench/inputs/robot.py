@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import shapely
@@ -23,12 +23,14 @@ from drake_navbench.costmaps.costmap_settings import (
 )
 from drake_navbench.costmaps.observation_source import ObservationSourceSettings
 from drake_navbench.errors import InputError, nearest_name_hint
+from drake_navbench.inputs.actuators import ActuatorSettings
 from drake_navbench.inputs.depth_sensor import DepthSensorSettings
 from drake_navbench.inputs.drive import DifferentialDrive, Drive, overrides_for
 from drake_navbench.inputs.file_kinds import ROBOT, require_kind
 from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.inputs.localization import LocalizationSettings
 from drake_navbench.inputs.named_files import NamedFiles
+from drake_navbench.inputs.timing import TimingSettings
 from drake_navbench.kernels.footprint import circle_footprint, footprint_radii, pad_footprint
 from drake_navbench.navigation.behavior_tree.settings import (
     RECOVERY_ACTIONS,
@@ -58,7 +60,7 @@ from drake_navbench.typed_files.quantities import (
     Size,
     Speed,
 )
-from drake_navbench.typed_files.typed_yaml import FrozenModel, read_yaml, validate
+from drake_navbench.typed_files.typed_yaml import FrozenModel, QuietModel, read_yaml, validate
 
 # A failure tolerance, s.
 PATIENT_FOR_EVER = -1.0
@@ -146,8 +148,10 @@ class NavigationSettings(FrozenModel):
         return self
 
 
-class Robot(FrozenModel):
+class Robot(QuietModel):
     """A robot: everything that a trial needs to know of it."""
+
+    quiet: ClassVar = frozenset({"actuators", "timing"})
 
     description: str = Field(min_length=1, description="One line for --list.")
     model: str | None = Field(
@@ -185,6 +189,8 @@ class Robot(FrozenModel):
         "PointCloud2.",
     )
     localization: LocalizationSettings = Field(default_factory=LocalizationSettings)
+    actuators: ActuatorSettings = Field(default_factory=ActuatorSettings)
+    timing: TimingSettings = Field(default_factory=TimingSettings)
     navigation: NavigationSettings = Field(default_factory=NavigationSettings)
 
     @model_validator(mode="after")

@@ -23,7 +23,7 @@ from drake_navbench.costmaps.filter_masks import (
     load_filter_mask,
 )
 from drake_navbench.costmaps.map_file import OccupancyMap, load_map
-from drake_navbench.errors import InputError
+from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.inputs.faults import Conditions, Fault, conditions_of
 from drake_navbench.inputs.file_kinds import SCENARIO, require_kind
 from drake_navbench.inputs.map_world import occupied_boxes
@@ -150,7 +150,7 @@ class Variation(FrozenModel):
 class Scenario(QuietModel):
     """One task in one world."""
 
-    quiet: ClassVar = frozenset({"faults"})
+    quiet: ClassVar = frozenset({"faults", "clean_scenario"})
 
     description: str = Field(min_length=1, description="One line for --list.")
     world: WorldDescription = Field(default_factory=WorldDescription)
@@ -183,6 +183,11 @@ class Scenario(QuietModel):
     )
     faults: tuple[Fault, ...] = Field(
         (), description="What is wrong with the robot from some time on."
+    )
+    clean_scenario: str | None = Field(
+        None,
+        description="The scenario of which this is a harsher one: where both are driven, the "
+        "verdict tells how each controller's rank changes from that one to this one.",
     )
     name: str = Field("", description="Set from the file's name.")
     directory: str = Field("", exclude=True, description="Set from where the file was found.")
@@ -344,6 +349,11 @@ def load_scenario(name_or_path: str) -> Scenario:
             raise InputError(f"{path}: {field}: unknown field; it follows from the file")
     scenario = validate(Scenario, data | {"name": path.stem}, str(path))
     scenario = scenario.model_copy(update={"directory": str(path.parent)})
+    if scenario.clean_scenario is not None and scenario.clean_scenario not in SCENARIO_FILES.names:
+        hint = nearest_name_hint(scenario.clean_scenario, SCENARIO_FILES.names)
+        raise InputError(
+            f"{path}: clean_scenario: unknown scenario {scenario.clean_scenario!r}{hint}"
+        )
     # Maps and masks are read now, so that a wrong one is found before any trial.
     _ = scenario.map, scenario.filter_masks
     return scenario

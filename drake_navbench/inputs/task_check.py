@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 
 import numpy as np
@@ -9,7 +10,8 @@ import shapely
 
 from drake_navbench.costmaps.map_file import UNKNOWN
 from drake_navbench.errors import InputError, InputWarning
-from drake_navbench.inputs.faults import PARTS
+from drake_navbench.inputs.drive import DifferentialDrive
+from drake_navbench.inputs.faults import PARTS, Conditions
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
@@ -52,11 +54,31 @@ def _check_conditions(scenario: Scenario, robot: Robot) -> None:
                         f"scenario {scenario.name}: {part}.{name}: got {late_s:g} s, expected less "
                         f"than the trial's timeout_s of {scenario.timeout_s:g} s"
                     )
+    _check_actuators(scenario, robot, conditions)
     for index, fault in enumerate(scenario.faults):
         if fault.at_s >= scenario.timeout_s:
             raise InputError(
                 f"scenario {scenario.name}: faults[{index}].at_s: got {fault.at_s:g} s, expected "
                 f"less than the trial's timeout_s of {scenario.timeout_s:g} s"
+            )
+
+
+def _check_actuators(scenario: Scenario, robot: Robot, conditions: Conditions) -> None:
+    """Raises InputError where the robot has not what its actuators' settings are about."""
+    place = f"scenario {scenario.name}: actuators"
+    for settings in conditions.actuators.settings:
+        if settings.touches_wheels and not isinstance(robot.drive, DifferentialDrive):
+            raise InputError(
+                f"{place}: deadband, steps, radii and slip are those of a differential drive's "
+                f"wheels, got drive.type {robot.drive.type}"
+            )
+        if not settings.limits_force:
+            continue
+        if not robot.mass_kg:
+            raise InputError(f"{place}: force_n, payload_kg and slope_rad need the robot's mass_kg")
+        if settings.force_n is None and not math.isfinite(robot.drive.bounds.acceleration_mps2):
+            raise InputError(
+                f"{place}: force_n: missing; the drive has no limit on acceleration to take it from"
             )
 
 

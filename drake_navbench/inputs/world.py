@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 import shapely
@@ -17,7 +17,7 @@ from shapely.geometry.base import BaseGeometry
 from drake_navbench.inputs.moving import NOTHING_MOVES, MovingObstacles
 from drake_navbench.kernels.depth_casting import Solids
 from drake_navbench.typed_files.quantities import MIN_SIZE_M, Length, Size
-from drake_navbench.typed_files.typed_yaml import FrozenModel
+from drake_navbench.typed_files.typed_yaml import QuietModel
 
 Array = NDArray[np.float64]
 Point = tuple[Length, Length]
@@ -26,11 +26,18 @@ Point = tuple[Length, Length]
 CIRCLE_QUADRANT_SEGMENTS = 24
 
 
-class _Shape(FrozenModel):
+class _Shape(QuietModel):
+    quiet: ClassVar = frozenset({"material"})
+
     known_to_planner: bool = Field(
-        True, description="Whether the global planner's map shows it; the lidar always sees it."
+        True, description="Whether the global planner's map shows it, whatever the lidar sees."
     )
-    height_m: Size = Field(1.0, description="Height above the floor [m].")
+    height_m: Size = Field(
+        1.0, description="Height above the floor [m]; a lidar that scans above it does not see it."
+    )
+    material: Literal["solid", "glass"] = Field(
+        "solid", description="The lidar's beams pass through glass."
+    )
 
     @property
     def region(self) -> BaseGeometry:
@@ -170,6 +177,18 @@ class World:
     def regions(self) -> NDArray[np.object_]:
         """(N,) the floor area that each shape covers."""
         return np.array([o.region for o in self.shapes], dtype=object)
+
+    def visible_from(self, height_m: float) -> World:
+        """Returns what of it a lidar sees that scans at a height over the floor."""
+        return World(
+            tuple(
+                one
+                for one in self.obstacles
+                if one.material == "solid" and one.height_m >= height_m
+            ),
+            self.walls,
+            self.moving,
+        )
 
     def intersects(self, geometry: BaseGeometry) -> bool:
         """Returns whether a point or an area touches any shape."""

@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 from drake_navbench.kernels.grid import NO_INFORMATION, world_to_cell
 
 Value = TypeVar("Value", bound=np.generic)
+# Of a grid's length, in Nav2 up to Kilted (Costmap2D::getSizeInMetersX).
+MISSING_CELLS = 0.5
 WHOLE_LINE = np.iinfo(np.int64).max
 
 
@@ -67,12 +69,18 @@ def centre_window(
     resolution: float,
     robot_pose: NDArray[np.float64],
     default_cost: int | np.unsignedinteger,
+    is_short: bool = False,
 ) -> tuple[NDArray[Value], float, float]:
-    """Returns `roll_window` toward where the robot, (3,) m, m, rad, is in the grid's middle."""
+    """Returns `roll_window` toward where the robot, (3,) m, m, rad, is in the grid's middle.
+
+    is_short: the grid is taken for half a cell shorter than it is, as in Nav2 up to Kilted, so that
+    it lies a quarter of a cell off.
+    """
     rows, columns = costs.shape
+    missing = MISSING_CELLS if is_short else 0.0
     wanted = (
-        robot_pose[0] - 0.5 * (columns * resolution),
-        robot_pose[1] - 0.5 * (rows * resolution),
+        robot_pose[0] - 0.5 * ((columns - missing) * resolution),
+        robot_pose[1] - 0.5 * ((rows - missing) * resolution),
     )
     return roll_window(
         costs, origin, resolution=resolution, wanted=wanted, default_cost=default_cost

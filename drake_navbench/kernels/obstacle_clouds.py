@@ -36,6 +36,7 @@ def update_obstacle_layer_from_clouds(
     footprint_clearing_enabled: bool = True,
     default_cost: int = FREE,
     rolling_window: bool = True,
+    is_short: bool = False,
 ) -> ObstacleLayerUpdate:
     """Returns the layer after one cycle: roll, clear along all rays, mark all hits, free the robot.
 
@@ -43,7 +44,12 @@ def update_obstacle_layer_from_clouds(
     """
     if rolling_window:
         costs, *corner = centre_window(
-            costs, origin, resolution=resolution, robot_pose=robot_pose, default_cost=default_cost
+            costs,
+            origin,
+            resolution=resolution,
+            robot_pose=robot_pose,
+            default_cost=default_cost,
+            is_short=is_short,
         )
         origin = (corner[0], corner[1])
     else:

@@ -65,6 +65,7 @@ def update_obstacle_layer(
     inf_is_valid: bool = False,
     default_cost: int = FREE,
     rolling_window: bool = True,
+    is_short: bool = False,
     further_scans: Sequence[tuple[NDArray[np.float64], NDArray[np.floating]]] = (),
 ) -> ObstacleLayerUpdate:
     """Returns the layer after one cycle: roll, clear along all rays, mark all hits, free the robot.
@@ -74,12 +75,18 @@ def update_obstacle_layer(
     sensor_pose: (3,) when the scan was taken. angles: (N,) rad from the sensor's axis.
     ranges: (N,) m; only range_min <= range < range_max gives a point.
     further_scans: poses and ranges of scanners of the same kind; all clear before any marks.
-    The other arguments are Nav2's parameters of the same names [m], and `default_cost`, that of
-    cells never seen (NO_INFORMATION where unknown space is tracked).
+    The other arguments are Nav2's parameters of the same names [m], `default_cost`, that of
+    cells never seen (NO_INFORMATION where unknown space is tracked), and is_short, as for
+    `centre_window`.
     """
     if rolling_window:
         layer, origin_x, origin_y = centre_window(
-            costs, origin, resolution=resolution, robot_pose=robot_pose, default_cost=default_cost
+            costs,
+            origin,
+            resolution=resolution,
+            robot_pose=robot_pose,
+            default_cost=default_cost,
+            is_short=is_short,
         )
     else:
         layer, origin_x, origin_y = costs.copy(), float(origin[0]), float(origin[1])

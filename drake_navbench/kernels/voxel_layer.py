@@ -94,17 +94,23 @@ def update_voxel_layer(
     footprint_clearing_enabled: bool = True,
     default_cost: int = FREE,
     rolling_window: bool = True,
+    is_short: bool = False,
 ) -> VoxelLayerUpdate:
     """Returns the layer after one cycle: roll, clear along all rays, mark all hits, free the robot.
 
     costs, voxels, origin: the layer's grids and the lower left corner of cell (0, 0), m; unchanged.
     robot_pose: (3,) x m, y m, yaw rad. footprint: (K, 2) padded, base frame, m.
     The other arguments are Nav2's parameters of the same names, and `default_cost`, that of cells
-    never seen (NO_INFORMATION where unknown space is tracked).
+    never seen (NO_INFORMATION where unknown space is tracked), and is_short, as for
+    `centre_window`.
     """
     grids = (costs.copy(), voxels.copy())
     if rolling_window:
-        place: dict[str, Any] = {"resolution": resolution, "robot_pose": robot_pose}
+        place: dict[str, Any] = {
+            "resolution": resolution,
+            "robot_pose": robot_pose,
+            "is_short": is_short,
+        }
         rolled, *_ = centre_window(voxels, origin, default_cost=UNKNOWN_COLUMN, **place)
         costs, *corner = centre_window(costs, origin, default_cost=default_cost, **place)
         grids, origin = (costs, rolled), (corner[0], corner[1])

@@ -27,6 +27,8 @@ from drake_navbench.controller import (
 )
 from drake_navbench.errors import as_line, is_machine_fault, one_line
 from drake_navbench.inputs.robot import PATIENT_FOR_EVER, ControllerServerSettings
+from drake_navbench.inputs.timeline import SLACK_S, Timeline
+from drake_navbench.inputs.timing import TimingSettings
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.kernels.poses import to_robot_frame
 from drake_navbench.kernels.read_only import read_only
@@ -36,6 +38,7 @@ from drake_navbench.navigation.path_handler import PathHandler
 from drake_navbench.navigation.progress_checkers import ProgressChecker
 from drake_navbench.navigation.task import ClearRequest, GlobalPlan, TaskState, TaskStatus
 from drake_navbench.noise import NoiseKey, NoiseStream
+from drake_navbench.systems.compute_clock import TICKS_A_PERIOD, ComputeClock, ComputeTimes
 from drake_navbench.systems.diagnostics import is_array, without_arrays
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import (
@@ -83,6 +86,8 @@ class ServerState(NamedTuple):
     far. compute_time_ms, compute_cpu_time_ms: wall-clock time of the last call of the controller,
     and the time for which its thread had a processor. diagnostics: what the controller left in that
     cycle. waiting_since_s: when the wait for a current costmap began, None where there is none.
+    Where cycles take time: next_cycle_s: none begins before; command_due_s: when the command is
+    published; earlier_command: the one in force until then.
     """
 
     status: TaskStatus = TaskStatus()
@@ -98,6 +103,13 @@ class ServerState(NamedTuple):
     compute_cpu_time_ms: float = 0.0
     diagnostics: Mapping[str, Any] = MappingProxyType({})
     waiting_since_s: float | None = None
+    next_cycle_s: float = 0.0
+    command_due_s: float = 0.0
+    earlier_command: NDArray[np.float64] = STANDSTILL
+
+    def command_at(self, time_s: float) -> NDArray[np.float64]:
+        """Returns the command in force: the last one, unless its cycle is not over yet."""
+        return self.command if time_s >= self.command_due_s - SLACK_S else self.earlier_command
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         """Returns itself: a state never changes, so Drake's copies cost nothing."""
@@ -122,6 +134,10 @@ class ControllerServer(LeafSystem):
     A controller that raises anything but a ControllerError from its `step`, or returns what is no
     command or what no log can hold, ends its task in the state ERROR.
 
+    Where cycles take time, a command is published when its cycle is over, and a cycle that misses
+    its period puts the next one off.
+
+    timing, compute_times_ms: see ComputeClock; without, cycles take no time.
     moves_sideways: whether the base follows vy; for another one a command may not have any.
     """
 
@@ -135,8 +151,12 @@ class ControllerServer(LeafSystem):
         progress_checker: ProgressChecker,
         offset_s: float,
         moves_sideways: bool = False,
+        timing: Timeline[TimingSettings] | None = None,
+        compute_times_ms: ComputeTimes | None = None,
     ) -> None:
         super().__init__()
+        self._clock = ComputeClock(timing or Timeline.constant(TimingSettings()), compute_times_ms)
+        self._takes_time = self._clock.is_needed
         self._controller = controller
         self._settings = settings
         self._path_handler = path_handler
@@ -154,20 +174,27 @@ class ControllerServer(LeafSystem):
         self._map_port = self.DeclareVectorInputPort("map_from_odometry", POSE_SIZE)
         self._state = self.DeclareAbstractState(AbstractValue.Make(ServerState()))
         tickets = {self.abstract_state_ticket(self._state)}
+        if self._takes_time:
+            tickets.add(self.time_ticket())
         self.DeclareVectorOutputPort(
             "command", COMMAND_SIZE, weakly_bound(self._calc_command), prerequisites_of_calc=tickets
         )
         self.DeclareStateOutputPort("server_state", self._state)
         declare_state_part_output(self, "status", self._state, lambda server: server.status)
         self.DeclarePeriodicUnrestrictedUpdateEvent(
-            self._period_s, offset_s, weakly_bound(self._on_tick)
+            self._period_s / (TICKS_A_PERIOD if self._takes_time else 1),
+            offset_s,
+            weakly_bound(self._on_tick),
         )
 
     def _calc_command(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(context.get_abstract_state(self._state).get_value().command)
+        server: ServerState = context.get_abstract_state(self._state).get_value()
+        output.SetFromVector(server.command_at(context.get_time()))
 
     def _on_tick(self, context: Context, state: State) -> None:
-        server = context.get_abstract_state(self._state).get_value()
+        server: ServerState = context.get_abstract_state(self._state).get_value()
+        if self._takes_time and context.get_time() < server.next_cycle_s - SLACK_S:
+            return
         plan = self._plan_port.Eval(context)
         is_new_task = plan is not None and plan.task_id != server.status.task_id
         if plan is None or (server.status.state.is_final and not is_new_task):
@@ -176,9 +203,30 @@ class ControllerServer(LeafSystem):
             new = self._advanced(context, server, plan, is_new_task=is_new_task)
         except _PluginBroke as broken:
             new = self._broken(server, plan.task_id, broken.error)
+        new = self._with_compute_time(server, new, context.get_time())
         if new.status.state.is_final:
             new = new._replace(status=replace(new.status, time_s=context.get_time()))
         state.get_mutable_abstract_state(self._state).set_value(new)
+
+    def _with_compute_time(
+        self, before: ServerState, after: ServerState, now_s: float
+    ) -> ServerState:
+        """Returns the state after a cycle that took the time that its controller needed."""
+        late_s = 0.0
+        if after.cycle_count > before.cycle_count:
+            measured = after.compute_time_ms, after.compute_cpu_time_ms
+            wall_ms, cpu_ms = self._clock.known(before.cycle_count, measured)
+            after = after._replace(compute_time_ms=wall_ms, compute_cpu_time_ms=cpu_ms)
+            late_s = self._clock.late_s(now_s, wall_ms)
+        if not self._takes_time:
+            return after
+        if after.status.state.is_final:
+            late_s = 0.0
+        return after._replace(
+            next_cycle_s=now_s + max(self._period_s, late_s),
+            command_due_s=now_s + late_s,
+            earlier_command=before.command_at(now_s),
+        )
 
     def _advanced(
         self, context: Context, server: ServerState, plan: GlobalPlan, *, is_new_task: bool

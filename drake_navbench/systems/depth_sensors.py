@@ -25,7 +25,7 @@ class DepthSensors(LeafSystem):
 
     Input `state` [x m, y m, yaw rad, ...] of the base, world frame; `odometry`, likewise, where the
     odometry believes it to be (not connected: there). Output `clouds`: the newest PointCloud of
-    each sensor by its name, in the world frame; empty before the first.
+    each sensor by its name, in the world frame; empty before the first. Glass it does not see.
     Abstract parameter 0 holds the world as Solids, so that a test can take a thing away.
     """
 
@@ -33,7 +33,9 @@ class DepthSensors(LeafSystem):
         super().__init__()
         self._sensors = sensors
         self._rays = {name: settings.rays() for name, settings in sensors.items()}
-        self.world_parameter = self.DeclareAbstractParameter(AbstractValue.Make(world.solids))
+        self.world_parameter = self.DeclareAbstractParameter(
+            AbstractValue.Make(world.visible_from(0.0).solids)
+        )
         none: Clouds = {}
         self._clouds = self.DeclareAbstractState(AbstractValue.Make(none))
         self._state_port = self.DeclareVectorInputPort("state", STATE_SIZE)

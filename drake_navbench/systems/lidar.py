@@ -10,14 +10,23 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, State
 
 from drake_navbench.inputs.lidar import LidarSettings
+from drake_navbench.inputs.timeline import Timeline
+from drake_navbench.inputs.timing import TimingSettings
 from drake_navbench.inputs.world import World
 from drake_navbench.kernels.poses import compose
 from drake_navbench.kernels.ray_casting import cast_rays
 from drake_navbench.kernels.read_only import read_only
+from drake_navbench.kernels.scan_faults import burst_dropouts, stuck_ranges
 from drake_navbench.log import Scan
 from drake_navbench.noise import NoiseKey, NoiseStream
 from drake_navbench.systems.lifetime import weakly_bound
-from drake_navbench.systems.ports import STATE_SIZE, declare_object_input, value_or_none
+from drake_navbench.systems.mailbox import Mailbox
+from drake_navbench.systems.ports import (
+    STATE_SIZE,
+    declare_object_input,
+    declare_object_output,
+    value_or_none,
+)
 
 # The nominal first scan has no pose yet; consumers see None until then.
 NO_SCAN = None
@@ -32,48 +41,86 @@ class Lidar(LeafSystem):
     the first. Abstract parameter 0 holds the world as (segments, circles), so that a
     test can take a thing away; parameter 1 the trial's seed. Special ranges follow REP 117: +inf
     where nothing lies within range, -inf nearer than the least range, NaN where a beam dropped out.
+
+    What is lower than the scanned plane, or of glass, it does not see. A lost scan leaves the one
+    before it. With a latency the output is the newest scan that has arrived.
     """
 
-    def __init__(self, settings: LidarSettings, world: World) -> None:
+    def __init__(
+        self,
+        settings: Timeline[LidarSettings],
+        world: World,
+        timing: Timeline[TimingSettings] | None = None,
+    ) -> None:
         super().__init__()
         self._settings = settings
-        self._angles = read_only(settings.beam_angles)
+        self._timing = timing or Timeline.constant(TimingSettings())
+        first = settings.at(0.0)
+        self._period_s = first.period_s
+        self._mountings = (first.pose, *first.further_poses)
+        self._angles = read_only(first.beam_angles)
+        seen = world.visible_from(first.height_m)
         self.world_parameter = self.DeclareAbstractParameter(
-            AbstractValue.Make((world.segments, world.circles))
+            AbstractValue.Make((seen.segments, seen.circles))
         )
         self.seed_parameter = self.DeclareAbstractParameter(AbstractValue.Make(0))
         self._scan = self.DeclareAbstractState(AbstractValue.Make(NO_SCAN))
         self._state_port = self.DeclareVectorInputPort("state", STATE_SIZE)
         self._odometry_port = self.DeclareVectorInputPort("odometry", STATE_SIZE)
         self._moving_port = declare_object_input(self, "moving")
-        self.DeclareStateOutputPort("scan", self._scan)
+        self._is_late = self._timing.any(lambda at_a_time: at_a_time.delays_scans)
+        if self._is_late:
+            self._coming = self.DeclareAbstractState(AbstractValue.Make(Mailbox()))
+            declare_object_output(
+                self,
+                "scan",
+                self._calc_arrived,
+                {self.time_ticket(), self.abstract_state_ticket(self._coming)},
+            )
+        else:
+            self.DeclareStateOutputPort("scan", self._scan)
         self.DeclarePeriodicUnrestrictedUpdateEvent(
-            settings.period_s, 0.0, weakly_bound(self._on_scan)
+            self._period_s, 0.0, weakly_bound(self._on_scan)
         )
 
     def _on_scan(self, context: Context, state: State) -> None:
+        now_s = context.get_time()
+        settings = self._settings.at(now_s)
+        if settings.scan_loss_probability > 0.0:
+            drawn = self._generator(context, NoiseStream.SCAN_LOSS).random()
+            if drawn < settings.scan_loss_probability:
+                return
         base_pose = self._state_port.Eval(context)[:3]
         odometry = value_or_none(self._odometry_port, context)
-        noise = self._noise(context)
-        settings = self._settings
+        noise = None
+        if settings.range_std_m > 0.0 or settings.dropout_probability > 0.0:
+            noise = self._generator(context, NoiseStream.LIDAR)
         # In a fixed order, so that a further scanner leaves the first one's noise as it is.
         first, *further = (
             replace(
-                self._scan_from(context, compose(base_pose, mounting), noise),
+                self._scan_from(context, settings, index, compose(base_pose, mounting), noise),
                 odometry_pose=None if odometry is None else compose(odometry[:3], mounting),
             )
-            for mounting in (settings.pose, *settings.further_poses)
+            for index, mounting in enumerate(self._mountings)
         )
         scan = replace(first, further=tuple(further)) if further else first
         state.get_mutable_abstract_state(self._scan).set_value(scan)
+        if self._is_late:
+            before: Mailbox = context.get_abstract_state(self._coming).get_value()
+            # Before the start the robot stood there and scanned: the first scan is old news.
+            due_s = self._due_s(context) if before.messages else now_s
+            after = before.with_message(scan, due_s, now_s)
+            state.get_mutable_abstract_state(self._coming).set_value(after)
 
     def _scan_from(
         self,
         context: Context,
+        settings: LidarSettings,
+        index: int,
         sensor_pose: NDArray[np.float64],
         noise: np.random.Generator | None,
     ) -> Scan:
-        settings = self._settings
+        """Returns what one scanner sees; index: which one."""
         segments, circles = self._outlines(context)
         ranges = cast_rays(
             sensor_pose[:2],
@@ -82,9 +129,22 @@ class Lidar(LeafSystem):
             circles,
             settings.range_max_m,
         )
+        if settings.range_bias_m != 0.0:
+            ranges += settings.range_bias_m
         if noise is not None:
             ranges += settings.range_std_m * noise.standard_normal(ranges.size)
-            ranges[noise.random(ranges.size) < settings.dropout_probability] = np.nan
+            uniform, share = noise.random(ranges.size), settings.dropout_probability
+            if settings.dropout_burst_beams == 1:
+                ranges[uniform < share] = np.nan
+            else:
+                ranges[burst_dropouts(uniform, share, settings.dropout_burst_beams)] = np.nan
+        if settings.stuck_beam_share > 0.0:
+            seed = context.get_abstract_parameter(self.seed_parameter).get_value()
+            generator = NoiseKey(seed, NoiseStream.STUCK_BEAMS, index).generator()
+            stuck = stuck_ranges(
+                generator, ranges.size, settings.stuck_beam_share, settings.range_max_m
+            )
+            ranges = np.where(np.isnan(stuck), ranges, stuck)
         ranges[ranges < settings.range_min_m] = -np.inf
         ranges[ranges > settings.range_max_m] = np.inf
         ranges_m = ranges.astype(np.float32)
@@ -99,11 +159,20 @@ class Lidar(LeafSystem):
             return segments, circles
         return np.vstack([segments, moving[0]]), np.vstack([circles, moving[1]])
 
-    def _noise(self, context: Context) -> np.random.Generator | None:
-        """Returns the source of this scan's noise, None where there is none."""
-        settings = self._settings
-        if settings.range_std_m == 0.0 and settings.dropout_probability == 0.0:
-            return None
+    def _generator(self, context: Context, stream: NoiseStream) -> np.random.Generator:
+        """Returns the source of a scan's noise."""
         seed = context.get_abstract_parameter(self.seed_parameter).get_value()
-        step = round(context.get_time() / settings.period_s)
-        return NoiseKey(seed, NoiseStream.LIDAR, step).generator()
+        step = round(context.get_time() / self._period_s)
+        return NoiseKey(seed, stream, step).generator()
+
+    def _due_s(self, context: Context) -> float:
+        """Returns when the scan of this instant arrives, s."""
+        now_s = context.get_time()
+        timing = self._timing.at(now_s)
+        jitter = self._generator(context, NoiseStream.SCAN_DELAY).random()
+        return now_s + timing.scan_latency_s + timing.scan_jitter_s * jitter
+
+    def _calc_arrived(self, context: Context) -> Scan | None:
+        coming: Mailbox = context.get_abstract_state(self._coming).get_value()
+        arrived = coming.newest(context.get_time())
+        return None if arrived is None else arrived[1]

@@ -19,15 +19,20 @@ from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.inputs.drive import AckermannDrive, OmnidirectionalDrive
 from drake_navbench.inputs.faults import Conditions, conditions_of
 from drake_navbench.inputs.robot import NavigationSettings, Robot
+from drake_navbench.inputs.timeline import Timeline
+from drake_navbench.inputs.timing import TimingSettings
 from drake_navbench.inputs.world import World
 from drake_navbench.inputs.world_geometry import register_obstacles
 from drake_navbench.moment import Moment
 from drake_navbench.navigation.checker_settings import make_goal_checker, make_progress_checker
 from drake_navbench.navigation.path_handler import PathHandler
 from drake_navbench.systems.ackermann_base import AckermannBase
+from drake_navbench.systems.actuators import SlippingWheels
 from drake_navbench.systems.binary_filter import BinaryFilter
 from drake_navbench.systems.clearance import Clearance
+from drake_navbench.systems.compute_clock import ComputeTimes
 from drake_navbench.systems.controller_server import ControllerServer
+from drake_navbench.systems.delays import CommandLink
 from drake_navbench.systems.depth_sensors import DepthSensors
 from drake_navbench.systems.lidar import Lidar
 from drake_navbench.systems.local_costmap import LocalCostmap
@@ -50,6 +55,7 @@ from drake_navbench.trial.navigation_wiring import (
 )
 from drake_navbench.trial.spec import FollowPlan, NavigateToPoses
 from drake_navbench.trial.timing import CONTROLLER_OFFSET_S, COSTMAP_OFFSET_S
+from drake_navbench.trial.wheel_wiring import add_way_to_wheels
 
 CLEARANCE_PERIOD_S = 0.05
 CLEARANCE_OFFSET_S = CONTROLLER_OFFSET_S
@@ -72,13 +78,14 @@ class TrialDiagram:
     moving_world: MovingWorld | None = None
     speed_filter: SpeedFilter | None = None
     binary_filter: BinaryFilter | None = None
+    to_wheels: tuple[CommandLink | SlippingWheels, ...] = ()
 
     def create_context(self, start_pose: NDArray[np.float64], seed: int) -> Context:
         """Returns a context with the robot at rest at (3,) x m, y m, yaw rad, and the seed set."""
         context = self.diagram.CreateDefaultContext()
         self.base.set_pose(self.base.GetMyMutableContextFromRoot(context), start_pose)
         self.localization.set_start(context, start_pose, seed)
-        for system in (self.lidar, self.controller_server):
+        for system in (self.lidar, self.controller_server, *self.to_wheels):
             own = system.GetMyMutableContextFromRoot(context)
             own.get_mutable_abstract_parameter(system.seed_parameter).set_value(seed)
         return context
@@ -93,6 +100,7 @@ def build_trial_diagram(
     static_map: OccupancyMap | None = None,
     filter_masks: Sequence[FilterMask] = (),
     conditions: Conditions | None = None,
+    compute_times_ms: ComputeTimes | None = None,
     watch: Callable[[Moment], None] | None = None,
     keeps_costmaps: bool = True,
 ) -> TrialDiagram:
@@ -101,6 +109,7 @@ def build_trial_diagram(
     task: what the robot is to do, and so which navigator there is.
     static_map, filter_masks: what the layers and filters of the local costmap know beforehand.
     conditions: what holds for the robot's parts at which time; as in its file where not given.
+    compute_times_ms: of all cycles, in place of those that are measured.
     watch: is called with what is to be seen whenever the recorder samples.
     keeps_costmaps: whether the recorder keeps the local costmaps.
     """
@@ -116,7 +125,7 @@ def build_trial_diagram(
     localization = add_localization(builder, robot, conditions, state)
     moving_world = _add_moving_world(builder, world, scene_graph) if len(world.moving) else None
 
-    lidar = builder.AddNamedSystem("lidar", Lidar(robot.lidar, world))
+    lidar = builder.AddNamedSystem("lidar", Lidar(conditions.lidar, world, conditions.timing))
     connect_inputs(builder, lidar, state=state)
     scan = lidar.GetOutputPort("scan")
     signals = localization.signals(state, scan)
@@ -131,7 +140,7 @@ def build_trial_diagram(
         connect_inputs(builder, local_costmap, clouds=signals.clouds)
     costmap = local_costmap.GetOutputPort("costmap")
 
-    server = _add_controller_server(builder, robot, controller)
+    server = _add_controller_server(builder, robot, controller, conditions.timing, compute_times_ms)
     connect_inputs(builder, server, estimate=signals.odometry_estimate, costmap=costmap)
     connect_frame(builder, signals, server)
 
@@ -139,7 +148,8 @@ def build_trial_diagram(
         builder, robot, task, signals, local_costmap=local_costmap, server=server
     )
     command = add_command_chain(builder, robot, signals, command)
-    builder.Connect(command, base.get_command_input_port())
+    to_wheels, seeded = add_way_to_wheels(builder, robot, conditions, command, state)
+    builder.Connect(to_wheels, base.get_command_input_port())
 
     speed_filter, binary_filter = _add_filters(
         builder, robot.navigation, filter_masks, signals.estimate
@@ -191,6 +201,7 @@ def build_trial_diagram(
         moving_world=moving_world,
         speed_filter=speed_filter,
         binary_filter=binary_filter,
+        to_wheels=seeded,
     )
 
 
@@ -280,7 +291,11 @@ def _add_recorder(builder: DiagramBuilder, navigator: Navigator | TreeNavigator)
 
 
 def _add_controller_server(
-    builder: DiagramBuilder, robot: Robot, controller: Controller
+    builder: DiagramBuilder,
+    robot: Robot,
+    controller: Controller,
+    timing: Timeline[TimingSettings],
+    compute_times_ms: ComputeTimes | None,
 ) -> ControllerServer:
     """Adds the server that hosts the controller."""
     navigation = robot.navigation
@@ -294,6 +309,8 @@ def _add_controller_server(
             progress_checker=make_progress_checker(navigation.progress_checker),
             offset_s=CONTROLLER_OFFSET_S,
             moves_sideways=robot.drive.lateral_speed_mps > 0.0,
+            timing=timing,
+            compute_times_ms=compute_times_ms,
         ),
     )
 

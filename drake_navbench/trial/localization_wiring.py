@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, OutputPort
 
 from drake_navbench.inputs.faults import Conditions
 from drake_navbench.inputs.robot import Robot
+from drake_navbench.systems.delays import LateOdometry
 from drake_navbench.systems.localization import HeldNoise, Localization
 from drake_navbench.systems.scripted_localization import ScriptedLocalization
 from drake_navbench.trial.navigation_wiring import Signals, connect_inputs
@@ -22,16 +24,17 @@ FRAMES = ("odometry_from_world", "map_from_odometry")
 class LocalizationSystem:
     """The system of the localization, and what makes its noise: the same where there are no frames.
 
-    scripted: None where map and odometry are one.
+    scripted: None where map and odometry are one. late: what delays an output, by its name.
     """
 
     noise: Localization | HeldNoise
     scripted: ScriptedLocalization | None = None
+    late: Mapping[str, LateOdometry] = field(default_factory=dict)
 
     def signals(self, state: OutputPort, scan: OutputPort) -> Signals:
         """Returns the ports of a trial, with those of its state and its scans."""
         if self.scripted is None:
-            estimate = self.noise.GetOutputPort("estimate")
+            estimate = self._as_told("estimate", self.noise)
             return Signals(
                 state=state,
                 estimate=estimate,
@@ -40,13 +43,19 @@ class LocalizationSystem:
                 odometry_estimate=estimate,
             )
         names = ("estimate", "odometry", "odometry_estimate", *FRAMES)
-        ports = {name: self.scripted.GetOutputPort(name) for name in names}
+        ports = {name: self._as_told(name, self.scripted) for name in names}
         return Signals(state=state, scan=scan, **ports)
+
+    def _as_told(self, name: str, system: LeafSystem | Diagram) -> OutputPort:
+        """Returns an output of a system, or of what delays it."""
+        late = self.late.get(name)
+        return system.GetOutputPort(name) if late is None else late.GetOutputPort("late_estimate")
 
     def set_start(self, root_context: Context, pose: NDArray[np.float64], seed: int) -> None:
         """Sets the seed, and the frames for a robot that starts at a true pose (3,)."""
-        own = self.noise.GetMyMutableContextFromRoot(root_context)
-        own.get_mutable_abstract_parameter(self.noise.seed_parameter).set_value(seed)
+        for system in (self.noise, *self.late.values()):
+            own = system.GetMyMutableContextFromRoot(root_context)
+            own.get_mutable_abstract_parameter(system.seed_parameter).set_value(seed)
         if self.scripted is not None:
             own = self.scripted.GetMyMutableContextFromRoot(root_context)
             self.scripted.set_start(own, pose, seed)
@@ -63,7 +72,7 @@ def add_localization(
         )
         plain = builder.AddNamedSystem("localization", exact)
         connect_inputs(builder, plain, state=state)
-        return LocalizationSystem(plain)
+        return LocalizationSystem(plain, late=_late(builder, conditions, plain, ("estimate",)))
     noise = HeldNoise(
         conditions.localization, offset_s=CONTROLLER_OFFSET_S, moves_sideways=moves_sideways
     )
@@ -72,4 +81,23 @@ def add_localization(
         "localization", ScriptedLocalization(conditions.localization, offset_s=CONTROLLER_OFFSET_S)
     )
     connect_inputs(builder, scripted, state=state, noise=held.GetOutputPort("noise"))
-    return LocalizationSystem(held, scripted)
+    late = _late(builder, conditions, scripted, ("estimate", "odometry_estimate"))
+    return LocalizationSystem(held, scripted, late)
+
+
+def _late(
+    builder: DiagramBuilder,
+    conditions: Conditions,
+    system: Localization | ScriptedLocalization,
+    names: Sequence[str],
+) -> dict[str, LateOdometry]:
+    """Adds what delays these outputs, by name, where the odometry is late."""
+    late: dict[str, LateOdometry] = {}
+    if not conditions.timing.any(lambda timing: timing.delays_odometry):
+        return late
+    for name in names:
+        late[name] = builder.AddNamedSystem(
+            f"late_{name}", LateOdometry(conditions.timing, offset_s=CONTROLLER_OFFSET_S)
+        )
+        connect_inputs(builder, late[name], estimate=system.GetOutputPort(name))
+    return late

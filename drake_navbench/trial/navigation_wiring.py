@@ -21,6 +21,7 @@ from drake_navbench.systems.velocity_smoother import VelocitySmootherSystem
 from drake_navbench.trial.spec import FollowPlan, NavigateToPoses
 from drake_navbench.trial.timing import (
     BEHAVIOR_OFFSET_S,
+    CONTROLLER_OFFSET_S,
     COSTMAP_OFFSET_S,
     MONITOR_OFFSET_S,
     NAVIGATOR_OFFSET_S,
@@ -174,7 +175,7 @@ def add_command_chain(
 ) -> OutputPort:
     """Adds the velocity smoother and the collision monitor, where the robot has them.
 
-    Returns the port of the command for the wheels.
+    Returns the port of the command for the wheels; `command_clock` tells when it changes.
     """
     navigation = robot.navigation
     period_s = 1.0 / navigation.controller_server.controller_frequency
@@ -201,3 +202,16 @@ def add_command_chain(
         connect_inputs(builder, monitor, state=signals.odometry)
         command = monitor.GetOutputPort("safe_command")
     return command
+
+
+def command_clock(robot: Robot) -> tuple[float, float]:
+    """Returns the period and the offset, s, of the last stage that a command goes through."""
+    navigation = robot.navigation
+    period_s = 1.0 / navigation.controller_server.controller_frequency
+    offset_s = CONTROLLER_OFFSET_S
+    if navigation.velocity_smoother is not None:
+        period_s = 1.0 / navigation.velocity_smoother.smoothing_frequency
+        offset_s = SMOOTHER_OFFSET_S
+    if navigation.collision_monitor is not None:
+        offset_s = MONITOR_OFFSET_S
+    return period_s, offset_s

@@ -29,6 +29,8 @@ class TrialSpec:
     trial: its number among the trials of a scenario. seed: of this trial, the same for every
     controller. wants_diagnostics: whether to log the controller's arrays too.
     keeps_costmaps: whether to log the local costmaps; nothing else in a trial depends on it.
+    compute_times_ms: wall-clock and processor time of every cycle of an earlier run of the trial,
+    to be taken for those of this one; measured where not given.
     """
 
     scenario: Scenario
@@ -38,6 +40,7 @@ class TrialSpec:
     trial: int = 0
     wants_diagnostics: bool = False
     keeps_costmaps: bool = True
+    compute_times_ms: tuple[tuple[float, float], ...] | None = None
 
     @cached_property
     def identity(self) -> str:

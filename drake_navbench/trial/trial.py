@@ -22,7 +22,7 @@ from pydrake.systems.framework import Context, EventStatus
 
 from drake_navbench.controller import Controller
 from drake_navbench.costmaps.map_file import OccupancyMap
-from drake_navbench.errors import NavbenchError, as_line, is_machine_fault, one_line
+from drake_navbench.errors import InputError, NavbenchError, as_line, is_machine_fault, one_line
 from drake_navbench.inputs.presets import Preset, load_preset
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario, load_scenario
@@ -75,13 +75,16 @@ def run_trial(
     robot: str | Robot = DEFAULT_ROBOT,
     wants_diagnostics: bool = False,
     keeps_costmaps: bool = True,
+    compute_times_of: TrialLog | None = None,
 ) -> TrialLog:
     """Runs one trial and returns its log.
 
     scenario, controller, robot: names of built-in ones, paths of files (for `controller`, which may
     be a variant such as 'rpp:lookahead_dist=0.9', or 'file.py:Class'), or loaded objects. A loaded
     robot is taken as it is: the scenario's robot_overrides do not change it. Raises InputError
-    where one of them is wrong; a controller that breaks is an outcome, not an exception. One that
+    where one of them is wrong. compute_times_of: the log of the same trial, whose compute times
+    stand in for those that would be measured, so that the bytes are the same again.
+    A controller that breaks is an outcome, not an exception. One that
     is not ours runs in a process of its own, which it may end or hang without harm.
     """
     scenario = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
@@ -99,8 +102,23 @@ def run_trial(
         seed=seed,
         wants_diagnostics=wants_diagnostics,
         keeps_costmaps=keeps_costmaps,
+        compute_times_ms=None if compute_times_of is None else compute_times(compute_times_of),
     )
     return _simulated_apart(spec) if spec.code_owner else simulate(spec)
+
+
+def compute_times(log: TrialLog) -> tuple[tuple[float, float], ...]:
+    """Returns the wall-clock and the processor time, ms, of every control cycle of a trial.
+
+    Raises InputError where the log's rows are too few to tell them all.
+    """
+    cycles = log.samples.drop_duplicates("cycle_count")
+    cycles = cycles[cycles["cycle_count"] > 0]
+    counts = cycles["cycle_count"].to_numpy()
+    if not np.array_equal(counts, np.arange(1, len(counts) + 1)):
+        raise InputError("compute times: the log does not tell those of every control cycle")
+    columns = ("compute_time_ms", "compute_cpu_time_ms")
+    return tuple(zip(*(cycles[name].tolist() for name in columns), strict=True))
 
 
 def _simulated_apart(spec: TrialSpec) -> TrialLog:
@@ -178,6 +196,7 @@ def _simulate_with(
         static_map=_static_map(spec),
         filter_masks=spec.scenario.filter_masks,
         conditions=spec.scenario.conditions(spec.robot),
+        compute_times_ms=spec.compute_times_ms,
         watch=watch,
         keeps_costmaps=spec.keeps_costmaps,
     )

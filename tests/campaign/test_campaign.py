@@ -174,3 +174,12 @@ def test_a_preset_that_a_robot_cannot_be_driven_with_is_one_line_before_the_run(
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith(f"controller {column}: ObstaclesCritic.consider_footprint: got true")
     assert not out.exists()
+
+
+def test_a_harsher_scenario_has_the_seeds_of_its_clean_one():
+    campaign = plan_campaign(["everyday", "static_obstacles", "empty"], ["rpp"], trials=3)
+    seeds = {}
+    for spec in campaign.specs:
+        seeds.setdefault(spec.scenario.name, []).append(spec.seed)
+    assert seeds["everyday"] == seeds["static_obstacles"] != seeds["empty"]
+    assert campaign.clean_of == {"everyday": "static_obstacles"}

@@ -7,7 +7,7 @@ from drake_navbench.costmaps.costmap_settings import LocalCostmapSettings
 from drake_navbench.costmaps.layered_costmap import local_layers
 from drake_navbench.costmaps.point_cloud import PointCloud
 from drake_navbench.costmaps.spatio_temporal_layer import means_of_voxels
-from drake_navbench.inputs.robot import LidarSettings
+from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.kernels.grid import LETHAL
 from drake_navbench.kernels.spatio_temporal_voxels import (
     DEPTH_CAMERA,

@@ -190,3 +190,29 @@ def test_a_camera_that_no_costmap_asks_for_does_no_harm():
     layer = {"observation_sources": {"eye": CAMERA_SOURCE}}
     navigation = {"local_costmap": {"voxel_layer": layer}}
     Robot(description="round", robot_radius=0.2, navigation=navigation)
+
+
+def test_a_window_of_the_releases_before_lyrical_lies_a_quarter_cell_off():
+    # The robot at 0.12 m: 1.2 cells from the first window's middle, 1.45 with the quarter; at
+    # 0.18 m 1.8 and 2.05.
+    def origin_at(x, release):
+        layers = local(nav2_release=release)
+        pose = np.array([x, 0.0, 0.0])
+        scan = scan_of(0.55, np.inf, pose=pose)
+        return layers.updated(layers.initial_state(), scan=scan, pose=pose, time_s=0.0).origin[0]
+
+    for x, moved in ((0.12, False), (0.18, True)):
+        cells_moved = round((origin_at(x, "kilted") - origin_at(x, "lyrical")) / 0.1)
+        assert cells_moved == int(moved)
+
+
+@pytest.mark.parametrize(("release", "cost"), [("kilted", 135), ("lyrical", 136)])
+def test_the_inflation_follows_the_release(release, cost):
+    inflation = {"inflation_radius": 0.9, "cost_scaling_factor": 15.0}
+    layers = local(
+        plugins=("voxel_layer", "inflation_layer"), nav2_release=release, inflation_layer=inflation
+    )
+    costs = costs_after(layers, scan_of(0.55, np.inf))
+    ((row, column),) = np.argwhere(costs == LETHAL)
+    # A cell off along both sides: 252 exp(-15 (0.1 sqrt(2) - 0.1)), with 1.41 for the root.
+    assert costs[row + 1, column + 1] == cost

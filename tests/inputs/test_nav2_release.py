@@ -80,14 +80,14 @@ def rows_of(release: str, follows: bool) -> list[CheckRow]:
 
 def test_what_is_not_ported_is_named_for_the_controllers_that_drive():
     names = [row.parameter for row in rows_of("jazzy", follows=False)]
-    assert names == ["jazzy", "rpp", "costmaps"]
+    assert names == ["jazzy", "rpp"]
     humble = next(row for row in rows_of("humble", follows=False) if row.parameter == "rpp")
     assert "not ported yet" in humble.remark
     assert "extrapolated" in humble.remark
 
 
 def test_a_controller_that_follows_the_release_needs_no_word():
-    assert [row.parameter for row in rows_of("jazzy", follows=True)] == ["jazzy", "costmaps"]
+    assert [row.parameter for row in rows_of("jazzy", follows=True)] == ["jazzy"]
     assert [row.parameter for row in rows_of("lyrical", follows=False)] == ["lyrical"]
 
 

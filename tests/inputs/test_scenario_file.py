@@ -39,6 +39,7 @@ variation: {start_xy_std_m: 0.01, start_yaw_std_rad: 0.02}
 suite: {name: halls, density: crowded, reference_length_m: 6.0, arrival_radius_m: 0.5}
 faults:
   - {at_s: 2.0, duration_s: 1.0, lidar: {range_std_m: 0.1}, localization: {x_bias_m: 0.1}}
+clean_scenario: empty
 robot_overrides: {lidar: {range_max_m: 9.0}}
 """
 MAP = """

@@ -14,6 +14,7 @@ from drake_navbench.costmaps.filter_masks import FilterMask
 from drake_navbench.costmaps.layered_costmap import GridGeometry, LayeredCostmap
 from drake_navbench.costmaps.map_file import OCCUPIED, UNKNOWN, OccupancyMap
 from drake_navbench.inputs.lidar import LidarSettings
+from drake_navbench.inputs.timeline import Timeline
 from drake_navbench.inputs.world import Box, World
 from drake_navbench.kernels.grid import FREE, INSCRIBED, LETHAL, NO_INFORMATION
 from drake_navbench.navigation.task import ClearRequest
@@ -43,7 +44,7 @@ class Rig:
     def __init__(self, costmap: CostmapSystem, world: World, pose=(0.0, 0.0, 0.0)) -> None:
         builder = DiagramBuilder()
         self.costmap = builder.AddSystem(costmap)
-        self.lidar = builder.AddSystem(Lidar(LidarSettings(), world))
+        self.lidar = builder.AddSystem(Lidar(Timeline.constant(LidarSettings()), world))
         source = builder.AddSystem(ConstantVectorSource([*pose, 0.0, 0.0, 0.0]))
         for system in (self.lidar, costmap):
             builder.Connect(source.get_output_port(), system.GetInputPort("state"))
@@ -277,7 +278,7 @@ def test_the_global_costmap_stays_where_it_is_and_takes_in_what_is_seen():
 
 def test_updating_the_touched_window_gives_what_making_all_anew_gives():
     layers = global_layers(ROOM, plugins=["static_layer", "obstacle_layer", "inflation_layer"])
-    lidar = Lidar(LidarSettings(), WALL)
+    lidar = Lidar(Timeline.constant(LidarSettings()), WALL)
 
     def scan_at(pose):
         context = lidar.CreateDefaultContext()

@@ -79,3 +79,10 @@ def test_what_was_seen_lies_where_the_odometry_places_it():
 def test_rays_that_would_look_straight_down_are_refused():
     with pytest.raises(ValidationError, match=r"pitch_rad 1\.2 and vertical_fov_rad 1\.01"):
         DepthSensorSettings(pitch_rad=1.2)
+
+
+def test_glass_is_not_seen():
+    glass = World(tuple(o.model_copy(update={"material": "glass"}) for o in WALL.obstacles))
+    system = DepthSensors({"eye": DepthSensorSettings()}, glass)
+    solids = system.CreateDefaultContext().get_abstract_parameter(system.world_parameter)
+    assert len(solids.get_value().segments) == 0

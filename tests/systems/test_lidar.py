@@ -5,6 +5,8 @@ import pytest
 from pydrake.systems.analysis import Simulator
 
 from drake_navbench.inputs.lidar import LidarSettings
+from drake_navbench.inputs.timeline import Timeline
+from drake_navbench.inputs.timing import TimingSettings
 from drake_navbench.inputs.world import Box, Cylinder, World
 from drake_navbench.log import Scan
 from drake_navbench.systems.lidar import Lidar
@@ -14,7 +16,7 @@ WALL_AHEAD = World((Box(type="box", min=(3.0, -5.0), max=(3.2, 5.0)),))
 
 def scan_from(base_pose, world=WALL_AHEAD, seed=0, **settings) -> Scan:
     """Returns the first scan of a robot standing at a pose."""
-    lidar = Lidar(LidarSettings(**{"beam_count": 8} | settings), world)
+    lidar = Lidar(Timeline.constant(LidarSettings(**{"beam_count": 8} | settings)), world)
     context = lidar.CreateDefaultContext()
     lidar.GetInputPort("state").FixValue(context, [*base_pose, 0.0, 0.0, 0.0])
     context.get_mutable_abstract_parameter(lidar.seed_parameter).set_value(seed)
@@ -113,3 +115,62 @@ def test_a_second_scanner_leaves_the_noise_of_the_first_as_it_is():
     both = scan_from((0.0, 0.0, 0.0), range_std_m=0.05, further_poses=((0.0, 0.0, 0.0),))
     np.testing.assert_array_equal(alone.ranges_m, both.ranges_m)
     assert np.any(both.further[0].ranges_m != both.ranges_m)
+
+
+def test_beams_pass_through_glass_and_over_what_is_low():
+    near = {"type": "box", "min": (2.0, -5.0), "max": (2.1, 5.0)}
+    far = Box(type="box", min=(3.0, -5.0), max=(3.2, 5.0))
+    for hidden in ({"material": "glass"}, {"height_m": 0.15}):
+        world = World((Box(**near, **hidden), far))
+        assert beam(scan_from((0.0, 0.0, 0.0), world), 0.0) == pytest.approx(3.0)
+        # It stands there all the same.
+        assert world.segments.shape == (8, 4)
+    low = World((Box(**near, height_m=0.15), far))
+    assert beam(scan_from((0.0, 0.0, 0.0), low, height_m=0.1), 0.0) == pytest.approx(2.0)
+
+
+def test_a_bias_is_added_to_what_is_hit_and_to_nothing_else():
+    scan = scan_from((1.0, 0.0, 0.0), range_bias_m=0.25)
+    assert beam(scan, 0.0) == pytest.approx(2.25)
+    assert beam(scan, -np.pi) == np.inf
+
+
+def test_stuck_beams_tell_the_same_whatever_is_there():
+    settings = {"beam_count": 90, "stuck_beam_share": 0.3}
+    here, there = (scan_from(pose, **settings).ranges_m for pose in ((1, 0, 0), (0, 1, 2)))
+    plain = scan_from((1, 0, 0), beam_count=90).ranges_m
+    stuck = here != plain
+    assert 10 < stuck.sum() < 45
+    np.testing.assert_array_equal(here[stuck], there[stuck])
+
+
+def scans_of(times_s, *, seed=0, timing=None, **settings):
+    """Returns what a robot's lidar shows at some times; the robot stands."""
+    timing = Timeline.constant(TimingSettings(**timing or {}))
+    lidar = Lidar(Timeline.constant(LidarSettings(beam_count=8, **settings)), WALL_AHEAD, timing)
+    simulator = Simulator(lidar)
+    context = simulator.get_mutable_context()
+    lidar.GetInputPort("state").FixValue(context, np.zeros(6))
+    context.get_mutable_abstract_parameter(lidar.seed_parameter).set_value(seed)
+    shown = []
+    for time_s in times_s:
+        simulator.AdvanceTo(time_s)
+        shown.append(lidar.GetOutputPort("scan").Eval(context))
+    return shown
+
+
+def test_a_late_scan_keeps_its_stamp():
+    first, early, late = scans_of([0.01, 0.25, 0.31], timing={"scan_latency_s": 0.2})
+    # The robot has stood there before, so its first scan is there at once.
+    assert (first.time_s, early.time_s) == (0.0, 0.0)
+    assert late.time_s == pytest.approx(0.1)
+
+
+def test_lost_scans_leave_the_one_before():
+    stamps = [
+        scan and scan.time_s
+        for scan in scans_of(np.arange(0.05, 40.0, 0.1), scan_loss_probability=0.6)
+    ]
+    new = np.diff([stamp for stamp in stamps if stamp is not None]) > 0.0
+    # Of 400 scans, to within three standard deviations.
+    assert new.mean() == pytest.approx(0.4, abs=0.075)

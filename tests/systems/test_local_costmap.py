@@ -8,6 +8,7 @@ from pydrake.systems.primitives import ConstantVectorSource
 
 from drake_navbench.costmaps.costmap_settings import LocalCostmapSettings
 from drake_navbench.inputs.lidar import LidarSettings
+from drake_navbench.inputs.timeline import Timeline
 from drake_navbench.inputs.world import Box, World
 from drake_navbench.kernels.grid import FREE, INSCRIBED, LETHAL
 from drake_navbench.systems.lidar import Lidar
@@ -30,7 +31,7 @@ class Rig:
 
     def __init__(self, world: World, pose=(0.0, 0.0, 0.0)) -> None:
         builder = DiagramBuilder()
-        self.lidar = builder.AddSystem(Lidar(LidarSettings(), world))
+        self.lidar = builder.AddSystem(Lidar(Timeline.constant(LidarSettings()), world))
         self.costmap = builder.AddSystem(
             LocalCostmap(SETTINGS, LidarSettings(), footprint=FOOTPRINT, offset_s=0.01)
         )

@@ -8,8 +8,9 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
+from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.inputs.moving import MovingBox, MovingCylinder, MovingObstacles, TimedPose
-from drake_navbench.inputs.robot import LidarSettings
+from drake_navbench.inputs.timeline import Timeline
 from drake_navbench.inputs.world import Cylinder, World
 from drake_navbench.systems.clearance import Clearance
 from drake_navbench.systems.lidar import Lidar
@@ -46,7 +47,9 @@ def simulation():
         moving.get_geometry_pose_output_port(), scene_graph.get_source_pose_port(moving.source_id)
     )
     state = builder.AddSystem(ConstantVectorSource(np.zeros(6)))
-    lidar = builder.AddNamedSystem("lidar", Lidar(LidarSettings(beam_count=4), world))
+    lidar = builder.AddNamedSystem(
+        "lidar", Lidar(Timeline.constant(LidarSettings(beam_count=4)), world)
+    )
     clearance = builder.AddNamedSystem(
         "clearance", Clearance(world, footprint=ROBOT, period_s=0.05, offset_s=0.0)
     )

@@ -13,6 +13,7 @@ from drake_navbench.campaign.asked import request_from_arguments
 from drake_navbench.campaign.campaign import Campaign
 from drake_navbench.costmaps.layered_costmap import local_layers
 from drake_navbench.inputs.robot import ROBOT_FILES, load_robot
+from drake_navbench.inputs.timeline import Timeline
 from drake_navbench.inputs.world import Box, World
 from drake_navbench.kernels.grid import FREE, LETHAL, cost_at
 from drake_navbench.log import Outcome, Scan
@@ -69,7 +70,7 @@ def test_a_scanner_at_the_rear_shows_what_stands_behind():
 
 
 def first_scan(robot, world) -> Scan:
-    lidar = Lidar(robot.lidar, world)
+    lidar = Lidar(Timeline.constant(robot.lidar), world)
     context = lidar.CreateDefaultContext()
     lidar.GetInputPort("state").FixValue(context, np.zeros(STATE_SIZE))
     simulator = Simulator(lidar, context)

@@ -1,11 +1,13 @@
 """Trials of robots whose parts fail: what controllers are told, and what is refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.robot import load_robot
-from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, Scenario, load_scenario
 from drake_navbench.log import ODOMETRY_COLUMNS, Outcome, TrialLog
 from drake_navbench.trial.trial import run_trial
 
@@ -16,6 +18,9 @@ SCENE = {
     "timeout_s": 20.0,
     "name": "pillar",
 }
+
+
+EXACT = {"xy_std_m": 0.0, "yaw_std_rad": 0.0}
 
 
 def driven(controller="rpp", *, faults=(), seed=1, scene=(), **overrides):
@@ -105,3 +110,110 @@ def test_what_cannot_be_is_one_line(faults, overrides, told):
     with pytest.raises((InputError, ValueError)) as refused:
         driven(faults=faults, **overrides)
     assert told in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("overrides", "told"),
+    [
+        ({"lidar": {"dropout_probability": 1.5}}, "lidar.dropout_probability: "),
+        ({"timing": {"scan_latency_s": 25.0}}, "scan_latency_s: got 25 s"),
+        ({"timing": {"command_latency_s": 15.0, "command_jitter_s": 10.0}}, "expected less than"),
+        ({"timing": {"compute_time": "slow"}}, "timing.compute_time"),
+        ({"timing": {"compute_time": -1.0}}, "expected measured, scaled or 0"),
+        ({"actuators": {"slip": 2.0}}, "actuators.slip: "),
+        ({"actuators": {"payload_kg": 10.0}, "mass_kg": None}, "need the robot's mass_kg"),
+        (
+            {
+                "actuators": {"slope_rad": 0.1},
+                "drive": {"max_linear_acceleration_mps2": None},
+            },
+            "force_n: missing",
+        ),
+    ],
+)
+def test_a_part_that_cannot_be_is_one_line(overrides, told):
+    with pytest.raises(InputError) as refused:
+        driven(**overrides)
+    assert told in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_late_command_comes_that_late():
+    exact, late = (
+        driven(localization=EXACT, timing={"command_latency_s": latency_s})
+        for latency_s in (0.0, 0.3)
+    )
+    moves = [log.samples.time_s[log.samples.v_mps > 0.01].iloc[0] for log in (exact, late)]
+    assert moves[1] - moves[0] == pytest.approx(0.3, abs=0.021)
+
+
+def test_a_slow_cycle_misses_its_period_and_the_next_begins_after_it():
+    # Cycles of 120 ms at 20 Hz: one every 0.125 s, on quarters of 0.05 s.
+    log = driven(timing={"compute_time": 120.0})
+    cycles = log.samples.drop_duplicates("cycle_count")
+    cycles = cycles[cycles.cycle_count > 0]
+    assert np.diff(cycles.time_s).mean() == pytest.approx(0.125, abs=0.001)
+    first = log.samples.time_s[log.samples.command_v_mps > 0.0].iloc[0]
+    assert first == pytest.approx(0.14, abs=0.021)
+
+
+def test_a_given_compute_time_gives_the_same_trial_twice():
+    logs = [driven(timing={"compute_time": 70.0}) for _ in range(2)]
+    assert without_times(logs[0]).equals(without_times(logs[1]))
+
+
+def test_measured_compute_times_are_replayed_to_the_same_bytes(tmp_path):
+    robot = load_robot(
+        "wheelchair", {"timing": {"compute_time": "scaled", "compute_time_scale": 100.0}}
+    )
+    scenario = Scenario(**SCENE)
+    first = run_trial(scenario, "rpp", 1, robot=robot)
+    again = run_trial(scenario, "rpp", 1, robot=robot, compute_times_of=first)
+    for name, log in {"first": first, "again": again}.items():
+        log.write(tmp_path / name)
+    assert (tmp_path / "first").read_bytes() == (tmp_path / "again").read_bytes()
+    # A few tens of ms, so that they matter.
+    assert 100.0 * first.samples.compute_time_ms.max() > 10.0
+    shorter = replace(first, samples=first.samples.iloc[:100])
+    with pytest.raises(InputError, match="compute times"):
+        run_trial(scenario, "rpp", 1, robot=robot, compute_times_of=shorter)
+
+
+def test_a_fault_of_the_wheels_stops_the_robot_for_its_time():
+    fault = {"at_s": 3.0, "duration_s": 2.0, "actuators": {"deadband_mps": 10.0}}
+    samples = driven(faults=(fault,)).samples
+    during = samples[(samples.time_s > 3.8) & (samples.time_s < 4.98)]
+    assert during.v_mps.abs().max() < 0.01
+    assert samples[samples.time_s > 6.0].v_mps.max() > 0.3
+
+
+@pytest.mark.parametrize("mode", ["follow_path", "navigate_to_pose"])
+def test_everything_at_once_is_a_function_of_the_seed(mode):
+    everything = {
+        "localization": {"drift": 0.03, "fix_period_s": 0.5, "fix_lag_s": 0.1},
+        "lidar": {"dropout_probability": 0.1, "dropout_burst_beams": 5, "range_bias_m": 0.02},
+        "actuators": {"slip": 0.1, "slip_std": 0.05, "payload_kg": 20.0},
+        "timing": {"scan_latency_s": 0.1, "command_jitter_s": 0.1, "odometry_latency_s": 0.05},
+    }
+    logs = [driven(scene={"navigation_mode": mode}, **everything) for _ in range(2)]
+    assert without_times(logs[0]).equals(without_times(logs[1]))
+    assert logs[0].outcome == Outcome.SUCCEEDED
+
+
+def test_the_everyday_world_is_the_clean_one_with_faults_and_not_of_the_default_ones():
+    everyday, clean = (load_scenario(name) for name in ("everyday", "static_obstacles"))
+    assert everyday.clean_scenario == clean.name
+    assert everyday.plan == clean.plan
+    for one, other in zip(everyday.world.obstacles, clean.world.obstacles, strict=True):
+        assert (one.min, one.max) == (other.min, other.max)
+    assert "everyday" not in PUBLISHED_SCENARIOS
+    conditions = everyday.conditions(everyday.load_robot("wheelchair"))
+    for part in ("lidar", "localization", "actuators", "timing"):
+        assert len(getattr(conditions, part).settings) > 1
+
+
+def test_an_unknown_clean_scenario_is_one_line(tmp_path):
+    file = tmp_path / "mine.yaml"
+    file.write_text("description: mine\ngoal: [1.0, 0.0, 0.0]\nclean_scenario: emtpy\n")
+    with pytest.raises(InputError, match=r"clean_scenario: unknown scenario 'emtpy'.*empty"):
+        load_scenario(str(file))

@@ -120,7 +120,10 @@ class Oscillation(Critic):
         least_m = self._parameters.oscillation_reset_dist
         least_rad = self._parameters.oscillation_reset_angle
         moved = (x - flip_x) ** 2 + (y - flip_y) ** 2 > least_m**2
-        turned = abs(wrap(flip_yaw - yaw)) > least_rad
+        turn = flip_yaw - yaw
+        if not self._controller_parameters.compares_plain_headings:
+            turn = wrap(turn)
+        turned = abs(turn) > least_rad
         # Nav2 cuts its parameter to whole nanoseconds.
         reset_time_ns = int(self._parameters.oscillation_reset_time * NANOSECONDS_PER_SECOND)
         waited = _nanoseconds(situation.time_s) - memory.flip_time_ns > reset_time_ns

@@ -1,0 +1,72 @@
+"""The actuators of a robot file: wheels that do not do what they are told."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from pydantic import Field
+
+from drake_navbench.typed_files.quantities import Angle, Length, Mass, Size, Speed
+from drake_navbench.typed_files.typed_yaml import FrozenModel
+
+GRAVITY_MPS2 = 9.81
+# Steeper than any ramp that a wheeled robot drives.
+MAX_SLOPE_RAD = 0.8
+
+
+class ActuatorSettings(FrozenModel):
+    """What stands between the command and the floor.
+
+    Wheel speeds are those of the two wheels of a differential base, v -+ w separation / 2.
+    """
+
+    # What no fault may change during a trial.
+    constant: ClassVar = frozenset({"wheel_separation_m"})
+
+    wheel_separation_m: Size = Field(0.5, description="Between the two driven wheels [m].")
+    deadband_mps: Speed = Field(
+        0.0, ge=0.0, description="A wheel that is told less than this stands still [m/s]."
+    )
+    speed_step_mps: Speed = Field(
+        0.0, ge=0.0, description="Wheel speeds are multiples of this [m/s]; 0: any."
+    )
+    radius_difference: float = Field(
+        0.0, ge=-0.5, le=0.5, description="How much larger the left wheel is, of the mean radius."
+    )
+    slip: float = Field(
+        0.0, ge=0.0, le=0.95, description="Share of each wheel's speed that the floor does not see."
+    )
+    slip_std: float = Field(
+        0.0, ge=0.0, le=1.0, description="Noise on each wheel's slip, drawn every 0.1 s."
+    )
+    force_n: Length | None = Field(
+        None,
+        gt=0.0,
+        description="With which all wheels together can push the robot [N]; null: mass_kg times "
+        "the drive's limit on acceleration.",
+    )
+    payload_kg: Mass = Field(
+        0.0, ge=0.0, description="On top of mass_kg: it takes longer to speed up and to stop [kg]."
+    )
+    slope_rad: Angle = Field(
+        0.0, ge=0.0, le=MAX_SLOPE_RAD, description="How steep the floor is [rad]."
+    )
+    slope_direction_rad: Angle = Field(0.0, description="Uphill, in the world frame [rad].")
+
+    @property
+    def delays_s(self) -> dict[str, float]:
+        """By field, how late something may be, s."""
+        return {}
+
+    @property
+    def touches_wheels(self) -> bool:
+        """Whether a wheel ever turns otherwise than it is told."""
+        return (
+            any((self.deadband_mps, self.speed_step_mps, self.slip, self.slip_std))
+            or self.radius_difference != 0.0
+        )
+
+    @property
+    def limits_force(self) -> bool:
+        """Whether the robot speeds up otherwise than its drive says."""
+        return self.force_n is not None or self.payload_kg > 0.0 or self.slope_rad > 0.0

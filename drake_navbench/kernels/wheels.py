@@ -1,0 +1,32 @@
+"""What wheels make of a command."""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+
+@njit(cache=True)
+def wheel_speed_obeyed(speed, deadband, step):
+    """Returns the speed, m/s, at which a wheel turns that is told to turn at `speed`.
+
+    deadband: less than this is standstill, m/s. step: speeds are rounded to multiples of it, m/s;
+    0: not.
+    """
+    if step > 0.0:
+        speed = math.floor(speed / step + 0.5) * step
+    return 0.0 if abs(speed) < deadband else speed
+
+
+@njit(cache=True)
+def obeyed(v, w, separation, deadband, step, left_gain, right_gain):
+    """Returns (v m/s, w rad/s) over the floor of a differential base that is commanded (v, w).
+
+    separation: between the wheels, m. left_gain, right_gain: speed over the floor a wheel speed of
+    nominal radius. See `wheel_speed_obeyed` for the others.
+    """
+    half = 0.5 * separation
+    left = left_gain * wheel_speed_obeyed(v - w * half, deadband, step)
+    right = right_gain * wheel_speed_obeyed(v + w * half, deadband, step)
+    return 0.5 * (left + right), (right - left) / separation

@@ -1,0 +1,138 @@
+"""Wheels that turn otherwise than they are told."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+
+from drake_navbench.inputs.actuators import GRAVITY_MPS2, ActuatorSettings
+from drake_navbench.inputs.drive import MotionBounds
+from drake_navbench.inputs.timeline import Timeline
+from drake_navbench.kernels.wheels import obeyed
+from drake_navbench.noise import NoiseKey, NoiseStream
+from drake_navbench.systems.lifetime import weakly_bound
+from drake_navbench.systems.ports import COMMAND_SIZE, STATE_SIZE
+
+# Every control cycle of 20 Hz falls on a step.
+FORCE_PERIOD_S = 0.025
+SLIP_PERIOD_S = 0.1
+MAX_SLIP = 0.95
+
+
+class SlippingWheels(LeafSystem):
+    """Deadband, steps, unequal radii and slip of the wheels of a differential base.
+
+    Input `command` and output `obeyed` [v m/s, w rad/s, vy m/s]. Abstract parameter
+    `seed_parameter` holds the trial's seed; noise of the slip is drawn once in 0.1 s.
+    """
+
+    def __init__(self, settings: Timeline[ActuatorSettings]) -> None:
+        super().__init__()
+        self._settings = settings
+        self.seed_parameter = self.DeclareAbstractParameter(AbstractValue.Make(0))
+        self._command_port = self.DeclareVectorInputPort("command", COMMAND_SIZE)
+        self._noise = self.DeclareDiscreteState(2)
+        tickets = {
+            self.input_port_ticket(self._command_port.get_index()),
+            self.discrete_state_ticket(self._noise),
+        }
+        if len(settings.settings) > 1:
+            tickets.add(self.time_ticket())
+        self.DeclareVectorOutputPort(
+            "obeyed", COMMAND_SIZE, weakly_bound(self._calc_obeyed), prerequisites_of_calc=tickets
+        )
+        if settings.any(lambda at_a_time: at_a_time.slip_std > 0.0):
+            self.DeclarePeriodicDiscreteUpdateEvent(SLIP_PERIOD_S, 0.0, weakly_bound(self._on_slip))
+
+    def _on_slip(self, context: Context, discrete_state: DiscreteValues) -> None:
+        seed = context.get_abstract_parameter(self.seed_parameter).get_value()
+        step = round(context.get_time() / SLIP_PERIOD_S)
+        noise = NoiseKey(seed, NoiseStream.WHEELS, step).generator().standard_normal(2)
+        discrete_state.get_mutable_vector(self._noise).SetFromVector(noise)
+
+    def _calc_obeyed(self, context: Context, output: BasicVector) -> None:
+        settings = self._settings.at(context.get_time())
+        v, w, vy = self._command_port.Eval(context).tolist()
+        noise = context.get_discrete_state(self._noise).value()
+        left_slip, right_slip = np.clip(settings.slip + settings.slip_std * noise, 0.0, MAX_SLIP)
+        radius_share = 0.5 * settings.radius_difference
+        v, w = obeyed(
+            v,
+            w,
+            settings.wheel_separation_m,
+            settings.deadband_mps,
+            settings.speed_step_mps,
+            (1.0 + radius_share) * (1.0 - left_slip),
+            (1.0 - radius_share) * (1.0 - right_slip),
+        )
+        output.SetFromVector(np.array([v, w, vy]))
+
+
+class LimitedForce(LeafSystem):
+    """Motors that can push only so hard: the speed they reach for follows the command by that.
+
+    Inputs `command` [v m/s, w rad/s, vy m/s] and `state` [x m, y m, yaw rad, ...]; output `reached`
+    [v m/s, w rad/s, vy m/s], one step every 0.025 s from `offset_s` on.
+
+    With force F, mass m and payload p, a speed changes by at most a = F / (m + p) a second, the yaw
+    rate by its limit times m / (m + p); a slope pulls back with g sin(slope) along its direction,
+    which a lateral speed feels too. Where the pull is stronger than the motors it rolls downhill.
+
+    mass_kg: without payload. bounds: of the drive.
+    """
+
+    def __init__(
+        self,
+        settings: Timeline[ActuatorSettings],
+        *,
+        mass_kg: float,
+        bounds: MotionBounds,
+        offset_s: float,
+    ) -> None:
+        super().__init__()
+        self._settings = settings
+        self._mass_kg = mass_kg
+        self._bounds = bounds
+        self._command_port = self.DeclareVectorInputPort("command", COMMAND_SIZE)
+        self._state_port = self.DeclareVectorInputPort("state", STATE_SIZE)
+        self._reached = self.DeclareDiscreteState(COMMAND_SIZE)
+        self.DeclareStateOutputPort("reached", self._reached)
+        self.DeclarePeriodicDiscreteUpdateEvent(
+            FORCE_PERIOD_S, offset_s, weakly_bound(self._on_step)
+        )
+
+    def _on_step(self, context: Context, discrete_state: DiscreteValues) -> None:
+        settings = self._settings.at(context.get_time())
+        command = self._command_port.Eval(context)
+        reached = context.get_discrete_state(self._reached).value()
+        yaw = float(self._state_port.Eval(context)[2])
+        stepped = self._stepped(settings, command, reached, yaw)
+        discrete_state.get_mutable_vector(self._reached).SetFromVector(stepped)
+
+    def _stepped(
+        self,
+        settings: ActuatorSettings,
+        command: NDArray[np.float64],
+        reached: NDArray[np.float64],
+        yaw: float,
+    ) -> NDArray[np.float64]:
+        loaded_kg = self._mass_kg + settings.payload_kg
+        acceleration = self._bounds.acceleration_mps2
+        if settings.force_n is not None:
+            acceleration = settings.force_n / self._mass_kg
+        acceleration *= self._mass_kg / loaded_kg
+        yaw_acceleration = self._bounds.yaw_acceleration_radps2 * self._mass_kg / loaded_kg
+        pull = GRAVITY_MPS2 * math.sin(settings.slope_rad)
+        uphill = settings.slope_direction_rad - yaw
+        pulls = np.array([-pull * math.cos(uphill), 0.0, -pull * math.sin(uphill)])
+        limits = np.array([acceleration, yaw_acceleration, acceleration])
+        if command[2] == 0.0 and reached[2] == 0.0:
+            # Wheels that do not roll sideways hold there.
+            pulls[2] = 0.0
+        low = reached + (pulls - limits) * FORCE_PERIOD_S
+        high = reached + (pulls + limits) * FORCE_PERIOD_S
+        return np.asarray(np.clip(command, low, high))

@@ -1,0 +1,137 @@
+"""Messages that come late, or never: what is between two parts of a robot."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem, State
+
+from drake_navbench.inputs.timeline import SLACK_S, Timeline
+from drake_navbench.inputs.timing import TimingSettings
+from drake_navbench.noise import NoiseKey, NoiseStream
+from drake_navbench.systems.lifetime import weakly_bound
+from drake_navbench.systems.mailbox import Mailbox
+from drake_navbench.systems.ports import COMMAND_SIZE, STATE_SIZE
+
+# Of the odometry's messages: every control cycle of 20 Hz falls on one.
+ODOMETRY_MESSAGE_PERIOD_S = 0.025
+
+
+class LateOdometry(LeafSystem):
+    """The newest message of the odometry that has arrived; before any, the first one sent.
+
+    Input `estimate` and output `late_estimate` [x m, y m, yaw rad, v m/s, w rad/s, vy m/s]. A
+    message is sent every 0.025 s from `offset_s` on; its latency is drawn of the seed and its
+    number, so that two of these delay alike. Parameter `seed_parameter` holds the trial's seed.
+    """
+
+    def __init__(self, timing: Timeline[TimingSettings], *, offset_s: float) -> None:
+        super().__init__()
+        self._timing = timing
+        self._offset_s = offset_s
+        self.seed_parameter = self.DeclareAbstractParameter(AbstractValue.Make(0))
+        self._estimate_port = self.DeclareVectorInputPort("estimate", STATE_SIZE)
+        self._mailbox = self.DeclareAbstractState(AbstractValue.Make(Mailbox()))
+        self.DeclareVectorOutputPort(
+            "late_estimate",
+            STATE_SIZE,
+            weakly_bound(self._calc_arrived),
+            prerequisites_of_calc={
+                self.time_ticket(),
+                self.abstract_state_ticket(self._mailbox),
+                self.input_port_ticket(self._estimate_port.get_index()),
+            },
+        )
+        self.DeclarePeriodicUnrestrictedUpdateEvent(
+            ODOMETRY_MESSAGE_PERIOD_S, offset_s, weakly_bound(self._on_message)
+        )
+
+    def _on_message(self, context: Context, state: State) -> None:
+        now_s = context.get_time()
+        timing = self._timing.at(now_s)
+        late_s = timing.odometry_latency_s
+        if timing.odometry_jitter_s > 0.0:
+            seed = context.get_abstract_parameter(self.seed_parameter).get_value()
+            step = round((now_s - self._offset_s) / ODOMETRY_MESSAGE_PERIOD_S)
+            drawn = NoiseKey(seed, NoiseStream.ODOMETRY_DELAY, step).generator().random()
+            late_s += timing.odometry_jitter_s * drawn
+        before: Mailbox = context.get_abstract_state(self._mailbox).get_value()
+        after = before.with_message(self._estimate_port.Eval(context), now_s + late_s, now_s)
+        state.get_mutable_abstract_state(self._mailbox).set_value(after)
+
+    def _calc_arrived(self, context: Context, output: BasicVector) -> None:
+        mailbox: Mailbox = context.get_abstract_state(self._mailbox).get_value()
+        arrived = mailbox.newest(context.get_time())
+        if arrived is None:
+            # Nobody moves before the first command, so what is sent first is where it stands.
+            arrived = mailbox.messages[0] if mailbox.messages else None
+        values = self._estimate_port.Eval(context) if arrived is None else arrived[1]
+        output.SetFromVector(values)
+
+
+class CommandLink(LeafSystem):
+    """What carries commands to the wheels: late, with losses, and with a timeout at its end.
+
+    Input `command` and output `arrived` [v m/s, w rad/s, vy m/s]: the command sent last of those
+    that have arrived, standstill before any. A command is sent once a `period_s` from `offset_s`
+    on, when the stage that makes it has run. Parameter `seed_parameter` holds the trial's seed. An
+    arrival within a step of the integrator acts from about the middle of that step on.
+    """
+
+    def __init__(
+        self, timing: Timeline[TimingSettings], *, period_s: float, offset_s: float
+    ) -> None:
+        super().__init__()
+        self._timing = timing
+        self._period_s = period_s
+        self._offset_s = offset_s
+        self.seed_parameter = self.DeclareAbstractParameter(AbstractValue.Make(0))
+        self._command_port = self.DeclareVectorInputPort("command", COMMAND_SIZE)
+        longest_s = max(
+            settings.command_latency_s + settings.command_jitter_s for settings in timing.settings
+        )
+        # Of those on their way and the last one that arrived, the newest first: due s, command. Its
+        # state is discrete, for unlike an abstract one that may take what this instant commands.
+        self._slots = math.ceil(longest_s / period_s) + 2
+        none = np.zeros((self._slots, 1 + COMMAND_SIZE))
+        none[:, 0] = -math.inf
+        self._messages = self.DeclareDiscreteState(none.ravel())
+        self.DeclareVectorOutputPort(
+            "arrived",
+            COMMAND_SIZE,
+            weakly_bound(self._calc_arrived),
+            prerequisites_of_calc={
+                self.time_ticket(),
+                self.discrete_state_ticket(self._messages),
+            },
+        )
+        self.DeclarePeriodicDiscreteUpdateEvent(period_s, offset_s, weakly_bound(self._on_command))
+
+    def _sent(self, context: Context) -> NDArray[np.float64]:
+        values = context.get_discrete_state(self._messages).value()
+        return np.asarray(values).reshape(self._slots, 1 + COMMAND_SIZE)
+
+    def _on_command(self, context: Context, discrete_state: DiscreteValues) -> None:
+        now_s = context.get_time()
+        timing = self._timing.at(now_s)
+        seed = context.get_abstract_parameter(self.seed_parameter).get_value()
+        step = round((now_s - self._offset_s) / self._period_s)
+        lost, drawn = NoiseKey(seed, NoiseStream.COMMAND_DELAY, step).generator().random(2)
+        if lost < timing.command_loss_probability:
+            return
+        due_s = now_s + timing.command_latency_s + timing.command_jitter_s * drawn
+        sent = np.array([due_s, *self._command_port.Eval(context)])
+        messages = np.vstack([sent, self._sent(context)[:-1]])
+        discrete_state.get_mutable_vector(self._messages).SetFromVector(messages.ravel())
+
+    def _calc_arrived(self, context: Context, output: BasicVector) -> None:
+        now_s = context.get_time()
+        sent = self._sent(context)
+        due_s, *command = sent[np.argmax(sent[:, 0] <= now_s + SLACK_S)]
+        timeout_s = self._timing.at(now_s).command_timeout_s
+        if timeout_s is not None and now_s - due_s > timeout_s:
+            command = [0.0] * COMMAND_SIZE
+        output.SetFromVector(np.array(command))
