@@ -173,7 +173,15 @@ def signed_rank_p_value(differences: Array) -> float:
         return math.nan
     if not differences.any():
         return 1.0
-    return float(stats.wilcoxon(differences).pvalue)
+    ranks = np.sign(differences) * stats.rankdata(np.abs(differences))
+    return _p_value_of_ranks(tuple(np.sort(ranks).tolist()))
+
+
+# Of few pairs there are few signed ranks, and a report asks for hundreds of p-values.
+@lru_cache(maxsize=4096)
+def _p_value_of_ranks(signed_ranks: tuple[float, ...]) -> float:
+    """Returns the p-value of differences with these signed ranks; it depends on nothing else."""
+    return float(stats.wilcoxon(np.array(signed_ranks)).pvalue)
 
 
 def smallest_p_value(pairs: int, comparisons: int) -> float:

@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from importlib.machinery import ModuleSpec
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import Distribution, EntryPoint, entry_points
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -254,7 +254,13 @@ def _origin(point: EntryPoint) -> Origin:
 
 
 def _package(point: EntryPoint) -> str:
-    return UNKNOWN_ORIGIN.package if point.dist is None else _named(point.dist.name)
+    return UNKNOWN_ORIGIN.package if point.dist is None else _named(_name_of(point.dist))
+
+
+@cache
+def _name_of(distribution: Distribution) -> str:
+    """Returns a distribution's name, which is parsed out of its metadata in milliseconds."""
+    return distribution.name
 
 
 def _named(package: str) -> str:

@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from drake_navbench.controllers.mppi.critics.base import MapView
 from drake_navbench.controllers.mppi.critics.batch import Float32Array, Scene
 from drake_navbench.controllers.mppi.lanes import frozen
 from drake_navbench.controllers.mppi.memory import SamplerState
@@ -103,8 +102,9 @@ class Refiner:
             return self._keep(sampled, PolishStatus.NOT_BETTER, outcome)
         dt = np.float32(self._parameters.model_dt)
         trajectory = integrate_controls(scene.pose.astype(np.float32), dt, controls)
-        view = MapView.of(scene.costmap, self._sampler.setup.footprint)
-        if not is_trajectory_clear(view, trajectory, len(trajectory), self._checks_outline):
+        grid, footprint = scene.costmap.grid, self._sampler.setup.footprint
+        checked = len(trajectory)
+        if not is_trajectory_clear(grid, footprint, trajectory, checked, self._checks_outline):
             return self._keep(sampled, PolishStatus.COLLIDES, outcome)
         state = sampled.solved._replace(controls=controls)
         return Refinement(state, trajectory, PolishStatus.ACCEPTED, outcome)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from drake_navbench.controller import ControllerSetup, NoValidControl
-from drake_navbench.controllers.mppi.critics.base import CriticContext, MapView
+from drake_navbench.controllers.mppi.critics.base import CriticContext
 from drake_navbench.controllers.mppi.critics.batch import Batch, Float32Array, Scene
 from drake_navbench.controllers.mppi.critics.registry import load_critics
 from drake_navbench.controllers.mppi.float32_math import F32
@@ -231,7 +231,8 @@ class Sampler:
         p = self.parameters
         checked = int(F32(p.TrajectoryValidator.collision_lookahead_time) / F32(p.model_dt))
         return is_trajectory_clear(
-            MapView.of(scene.costmap, self.setup.footprint),
+            scene.costmap.grid,
+            self.setup.footprint,
             trajectory,
             min(checked, p.time_steps),
             p.TrajectoryValidator.consider_footprint,

@@ -13,8 +13,9 @@ from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.task_cost import wall_clock_limit_s
 from drake_navbench.trial.trial import drive, failed_log
 
-# Drake's bindings never free Python systems, so a worker is replaced after this many trials.
-TRIALS_PER_WORKER = 24
+# Trials are freed when they are over, but what others' code leaves behind is not. A new worker has
+# to load the kernels again, and to rehearse what it drives.
+TRIALS_PER_WORKER = 500
 
 Row = dict[str, object]
 
@@ -26,6 +27,7 @@ def trial_task(spec: TrialSpec, folder: ResultsFolder, campaign_identity: str | 
         (spec, folder, campaign_identity),
         time_limit_s=wall_clock_limit_s(spec.scenario),
         owner=spec.code_owner,
+        kind=f"{spec.scenario.name}\n{spec.preset.name}",
     )
 
 

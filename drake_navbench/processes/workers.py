@@ -54,12 +54,14 @@ class Task:
     function: importable by name. arguments: what it takes, picklable, as is what it returns.
     time_limit_s: wall clock after which its worker is killed. owner: whose code it runs besides
     ours, '' for none; a worker never serves two owners, so that none can spoil another's tasks.
+    kind: tasks of one kind take about as long as each other, '' where nobody knows.
     """
 
     function: Callable[..., Any]
     arguments: tuple[Any, ...]
     time_limit_s: float = math.inf
     owner: str = ""
+    kind: str = ""
 
 
 class TimedOut(NamedTuple):
@@ -105,6 +107,9 @@ def run_tasks(
 ) -> Generator[tuple[Task, Ending], None, None]:
     """Runs tasks in up to `jobs` workers; yields each with how it ended, as they end.
 
+    One of each kind comes first, then those of the kind that took longest, so that no worker begins
+    a long task when the others have nothing left to do. Tasks of one kind keep their order.
+
     tasks_per_worker: after so many a worker is replaced. When the iterator is closed, also by an
     exception, all workers are gone. Raises NoWorkers where none can be started.
     """
@@ -126,6 +131,7 @@ class _Crew:
         self._tasks_per_worker = tasks_per_worker
         self._workers: list[_Worker] = []
         self._failed_starts = 0
+        self._times_s: dict[str, float] = {}
 
     @property
     def is_busy(self) -> bool:
@@ -142,12 +148,12 @@ class _Crew:
                 worker.begin(task)
         while self._waiting and len(self._workers) < self._jobs:
             try:
-                worker = _Worker(self._waiting[0])
+                worker = _Worker(self._longest(self._waiting))
             except (OSError, EOFError) as error:
                 self._count_failed_start(one_line(error))
             else:
                 self._workers.append(worker)
-                del self._waiting[0]
+                self._waiting.remove(worker.task)
 
     def collect(self) -> Iterator[tuple[Task, Ending]]:
         """Waits until something happens; yields the tasks that have ended."""
@@ -168,6 +174,8 @@ class _Crew:
                     self._waiting.insert(0, task)
                     self._count_failed_start(said.sentence)
                     continue
+            if isinstance(said, Returned):
+                self._times_s[task.kind] = worker.last_task_s
             yield task, said
         now_s = time.monotonic()
         for worker in [worker for worker in self._workers if worker.deadline_s < now_s]:
@@ -186,7 +194,12 @@ class _Crew:
     def _next_for(self, worker: _Worker) -> Task | None:
         if worker.tasks_done >= self._tasks_per_worker:
             return None
-        return next((task for task in self._waiting if task.owner == worker.owner), None)
+        allowed = [task for task in self._waiting if task.owner == worker.owner]
+        return self._longest(allowed) if allowed else None
+
+    def _longest(self, tasks: Sequence[Task]) -> Task:
+        """Returns the task that is to be begun first; what was never timed may be the longest."""
+        return max(tasks, key=lambda task: self._times_s.get(task.kind, math.inf))
 
     def _count_failed_start(self, reason: str) -> None:
         self._failed_starts += 1
@@ -204,7 +217,8 @@ class _Worker:
     """A process and the pipe to it, as the caller sees them.
 
     task: what it was given last. is_idle: whether that has ended. has_begun: whether it has taken
-    it up; what it has not begun another may do. owner: of all its tasks.
+    it up; what it has not begun another may do. last_task_s: how long its last result took. owner:
+    of all its tasks.
     """
 
     def __init__(self, task: Task) -> None:
@@ -222,6 +236,7 @@ class _Worker:
         self._sentinel = self._process.sentinel
         self.owner = task.owner
         self.tasks_done = 0
+        self.last_task_s = self._begun_s = 0.0
         self.begin(task)
 
     @property
@@ -244,11 +259,13 @@ class _Worker:
             # Closed, or what a broken process has written into it.
             said = None
         if said == BEGUN:
-            self.has_begun, self.deadline_s = True, time.monotonic() + self.task.time_limit_s
+            self.has_begun, self._begun_s = True, time.monotonic()
+            self.deadline_s = self._begun_s + self.task.time_limit_s
             return BEGUN
         if not isinstance(said, Returned | Raised):
             return self._death()
         self.tasks_done += 1
+        self.last_task_s = time.monotonic() - self._begun_s
         self.is_idle, self.deadline_s = True, math.inf
         return said
 

@@ -237,3 +237,16 @@ def test_the_table_of_findings_shows_every_lineup():
     assert len(rows) == 2 * 65
     # "RPP is the fastest" is lost to the polished one.
     assert list(rows.loc[rows["id"] == 2, "verdict"]) == ["holds", "does not hold"]
+
+
+def test_values_stand_beside_those_of_the_same_trial_number():
+    rows = [
+        {"scenario": "empty", "controller": name, "trial": trial, "time_taken": 10.0 * trial + 1.0}
+        for name, trials in (("dwb", (0, 1, 2)), ("rpp", (2, 0)))
+        for trial in trials
+    ]
+    values = trial_values(pd.DataFrame(rows), "empty", "time_taken")
+    assert values["dwb"].tolist() == [1.0, 11.0, 21.0]
+    assert values["rpp"][[0, 2]].tolist() == [1.0, 21.0]
+    assert math.isnan(values["rpp"][1])
+    assert values["mppi"].isna().all()

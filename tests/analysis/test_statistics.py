@@ -203,3 +203,13 @@ def test_the_smallest_p_value_is_that_of_differences_of_one_sign():
         assert statistics.smallest_p_value(pairs, 1) == pytest.approx(smallest)
     # Holm multiplies the smallest of ten by ten.
     assert statistics.smallest_p_value(8, 10) == pytest.approx(10 / 128)
+
+
+@pytest.mark.parametrize(
+    "differences",
+    [[0.3], [1.0, -2.0, 3.0, 4.0], [-1.0, 1.0, 2.0, 2.0], [0.0, 1.0, 3.0, -2.0, 5.0]],
+)
+def test_the_p_value_is_scipys_whatever_was_asked_before(differences):
+    wanted = float(stats.wilcoxon(differences).pvalue)
+    for order in (differences, differences[::-1], [10.0 * d for d in differences]):
+        assert statistics.signed_rank_p_value(np.array(order)) == wanted

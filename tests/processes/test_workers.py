@@ -226,3 +226,18 @@ def test_a_script_needs_no_main_guard(how, tmp_path):
         )
     assert done.stderr == ""
     assert sorted(done.stdout.split()) == ["3", "4", "here"]
+
+
+def test_one_of_each_kind_is_begun_first_and_then_the_longest():
+    def naps(kind, duration_s):
+        return [Task(time.sleep, (duration_s,), kind=kind) for _ in range(3)]
+
+    short, long, middling = naps("short", 0.0), naps("long", 0.2), naps("middling", 0.1)
+    tasks = [*short, *long, *middling]
+    begun = [task.kind for task, _ in run_tasks(tasks, jobs=1)]
+    assert begun == ["short", "long", "middling"] + ["long"] * 2 + ["middling"] * 2 + ["short"] * 2
+
+
+def test_tasks_of_one_kind_keep_their_order():
+    tasks = [Task(math.sqrt, (float(k),)) for k in range(4)]
+    assert [task for task, _ in run_tasks(tasks, jobs=1)] == tasks

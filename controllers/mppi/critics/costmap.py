@@ -19,7 +19,11 @@ from drake_navbench.controllers.mppi.critics.base import (
     weigh,
 )
 from drake_navbench.controllers.mppi.critics.batch import Float32Array, Scene
-from drake_navbench.controllers.mppi.critics.outline_costs import OutlineCosts, outline_cost
+from drake_navbench.controllers.mppi.critics.outline_costs import (
+    OutlineCosts,
+    OutlineView,
+    outline_cost_row,
+)
 from drake_navbench.controllers.mppi.float32_math import F32, ONE, ZERO
 from drake_navbench.controllers.mppi.lanes import LANES, Lanes
 from drake_navbench.errors import InputError
@@ -68,6 +72,7 @@ class CostCritic(PointwiseCritic):
         columns = (context.time_steps - 1) // parameters.trajectory_point_step + 1
         self.weight = F32(parameters.cost_weight) / F32(LETHAL) / F32(columns)
         self.footprint_from = self._footprint_from()
+        self._outline_view = OutlineView(context.setup.footprint)
 
     def _footprint_from(self) -> int:
         """Cell value from which the outline can touch an obstacle; 0 where that is unknown."""
@@ -88,8 +93,7 @@ class CostCritic(PointwiseCritic):
         )
         if not p.consider_footprint:
             score[collides] = INFINITY
-        view = MapView.of(scene.costmap, self.context.setup.footprint)
-        return CostCycle(view, OutlineCosts.of(view), score, collides)
+        return CostCycle(*self._outline_view.of(scene.costmap), score, collides)
 
     def add(self, cycle: CostCycle, chunk: Trajectories, sums: Lanes, *, first_block: int) -> None:
         step = self.parameters.trajectory_point_step
@@ -138,18 +142,25 @@ def add_outline_collisions(
 
     The outline is looked at where the centre's value is at least `footprint_from` and not 0.
     """
-    cells = np.empty(LANES, np.int32)
+    values = view.values
+    cells, costs = np.empty(LANES, np.int32), np.empty(LANES, np.int64)
+    wanted = np.empty(LANES, np.int64)
     for block in range(x.shape[0]):
         for t in range(0, x.shape[1], step):
             _float32_cell_row(view, x[block, t], y[block, t], cells)
+            count = 0
             for lane in range(LANES):
-                value = view.values[cells[lane]]
-                if value == 0 or value < footprint_from or sums[block, lane] == INFINITY:
-                    continue
-                outline = outline_cost(
-                    view, remembered, x[block, t, lane], y[block, t, lane], yaw[block, t, lane]
-                )
-                if outline_collides[outline]:
+                value = values[cells[lane]]
+                if value != 0 and value >= footprint_from and sums[block, lane] < INFINITY:
+                    wanted[count] = lane
+                    count += 1
+            if count == 0:
+                continue
+            outline_cost_row(
+                view, remembered, wanted, count, x[block, t], y[block, t], yaw[block, t], costs
+            )
+            for lane in wanted[:count]:
+                if outline_collides[costs[lane]]:
                     sums[block, lane] = INFINITY
 
 
@@ -193,6 +204,7 @@ class ObstaclesCritic(PointwiseCritic):
             radius = context.setup.circumscribed_radius_m
             self.footprint_from = context.inflated_cost(radius) if context.has_inflation else 0
         self.distances = self._distances()
+        self._outline_view = OutlineView(context.setup.footprint)
 
     def _distances(self) -> Float32Array:
         """(2, 256) distance to the obstacle in m by cell value, at the centre and at the outline.
@@ -222,10 +234,8 @@ class ObstaclesCritic(PointwiseCritic):
         shortfall[:, collides] = INFINITY
         repels = known & bool(scene.path_length >= F32(p.near_goal_distance))
         repulsion = F32(self.context.setup.inflation_radius_m) - distances
-        view = MapView.of(scene.costmap, self.context.setup.footprint)
         return ObstaclesCycle(
-            view,
-            OutlineCosts.of(view),
+            *self._outline_view.of(scene.costmap),
             shortfall,
             np.where(repels, repulsion, ZERO),
             np.zeros((blocks, LANES), np.float32),
@@ -268,23 +278,35 @@ def add_distance_shortfalls(
     Cells are found in float64. The value under the outline takes the place of the centre's where
     that is at least `footprint_from`, free cells included; but not off the map.
     """
-    cells = np.empty(LANES, np.int32)
+    values, outside = view.values, view.outside
+    at_centre, at_outline = margin_shortfall
+    repulsion_at_centre, repulsion_at_outline = repulsion
+    cells, costs = np.empty(LANES, np.int32), np.empty(LANES, np.int64)
+    wanted = np.empty(LANES, np.int64)
     for block in range(x.shape[0]):
+        block_sums, block_repulsion = sums[block], repulsion_sums[block]
         for t in range(x.shape[1]):
             _float64_cell_row(view, x[block, t], y[block, t], cells)
+            count = 0
             for lane in range(LANES):
-                if sums[block, lane] == INFINITY:
+                value, before = values[cells[lane]], block_sums[lane]
+                if value >= footprint_from and cells[lane] != outside and before < INFINITY:
+                    wanted[count] = lane
+                    count += 1
                     continue
-                value = np.int64(view.values[cells[lane]])
-                source = 0
-                if value >= footprint_from and cells[lane] != view.outside:
-                    value = outline_cost(
-                        view, remembered, x[block, t, lane], y[block, t, lane], yaw[block, t, lane]
-                    )
-                    source = 1
-                sums[block, lane] += margin_shortfall[source, value]
-                if sums[block, lane] < INFINITY:
-                    repulsion_sums[block, lane] += repulsion[source, value]
+                # What is infinite stays so.
+                block_sums[lane] = before + at_centre[value]
+                if block_sums[lane] < INFINITY:
+                    block_repulsion[lane] += repulsion_at_centre[value]
+            if count == 0:
+                continue
+            outline_cost_row(
+                view, remembered, wanted, count, x[block, t], y[block, t], yaw[block, t], costs
+            )
+            for lane in wanted[:count]:
+                block_sums[lane] += at_outline[costs[lane]]
+                if block_sums[lane] < INFINITY:
+                    block_repulsion[lane] += repulsion_at_outline[costs[lane]]
 
 
 def collision_values(*, consider_footprint: bool, tracks_unknown: bool) -> NDArray[np.bool_]:

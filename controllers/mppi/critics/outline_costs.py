@@ -1,12 +1,16 @@
-"""The costs under the outline that samples of a cycle ask for again and again, remembered.
+"""The costs under the outline that samples ask for again and again, remembered edge by edge.
 
-What the outline costs at a pose depends on the pose by the cells of its vertices alone. Samples of
-a cycle lie close to each other, so most of their poses share those cells with another one.
+What the outline costs at a pose depends on the pose by the cells of its vertices alone, and what an
+edge of it costs by the cells of its two ends. Samples lie close to each other, and a costmap serves
+several cycles, so most edges were met before.
+
+The cells are found for a row of lanes at a time with the sine and cosine of `float32_math`, which
+are not those of `math`. Where a vertex lies so close to the border of its cell that the difference
+might matter, or off the map, the outline is walked as `footprint_cost` does it.
 """
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -14,86 +18,172 @@ from numba import njit
 from numpy.typing import NDArray
 
 from drake_navbench.controllers.mppi.critics.base import MapView
+from drake_navbench.controllers.mppi.float32_math import sin_cos
+from drake_navbench.controllers.mppi.lanes import LANES
 from drake_navbench.kernels.footprint import footprint_cost
-from drake_navbench.kernels.grid import LETHAL, world_to_cell
-from drake_navbench.kernels.poses import place_point
+from drake_navbench.kernels.grid import LETHAL, Costmap, line_max_cost
 
-# A power of two, so that a mask wraps a place; 2000 samples of 56 columns reach some 10,000.
-PLACES = 1 << 15
+# A power of two: the upper bits of a product choose the place.
+_PLACE_BITS = 15
+PLACES = 1 << _PLACE_BITS
 # Above it a search for a place takes longer than it saves; what comes later is not remembered.
 MOST_REMEMBERED = PLACES * 3 // 4
 NOTHING = -1
+# Of the rounded sine and cosine, with a margin; the coordinates are float64.
+_TRIGONOMETRIC_ERROR = 1e-6
+# What else float64 rounds differently, in cells.
+_ROUNDING = 1e-8
+# The sine and cosine are good below it, rad.
+_LARGEST_YAW = np.float32(8000.0)
+# 2^64 over the golden ratio, odd (Knuth, The Art of Computer Programming 3, 6.4).
+_MULTIPLIER = np.uint64(0x9E3779B97F4A7C15)
+_SHIFT = np.uint64(64 - _PLACE_BITS)
 
 
 class OutlineCosts(NamedTuple):
-    """A hash table of one cycle, open addressing: cells of the vertices to the largest cost.
+    """A hash table of one costmap, open addressing: the cells of an edge's ends to its cost.
 
-    cells: (PLACES, K) int32 index of each vertex's cell, row by row. costs: (PLACES,) int16,
-    NOTHING at a free place. asked: (K,) int32, the cells that are looked for. taken: (1,) how many
-    are remembered.
+    edges: (PLACES,) int64, the cell of the first end times the number of cells plus that of the
+    second, NOTHING at a free place. costs: (PLACES,) uint8. taken: (1,) how many are remembered.
+    margin: how close to the border of its cell a vertex may be found, in cells. cells: (K, LANES)
+    cell of each vertex, and is_doubtful: (LANES,) where they are not certain: scratch.
     """
 
-    cells: NDArray[np.int32]
-    costs: NDArray[np.int16]
-    asked: NDArray[np.int32]
+    edges: NDArray[np.int64]
+    costs: NDArray[np.uint8]
     taken: NDArray[np.int64]
+    margin: float
+    cells: NDArray[np.int32]
+    is_doubtful: NDArray[np.bool_]
 
     @classmethod
     def of(cls, view: MapView) -> OutlineCosts:
         """Returns one in which nothing is remembered yet."""
-        vertices = len(view.footprint)
+        footprint = view.footprint
+        radius_m = np.hypot(footprint[:, 0], footprint[:, 1]).max(initial=0.0)
         return cls(
-            np.empty((PLACES, vertices), np.int32),
-            np.full(PLACES, NOTHING, np.int16),
-            np.empty(vertices, np.int32),
+            np.full(PLACES, NOTHING, np.int64),
+            np.empty(PLACES, np.uint8),
             np.zeros(1, np.int64),
+            2.0 * _TRIGONOMETRIC_ERROR * float(radius_m / view.grid.resolution) + _ROUNDING,
+            np.empty((len(footprint), LANES), np.int32),
+            np.empty(LANES, np.bool_),
         )
 
 
-@njit(cache=True)
-def outline_cost(view, remembered, x, y, yaw):
-    """Returns the largest cost under the outline at a pose (m, m, rad), as `footprint_cost` does.
+class OutlineView:
+    """What a critic sees of the last costmap: its view, and what outlines on it cost.
 
-    A vertex off the map is LETHAL whatever the others meet, so that case needs no place.
+    Kept from cycle to cycle while the costmap is the same: a cache that no result depends on.
+    footprint: (K, 2) m in the base frame.
     """
-    x, y, yaw = np.float64(x), np.float64(y), np.float64(yaw)
-    cells, costs, asked, taken = remembered
-    if not _find_cells(view, x, y, yaw, asked):
-        return LETHAL
-    place = _first_place(asked)
-    while costs[place] != NOTHING:
-        if np.array_equal(cells[place], asked):
-            return np.int64(costs[place])
-        place = (place + 1) & (PLACES - 1)
-    cost = footprint_cost(view.grid, view.footprint, x, y, yaw, True)
-    if taken[0] < MOST_REMEMBERED:
-        taken[0] += 1
-        cells[place] = asked
-        costs[place] = cost
-    return cost
+
+    def __init__(self, footprint: NDArray[np.float64]) -> None:
+        self._footprint = footprint
+        self._last: tuple[Costmap, MapView, OutlineCosts] | None = None
+
+    def of(self, costmap: Costmap) -> tuple[MapView, OutlineCosts]:
+        """Returns the view of a costmap and the outlines remembered of it."""
+        if self._last is None or self._last[0] is not costmap:
+            view = MapView.of(costmap, self._footprint)
+            self._last = costmap, view, OutlineCosts.of(view)
+        return self._last[1:]
 
 
 @njit(cache=True)
-def _find_cells(view, x, y, yaw, cells):
-    """Writes the cell of each vertex; returns whether all are on the map."""
+def outline_cost_row(view, remembered, wanted, count, x, y, yaw, found):
+    """Writes the largest cost under the outline at poses of a row, as `footprint_cost` does.
+
+    x, y, yaw: (LANES,) float32, m, m, rad. wanted: the first `count` name the lanes. found:
+    (LANES,) int64, written in those lanes alone.
+    """
+    _find_cells(view, remembered, x, y, yaw)
+    edges, costs, taken = remembered.edges, remembered.costs, remembered.taken
+    cells, is_doubtful = remembered.cells, remembered.is_doubtful
+    vertices, cell_count = cells.shape[0], np.int64(view.outside)
+    # One loop without calls: handing the arrays on takes longer than what is done with them.
+    for index in range(count):
+        lane = wanted[index]
+        if is_doubtful[lane]:
+            found[lane] = footprint_cost(
+                view.grid,
+                view.footprint,
+                np.float64(x[lane]),
+                np.float64(y[lane]),
+                np.float64(yaw[lane]),
+                True,
+            )
+            continue
+        largest = np.int64(0)
+        for k in range(1, vertices + 1):
+            is_closing = k == vertices
+            start = np.int64(cells[0 if is_closing else k - 1, lane])
+            end = np.int64(cells[k - 1 if is_closing else k, lane])
+            edge = start * cell_count + end
+            place = np.int64((np.uint64(edge) * _MULTIPLIER) >> _SHIFT)
+            while edges[place] != edge and edges[place] != NOTHING:
+                place = (place + 1) & (PLACES - 1)
+            if edges[place] == edge:
+                cost = np.int64(costs[place])
+            else:
+                cost = _walked(view, start, end)
+                if taken[0] < MOST_REMEMBERED:
+                    taken[0] += 1
+                    edges[place], costs[place] = edge, cost
+            largest = max(largest, cost)
+            if largest == LETHAL:
+                # footprint_cost looks no further: what is unknown on a later edge is not seen.
+                break
+        found[lane] = largest
+
+
+@njit(cache=True)
+def _walked(view, start, end):
+    """Returns the largest cost on the line from one cell to another, both row by row."""
+    columns = np.int64(view.columns)
+    start_row, end_row = start // columns, end // columns
+    start_column, end_column = start - start_row * columns, end - end_row * columns
+    return line_max_cost(view.grid.costs, start_column, start_row, end_column, end_row, LETHAL)
+
+
+@njit(cache=True)
+def _find_cells(view, remembered, x, y, yaw):
+    """Finds the cells of the vertices, and where they are doubtful, for a row of poses."""
+    sines, cosines = np.empty(LANES, np.float32), np.empty(LANES, np.float32)
+    _sin_cos_row(yaw, sines, cosines, remembered.is_doubtful)
     grid, footprint = view.grid, view.footprint
-    rows, columns = grid.costs.shape
-    cos_yaw, sin_yaw = math.cos(yaw), math.sin(yaw)
     for k in range(footprint.shape[0]):
-        vertex_x, vertex_y = place_point(footprint[k, 0], footprint[k, 1], x, y, cos_yaw, sin_yaw)
-        column, row = world_to_cell(
-            vertex_x, vertex_y, grid.origin_x, grid.origin_y, grid.resolution, columns, rows
+        _cells_of_vertex(
+            (footprint[k, 0], footprint[k, 1]),
+            (x, y, sines, cosines),
+            (grid.origin_x, grid.origin_y, 1.0 / grid.resolution, view.rows, view.columns),
+            remembered.margin,
+            remembered.cells[k],
+            remembered.is_doubtful,
         )
-        if column < 0:
-            return False
-        cells[k] = row * columns + column
-    return True
 
 
 @njit(cache=True)
-def _first_place(cells):
-    """Returns where the search for these cells begins: FNV-1a, its upper half mixed in."""
-    mixed = np.uint64(0xCBF29CE484222325)
-    for k in range(cells.shape[0]):
-        mixed = (mixed ^ np.uint64(cells[k])) * np.uint64(0x100000001B3)
-    return np.int64((mixed ^ (mixed >> np.uint64(32))) & np.uint64(PLACES - 1))
+def _sin_cos_row(yaw, sines, cosines, is_doubtful):
+    for lane in range(LANES):
+        sines[lane], cosines[lane] = sin_cos(yaw[lane])
+        is_doubtful[lane] = not (-_LARGEST_YAW < yaw[lane] < _LARGEST_YAW)
+
+
+@njit(cache=True)
+def _cells_of_vertex(vertex, poses, place, margin, cells, is_doubtful):
+    vertex_x, vertex_y = vertex
+    x, y, sines, cosines = poses
+    origin_x, origin_y, cells_per_metre, rows, columns = place
+    least, most = margin, 1.0 - margin
+    for lane in range(LANES):
+        sine, cosine = np.float64(sines[lane]), np.float64(cosines[lane])
+        from_x = x[lane] + (vertex_x * cosine - vertex_y * sine) - origin_x
+        from_y = y[lane] + (vertex_x * sine + vertex_y * cosine) - origin_y
+        along_x, along_y = from_x * cells_per_metre, from_y * cells_per_metre
+        column, row = np.int32(along_x), np.int32(along_y)
+        rest_x, rest_y = along_x - column, along_y - row
+        is_inside = (along_x >= 0.0) & (along_y >= 0.0) & (along_x < columns) & (along_y < rows)
+        is_clear = (rest_x > least) & (rest_x < most) & (rest_y > least) & (rest_y < most)
+        is_doubtful[lane] |= not (is_inside & is_clear)
+        cells[lane] = row * columns + column

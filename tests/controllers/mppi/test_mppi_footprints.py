@@ -9,7 +9,6 @@ import pytest
 from mppi_scenes import batch_of, critic_of, round_robot, scene_of
 from scenes import straight_plan
 
-from drake_navbench.controllers.mppi.critics.base import MapView
 from drake_navbench.controllers.mppi.validator import is_trajectory_clear
 from drake_navbench.errors import InputError
 from drake_navbench.kernels.footprint import footprint_radii
@@ -147,8 +146,8 @@ def test_the_validator_judges_centre_and_outline_by_different_values(
     poses = np.array([[0.01, 0.01, 0.0]], np.float32)
 
     def clear(costs, consider_footprint):
-        view = MapView.of(Costmap(costs, -1.5, -1.5, 0.05), OUTLINE)
-        return is_trajectory_clear(view, poses, 1, consider_footprint)
+        grid = Costmap(costs, -1.5, -1.5, 0.05).grid
+        return is_trajectory_clear(grid, OUTLINE, poses, 1, consider_footprint)
 
     assert clear(map_with(centre=value), False) is at_centre
     assert clear(map_with(centre=0, at_corner=value), True) is under_outline
@@ -156,6 +155,6 @@ def test_the_validator_judges_centre_and_outline_by_different_values(
 
 def test_off_the_map_only_the_outline_is_refused():
     poses = np.array([[1.6, 0.0, 0.0]], np.float32)
-    view = MapView.of(Costmap(np.zeros((60, 60), np.uint8), -1.5, -1.5, 0.05), OUTLINE)
-    assert is_trajectory_clear(view, poses, 1, False)
-    assert not is_trajectory_clear(view, poses, 1, True)
+    grid = Costmap(np.zeros((60, 60), np.uint8), -1.5, -1.5, 0.05).grid
+    assert is_trajectory_clear(grid, OUTLINE, poses, 1, False)
+    assert not is_trajectory_clear(grid, OUTLINE, poses, 1, True)
