@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 from shapely.geometry.base import BaseGeometry
 
+from drake_navbench.kernels.depth_casting import Solids
 from drake_navbench.kernels.moving_bodies import Tracks, place_discs, place_edges
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.typed_files.quantities import Angle, Duration, Length, Size
@@ -194,6 +195,14 @@ class MovingObstacles:
     def bodies(self) -> Bodies:
         """Their outlines: discs exactly, boxes as edges."""
         return bodies_of(self.things)
+
+    def solids(self, edges: Array, circles: Array) -> Solids:
+        """Returns their outlines, placed as `bodies` places them, with their heights."""
+        heights = np.array([thing.height_m for thing in self.things], dtype=float)
+        with_edges, counts = np.unique(self.bodies.edges[:, 0].astype(int), return_counts=True)
+        round_ones = self.bodies.discs[:, 0].astype(int)
+        starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+        return Solids(edges, starts, heights[with_edges], circles, heights[round_ones])
 
     @property
     def names(self) -> list[str]:

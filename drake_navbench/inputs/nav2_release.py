@@ -88,7 +88,7 @@ OF_CONTROLLERS: Mapping[str, tuple[Difference, ...]] = {
     "rpp": (
         Difference(Release.KILTED, "the controller cuts the plan itself"),
         Difference(
-            Release.JAZZY,
+            Release.KILTED,
             "the carrot lies at a straight distance, and its own distance begins the last turn",
         ),
         Difference(Release.HUMBLE, "nothing is extrapolated beyond the end of the plan"),

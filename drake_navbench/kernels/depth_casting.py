@@ -26,6 +26,16 @@ class Solids(NamedTuple):
     circles: Array
     circle_heights: Array
 
+    def joined(self, other: Solids) -> Solids:
+        """Returns these shapes and others."""
+        return Solids(
+            np.vstack([self.segments, other.segments]),
+            np.concatenate([self.starts, self.starts[-1] + other.starts[1:]]),
+            np.concatenate([self.heights, other.heights]),
+            np.vstack([self.circles, other.circles]),
+            np.concatenate([self.circle_heights, other.circle_heights]),
+        )
+
 
 def cast_cone(
     origin: Array, headings: Array, slopes: Array, solids: Solids, *, sees_floor: bool = False

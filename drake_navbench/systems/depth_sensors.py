@@ -12,10 +12,10 @@ from pydrake.systems.framework import Context, LeafSystem, State
 from drake_navbench.costmaps.point_cloud import PointCloud
 from drake_navbench.inputs.depth_sensor import DepthSensorSettings
 from drake_navbench.inputs.world import World
-from drake_navbench.kernels.depth_casting import cast_cone
+from drake_navbench.kernels.depth_casting import Solids, cast_cone
 from drake_navbench.kernels.poses import carrier_pose, compose
 from drake_navbench.systems.lifetime import weakly_bound
-from drake_navbench.systems.ports import STATE_SIZE, value_or_none
+from drake_navbench.systems.ports import STATE_SIZE, declare_object_input, value_or_none
 
 Clouds = Mapping[str, PointCloud]
 
@@ -24,7 +24,8 @@ class DepthSensors(LeafSystem):
     """Sees the true world by each sensor once in its period, the first time at t = 0.
 
     Input `state` [x m, y m, yaw rad, ...] of the base, world frame; `odometry`, likewise, where the
-    odometry believes it to be (not connected: there). Output `clouds`: the newest PointCloud of
+    odometry believes it to be (not connected: there); `moving` (edges (E, 4) and circles (D, 3) of
+    what moves, m; not connected: nothing). Output `clouds`: the newest PointCloud of
     each sensor by its name, in the world frame; empty before the first. Glass it does not see.
     Abstract parameter 0 holds the world as Solids, so that a test can take a thing away.
     """
@@ -39,6 +40,8 @@ class DepthSensors(LeafSystem):
         none: Clouds = {}
         self._clouds = self.DeclareAbstractState(AbstractValue.Make(none))
         self._state_port = self.DeclareVectorInputPort("state", STATE_SIZE)
+        self._moving = world.moving
+        self._moving_port = declare_object_input(self, "moving")
         self._odometry_port = self.DeclareVectorInputPort("odometry", STATE_SIZE)
         self.DeclareStateOutputPort("clouds", self._clouds)
         see = weakly_bound(self._on_look)
@@ -56,7 +59,7 @@ class DepthSensors(LeafSystem):
         odometry = value_or_none(self._odometry_port, context)
         x, y, yaw = compose(base_pose, settings.pose)
         origin = np.array([x, y, settings.height_m])
-        solids = context.get_abstract_parameter(self.world_parameter).get_value()
+        solids = self._solids(context)
         along = cast_cone(origin, yaw + headings, slopes, solids, sees_floor=settings.sees_floor)
         ranges = along * np.hypot(1.0, slopes)
         is_hit = (ranges >= settings.range_min_m) & (ranges <= settings.range_max_m)
@@ -78,3 +81,9 @@ class DepthSensors(LeafSystem):
             settings.pitch_rad,
             None if odometry is None else carrier_pose(odometry[:3], base_pose),
         )
+
+    def _solids(self, context: Context) -> Solids:
+        """Returns what stands and what moves."""
+        standing: Solids = context.get_abstract_parameter(self.world_parameter).get_value()
+        moving = value_or_none(self._moving_port, context)
+        return standing if moving is None else standing.joined(self._moving.solids(*moving))

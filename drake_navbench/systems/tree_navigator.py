@@ -129,12 +129,14 @@ class TreeNavigator(LeafSystem):
         if before.progress.pause_end_s is not None:
             after = self._pause(before, now_s)
         else:
+            x, y, yaw, forward, _, left = self._estimate_port.Eval(context)
             inputs = TickInputs(
                 now_s=now_s,
-                pose=self._estimate_port.Eval(context)[:3],
+                pose=np.array([x, y, yaw]),
                 global_costmap=self._costmap_port.Eval(context),
                 controller_status=self._controller_port.Eval(context),
                 behavior_status=self._behavior_port.Eval(context),
+                twist=(forward, left),
             )
             after = self._navigate(before, inputs)
         state.get_mutable_abstract_state(self._state).set_value(after)

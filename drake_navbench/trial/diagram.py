@@ -131,7 +131,9 @@ def build_trial_diagram(
     signals = localization.signals(state, scan)
     if signals.has_frames:
         connect_inputs(builder, lidar, odometry=signals.odometry)
-    signals = replace(signals, clouds=_add_depth_sensors(builder, robot, world, signals))
+    signals = replace(
+        signals, clouds=_add_depth_sensors(builder, robot, world, signals, moving_world)
+    )
 
     local_costmap = _add_local_costmap(builder, robot, static_map, filter_masks)
     connect_inputs(builder, local_costmap, state=signals.odometry, scan=scan)
@@ -256,7 +258,11 @@ def _add_local_costmap(
 
 
 def _add_depth_sensors(
-    builder: DiagramBuilder, robot: Robot, world: World, signals: Signals
+    builder: DiagramBuilder,
+    robot: Robot,
+    world: World,
+    signals: Signals,
+    moving_world: MovingWorld | None,
 ) -> OutputPort | None:
     """Adds the sensors that send points, and returns the port of their clouds, if there are any."""
     if not robot.depth_sensors:
@@ -265,6 +271,8 @@ def _add_depth_sensors(
     connect_inputs(builder, sensors, state=signals.state)
     if signals.has_frames:
         connect_inputs(builder, sensors, odometry=signals.odometry)
+    if moving_world is not None:
+        connect_inputs(builder, sensors, moving=moving_world.GetOutputPort("outlines"))
     return sensors.GetOutputPort("clouds")
 
 

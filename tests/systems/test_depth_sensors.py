@@ -3,11 +3,16 @@
 import numpy as np
 import pytest
 from pydantic import ValidationError
+from pydrake.geometry import SceneGraph
 from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import ConstantVectorSource
 
 from drake_navbench.inputs.depth_sensor import DepthSensorSettings
+from drake_navbench.inputs.moving import MovingBox, MovingCylinder, MovingObstacles, TimedPose
 from drake_navbench.inputs.world import Box, World
 from drake_navbench.systems.depth_sensors import DepthSensors
+from drake_navbench.systems.moving_world import MovingWorld
 
 WALL = World((Box(type="box", min=(3.0, -5.0), max=(3.2, 5.0), height_m=1.0),))
 NARROW = {"column_count": 1, "row_count": 1, "vertical_fov_rad": 0.0}
@@ -86,3 +91,40 @@ def test_glass_is_not_seen():
     system = DepthSensors({"eye": DepthSensorSettings()}, glass)
     solids = system.CreateDefaultContext().get_abstract_parameter(system.world_parameter)
     assert len(solids.get_value().segments) == 0
+
+
+def way(*positions):
+    """Returns a way with a second between its points."""
+    return [TimedPose(time_s=float(n), position=position) for n, position in enumerate(positions)]
+
+
+def test_what_moves_is_seen_up_to_its_height():
+    box = MovingBox(
+        type="box", size_m=(1.0, 4.0), height_m=0.4, waypoints=way((9.0, 0.0), (5.0, 0.0))
+    )
+    post = MovingCylinder(
+        type="cylinder", radius_m=0.2, height_m=0.8, waypoints=way((3.0, 0.0), (2.0, 0.0))
+    )
+    world = World((), moving=MovingObstacles((box, post)))
+    builder = DiagramBuilder()
+    scene_graph = builder.AddSystem(SceneGraph())
+    moving = builder.AddSystem(MovingWorld(world, scene_graph))
+    builder.Connect(
+        moving.get_geometry_pose_output_port(), scene_graph.get_source_pose_port(moving.source_id)
+    )
+    state = builder.AddSystem(ConstantVectorSource(np.zeros(6)))
+    eye = DepthSensorSettings(height_m=0.5, range_max_m=20.0, period_s=1.0)
+    sensors = builder.AddSystem(DepthSensors({"eye": eye}, world))
+    builder.Connect(state.get_output_port(), sensors.GetInputPort("state"))
+    builder.Connect(moving.GetOutputPort("outlines"), sensors.GetInputPort("moving"))
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo(1.0)
+    simulator.AdvancePendingEvents()
+    context = sensors.GetMyContextFromRoot(simulator.get_context())
+    points = sensors.GetOutputPort("clouds").Eval(context)["eye"].points
+    is_of_post = points[:, 0] < 3.0
+    assert np.hypot(points[is_of_post, 0] - 2.0, points[is_of_post, 1]) == pytest.approx(0.2)
+    assert 0.4 < points[is_of_post, 2].max() <= 0.8
+    assert not is_of_post.all()
+    assert points[~is_of_post, 0].min() == pytest.approx(4.5)
+    assert points[~is_of_post, 2].max() <= 0.4

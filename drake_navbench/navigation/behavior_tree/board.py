@@ -54,7 +54,8 @@ class TickInputs:
     """What a tick sees.
 
     now_s: time of the tick. pose: (3,) estimate. global_costmap: the latest one.
-    controller_status, behavior_status: of the servers.
+    controller_status, behavior_status: of the servers. twist: (2,) measured velocity forward and to
+    the left, m/s.
     """
 
     now_s: float
@@ -62,6 +63,7 @@ class TickInputs:
     global_costmap: Costmap
     controller_status: TaskStatus = field(default_factory=TaskStatus)
     behavior_status: TaskStatus = field(default_factory=TaskStatus)
+    twist: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass

@@ -11,9 +11,18 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+from py_trees.common import Status
+
 from drake_navbench.errors import nearest_name_hint
 from drake_navbench.kernels.grid import LETHAL
 from drake_navbench.navigation.behavior_tree.board import Board
+from drake_navbench.navigation.behavior_tree.conditions import (
+    AlwaysEnds,
+    DistanceTraveled,
+    GoalReached,
+    PathExpiringTimer,
+    TimeExpired,
+)
 from drake_navbench.navigation.behavior_tree.control_nodes import (
     FallbackNode,
     GoalUpdatedController,
@@ -27,10 +36,25 @@ from drake_navbench.navigation.behavior_tree.control_nodes import (
     SequenceNode,
     TreeNode,
 )
+from drake_navbench.navigation.behavior_tree.decorators import (
+    FOR_EVER,
+    DistanceController,
+    ForceFailure,
+    ForceSuccess,
+    KeepRunningUntilFailure,
+    PassedOn,
+    PathLongerOnApproach,
+    Repeat,
+    RetryUntilSuccessful,
+    SequenceWithMemory,
+    SingleTrigger,
+    SpeedController,
+)
 from drake_navbench.navigation.behavior_tree.description import NodeDescription
 from drake_navbench.navigation.behavior_tree.leaves import (
     COMPUTE_PATH,
     FOLLOW_PATH,
+    CancelControl,
     ClearEntireCostmap,
     ComputePathToPose,
     FollowPath,
@@ -62,6 +86,7 @@ WITHOUT_EFFECT = frozenset(
         "footprint",
         "goal",
         "goal_checker_id",
+        "goals",
         "is_recovery",
         "output_path",
         "path",
@@ -195,6 +220,62 @@ def _goal_updated_controller(
     return GoalUpdatedController(name, children[0], goal_id=lambda: board.values.goal_id)
 
 
+def _distance_controller(
+    name: str, a: _Attributes, children: Sequence[TreeNode], board: Board
+) -> TreeNode:
+    distance_m = a.number("distance", 1.0)
+    return DistanceController(name, children[0], board, distance_m=distance_m)
+
+
+def _speed_controller(
+    name: str, a: _Attributes, children: Sequence[TreeNode], board: Board
+) -> TreeNode:
+    rates_hz = a.number("min_rate", 0.1), a.number("max_rate", 1.0)
+    speeds_mps = a.number("min_speed", 0.0), a.number("max_speed", 0.5)
+    if min(rates_hz) <= 0.0:
+        raise a.fault(f"min_rate and max_rate: expected rates above 0, got {rates_hz}")
+    if speeds_mps[0] == speeds_mps[1]:
+        raise a.fault(f"min_speed and max_speed: expected two speeds, got {speeds_mps[0]:g} twice")
+    return SpeedController(name, children[0], board, rates_hz=rates_hz, speeds_mps=speeds_mps)
+
+
+def _path_longer(name: str, a: _Attributes, children: Sequence[TreeNode], board: Board) -> TreeNode:
+    near_m, factor = a.number("prox_len", 3.0), a.number("length_factor", 2.0)
+    return PathLongerOnApproach(name, children[0], board, near_m=near_m, factor=factor)
+
+
+def _goal_updater(
+    name: str, a: _Attributes, children: Sequence[TreeNode], board: Board
+) -> TreeNode:
+    for attribute in ("input_goal", "output_goal", "input_goals", "output_goals"):
+        a.text(attribute)
+    return PassedOn(name, children)
+
+
+def _again(node: Callable[..., TreeNode], attribute: str) -> _Kind:
+    """Returns how a node that ticks its child again is made. attribute: with how often."""
+
+    def make(name: str, a: _Attributes, children: Sequence[TreeNode], _: Board) -> TreeNode:
+        limit = a.count(attribute, 0)
+        if limit < FOR_EVER or limit == 0:
+            raise a.fault(f"{attribute}: expected -1 or at least 1, got {limit}")
+        return node(name, children[0], limit=limit)
+
+    return _Kind(make, 1)
+
+
+def _timed(node: Callable[..., TreeNode]) -> _Kind:
+    return _Kind(lambda name, a, _, board: node(name, board, period_s=a.number("seconds", 1.0)))
+
+
+def _distance_traveled(name: str, a: _Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
+    return DistanceTraveled(name, board, distance_m=a.number("distance", 1.0))
+
+
+def _always(result: Status) -> _Kind:
+    return _Kind(lambda name, a, _, board: AlwaysEnds(name, result))
+
+
 def _round_robin(name: str, a: _Attributes, children: Sequence[TreeNode], _: Board) -> TreeNode:
     return RoundRobinNode(name, children, wrap_around=a.flag("wrap_around", False))
 
@@ -270,9 +351,28 @@ _KINDS: Mapping[str, _Kind] = {
     "RecoveryNode": _Kind(_recovery, 2),
     "RoundRobin": _Kind(_round_robin, None),
     "RateController": _Kind(_rate, 1),
+    "DistanceController": _Kind(_distance_controller, 1),
+    "SpeedController": _Kind(_speed_controller, 1),
+    "SingleTrigger": _Kind(lambda name, a, below, board: SingleTrigger(name, below[0]), 1),
+    "PathLongerOnApproach": _Kind(_path_longer, 1),
+    "GoalUpdater": _Kind(_goal_updater, 1),
+    "KeepRunningUntilFailure": _plain(KeepRunningUntilFailure, 1),
+    "ForceSuccess": _plain(ForceSuccess, 1),
+    "ForceFailure": _plain(ForceFailure, 1),
+    "Repeat": _again(Repeat, "num_cycles"),
+    "RetryUntilSuccessful": _again(RetryUntilSuccessful, "num_attempts"),
+    "SequenceWithMemory": _plain(SequenceWithMemory, None),
+    "SequenceStar": _plain(SequenceWithMemory, None),
+    "AlwaysSuccess": _always(Status.SUCCESS),
+    "AlwaysFailure": _always(Status.FAILURE),
+    "TimeExpired": _timed(TimeExpired),
+    "PathExpiringTimer": _timed(PathExpiringTimer),
+    "DistanceTraveled": _Kind(_distance_traveled),
+    "GoalReached": _leaf(GoalReached),
     "GoalUpdatedController": _Kind(_goal_updated_controller, 1),
     "ComputePathToPose": _leaf(ComputePathToPose),
     "FollowPath": _leaf(FollowPath),
+    "CancelControl": _leaf(CancelControl),
     "GoalUpdated": _leaf(GoalUpdated),
     "GlobalUpdatedGoal": _leaf(GlobalUpdatedGoal),
     "IsGoalNearby": _Kind(_is_goal_nearby),
@@ -284,6 +384,10 @@ _KINDS: Mapping[str, _Kind] = {
     "WouldAControllerRecoveryHelp": _would_help(FOLLOW_PATH),
     "Spin": _behavior("spin", {"spin_dist": ("target_yaw", 1.57)} | _ALLOWANCE),
     "Wait": _behavior("wait", {"wait_duration": ("time", 1.0)}),
+    "DriveOnHeading": _behavior(
+        "drive_on_heading",
+        {"dist_to_travel": ("target_x", 0.15), "speed": ("speed", 0.025)} | _ALLOWANCE,
+    ),
     "BackUp": _behavior(
         "backup",
         {"backup_dist": ("target_x", 0.15), "backup_speed": ("speed", 0.025)} | _ALLOWANCE,

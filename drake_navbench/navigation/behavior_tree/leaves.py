@@ -200,6 +200,17 @@ class FollowPath(Leaf):
             self.board.write(follow_path=replace(task, cancel_requested=True))
 
 
+class CancelControl(Leaf):
+    """Cancels what the controller server does."""
+
+    def update(self) -> Status:
+        """Asks it to come to rest."""
+        task = self.board.values.follow_path
+        if task is not None:
+            self.board.write(follow_path=replace(task, cancel_requested=True))
+        return Status.SUCCESS
+
+
 class WouldRecoveryHelp(Leaf):
     """Success when an action's last error code is one after which a recovery is useful.
 

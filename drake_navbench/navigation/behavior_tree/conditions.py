@@ -1,0 +1,123 @@
+"""Conditions that look at the clock, the way driven, the path and the goal.
+
+Source: nav2_behavior_tree (TimeExpired, DistanceTraveled, PathExpiringTimer, GoalReached), branches
+humble to lyrical, and BehaviorTree.CPP 4.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from py_trees.common import Status
+
+from drake_navbench.navigation.behavior_tree.board import Board
+from drake_navbench.navigation.behavior_tree.control_nodes import NANOSECOND_DIGITS, TreeNode
+from drake_navbench.navigation.behavior_tree.leaves import Leaf
+
+# Nav2's `goal_reached_tol`, m.
+GOAL_TOLERANCE_M = 0.25
+
+
+class AlwaysEnds(TreeNode):
+    """Ends at once, always in the same way."""
+
+    def __init__(self, name: str, result: Status) -> None:
+        super().__init__(name)
+        self._result = result
+
+    def update(self) -> Status:
+        """Returns the result."""
+        return self._result
+
+
+class TimeExpired(Leaf):
+    """Success once in a period, failure in between; the period begins when the node was idle."""
+
+    MEMORY = ("start_s",)
+    start_s = 0.0
+
+    def __init__(self, name: str, board: Board, *, period_s: float) -> None:
+        super().__init__(name, board)
+        self._period_s = period_s
+
+    def update(self) -> Status:
+        """Looks at the clock."""
+        now_s = self.board.inputs.now_s
+        elapsed_s = round(now_s - self.start_s, NANOSECOND_DIGITS)
+        if not self.is_active:
+            self.start_s = now_s
+            return Status.FAILURE
+        if elapsed_s < self._period_s:
+            return Status.FAILURE
+        self.start_s = now_s
+        return Status.SUCCESS
+
+
+class PathExpiringTimer(Leaf):
+    """Success once a path is so old; another path begins the time anew.
+
+    What it remembers survives its being idle, as in Nav2.
+    """
+
+    MEMORY = ("is_first", "start_s", "path")
+    is_first = True
+    start_s = 0.0
+    path: NDArray[np.float64] | None = None
+
+    def __init__(self, name: str, board: Board, *, period_s: float) -> None:
+        super().__init__(name, board)
+        self._period_s = period_s
+
+    def update(self) -> Status:
+        """Looks at the path and at the clock."""
+        now_s, path = self.board.inputs.now_s, self.board.values.path
+        if self.is_first:
+            self.is_first, self.start_s, self.path = False, now_s, path
+            return Status.FAILURE
+        if path is not self.path and not _are_equal(path, self.path):
+            self.start_s = now_s
+        self.path = path
+        if round(now_s - self.start_s, NANOSECOND_DIGITS) < self._period_s:
+            return Status.FAILURE
+        self.start_s = now_s
+        return Status.SUCCESS
+
+
+class DistanceTraveled(Leaf):
+    """Success each time the robot is a distance from where it was, failure in between."""
+
+    MEMORY = ("start",)
+    start = (0.0, 0.0)
+
+    def __init__(self, name: str, board: Board, *, distance_m: float) -> None:
+        super().__init__(name, board)
+        self._distance_m = distance_m
+
+    def update(self) -> Status:
+        """Measures the way."""
+        x, y, _ = self.board.inputs.pose
+        here = (float(x), float(y))
+        if not self.is_active:
+            self.start = here
+            return Status.FAILURE
+        if math.dist(self.start, here) < self._distance_m:
+            return Status.FAILURE
+        self.start = here
+        return Status.SUCCESS
+
+
+class GoalReached(Leaf):
+    """Success where the robot is within 0.25 m of the goal."""
+
+    def update(self) -> Status:
+        """Measures the distance to the goal."""
+        goal = self.board.values.goal
+        assert goal is not None  # The navigator sets it before the first tick.
+        is_near = math.dist(goal[:2], self.board.inputs.pose[:2]) <= GOAL_TOLERANCE_M
+        return Status.SUCCESS if is_near else Status.FAILURE
+
+
+def _are_equal(path: NDArray[np.float64] | None, other: NDArray[np.float64] | None) -> bool:
+    return path is not None and other is not None and np.array_equal(path, other)
