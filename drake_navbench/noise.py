@@ -28,7 +28,6 @@ class NoiseStream(IntEnum):
     SCAN_DELAY = 9
     ODOMETRY_DELAY = 10
     COMMAND_DELAY = 11
-    AMCL = 12
     STUCK_BEAMS = 13
     PEOPLE = 16
 
