@@ -57,7 +57,12 @@ def write_leaderboard(entries: Sequence[Entry], suite: Suite, out: Path) -> Path
     """
     require_writable(out)
     ranking = rank(pd.concat([entry.trials for entry in entries], ignore_index=True))
-    cards = [_card(standing, entries, suite, out) for standing in ranking.standings]
+    # Two folders have replays of the same names.
+    places = {
+        entry.folder.path: out / REPLAYS / f"entry_{number}"
+        for number, entry in enumerate(entries, start=1)
+    }
+    cards = [_card(standing, entries, suite, places) for standing in ranking.standings]
     path = out / PAGE_NAME
     write_text(path, _render(ranking, cards, suite))
     return path
@@ -78,7 +83,9 @@ def _render(ranking: Ranking, cards: Sequence[Card], suite: Suite) -> str:
     return environment.get_template("leaderboard.html").render(page=page)
 
 
-def _card(standing: Standing, entries: Sequence[Entry], suite: Suite, out: Path) -> Card:
+def _card(
+    standing: Standing, entries: Sequence[Entry], suite: Suite, places: Mapping[Path, Path]
+) -> Card:
     name = standing.controller
     own = [entry for entry in entries if name in entry.controllers]
     preset = own[0].preset(name)
@@ -98,39 +105,44 @@ def _card(standing: Standing, entries: Sequence[Entry], suite: Suite, out: Path)
         software={entry.fingerprint: entry.software for entry in own},
         processors=tuple(dict.fromkeys(str(m.get("processor", "unknown")) for m in machines)),
         failures=tuple(
-            _failure(entry, trial, out)
+            _failure(entry, trial, places[entry.folder.path])
             for entry in own
             for trial in entry.failed
             if trial.controller == name
         ),
         replays={
-            scenario: _published(own[0], own[0].first_replay(scenario, name), out)
+            scenario: _published(
+                own[0], own[0].first_replay(scenario, name), places[own[0].folder.path]
+            )
             for scenario in suite.scenarios
         },
         stand_ins=tuple(stand_ins),
     )
 
 
-def _failure(entry: Entry, trial: TrialName, out: Path) -> Failure:
+def _failure(entry: Entry, trial: TrialName, place: Path) -> Failure:
     table = entry.trials.set_index(list(TrialName._fields))
     row = table.loc[trial]
-    replay = _published(entry, entry.replay(trial), out)
+    replay = _published(entry, entry.replay(trial), place)
     outcome = str(row["outcome"])
     return Failure(
         trial.scenario, entry.seed, trial.trial, outcome, str(row["reason"] or ""), replay
     )
 
 
-def _published(entry: Entry, replay: Path | None, out: Path) -> str:
-    """Copies a replay to the page, so that both can be handed on; returns the link, '' for none."""
+def _published(entry: Entry, replay: Path | None, place: Path) -> str:
+    """Copies a replay to the page, so that both can be handed on; returns the link, '' for none.
+
+    place: of the entry's replays, in a folder beside the page.
+    """
     if replay is None:
         return ""
-    # As run --replay writes them all lie in one folder, those of single trials beside their logs.
-    place = replay.relative_to(entry.folder.path).with_suffix("").parts[1:]
-    link = REPLAYS / f"seed_{entry.seed}" / f"{file_name('--'.join(place))}.html"
-    if not (out / link).exists():
-        write_whole(out / link, lambda path: shutil.copyfile(replay, path))
-    return link.as_posix()
+    # Those of a run lie in one folder, those of single trials beside their logs.
+    parts = replay.relative_to(entry.folder.path).with_suffix("").parts[1:]
+    copy = place / f"{file_name('--'.join(parts))}.html"
+    if not copy.exists():
+        write_whole(copy, lambda path: shutil.copyfile(replay, path))
+    return copy.relative_to(place.parents[1]).as_posix()
 
 
 def _plain(parameters: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
