@@ -141,6 +141,15 @@ def test_an_unfinished_campaign_is_refused(root, capsys):
     assert "does not have every trial once" in refusal(root, capsys)
 
 
+def test_a_folder_whose_files_are_broken_is_refused_in_a_line(root, capsys):
+    (root / "seed_8" / "trials.parquet").write_bytes(b"no table")
+    assert "trials.parquet: cannot be read" in refusal(root, capsys)
+    change_json(root / "seed_8" / "manifest.json", controllers=[])
+    assert "controllers: missing" in refusal(root, capsys)
+    (root / "seed_3" / "leaderboard.json").write_text("{}")
+    assert "not what `leaderboard enter` writes" in refusal(root, capsys)
+
+
 def test_another_version_of_the_suite_is_refused(root, capsys):
     (root / "suite.yaml").write_text(yaml.safe_dump(SUITE | {"version": 3}))
     assert "entered for tiny version 2, expected tiny version 3" in refusal(root, capsys)

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pandas as pd
-from pydantic import Field
+from pydantic import ConfigDict, Field
 
 from drake_navbench.analysis.leaderboard.ranking import RUN_SEED
 from drake_navbench.analysis.leaderboard.suite import Suite
@@ -41,6 +41,16 @@ class _Stamp(FrozenModel):
     suite: str
     version: int = Field(ge=1)
     digest: str
+
+
+class CardPreset(FrozenModel):
+    """What a card tells of a resolved preset."""
+
+    model_config = ConfigDict(extra="ignore")
+
+    controller: str
+    description: str
+    parameters: dict[str, Any]
 
 
 class TrialName(NamedTuple):
@@ -80,9 +90,13 @@ class Entry:
             self.manifest.get("platform", "unknown platform"),
         ]
         # A cluster's workers tell a digest of the code, too.
-        software = [machine.get("software", {}) for machine in self.manifest.get("cluster", [])]
+        software = [machine.get("software", {}) for machine in self.machines("cluster")]
         told += dict.fromkeys(f"code {found['code']}" for found in software if "code" in found)
         return ", ".join(told)
+
+    def machines(self, key: str) -> list[Mapping[str, Any]]:
+        """Returns what the manifest tells of machines under 'machines' or 'cluster'."""
+        return [entry for entry in self.manifest.get(key, ()) if isinstance(entry, Mapping)]
 
     @property
     def fingerprint(self) -> str:
@@ -96,9 +110,10 @@ class Entry:
         parts = [hashes[f"{stem}.yaml"], hashes.get(f"{stem}.files.yaml", "")]
         return hashlib.sha256("".join(parts).encode()).hexdigest() if parts[1] else str(parts[0])
 
-    def preset(self, controller: str) -> dict[str, Any]:
-        """Returns the resolved preset: controller, description, parameters."""
-        return read_yaml(self.folder.path / "inputs/controllers" / f"{file_name(controller)}.yaml")
+    def preset(self, controller: str) -> CardPreset:
+        """Returns the resolved preset; raises InputError where the file is none."""
+        path = self.folder.path / "inputs/controllers" / f"{file_name(controller)}.yaml"
+        return validate(CardPreset, read_yaml(path), str(path))
 
     def replay(self, trial: TrialName) -> Path | None:
         """Returns the replay that shows a trial; the first trials may be in that of the race."""
@@ -155,7 +170,10 @@ def _require_stamp(path: Path, suite: Suite) -> None:
     place = path / STAMP_NAME
     if not place.is_file():
         raise InputError(f"{path}: not entered; expected `leaderboard enter {path}` first")
-    stamp = validate(_Stamp, parse_yaml(read_text(place), str(place)), str(place))
+    try:
+        stamp = validate(_Stamp, parse_yaml(read_text(place), str(place)), str(place))
+    except InputError as error:
+        raise InputError(f"{place}: not what `leaderboard enter` writes; enter it again") from error
     if (stamp.suite, stamp.version) != (suite.name, suite.version):
         raise InputError(
             f"{path}: entered for {stamp.suite} version {stamp.version}, "
@@ -181,6 +199,8 @@ def _checked(path: Path, suite: Suite, seed_of: SeedOf) -> Entry:
     if request.get("nav2_files"):
         raise InputError(f"{path}: nav2_files: change the robot; expected --params instead")
     driven = manifest.get("scenarios", [])
+    if not manifest.get("controllers"):
+        raise InputError(f"{folder.manifest_path}: controllers: missing, but required")
     if set(driven) != set(suite.scenarios):
         raise InputError(
             f"{path}: scenarios: expected {', '.join(suite.scenarios)}; got {', '.join(driven)}"
@@ -237,11 +257,12 @@ def _finished_trials(
     if not folder.trials_path.is_file():
         raise InputError(f"{folder.path}: no trials.parquet: {unfinished}")
     try:
-        trials = pd.read_parquet(folder.trials_path)
+        kinds = {"seed": "int64", "trial": "int64", "time_to_goal_s": "float64"}
+        trials = pd.read_parquet(folder.trials_path).astype(kinds)
         rows = trials.set_index(list(TrialName._fields)).sort_index()
         is_whole = rows.index.is_unique and set(rows.index) == set(wanted)
-        _ = trials[["seed", "outcome", "reason", "time_to_goal_s"]]
-    except (OSError, ValueError, KeyError) as error:
+        _ = trials[["outcome", "reason"]]
+    except (OSError, TypeError, ValueError, KeyError) as error:
         raise InputError(f"{folder.trials_path}: cannot be read: {one_line(error)}") from error
     if not is_whole:
         raise InputError(f"{folder.trials_path}: does not have every trial once: {unfinished}")

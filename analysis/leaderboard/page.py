@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -16,6 +16,7 @@ from drake_navbench.analysis.leaderboard.ranking import Ranking, Standing, rank
 from drake_navbench.analysis.leaderboard.suite import Suite
 from drake_navbench.analysis.numbers import EMPTY, number
 from drake_navbench.analysis.statistics import Interval
+from drake_navbench.analysis.verdicts import is_failed
 from drake_navbench.results import file_name, require_writable, write_text, write_whole
 
 PAGE_NAME = "leaderboard.html"
@@ -93,22 +94,21 @@ def _card(
         machine
         for entry in own
         for key in ("cluster", "machines")
-        for machine in entry.manifest.get(key, [])
+        for machine in entry.machines(key)
     ]
     stand_ins = own[0].manifest.get("stand_ins_of_columns", {}).get(name, ())
     return Card(
         standing=standing,
-        intended_use=str(preset["description"]),
-        controller=str(preset["controller"]),
+        intended_use=preset.description,
+        controller=preset.controller,
         digest=own[0].digest(name),
-        parameters=_plain(preset["parameters"]),
+        parameters=_plain(preset.parameters),
         software={entry.fingerprint: entry.software for entry in own},
         processors=tuple(dict.fromkeys(str(m.get("processor", "unknown")) for m in machines)),
         failures=tuple(
-            _failure(entry, trial, places[entry.folder.path])
+            failure
             for entry in own
-            for trial in entry.failed
-            if trial.controller == name
+            for failure in _failures(entry, name, places[entry.folder.path])
         ),
         replays={
             scenario: _published(
@@ -120,14 +120,14 @@ def _card(
     )
 
 
-def _failure(entry: Entry, trial: TrialName, place: Path) -> Failure:
-    table = entry.trials.set_index(list(TrialName._fields))
-    row = table.loc[trial]
-    replay = _published(entry, entry.replay(trial), place)
-    outcome = str(row["outcome"])
-    return Failure(
-        trial.scenario, entry.seed, trial.trial, outcome, str(row["reason"] or ""), replay
-    )
+def _failures(entry: Entry, controller: str, place: Path) -> Iterator[Failure]:
+    trials = entry.trials
+    failed = trials[(trials["controller"] == controller) & is_failed(trials)]
+    for row in failed.to_dict("records"):
+        trial = TrialName(row["scenario"], controller, row["trial"])
+        replay = _published(entry, entry.replay(trial), place)
+        reason = str(row["reason"] or "")
+        yield Failure(trial.scenario, entry.seed, trial.trial, row["outcome"], reason, replay)
 
 
 def _published(entry: Entry, replay: Path | None, place: Path) -> str:

@@ -14,6 +14,7 @@ from drake_navbench.errors import InputError
 
 EXIT_DONE = 0
 EXIT_WRONG_INPUT = 2
+EXIT_INTERRUPTED = 130
 
 EPILOG = """\
 a suite is a YAML file with name, version, scenarios, trials, robot, and seeds unless it is sealed
@@ -25,7 +26,7 @@ example:
   python -m drake_navbench leaderboard enter results/rpp --suite suite.yaml
   python -m drake_navbench leaderboard build results/rpp --suite suite.yaml --out board
 
-exit status: 0 done, 2 wrong input, such as an entry that is refused
+exit status: 0 done, 2 wrong input, such as an entry that is refused, 130 interrupted
 """
 
 
@@ -76,6 +77,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     except InputError as error:
         print(error, file=sys.stderr)
         return EXIT_WRONG_INPUT
+    except KeyboardInterrupt:
+        print("interrupted; the same command goes on", file=sys.stderr)
+        return EXIT_INTERRUPTED
     return EXIT_DONE
 
 
