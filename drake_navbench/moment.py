@@ -17,7 +17,8 @@ class Moment(NamedTuple):
     state: (6,) x m, y m, yaw rad, v m/s, w rad/s, vy m/s. scan, costmap: the latest, None before
     there was any. plan: (N, 3) poses of the plan in force, x m, y m, yaw rad; None before there is
     one. diagnostics: what the controller left in its last cycle. moving_poses: (B, 3) x m, y m, yaw
-    rad of what moves.
+    rad of what moves. odometry_from_world: (3,) where the world lies in the odometry's frame, that
+    of costmap and diagnostics; None where the two are one.
     """
 
     time_s: float
@@ -27,3 +28,4 @@ class Moment(NamedTuple):
     plan: NDArray[Any] | None
     diagnostics: Mapping[str, Any]
     moving_poses: NDArray[Any]
+    odometry_from_world: NDArray[Any] | None = None

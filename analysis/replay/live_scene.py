@@ -18,6 +18,7 @@ from drake_navbench.analysis.replay.global_plans import PLAN_COLOR, PLAN_PATH, d
 from drake_navbench.analysis.replay.ground_texture import textured_square
 from drake_navbench.analysis.replay.intentions import PREDICTED_COLOR, draw_prediction
 from drake_navbench.analysis.replay.moving import draw_moving, on_floor
+from drake_navbench.analysis.replay.odometry_frame import placed_points
 from drake_navbench.analysis.replay.page import LegendRow, assemble
 from drake_navbench.analysis.replay.paths import (
     LAYER_COLOR,
@@ -38,6 +39,7 @@ from drake_navbench.analysis.replay.scene import (
 )
 from drake_navbench.analysis.replay.stage import Stage
 from drake_navbench.inputs.world import World
+from drake_navbench.kernels.poses import inverse
 from drake_navbench.moment import Moment
 
 COSTMAP_PATH, PREDICTION_PATH = "/local_costmap", "/prediction"
@@ -133,10 +135,14 @@ class LiveScene:
                 size_m=HIT_SIZE_M,
                 rgba=self._rgba,
             )
+        frame = moment.odometry_from_world
+        place = np.zeros(3) if frame is None else inverse(frame)
         if moment.costmap is not None:
             self._stage.meshcat.SetObject(COSTMAP_PATH, textured_square(moment.costmap))
+            self._stage.pose(COSTMAP_PATH, on_floor(place))
         predicted = moment.diagnostics.get("predicted_trajectory", ())
         if len(predicted):
+            predicted = placed_points(predicted, place)
             draw_prediction(self._stage, PREDICTION_PATH, predicted)
 
     def _page(self, scenario: str, controller: str, subtitle: str, course: Bounds) -> str:

@@ -9,16 +9,22 @@ from pydrake.systems.framework import Context, LeafSystem
 
 from drake_navbench.moment import Moment
 from drake_navbench.systems.lifetime import weakly_bound
-from drake_navbench.systems.ports import POSE_SIZE, STATE_SIZE, declare_object_input
+from drake_navbench.systems.ports import (
+    POSE_SIZE,
+    STATE_SIZE,
+    declare_object_input,
+    value_or_none,
+)
 
 
 class Viewer(LeafSystem):
     """Calls a function with every Moment, once a period.
 
     Inputs `state`, `scan`, `costmap`, `plan` and `server_state`, as the recorder's and the
-    controller server's, and where anything moves its `moving_poses` [x m, y m, yaw rad] of each.
-    The period should be the recorder's: at any other instant the integrator's
-    steps would end there too, and the motion differ in its last digits.
+    controller server's, `odometry_from_world` (3,), where the world lies in the odometry's frame
+    (need not be connected), and where anything moves its `moving_poses` [x m, y m, yaw rad] of
+    each. The period should be the recorder's: at any other instant the integrator's steps would
+    end there too, and the motion differ in its last digits.
     """
 
     def __init__(
@@ -31,6 +37,7 @@ class Viewer(LeafSystem):
         self._costmap_port = declare_object_input(self, "costmap")
         self._plan_port = declare_object_input(self, "plan")
         self._server_port = declare_object_input(self, "server_state")
+        self._frame_port = self.DeclareVectorInputPort("odometry_from_world", POSE_SIZE)
         self._moving_port = None
         if moving_count:
             size = POSE_SIZE * moving_count
@@ -49,5 +56,6 @@ class Viewer(LeafSystem):
                 None if plan is None else plan.poses,
                 self._server_port.Eval(context).diagnostics,
                 np.reshape(moving, (-1, POSE_SIZE)),
+                value_or_none(self._frame_port, context),
             )
         )

@@ -189,6 +189,8 @@ def build_trial_diagram(
         connect_inputs(builder, viewer, state=state, scan=scan, costmap=costmap)
         connect_inputs(builder, viewer, plan=navigator.GetOutputPort("plan"))
         connect_inputs(builder, viewer, server_state=server.GetOutputPort("server_state"))
+        if signals.has_frames:
+            connect_inputs(builder, viewer, odometry_from_world=signals.odometry_from_world)
         if moving_world is not None:
             connect_inputs(builder, viewer, moving_poses=moving_world.GetOutputPort("poses"))
 

@@ -10,9 +10,12 @@ import pytest
 from replay_logs import replay_log
 
 from drake_navbench.analysis.replay.costmaps import add_costmaps
+from drake_navbench.analysis.replay.live_scene import COSTMAP_PATH, Course, LiveScene
 from drake_navbench.analysis.replay.odometry_frame import cycles_in_world
-from drake_navbench.analysis.replay.stage import Stage
+from drake_navbench.analysis.replay.stage import Stage, make_meshcat
+from drake_navbench.inputs.world import World
 from drake_navbench.log import TrialLog
+from drake_navbench.moment import Moment
 
 TURN_RAD = math.pi / 2
 
@@ -60,3 +63,17 @@ def test_intentions_lie_there_too_and_elsewhere_are_as_they_were_left():
     assert first["speed"] == 0.3
     assert second["sampled_trajectories"][0] == pytest.approx(np.array([[1.0, 0.0], [0.0, 1.0]]))
     assert second["sampled_costs"] == [None]
+
+
+def test_a_live_view_draws_the_costmap_around_the_robot():
+    log = replay_log("rpp", end_time_s=1.0)
+    goals = np.array([[4.0, 0.0, 0.0]])
+    square = np.array([[0.3, 0.3], [-0.3, 0.3], [-0.3, -0.3], [0.3, -0.3]])
+    course = Course("square", World(()), np.zeros(3), goals, 0.25, square, None)
+    scene = LiveScene(make_meshcat(), course, "rpp", subtitle="")
+    poses = {}
+    scene._stage.pose = lambda path, pose, frame=None: poses.update({path: pose.GetAsMatrix4()})
+    frame = np.array([1.0, 0.0, TURN_RAD])
+    scene.show(Moment(0.5, np.zeros(6), None, log.costmaps[0], None, {}, np.empty((0, 3)), frame))
+    origin = poses[COSTMAP_PATH] @ [1.0, 0.0, 0.0, 1.0]
+    np.testing.assert_allclose(origin, [0.0, 0.0, 0.0, 1.0], atol=1e-9)

@@ -6,10 +6,14 @@ import numpy as np
 import pytest
 
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, Scenario, load_scenario
+from drake_navbench.kernels.poses import compose
 from drake_navbench.log import ODOMETRY_COLUMNS, Outcome, TrialLog
-from drake_navbench.trial.trial import run_trial
+from drake_navbench.moment import Moment
+from drake_navbench.trial.spec import TrialSpec
+from drake_navbench.trial.trial import run_trial, simulate
 
 SCENE = {
     "description": "Past a pillar",
@@ -217,3 +221,18 @@ def test_an_unknown_clean_scenario_is_one_line(tmp_path):
     file.write_text("description: mine\ngoal: [1.0, 0.0, 0.0]\nclean_scenario: emtpy\n")
     with pytest.raises(InputError, match=r"clean_scenario: unknown scenario 'emtpy'.*empty"):
         load_scenario(str(file))
+
+
+def test_who_watches_is_told_where_the_odometry_lies():
+    robot = load_robot("wheelchair", {"localization": {"drift": 0.5, "yaw_drift": 0.5}})
+    scenario = Scenario(**SCENE | {"timeout_s": 2.0})
+    moments: list[Moment] = []
+    spec = TrialSpec(scenario, robot, load_preset("rpp"), seed=3)
+    log = simulate(spec, watch=moments.append)
+    told = [compose(moment.odometry_from_world, moment.state[:3]) for moment in moments]
+    logged = log.samples[list(ODOMETRY_COLUMNS)].to_numpy()[: len(moments)]
+    np.testing.assert_allclose(told, logged, atol=1e-9)
+    assert (
+        np.abs(logged - log.samples[["x_m", "y_m", "yaw_rad"]].to_numpy()[: len(moments)]).max()
+        > 0.1
+    )
