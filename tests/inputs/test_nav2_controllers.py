@@ -116,7 +116,7 @@ OTHER_VALUES = {
     },
 }
 # Ours alone, no part of Nav2's files.
-OURS = {"mppi": {"polish"}}
+OURS = {"mppi": {"polish"}, "teb": {"solver"}}
 
 
 def another_value(default):

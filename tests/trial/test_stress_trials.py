@@ -176,8 +176,10 @@ def test_measured_compute_times_are_replayed_to_the_same_bytes(tmp_path):
     for name, log in {"first": first, "again": again}.items():
         log.write(tmp_path / name)
     assert (tmp_path / "first").read_bytes() == (tmp_path / "again").read_bytes()
-    # A few tens of ms, so that they matter.
-    assert 100.0 * first.samples.compute_time_ms.max() > 10.0
+    # They matter: with cycles of 100 ms the same trial takes longer.
+    slow = replace(first, samples=first.samples.assign(compute_time_ms=1.0))
+    slowed = run_trial(scenario, "rpp", 1, robot=robot, compute_times_of=slow)
+    assert slowed.end_time_s > first.end_time_s + 0.05
     shorter = replace(first, samples=first.samples.iloc[:100])
     with pytest.raises(InputError, match="compute times"):
         run_trial(scenario, "rpp", 1, robot=robot, compute_times_of=shorter)
