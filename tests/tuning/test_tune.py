@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
@@ -92,18 +93,27 @@ def test_files_and_page_say_what_was_found(planted_trials, tmp_path, capsys):
 
 def test_a_front_that_has_changed_is_judged_anew(planted_trials, tmp_path):
     """Its points have the names of the former ones, and other parameters."""
+    first, second = (
+        replace(load_preset(f"rpp:lookahead_dist={value}"), name="rpp_tuned_1")
+        for value in (0.5, 0.8)
+    )
+    asked = {"trials": 2, "seed": 0, "robot": "wheelchair", "jobs": 1}
+    times_s = [
+        judgement.driven_in(tmp_path / "fresh", ["doorway"], [column], **asked)[
+            "time_to_goal_s"
+        ].tolist()
+        for column in (first, second, second)
+    ]
+    assert times_s[0] != times_s[1] == times_s[2]
+
+
+def test_points_of_an_earlier_front_are_not_left(planted_trials, tmp_path):
     out = tmp_path / "tuning"
-    few = ["1" if argument == "12" else argument for argument in ARGUMENTS]
-    assert command.main([*few, "--out", str(out)]) == 0
-    former = json.loads((out / "tuning.json").read_text(encoding="utf-8"))["front"]
-    assert command.main([*ARGUMENTS, "--front", "1", "--out", str(out)]) == 0
-    (point,) = json.loads((out / "tuning.json").read_text(encoding="utf-8"))["front"]
-    assert point["parameters"] != former[0]["parameters"]
-    assert point["held_out"]["means"] != former[0]["held_out"]["means"]
-    assert {path.name for path in (out / "front").iterdir()} == {
-        "rpp_tuned_1.nav2.yaml",
-        "rpp_tuned_1.preset.yaml",
-    }
+    stale = out / "front" / "rpp_tuned_9.nav2.yaml"
+    stale.parent.mkdir(parents=True)
+    stale.touch()
+    assert command.main([*ARGUMENTS, "--out", str(out)]) == 0
+    assert not stale.exists()
 
 
 def test_other_held_out_scenarios_are_driven_anew(planted_trials, tmp_path):
