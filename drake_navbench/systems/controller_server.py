@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import math
-import time
 import traceback
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
 from typing import Any, NamedTuple, Self
@@ -19,27 +16,31 @@ from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 from drake_navbench.controller import (
     Controller,
     ControllerError,
-    Decision,
     GracefulController,
     NoValidControl,
     Observation,
     SpeedLimit,
 )
-from drake_navbench.errors import as_line, is_machine_fault, one_line
+from drake_navbench.errors import as_line, one_line
 from drake_navbench.inputs.robot import PATIENT_FOR_EVER, ControllerServerSettings
 from drake_navbench.inputs.timeline import SLACK_S, Timeline
 from drake_navbench.inputs.timing import TimingSettings
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.kernels.poses import to_robot_frame
 from drake_navbench.kernels.read_only import read_only
-from drake_navbench.log import as_json
 from drake_navbench.navigation.goal_checkers import GoalChecker
 from drake_navbench.navigation.path_handler import PathHandler
 from drake_navbench.navigation.progress_checkers import ProgressChecker
 from drake_navbench.navigation.task import ClearRequest, GlobalPlan, TaskState, TaskStatus
 from drake_navbench.noise import NoiseKey, NoiseStream
 from drake_navbench.systems.compute_clock import TICKS_A_PERIOD, ComputeClock, ComputeTimes
-from drake_navbench.systems.diagnostics import is_array, without_arrays
+from drake_navbench.systems.controller_call import (
+    PluginBroke,
+    Stopwatch,
+    checked_command,
+    plugin_code,
+    require_loggable,
+)
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import (
     COMMAND_SIZE,
@@ -55,28 +56,6 @@ FAILED_TO_MAKE_PROGRESS = 105
 CONTROLLER_TIMED_OUT = 107
 NANOSECOND_DIGITS = 9
 STANDSTILL = read_only(np.zeros(COMMAND_SIZE))
-# Of the arrays that a log can hold: flags, whole numbers, numbers, text.
-LOGGABLE_KINDS = "biufU"
-# Of what is a velocity: complex numbers, flags and text are none, though numpy would convert them.
-REAL_KINDS = "iuf"
-# Of numbers, text and flags of one cycle as JSON, in characters.
-MAX_NOTE_LENGTH = 100_000
-
-
-class _Stopwatch(NamedTuple):
-    """When a call began: on the wall's clock and on that of the thread's processor time, s."""
-
-    wall_s: float
-    cpu_s: float
-
-    @classmethod
-    def started(cls) -> _Stopwatch:
-        """Returns one that begins now."""
-        return cls(time.perf_counter(), time.thread_time())
-
-    def elapsed_ms(self) -> tuple[float, float]:
-        """Returns the wall-clock and the processor time since then, ms."""
-        return 1e3 * (time.perf_counter() - self.wall_s), 1e3 * (time.thread_time() - self.cpu_s)
 
 
 class ServerState(NamedTuple):
@@ -201,7 +180,7 @@ class ControllerServer(LeafSystem):
             return
         try:
             new = self._advanced(context, server, plan, is_new_task=is_new_task)
-        except _PluginBroke as broken:
+        except PluginBroke as broken:
             new = self._broken(server, plan.task_id, broken.error)
         new = self._with_compute_time(server, new, context.get_time())
         if new.status.state.is_final:
@@ -231,7 +210,7 @@ class ControllerServer(LeafSystem):
     def _advanced(
         self, context: Context, server: ServerState, plan: GlobalPlan, *, is_new_task: bool
     ) -> ServerState:
-        """Returns the state after a cycle; raises _PluginBroke."""
+        """Returns the state after a cycle; raises PluginBroke."""
         if plan.plan_id != server.plan_id or is_new_task:
             server = self._take_plan(server, plan, context.get_time())
         if plan.cancel_requested and self._may_end(server.memory):
@@ -241,7 +220,7 @@ class ControllerServer(LeafSystem):
     def _may_end(self, memory: Any) -> bool:
         """Returns whether a cancelled task ends now: not while the controller slows down."""
         controller = self._controller
-        with _plugin_code():
+        with plugin_code():
             return not isinstance(controller, GracefulController) or controller.is_at_rest(memory)
 
     def _cycle_on_current_costmap(
@@ -341,7 +320,7 @@ class ControllerServer(LeafSystem):
         if plan.task_id == server.status.task_id:
             # Nav2 keeps the progress baseline over a preempting path.
             return server
-        with _plugin_code():
+        with plugin_code():
             memory = self._controller.initial_memory()
         return server._replace(
             status=TaskStatus(TaskState.RUNNING, task_id=plan.task_id),
@@ -363,18 +342,18 @@ class ControllerServer(LeafSystem):
         )
 
     def _compute(self, server: ServerState, observation: Observation) -> ServerState:
-        watch = _Stopwatch.started()
-        with _plugin_code():
+        watch = Stopwatch.started()
+        with plugin_code():
             try:
                 decision = self._controller.step(observation, server.memory)
             except ControllerError as error:
-                _require_loggable("details", error.details)
+                require_loggable("details", error.details)
                 if isinstance(error, NoValidControl):
                     return self._wait(server, error, observation.time_s, watch)
                 return self._end(server, TaskState.ABORTED, error.code, str(error), error.details)
             wall_ms, cpu_ms = watch.elapsed_ms()
-            command = _checked_command(decision, moves_sideways=self._moves_sideways)
-            _require_loggable("diagnostics", decision.diagnostics)
+            command = checked_command(decision, moves_sideways=self._moves_sideways)
+            require_loggable("diagnostics", decision.diagnostics)
         return server._replace(
             memory=decision.memory,
             command=command,
@@ -386,7 +365,7 @@ class ControllerServer(LeafSystem):
         )
 
     def _wait(
-        self, server: ServerState, error: NoValidControl, now_s: float, watch: _Stopwatch
+        self, server: ServerState, error: NoValidControl, now_s: float, watch: Stopwatch
     ) -> ServerState:
         """Stops for a cycle without control, or gives up where the patience has run out."""
         wall_ms, cpu_ms = watch.elapsed_ms()
@@ -429,65 +408,3 @@ class ControllerServer(LeafSystem):
             details=dict(details or {}),
         )
         return server._replace(status=status, command=STANDSTILL)
-
-
-class _PluginBroke(Exception):
-    """A plugin did what it may not; error: what it raised."""
-
-    def __init__(self, error: BaseException) -> None:
-        super().__init__()
-        self.error = error
-
-
-@contextmanager
-def _plugin_code() -> Iterator[None]:
-    """Guards calls of a plugin, which may break in any way: its own trial ends, never the campaign.
-
-    Raises _PluginBroke.
-    """
-    try:
-        yield
-    except KeyboardInterrupt:
-        # The user's own, unless Ctrl-C cannot reach this process.
-        raise
-    except BaseException as error:
-        # Drake reports a failed C++ check as SystemExit; plugins may raise anything.
-        if is_machine_fault(error):
-            raise
-        raise _PluginBroke(error) from error
-
-
-def _checked_command(decision: Decision, *, moves_sideways: bool) -> NDArray[np.float64]:
-    """Returns (3,) the command; raises ValueError where it is none that the base can follow."""
-    given = np.asarray(decision.command)
-    is_real = given.dtype.kind in REAL_KINDS and given.shape in ((2,), (3,))
-    command = np.zeros(COMMAND_SIZE)
-    if is_real:
-        command[: given.size] = given
-    if not is_real or not all(map(math.isfinite, command.tolist())):
-        raise ValueError(
-            f"the controller returned the command {decision.command!r}; "
-            "expected two finite numbers, v m/s and w rad/s, or a third one, vy m/s"
-        )
-    if command[2] != 0.0 and not moves_sideways:
-        raise ValueError(
-            f"the controller commanded vy = {command[2]:g} m/s; expected 0, or an omnidirectional "
-            "base, which this robot has not"
-        )
-    return command
-
-
-def _require_loggable(name: str, values: Mapping[str, Any]) -> None:
-    """Raises TypeError or ValueError where a log could not hold what a controller left."""
-    if not isinstance(values, Mapping):
-        raise TypeError(f"{name}: expected a mapping, got {type(values).__name__}")
-    for key, value in values.items():
-        if not isinstance(key, str):
-            raise TypeError(f"{name}: expected text as keys, got {key!r}")
-        if is_array(value) and value.dtype.kind not in LOGGABLE_KINDS:
-            raise TypeError(
-                f"{name}: {key}: expected numbers or text, got an array of {value.dtype}"
-            )
-    length = len(as_json(without_arrays(values)))
-    if length > MAX_NOTE_LENGTH:
-        raise ValueError(f"{name}: {length} characters of JSON, expected at most {MAX_NOTE_LENGTH}")

@@ -1,0 +1,103 @@
+"""The call of a controller, which may be anybody's: its time, how it breaks, what it returns."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.controller import Decision
+from drake_navbench.errors import is_machine_fault
+from drake_navbench.log import as_json
+from drake_navbench.systems.diagnostics import is_array, without_arrays
+from drake_navbench.systems.ports import COMMAND_SIZE
+
+# Of the arrays that a log can hold: flags, whole numbers, numbers, text.
+LOGGABLE_KINDS = "biufU"
+# Of what is a velocity: complex numbers, flags and text are none, though numpy would convert them.
+REAL_KINDS = "iuf"
+# Of numbers, text and flags of one cycle as JSON, in characters.
+MAX_NOTE_LENGTH = 100_000
+
+
+class Stopwatch(NamedTuple):
+    """When a call began: on the wall's clock and on that of the thread's processor time, s."""
+
+    wall_s: float
+    cpu_s: float
+
+    @classmethod
+    def started(cls) -> Stopwatch:
+        """Returns one that begins now."""
+        return cls(time.perf_counter(), time.thread_time())
+
+    def elapsed_ms(self) -> tuple[float, float]:
+        """Returns the wall-clock and the processor time since then, ms."""
+        return 1e3 * (time.perf_counter() - self.wall_s), 1e3 * (time.thread_time() - self.cpu_s)
+
+
+class PluginBroke(Exception):
+    """A plugin did what it may not; error: what it raised."""
+
+    def __init__(self, error: BaseException) -> None:
+        super().__init__()
+        self.error = error
+
+
+@contextmanager
+def plugin_code() -> Iterator[None]:
+    """Guards calls of a plugin, which may break in any way: its own trial ends, never the campaign.
+
+    Raises PluginBroke.
+    """
+    try:
+        yield
+    except KeyboardInterrupt:
+        # The user's own, unless Ctrl-C cannot reach this process.
+        raise
+    except BaseException as error:
+        # Drake reports a failed C++ check as SystemExit; plugins may raise anything.
+        if is_machine_fault(error):
+            raise
+        raise PluginBroke(error) from error
+
+
+def checked_command(decision: Decision, *, moves_sideways: bool) -> NDArray[np.float64]:
+    """Returns (3,) the command; raises ValueError where it is none that the base can follow."""
+    given = np.asarray(decision.command)
+    is_real = given.dtype.kind in REAL_KINDS and given.shape in ((2,), (3,))
+    command = np.zeros(COMMAND_SIZE)
+    if is_real:
+        command[: given.size] = given
+    if not is_real or not all(map(math.isfinite, command.tolist())):
+        raise ValueError(
+            f"the controller returned the command {decision.command!r}; "
+            "expected two finite numbers, v m/s and w rad/s, or a third one, vy m/s"
+        )
+    if command[2] != 0.0 and not moves_sideways:
+        raise ValueError(
+            f"the controller commanded vy = {command[2]:g} m/s; expected 0, or an omnidirectional "
+            "base, which this robot has not"
+        )
+    return command
+
+
+def require_loggable(name: str, values: Mapping[str, Any]) -> None:
+    """Raises TypeError or ValueError where a log could not hold what a controller left."""
+    if not isinstance(values, Mapping):
+        raise TypeError(f"{name}: expected a mapping, got {type(values).__name__}")
+    for key, value in values.items():
+        if not isinstance(key, str):
+            raise TypeError(f"{name}: expected text as keys, got {key!r}")
+        if is_array(value) and value.dtype.kind not in LOGGABLE_KINDS:
+            raise TypeError(
+                f"{name}: {key}: expected numbers or text, got an array of {value.dtype}"
+            )
+    length = len(as_json(without_arrays(values)))
+    if length > MAX_NOTE_LENGTH:
+        raise ValueError(f"{name}: {length} characters of JSON, expected at most {MAX_NOTE_LENGTH}")
