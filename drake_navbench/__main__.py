@@ -22,6 +22,10 @@ COMMANDS = {
     "replay": ("drake_navbench.commands.replay", "render the replay of one trial from its log"),
     "tune": ("drake_navbench.commands.tune", "search parameters that beat a preset"),
     "train": ("drake_navbench.commands.train", "train a policy in the Gymnasium environment"),
+    "leaderboard": (
+        "drake_navbench.commands.leaderboard",
+        "rank the controllers of many folders that drive one suite",
+    ),
     "export": ("drake_navbench.commands.export", "write trials as bags, tables or trajectories"),
     "import-bag": (
         "drake_navbench.commands.import_bag",

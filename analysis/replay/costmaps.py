@@ -5,6 +5,8 @@ from __future__ import annotations
 from pydrake.geometry import Rgba
 
 from drake_navbench.analysis.replay.ground_texture import textured_square
+from drake_navbench.analysis.replay.moving import on_floor
+from drake_navbench.analysis.replay.odometry_frame import world_from_odometry
 from drake_navbench.analysis.replay.stage import Stage, frame_of, spaced_in_time
 from drake_navbench.log import TrialLog
 
@@ -25,6 +27,9 @@ def add_costmaps(
     for time_s, costmap in spaced_in_time([(c.stamp_s, c) for c in log.costmaps], period_s):
         name = f"{path}/{frame_of(time_s)}"
         stage.meshcat.SetObject(name, textured_square(costmap))
+        pose = world_from_odometry(log, costmap.stamp_s)
+        if pose is not None:
+            stage.pose(name, on_floor(pose))
         shown.append((time_s, name))
     stage.take_turns(shown)
     return bool(shown)

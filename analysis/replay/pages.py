@@ -35,6 +35,7 @@ from drake_navbench.analysis.replay.global_plans import (
     add_plans_in_force,
 )
 from drake_navbench.analysis.replay.moving import add_moving
+from drake_navbench.analysis.replay.odometry_frame import cycles_in_world
 from drake_navbench.analysis.replay.page import LegendRow, assemble
 from drake_navbench.analysis.replay.paths import (
     LAYER_COLOR,
@@ -258,10 +259,11 @@ def _intention_rows(stage: Stage, log: TrialLog, pace: Pace) -> list[LegendRow]:
         ("samples", intentions.add_samples, intentions.SAMPLE_COLORS[0]),
         ("carrot", intentions.add_carrot, intentions.CARROT_COLOR),
     ]
+    cycles = cycles_in_world(log)
     return [
         LegendRow(name, css_color(rgba), [f"/{name}"])
         for name, add, rgba in kinds
-        if add(stage, f"/{name}", log.diagnostics, pace.turn_period_s)
+        if add(stage, f"/{name}", cycles, pace.turn_period_s)
     ]
 
 

@@ -51,7 +51,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         log = _worst_of(arguments.log) if arguments.log.is_dir() else arguments.log
         path = arguments.out or log.with_suffix(".html")
-        _render(log, path, arguments.model)
+        render(log, path, arguments.model)
     except InputError as error:
         print(f"error: {error}", file=sys.stderr)
         return EXIT_WRONG_INPUT
@@ -65,7 +65,8 @@ def _worst_of(folder: Path) -> Path:
     return worst_trial(folder)
 
 
-def _render(log_path: Path, path: Path, model: Path | None) -> None:
+def render(log_path: Path, path: Path, model: Path | None) -> None:
+    """Writes the replay of a log; raises InputError where there is nothing to show, or no model."""
     from pydantic import ValidationError
 
     from drake_navbench.analysis.replay import write_trial_replay

@@ -41,7 +41,9 @@ class TimedPose(FrozenModel):
 
 class _Moving(FrozenModel):
     name: str = Field("", description="What reports and replays call it.")
-    height_m: Size = Field(1.0, description="Height above the floor, for pictures [m].")
+    height_m: Size = Field(
+        1.0, description="Height above the floor [m]; a lidar that scans above it does not see it."
+    )
     waypoints: list[TimedPose] = Field(
         min_length=1,
         max_length=MAX_WAYPOINTS,
@@ -176,6 +178,16 @@ class Bodies:
         edges, discs = (part[part[:, 0] >= count] for part in (self.edges, self.discs))
         return Bodies(edges, discs, self.count)
 
+    def seen_at(self, height_m: float, heights_m: Array) -> Bodies:
+        """Returns the same numbering with those bodies left out that end below a height.
+
+        heights_m: (B,) of each body.
+        """
+        edges, discs = (
+            part[heights_m[part[:, 0].astype(int)] >= height_m] for part in (self.edges, self.discs)
+        )
+        return Bodies(edges, discs, self.count)
+
     def placed(self, poses: Array) -> tuple[Array, Array]:
         """Returns edges (E, 4) and circles (D, 3) in the world frame with bodies at (B, 3), m."""
         return place_edges(self.edges, poses), place_discs(self.discs, poses)
@@ -200,6 +212,11 @@ class MovingObstacles:
     def bodies(self) -> Bodies:
         """Their outlines: discs exactly, boxes as edges."""
         return bodies_of(self.things)
+
+    @cached_property
+    def heights_m(self) -> Array:
+        """(B,) above the floor, m."""
+        return np.array([thing.height_m for thing in self.things], dtype=float)
 
     @property
     def names(self) -> list[str]:

@@ -105,12 +105,13 @@ class RecordedMotion:
     def in_world(self, frame: str, time_s: Array) -> Array | None:
         """Returns where a frame lies in the world at some times, (M, 3); None if nothing tells.
 
-        A truth stands for the odometry's frame and for the map, whatever the localisation said.
+        A truth stands for the map, whatever the localisation said; the odometry's frame then lies
+        where the robot, which is in both, joins it to the truth.
         """
-        if frame == self.world or (self.has_truth and frame in (self.odom_frame, MAP_FRAME)):
+        if frame == self.world or (self.has_truth and frame == MAP_FRAME):
             return np.zeros((len(time_s), 3))
         joined = self.tree.poses(self.world, frame, time_s)
-        if joined is not None:
+        if joined is not None and not (self.has_truth and frame == self.odom_frame):
             return joined
         # A frame beside the robot's own: by way of the robot.
         seen = self.base_in(frame, time_s)

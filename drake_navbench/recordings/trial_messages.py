@@ -24,7 +24,7 @@ from drake_navbench.analysis.moving import movers_of
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.world import Obstacle, World
 from drake_navbench.kernels.poses import carrier_pose, place_outline
-from drake_navbench.log import UNREPEATABLE_COLUMNS, Outcome, TrialLog
+from drake_navbench.log import ODOMETRY_COLUMNS, UNREPEATABLE_COLUMNS, Outcome, TrialLog
 from drake_navbench.recordings import topics
 from drake_navbench.recordings.messages import (
     LINE_LIST,
@@ -46,6 +46,7 @@ TIME_ZERO_NS = 1_704_067_200 * NANOSECONDS_PER_SECOND
 # Nav2's (action_msgs/GoalStatus).
 ACCEPTED, EXECUTING, SUCCEEDED, ABORTED = 1, 2, 4, 6
 MAP_MARGIN_M = 1.0
+TRUE_COLUMNS = ("x_m", "y_m", "yaw_rad")
 
 PREDICTED_RGBA: Rgba = (0.8, 0.1, 0.1, 1.0)
 OBSTACLE_RGBA: Rgba = (0.45, 0.47, 0.5, 1.0)
@@ -81,6 +82,26 @@ class TrialMessages:
     def world(self) -> World:
         """Everything that stood in the world."""
         return World(tuple(TypeAdapter(list[Obstacle]).validate_python(self.log.obstacles)))
+
+    @cached_property
+    def has_frames(self) -> bool:
+        """Whether the odometry has a frame of its own; else its frame is the world's."""
+        return ODOMETRY_COLUMNS.keys() <= set(self.log.samples.columns)
+
+    @property
+    def world_frame(self) -> str:
+        """The frame in which the truth is told."""
+        return MAP_FRAME if self.has_frames else ODOM_FRAME
+
+    @property
+    def intention_frame(self) -> str:
+        """The frame in which the controller was told where it is."""
+        return ODOM_FRAME if self.has_frames else MAP_FRAME
+
+    @property
+    def odometry_columns(self) -> tuple[str, ...]:
+        """The columns of x m, y m and yaw rad in the odometry's frame."""
+        return tuple(ODOMETRY_COLUMNS) if self.has_frames else TRUE_COLUMNS
 
     @property
     def start_ns(self) -> int:
@@ -120,7 +141,7 @@ class TrialMessages:
             start,
             make.lines(
                 start,
-                ODOM_FRAME,
+                self.world_frame,
                 edges,
                 kind=LINE_LIST,
                 width_m=LINE_WIDTH_M,
@@ -179,17 +200,20 @@ class TrialMessages:
             truth = (row.x_m, row.y_m, row.yaw_rad)
             told = (row.estimated_x_m, row.estimated_y_m, row.estimated_yaw_rad)
             measured = _twist(row, "measured_")
-            correction = (0.0, 0.0, 0.0) if told == truth else carrier_pose(told, truth)
+            carried = tuple(getattr(row, name) for name in self.odometry_columns)
+            correction = (0.0, 0.0, 0.0) if told == carried else carrier_pose(told, carried)
             transforms = [
                 make.transform(now, MAP_FRAME, ODOM_FRAME, correction),
-                make.transform(now, ODOM_FRAME, BASE_FRAME, truth),
+                make.transform(now, ODOM_FRAME, BASE_FRAME, carried),
             ]
             yield topics.CLOCK, now, make.make("rosgraph_msgs/msg/Clock", clock=make.time(now))
             yield topics.TF, now, make.make("tf2_msgs/msg/TFMessage", transforms=transforms)
-            odometry = make.odometry(now, ODOM_FRAME, BASE_FRAME, truth, measured, twist_variances)
+            odometry = make.odometry(
+                now, ODOM_FRAME, BASE_FRAME, carried, measured, twist_variances
+            )
             yield topics.ODOMETRY, now, odometry
-            moved = _twist(row)
-            yield topics.TRUTH, now, make.odometry(now, ODOM_FRAME, BASE_FRAME, truth, moved)
+            moved = make.odometry(now, self.world_frame, BASE_FRAME, truth, _twist(row))
+            yield topics.TRUTH, now, moved
             pose = make.pose_with_covariance(now, MAP_FRAME, told, variances)
             yield topics.ESTIMATE, now, pose
             command = _twist(row, "command_")
@@ -235,7 +259,7 @@ class TrialMessages:
     def _costmaps(self) -> Iterator[Message]:
         samples = self.log.samples
         times = samples["time_s"].to_numpy()
-        columns = [samples[name].to_numpy() for name in ("x_m", "y_m", "yaw_rad")]
+        columns = [samples[name].to_numpy() for name in self.odometry_columns]
         for costmap in self.log.costmaps:
             now = stamp_ns(costmap.stamp_s)
             grid = self.maker.occupancy_grid(
@@ -275,7 +299,7 @@ class TrialMessages:
             corners = [place_outline(*body) for body in zip(movers.outlines, poses, strict=True)]
             message = self.maker.lines(
                 now,
-                ODOM_FRAME,
+                self.world_frame,
                 np.vstack(list(map(_closed, corners))).reshape(-1, 2),
                 kind=LINE_LIST,
                 width_m=LINE_WIDTH_M,
@@ -294,7 +318,7 @@ class TrialMessages:
                 now,
                 make.lines(
                     now,
-                    MAP_FRAME,
+                    self.intention_frame,
                     points,
                     kind=LINE_STRIP,
                     width_m=LINE_WIDTH_M,
@@ -309,7 +333,7 @@ class TrialMessages:
                 now,
                 make.lines(
                     now,
-                    MAP_FRAME,
+                    self.intention_frame,
                     points,
                     kind=LINE_LIST,
                     width_m=THIN_LINE_WIDTH_M,
@@ -320,7 +344,7 @@ class TrialMessages:
             )
         if len(left.get("carrot", ())):
             x, y = np.asarray(left["carrot"], dtype=float)[:2].tolist()
-            header = make.header(now, MAP_FRAME)
+            header = make.header(now, self.intention_frame)
             carrot = make.make(
                 "geometry_msgs/msg/PointStamped", header=header, point=make.point(x, y)
             )

@@ -52,8 +52,9 @@ class MovingWorld(LeafSystem):
     take notice; without any it need not be connected. Output `poses` [x m, y m, yaw rad] of each
     body in the world frame: things, then people, in the order of the scenario file. Output
     `outlines`: edges (E, 4) and circles (D, 3) of all, m, as they touch. Output `scanned`: the
-    same as a scanner sees them at its height, people as legs or trunks. Output `solids`: the same
-    as upright Solids for depth sensors, people as trunks down to the floor. Output `people`: the
+    same as a scanner sees them at its height, without things that end below it, people as legs or
+    trunks. Output `solids`: all as upright Solids for depth sensors, people as trunks down to the
+    floor. Output `people`: the
     poses of the people alone. Output `geometry_pose` places all in SceneGraph.
 
     People choose a velocity once a period, from the states at that time, and keep it until the
@@ -70,6 +71,7 @@ class MovingWorld(LeafSystem):
         self._things, self._people = world.moving, world.people
         self._standing = (world.segments, world.circles)
         self._footprint, self._scan_height_m = footprint, scan_height_m
+        self._seen_things = world.moving.bodies.seen_at(scan_height_m, world.moving.heights_m)
         self.body_count = len(world.moving) + len(world.people)
         self.source_id = scene_graph.RegisterSource("moving_world")
         self._frame_ids = self._register(scene_graph)
@@ -182,7 +184,7 @@ class MovingWorld(LeafSystem):
         return edges, np.vstack([circles, np.column_stack([people, self._people.radii_m])])
 
     def _scanned(self, context: Context) -> tuple[Array, Array]:
-        edges, circles = self._placed_things(context)
+        edges, circles = self._seen_things.placed(self._things.tracks.poses_at(context.get_time()))
         people = self.people_at(context)
         speeds_mps = np.hypot(people[:, VX], people[:, VY])
         discs = scanned_discs(
@@ -194,7 +196,7 @@ class MovingWorld(LeafSystem):
         edges, circles = self._placed_things(context)
         people = self.people_at(context)[:, :2]
         trunks = np.column_stack([people, np.full(len(people), TRUNK_RADIUS_M)])
-        heights_m = np.array([thing.height_m for thing in self._things.things])
+        heights_m = self._things.heights_m
         boxes, starts = np.unique(self._things.bodies.edges[:, 0], return_index=True)
         of_discs = heights_m[self._things.bodies.discs[:, 0].astype(int)]
         return Solids(

@@ -22,6 +22,7 @@ from drake_navbench.inputs.world import Box, World
 from drake_navbench.kernels.grid import LETHAL
 from drake_navbench.log import TrialLog
 from drake_navbench.recordings.heard import ROLES
+from drake_navbench.recordings.messages import MessageMaker
 from drake_navbench.recordings.occupancy import (
     costs_from_occupancy,
     map_of_world,
@@ -30,7 +31,8 @@ from drake_navbench.recordings.occupancy import (
 from drake_navbench.recordings.robot_description import urdf_of
 from drake_navbench.recordings.rosbags_extra import ros2_types
 from drake_navbench.recordings.topics import SCALARS, TOPICS
-from drake_navbench.recordings.trial_messages import TIME_ZERO_NS
+from drake_navbench.recordings.trial_messages import TIME_ZERO_NS, TrialMessages
+from drake_navbench.trial.trial import run_trial
 
 REPOSITORY = Path(__file__).parents[2]
 LAYOUTS = REPOSITORY / "drake_navbench" / "recordings" / "layouts"
@@ -347,3 +349,50 @@ def test_a_folder_that_is_no_bag_is_not_replaced(log_file, tmp_path, capsys):
     assert main(["export", str(log_file), "--mcap", "--out", str(tmp_path)]) == 2
     assert "exists and is not a bag" in capsys.readouterr().err
     assert [path.name for path in (tmp_path / "trial_000").iterdir()] == ["mine.txt"]
+
+
+@pytest.fixture(scope="module")
+def drifted():
+    """Returns the log of a robot whose odometry drifts and which a bias misplaces on the map."""
+    overrides = {"localization": {"drift": 0.3, "yaw_drift": 0.2, "y_bias_m": 0.2}}
+    robot = load_robot("wheelchair", overrides)
+    return run_trial("restricted_small", "rpp", seed=3, robot=robot, wants_diagnostics=True)
+
+
+def test_a_drifting_odometry_has_its_own_frame_in_the_bag(drifted):
+    samples = drifted.samples
+    told: dict[str, list] = {}
+    for topic, _, message in TrialMessages(drifted, MessageMaker()):
+        told.setdefault(topic.name, []).append(message)
+    for message, row in zip(told["/tf"], samples.itertuples(), strict=True):
+        jump, carried = message.transforms
+        place = carried.transform.translation
+        assert (place.x, place.y) == (row.odometry_x_m, row.odometry_y_m)
+        turn = yaw_of(jump.transform.rotation)
+        x = jump.transform.translation.x + place.x * math.cos(turn) - place.y * math.sin(turn)
+        assert x == pytest.approx(row.estimated_x_m, abs=1e-12)
+    positions = [message.pose.pose.position.x for message in told["/odom"]]
+    assert positions == samples["odometry_x_m"].tolist()
+    assert told["/odom"][0].header.frame_id == "odom"
+    # What is true is told in the map, what the controller drove by in the odometry's frame.
+    assert {message.header.frame_id for message in told["/ground_truth/odom"]} == {"map"}
+    assert told["/obstacles"][0].markers[0].header.frame_id == "map"
+    assert told["/lookahead_point"][0].header.frame_id == "odom"
+    outline = told["/local_costmap/published_footprint"][-1].polygon.points
+    centre = np.mean([[point.x, point.y] for point in outline], axis=0)
+    stamp_s = drifted.costmaps[-1].stamp_s
+    row = samples.iloc[(samples["time_s"] - stamp_s).abs().argmin()]
+    off = seen_from(row.x_m, row.y_m, row.yaw_rad, centre) - seen_from(
+        row.odometry_x_m, row.odometry_y_m, row.odometry_yaw_rad, centre
+    )
+    assert np.hypot(*off) > 0.02
+    mean = load_robot("wheelchair").padded_outline.mean(axis=0)
+    seen = seen_from(row.odometry_x_m, row.odometry_y_m, row.odometry_yaw_rad, centre)
+    assert seen == pytest.approx(mean, abs=0.02)
+
+
+def seen_from(x, y, yaw, point):
+    """Returns a point as seen from a pose."""
+    away = point - np.array([x, y])
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    return np.array([cos * away[0] + sin * away[1], cos * away[1] - sin * away[0]])

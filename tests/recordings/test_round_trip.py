@@ -12,6 +12,8 @@ from recorded_trials import short_trial
 
 from drake_navbench.__main__ import main
 from drake_navbench.analysis.metrics.registry import measure_all
+from drake_navbench.inputs.robot import load_robot
+from drake_navbench.kernels.grid import LETHAL
 from drake_navbench.log import LATERAL_COLUMNS, TrialLog
 from drake_navbench.plans import Plan
 from drake_navbench.results import ResultsFolder
@@ -107,3 +109,23 @@ def test_a_folder_is_exported_trial_by_trial_and_imported_beside_the_trials(tmp_
         "trial_000.parquet",
         "trial_001.parquet",
     ]
+
+
+def test_a_local_costmap_in_a_drifting_odometry_comes_back_around_the_robot(tmp_path):
+    robot = load_robot("wheelchair", {"localization": {"drift": 2.0, "y_bias_m": 0.2}})
+    log = run_trial("restricted_small", "rpp", seed=3, robot=robot)
+    back = round_trip(tmp_path, log)
+    compared = 0
+    for costmap in back.costmaps:
+        row = (back.samples["time_s"] - costmap.stamp_s).abs().argmin() + 2
+        seen_m = back.samples["obstacle_cell_distance_m"].iloc[min(row, len(back.samples) - 1)]
+        rows, columns = np.nonzero(costmap.costs == LETHAL)
+        if not len(rows) or not math.isfinite(seen_m):
+            continue
+        x = costmap.origin_x + (columns + 0.5) * costmap.resolution
+        y = costmap.origin_y + (rows + 0.5) * costmap.resolution
+        sample = back.samples.iloc[row - 2]
+        nearest_m = np.hypot(x - sample.x_m, y - sample.y_m).min()
+        assert nearest_m == pytest.approx(seen_m, abs=0.08)
+        compared += 1
+    assert compared > 0

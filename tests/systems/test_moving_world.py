@@ -138,3 +138,15 @@ def test_scene_graph_has_them_where_they_are(simulation):
     where = [placed.GetPoseInWorld(f).translation()[0] for f in query.ids()]
     assert sorted(where) == pytest.approx([0.0, 4.0])
     assert inspector.num_geometries() == 2
+
+
+def test_the_lidar_looks_over_what_is_lower_than_its_plane_and_the_clearance_does_not():
+    low = COMES.model_copy(update={"height_m": 0.15})
+    low_box = TURNS.model_copy(update={"height_m": 0.15})
+    world = World((), moving=MovingObstacles((low, TURNS, low_box)))
+    moving = MovingWorld(world, SceneGraph(), footprint=ROBOT, scan_height_m=0.2)
+    context = moving.CreateDefaultContext()
+    edges, circles = moving.GetOutputPort("scanned").Eval(context)
+    assert (edges.shape, circles.shape) == ((4, 4), (0, 3))
+    edges, circles = moving.GetOutputPort("outlines").Eval(context)
+    assert (edges.shape, circles.shape) == ((8, 4), (1, 3))

@@ -1,0 +1,1 @@
+"""A leaderboard: a suite whose seeds can be sealed, entries that are checked, ranks with ties."""

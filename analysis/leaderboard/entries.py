@@ -1,0 +1,334 @@
+"""Entries of a leaderboard: results folders, checked against the suite.
+
+A folder says in `leaderboard.json` for which suite, and for which version of it, it was entered.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pandas as pd
+from pydantic import ConfigDict, Field
+
+from drake_navbench.analysis.leaderboard.ranking import RUN_SEED
+from drake_navbench.analysis.leaderboard.suite import Suite
+from drake_navbench.analysis.verdicts import is_failed
+from drake_navbench.errors import InputError, one_line
+from drake_navbench.log import TrialLog
+from drake_navbench.results import ResultsFolder, file_name, write_text
+from drake_navbench.typed_files.input_file import file_digest
+from drake_navbench.typed_files.typed_yaml import (
+    MAX_FILE_BYTES,
+    FrozenModel,
+    parse_yaml,
+    read_text,
+    read_yaml,
+    validate,
+)
+
+STAMP_NAME = "leaderboard.json"
+# The seed of a trial, of the run's seed, the scenario and the trial's number.
+SeedOf = Callable[[int, str, int], int]
+SHOWN_DIGEST = 12
+
+
+class _Stamp(FrozenModel):
+    suite: str
+    version: int = Field(ge=1)
+    digest: str
+
+
+class CardPreset(FrozenModel):
+    """What a card tells of a resolved preset."""
+
+    model_config = ConfigDict(extra="ignore")
+
+    controller: str
+    description: str
+    parameters: dict[str, Any]
+
+
+class TrialName(NamedTuple):
+    """A trial of a results folder."""
+
+    scenario: str
+    controller: str
+    trial: int
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A results folder of one of the suite's seeds, whole.
+
+    trials: its table, with the run's seed. failed: the trials that did not reach their goal.
+    """
+
+    folder: ResultsFolder
+    manifest: Mapping[str, Any]
+    seed: int
+    trials: pd.DataFrame
+    failed: tuple[TrialName, ...] = field(default=())
+
+    @property
+    def controllers(self) -> list[str]:
+        """The columns of the folder."""
+        return list(self.manifest["controllers"])
+
+    @property
+    def software(self) -> str:
+        """What drove it, in words."""
+        packages = self.manifest.get("packages", {}) | self.manifest.get("plugins", {})
+        told = [
+            f"drake_navbench {self.manifest.get('drake_navbench', 'unknown')}",
+            f"Python {self.manifest.get('python', 'unknown')}",
+            *(f"{name} {version}" for name, version in packages.items()),
+            self.manifest.get("platform", "unknown platform"),
+        ]
+        # A cluster's workers tell a digest of the code, too.
+        software = [machine.get("software", {}) for machine in self.machines("cluster")]
+        told += dict.fromkeys(f"code {found['code']}" for found in software if "code" in found)
+        return ", ".join(told)
+
+    def machines(self, key: str) -> list[Mapping[str, Any]]:
+        """Returns what the manifest tells of machines under 'machines' or 'cluster'."""
+        return [entry for entry in self.manifest.get(key, ()) if isinstance(entry, Mapping)]
+
+    @property
+    def fingerprint(self) -> str:
+        """A short digest of `software`: equal where it is."""
+        return hashlib.sha256(self.software.encode()).hexdigest()[:SHOWN_DIGEST]
+
+    def digest(self, controller: str) -> str:
+        """Returns the SHA-256 of a controller's resolved parameters and of the files it reads."""
+        stem = f"controllers/{file_name(controller)}"
+        hashes = self.manifest["inputs"]
+        parts = [hashes[f"{stem}.yaml"], hashes.get(f"{stem}.files.yaml", "")]
+        return hashlib.sha256("".join(parts).encode()).hexdigest() if parts[1] else str(parts[0])
+
+    def preset(self, controller: str) -> CardPreset:
+        """Returns the resolved preset; raises InputError where the file is none."""
+        path = self.folder.path / "inputs/controllers" / f"{file_name(controller)}.yaml"
+        return validate(CardPreset, read_yaml(path), str(path))
+
+    def replay(self, trial: TrialName) -> Path | None:
+        """Returns the replay that shows a trial; the first trials may be in that of the race."""
+        paths = [self.folder.log_path(*trial).with_suffix(".html")]
+        if trial.trial == 0:
+            paths.append(self.folder.replay_path(trial.scenario, trial.controller))
+            paths.append(self.folder.replay_path(trial.scenario))
+        return next((path for path in paths if path.is_file()), None)
+
+    def first_replay(self, scenario: str, controller: str) -> Path | None:
+        """Returns a replay of a controller in a scenario, None where there is not a single one."""
+        count = self.trials["trial"].max() + 1
+        shown = (self.replay(TrialName(scenario, controller, trial)) for trial in range(count))
+        return next((path for path in shown if path is not None), None)
+
+
+def enter(path: Path, suite: Suite, *, seed_of: SeedOf, render: Callable[[Path], object]) -> int:
+    """Checks a results folder, writes what it lacks of replays, and enters it for the suite.
+
+    render: writes the replay of a log beside it. Returns the number of replays written. Raises
+    InputError, before anything is written, where it is no entry of the suite.
+    """
+    entry = _checked(path, suite, seed_of)
+    lacking = list(_without_replay(entry, suite))
+    for trial in lacking:
+        render(entry.folder.log_path(*trial))
+    stamp = _Stamp(suite=suite.name, version=suite.version, digest=suite.digest)
+    write_text(path / STAMP_NAME, json.dumps(stamp.model_dump(), indent=2) + "\n")
+    return len(lacking)
+
+
+def read_entries(paths: Sequence[Path], suite: Suite, *, seed_of: SeedOf) -> list[Entry]:
+    """Returns the entries in results folders, all checked; raises InputError.
+
+    Refused is what was entered for another suite or version, has other seeds, scenarios, trials or
+    another robot, is not finished, lacks a replay, or was driven with other inputs than the rest.
+    """
+    entries = []
+    for path in paths:
+        _require_stamp(path, suite)
+        entry = _checked(path, suite, seed_of)
+        for lacking in _without_replay(entry, suite):
+            raise InputError(
+                f"{path}: no replay of {_told(lacking)}; expected one of every failure and of each "
+                "scenario and controller, which `leaderboard enter` writes"
+            )
+        entries.append(entry)
+    _require_equal_inputs(entries)
+    _require_every_seed(entries, suite)
+    return entries
+
+
+def _require_stamp(path: Path, suite: Suite) -> None:
+    place = path / STAMP_NAME
+    if not place.is_file():
+        raise InputError(f"{path}: not entered; expected `leaderboard enter {path}` first")
+    try:
+        stamp = validate(_Stamp, parse_yaml(read_text(place), str(place)), str(place))
+    except InputError as error:
+        raise InputError(f"{place}: not what `leaderboard enter` writes; enter it again") from error
+    if (stamp.suite, stamp.version) != (suite.name, suite.version):
+        raise InputError(
+            f"{path}: entered for {stamp.suite} version {stamp.version}, "
+            f"expected {suite.name} version {suite.version}"
+        )
+    if stamp.digest != suite.digest:
+        raise InputError(
+            f"{path}: entered for another text of {suite.name} version {suite.version}; a suite "
+            "that changes needs a new version"
+        )
+
+
+def _checked(path: Path, suite: Suite, seed_of: SeedOf) -> Entry:
+    folder = ResultsFolder(path)
+    manifest = folder.read_manifest()
+    request = manifest.get("request")
+    if not request:
+        raise InputError(f"{folder.manifest_path}: request: missing; expected a run of a shell")
+    _require(path, "seed", request.get("seed"), suite.known_seeds)
+    _require(path, "trials", request.get("trials"), (suite.trials,))
+    # A file may be named from elsewhere; that all entries have the same one is checked by its hash.
+    _require(path, "robot", Path(str(request.get("robot"))).name, (Path(suite.robot).name,))
+    if request.get("nav2_files"):
+        raise InputError(f"{path}: nav2_files: change the robot; expected --params instead")
+    driven = manifest.get("scenarios", [])
+    if not manifest.get("controllers"):
+        raise InputError(f"{folder.manifest_path}: controllers: missing, but required")
+    if set(driven) != set(suite.scenarios):
+        raise InputError(
+            f"{path}: scenarios: expected {', '.join(suite.scenarios)}; got {', '.join(driven)}"
+        )
+    _require_own_inputs(path, manifest)
+    trials = _finished_trials(folder, manifest, suite)
+    seed = int(request["seed"])
+    paired_with = {name: _paired_with(path, name) for name in suite.scenarios}
+    for row in trials.itertuples():
+        expected = seed_of(seed, paired_with[str(row.scenario)], int(row.trial))
+        if int(row.seed) != expected:
+            name = TrialName(str(row.scenario), str(row.controller), int(row.trial))
+            raise InputError(
+                f"{path}: seed of {_told(name)}: expected {expected} of the suite's {seed}, "
+                f"got {row.seed}"
+            )
+    rows = trials[is_failed(trials)].itertuples()
+    failed = [TrialName(str(r.scenario), str(r.controller), int(r.trial)) for r in rows]
+    return Entry(folder, manifest, seed, trials.assign(**{RUN_SEED: str(seed)}), tuple(failed))
+
+
+def _require(path: Path, name: str, value: object, expected: Sequence[object]) -> None:
+    if value not in expected:
+        shown = " or ".join(map(str, expected))
+        raise InputError(f"{path}: {name}: expected the suite's {shown}, got {value}")
+
+
+def _require_own_inputs(path: Path, manifest: Mapping[str, Any]) -> None:
+    """Raises InputError where an input is not what the manifest says, or is missing."""
+    hashes = manifest.get("inputs", {})
+    needed = [f"controllers/{file_name(name)}.yaml" for name in manifest.get("controllers", [])]
+    for part in ("scenarios", "robots"):
+        needed += [f"{part}/{file_name(name)}.yaml" for name in manifest["scenarios"]]
+    for name in dict.fromkeys([*needed, *hashes]):
+        place = path / "inputs" / name
+        if file_digest(place, max_bytes=MAX_FILE_BYTES) != hashes.get(name):
+            raise InputError(f"{place}: is not what was driven; manifest.json has another SHA-256")
+
+
+def _finished_trials(
+    folder: ResultsFolder, manifest: Mapping[str, Any], suite: Suite
+) -> pd.DataFrame:
+    """Returns the rows of all trials of a folder; raises InputError where one is missing."""
+    wanted = [
+        TrialName(scenario, controller, trial)
+        for scenario in suite.scenarios
+        for controller in manifest.get("controllers", [])
+        for trial in range(suite.trials)
+    ]
+    unfinished = "not finished; expected `run --resume` first"
+    for name in wanted:
+        if not folder.log_path(*name).is_file():
+            raise InputError(f"{folder.path}: no log of {_told(name)}: {unfinished}")
+    if not folder.trials_path.is_file():
+        raise InputError(f"{folder.path}: no trials.parquet: {unfinished}")
+    try:
+        kinds = {"seed": "int64", "trial": "int64", "time_to_goal_s": "float64"}
+        trials = pd.read_parquet(folder.trials_path).astype(kinds)
+        rows = trials.set_index(list(TrialName._fields)).sort_index()
+        is_whole = rows.index.is_unique and set(rows.index) == set(wanted)
+        _ = trials[["outcome", "reason"]]
+    except (OSError, TypeError, ValueError, KeyError) as error:
+        raise InputError(f"{folder.trials_path}: cannot be read: {one_line(error)}") from error
+    if not is_whole:
+        raise InputError(f"{folder.trials_path}: does not have every trial once: {unfinished}")
+    return trials
+
+
+def _paired_with(path: Path, scenario: str) -> str:
+    """Returns the scenario that gives the seeds: the clean one of a harsher one."""
+    resolved = read_yaml(path / "inputs/scenarios" / f"{file_name(scenario)}.yaml")
+    return str(resolved.get("clean_scenario") or scenario)
+
+
+def _without_replay(entry: Entry, suite: Suite) -> Iterator[TrialName]:
+    """Yields failures without a replay, then the first trials of cells without any."""
+    told = set()
+    for trial in entry.failed:
+        if entry.replay(trial) is None and _can_be_shown(entry.folder.log_path(*trial)):
+            told.add(trial[:2])
+            yield trial
+    for scenario in suite.scenarios:
+        for controller in entry.controllers:
+            if (scenario, controller) in told or entry.first_replay(scenario, controller):
+                continue
+            first = TrialName(scenario, controller, 0)
+            if _can_be_shown(entry.folder.log_path(*first)):
+                yield first
+
+
+def _can_be_shown(log: Path) -> bool:
+    """Whether a trial came as far as its first sample."""
+    return not TrialLog.read(log).samples.empty
+
+
+def _require_equal_inputs(entries: Sequence[Entry]) -> None:
+    """Raises InputError where two entries of one name were not driven with the same inputs."""
+    known: dict[str, tuple[str, Entry]] = {}
+    for entry in entries:
+        for name, digest in entry.manifest["inputs"].items():
+            other, first = known.setdefault(name, (digest, entry))
+            if other != digest:
+                raise InputError(
+                    f"{entry.folder.path}: inputs/{name}: differs from that of {first.folder.path}"
+                )
+
+
+def _require_every_seed(entries: Sequence[Entry], suite: Suite) -> None:
+    """Raises InputError where a controller lacks a seed of the suite, or has one twice."""
+    driven: dict[str, dict[int, Entry]] = {}
+    for entry in entries:
+        for controller in entry.controllers:
+            by_seed = driven.setdefault(controller, {})
+            if entry.seed in by_seed:
+                raise InputError(
+                    f"{entry.folder.path}: {controller} with seed {entry.seed} is in "
+                    f"{by_seed[entry.seed].folder.path} already"
+                )
+            by_seed[entry.seed] = entry
+    for controller, by_seed in driven.items():
+        lacking = [str(seed) for seed in suite.known_seeds if seed not in by_seed]
+        if lacking:
+            path = next(iter(by_seed.values())).folder.path
+            raise InputError(
+                f"{path}: {controller} lacks the suite's seed {', '.join(lacking)}; expected a "
+                "results folder for each"
+            )
+
+
+def _told(trial: TrialName) -> str:
+    return f"{trial.scenario}, {trial.controller}, trial {trial.trial}"

@@ -1,0 +1,173 @@
+"""leaderboard.html: ranks with ties, a card a controller, and the replays that belong to them."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pandas as pd
+
+from drake_navbench.analysis.html import page_environment
+from drake_navbench.analysis.leaderboard.entries import Entry, TrialName
+from drake_navbench.analysis.leaderboard.ranking import Ranking, Standing, rank
+from drake_navbench.analysis.leaderboard.suite import Suite
+from drake_navbench.analysis.numbers import EMPTY, number
+from drake_navbench.analysis.statistics import Interval
+from drake_navbench.analysis.verdicts import is_failed
+from drake_navbench.results import file_name, require_writable, write_text, write_whole
+
+PAGE_NAME = "leaderboard.html"
+REPLAYS = Path("replays")
+PERCENT = 100.0
+DIGITS = 3
+
+
+class Failure(NamedTuple):
+    """A trial that did not reach its goal; replay: '' where it ended before its first sample."""
+
+    scenario: str
+    seed: int
+    trial: int
+    outcome: str
+    reason: str
+    replay: str
+
+
+class Card(NamedTuple):
+    """What there is to know of a controller; replays: a link a scenario, '' where none can be."""
+
+    standing: Standing
+    intended_use: str
+    controller: str
+    digest: str
+    parameters: dict[str, Any]
+    software: dict[str, str]
+    processors: tuple[str, ...]
+    failures: tuple[Failure, ...]
+    replays: dict[str, str]
+    stand_ins: tuple[str, ...]
+
+
+def write_leaderboard(entries: Sequence[Entry], suite: Suite, out: Path) -> Path:
+    """Writes the page of a suite's entries and their replays into a new folder; returns its path.
+
+    entries: as from `read_entries`. Raises InputError where the folder cannot be written to.
+    """
+    require_writable(out)
+    ranking = rank(pd.concat([entry.trials for entry in entries], ignore_index=True))
+    # Two folders have replays of the same names.
+    places = {
+        entry.folder.path: out / REPLAYS / f"entry_{number}"
+        for number, entry in enumerate(entries, start=1)
+    }
+    cards = [_card(standing, entries, suite, places) for standing in ranking.standings]
+    path = out / PAGE_NAME
+    write_text(path, _render(ranking, cards, suite))
+    return path
+
+
+def _render(ranking: Ranking, cards: Sequence[Card], suite: Suite) -> str:
+    environment = page_environment()
+    environment.filters.update(
+        number=partial(number, digits=DIGITS), interval=_interval, percent=_percent, ranks=_ranks
+    )
+    page = {
+        "suite": suite,
+        "groups": ranking.groups,
+        "duels": ranking.duels,
+        "cards": cards,
+        "software_count": len({name for card in cards for name in card.software}),
+    }
+    return environment.get_template("leaderboard.html").render(page=page)
+
+
+def _card(
+    standing: Standing, entries: Sequence[Entry], suite: Suite, places: Mapping[Path, Path]
+) -> Card:
+    name = standing.controller
+    own = [entry for entry in entries if name in entry.controllers]
+    preset = own[0].preset(name)
+    machines = [
+        machine
+        for entry in own
+        for key in ("cluster", "machines")
+        for machine in entry.machines(key)
+    ]
+    stand_ins = own[0].manifest.get("stand_ins_of_columns", {}).get(name, ())
+    return Card(
+        standing=standing,
+        intended_use=preset.description,
+        controller=preset.controller,
+        digest=own[0].digest(name),
+        parameters=_plain(preset.parameters),
+        software={entry.fingerprint: entry.software for entry in own},
+        processors=tuple(dict.fromkeys(str(m.get("processor", "unknown")) for m in machines)),
+        failures=tuple(
+            failure
+            for entry in own
+            for failure in _failures(entry, name, places[entry.folder.path])
+        ),
+        replays={
+            scenario: _published(
+                own[0], own[0].first_replay(scenario, name), places[own[0].folder.path]
+            )
+            for scenario in suite.scenarios
+        },
+        stand_ins=tuple(stand_ins),
+    )
+
+
+def _failures(entry: Entry, controller: str, place: Path) -> Iterator[Failure]:
+    trials = entry.trials
+    failed = trials[(trials["controller"] == controller) & is_failed(trials)]
+    for row in failed.to_dict("records"):
+        trial = TrialName(row["scenario"], controller, row["trial"])
+        replay = _published(entry, entry.replay(trial), place)
+        reason = str(row["reason"] or "")
+        yield Failure(trial.scenario, entry.seed, trial.trial, row["outcome"], reason, replay)
+
+
+def _published(entry: Entry, replay: Path | None, place: Path) -> str:
+    """Copies a replay to the page, so that both can be handed on; returns the link, '' for none.
+
+    place: of the entry's replays, in a folder beside the page.
+    """
+    if replay is None:
+        return ""
+    # Those of a run lie in one folder, those of single trials beside their logs.
+    parts = replay.relative_to(entry.folder.path).with_suffix("").parts[1:]
+    copy = place / f"{file_name('--'.join(parts))}.html"
+    if not copy.exists():
+        write_whole(copy, lambda path: shutil.copyfile(replay, path))
+    return copy.relative_to(place.parents[1]).as_posix()
+
+
+def _plain(parameters: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Returns the parameters by dotted names."""
+    found: dict[str, Any] = {}
+    for name, value in parameters.items():
+        if isinstance(value, Mapping):
+            found |= _plain(value, f"{prefix}{name}.")
+        else:
+            found[f"{prefix}{name}"] = value
+    return found
+
+
+def _interval(bounds: Interval, scale: float = 1.0) -> str:
+    if not bounds.low <= bounds.high:
+        return EMPTY
+    low, high = (number(scale * end, DIGITS) for end in bounds)
+    return f"[{low}, {high}]"
+
+
+def _percent(share: float) -> str:
+    return f"{PERCENT * share:.0f}%"
+
+
+def _ranks(bounds: Interval) -> str:
+    """Returns the interval of a rank in words."""
+    low, high = int(bounds.low), int(bounds.high)
+    return f"{low}" if low == high else f"{low} to {high}"

@@ -1,0 +1,175 @@
+"""Ranks over all scenarios of a suite, which are shared where nothing shows who is better.
+
+One controller beats another that it is shown to be better than: in arrivals, or, where these are
+not shown to differ, in the time to the goal where both arrive. What is compared is the mean over
+the scenarios, paired by the trials: trial 3 of one seed in all scenarios is one pair. All intervals
+hold together with 95% confidence (Bonferroni), and with them those of the ranks: from one more than
+the number of controllers that beat it to how many it does not beat.
+"""
+
+from __future__ import annotations
+
+from itertools import combinations
+from typing import NamedTuple
+
+import pandas as pd
+
+from drake_navbench.analysis.repeats import repeated_cells
+from drake_navbench.analysis.statistics import (
+    CONFIDENCE,
+    Interval,
+    PairedComparison,
+    Summary,
+    paired_comparison,
+    share_interval,
+    summarize,
+)
+from drake_navbench.analysis.verdicts import RELEVANT_RATIO, is_failed
+
+# Tells the runs of a suite's seeds apart in a table of their trials.
+RUN_SEED = "run_seed"
+PAIRED_BY = [RUN_SEED, "trial"]
+QUANTITIES = 2
+
+
+class Standing(NamedTuple):
+    """Where a controller stands; interval: of the rank. success: a share, with Wilson's interval.
+
+    time_s: to the goal, mean over the scenarios of the trials that arrive.
+    """
+
+    controller: str
+    rank: int
+    interval: Interval
+    arrived: int
+    trials: int
+    success: float
+    success_interval: Interval
+    time_s: Summary
+
+
+class Duel(NamedTuple):
+    """Two controllers compared, second minus first; winner: '' where none is shown.
+
+    decided_by: 'arrivals', 'time', or '' without a winner.
+    """
+
+    first: str
+    second: str
+    arrivals: PairedComparison
+    time_s: PairedComparison
+    winner: str
+    decided_by: str
+
+
+class Ranking(NamedTuple):
+    """All controllers by their ranks, and every two of them compared."""
+
+    standings: tuple[Standing, ...]
+    duels: tuple[Duel, ...]
+
+    @property
+    def groups(self) -> list[tuple[int, list[Standing]]]:
+        """The ranks with the controllers that share each."""
+        ranks = sorted({standing.rank for standing in self.standings})
+        return [(rank, [s for s in self.standings if s.rank == rank]) for rank in ranks]
+
+
+def rank(trials: pd.DataFrame) -> Ranking:
+    """Returns the ranking of the controllers in a table of trials.
+
+    trials: rows as from `tables.trial_row` with the column RUN_SEED; every controller has the same
+    scenarios, seeds and trials.
+    """
+    controllers = list(dict.fromkeys(trials["controller"]))
+    scenarios = list(dict.fromkeys(trials["scenario"]))
+    repeated = repeated_cells(trials.drop(columns=RUN_SEED))
+    once = {name for name in controllers if all((s, name) in repeated for s in scenarios)}
+    rows = trials.assign(arrived=(~is_failed(trials)).astype(float))
+    rows["time"] = rows["time_to_goal_s"].where(rows["arrived"] > 0.0)
+    arrived, time_s = (
+        rows.set_index([*PAIRED_BY, "scenario", "controller"])[name].unstack("controller")
+        for name in ("arrived", "time")
+    )
+    pairs = list(combinations(controllers, 2))
+    confidence = 1.0 - (1.0 - CONFIDENCE) / max(1, QUANTITIES * len(pairs))
+    duels = tuple(
+        _duel(
+            arrived[[first, second]],
+            time_s[[first, second]],
+            confidence=confidence,
+            is_one_trial=once >= {first, second},
+        )
+        for first, second in pairs
+    )
+    standings = [
+        _standing(name, arrived[name], time_s[name], duels, len(controllers), is_once=name in once)
+        for name in controllers
+    ]
+    standings.sort(key=lambda entry: (entry.rank, entry.interval.high, -entry.success))
+    return Ranking(tuple(standings), duels)
+
+
+def _duel(
+    arrived: pd.DataFrame, time_s: pd.DataFrame, *, confidence: float, is_one_trial: bool
+) -> Duel:
+    first, second = arrived.columns
+    shares = arrived.groupby(level=PAIRED_BY).mean()
+    # A time counts only beside the other's in the same trial, else who fails in long ones is quick.
+    times = time_s.dropna().groupby(level=PAIRED_BY).mean()
+    if is_one_trial:
+        shares, times = shares.iloc[:1], times.iloc[:1]
+    arrivals = paired_comparison(shares[first], shares[second], confidence=confidence)
+    duration = paired_comparison(times[first], times[second], confidence=confidence)
+    winner, decided_by = "", ""
+    if arrivals.difference != 0.0 and (is_one_trial or _differ_in_arrivals(shares, arrivals)):
+        winner, decided_by = (second if arrivals.difference > 0.0 else first), "arrivals"
+    elif len(times):
+        is_relevant = abs(duration.difference) > RELEVANT_RATIO * float(times.mean().max())
+        if is_relevant and (is_one_trial or duration.interval.excludes(0.0)):
+            winner, decided_by = (second if duration.difference < 0.0 else first), "time"
+    return Duel(first, second, arrivals, duration, winner, decided_by)
+
+
+def _differ_in_arrivals(shares: pd.DataFrame, comparison: PairedComparison) -> bool:
+    """Whether the trials show it.
+
+    Where every pair differs by the same, Student's interval has no width, be it of two pairs only;
+    there Wilson's intervals of both have to be apart.
+    """
+    if not comparison.interval.excludes(0.0):
+        return False
+    if comparison.sd > 0.0:
+        return True
+    count = len(shares)
+    low, high = sorted(share_interval(float(shares[name].mean()), count) for name in shares)
+    return low.high < high.low
+
+
+def _standing(
+    name: str,
+    arrived: pd.Series,
+    time_s: pd.Series,
+    duels: tuple[Duel, ...],
+    controllers: int,
+    *,
+    is_once: bool,
+) -> Standing:
+    own = [duel for duel in duels if name in (duel.first, duel.second) and duel.winner]
+    won = sum(duel.winner == name for duel in own)
+    shares = arrived.groupby(level=PAIRED_BY).mean()
+    times = time_s.groupby(level=PAIRED_BY).mean()
+    if is_once:
+        shares, times = shares.iloc[:1], times.iloc[:1]
+    success = float(shares.mean())
+    beaten = len(own) - won
+    return Standing(
+        controller=name,
+        rank=1 + beaten,
+        interval=Interval(1.0 + beaten, float(controllers - won)),
+        arrived=int(arrived.sum()),
+        trials=len(arrived),
+        success=success,
+        success_interval=share_interval(success, len(shares)),
+        time_s=summarize(times.to_numpy(dtype=float)),
+    )

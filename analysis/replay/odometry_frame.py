@@ -1,0 +1,56 @@
+"""From the odometry's frame, where it has one of its own, to the world's that replays show.
+
+The robot is drawn where it truly is, so what it had around it is drawn around it there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.kernels.poses import carrier_pose, place_outline
+from drake_navbench.log import ODOMETRY_COLUMNS, TrialLog
+
+Array = NDArray[np.float64]
+Cycle = tuple[float, Mapping[str, Any]]
+
+TRUE_COLUMNS = ("x_m", "y_m", "yaw_rad")
+# What controllers leave that lies somewhere: (..., 2 or more) with x m, y m first.
+PLACED = ("predicted_trajectory", "sampled_trajectories", "carrot")
+
+
+def world_from_odometry(log: TrialLog, time_s: float) -> Array | None:
+    """Returns (3,) where the odometry's frame lies in the world; None where the two are one."""
+    samples = log.samples
+    if not ODOMETRY_COLUMNS.keys() <= set(samples.columns):
+        return None
+    times = samples["time_s"].to_numpy()
+    true, carried = (
+        [float(np.interp(time_s, times, samples[name].to_numpy())) for name in names]
+        for names in (TRUE_COLUMNS, ODOMETRY_COLUMNS)
+    )
+    return carrier_pose(true, carried)
+
+
+def cycles_in_world(log: TrialLog) -> tuple[Cycle, ...]:
+    """Returns the log's diagnostics with all that lies somewhere in the world's frame."""
+    return tuple((time_s, _placed(cycle, log, time_s)) for time_s, cycle in log.diagnostics)
+
+
+def _placed(cycle: Mapping[str, Any], log: TrialLog, time_s: float) -> Mapping[str, Any]:
+    having = [name for name in PLACED if len(cycle.get(name, ()))]
+    pose = world_from_odometry(log, time_s) if having else None
+    if pose is None:
+        return cycle
+    return dict(cycle) | {name: placed_points(cycle[name], pose) for name in having}
+
+
+def placed_points(points: Any, pose: Array) -> Array:
+    """Returns points (..., 2 or more), x m, y m first, of the frame that lies at a pose (3,)."""
+    placed = np.array(points, dtype=float)
+    flat = placed[..., :2].reshape(-1, 2)
+    placed[..., :2] = place_outline(flat, pose).reshape(placed[..., :2].shape)
+    return placed

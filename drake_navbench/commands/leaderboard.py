@@ -1,0 +1,139 @@
+"""A leaderboard: `python -m drake_navbench leaderboard seal|reveal|enter|build`.
+
+Only the standard library is imported before the arguments are read, so that --help is quick.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from drake_navbench.errors import InputError
+
+EXIT_DONE = 0
+EXIT_WRONG_INPUT = 2
+EXIT_INTERRUPTED = 130
+
+EPILOG = """\
+a suite is a YAML file with name, version, scenarios, trials, robot, and seeds unless it is sealed
+
+example:
+  python -m drake_navbench leaderboard seal suite.yaml --secret ~/suite_seeds.yaml
+  python -m drake_navbench leaderboard reveal suite.yaml --secret ~/suite_seeds.yaml
+  python -m drake_navbench run doorway --controllers rpp --trials 8 --seed SEED --out results/rpp
+  python -m drake_navbench leaderboard enter results/rpp --suite suite.yaml
+  python -m drake_navbench leaderboard build results/rpp --suite suite.yaml --out board
+
+exit status: 0 done, 2 wrong input, such as an entry that is refused, 130 interrupted
+"""
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Returns the parser of the command line."""
+    parser = argparse.ArgumentParser(
+        prog="python -m drake_navbench leaderboard",
+        description="Ranks the controllers of many results folders, which all drive one suite.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    steps = parser.add_subparsers(dest="step", required=True, metavar="STEP")
+
+    seal = steps.add_parser("seal", help="draw the seeds, and publish only their salted hash")
+    seal.add_argument("suite", type=Path, metavar="SUITE", help="a suite file without seeds")
+    seal.add_argument(
+        "--secret",
+        type=Path,
+        required=True,
+        metavar="FILE",
+        help="a new file for salt and seeds, outside the suite's repository",
+    )
+    seal.add_argument("--seeds", type=_count, default=1, metavar="N", help="how many (1)")
+
+    reveal = steps.add_parser("reveal", help="check salt and seeds, and publish them")
+    reveal.add_argument("suite", type=Path, metavar="SUITE", help="a suite file that is sealed")
+    reveal.add_argument(
+        "--secret", type=Path, metavar="FILE", help="what `seal` wrote (checks what is revealed)"
+    )
+
+    enter = steps.add_parser("enter", help="check a results folder, and write missing replays")
+    enter.add_argument("results", nargs="+", type=Path, metavar="RESULTS", help="results folders")
+    enter.add_argument("--suite", type=Path, required=True, metavar="FILE", help="the suite")
+
+    build = steps.add_parser("build", help="write the page of all entries")
+    build.add_argument("results", nargs="+", type=Path, metavar="RESULTS", help="entered folders")
+    build.add_argument("--suite", type=Path, required=True, metavar="FILE", help="the suite")
+    build.add_argument("--out", type=Path, required=True, metavar="DIR", help="a new folder")
+    return parser
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs the command; returns the exit status."""
+    arguments = build_parser().parse_args(argv)
+    steps = {"seal": _seal, "reveal": _reveal, "enter": _enter, "build": _build}
+    try:
+        steps[arguments.step](arguments)
+    except InputError as error:
+        print(error, file=sys.stderr)
+        return EXIT_WRONG_INPUT
+    except KeyboardInterrupt:
+        print("interrupted; the same command goes on", file=sys.stderr)
+        return EXIT_INTERRUPTED
+    return EXIT_DONE
+
+
+def _seal(arguments: argparse.Namespace) -> None:
+    from drake_navbench.analysis.leaderboard.suite import seal
+
+    sealed = seal(arguments.suite, arguments.secret, count=arguments.seeds)
+    print(f"{arguments.suite}: sealed {sealed.count} of SHA-256 {sealed.sha256}")
+    print(f"{arguments.secret}: keep it to yourself until `reveal`")
+
+
+def _reveal(arguments: argparse.Namespace) -> None:
+    from drake_navbench.analysis.leaderboard.suite import reveal
+
+    suite = reveal(arguments.suite, arguments.secret)
+    seeds = ", ".join(map(str, suite.known_seeds))
+    print(f"{arguments.suite}: seeds {seeds} are those that were sealed")
+
+
+def _enter(arguments: argparse.Namespace) -> None:
+    from drake_navbench.analysis.leaderboard.entries import enter
+    from drake_navbench.analysis.leaderboard.suite import read_open_suite
+    from drake_navbench.campaign.campaign import trial_seed
+    from drake_navbench.commands.replay import render
+
+    suite = read_open_suite(arguments.suite)
+    for path in arguments.results:
+        written = enter(
+            path,
+            suite,
+            seed_of=trial_seed,
+            render=lambda log: render(log, log.with_suffix(".html"), None),
+        )
+        replays = f"{written} replay{'s' if written != 1 else ''} written"
+        print(f"{path}: entered for {suite.name} version {suite.version}, {replays}")
+
+
+def _build(arguments: argparse.Namespace) -> None:
+    from drake_navbench.analysis.leaderboard.entries import read_entries
+    from drake_navbench.analysis.leaderboard.page import write_leaderboard
+    from drake_navbench.analysis.leaderboard.suite import read_open_suite
+    from drake_navbench.campaign.campaign import trial_seed
+
+    suite = read_open_suite(arguments.suite)
+    entries = read_entries(arguments.results, suite, seed_of=trial_seed)
+    print(write_leaderboard(entries, suite, arguments.out))
+
+
+def _count(text: str) -> int:
+    number = int(text) if text.isdecimal() else 0
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"got {text!r}, expected a whole number of at least 1")
+    return number
+
+
+if __name__ == "__main__":
+    sys.exit(main())
