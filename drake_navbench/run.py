@@ -46,7 +46,29 @@ def build_parser() -> argparse.ArgumentParser:
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    add = parser.add_argument
+    _add_what_drives(parser)
+    _add_where(parser)
+    _add_nav2_files(parser)
+    _add_sweeps(parser)
+    _add_how(parser)
+    _add_results(parser)
+    return parser
+
+
+def _add_what_drives(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument_group("what drives").add_argument
+    add(
+        "--controllers",
+        metavar="LIST",
+        help="presets, comma-separated; name:param=value[:param=value] makes a variant, and "
+        "path/to/file.py:Class stands for a name "
+        "(default: dwb, rpp, teb, teb_upstream, mppi, mppi_nav2)",
+    )
+    add("--robot", default="wheelchair", metavar="NAME|FILE", help="robot (wheelchair)")
+
+
+def _add_where(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument_group("where").add_argument
     add(
         "scenarios",
         nargs="*",
@@ -55,27 +77,34 @@ def build_parser() -> argparse.ArgumentParser:
         help="name of a built-in scenario or path of a YAML file (default: the published five)",
     )
     add(
-        "--controllers",
-        metavar="LIST",
-        help="presets, comma-separated; name:param=value[:param=value] makes a variant, and "
-        "path/to/file.py:Class stands for a name "
-        "(default: dwb, rpp, teb, teb_upstream, mppi, mppi_nav2)",
+        "--map",
+        type=Path,
+        metavar="FILE",
+        help="a map to navigate on, of Nav2's map server or MovingAI's, with --start and --goal, "
+        "or with --goals",
     )
+    for name in ("start", "goal"):
+        add(
+            f"--{name}",
+            type=float,
+            nargs=3,
+            metavar=("X", "Y", "YAW"),
+            help=f"{name} pose on the map, m, m, rad",
+        )
     add(
-        "--trials",
+        "--goals",
         type=_positive_int,
-        default=4,
         metavar="N",
-        help="per scenario and controller (4)",
+        help="draw N tasks on the map: goals, and starts unless --start is given",
     )
-    add("--seed", type=_seed, default=0, help="of the whole run (0)")
-    add("--jobs", type=_jobs, default=None, metavar="N|auto", help="parallel workers (auto)")
     add(
-        "--cluster",
-        metavar="ADDRESS|local:N",
-        help="drive on the workers of a dask scheduler, tcp://HOST:PORT, or of one with N workers "
-        "that is started here",
+        "--barn", type=Path, metavar="DIR", help="BARN worlds, world_N.world with their path_files/"
     )
+    add("--worlds", metavar="LIST", help="which of them, such as 3,10-20,100-299:50 (all)")
+
+
+def _add_nav2_files(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument_group("parameter files and Nav2").add_argument
     add(
         "--params",
         action="append",
@@ -110,38 +139,10 @@ def build_parser() -> argparse.ArgumentParser:
         action="store_true",
         help="tell what becomes of each parameter of the Nav2 files, and run nothing",
     )
-    add(
-        "--map",
-        type=Path,
-        metavar="FILE",
-        help="a map to navigate on, of Nav2's map server or MovingAI's, with --start and --goal, "
-        "or with --goals",
-    )
-    for name in ("start", "goal"):
-        add(f"--{name}", type=float, nargs=3, metavar=("X", "Y", "YAW"), help="m, m, rad")
-    add(
-        "--goals",
-        type=_positive_int,
-        metavar="N",
-        help="draw N tasks on the map: goals, and starts unless --start is given",
-    )
-    add(
-        "--barn", type=Path, metavar="DIR", help="BARN worlds, world_N.world with their path_files/"
-    )
-    add("--worlds", metavar="LIST", help="which of them, such as 3,10-20,100-299:50 (all)")
-    add("--robot", default="wheelchair", metavar="NAME|FILE", help="robot (wheelchair)")
-    add("--out", type=Path, metavar="DIR", help="new results folder (results/<time>)")
-    add(
-        "--replay",
-        choices=("race", "each", "none"),
-        help="replays to write (race; of a sweep none)",
-    )
-    add(
-        "--figures",
-        choices=("none", "key", "all"),
-        help="of the report; key: those that compare the controllers of a scenario; all: also the "
-        "motion of each controller, and every figure as PNG (key; of a sweep none)",
-    )
+
+
+def _add_sweeps(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument_group("sweeps").add_argument
     add(
         "--sweep",
         action="append",
@@ -157,18 +158,52 @@ def build_parser() -> argparse.ArgumentParser:
         metavar="N",
         help="draw N points of a Latin hypercube over the --sweep fields instead of their grid",
     )
+
+
+def _add_how(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument_group("how").add_argument
     add(
-        "--no-costmaps",
-        action="store_true",
-        help="leave the local costmaps out of the logs, which become smaller; replays lack them",
+        "--trials",
+        type=_positive_int,
+        default=4,
+        metavar="N",
+        help="per scenario and controller (4)",
+    )
+    add("--seed", type=_seed, default=0, help="of the whole run (0)")
+    add("--jobs", type=_jobs, default=None, metavar="N|auto", help="parallel workers (auto)")
+    add(
+        "--cluster",
+        metavar="ADDRESS|local:N",
+        help="drive on the workers of a dask scheduler, tcp://HOST:PORT, or of one with N workers "
+        "that is started here",
     )
     add(
         "--live", action="store_true", help="show each trial in a browser, in real time, one by one"
     )
     add("--resume", type=Path, metavar="DIR", help="go on with an interrupted run")
+
+
+def _add_results(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument_group("results and output").add_argument
+    add("--out", type=Path, metavar="DIR", help="new results folder (results/<time>)")
+    add(
+        "--replay",
+        choices=("race", "each", "none"),
+        help="replays to write (race; of a sweep none)",
+    )
+    add(
+        "--figures",
+        choices=("none", "key", "all"),
+        help="of the report; key: those that compare the controllers of a scenario; all: also the "
+        "motion of each controller, and every figure as PNG (key; of a sweep none)",
+    )
+    add(
+        "--no-costmaps",
+        action="store_true",
+        help="leave the local costmaps out of the logs, which become smaller; replays lack them",
+    )
     add("--list", action="store_true", help="list scenarios, controllers and robots")
     add("--quiet", action="store_true", help="print errors only")
-    return parser
 
 
 def _positive_int(text: str) -> int:

@@ -15,6 +15,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from drake_navbench.controllers.teb.band_cholesky import factorise, substitute
 from drake_navbench.controllers.teb.constraints import BandScene, band_constraints
 from drake_navbench.controllers.teb.curvature import (
     BANDWIDTH,
@@ -151,43 +152,6 @@ def _advance(quantities, steps, share, lower, upper, low, high, barrier):
 
 
 @njit(cache=True, error_model="numpy")
-def _factorise(matrix, damping, factor):
-    """Fills the lower factor of matrix + damping I by Cholesky's method; False if indefinite."""
-    size = matrix.shape[0]
-    for row in range(size):
-        start = max(0, row - BANDWIDTH)
-        for column in range(start, row + 1):
-            value = matrix[row, row - column]
-            if column == row:
-                value += damping
-            for k in range(max(start, column - BANDWIDTH), column):
-                value -= factor[row, row - k] * factor[column, column - k]
-            if column < row:
-                factor[row, row - column] = value / factor[column, 0]
-            elif value > 1e-10:
-                factor[row, 0] = math.sqrt(value)
-            else:
-                return False
-    return True
-
-
-@njit(cache=True, error_model="numpy")
-def _substitute(factor, vector):
-    """Solves with the factor of `_factorise`, in place."""
-    size = factor.shape[0]
-    for row in range(size):
-        value = vector[row]
-        for k in range(max(0, row - BANDWIDTH), row):
-            value -= factor[row, row - k] * vector[k]
-        vector[row] = value / factor[row, 0]
-    for row in range(size - 1, -1, -1):
-        value = vector[row]
-        for k in range(row + 1, min(size, row + BANDWIDTH + 1)):
-            value -= factor[k, k - row] * vector[k]
-        vector[row] = value / factor[row, 0]
-
-
-@njit(cache=True, error_model="numpy")
 def _assemble(jacobian, row_stiffness, column_stiffness, structure, matrix, border):
     """Adds J^T diag(row_stiffness) J + diag(column_stiffness); returns the slack's own element.
 
@@ -238,10 +202,10 @@ def _newton_step(matrix, border, corner, gradient, positions, step):
     across, along = np.empty(size), np.empty(size)
     damping = 0.0
     while True:
-        if _factorise(matrix, damping, factor):
+        if factorise(matrix, damping, factor):
             for i in range(size):
                 across[i] = border[i]
-            _substitute(factor, across)
+            substitute(factor, across)
             pivot = corner + damping
             for i in range(size):
                 pivot -= border[i] * across[i]
@@ -253,7 +217,7 @@ def _newton_step(matrix, border, corner, gradient, positions, step):
     last = gradient.shape[0] - 1
     for column in range(last):
         along[positions[column]] = -gradient[column]
-    _substitute(factor, along)
+    substitute(factor, along)
     slack = -gradient[last]
     for i in range(size):
         slack -= border[i] * along[i]

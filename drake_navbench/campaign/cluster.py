@@ -10,6 +10,7 @@ machine that had it is gone, does no harm.
 from __future__ import annotations
 
 import logging
+import re
 import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
@@ -29,6 +30,9 @@ if TYPE_CHECKING:
     from distributed import Client, Future
 
 LOCAL = "local:"
+# As of dask, with a port always; what is none would leave a client behind that it cannot close.
+ADDRESS = re.compile(r"((tcp|tls|ws|wss|ucx)://)?([^\s/:]+|\[[0-9a-fA-F:]+\]):([0-9]{1,5})")
+LAST_PORT = 65535
 # Long enough that what dask does for it is not worth mentioning, short enough to lose.
 TRIALS_PER_CHUNK = 16
 MOST_LOCAL_WORKERS = 256
@@ -86,6 +90,10 @@ def require_cluster(address: str) -> None:
     if address.startswith(LOCAL):
         _local_count(address)
         _dask()
+    elif not _is_address(address):
+        raise InputError(
+            f"--cluster {address}: expected tcp://HOST:PORT of a scheduler, or local:N"
+        )
     else:
         with connected(address):
             pass
@@ -139,6 +147,11 @@ def _dask() -> Any:
             "dask.distributed is not installed; pip install 'drake-navbench[cluster]'"
         ) from error
     return dask
+
+
+def _is_address(text: str) -> bool:
+    found = ADDRESS.fullmatch(text)
+    return found is not None and 1 <= int(found[4]) <= LAST_PORT
 
 
 def _local_count(address: str) -> int:

@@ -13,6 +13,7 @@ import os
 import signal
 import sys
 import time
+from collections import deque
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -122,16 +123,58 @@ def run_tasks(
         crew.dismiss()
 
 
+class _Waiting:
+    """The tasks that nobody has begun.
+
+    To find the next one takes as long however many wait: of an owner and kind only the first can
+    be it.
+    """
+
+    def __init__(self, tasks: Sequence[Task]) -> None:
+        self._places = {task: place for place, task in enumerate(tasks)}
+        self._queues: dict[tuple[str, str], deque[Task]] = {}
+        self._times_s: dict[str, float] = {}
+        for task in tasks:
+            self._queue_of(task).append(task)
+
+    def __bool__(self) -> bool:
+        return any(self._queues.values())
+
+    def take(self, owner: str | None = None) -> Task | None:
+        """Removes and returns the task that is to be begun first, None where there is none.
+
+        What was never timed may be the longest. owner: whose it must be, None for anybody's.
+        """
+        queues = [
+            queue for (own, _), queue in self._queues.items() if queue and owner in (None, own)
+        ]
+        first = min(queues, key=lambda queue: self._urgency(queue[0]), default=None)
+        return None if first is None else first.popleft()
+
+    def put_back(self, task: Task) -> None:
+        """Takes a task back that was not begun after all."""
+        self._queue_of(task).appendleft(task)
+
+    def learn(self, task: Task, time_s: float) -> None:
+        """Keeps how long a task took, for those of its kind."""
+        self._times_s[task.kind] = time_s
+
+    def _queue_of(self, task: Task) -> deque[Task]:
+        return self._queues.setdefault((task.owner, task.kind), deque())
+
+    def _urgency(self, task: Task) -> tuple[float, int]:
+        return -self._times_s.get(task.kind, math.inf), self._places[task]
+
+
 class _Crew:
     """The workers and the tasks that wait for them."""
 
     def __init__(self, tasks: Sequence[Task], jobs: int, tasks_per_worker: float) -> None:
-        self._waiting = list(tasks)
+        self._waiting = _Waiting(tasks)
         self._jobs = jobs
         self._tasks_per_worker = tasks_per_worker
         self._workers: list[_Worker] = []
         self._failed_starts = 0
-        self._times_s: dict[str, float] = {}
 
     @property
     def is_busy(self) -> bool:
@@ -140,20 +183,18 @@ class _Crew:
     def hand_out(self) -> None:
         """Gives every worker a task; those for which there is none go."""
         for worker in [worker for worker in self._workers if worker.is_idle]:
-            task = self._next_for(worker)
+            is_due = worker.tasks_done >= self._tasks_per_worker
+            task = None if is_due else self._waiting.take(worker.owner)
             if task is None:
                 self._drop(worker)
             else:
-                self._waiting.remove(task)
                 worker.begin(task)
-        while self._waiting and len(self._workers) < self._jobs:
+        while len(self._workers) < self._jobs and (task := self._waiting.take()):
             try:
-                worker = _Worker(self._longest(self._waiting))
+                self._workers.append(_Worker(task))
             except (OSError, EOFError) as error:
+                self._waiting.put_back(task)
                 self._count_failed_start(one_line(error))
-            else:
-                self._workers.append(worker)
-                self._waiting.remove(worker.task)
 
     def collect(self) -> Iterator[tuple[Task, Ending]]:
         """Waits until something happens; yields the tasks that have ended."""
@@ -171,11 +212,11 @@ class _Crew:
             if isinstance(said, Died):
                 self._drop(worker)
                 if not worker.has_begun:
-                    self._waiting.insert(0, task)
+                    self._waiting.put_back(task)
                     self._count_failed_start(said.sentence)
                     continue
             if isinstance(said, Returned):
-                self._times_s[task.kind] = worker.last_task_s
+                self._waiting.learn(task, worker.last_task_s)
             yield task, said
         now_s = time.monotonic()
         for worker in [worker for worker in self._workers if worker.deadline_s < now_s]:
@@ -183,23 +224,13 @@ class _Crew:
             if worker.has_begun:
                 yield worker.task, TimedOut(worker.task.time_limit_s)
             else:
-                self._waiting.insert(0, worker.task)
+                self._waiting.put_back(worker.task)
                 self._count_failed_start(f"one did not begin within {START_LIMIT_S:g} s")
 
     def dismiss(self) -> None:
         """Ends all workers at once."""
         for worker in list(self._workers):
             self._drop(worker)
-
-    def _next_for(self, worker: _Worker) -> Task | None:
-        if worker.tasks_done >= self._tasks_per_worker:
-            return None
-        allowed = [task for task in self._waiting if task.owner == worker.owner]
-        return self._longest(allowed) if allowed else None
-
-    def _longest(self, tasks: Sequence[Task]) -> Task:
-        """Returns the task that is to be begun first; what was never timed may be the longest."""
-        return max(tasks, key=lambda task: self._times_s.get(task.kind, math.inf))
 
     def _count_failed_start(self, reason: str) -> None:
         self._failed_starts += 1

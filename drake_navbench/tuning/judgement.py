@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from drake_navbench.analysis.statistics import CONFIDENCE, Interval, mean_interval
 from drake_navbench.campaign.benchmark import run_benchmark
+from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.results import ResultsFolder
 from drake_navbench.tuning.objectives import (
@@ -73,14 +74,15 @@ def driven_in(
 ) -> pd.DataFrame:
     """Returns the trials of a results folder, which is made where it is not there yet.
 
-    What an interrupted run, or one of other columns, has left is made anew.
+    What an interrupted run, or one of other trials, has left is made anew: a column of the same
+    name has other parameters where the front has changed.
     """
-    table = ResultsFolder(folder).trials_path
-    if table.is_file():
-        found = pd.read_parquet(table)
-        names = {column.name for column in columns}
-        wanted = len(names) * len(set(scenarios)) * trials
-        if len(found) == wanted and set(found["controller"]) == names:
+    campaign = plan_campaign(scenarios, columns, trials=trials, seed=seed, robot=robot)
+    results_folder = ResultsFolder(folder)
+    if results_folder.trials_path.is_file():
+        found = pd.read_parquet(results_folder.trials_path)
+        identity = results_folder.read_manifest().get("identity")
+        if identity == campaign.identity and len(found) == len(campaign.specs):
             return found
     shutil.rmtree(folder, ignore_errors=True)
     results = run_benchmark(

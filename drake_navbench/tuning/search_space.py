@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from pydantic import Field
+from pydantic import Field, ValidationError
 
 from drake_navbench.campaign.sweep import Axis, column_at, parse_axis
 from drake_navbench.controller import CONTROLLERS
@@ -104,10 +104,18 @@ def _require_taken(space: SearchSpace, name: str, value: Any) -> None:
     known = dict(flattened(space.baseline.parameters.model_dump(mode="json")))
     try:
         space.candidate({name: value})
-    except InputError:
-        # One that is known may be wrong only together with what the others are now.
-        if name not in known:
+    except InputError as error:
+        # One that is taken by itself may be wrong only together with what the others are now.
+        if name not in known or _is_fault_of(error.__cause__, name):
             raise
+
+
+def _is_fault_of(error: BaseException | None, name: str) -> bool:
+    """Tells whether a parameter was refused for its own value, not for how it goes with others."""
+    if not isinstance(error, ValidationError):
+        return False
+    last = name.rpartition(".")[2]
+    return any(fault["loc"][-1:] == (last,) for fault in error.errors(include_url=False))
 
 
 def _own_texts(baseline: Preset) -> list[str]:

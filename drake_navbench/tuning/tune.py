@@ -13,7 +13,7 @@ import numpy as np
 from drake_navbench.analysis.tuning_page import RESULT_NAME, write_tuning_page
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import Preset, load_preset
-from drake_navbench.results import write_text
+from drake_navbench.results import file_name, write_text
 from drake_navbench.tuning.judgement import Judged, driven_in, judge, winner_of
 from drake_navbench.tuning.objectives import Objective, chosen_objectives, require_random
 from drake_navbench.tuning.outputs import write_nav2_file, write_preset_file
@@ -201,6 +201,9 @@ def _judge_front(
             jobs=request.jobs,
         )
         judged[part] = judge(trials, request.preset, names, objectives)
+    # What is there is of an earlier front, whose points had these names, too.
+    for path in (request.out / FRONT).glob("*_tuned_*.yaml"):
+        path.unlink()
     for index, (entry, column) in enumerate(zip(front, columns, strict=True)):
         fresh = judged[FRESH][index]
         point = {
@@ -214,10 +217,10 @@ def _judge_front(
         result["front"].append(point)
         tell(_gap_line(point, objectives))
         remarks = [f"made by: {request.command}", f"study: {result['digest']}"]
-        stem = request.out / FRONT / column.name
-        write_preset_file(column, stem.with_name(f"{column.name}.preset.yaml"), remarks)
+        folder, stem = request.out / FRONT, file_name(column.name)
+        write_preset_file(column, folder / f"{stem}.preset.yaml", remarks)
         if column.controller_class.nav2_plugin is not None:
-            write_nav2_file(column, stem.with_name(f"{column.name}.nav2.yaml"), remarks)
+            write_nav2_file(column, folder / f"{stem}.nav2.yaml", remarks)
     decisive = judged.get(HELD_OUT, judged[FRESH])
     best = winner_of(decisive)
     where = "in the held-out scenarios" if request.held_out else "on fresh seeds"

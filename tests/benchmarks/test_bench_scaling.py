@@ -7,7 +7,6 @@ from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.campaign.driving import run_campaign
 from drake_navbench.results import ResultsFolder
 
-# Of 24 trials a worker serves: each worker is replaced twice.
 TRIALS = 96
 
 

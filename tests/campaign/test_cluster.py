@@ -84,7 +84,10 @@ def test_a_process_with_other_software_drives_nothing_and_says_what_differs(tmp_
     [
         ("local:0", "expected local:N with N from 1"),
         ("local:many", "expected local:N with N from 1"),
-        ("nowhere", "no scheduler answers there within 5 s"),
+        ("nowhere", "expected tcp://HOST:PORT of a scheduler, or local:N"),
+        ("", "expected tcp://HOST:PORT of a scheduler, or local:N"),
+        ("http://127.0.0.1:8786", "expected tcp://HOST:PORT of a scheduler, or local:N"),
+        ("127.0.0.1:99999", "expected tcp://HOST:PORT of a scheduler, or local:N"),
         ("tcp://127.0.0.1:{port}", "no scheduler answers there within 5 s"),
     ],
 )

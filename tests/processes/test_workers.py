@@ -241,3 +241,19 @@ def test_one_of_each_kind_is_begun_first_and_then_the_longest():
 def test_tasks_of_one_kind_keep_their_order():
     tasks = [Task(math.sqrt, (float(k),)) for k in range(4)]
     assert [task for task, _ in run_tasks(tasks, jobs=1)] == tasks
+
+
+def test_the_next_task_is_found_as_quickly_among_many(monkeypatch):
+    """Counted in looks at tasks: a campaign of 100,000 trials waits for its workers alone."""
+    looks = []
+    urgency = workers._Waiting._urgency
+    monkeypatch.setattr(
+        workers._Waiting, "_urgency", lambda self, task: looks.append(task) or urgency(self, task)
+    )
+    kinds = ("short", "long", "middling")
+    waiting = workers._Waiting([Task(time.sleep, (0.0,), kind=kinds[k % 3]) for k in range(3000)])
+    taken = [waiting.take("") for _ in range(3000)]
+    assert len(looks) <= 3 * 3000
+    assert None not in taken
+    assert waiting.take("") is None
+    assert not waiting

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
@@ -43,12 +44,14 @@ def planted_benchmark(scenarios, columns, *, trials, seed, robot, jobs, out):
     """What `run_benchmark` returns, from `planted`."""
     from drake_navbench.campaign.campaign import plan_campaign
 
-    specs = plan_campaign(scenarios, columns, trials=trials, seed=seed, robot=robot).specs
+    campaign = plan_campaign(scenarios, columns, trials=trials, seed=seed, robot=robot)
+    specs = campaign.specs
     rows = [
         row | {"controller": spec.preset.name, "trial": spec.trial}
         for row, spec in zip(planted(specs, jobs=1), specs, strict=True)
     ]
     Path(out).mkdir(parents=True)
+    ResultsFolder(Path(out)).write_manifest({"identity": campaign.identity})
     ResultsFolder(Path(out)).write_trials(pd.DataFrame(rows))
 
     class Results:
@@ -88,6 +91,40 @@ def test_files_and_page_say_what_was_found(planted_trials, tmp_path, capsys):
     assert json.loads((out / "tuning.json").read_text(encoding="utf-8")) == result
 
 
+def test_a_front_that_has_changed_is_judged_anew(planted_trials, tmp_path):
+    """Its points have the names of the former ones, and other parameters."""
+    first, second = (
+        replace(load_preset(f"rpp:lookahead_dist={value}"), name="rpp_tuned_1")
+        for value in (0.5, 0.8)
+    )
+    asked = {"trials": 2, "seed": 0, "robot": "wheelchair", "jobs": 1}
+    times_s = [
+        judgement.driven_in(tmp_path / "fresh", ["doorway"], [column], **asked)[
+            "time_to_goal_s"
+        ].tolist()
+        for column in (first, second, second)
+    ]
+    assert times_s[0] != times_s[1] == times_s[2]
+
+
+def test_points_of_an_earlier_front_are_not_left(planted_trials, tmp_path):
+    out = tmp_path / "tuning"
+    stale = out / "front" / "rpp_tuned_9.nav2.yaml"
+    stale.parent.mkdir(parents=True)
+    stale.touch()
+    assert command.main([*ARGUMENTS, "--out", str(out)]) == 0
+    assert not stale.exists()
+
+
+def test_other_held_out_scenarios_are_driven_anew(planted_trials, tmp_path):
+    out = tmp_path / "tuning"
+    assert command.main([*ARGUMENTS, "--out", str(out)]) == 0
+    others = [argument.replace("static_obstacles", "speed_zone") for argument in ARGUMENTS]
+    assert command.main([*others, "--out", str(out)]) == 0
+    result = json.loads((out / "tuning.json").read_text(encoding="utf-8"))
+    assert list(result["front"][0]["held_out"]["by_scenario"]) == ["speed_zone"]
+
+
 def test_where_none_wins_the_page_says_so(planted_trials, tmp_path, capsys):
     arguments = [a.replace("lookahead_dist=0.3:1.2", "lookahead_dist=0.3:0.5") for a in ARGUMENTS]
     assert command.main([*arguments, "--out", str(tmp_path / "tuning")]) == 0
@@ -104,6 +141,8 @@ def test_where_none_wins_the_page_says_so(planted_trials, tmp_path, capsys):
         ({"time,clearance": "time,tme"}, "'tme' is not known"),
         ({"rpp": "rppp"}, "'rppp' is not known"),
         ({"lookahead_dist=0.3:1.2": "foo=1:2"}, "foo: unknown field"),
+        ({"lookahead_dist=0.3:1.2": "lookahead_dist=-1:1"}, "should be greater than 0, got -1"),
+        ({"lookahead_dist=0.3:1.2": "lookahead_dist=a,b"}, "should be a valid number, got 'a'"),
     ],
 )
 def test_wrong_input_is_one_line_and_writes_nothing(changed, told, tmp_path, capsys):

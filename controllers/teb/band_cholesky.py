@@ -1,0 +1,47 @@
+"""Cholesky's method for symmetric band matrices.
+
+A matrix is its lower half, (N, BANDWIDTH + 1): element (row, column) is at [row, row - column].
+"""
+
+import math
+
+from numba import njit
+
+from drake_navbench.controllers.teb.curvature import BANDWIDTH
+
+
+@njit(cache=True, error_model="numpy")
+def factorise(matrix, damping, factor):
+    """Fills the lower factor of matrix + damping I by Cholesky's method; False if indefinite."""
+    size = matrix.shape[0]
+    for row in range(size):
+        start = max(0, row - BANDWIDTH)
+        for column in range(start, row + 1):
+            value = matrix[row, row - column]
+            if column == row:
+                value += damping
+            for k in range(max(start, column - BANDWIDTH), column):
+                value -= factor[row, row - k] * factor[column, column - k]
+            if column < row:
+                factor[row, row - column] = value / factor[column, 0]
+            elif value > 1e-10:
+                factor[row, 0] = math.sqrt(value)
+            else:
+                return False
+    return True
+
+
+@njit(cache=True, error_model="numpy")
+def substitute(factor, vector):
+    """Solves with the factor of `factorise`, in place."""
+    size = factor.shape[0]
+    for row in range(size):
+        value = vector[row]
+        for k in range(max(0, row - BANDWIDTH), row):
+            value -= factor[row, row - k] * vector[k]
+        vector[row] = value / factor[row, 0]
+    for row in range(size - 1, -1, -1):
+        value = vector[row]
+        for k in range(row + 1, min(size, row + BANDWIDTH + 1)):
+            value -= factor[k, k - row] * vector[k]
+        vector[row] = value / factor[row, 0]
