@@ -333,7 +333,8 @@ class TrialLog:
             if uncompressed > MAX_LOG_BYTES:
                 raise InputError(f"{path}: not a trial log: {uncompressed / 1e9:.3g} GB of columns")
             table = pq.read_table(path)
-        except (OSError, pa.ArrowException) as error:
+        # A name of a column may be no text.
+        except (OSError, UnicodeDecodeError, pa.ArrowException) as error:
             raise InputError(f"{path}: not a readable trial log: {as_line(str(error))}") from error
         metadata = (table.schema.metadata or {}).get(METADATA_KEY)
         if metadata is None:
