@@ -1,0 +1,361 @@
+"""harmony: a sampler finds ways, a program smooths them, a gatekeeper lets the safe ones by."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.controller import (
+    CollisionAhead,
+    ControllerError,
+    ControllerSetup,
+    Decision,
+    InvalidPath,
+    NoValidControl,
+    Observation,
+)
+from drake_navbench.controllers.harmony.base_response import (
+    Response,
+    after_latency,
+    command_of,
+    follow_then_brake,
+)
+from drake_navbench.controllers.harmony.discs import covering_discs
+from drake_navbench.controllers.harmony.gatekeeper import (
+    accepted_cycles,
+    command_is_safe,
+    gap_at,
+    lethal_edges,
+)
+from drake_navbench.controllers.harmony.memory import HarmonyMemory
+from drake_navbench.controllers.harmony.motion import ALPHA, A, V, W, stage_at
+from drake_navbench.controllers.harmony.parameters import HarmonyParameters
+from drake_navbench.controllers.harmony.planner import (
+    Candidate,
+    Planner,
+    Way,
+    is_trapped,
+    progress_on,
+    way_along,
+)
+from drake_navbench.controllers.harmony.scene import make_start
+from drake_navbench.controllers.rpp import RegulatedPurePursuit
+from drake_navbench.errors import InputError
+from drake_navbench.kernels.distance_field import distance_field
+from drake_navbench.kernels.read_only import read_only
+from drake_navbench.kernels.speed_limit import limited_speed
+
+Array = NDArray[np.float64]
+
+# The base follows a plan while its velocity is this near the plan's: noise and a slow response.
+FOLLOWING_MPS, FOLLOWING_RADPS = 0.1, 0.25
+# What counts as standing still, m/s and rad/s.
+STANDSTILL_MPS, STANDSTILL_RADPS = 0.01, 0.01
+# Plans keep a bit more room than what is verified, as far as there is some: estimates jump, m.
+ROOM_TO_SPARE_M = 0.02
+
+
+class Check(NamedTuple):
+    """What the gatekeeper asks of every motion of a cycle.
+
+    edges: (E, 4) of lethal cells. bound: least gap, m. state: (5,) of the base when the next
+    command arrives.
+    """
+
+    edges: Array
+    bound: float
+    state: Array
+
+
+class Harmony:
+    """A seeded sampler, a constrained program and a verified stop plan; see docs/harmony.md.
+
+    Raises InputError for a base that cannot turn in place, and ValueError for an outline without
+    an area.
+    """
+
+    Parameters: ClassVar[type[HarmonyParameters]] = HarmonyParameters
+    nav2_plugin: ClassVar[str | None] = None
+
+    def __init__(self, parameters: HarmonyParameters, setup: ControllerSetup) -> None:
+        if setup.min_turning_radius_m > 0.0:
+            raise InputError(
+                f"got a base with a turning radius of {setup.min_turning_radius_m:g} m, expected "
+                "one that turns in place"
+            )
+        self._parameters = parameters
+        self._setup = setup
+        self._outline = read_only(setup.footprint)
+        self._planner = Planner(parameters, read_only(covering_discs(setup, parameters.disc_count)))
+        self._discs = read_only(covering_discs(setup, parameters.disc_count))
+        self._pursuit = RegulatedPurePursuit(parameters.rpp, setup)
+        self._response = Response(
+            parameters.response_time,
+            parameters.base_acceleration,
+            parameters.base_angular_acceleration,
+        )
+        self._cycles = math.ceil(parameters.horizon / setup.control_period_s - 1e-9)
+
+    def initial_memory(self) -> HarmonyMemory:
+        """Returns the memory at the start of a goal."""
+        return HarmonyMemory()
+
+    def step(self, observation: Observation, memory: HarmonyMemory) -> Decision:
+        """Returns the command of one cycle.
+
+        Raises InvalidPath for an empty plan; CollisionAhead where the plan leads into an obstacle,
+        no way past it is found and Regulated Pure Pursuit gives up, too; NoValidControl where the
+        robot stands and nothing has been accepted for `patience`.
+        """
+        if len(observation.plan) == 0:
+            raise InvalidPath("plan: got no poses, expected at least one")
+        parameters = self._parameters
+        field = distance_field(observation.costmap)
+        check = self._check(observation, memory)
+        start = self._start(observation, memory, check.state)
+        limits = self._planner.limits(limited_speed(parameters.max_vel_x, observation.speed_limit))
+        reach_m = limits.forward_speed * parameters.horizon
+        way = way_along(observation.plan, observation.goal, reach_m, field, self._discs)
+        candidates, _motions, _costs = self._planner.candidates(
+            self._planner.scene(start, way, field, limits),
+            start,
+            way,
+            driven=memory.plan,
+            elapsed_s=observation.time_s - memory.time_s,
+            is_trapped=memory.is_trapped or np.isfinite(way.blocked_m),
+            noise_key=observation.noise_key,
+        )
+        notes = self._notes(candidates, way)
+        for rank, candidate in enumerate(candidates):
+            cycles = self._accepted(check, candidate.plan)
+            if cycles > 0:
+                self._refuse_where_blocked(observation, way, candidate, notes)
+                notes.update(accepted=f"group {rank}", follow_s=cycles * self._period_s)
+                return self._commit(
+                    observation, memory, check, candidate, cycles, way, notes, candidates
+                )
+        return self._last_resorts(observation, memory, check, notes)
+
+    @property
+    def _period_s(self) -> float:
+        return self._setup.control_period_s
+
+    def _check(self, observation: Observation, memory: HarmonyMemory) -> Check:
+        state = self._predicted(observation, memory)
+        reach = self._parameters.max_vel_x * (self._parameters.horizon + 1.0)
+        edges = lethal_edges(
+            observation.costmap.grid,
+            state[0],
+            state[1],
+            reach + self._setup.circumscribed_radius_m + self._parameters.error_bound_m,
+        )
+        bound = self._parameters.error_bound_m
+        placed = np.empty_like(self._outline)
+        here = gap_at(edges, self._outline, state[0], state[1], state[2], placed)
+        return Check(edges, min(max(here, bound), bound + ROOM_TO_SPARE_M), state)
+
+    def _predicted(self, observation: Observation, memory: HarmonyMemory) -> Array:
+        """Returns (5,) the state of the base when the next command arrives."""
+        latency, now = self._parameters.latency, observation.time_s
+        sent, sent_s = memory.sent, memory.sent_s
+        if sent is None or sent_s is None:
+            sent, sent_s = np.zeros((0, 2)), np.zeros(0)
+        begins = np.maximum(sent_s + latency, now)
+        ends = np.append(begins[1:], now + latency)
+        durations = np.maximum(ends - begins, 0.0)
+        return after_latency(
+            self._response,
+            read_only(observation.pose),
+            read_only(observation.twist),
+            read_only(sent),
+            read_only(durations),
+        )
+
+    def _start(self, observation: Observation, memory: HarmonyMemory, state: Array) -> Array:
+        """Returns (9,) where plans begin: the ideal base that the real one comes after.
+
+        A plan is what an ideal base would do. The real one answers with a time constant, and where
+        the plan goes on at a constant velocity it ends up this far behind; so the ideal base is put
+        ahead by as much as the real one is still slower.
+        """
+        v, w, a, alpha = float(state[3]), float(state[4]), 0.0, 0.0
+        if memory.plan is not None:
+            elapsed_s = observation.time_s - memory.time_s
+            stage = stage_at(memory.plan, self._parameters.time_step, elapsed_s)
+            is_following = (
+                abs(stage[V] - v) <= FOLLOWING_MPS and abs(stage[W] - w) <= FOLLOWING_RADPS
+            )
+            if is_following:
+                v, w, a, alpha = (float(stage[i]) for i in (V, W, A, ALPHA))
+        lag = self._response.time_constant_s
+        ahead, turned = lag * (float(state[3]) - v), lag * (float(state[4]) - w)
+        yaw = float(state[2]) + turned
+        pose = np.array([state[0] + ahead * math.cos(yaw), state[1] + ahead * math.sin(yaw), yaw])
+        return make_start(pose, v, w, a, alpha)
+
+    def _accepted(self, check: Check, plan: Array) -> int:
+        """Returns for how many cycles the gatekeeper lets a plan be followed; 0: not at all."""
+        if not self._parameters.use_gatekeeper:
+            return self._cycles
+        return int(
+            accepted_cycles(
+                check.edges,
+                self._outline,
+                self._setup.circumscribed_radius_m,
+                check.bound,
+                self._response,
+                check.state,
+                plan,
+                self._parameters.time_step,
+                self._period_s,
+                self._cycles,
+                1,
+            )
+        )
+
+    def _refuse_where_blocked(
+        self, observation: Observation, way: Way, candidate: Candidate, notes: dict[str, Any]
+    ) -> None:
+        """Raises CollisionAhead where the best plan only drives up to what blocks the path.
+
+        As soon as Regulated Pure Pursuit would: its own check decides when that is near enough.
+        """
+        if not np.isfinite(way.blocked_m):
+            return
+        if progress_on(way, candidate.plan[-1, :2]) >= way.blocked_m:
+            return
+        try:
+            self._pursuit.step(observation, self._pursuit.initial_memory())
+        except CollisionAhead as ahead:
+            raise CollisionAhead(
+                f"the plan is blocked {way.blocked_m:.2f} m ahead and no way past is found",
+                details=notes,
+                memory=HarmonyMemory(),
+            ) from ahead
+        except ControllerError:
+            return
+
+    def _commit(
+        self,
+        observation: Observation,
+        memory: HarmonyMemory,
+        check: Check,
+        candidate: Candidate,
+        cycles: int,
+        way: Way,
+        notes: dict[str, Any],
+        candidates: list[Candidate],
+    ) -> Decision:
+        plan, dt = candidate.plan, self._parameters.time_step
+        v, w = command_of(plan, dt, self._period_s, 0)
+        if self._setup.wants_diagnostics:
+            stop = follow_then_brake(self._response, check.state, plan, dt, self._period_s, cycles)
+            notes.update(_arrays(candidates, candidate, stop))
+        kept = self._remembering(observation, memory, v, w)._replace(
+            plan=read_only(plan),
+            time_s=observation.time_s,
+            is_trapped=not way.nears_goal and is_trapped(way, plan, plan[0]),
+        )
+        return Decision(self._command(v, w), kept, notes)
+
+    def _last_resorts(
+        self,
+        observation: Observation,
+        memory: HarmonyMemory,
+        check: Check,
+        notes: dict[str, Any],
+    ) -> Decision:
+        """Returns Regulated Pure Pursuit's command where it is safe, else the stop plan's.
+
+        The stop plan, which is to command 0, was verified in the last cycle.
+        """
+        try:
+            v, w = self._pursuit.step(observation, self._pursuit.initial_memory()).command[:2]
+        except ControllerError as refusal:
+            raise CollisionAhead(
+                f"no plan is free of collisions, and Regulated Pure Pursuit says: {refusal}",
+                details=notes,
+                memory=HarmonyMemory(),
+            ) from refusal
+        if command_is_safe(
+            check.edges,
+            self._outline,
+            self._setup.circumscribed_radius_m,
+            check.bound,
+            self._response,
+            check.state,
+            v,
+            w,
+            self._period_s,
+        ):
+            notes.update(accepted="rpp", follow_s=self._period_s)
+            return Decision(
+                self._command(v, w), self._remembering(observation, memory, v, w), notes
+            )
+        since_s = observation.time_s if memory.refused_since_s is None else memory.refused_since_s
+        is_standing = (
+            abs(observation.twist[0]) < STANDSTILL_MPS
+            and abs(observation.twist[1]) < STANDSTILL_RADPS
+        )
+        if is_standing and observation.time_s - since_s >= self._parameters.patience:
+            raise NoValidControl(
+                f"no command keeps {check.bound:.3f} m away from obstacles",
+                details=notes,
+                memory=HarmonyMemory(),
+            )
+        notes.update(accepted="stop", follow_s=0.0)
+        kept = self._remembering(observation, memory, 0.0, 0.0)
+        return Decision(self._command(0.0, 0.0), kept._replace(refused_since_s=since_s), notes)
+
+    def _remembering(
+        self, observation: Observation, memory: HarmonyMemory, v: float, w: float
+    ) -> HarmonyMemory:
+        """Returns a memory of what was sent, without a plan."""
+        now = observation.time_s
+        if memory.sent is None or memory.sent_s is None:
+            sent, sent_s = np.zeros((0, 2)), np.zeros(0)
+        else:
+            # Of those that are over by now the last one counts, until the next arrives.
+            keep = max(int(np.sum(memory.sent_s + self._parameters.latency <= now)) - 1, 0)
+            sent, sent_s = memory.sent[keep:], memory.sent_s[keep:]
+        return HarmonyMemory(
+            sent=read_only(np.vstack([sent, [[v, w]]])),
+            sent_s=read_only(np.append(sent_s, now)),
+        )
+
+    def _command(self, v: float, w: float) -> Array:
+        """Returns (2,) a command within what the base can do."""
+        setup = self._setup
+        command = np.array(
+            [
+                min(max(v, -setup.max_linear_velocity_mps), setup.max_linear_velocity_mps),
+                min(max(w, -setup.max_angular_velocity_radps), setup.max_angular_velocity_radps),
+            ]
+        )
+        command.flags.writeable = False
+        return command
+
+    def _notes(self, candidates: list[Candidate], way: Way) -> dict[str, Any]:
+        """Returns what the log keeps of every cycle."""
+        best = candidates[0] if candidates else None
+        return {
+            "group_count": len(candidates),
+            "solved_count": sum(c.solved for c in candidates),
+            "iterations": sum(c.iterations for c in candidates),
+            "cost": best.cost if best else None,
+            "violation": best.violation if best else None,
+            "blocked_m": way.blocked_m if np.isfinite(way.blocked_m) else None,
+        }
+
+
+def _arrays(candidates: list[Candidate], chosen: Candidate, stop: Array) -> dict[str, Any]:
+    """Returns the accepted plan, the plans of all groups and the stop plan, for the replay."""
+    return {
+        "predicted_trajectory": chosen.plan[:, :3].copy(),
+        "sampled_trajectories": np.stack([c.plan[:, :3] for c in candidates]),
+        "sampled_costs": np.array([c.cost for c in candidates]),
+        "stop_trajectory": stop,
+    }
