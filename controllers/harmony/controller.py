@@ -23,7 +23,7 @@ from drake_navbench.controllers.harmony.base_response import (
     command_of,
     follow_then_brake,
 )
-from drake_navbench.controllers.harmony.discs import covering_discs
+from drake_navbench.controllers.harmony.discs import covering_discs, half_width
 from drake_navbench.controllers.harmony.gatekeeper import (
     accepted_cycles,
     command_is_safe,
@@ -33,18 +33,19 @@ from drake_navbench.controllers.harmony.gatekeeper import (
 from drake_navbench.controllers.harmony.memory import HarmonyMemory
 from drake_navbench.controllers.harmony.motion import ALPHA, A, V, W, stage_at
 from drake_navbench.controllers.harmony.parameters import HarmonyParameters
+from drake_navbench.controllers.harmony.passage import is_connected
 from drake_navbench.controllers.harmony.planner import (
     Candidate,
     Planner,
     Way,
     is_trapped,
-    progress_on,
+    turn_at,
     way_along,
 )
 from drake_navbench.controllers.harmony.scene import make_start
 from drake_navbench.controllers.rpp import RegulatedPurePursuit
 from drake_navbench.errors import InputError
-from drake_navbench.kernels.distance_field import distance_field
+from drake_navbench.kernels.distance_field import DistanceField, distance_field
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.kernels.speed_limit import limited_speed
 
@@ -55,7 +56,7 @@ FOLLOWING_MPS, FOLLOWING_RADPS = 0.1, 0.25
 # What counts as standing still, m/s and rad/s.
 STANDSTILL_MPS, STANDSTILL_RADPS = 0.01, 0.01
 # Plans keep a bit more room than what is verified, as far as there is some: estimates jump, m.
-ROOM_TO_SPARE_M = 0.02
+ROOM_TO_SPARE_M = 0.01
 
 
 class Check(NamedTuple):
@@ -89,8 +90,9 @@ class Harmony:
         self._parameters = parameters
         self._setup = setup
         self._outline = read_only(setup.footprint)
-        self._planner = Planner(parameters, read_only(covering_discs(setup, parameters.disc_count)))
         self._discs = read_only(covering_discs(setup, parameters.disc_count))
+        self._half_width = half_width(setup)
+        self._planner = Planner(parameters, self._discs, self._half_width)
         self._pursuit = RegulatedPurePursuit(parameters.rpp, setup)
         self._response = Response(
             parameters.response_time,
@@ -106,9 +108,10 @@ class Harmony:
     def step(self, observation: Observation, memory: HarmonyMemory) -> Decision:
         """Returns the command of one cycle.
 
-        Raises InvalidPath for an empty plan; CollisionAhead where the plan leads into an obstacle,
-        no way past it is found and Regulated Pure Pursuit gives up, too; NoValidControl where the
-        robot stands and nothing has been accepted for `patience`.
+        Raises InvalidPath for an empty plan; CollisionAhead where the plan leads into an obstacle
+        nearer than `give_up_distance` and no way past it is found, or where nothing is accepted
+        and Regulated Pure Pursuit gives up, too; NoValidControl where the robot stands and nothing
+        has been accepted for `patience`. The server then commands 0, which is the stop plan.
         """
         if len(observation.plan) == 0:
             raise InvalidPath("plan: got no poses, expected at least one")
@@ -118,7 +121,10 @@ class Harmony:
         start = self._start(observation, memory, check.state)
         limits = self._planner.limits(limited_speed(parameters.max_vel_x, observation.speed_limit))
         reach_m = limits.forward_speed * parameters.horizon
-        way = way_along(observation.plan, observation.goal, reach_m, field, self._discs)
+        if observation.goal_xy_reached:
+            way = turn_at(start, observation.goal)
+        else:
+            way = way_along(observation.plan, observation.goal, reach_m, field, self._discs)
         candidates, _motions, _costs = self._planner.candidates(
             self._planner.scene(start, way, field, limits),
             start,
@@ -129,10 +135,10 @@ class Harmony:
             noise_key=observation.noise_key,
         )
         notes = self._notes(candidates, way)
+        self._give_up_where_closed(observation, way, field, notes)
         for rank, candidate in enumerate(candidates):
             cycles = self._accepted(check, candidate.plan)
             if cycles > 0:
-                self._refuse_where_blocked(observation, way, candidate, notes)
                 notes.update(accepted=f"group {rank}", follow_s=cycles * self._period_s)
                 return self._commit(
                     observation, memory, check, candidate, cycles, way, notes, candidates
@@ -216,27 +222,20 @@ class Harmony:
             )
         )
 
-    def _refuse_where_blocked(
-        self, observation: Observation, way: Way, candidate: Candidate, notes: dict[str, Any]
+    def _give_up_where_closed(
+        self, observation: Observation, way: Way, field: DistanceField, notes: dict[str, Any]
     ) -> None:
-        """Raises CollisionAhead where the best plan only drives up to what blocks the path.
-
-        As soon as Regulated Pure Pursuit would: its own check decides when that is near enough.
-        """
-        if not np.isfinite(way.blocked_m):
+        """Raises CollisionAhead in front of what blocks the path, where the map has no way past."""
+        if way.blocked_m > self._parameters.give_up_distance or way.behind is None:
             return
-        if progress_on(way, candidate.plan[-1, :2]) >= way.blocked_m:
-            return
-        try:
-            self._pursuit.step(observation, self._pursuit.initial_memory())
-        except CollisionAhead as ahead:
+        reach = self._parameters.max_vel_x * self._parameters.horizon
+        reach += self._setup.circumscribed_radius_m
+        if not is_connected(field, self._half_width, reach, observation.pose[:2], way.behind):
             raise CollisionAhead(
-                f"the plan is blocked {way.blocked_m:.2f} m ahead and no way past is found",
+                f"the plan is blocked {way.blocked_m:.2f} m ahead and the map has no way past",
                 details=notes,
                 memory=HarmonyMemory(),
-            ) from ahead
-        except ControllerError:
-            return
+            )
 
     def _commit(
         self,

@@ -37,3 +37,8 @@ def covering_discs(setup: ControllerSetup, count: int) -> Array:
     distances = np.hypot(points[:, :1] - offsets, points[:, 1:])
     # Of each point the nearest disc, of these the farthest.
     return np.column_stack([offsets, np.full(count, float(distances.min(axis=1).max()))])
+
+
+def half_width(setup: ControllerSetup) -> float:
+    """Returns the distance from the robot's axis to its farther side, m."""
+    return float(np.abs(setup.footprint[:, 1]).max())

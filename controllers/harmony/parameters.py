@@ -30,7 +30,7 @@ Weight = Number
 class Weights(ControllerParameters):
     """Weights of the twelve terms; 0 switches one off. docs/harmony.md says what each does."""
 
-    constraints: Weight = Field(0.1, ge=0.0, description="Of being near a limit [1/s].")
+    constraints: Weight = Field(0.02, ge=0.0, description="Of being near a limit [1/s].")
     goal_angle: Weight = Field(1.0, ge=0.0, description="Of the heading at the goal [1/rad^2].")
     goal_position: Weight = Field(2.0, ge=0.0, description="Of the way left at the end [1/m^2].")
     costmap_cost: Weight = Field(0.3, ge=0.0, description="Of inflation that discs are in [1/s].")
@@ -41,7 +41,7 @@ class Weights(ControllerParameters):
     energy: Weight = Field(0.5, ge=0.0, description="Of speeding up and braking [s^5/m^4].")
     sharp_curves: Weight = Field(0.01, ge=0.0, description="Of curvature [m^2/s].")
     linear_jerk: Weight = Field(0.02, ge=0.0, description="Of changes of acceleration [s^5/m^2].")
-    maximum_velocity: Weight = Field(1.0, ge=0.0, description="Of missing speed [1/s].")
+    maximum_velocity: Weight = Field(3.0, ge=0.0, description="Of missing speed [1/s].")
 
     def as_array(self) -> NDArray[np.float64]:
         """Returns (12,) the weights in the order of TERMS."""
@@ -77,7 +77,7 @@ class HarmonyParameters(ControllerParameters):
         0.4, gt=0.0, description="Speed times turn rate [m/s^2]."
     )
     min_obstacle_dist: Length = Field(
-        0.02, ge=0.0, description="Clearance of the discs besides the error bound [m]."
+        0.0, ge=0.0, description="Clearance of the outline's sides besides the error bound [m]."
     )
     disc_count: Count = Field(
         4, description="Discs along the axis that cover the outline, 1 to 5; a round robot has one."
@@ -86,7 +86,7 @@ class HarmonyParameters(ControllerParameters):
     # Terms
     weights: Weights = Field(default_factory=Weights, description="Of the twelve terms.")
     limit_share: Number = Field(
-        0.8, ge=0.0, lt=1.0, description="Part of a limit from which being near it costs [-]."
+        0.9, ge=0.0, lt=1.0, description="Part of a limit from which being near it costs [-]."
     )
     inflation_dist: Length = Field(
         0.35, gt=0.0, description="Clearance of the discs below which it costs [m]."
@@ -121,7 +121,7 @@ class HarmonyParameters(ControllerParameters):
     # Gatekeeper
     use_gatekeeper: bool = Field(True, description="Let only plans with a verified stop through.")
     tracking_error: Length = Field(
-        0.02, ge=0.0, description="Bound of how far the base strays from its prediction [m]."
+        0.01, ge=0.0, description="Bound of how far the base strays from its prediction [m]."
     )
     localization_error: Length = Field(
         0.03, ge=0.0, description="Bound of how far the outline is from where it seems [m]."
@@ -140,6 +140,11 @@ class HarmonyParameters(ControllerParameters):
     )
     base_angular_acceleration: AngularAcceleration = Field(
         3.0, gt=0.0, description="The same for its turn rate [rad/s^2]."
+    )
+    give_up_distance: Length = Field(
+        0.5,
+        ge=0.0,
+        description="Give up so near to what blocks the path where no way past is found [m].",
     )
     patience: Duration = Field(
         0.3, ge=0.0, description="At rest without an accepted plan for so long, it gives up [s]."

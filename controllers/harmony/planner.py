@@ -60,7 +60,8 @@ class Way(NamedTuple):
 
     path: (P, 3). target: (3,) the point aimed at. nears_goal: it is the goal. length_m: along the
     path to it. blocked_m: along the path to its first pose at which the robot has no room, inf
-    where there is none.
+    where there is none. behind: (2,) m, the path's first point behind that, its last one where the
+    robot has no room up to there, or None.
     """
 
     path: Array
@@ -68,6 +69,7 @@ class Way(NamedTuple):
     nears_goal: bool
     length_m: float
     blocked_m: float
+    behind: Array | None = None
 
 
 class Candidate(NamedTuple):
@@ -97,14 +99,29 @@ def way_along(plan: Array, goal: Array, reach_m: float, field: DistanceField, di
     is_end = index >= len(path)
     target = path[-1 if is_end else index]
     nears_goal = is_end and bool(np.hypot(*(target[:2] - goal[:2])) < 1e-6)
-    blocked = np.flatnonzero(path_clearance(field, discs, path) < 0.0)
+    has_room = path_clearance(field, discs, path) >= 0.0
+    blocked = np.flatnonzero(~has_room)
+    behind = None
+    if len(blocked):
+        rest = np.flatnonzero(has_room[blocked[0] :])
+        behind = path[blocked[0] + rest[0] if len(rest) else -1, :2]
     return Way(
         path,
         np.array(target),
         nears_goal,
         float(stations[min(index, len(path) - 1)]),
         float(stations[blocked[0]]) if len(blocked) else np.inf,
+        behind,
     )
+
+
+def turn_at(start: Array, goal: Array) -> Way:
+    """Returns the way of a robot whose position is good enough: to the goal's heading, right here.
+
+    start: (9,) first stage of plans. goal: (3,).
+    """
+    pose = np.array([start[0], start[1], goal[2]])
+    return Way(read_only(pose[None]), pose, True, 0.0, np.inf)
 
 
 def progress_on(way: Way, position: Array) -> float:
@@ -120,11 +137,15 @@ def noise_word(key: NoiseKey) -> np.uint64:
 
 
 class Planner:
-    """Makes the plans of a cycle. discs: (D, 2) of the robot, m."""
+    """Makes the plans of a cycle. discs: (D, 2) of the robot, m. half_width: of its outline, m."""
 
-    def __init__(self, parameters: HarmonyParameters, discs: Array) -> None:
+    def __init__(self, parameters: HarmonyParameters, discs: Array, half_width: float) -> None:
         self._parameters = parameters
         self._discs = discs
+        # The discs reach beyond the sides, which counts as clearance.
+        beyond = float(discs[:, 1].max()) - half_width
+        clearance = parameters.error_bound_m + parameters.min_obstacle_dist
+        self._clearance = max(clearance - beyond, 0.0)
         self._weights = read_only(parameters.weights.as_array())
         self._shape = Shape(
             parameters.limit_share, parameters.inflation_dist, parameters.curve_speed
@@ -155,7 +176,7 @@ class Planner:
             wheel_speed=p.max_wheel_speed,
             half_track=0.5 * p.wheel_separation,
             lateral_acceleration=p.max_lateral_acceleration,
-            clearance=p.error_bound_m + p.min_obstacle_dist,
+            clearance=self._clearance,
         )
 
     def scene(self, start: Array, way: Way, field: DistanceField, limits: Limits) -> Scene:
