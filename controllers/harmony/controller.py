@@ -14,12 +14,10 @@ from drake_navbench.controller import (
     ControllerSetup,
     Decision,
     InvalidPath,
-    NoValidControl,
     Observation,
 )
 from drake_navbench.controllers.harmony.base_response import (
     Response,
-    after_latency,
     command_of,
     follow_then_brake,
 )
@@ -42,6 +40,12 @@ from drake_navbench.controllers.harmony.planner import (
     turn_at,
     way_along,
 )
+from drake_navbench.controllers.harmony.prediction import (
+    LATENCIES_S,
+    observed,
+    predicted,
+    with_command,
+)
 from drake_navbench.controllers.harmony.scene import make_start
 from drake_navbench.controllers.rpp import RegulatedPurePursuit
 from drake_navbench.errors import InputError
@@ -51,10 +55,11 @@ from drake_navbench.kernels.speed_limit import limited_speed
 
 Array = NDArray[np.float64]
 
-# The base follows a plan while its velocity is this near the plan's: noise and a slow response.
-FOLLOWING_MPS, FOLLOWING_RADPS = 0.1, 0.25
-# What counts as standing still, m/s and rad/s.
-STANDSTILL_MPS, STANDSTILL_RADPS = 0.01, 0.01
+# The base follows a plan while it is no farther behind than this besides its time constant and a
+# cycle, and its velocity no farther off than noise explains.
+FOLLOWING_S, FOLLOWING_MPS, FOLLOWING_RADPS = 0.05, 0.03, 0.05
+# A cycle later than so many periods is late, and the next one is taken to be, too; up to a limit.
+LATE_RATIO, LONGEST_INTERVAL_S = 1.5, 0.5
 # Plans keep a bit more room than what is verified, as far as there is some: estimates jump, m.
 ROOM_TO_SPARE_M = 0.01
 
@@ -63,12 +68,13 @@ class Check(NamedTuple):
     """What the gatekeeper asks of every motion of a cycle.
 
     edges: (E, 4) of lethal cells. bound: least gap, m. state: (5,) of the base when the next
-    command arrives.
+    command arrives. interval_s: how long that one holds.
     """
 
     edges: Array
     bound: float
     state: Array
+    interval_s: float
 
 
 class Harmony:
@@ -99,7 +105,6 @@ class Harmony:
             parameters.base_acceleration,
             parameters.base_angular_acceleration,
         )
-        self._cycles = math.ceil(parameters.horizon / setup.control_period_s - 1e-9)
 
     def initial_memory(self) -> HarmonyMemory:
         """Returns the memory at the start of a goal."""
@@ -109,16 +114,17 @@ class Harmony:
         """Returns the command of one cycle.
 
         Raises InvalidPath for an empty plan; CollisionAhead where the plan leads into an obstacle
-        nearer than `give_up_distance` and no way past it is found, or where nothing is accepted
-        and Regulated Pure Pursuit gives up, too; NoValidControl where the robot stands and nothing
+        nearer than `give_up_distance` and the map has no way past it, or where no command
         has been accepted for `patience`. The server then commands 0, which is the stop plan.
         """
         if len(observation.plan) == 0:
             raise InvalidPath("plan: got no poses, expected at least one")
         parameters = self._parameters
         field = distance_field(observation.costmap)
+        sent = observed(memory.sent, self._response, observation.twist, observation.time_s)
+        memory = memory._replace(sent=sent)
         check = self._check(observation, memory)
-        start = self._start(observation, memory, check.state)
+        start = self._start(observation, memory, check)
         limits = self._planner.limits(limited_speed(parameters.max_vel_x, observation.speed_limit))
         reach_m = limits.forward_speed * parameters.horizon
         if observation.goal_xy_reached:
@@ -139,18 +145,24 @@ class Harmony:
         for rank, candidate in enumerate(candidates):
             cycles = self._accepted(check, candidate.plan)
             if cycles > 0:
-                notes.update(accepted=f"group {rank}", follow_s=cycles * self._period_s)
+                notes.update(accepted=f"group {rank}", follow_s=cycles * check.interval_s)
                 return self._commit(
                     observation, memory, check, candidate, cycles, way, notes, candidates
                 )
         return self._last_resorts(observation, memory, check, notes)
 
-    @property
-    def _period_s(self) -> float:
-        return self._setup.control_period_s
-
     def _check(self, observation: Observation, memory: HarmonyMemory) -> Check:
-        state = self._predicted(observation, memory)
+        latency_s = self._parameters.latency
+        if memory.sent is not None and memory.sent.latency >= 0:
+            latency_s = float(LATENCIES_S[memory.sent.latency])
+        state = predicted(
+            memory.sent,
+            self._response,
+            pose=observation.pose,
+            twist=observation.twist,
+            time_s=observation.time_s,
+            latency_s=latency_s,
+        )
         reach = self._parameters.max_vel_x * (self._parameters.horizon + 1.0)
         edges = lethal_edges(
             observation.costmap.grid,
@@ -161,40 +173,42 @@ class Harmony:
         bound = self._parameters.error_bound_m
         placed = np.empty_like(self._outline)
         here = gap_at(edges, self._outline, state[0], state[1], state[2], placed)
-        return Check(edges, min(max(here, bound), bound + ROOM_TO_SPARE_M), state)
-
-    def _predicted(self, observation: Observation, memory: HarmonyMemory) -> Array:
-        """Returns (5,) the state of the base when the next command arrives."""
-        latency, now = self._parameters.latency, observation.time_s
-        sent, sent_s = memory.sent, memory.sent_s
-        if sent is None or sent_s is None:
-            sent, sent_s = np.zeros((0, 2)), np.zeros(0)
-        begins = np.maximum(sent_s + latency, now)
-        ends = np.append(begins[1:], now + latency)
-        durations = np.maximum(ends - begins, 0.0)
-        return after_latency(
-            self._response,
-            read_only(observation.pose),
-            read_only(observation.twist),
-            read_only(sent),
-            read_only(durations),
+        return Check(
+            edges,
+            min(max(here, bound), bound + ROOM_TO_SPARE_M),
+            state,
+            self._interval_s(observation, memory),
         )
 
-    def _start(self, observation: Observation, memory: HarmonyMemory, state: Array) -> Array:
+    def _interval_s(self, observation: Observation, memory: HarmonyMemory) -> float:
+        """Returns how long the next command will hold, s: a period, or as long as the last one.
+
+        A cycle that takes too long puts the next one off.
+        """
+        period_s = self._setup.control_period_s
+        if memory.sent is None:
+            return period_s
+        last_s = observation.time_s - float(memory.sent.times_s[-1])
+        return min(last_s, LONGEST_INTERVAL_S) if last_s > LATE_RATIO * period_s else period_s
+
+    def _start(self, observation: Observation, memory: HarmonyMemory, check: Check) -> Array:
         """Returns (9,) where plans begin: the ideal base that the real one comes after.
 
         A plan is what an ideal base would do. The real one answers with a time constant, and where
         the plan goes on at a constant velocity it ends up this far behind; so the ideal base is put
         ahead by as much as the real one is still slower.
         """
+        state = check.state
         v, w, a, alpha = float(state[3]), float(state[4]), 0.0, 0.0
         if memory.plan is not None:
+            parameters = self._parameters
             elapsed_s = observation.time_s - memory.time_s
-            stage = stage_at(memory.plan, self._parameters.time_step, elapsed_s)
-            is_following = (
-                abs(stage[V] - v) <= FOLLOWING_MPS and abs(stage[W] - w) <= FOLLOWING_RADPS
-            )
-            if is_following:
+            stage = stage_at(memory.plan, parameters.time_step, elapsed_s)
+            lag_s = FOLLOWING_S + self._response.time_constant_s + check.interval_s
+            if (
+                abs(stage[V] - v) <= FOLLOWING_MPS + lag_s * parameters.acc_lim_x
+                and abs(stage[W] - w) <= FOLLOWING_RADPS + lag_s * parameters.acc_lim_theta
+            ):
                 v, w, a, alpha = (float(stage[i]) for i in (V, W, A, ALPHA))
         lag = self._response.time_constant_s
         ahead, turned = lag * (float(state[3]) - v), lag * (float(state[4]) - w)
@@ -205,7 +219,7 @@ class Harmony:
     def _accepted(self, check: Check, plan: Array) -> int:
         """Returns for how many cycles the gatekeeper lets a plan be followed; 0: not at all."""
         if not self._parameters.use_gatekeeper:
-            return self._cycles
+            return 1
         return int(
             accepted_cycles(
                 check.edges,
@@ -216,8 +230,8 @@ class Harmony:
                 check.state,
                 plan,
                 self._parameters.time_step,
-                self._period_s,
-                self._cycles,
+                check.interval_s,
+                math.ceil(self._parameters.horizon / check.interval_s - 1e-9),
                 1,
             )
         )
@@ -249,16 +263,20 @@ class Harmony:
         candidates: list[Candidate],
     ) -> Decision:
         plan, dt = candidate.plan, self._parameters.time_step
-        v, w = command_of(plan, dt, self._period_s, 0)
+        v, w = command_of(plan, dt, check.interval_s, 0)
         if self._setup.wants_diagnostics:
-            stop = follow_then_brake(self._response, check.state, plan, dt, self._period_s, cycles)
+            stop = follow_then_brake(
+                self._response, check.state, plan, dt, check.interval_s, cycles
+            )
             notes.update(_arrays(candidates, candidate, stop))
-        kept = self._remembering(observation, memory, v, w)._replace(
+        command = self._command(v, w)
+        kept = HarmonyMemory(
             plan=read_only(plan),
             time_s=observation.time_s,
+            sent=with_command(memory.sent, observation.twist, observation.time_s, command),
             is_trapped=not way.nears_goal and is_trapped(way, plan, plan[0]),
         )
-        return Decision(self._command(v, w), kept, notes)
+        return Decision(command, kept, notes)
 
     def _last_resorts(
         self,
@@ -271,58 +289,38 @@ class Harmony:
 
         The stop plan, which is to command 0, was verified in the last cycle.
         """
+        refusal = f"no command keeps {check.bound:.3f} m away from obstacles"
         try:
             v, w = self._pursuit.step(observation, self._pursuit.initial_memory()).command[:2]
-        except ControllerError as refusal:
-            raise CollisionAhead(
-                f"no plan is free of collisions, and Regulated Pure Pursuit says: {refusal}",
-                details=notes,
-                memory=HarmonyMemory(),
-            ) from refusal
-        if command_is_safe(
-            check.edges,
-            self._outline,
-            self._setup.circumscribed_radius_m,
-            check.bound,
-            self._response,
-            check.state,
-            v,
-            w,
-            self._period_s,
-        ):
-            notes.update(accepted="rpp", follow_s=self._period_s)
-            return Decision(
-                self._command(v, w), self._remembering(observation, memory, v, w), notes
-            )
-        since_s = observation.time_s if memory.refused_since_s is None else memory.refused_since_s
-        is_standing = (
-            abs(observation.twist[0]) < STANDSTILL_MPS
-            and abs(observation.twist[1]) < STANDSTILL_RADPS
-        )
-        if is_standing and observation.time_s - since_s >= self._parameters.patience:
-            raise NoValidControl(
-                f"no command keeps {check.bound:.3f} m away from obstacles",
-                details=notes,
-                memory=HarmonyMemory(),
-            )
-        notes.update(accepted="stop", follow_s=0.0)
-        kept = self._remembering(observation, memory, 0.0, 0.0)
-        return Decision(self._command(0.0, 0.0), kept._replace(refused_since_s=since_s), notes)
-
-    def _remembering(
-        self, observation: Observation, memory: HarmonyMemory, v: float, w: float
-    ) -> HarmonyMemory:
-        """Returns a memory of what was sent, without a plan."""
-        now = observation.time_s
-        if memory.sent is None or memory.sent_s is None:
-            sent, sent_s = np.zeros((0, 2)), np.zeros(0)
+        except ControllerError as error:
+            refusal = f"no plan is free of collisions, and Regulated Pure Pursuit says: {error}"
         else:
-            # Of those that are over by now the last one counts, until the next arrives.
-            keep = max(int(np.sum(memory.sent_s + self._parameters.latency <= now)) - 1, 0)
-            sent, sent_s = memory.sent[keep:], memory.sent_s[keep:]
-        return HarmonyMemory(
-            sent=read_only(np.vstack([sent, [[v, w]]])),
-            sent_s=read_only(np.append(sent_s, now)),
+            if self._command_is_safe(check, v, w):
+                notes.update(accepted="rpp", follow_s=check.interval_s)
+                command = self._command(v, w)
+                sent = with_command(memory.sent, observation.twist, observation.time_s, command)
+                return Decision(command, HarmonyMemory(sent=sent), notes)
+        since_s = observation.time_s if memory.refused_since_s is None else memory.refused_since_s
+        if observation.time_s - since_s >= self._parameters.patience:
+            raise CollisionAhead(refusal, details=notes, memory=HarmonyMemory())
+        notes.update(accepted="stop", follow_s=0.0)
+        command = self._command(0.0, 0.0)
+        sent = with_command(memory.sent, observation.twist, observation.time_s, command)
+        return Decision(command, HarmonyMemory(sent=sent, refused_since_s=since_s), notes)
+
+    def _command_is_safe(self, check: Check, v: float, w: float) -> bool:
+        return bool(
+            command_is_safe(
+                check.edges,
+                self._outline,
+                self._setup.circumscribed_radius_m,
+                check.bound,
+                self._response,
+                check.state,
+                v,
+                w,
+                check.interval_s,
+            )
         )
 
     def _command(self, v: float, w: float) -> Array:

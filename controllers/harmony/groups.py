@@ -26,22 +26,25 @@ def nearest_anchors(anchors: Array, pose: Array) -> Array:
 
 
 @njit(cache=True)
-def group_of(points, anchors, start_x, start_y, target):
-    """Returns the number of the group of a motion (M, 2+) m that begins at the start.
+def group_of(points, stride, anchors, target):
+    """Returns the number of the group of a motion (M, 2+) m; looks at every stride-th point.
 
-    anchors: (C, 2) m. target: (3,) m, where all motions of a cycle are led to in the end.
+    anchors: (C, 2) m. target: (3,) m, where all motions of a cycle are led to in the end. The last
+    point counts.
     """
-    along_x, along_y = target[0] - start_x, target[1] - start_y
+    last = points.shape[0] - 1
+    count = (last + stride - 1) // stride
+    along_x, along_y = target[0] - points[0, 0], target[1] - points[0, 1]
     group, digit = 0, 1
     for c in range(anchors.shape[0]):
         anchor_x, anchor_y = anchors[c, 0], anchors[c, 1]
         crossings = 0
-        last = points.shape[0]
         x, y = points[0, 0] - anchor_x, points[0, 1] - anchor_y
         before_along, before_left = x * along_x + y * along_y, y * along_x - x * along_y
-        for i in range(1, last + 1):
-            if i < last:
-                x, y = points[i, 0] - anchor_x, points[i, 1] - anchor_y
+        for i in range(1, count + 2):
+            if i <= count:
+                place = min(i * stride, last)
+                x, y = points[place, 0] - anchor_x, points[place, 1] - anchor_y
             else:
                 x, y = target[0] - anchor_x, target[1] - anchor_y
             now_along, now_left = x * along_x + y * along_y, y * along_x - x * along_y

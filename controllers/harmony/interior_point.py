@@ -305,9 +305,9 @@ def minimise(scene, guess, iterations, first_barrier, last_barrier, tolerance):
         is_still = abs(before - after) < 1e-6 * (1.0 + abs(after))
         for i in range(STATE_SIZE - V):
             rest_multipliers[i] += share * REST_PRICE * plan[last, V + i]
-        if barrier <= last_barrier and is_still and share > 0.5:
-            if _violation(last, values, plan) <= tolerance:
-                break
+        is_last = barrier <= last_barrier and is_still and share > 0.5
+        if is_last and _violation(last, values, plan) <= tolerance:
+            break
         if share > 0.5 or is_still:
             barrier = max(last_barrier, BARRIER_CUT * barrier)
     return plan, cost, _violation(last, values, plan), taken

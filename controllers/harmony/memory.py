@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from drake_navbench.controllers.harmony.prediction import Sent
 
 Array = NDArray[np.float64]
 
@@ -14,15 +16,12 @@ class HarmonyMemory(NamedTuple):
     """What one cycle leaves to the next; arrays are read-only.
 
     plan: (N + 1, 9) the committed plan, or None where the last command was not a plan's.
-    time_s: when it was committed. sent: (H, 2) the last commands v m/s, w rad/s, the oldest first,
-    and sent_s: (H,) when each was sent. refused_since_s: since when no plan has been accepted, None
-    while they are. is_trapped: the last plan got nowhere. rpp: memory of Regulated Pure Pursuit.
+    time_s: when it was committed. sent: the last commands. refused_since_s: since when no plan has
+    been accepted, None while they are. is_trapped: the last plan got nowhere.
     """
 
     plan: Array | None = None
     time_s: float = 0.0
-    sent: Array | None = None
-    sent_s: Array | None = None
+    sent: Sent | None = None
     refused_since_s: float | None = None
     is_trapped: bool = False
-    rpp: Any = None

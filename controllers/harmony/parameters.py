@@ -121,10 +121,10 @@ class HarmonyParameters(ControllerParameters):
     # Gatekeeper
     use_gatekeeper: bool = Field(True, description="Let only plans with a verified stop through.")
     tracking_error: Length = Field(
-        0.01, ge=0.0, description="Bound of how far the base strays from its prediction [m]."
+        0.005, ge=0.0, description="Bound of how far the base strays from its prediction [m]."
     )
     localization_error: Length = Field(
-        0.03, ge=0.0, description="Bound of how far the outline is from where it seems [m]."
+        0.025, ge=0.0, description="Bound of how far the outline is from where it seems [m]."
     )
     latency: Duration = Field(
         0.0, ge=0.0, le=2.0, description="From a measured pose to what its command does [s]."
@@ -147,7 +147,7 @@ class HarmonyParameters(ControllerParameters):
         description="Give up so near to what blocks the path where no way past is found [m].",
     )
     patience: Duration = Field(
-        0.3, ge=0.0, description="At rest without an accepted plan for so long, it gives up [s]."
+        0.5, ge=0.0, description="Without an accepted command for so long, it gives up [s]."
     )
     rpp: RegulatedPurePursuitParameters = Field(
         default_factory=_published_pursuit,

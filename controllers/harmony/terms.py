@@ -120,7 +120,6 @@ def costmap_cost(scene, stage, weight, gradient, hessian):
     """Keeps away from obstacles: squared part of the inflation that each disc is inside of."""
     reach = scene.shape.inflation_dist
     cosine, sine = math.cos(stage[YAW]), math.sin(stage[YAW])
-    slopes = np.zeros(3)
     cost = 0.0
     for k in range(scene.discs.shape[0]):
         along = scene.discs[k, 0]
@@ -130,8 +129,8 @@ def costmap_cost(scene, stage, weight, gradient, hessian):
         inside = 1.0 - (distance - scene.discs[k, 1]) / reach
         if inside <= 0.0:
             continue
-        slopes[0], slopes[1] = -by_x / reach, -by_y / reach
-        slopes[2] = -(by_y * cosine - by_x * sine) * along / reach
+        by_yaw = (by_y * cosine - by_x * sine) * along
+        slopes = (-by_x / reach, -by_y / reach, -by_yaw / reach)
         cost += weight * inside * inside
         for i in range(3):
             gradient[i] += 2.0 * weight * inside * slopes[i]
@@ -200,10 +199,11 @@ def maximum_velocity(scene, reference, stage, weight, gradient, hessian):
 
 
 @njit(cache=True)
-def stage_cost(scene, k, last, stage, reference, gradient, hessian):
+def stage_cost(scene, k, last, stage, reference, gradient, hessian, with_costmap=True):
     """Returns the cost of stage k of 0..last, and adds its derivatives.
 
     reference: (4,) of this stage. Stage 0 is given: what of it is no input costs nothing.
+    with_costmap: whether the term of the costmap counts.
     """
     weights, dt = scene.weights, scene.dt
     cost = 0.0
@@ -213,7 +213,7 @@ def stage_cost(scene, k, last, stage, reference, gradient, hessian):
         return cost
     if weights[CONSTRAINTS] > 0.0:
         cost += constraints(scene, stage, dt * weights[CONSTRAINTS], gradient, hessian)
-    if weights[COSTMAP_COST] > 0.0:
+    if with_costmap and weights[COSTMAP_COST] > 0.0:
         cost += costmap_cost(scene, stage, dt * weights[COSTMAP_COST], gradient, hessian)
     if weights[PATH_ALIGNMENT] > 0.0:
         weight = dt * weights[PATH_ALIGNMENT]
