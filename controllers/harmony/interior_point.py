@@ -42,11 +42,13 @@ TO_BOUND_RATIO = 0.99
 # Slacks begin with so much at least, in parts of the limits.
 LEAST_SLACK = 1e-2
 # Price of squared velocities and accelerations at the end, besides their multipliers.
-REST_PRICE = 100.0
+REST_PRICE = 5000.0
 # Added to the second derivatives by the jerks, which no term may ask for.
 DAMPING = 1e-5
 BARRIER_CUT = 0.2
 MOST_CUTS = 8
+# The barrier falls after a step of which so much was taken.
+FULL_ENOUGH = 0.5
 SUFFICIENT_DECREASE = 1e-4
 # A merit whose steps no longer lower it by more than this has converged.
 STILL = 1e-9
@@ -308,7 +310,7 @@ def minimise(scene, guess, iterations, first_barrier, last_barrier, tolerance):
         is_last = barrier <= last_barrier and is_still and share > 0.5
         if is_last and _violation(last, values, plan) <= tolerance:
             break
-        if share > 0.5 or is_still:
+        if share > FULL_ENOUGH or is_still:
             barrier = max(last_barrier, BARRIER_CUT * barrier)
     return plan, cost, _violation(last, values, plan), taken
 

@@ -51,6 +51,8 @@ TRAPPED_RATIO = 0.2
 MOST_SEGMENTS_AHEAD = 12
 # A wall is followed with so much room between it and the widest disc, m.
 WALL_ROOM_M = 0.15
+# A plan that ends so near the goal ends in it, m.
+SAME_PLACE_M = 1e-6
 _MASK = 2**64 - 1
 _STEP_MULTIPLIER, _STREAM_MULTIPLIER = 0x9E3779B97F4A7C15, 0xD1B54A32D192ED03
 
@@ -98,7 +100,7 @@ def way_along(plan: Array, goal: Array, reach_m: float, field: DistanceField, di
     index = int(np.searchsorted(stations, reach_m, side="left"))
     is_end = index >= len(path)
     target = path[-1 if is_end else index]
-    nears_goal = is_end and bool(np.hypot(*(target[:2] - goal[:2])) < 1e-6)
+    nears_goal = is_end and bool(np.hypot(*(target[:2] - goal[:2])) < SAME_PLACE_M)
     has_room = path_clearance(field, discs, path) >= 0.0
     blocked = np.flatnonzero(~has_room)
     behind = None
@@ -107,7 +109,7 @@ def way_along(plan: Array, goal: Array, reach_m: float, field: DistanceField, di
         behind = path[blocked[0] + rest[0] if len(rest) else -1, :2]
     return Way(
         path,
-        np.array(target),
+        np.array(goal if nears_goal else target),
         nears_goal,
         float(stations[min(index, len(path) - 1)]),
         float(stations[blocked[0]]) if len(blocked) else np.inf,

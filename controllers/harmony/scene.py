@@ -18,6 +18,8 @@ Array = NDArray[np.float64]
 REFERENCE_SIZE = 4
 # Rounding that a bound on reachable velocities leaves, m/s and rad/s.
 REACHABLE_SLACK = 1e-3
+# How much closer than at its start a plan may come to obstacles that are too near already, m.
+START_SLACK_M = 0.01
 
 
 class Limits(NamedTuple):
@@ -167,15 +169,13 @@ def velocity_bounds(start, limits, dt, count):
 
 @njit(cache=True)
 def required_clearances(field, discs, start, clearance, count):
-    """Returns (count,) m: the clearance, less where the start itself has less, growing back.
+    """Returns (count,) m: the clearance, less where the start itself has less.
 
-    Nothing that a plan does now gives a start more room than it has.
+    Nothing that a plan does now gives a start more room than it has; a robot under way may even
+    come a bit closer before it can turn away.
     """
     here = pose_clearance(field, discs, start[X], start[Y], start[YAW])
-    required = np.empty(count)
-    for k in range(count):
-        required[k] = min(clearance, here - 1e-3)
-    return required
+    return np.full(count, min(clearance, here - START_SLACK_M))
 
 
 def make_start(pose: Array, v: float, w: float, a: float = 0.0, alpha: float = 0.0) -> Array:
