@@ -11,17 +11,16 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-EXIT_DONE = 0
-EXIT_WRONG_INPUT = 2
-EXIT_INTERRUPTED = 130
+from drake_navbench.command_line import exit_status_of, listed_names, positive_number
+from drake_navbench.errors import printable
 
 EPILOG = """\
 example:
   python -m drake_navbench nav2-build ~/nav2_ws/src/navigation2 --as mine
   python -m drake_navbench run one_obstacle --controllers rpp,rpp@mine
 
-exit status: 0 done, 2 wrong input: no checkout, a release that is not known, a compiler or a library
-that is missing, or something that cannot be compiled
+exit status: 0 done, 2 wrong input: no checkout, a release that is not known, a compiler or a
+library that is missing, or something that cannot be compiled
 """
 
 
@@ -39,51 +38,36 @@ def build_parser() -> argparse.ArgumentParser:
     add("--as", dest="name", metavar="NAME", help="what to call it (the name of its release)")
     add(
         "--packages",
-        type=_names,
+        type=listed_names,
         default=(),
         metavar="LIST",
         help="packages with controllers to build (all for which the system has what they need)",
     )
-    add("--jobs", type=_positive, default=2, metavar="N", help="files compiled at once (2)")
+    add("--jobs", type=positive_number, default=2, metavar="N", help="files compiled at once (2)")
     return parser
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs the command; returns the exit status."""
     arguments = build_parser().parse_args(argv)
-    from drake_navbench.errors import InputError, printable
+    return exit_status_of(
+        partial(_build, arguments), interrupted="interrupted; the same command goes on"
+    )
+
+
+def _build(arguments: argparse.Namespace) -> None:
     from drake_navbench.native.build import build_checkout
 
-    try:
-        build = build_checkout(
-            arguments.checkout,
-            name=arguments.name,
-            wanted=arguments.packages,
-            jobs=arguments.jobs,
-            tell=lambda line: print(printable(line), flush=True),
-        )
-    except InputError as error:
-        print(error, file=sys.stderr)
-        return EXIT_WRONG_INPUT
-    except KeyboardInterrupt:
-        print("interrupted; the same command goes on", file=sys.stderr)
-        return EXIT_INTERRUPTED
-    say = partial(print, flush=True)
-    say(f"{build.name}: Nav2 {build.where_from}, in {build.seconds:.0f} s")
+    build = build_checkout(
+        arguments.checkout,
+        name=arguments.name,
+        wanted=arguments.packages,
+        jobs=arguments.jobs,
+        tell=lambda line: print(printable(line), flush=True),
+    )
+    print(printable(f"{build.name}: Nav2 {build.where_from}, in {build.seconds:.0f} s"))
     for controller in build.controllers:
-        say(f"  {controller}")
-    return EXIT_DONE
-
-
-def _names(text: str) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(name for name in map(str.strip, text.split(",")) if name))
-
-
-def _positive(text: str) -> int:
-    number = int(text) if text.isdecimal() else 0
-    if number < 1:
-        raise argparse.ArgumentTypeError(f"got {text!r}, expected a whole number of at least 1")
-    return number
+        print(f"  {controller}")
 
 
 if __name__ == "__main__":

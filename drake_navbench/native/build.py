@@ -77,7 +77,8 @@ def _chosen(
         if name not in found:
             hint = nearest_name_hint(name, found)
             raise InputError(f"{checkout.root}: no package {name!r} with a controller{hint}")
-    chosen, left_out = [], {}
+    chosen: list[str] = []
+    left_out: dict[str, str] = {}
     for name in wanted or found:
         missing = missing_libraries(found[name].dependencies, compiler)
         if not missing:

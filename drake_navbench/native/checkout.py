@@ -22,7 +22,7 @@ RELEASES: Mapping[tuple[int, int], str] = {
     (1, 5): "lyrical",
 }
 CORE = "nav2_core"
-CONTROLLER_BASE = "nav2_core::Controller"
+CONTROLLER_BASE = f"{CORE}::Controller"
 # What is compiled of packages that hold much besides; of all others it is the whole `src`.
 PARTS: Mapping[str, tuple[str, ...]] = {
     "nav2_costmap_2d": (

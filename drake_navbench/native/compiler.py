@@ -29,7 +29,7 @@ PATIENCE_S = 1200.0
 _ERROR = re.compile(
     r"^(?P<place>[^\s:][^:\n]*:\d+)(?::\d+)?: (?:fatal )?error: (?P<what>.*)$", re.M
 )
-_LINK_ERROR = re.compile(r"^.*(undefined reference to .*|multiple definition of .*)$", re.M)
+_LINK_ERROR = re.compile(r"^.*(undefined reference to .*|multiple definition of .*)$", re.MULTILINE)
 
 
 @dataclass(frozen=True)

@@ -82,6 +82,14 @@ class Time {
   std::int64_t nanoseconds_ = 0;
 };
 
+// Found for a message as well, as rclcpp's members are.
+inline Time operator+(const builtin_interfaces::msg::Time & time, const Duration & span) {
+  return Time(time) + span;
+}
+inline Time operator-(const builtin_interfaces::msg::Time & time, const Duration & span) {
+  return Time(time) - span;
+}
+
 class Clock {
  public:
   DRAKE_NAVBENCH_POINTERS(Clock)

@@ -5,6 +5,12 @@
 
 #include "nav2_costmap_2d/costmap_2d.hpp"
 #include "nav2_costmap_2d/footprint.hpp"
+#if __has_include("nav2_costmap_2d/footprint_collision_checker.hpp")
+#include "nav2_costmap_2d/footprint_collision_checker.hpp"
+#endif
+#if __has_include("nav2_costmap_2d/layer.hpp")
+#include "nav2_costmap_2d/layer.hpp"
+#endif
 #include "nav2_costmap_2d/layered_costmap.hpp"
 #include "nav2_ros_common/lifecycle_node.hpp"
 
