@@ -211,7 +211,7 @@ class _Files:
             listed = server.get("controller_plugins", ["FollowPath"])
             reader = NodeReader(server, self._rows)
             columns_rows = dict(self._rows)
-            fields |= read_controller_server(reader, blocks & set(listed))
+            fields |= read_controller_server(reader, blocks & set(listed), self._release.release)
             self._rows.update(columns_rows)
         fields = merged(navigation_of(self._release.release), fields)
         fields |= self._costmaps()

@@ -13,13 +13,18 @@ from typing import Any
 from drake_navbench.inputs.behavior_tree_file import read_tree_file
 from drake_navbench.inputs.nav2_check import Status
 from drake_navbench.inputs.nav2_node_reader import NodeReader
+from drake_navbench.inputs.nav2_release import Release
 from drake_navbench.inputs.robot import ControllerServerSettings
 from drake_navbench.navigation.behavior_tree.settings import (
     RECOVERY_ACTIONS,
     BehaviorTreeSettings,
 )
 from drake_navbench.navigation.behaviors import BEHAVIORS, BehaviorServerParameters
-from drake_navbench.navigation.goal_checkers import GOAL_CHECKERS, SimpleGoalChecker
+from drake_navbench.navigation.goal_checkers import (
+    GOAL_CHECKERS,
+    PositionGoalCheckerParameters,
+    SimpleGoalChecker,
+)
 from drake_navbench.navigation.path_handler import PathHandlerParameters
 from drake_navbench.navigation.planner_settings import PLANNERS
 from drake_navbench.navigation.progress_checkers import PROGRESS_CHECKERS, SimpleProgressChecker
@@ -41,6 +46,7 @@ WAIT_AT_WAYPOINT = "nav2_waypoint_follower::WaitAtWaypoint"
 # The plugins that Nav2's default behaviour tree asks for by name, where there are several.
 DEFAULT_PLANNER = "GridBased"
 DEFAULT_GOAL_CHECKER = "general_goal_checker"
+PATH_LENGTH_TOLERANCE = "path_length_tolerance"
 # Names of the default tree in Nav2's releases.
 DEFAULT_TREES = {
     "navigate_w_replanning_and_recovery.xml",
@@ -65,11 +71,13 @@ DEFAULT_BEHAVIORS = {
 }
 
 
-def read_controller_server(reader: NodeReader, controllers: Collection[str]) -> Fields:
+def read_controller_server(
+    reader: NodeReader, controllers: Collection[str], release: Release
+) -> Fields:
     """Returns controller server, checkers and path handler; controllers: blocks read elsewhere."""
     fields: Fields = {
         "controller_server": reader.block(ControllerServerSettings),
-        "goal_checker": _goal_checker(reader),
+        "goal_checker": _goal_checker(reader, release),
         "progress_checker": _progress_checker(reader),
     }
     if reader.given("path_handler_plugins"):
@@ -79,7 +87,7 @@ def read_controller_server(reader: NodeReader, controllers: Collection[str]) -> 
     return fields
 
 
-def _goal_checker(reader: NodeReader) -> Fields:
+def _goal_checker(reader: NodeReader, release: Release) -> Fields:
     names = reader.names("goal_checker_plugins", ["goal_checker"])
     if not names:
         raise reader.fault("goal_checker_plugins", "expected at least one name")
@@ -88,7 +96,14 @@ def _goal_checker(reader: NodeReader) -> Fields:
         if other != name:
             remark = f"not asked for by the default tree; {name} checks every goal"
             reader.note_block(Status.NO_MEANING, other, remark)
-    return _checker(reader, name, GOAL_CHECKERS, SimpleGoalChecker, "goal_checker_plugins")
+    values = _checker(reader, name, GOAL_CHECKERS, SimpleGoalChecker, "goal_checker_plugins")
+    model = GOAL_CHECKERS.load(values["plugin"]).Parameters
+    if release.age < Release.LYRICAL.age and issubclass(model, PositionGoalCheckerParameters):
+        # Only since then does the plan's length count.
+        if PATH_LENGTH_TOLERANCE in values:
+            reader.note(Status.UNREAD, f"{name}.{PATH_LENGTH_TOLERANCE}", f"{release} has it not")
+        values[PATH_LENGTH_TOLERANCE] = None
+    return values
 
 
 def _progress_checker(reader: NodeReader) -> Fields:
