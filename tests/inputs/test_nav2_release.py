@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from drake_navbench.errors import InputError
 from drake_navbench.inputs.nav2_check import CheckRow
 from drake_navbench.inputs.nav2_parameters import read_parameter_file
 from drake_navbench.inputs.nav2_release import Found, Release, release_of, release_rows
@@ -122,6 +123,26 @@ def test_what_a_release_does_not_read_is_told(tmp_path):
     status, _, handler, parameters = told("lyrical")
     assert (status, handler) == ("USED", {"max_robot_pose_search_dist": 3.0})
     assert parameters.use_dynamic_window
+
+
+@pytest.mark.parametrize(
+    ("release", "limit", "interpolates"),
+    [("humble", 255.0, False), ("iron", 255.0, False), ("lyrical", None, None)],
+)
+def test_the_hybrid_planner_before_it_had_a_limit_of_cost(release, limit, interpolates, tmp_path):
+    file = tmp_path / "nav2.yaml"
+    file.write_text(
+        "planner_server: {ros__parameters: {planner_plugins: [GridBased], GridBased: {plugin: "
+        "'nav2_smac_planner/SmacPlannerHybrid', analytic_expansion_max_cost: true}}}\n"
+    )
+    if limit is None:
+        with pytest.raises(InputError, match="analytic_expansion_max_cost: input should be a"):
+            read_nav2_files([file], WHEELCHAIR, "chair", release=release)
+        return
+    setup = read_nav2_files([file], WHEELCHAIR, "chair", release=release)
+    planner = setup.robot.navigation.planner
+    assert planner.analytic_expansion_max_cost == limit
+    assert planner.allow_primitive_interpolation is interpolates
 
 
 def test_a_release_without_a_nav2_file_is_refused(capsys):
