@@ -7,7 +7,7 @@ evolves is in its memory, which lives in the Drake Context. docs/controllers.md 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
@@ -229,9 +229,12 @@ class ControllerParameters(BaseModel):
         if release not in NAV2_RELEASES:
             return True
         age = NAV2_RELEASES.index(release)
-        first = NAV2_RELEASES.index(cls.READ_FROM.get(name, NAV2_RELEASES[0]))
-        last = NAV2_RELEASES.index(cls.READ_UNTIL.get(name, NEWEST_RELEASE))
-        return first <= age <= last
+        parts = name.split(".")
+        # What holds for a block holds for all in it.
+        places = [".".join(parts[:count]) for count in range(1, len(parts) + 1)]
+        first = [NAV2_RELEASES.index(cls.READ_FROM[p]) for p in places if p in cls.READ_FROM]
+        last = [NAV2_RELEASES.index(cls.READ_UNTIL[p]) for p in places if p in cls.READ_UNTIL]
+        return all(age >= at for at in first) and all(age <= at for at in last)
 
     def as_read(self) -> Self:
         """Returns these parameters with the defaults of those that their release does not read."""
@@ -248,7 +251,7 @@ class ControllerParameters(BaseModel):
         values does not read.
         """
         release = values.get(RELEASE_FIELD, NEWEST_RELEASE)
-        return [name for name in values if not cls.is_read(name, release)]
+        return [name for name in _dotted_names(values) if not cls.is_read(name, release)]
 
     @classmethod
     def path_handler_fields(cls, given: Mapping[str, Any]) -> dict[str, str]:
@@ -276,6 +279,14 @@ class ControllerParameters(BaseModel):
     def turns_in_place(self) -> bool:
         """Returns whether it may command a rotation without translation, which no car follows."""
         return True
+
+
+def _dotted_names(values: Mapping[str, Any], prefix: str = "") -> Iterator[str]:
+    """Yields the names of values and of the blocks that they are in."""
+    for name, value in values.items():
+        yield prefix + name
+        if isinstance(value, Mapping):
+            yield from _dotted_names(value, f"{prefix}{name}.")
 
 
 @runtime_checkable

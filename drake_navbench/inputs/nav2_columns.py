@@ -22,9 +22,6 @@ from drake_navbench.inputs.presets import Preset
 # What the controllers of earlier releases read, and those of Lyrical, which are ours, do not.
 OF_EARLIER_RELEASES = frozenset(
     {
-        "ObstaclesCritic.cost_scaling_factor",
-        "ObstaclesCritic.inflation_radius",
-        "PathAngleCritic.forward_preference",
         "forward_prune_distance",
         "max_allowed_time_to_collision",
         "prune_plan",

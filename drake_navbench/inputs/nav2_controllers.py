@@ -95,7 +95,7 @@ def plugin_preset(
     if release is not None and takes_release(model):
         offered = {RELEASE: release} | offered
     used = _known_values(model, offered, source)
-    known = {*fields, *(name for name, _ in flattened(used))}
+    known = {name for name, _ in flattened(used)}
     namespace = server.name.removesuffix(SERVER).strip("/")
     return Preset(
         "/".join(filter(None, (server.file.stem, namespace, plugin))),
@@ -103,7 +103,11 @@ def plugin_preset(
         f"{plugin_type} from {server.file.name}",
         used,
         source,
-        ignored=tuple(n for n in given if n not in known or model.is_without_effect(n, whole)),
+        ignored=tuple(
+            n
+            for n in given
+            if n not in fields and (n not in known or model.is_without_effect(n, whole))
+        ),
         path_handler={field: given[name] for name, field in fields.items()},
     ).checked()
 

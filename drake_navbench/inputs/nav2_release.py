@@ -95,14 +95,6 @@ OF_CONTROLLERS: Mapping[str, tuple[Difference, ...]] = {
     "vector_pursuit": (
         Difference(Release.KILTED, "the controller cuts the plan itself, at a circle"),
     ),
-    "mppi": (
-        Difference(Release.KILTED, "the controller cuts the plan itself"),
-        Difference(
-            Release.JAZZY,
-            "critics near the goal take straight distances, and the filter follows the limits",
-        ),
-        Difference(Release.HUMBLE, "no limits of acceleration, an older PathAngleCritic"),
-    ),
 }
 
 

@@ -98,7 +98,8 @@ OTHER_VALUES = {
     },
     "mppi": {
         "motion_model": "Ackermann",
-        "nav2_release": "iron",
+        "nav2_release": "lyrical",
+        "max_robot_pose_search_dist": 3.5,
         "TrajectoryValidator.plugin": "mppi::DefaultOptimalTrajectoryValidator",
         "VelocityDeadbandCritic.deadband_velocities": [0.125, 0.25, 0.375],
         "CostCritic.inflation_layer_name": "my_layer",
@@ -201,14 +202,24 @@ def test_every_parameter_of_a_controller_and_its_critics_arrives(controller, for
 
 
 @pytest.mark.parametrize("release", ["humble", "iron", "jazzy", "kilted"])
-def test_every_parameter_that_an_earlier_release_reads_arrives(release, preset_of):
-    changed = every_parameter_changed("rpp", release)
-    del changed["max_linear_vel"]
-    preset = preset_of(RPP, changed | {"max_linear_vel": 9.0, "desired_linear_vel": 0.75})
+@pytest.mark.parametrize("controller", ["mppi", "rpp"])
+def test_every_parameter_that_an_earlier_release_reads_arrives(controller, release, preset_of):
+    changed = every_parameter_changed(controller, release)
+    changed.pop("max_linear_vel", None)
+    preset = preset_of(PLUGINS[controller], changed)
     resolved = dict(flattened(preset.parameters.model_dump(mode="json")))
     assert {name: resolved[name] for name in changed} == changed
-    assert resolved["max_linear_vel"] == 0.75
-    assert set(preset.ignored) == {"max_linear_vel"}
+    model = preset.controller_class.Parameters
+    assert set(preset.ignored) == {
+        name for name in changed if model.is_without_effect(name, changed)
+    }
+
+
+def test_before_lyrical_the_cruise_speed_had_one_name(preset_of):
+    given = {"max_linear_vel": 9.0, "desired_linear_vel": 0.75, "nav2_release": "kilted"}
+    preset = preset_of(RPP, given)
+    assert preset.parameters.max_linear_vel == 0.75
+    assert preset.ignored == ("max_linear_vel",)
 
 
 def critics_of(preset):
