@@ -284,8 +284,8 @@ class MeanPathAngleCritic(Critic):
             return scored, False
         angles = np.empty_like(costs)
         for t in range(batch.x.shape[1]):
-            columns = (np.ascontiguousarray(q[:, t]) for q in (batch.x, batch.y, batch.yaw))
-            path_angle_costs(target, self.mode, *columns, angles)
+            x, y, yaw = (np.ascontiguousarray(q[:, t]) for q in (batch.x, batch.y, batch.yaw))
+            path_angle_costs(target, self.mode, x, y, yaw, angles)
             costs += angles
         scored /= F32(batch.x.shape[1])
         weigh(scored, F32(p.cost_weight), p.cost_power)
