@@ -46,11 +46,13 @@ MAY_IMPORT: dict[str, set[str]] = {
     "analysis": BELOW_ALL,
     "recordings": BELOW_ALL | {"costmaps", "inputs", "trial", "analysis"},
     "tuning": BELOW_ALL | {"inputs", "trial", "analysis", "campaign"},
+    "identification": BELOW_ALL | {"inputs", "trial", "analysis", "campaign", "tuning"},
     "campaign": BELOW_ALL | {"inputs", "trial", "analysis"},
     "gymnasium_environment": BELOW_ALL
     | {"controllers", "navigation", "inputs", "systems", "trial"},
     "commands": BELOW_ALL
-    | {"inputs", "trial", "analysis", "campaign", "recordings", "gymnasium_environment", "tuning"},
+    | {"inputs", "trial", "analysis", "campaign", "recordings", "gymnasium_environment", "tuning"}
+    | {"identification"},
 }
 # What analysis may use of the engine: the shapes that were in the world, which every log has.
 SHAPES = {

@@ -1,0 +1,152 @@
+"""Drives settings and tells the numbers of their cells; every trial is driven once only.
+
+Logs lie in a folder by the digest of all that their trial is a function of: who asks for a trial
+again gets it from there, also after an interruption.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from drake_navbench.analysis.published import published_metrics
+from drake_navbench.campaign.campaign import plan_campaign
+from drake_navbench.errors import InputError
+from drake_navbench.identification.layouts import with_layout
+from drake_navbench.identification.targets import Cell, Pair
+from drake_navbench.identification.unknowns import Settings, Unknowns
+from drake_navbench.inputs.scenario import load_scenario
+from drake_navbench.log import Outcome, TrialLog
+from drake_navbench.results import write_whole
+from drake_navbench.trial.spec import TrialSpec
+from drake_navbench.tuning.pairs import drive_each
+
+Metrics = dict[str, Any]
+
+
+class Driver:
+    """Drives trials, unless their logs are there already.
+
+    folder: of the logs. jobs: parallel workers.
+    """
+
+    def __init__(self, unknowns: Unknowns, folder: Path, *, jobs: int) -> None:
+        self._unknowns, self._folder, self._jobs = unknowns, folder, jobs
+        self._known: dict[str, Metrics] = {}
+        self.driven_count = 0
+
+    def means(
+        self, settings: Settings, pairs: Iterable[Pair], *, trials: Sequence[int], seed: int
+    ) -> dict[Cell, float]:
+        """Returns the means over some trials, by cell, without those that have no value.
+
+        trials: their numbers. Raises InputError where settings cannot be driven.
+        """
+        values: dict[Cell, list[float]] = defaultdict(list)
+        for pair, rows in self.rows(settings, pairs, trials=trials, seed=seed).items():
+            for row in rows:
+                for metric, value in row.items():
+                    values[Cell(pair.scenario, metric, pair.controller)].append(value)
+        return {
+            cell: float(np.mean(known))
+            for cell, found in values.items()
+            if (known := [value for value in found if math.isfinite(value)])
+        }
+
+    def rows(
+        self, settings: Settings, pairs: Iterable[Pair], *, trials: Sequence[int], seed: int
+    ) -> dict[Pair, list[Metrics]]:
+        """Returns the published metrics of every trial, in the order of the trials."""
+        by_scenario: dict[str, list[str]] = defaultdict(list)
+        for pair in pairs:
+            by_scenario[pair.scenario].append(pair.controller)
+        owners: dict[str, list[Pair]] = defaultdict(list)
+        specs: dict[str, TrialSpec] = {}
+        for scenario, controllers in by_scenario.items():
+            for controller, found in self._specs(scenario, controllers, settings, trials, seed):
+                owners[found.identity].append(Pair(scenario, controller))
+                specs[found.identity] = found
+        self._drive_missing(specs)
+        rows: dict[Pair, list[Metrics]] = defaultdict(list)
+        for identity, members in owners.items():
+            for pair in members:
+                rows[pair].append(self._known[identity])
+        return dict(rows)
+
+    def _specs(
+        self,
+        name: str,
+        controllers: Sequence[str],
+        settings: Settings,
+        trials: Sequence[int],
+        seed: int,
+    ) -> list[tuple[str, TrialSpec]]:
+        shipped = load_scenario(name)
+        layout = with_layout(shipped, settings.layouts.get(name, {}))
+        scenario = self._unknowns.scenario(shipped, settings, layout)
+        presets = {c: self._unknowns.preset(c, settings) for c in controllers}
+        campaign = plan_campaign(
+            [scenario],
+            list({preset.name: preset for preset in presets.values()}.values()),
+            trials=max(trials) + 1,
+            seed=seed,
+            robot=self._unknowns.robot,
+            keeps_costmaps=False,
+        )
+        return [
+            (controller, spec)
+            for controller, preset in presets.items()
+            for spec in campaign.specs
+            if spec.preset.name == preset.name and spec.trial in trials
+        ]
+
+    def _drive_missing(self, specs: Mapping[str, TrialSpec]) -> None:
+        missing = []
+        for identity, spec in specs.items():
+            if identity in self._known:
+                continue
+            found = self._read(identity)
+            if found is None:
+                missing.append(spec)
+            else:
+                self._known[identity] = found
+        if not missing:
+            return
+        rows = drive_each(
+            missing, partial(_write_and_measure, folder=self._folder), jobs=self._jobs
+        )
+        for spec, row in zip(missing, rows, strict=True):
+            self._known[spec.identity] = row
+        self.driven_count += len(missing)
+
+    def _read(self, identity: str) -> Metrics | None:
+        path = _log_path(self._folder, identity)
+        if not path.is_file():
+            return None
+        try:
+            return dict(published_metrics(TrialLog.read(path)))
+        except InputError:
+            # Cut off when it was written, or of another version: it is driven again.
+            return None
+
+
+def _write_and_measure(log: TrialLog, folder: Path) -> Metrics:
+    """Keeps a log, without its scans, which no published metric asks for.
+
+    That of a trial that came to no end is not kept: another time it might.
+    """
+    bare = replace(log, scans=())
+    if log.outcome is not Outcome.ERROR:
+        write_whole(_log_path(folder, str(log.info["identity"])), bare.write)
+    return dict(published_metrics(bare))
+
+
+def _log_path(folder: Path, identity: str) -> Path:
+    return folder / identity[:2] / f"{identity}.parquet"

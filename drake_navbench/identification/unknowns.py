@@ -1,0 +1,199 @@
+"""What is searched: the file of unknowns, and settings, which are values for them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from pydantic import Field
+
+from drake_navbench.errors import InputError, nearest_name_hint
+from drake_navbench.identification.layouts import layout_of
+from drake_navbench.identification.targets import Targets
+from drake_navbench.inputs.parameter_names import flattened, nested
+from drake_navbench.inputs.presets import Preset, load_preset
+from drake_navbench.inputs.robot import load_robot, merged, overridden
+from drake_navbench.inputs.scenario import Scenario, load_scenario
+from drake_navbench.tuning.search_space import Dimension, parse_dimension, search_space
+from drake_navbench.typed_files.typed_yaml import FrozenModel, read_yaml, validate
+
+SHIPPED = Path(__file__).parent / "unknowns.yaml"
+WALL_NOISE = "wall_noise_ratio"
+NOISE = ("xy_std_m", "yaw_std_rad")
+BASE = "base"
+
+Values = Mapping[str, Any]
+
+
+class ControllerUnknowns(FrozenModel):
+    """Of a published controller."""
+
+    preset: str = Field(description="What the parameters are laid over.")
+    blind: str = Field(description="What stands for it where nothing of its column may be used.")
+    parameters: dict[str, str] = Field(default_factory=dict, description="LOW:HIGH by parameter.")
+
+
+class UnknownsFile(FrozenModel):
+    """The contents of a file of unknowns."""
+
+    base: dict[str, str] = Field(default_factory=dict, description="LOW:HIGH by field.")
+    layouts: dict[str, dict[str, str]] = Field(
+        default_factory=dict, description="LOW:HIGH by dimension, by scenario."
+    )
+    controllers: dict[str, ControllerUnknowns] = Field(min_length=1)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Values for unknowns; what is not given is as it is shipped.
+
+    base: by field of the robot. layouts: by dimension, by scenario. own: by parameter, by
+    controller. presets: what stands for a controller in place of its preset.
+    """
+
+    base: Values = field(default_factory=dict)
+    layouts: Mapping[str, Values] = field(default_factory=dict)
+    own: Mapping[str, Values] = field(default_factory=dict)
+    presets: Mapping[str, str] = field(default_factory=dict)
+
+    def with_block(self, block: Block, values: Values) -> Settings:
+        """Returns settings with other values in one block."""
+        if block.kind == BASE:
+            return replace(self, base=dict(values))
+        kept: Mapping[str, Values] = getattr(self, block.kind)
+        return replace(self, **{block.kind: {**kept, block.name: dict(values)}})
+
+    def as_data(self) -> dict[str, Any]:
+        """Returns it as plain values."""
+        return {
+            "base": dict(self.base),
+            "layouts": {name: dict(values) for name, values in self.layouts.items()},
+            "own": {name: dict(values) for name, values in self.own.items()},
+            "presets": dict(self.presets),
+        }
+
+
+@dataclass(frozen=True)
+class Block:
+    """Unknowns that are searched together: the base's, a scenario's or a controller's own.
+
+    kind: the field of `Settings` that they are in. name: whose; of the base 'base'. shipped: the
+    values that nothing was found better than so far.
+    """
+
+    kind: str
+    name: str
+    dimensions: tuple[Dimension, ...]
+    shipped: Values
+
+    @property
+    def title(self) -> str:
+        """As it is called on the page."""
+        return {"base": "base", "layouts": f"layout of {self.name}", "own": self.name}[self.kind]
+
+
+@dataclass(frozen=True)
+class Unknowns:
+    """Everything that is searched, checked.
+
+    base: None where nothing of it is searched; likewise, of the others only those are there of
+    which something is.
+    """
+
+    file: UnknownsFile
+    robot: str
+    base: Block | None
+    layouts: Mapping[str, Block]
+    own: Mapping[str, Block]
+
+    @property
+    def blocks(self) -> list[Block]:
+        """In the order in which they are searched."""
+        return [*self.layouts.values(), *([self.base] if self.base else []), *self.own.values()]
+
+    def preset(self, controller: str, settings: Settings) -> Preset:
+        """Returns what stands for a controller; raises InputError where its values clash."""
+        other = settings.presets.get(controller)
+        if other is not None:
+            return load_preset(other)
+        preset = load_preset(self.file.controllers[controller].preset)
+        values = settings.own.get(controller, {})
+        return search_space(preset, self._own_texts(controller)).candidate(values)
+
+    def scenario(self, scenario: Scenario, settings: Settings, layout: Scenario) -> Scenario:
+        """Returns a scenario with the base of some settings; layout: with their dimensions."""
+        values = dict(settings.base)
+        wall_noise = values.pop(WALL_NOISE, None)
+        overrides = nested(values.items(), "base")
+        own = scenario.robot_overrides
+        if scenario.is_impossible and wall_noise is not None:
+            robot = overridden(load_robot(self.robot), overrides, "base")
+            noise = robot.model_dump(mode="json")["localization"]
+            told = {name: wall_noise * noise[name] for name in NOISE}
+            own = merged(own, {"localization": told})
+        return layout.model_copy(update={"robot_overrides": merged(overrides, own)})
+
+    def _own_texts(self, controller: str) -> list[str]:
+        return [f"{n}={v}" for n, v in self.file.controllers[controller].parameters.items()]
+
+
+def load_unknowns(path: Path | None, targets: Targets, robot: str) -> Unknowns:
+    """Reads a file of unknowns, the shipped one where none is named; raises InputError.
+
+    Of it counts what the targets have scenarios and controllers for.
+    """
+    source = str(path or SHIPPED.name)
+    content = validate(UnknownsFile, read_yaml(path or SHIPPED), source)
+    for name in targets.controllers:
+        if name not in content.controllers:
+            hint = nearest_name_hint(name, content.controllers)
+            raise InputError(f"{source}: controllers: {name!r} of the tables is missing{hint}")
+    own = {}
+    for name in targets.controllers:
+        told = content.controllers[name]
+        load_preset(told.blind)
+        if told.parameters:
+            own[name] = _own_block(name, told)
+    layouts = {
+        name: _layout_block(name, content.layouts[name], source)
+        for name in targets.scenarios
+        if content.layouts.get(name)
+    }
+    base = _base_block(content.base, robot, source) if content.base else None
+    return Unknowns(content, robot, base, layouts, own)
+
+
+def _own_block(name: str, told: ControllerUnknowns) -> Block:
+    preset = load_preset(told.preset)
+    space = search_space(preset, [f"{key}={text}" for key, text in told.parameters.items()])
+    now = dict(flattened(preset.parameters.model_dump(mode="json")))
+    shipped = {entry.name: now.get(entry.name) for entry in space.dimensions}
+    return Block("own", name, space.dimensions, shipped)
+
+
+def _layout_block(name: str, told: Mapping[str, str], source: str) -> Block:
+    load_scenario(name)
+    layout = layout_of(name)
+    for key in told:
+        if key not in layout.shipped:
+            hint = nearest_name_hint(key, layout.shipped)
+            raise InputError(f"{source}: layouts.{name}: {key!r} is not a dimension{hint}")
+    dimensions = tuple(
+        parse_dimension(f"{key}={text}", layout.shipped) for key, text in told.items()
+    )
+    return Block("layouts", name, dimensions, {key: layout.shipped[key] for key in told})
+
+
+def _base_block(told: Mapping[str, str], robot: str, source: str) -> Block:
+    loaded = load_robot(robot)
+    # The restricted scenarios are shipped without noise.
+    now = dict(flattened(loaded.model_dump(mode="json"))) | {WALL_NOISE: 0.0}
+    dimensions = tuple(parse_dimension(f"{key}={text}", now) for key, text in told.items())
+    for entry in dimensions:
+        if entry.name == WALL_NOISE:
+            continue
+        for value in entry.choices or (entry.low, entry.high):
+            overridden(loaded, nested([(entry.name, value)], source), f"{source}: base")
+    return Block("base", BASE, dimensions, {key: now.get(key) for key in told})
