@@ -244,7 +244,7 @@ def _cells(result: Result, kinds: Sequence[str]) -> Iterator[str]:
     rows = []
     for row in result["table"]:
         place = f"{row['scenario']}, {row['metric']}, {row['controller']}"
-        numbers = [_number(row.get(kind), row["target"]) for kind in kinds]
+        numbers = [_number(row["ours"].get(kind), row["target"]) for kind in kinds]
         rows.append((place, f"{row['target']:g}", *numbers))
     yield from _table(("cell", "published", *(KINDS[kind] for kind in kinds)), rows)
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -42,45 +42,55 @@ class Driver:
         self._known: dict[str, Metrics] = {}
         self.driven_count = 0
 
-    def means(
-        self, settings: Settings, pairs: Iterable[Pair], *, trials: Sequence[int], seed: int
-    ) -> dict[Cell, float]:
-        """Returns the means over some trials, by cell, without those that have no value.
+    def means_of_each(
+        self, tried: Sequence[Settings], pairs: Sequence[Pair], *, trials: Sequence[int], seed: int
+    ) -> list[dict[Cell, float] | None]:
+        """Returns the means over some trials of each settings, by cell; without a value none.
 
-        trials: their numbers. Raises InputError where settings cannot be driven.
+        trials: their numbers. None for settings that cannot be driven. All are driven together.
         """
-        values: dict[Cell, list[float]] = defaultdict(list)
-        for pair, rows in self.rows(settings, pairs, trials=trials, seed=seed).items():
-            for row in rows:
-                for metric, value in row.items():
-                    values[Cell(pair.scenario, metric, pair.controller)].append(value)
-        return {
-            cell: float(np.mean(known))
-            for cell, found in values.items()
-            if (known := [value for value in found if math.isfinite(value)])
-        }
+        specs = [self._specs_or_none(settings, pairs, trials, seed) for settings in tried]
+        self._drive_missing([spec for found in specs if found for _, spec in found])
+        return [None if found is None else means_of(self._rows(found)) for found in specs]
 
     def rows(
-        self, settings: Settings, pairs: Iterable[Pair], *, trials: Sequence[int], seed: int
+        self, settings: Settings, pairs: Sequence[Pair], *, trials: Sequence[int], seed: int
     ) -> dict[Pair, list[Metrics]]:
-        """Returns the published metrics of every trial, in the order of the trials."""
+        """Returns the published metrics of every trial, in the order of the trials.
+
+        Raises InputError where the settings cannot be driven.
+        """
+        specs = self._specs(settings, pairs, trials, seed)
+        self._drive_missing([spec for _, spec in specs])
+        return self._rows(specs)
+
+    def _rows(self, specs: Sequence[tuple[Pair, TrialSpec]]) -> dict[Pair, list[Metrics]]:
+        rows: dict[Pair, list[Metrics]] = defaultdict(list)
+        for pair, spec in specs:
+            rows[pair].append(self._known[spec.identity])
+        return dict(rows)
+
+    def _specs_or_none(
+        self, settings: Settings, pairs: Sequence[Pair], trials: Sequence[int], seed: int
+    ) -> list[tuple[Pair, TrialSpec]] | None:
+        try:
+            return self._specs(settings, pairs, trials, seed)
+        except InputError:
+            return None
+
+    def _specs(
+        self, settings: Settings, pairs: Sequence[Pair], trials: Sequence[int], seed: int
+    ) -> list[tuple[Pair, TrialSpec]]:
         by_scenario: dict[str, list[str]] = defaultdict(list)
         for pair in pairs:
             by_scenario[pair.scenario].append(pair.controller)
-        owners: dict[str, list[Pair]] = defaultdict(list)
-        specs: dict[str, TrialSpec] = {}
-        for scenario, controllers in by_scenario.items():
-            for controller, found in self._specs(scenario, controllers, settings, trials, seed):
-                owners[found.identity].append(Pair(scenario, controller))
-                specs[found.identity] = found
-        self._drive_missing(specs)
-        rows: dict[Pair, list[Metrics]] = defaultdict(list)
-        for identity, members in owners.items():
-            for pair in members:
-                rows[pair].append(self._known[identity])
-        return dict(rows)
+        return [
+            (Pair(scenario, controller), spec)
+            for scenario, controllers in by_scenario.items()
+            for controller, spec in self._specs_in(scenario, controllers, settings, trials, seed)
+        ]
 
-    def _specs(
+    def _specs_in(
         self,
         name: str,
         controllers: Sequence[str],
@@ -107,23 +117,22 @@ class Driver:
             if spec.preset.name == preset.name and spec.trial in trials
         ]
 
-    def _drive_missing(self, specs: Mapping[str, TrialSpec]) -> None:
-        missing = []
-        for identity, spec in specs.items():
-            if identity in self._known:
+    def _drive_missing(self, specs: Sequence[TrialSpec]) -> None:
+        missing: dict[str, TrialSpec] = {}
+        for spec in specs:
+            identity = spec.identity
+            if identity in self._known or identity in missing:
                 continue
             found = self._read(identity)
             if found is None:
-                missing.append(spec)
+                missing[identity] = spec
             else:
                 self._known[identity] = found
         if not missing:
             return
-        rows = drive_each(
-            missing, partial(_write_and_measure, folder=self._folder), jobs=self._jobs
-        )
-        for spec, row in zip(missing, rows, strict=True):
-            self._known[spec.identity] = row
+        kept_of = partial(_write_and_measure, folder=self._folder)
+        rows = drive_each(list(missing.values()), kept_of, jobs=self._jobs)
+        self._known |= dict(zip(missing, rows, strict=True))
         self.driven_count += len(missing)
 
     def _read(self, identity: str) -> Metrics | None:
@@ -135,6 +144,18 @@ class Driver:
         except InputError:
             # Cut off when it was written, or of another version: it is driven again.
             return None
+
+
+def means_of(rows: Mapping[Pair, Sequence[Metrics]]) -> dict[Cell, float]:
+    """Returns the means over trials that have a value, by cell; cells without any are left out."""
+    values = {
+        Cell(pair.scenario, metric, pair.controller): [
+            row[metric] for row in found if math.isfinite(row[metric])
+        ]
+        for pair, found in rows.items()
+        for metric in found[0]
+    }
+    return {cell: float(np.mean(known)) for cell, known in values.items() if known}
 
 
 def _write_and_measure(log: TrialLog, folder: Path) -> Metrics:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -149,14 +149,16 @@ class Fitter:
         block, cells = task
         pairs = pairs_of(cells)
 
-        def error_of(values: Any) -> float:
-            tried = settings.with_block(block, values)
-            ours = self._driver.means(tried, pairs, trials=SEARCH_TRIALS, seed=self._seed)
-            return mean_error(cells, ours, self._targets)
+        def errors_of(candidates: Sequence[Mapping[str, Any]]) -> list[float | None]:
+            tried = [settings.with_block(block, values) for values in candidates]
+            found = self._driver.means_of_each(tried, pairs, trials=SEARCH_TRIALS, seed=self._seed)
+            return [
+                None if ours is None else mean_error(cells, ours, self._targets) for ours in found
+            ]
 
         share = self._shares[_signature(task)]
         key = self._key(task, settings)
-        evaluations = self._searches.run(key, block, share, error_of)
+        evaluations = self._searches.run(key, block, share, errors_of)
         if key not in self._done:
             self._done.add(key)
             self._tell(

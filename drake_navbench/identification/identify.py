@@ -144,7 +144,7 @@ def _result(
                 "controller": cell.controller,
                 "target": value,
                 "is_fitted": cell in fit_cells.values,
-                **{
+                "ours": {
                     kind: numbers[cell]
                     for kind, numbers in found.numbers.items()
                     if cell in numbers

@@ -6,9 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
-from drake_navbench.identification.driving import Driver, Metrics
+from drake_navbench.identification.driving import Driver, Metrics, means_of
 from drake_navbench.identification.folds import Fit, Fold
 from drake_navbench.identification.scores import Score, ceiling, score
 from drake_navbench.identification.targets import Cell, Pair, Targets, pairs_of
@@ -160,13 +158,7 @@ def _without_both(pair: Pair, by_scenario: Fit, by_controller: Fit) -> Settings:
 
 
 def _means(rows: Mapping[Pair, list[Metrics]], begin: int, end: int | None = None) -> Numbers:
-    means = {}
-    for pair, found in rows.items():
-        for metric in found[0]:
-            values = [row[metric] for row in found[begin:end] if math.isfinite(row[metric])]
-            value = float(np.mean(values)) if values else math.nan
-            means[Cell(pair.scenario, metric, pair.controller)] = value
-    return means
+    return means_of({pair: found[begin:end] for pair, found in rows.items()})
 
 
 def _is_repeated(rows: Sequence[Metrics]) -> bool:

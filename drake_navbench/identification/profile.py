@@ -18,12 +18,12 @@ from scipy.linalg import LinAlgError, cho_factor, cho_solve
 from scipy.optimize import minimize
 from scipy.stats import qmc
 
+from drake_navbench.identification.ranges import grid_of, place_of
 from drake_navbench.identification.search import Evaluation, best_of
 from drake_navbench.tuning.search_space import Dimension
 
 Array = NDArray[np.float64]
 
-GRID_POINTS = 33
 OTHERS_LOG2 = 9
 # An error no farther above the least than this many left-out residuals is as good.
 RESIDUALS = 2.0
@@ -147,29 +147,6 @@ def fit_surrogate(points: Array, errors: Array) -> Surrogate | None:
     if residual**2 > 1.0 - LEAST_EXPLAINED:
         return None
     return Surrogate(points, weights, np.exp(logs[:-1]), offset, scale, residual * scale)
-
-
-def grid_of(dimension: Dimension) -> list[Any]:
-    """Returns values over the whole range of a dimension."""
-    if dimension.choices:
-        return list(dimension.choices)
-    if dimension.is_whole and dimension.high - dimension.low < GRID_POINTS:
-        return list(range(int(dimension.low), int(dimension.high) + 1))
-    steps = np.linspace(0.0, 1.0, GRID_POINTS)
-    if dimension.is_logarithmic:
-        values = dimension.low * (dimension.high / dimension.low) ** steps
-    else:
-        values = dimension.low + (dimension.high - dimension.low) * steps
-    return [round(value) if dimension.is_whole else float(f"{value:.4g}") for value in values]
-
-
-def place_of(dimension: Dimension, value: Any) -> float:
-    """Returns where a value lies in its range, from 0 to 1; choices lie side by side."""
-    if dimension.choices:
-        return dimension.choices.index(value) / max(len(dimension.choices) - 1, 1)
-    if dimension.is_logarithmic:
-        return math.log(value / dimension.low) / math.log(dimension.high / dimension.low)
-    return (value - dimension.low) / (dimension.high - dimension.low)
 
 
 def _solved(points: Array, targets: Array, logs: Array) -> tuple[Array, Array] | None:

@@ -5,12 +5,16 @@ from __future__ import annotations
 import time
 import warnings
 import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+from scipy.stats import qmc
+
 from drake_navbench.errors import InputError
 from drake_navbench.identification.budget import Share
+from drake_navbench.identification.ranges import value_at
 from drake_navbench.identification.unknowns import Block
 from drake_navbench.tuning.search_space import plain_values
 
@@ -18,15 +22,18 @@ if TYPE_CHECKING:
     from optuna.samplers import BaseSampler
     from optuna.storages import JournalStorage
     from optuna.study import Study
+    from optuna.trial import FrozenTrial, Trial
 
 JOURNAL = "searches.journal"
-SECONDS, REFUSED = "seconds", "refused"
+SECONDS = "seconds"
 # Before the sampler knows anything; they are the same whatever is held out, and driven once.
 SOBOL_POINTS = 8
+BATCH = 4
 # The error of settings that cannot be driven: that of a table in which every cell is wrong.
 ERROR_OF_REFUSED = 1.0
 
-Values = Mapping[str, Any]
+ErrorsOf = Callable[[Sequence[Mapping[str, Any]]], list[float | None]]
+"""From some candidates' values to their mean errors, None for what cannot be driven."""
 
 
 class Evaluation(NamedTuple):
@@ -46,45 +53,47 @@ class Searches:
         self._seed = seed
         self._storage = _journal(folder / JOURNAL)
 
-    def run(
-        self, key: str, block: Block, share: Share, error_of: Callable[[Values], float]
-    ) -> list[Evaluation]:
+    def run(self, key: str, block: Block, share: Share, errors_of: ErrorsOf) -> list[Evaluation]:
         """Searches until the share is used up, and returns all evaluations, also earlier ones.
 
-        key: digest of all that decides what the search does. error_of: the mean error of some
-        values; raises InputError where they cannot be driven.
+        key: digest of all that decides what the search does.
         """
         study = _optuna().create_study(
             study_name=key, storage=self._storage, direction="minimize", load_if_exists=True
         )
+        _give_up_interrupted(study)
         while True:
-            finished = [t for t in study.get_trials(deepcopy=False) if t.state.is_finished()]
-            spent_s = sum(float(trial.user_attrs.get(SECONDS, 0.0)) for trial in finished)
+            finished = _finished(study)
+            spent_s = sum(float(trial.user_attrs[SECONDS]) for trial in finished)
             if share.is_used_up(len(finished), spent_s):
                 break
-            study.sampler = self._sampler(block, len(finished))
-            _evaluate(study, block, error_of)
+            self._evaluate_some(study, block, len(finished), share.evaluations, errors_of)
         return [
             Evaluation(plain_values(trial.params), float(trial.values[0])) for trial in finished
         ]
 
-    def _sampler(self, block: Block, known: int) -> BaseSampler:
-        optuna = _optuna()
-        # Made anew for each: then a search goes on as if it had not been interrupted.
+    def _evaluate_some(
+        self, study: Study, block: Block, known: int, most: int, errors_of: ErrorsOf
+    ) -> None:
+        """Evaluates several at once, as a worker has to load what it drives with."""
         own = (self._seed + zlib.crc32(f"{block.kind}/{block.name}".encode())) % 2**32
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            if known < SOBOL_POINTS:
-                return optuna.samplers.QMCSampler(
-                    seed=own,
-                    scramble=True,
-                    independent_sampler=optuna.samplers.RandomSampler(seed=(own + known) % 2**32),
-                    warn_independent_sampling=False,
-                    warn_asynchronous_seeding=False,
-                )
-            return optuna.samplers.TPESampler(
-                multivariate=True, n_startup_trials=SOBOL_POINTS, seed=(own + known) % 2**32
-            )
+        if known < SOBOL_POINTS:
+            first = _sobol_values(block, own)[known:]
+            for values in first:
+                study.enqueue_trial(values)
+            count = len(first)
+        else:
+            # Made anew for each batch: then a search goes on as if it had not been interrupted.
+            study.sampler = _tpe(own + known)
+            count = max(min(BATCH, most - known), 1)
+        trials = [study.ask() for _ in range(count)]
+        candidates = [_suggested(trial, block) for trial in trials]
+        begun = time.monotonic()
+        errors = errors_of(candidates)
+        each_s = (time.monotonic() - begun) / count
+        for trial, error in zip(trials, errors, strict=True):
+            trial.set_user_attr(SECONDS, each_s)
+            study.tell(trial, ERROR_OF_REFUSED if error is None else error)
 
 
 def best_of(evaluations: list[Evaluation]) -> Evaluation:
@@ -92,17 +101,44 @@ def best_of(evaluations: list[Evaluation]) -> Evaluation:
     return min(evaluations, key=lambda evaluation: evaluation.error)
 
 
-def _evaluate(study: Study, block: Block, error_of: Callable[[Values], float]) -> None:
-    trial = study.ask()
-    values = plain_values({entry.name: entry.suggest(trial) for entry in block.dimensions})
-    begun = time.monotonic()
-    try:
-        error = error_of(values)
-    except InputError as refusal:
-        trial.set_user_attr(REFUSED, str(refusal))
-        error = ERROR_OF_REFUSED
-    trial.set_user_attr(SECONDS, time.monotonic() - begun)
-    study.tell(trial, error)
+def _finished(study: Study) -> list[FrozenTrial]:
+    from optuna.trial import TrialState
+
+    return list(study.get_trials(deepcopy=False, states=(TrialState.COMPLETE,)))
+
+
+def _give_up_interrupted(study: Study) -> None:
+    """Ends what an interrupted run has left: nobody else works at a study of ours."""
+    from optuna.trial import TrialState
+
+    for trial in study.get_trials(deepcopy=False, states=(TrialState.RUNNING, TrialState.WAITING)):
+        study.tell(trial.number, state=TrialState.FAIL)
+
+
+def _suggested(trial: Trial, block: Block) -> dict[str, Any]:
+    return plain_values({entry.name: entry.suggest(trial) for entry in block.dimensions})
+
+
+def _sobol_values(block: Block, seed: int) -> list[dict[str, Any]]:
+    places = qmc.Sobol(len(block.dimensions), rng=np.random.default_rng(seed)).random(SOBOL_POINTS)
+    return [
+        plain_values(
+            {d.name: value_at(d, float(p)) for d, p in zip(block.dimensions, point, strict=True)}
+        )
+        for point in places
+    ]
+
+
+def _tpe(seed: int) -> BaseSampler:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        sampler: BaseSampler = _optuna().samplers.TPESampler(
+            multivariate=True,
+            constant_liar=True,
+            n_startup_trials=SOBOL_POINTS,
+            seed=seed % 2**32,
+        )
+    return sampler
 
 
 def _journal(path: Path) -> JournalStorage:
