@@ -22,7 +22,7 @@ from drake_navbench.errors import InputError
 from drake_navbench.identification.layouts import with_layout
 from drake_navbench.identification.targets import Cell, Pair
 from drake_navbench.identification.unknowns import Settings, Unknowns
-from drake_navbench.inputs.scenario import load_scenario
+from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.log import Outcome, TrialLog
 from drake_navbench.results import write_whole
 from drake_navbench.trial.spec import TrialSpec
@@ -40,6 +40,7 @@ class Driver:
     def __init__(self, unknowns: Unknowns, folder: Path, *, jobs: int) -> None:
         self._unknowns, self._folder, self._jobs = unknowns, folder, jobs
         self._known: dict[str, Metrics] = {}
+        self._scenarios: dict[str, Scenario] = {}
         self.driven_count = 0
 
     def means_of_each(
@@ -98,7 +99,7 @@ class Driver:
         trials: Sequence[int],
         seed: int,
     ) -> list[tuple[str, TrialSpec]]:
-        shipped = load_scenario(name)
+        shipped = self._scenario(name)
         layout = with_layout(shipped, settings.layouts.get(name, {}))
         scenario = self._unknowns.scenario(shipped, settings, layout)
         presets = {c: self._unknowns.preset(c, settings) for c in controllers}
@@ -116,6 +117,11 @@ class Driver:
             for spec in campaign.specs
             if spec.preset.name == preset.name and spec.trial in trials
         ]
+
+    def _scenario(self, name: str) -> Scenario:
+        if name not in self._scenarios:
+            self._scenarios[name] = load_scenario(name)
+        return self._scenarios[name]
 
     def _drive_missing(self, specs: Sequence[TrialSpec]) -> None:
         missing: dict[str, TrialSpec] = {}

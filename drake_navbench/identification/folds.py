@@ -180,7 +180,7 @@ class Fitter:
             "cells": [[*cell, self._targets.values[cell]] for cell in task.cells],
             "settings": {"base": data["base"], "layouts": layouts, "own": own},
             "presets": {c: told.preset for c, told in self._unknowns.file.controllers.items()},
-            "robot": self._unknowns.robot,
+            "robot": self._unknowns.robot_name,
             "seed": self._seed,
         }
         text = json.dumps(everything, sort_keys=True)

@@ -14,9 +14,14 @@ from drake_navbench.identification.layouts import layout_of
 from drake_navbench.identification.targets import Targets
 from drake_navbench.inputs.parameter_names import flattened, nested
 from drake_navbench.inputs.presets import Preset, load_preset
-from drake_navbench.inputs.robot import load_robot, merged, overridden
+from drake_navbench.inputs.robot import Robot, load_robot, merged, overridden
 from drake_navbench.inputs.scenario import Scenario, load_scenario
-from drake_navbench.tuning.search_space import Dimension, parse_dimension, search_space
+from drake_navbench.tuning.search_space import (
+    Dimension,
+    SearchSpace,
+    parse_dimension,
+    search_space,
+)
 from drake_navbench.typed_files.typed_yaml import FrozenModel, read_yaml, validate
 
 SHIPPED = Path(__file__).parent / "unknowns.yaml"
@@ -99,14 +104,18 @@ class Unknowns:
     """Everything that is searched, checked.
 
     base: None where nothing of it is searched; likewise, of the others only those are there of
-    which something is.
+    which something is. presets: by name, all that may be driven. spaces: what is searched of each
+    controller's own.
     """
 
     file: UnknownsFile
-    robot: str
+    robot_name: str
+    robot: Robot
     base: Block | None
     layouts: Mapping[str, Block]
     own: Mapping[str, Block]
+    presets: Mapping[str, Preset]
+    spaces: Mapping[str, SearchSpace]
 
     @property
     def blocks(self) -> list[Block]:
@@ -117,10 +126,10 @@ class Unknowns:
         """Returns what stands for a controller; raises InputError where its values clash."""
         other = settings.presets.get(controller)
         if other is not None:
-            return load_preset(other)
-        preset = load_preset(self.file.controllers[controller].preset)
-        values = settings.own.get(controller, {})
-        return search_space(preset, self._own_texts(controller)).candidate(values)
+            return self.presets[other]
+        preset = self.presets[self.file.controllers[controller].preset]
+        values = settings.own.get(controller)
+        return self.spaces[controller].candidate(values) if values else preset
 
     def scenario(self, scenario: Scenario, settings: Settings, layout: Scenario) -> Scenario:
         """Returns a scenario with the base of some settings; layout: with their dimensions."""
@@ -129,14 +138,11 @@ class Unknowns:
         overrides = nested(values.items(), "base")
         own = scenario.robot_overrides
         if scenario.is_impossible and wall_noise is not None:
-            robot = overridden(load_robot(self.robot), overrides, "base")
+            robot = overridden(self.robot, overrides, "base")
             noise = robot.model_dump(mode="json")["localization"]
             told = {name: wall_noise * noise[name] for name in NOISE}
             own = merged(own, {"localization": told})
         return layout.model_copy(update={"robot_overrides": merged(overrides, own)})
-
-    def _own_texts(self, controller: str) -> list[str]:
-        return [f"{n}={v}" for n, v in self.file.controllers[controller].parameters.items()]
 
 
 def load_unknowns(path: Path | None, targets: Targets, robot: str) -> Unknowns:
@@ -150,25 +156,32 @@ def load_unknowns(path: Path | None, targets: Targets, robot: str) -> Unknowns:
         if name not in content.controllers:
             hint = nearest_name_hint(name, content.controllers)
             raise InputError(f"{source}: controllers: {name!r} of the tables is missing{hint}")
-    own = {}
-    for name in targets.controllers:
-        told = content.controllers[name]
-        load_preset(told.blind)
-        if told.parameters:
-            own[name] = _own_block(name, told)
+    told = {name: content.controllers[name] for name in targets.controllers}
+    presets = {
+        preset: load_preset(preset)
+        for entry in told.values()
+        for preset in (entry.preset, entry.blind)
+    }
+    spaces = {
+        name: search_space(
+            presets[entry.preset], [f"{key}={text}" for key, text in entry.parameters.items()]
+        )
+        for name, entry in told.items()
+        if entry.parameters
+    }
+    loaded = load_robot(robot)
     layouts = {
         name: _layout_block(name, content.layouts[name], source)
         for name in targets.scenarios
         if content.layouts.get(name)
     }
-    base = _base_block(content.base, robot, source) if content.base else None
-    return Unknowns(content, robot, base, layouts, own)
+    base = _base_block(content.base, loaded, source) if content.base else None
+    own = {name: _own_block(name, space) for name, space in spaces.items()}
+    return Unknowns(content, robot, loaded, base, layouts, own, presets, spaces)
 
 
-def _own_block(name: str, told: ControllerUnknowns) -> Block:
-    preset = load_preset(told.preset)
-    space = search_space(preset, [f"{key}={text}" for key, text in told.parameters.items()])
-    now = dict(flattened(preset.parameters.model_dump(mode="json")))
+def _own_block(name: str, space: SearchSpace) -> Block:
+    now = dict(flattened(space.baseline.parameters.model_dump(mode="json")))
     shipped = {entry.name: now.get(entry.name) for entry in space.dimensions}
     return Block("own", name, space.dimensions, shipped)
 
@@ -186,14 +199,13 @@ def _layout_block(name: str, told: Mapping[str, str], source: str) -> Block:
     return Block("layouts", name, dimensions, {key: layout.shipped[key] for key in told})
 
 
-def _base_block(told: Mapping[str, str], robot: str, source: str) -> Block:
-    loaded = load_robot(robot)
+def _base_block(told: Mapping[str, str], robot: Robot, source: str) -> Block:
     # The restricted scenarios are shipped without noise.
-    now = dict(flattened(loaded.model_dump(mode="json"))) | {WALL_NOISE: 0.0}
+    now = dict(flattened(robot.model_dump(mode="json"))) | {WALL_NOISE: 0.0}
     dimensions = tuple(parse_dimension(f"{key}={text}", now) for key, text in told.items())
     for entry in dimensions:
         if entry.name == WALL_NOISE:
             continue
         for value in entry.choices or (entry.low, entry.high):
-            overridden(loaded, nested([(entry.name, value)], source), f"{source}: base")
+            overridden(robot, nested([(entry.name, value)], source), f"{source}: base")
     return Block("base", BASE, dimensions, {key: now.get(key) for key in told})
