@@ -33,6 +33,7 @@ from drake_navbench.analysis.relations import PERCENT
 from drake_navbench.analysis.tables import PUBLISHED_CONTROLLERS
 from drake_navbench.analysis.verdicts import RELEVANT_RATIO
 from drake_navbench.errors import InputError
+from drake_navbench.parameter_names import flattened
 from drake_navbench.results import file_name
 from drake_navbench.typed_files.typed_yaml import read_yaml
 
@@ -82,7 +83,7 @@ def changed_parameters(
     found = [_parameters(folder, preset, parameters_of) for preset in (first, second)]
     if None in found:
         return None
-    fields = [_flat(parameters) for parameters in found if parameters is not None]
+    fields = [dict(flattened(parameters)) for parameters in found if parameters is not None]
     names = sorted(set(fields[0]) | set(fields[1]))
     changes = [Change(name, fields[0].get(name), fields[1].get(name)) for name in names]
     return [change for change in changes if change.first != change.second]
@@ -235,17 +236,6 @@ def _parameters(folder: Path, preset: str, parameters_of: ParametersOf) -> Mappi
 def _preset_path(folder: Path, preset: str) -> Path:
     """Returns where the resolved parameters of a preset are."""
     return folder / "inputs" / "controllers" / f"{file_name(preset)}.yaml"
-
-
-def _flat(fields: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Returns nested parameters under dotted names."""
-    flat: dict[str, Any] = {}
-    for name, value in fields.items():
-        if isinstance(value, Mapping):
-            flat |= _flat(value, f"{prefix}{name}.")
-        else:
-            flat[f"{prefix}{name}"] = value
-    return flat
 
 
 def _number(value: float) -> str:

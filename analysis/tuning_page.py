@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from markupsafe import Markup
 from matplotlib.figure import Figure
@@ -14,6 +12,7 @@ from drake_navbench.analysis.figures.style import SVG, figure_style, write_figur
 from drake_navbench.analysis.figures.tuning import front_figure, slices_figure
 from drake_navbench.analysis.html import page_environment
 from drake_navbench.analysis.numbers import number
+from drake_navbench.parameter_names import flattened
 from drake_navbench.results import file_name, write_text
 
 RESULT_NAME = "tuning.json"
@@ -49,7 +48,7 @@ def write_tuning_page(folder: Path) -> Path:
         "result": result,
         "objectives": objectives,
         "searched": searched,
-        "baseline": _plain(result["task"]["parameters"]),
+        "baseline": dict(flattened(result["task"]["parameters"])),
         "front_figure": shown,
         "slices": slices,
         "parts": {key: title for key, title in PARTS.items() if front and key in front[0]},
@@ -59,17 +58,6 @@ def write_tuning_page(folder: Path) -> Path:
     path = folder / PAGE_NAME
     write_text(path, environment.get_template("tuning.html").render(page=page))
     return path
-
-
-def _plain(parameters: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Returns the parameters by dotted names."""
-    found: dict[str, Any] = {}
-    for name, value in parameters.items():
-        if isinstance(value, Mapping):
-            found |= _plain(value, f"{prefix}{name}.")
-        else:
-            found[f"{prefix}{name}"] = value
-    return found
 
 
 def _percent(share: float) -> str:

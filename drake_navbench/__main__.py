@@ -9,10 +9,8 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 
+from drake_navbench.command_line import EXIT_DONE, EXIT_WRONG_INPUT
 from drake_navbench.errors import nearest_name_hint
-
-EXIT_DONE = 0
-EXIT_WRONG_INPUT = 2
 
 # Command -> module with `main(argv)`, and the line that --help prints.
 COMMANDS = {
@@ -69,7 +67,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         return EXIT_DONE if arguments else EXIT_WRONG_INPUT
     name, *rest = arguments
     if name not in COMMANDS:
-        print(f"command {name!r} is not known{nearest_name_hint(name, COMMANDS)}", file=sys.stderr)
+        print(
+            f"command {name!r} is not known{nearest_name_hint(name, COMMANDS)}",
+            file=sys.stderr,
+        )
         return EXIT_WRONG_INPUT
     module, _ = COMMANDS[name]
     return import_module(module).main(rest)

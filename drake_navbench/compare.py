@@ -10,12 +10,17 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from drake_navbench.errors import InputError, NavbenchError
+from drake_navbench.command_line import (
+    EXIT_DONE,
+    EXIT_WRONG_INPUT,
+    exit_status_of,
+    listed_names,
+    percentage,
+    positive_number,
+)
+from drake_navbench.errors import InputError
 
-EXIT_DONE = 0
 EXIT_REGRESSION = 1
-EXIT_WRONG_INPUT = 2
-PERCENT = 100.0
 
 EPILOG = """\
 A change counts where its 95% interval over the paired trials excludes zero and it exceeds the
@@ -48,8 +53,8 @@ def build_parser() -> argparse.ArgumentParser:
     )
     add(
         "--tolerance",
-        type=_percentage,
-        default=1.0,
+        type=percentage,
+        default=0.01,
         metavar="PERCENT",
         help="smaller changes of a mean are none (1)",
     )
@@ -61,30 +66,30 @@ def build_parser() -> argparse.ArgumentParser:
         help="a scenario, controller or trial that only one folder has, or that cannot be read, "
         "fails, too",
     )
-    add("--jobs", type=_positive, default=2, help="parallel processes (2)")
+    add("--jobs", type=positive_number, default=2, help="parallel processes (2)")
     return parser
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs the command; returns the exit status."""
     arguments = build_parser().parse_args(argv)
+    # Also where a worker was ended from outside: status 1 is for regressions alone.
+    return exit_status_of(lambda: _compare(arguments), failed=EXIT_WRONG_INPUT)
+
+
+def _compare(arguments: argparse.Namespace) -> int:
     from drake_navbench.analysis import compare
 
-    try:
-        comparison = compare.compare_folders(
-            [arguments.baseline, *arguments.others],
-            listed=_listed(arguments.fail_on, compare.DEFAULT_LISTED),
-            tolerance=arguments.tolerance / PERCENT,
-            jobs=arguments.jobs,
-        )
-        text = compare.to_markdown(comparison)
-        _write(arguments.markdown, text)
-        if arguments.junit is not None:
-            _write(arguments.junit, compare.to_junit(comparison))
-    except NavbenchError as error:
-        # Also where a worker was ended from outside: status 1 is for regressions alone.
-        print(f"error: {error}", file=sys.stderr)
-        return EXIT_WRONG_INPUT
+    comparison = compare.compare_folders(
+        [arguments.baseline, *arguments.others],
+        listed=_listed(arguments.fail_on, compare.DEFAULT_LISTED),
+        tolerance=arguments.tolerance,
+        jobs=arguments.jobs,
+    )
+    text = compare.to_markdown(comparison)
+    _write(arguments.markdown, text)
+    if arguments.junit is not None:
+        _write(arguments.junit, compare.to_junit(comparison))
     for finding in comparison.regressions:
         print(f"regression: {compare.sentence(finding)}", file=sys.stderr)
     for line in comparison.not_compared:
@@ -99,7 +104,7 @@ def _listed(text: str | None, default: tuple[str, ...]) -> tuple[str, ...]:
         return default
     if text == "none":
         return ()
-    return tuple(name.strip() for name in text.split(",") if name.strip())
+    return listed_names(text)
 
 
 def _write(path: Path | None, text: str) -> None:
@@ -110,23 +115,6 @@ def _write(path: Path | None, text: str) -> None:
         path.write_text(text, encoding="utf-8")
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror}") from error
-
-
-def _positive(text: str) -> int:
-    number = int(text) if text.isdecimal() else 0
-    if number < 1:
-        raise argparse.ArgumentTypeError(f"got {text!r}, expected a whole number of at least 1")
-    return number
-
-
-def _percentage(text: str) -> float:
-    try:
-        number = float(text)
-    except ValueError:
-        number = -1.0
-    if not 0.0 <= number < float("inf"):
-        raise argparse.ArgumentTypeError(f"got {text!r}, expected a percentage of at least 0")
-    return number
 
 
 if __name__ == "__main__":

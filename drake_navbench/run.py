@@ -6,7 +6,6 @@ Only the standard library is imported before the arguments are read, so that --h
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 import warnings
 from collections.abc import Iterator, Sequence
@@ -14,12 +13,15 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from drake_navbench.errors import InputError, InputWarning, NavbenchError
-
-EXIT_DONE = 0
-EXIT_TRIAL_ERROR = 1
-EXIT_WRONG_INPUT = 2
-EXIT_INTERRUPTED = 130
+from drake_navbench.command_line import (
+    EXIT_DONE,
+    EXIT_FAILED,
+    EXIT_WRONG_INPUT,
+    exit_status_of,
+    positive_number,
+    whole_number,
+)
+from drake_navbench.errors import InputError, InputWarning
 
 ALLOWED_WITH_RESUME = {"cluster", "resume", "jobs", "quiet"}
 
@@ -93,7 +95,7 @@ def _add_where(parser: argparse.ArgumentParser) -> None:
         )
     add(
         "--goals",
-        type=_positive_int,
+        type=positive_number,
         metavar="N",
         help="draw N tasks on the map: goals, and starts unless --start is given",
     )
@@ -154,7 +156,7 @@ def _add_sweeps(parser: argparse.ArgumentParser) -> None:
     )
     add(
         "--samples",
-        type=_positive_int,
+        type=positive_number,
         metavar="N",
         help="draw N points of a Latin hypercube over the --sweep fields instead of their grid",
     )
@@ -164,12 +166,12 @@ def _add_how(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument_group("how").add_argument
     add(
         "--trials",
-        type=_positive_int,
+        type=positive_number,
         default=4,
         metavar="N",
         help="per scenario and controller (4)",
     )
-    add("--seed", type=_seed, default=0, help="of the whole run (0)")
+    add("--seed", type=whole_number, default=0, help="of the whole run (0)")
     add("--jobs", type=_jobs, default=None, metavar="N|auto", help="parallel workers (auto)")
     add(
         "--cluster",
@@ -206,21 +208,8 @@ def _add_results(parser: argparse.ArgumentParser) -> None:
     add("--quiet", action="store_true", help="print errors only")
 
 
-def _positive_int(text: str) -> int:
-    number = int(text) if text.isdecimal() else 0
-    if number < 1:
-        raise argparse.ArgumentTypeError(f"got {text!r}, expected a whole number of at least 1")
-    return number
-
-
-def _seed(text: str) -> int:
-    if not text.isdecimal():
-        raise argparse.ArgumentTypeError(f"got {text!r}, expected a whole number of at least 0")
-    return int(text)
-
-
 def _jobs(text: str) -> int | None:
-    return None if text == "auto" else _positive_int(text)
+    return None if text == "auto" else positive_number(text)
 
 
 def _require_nothing_else(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> None:
@@ -272,41 +261,27 @@ def main(argv: Sequence[str] | None = None) -> int:
     if rest:
         parser.error(f"unrecognized arguments: {' '.join(rest)}")
     with _input_warnings_as_lines(quiet=arguments.quiet):
-        return _exit_status(parser, arguments)
+        return exit_status_of(lambda: _run(parser, arguments))
 
 
-def _exit_status(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> int:
-    try:
-        if arguments.list:
-            from drake_navbench.campaign.console import terminal
-            from drake_navbench.commands.listing import print_listing
+def _run(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> int:
+    if arguments.list:
+        from drake_navbench.campaign.console import terminal
+        from drake_navbench.commands.listing import print_listing
 
-            print_listing(terminal())
-            return EXIT_DONE
-        if arguments.resume is not None:
-            _require_nothing_else(parser, arguments)
-        if arguments.check:
-            from drake_navbench.campaign.asked import print_check
-
-            print_check(arguments)
-            return EXIT_DONE
-        from drake_navbench.campaign.benchmark import run_from_command_line
-
-        any_error = run_from_command_line(arguments)
-        return EXIT_TRIAL_ERROR if any_error else EXIT_DONE
-    except InputError as error:
-        print(error, file=sys.stderr)
-        return EXIT_WRONG_INPUT
-    except NavbenchError as error:
-        print(error, file=sys.stderr)
-        return EXIT_TRIAL_ERROR
-    except KeyboardInterrupt:
-        print("interrupted", file=sys.stderr)
-        return EXIT_INTERRUPTED
-    except BrokenPipeError:
-        # The reader of our output (such as `head`) has gone; that is no fault of the run.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        print_listing(terminal())
         return EXIT_DONE
+    if arguments.resume is not None:
+        _require_nothing_else(parser, arguments)
+    if arguments.check:
+        from drake_navbench.campaign.asked import print_check
+
+        print_check(arguments)
+        return EXIT_DONE
+    from drake_navbench.campaign.benchmark import run_from_command_line
+
+    any_error = run_from_command_line(arguments)
+    return EXIT_FAILED if any_error else EXIT_DONE
 
 
 if __name__ == "__main__":

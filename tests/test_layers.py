@@ -20,6 +20,7 @@ CONTRACTS = {
     "logged_people",
     "moment",
     "noise",
+    "parameter_names",
     "plans",
     "plugin_parameters",
     "plugins",
@@ -28,7 +29,7 @@ CONTRACTS = {
     "results",
     "typed_files",
 }
-COMMANDS = {"__main__", "run", "report", "compare", "commands"}
+COMMANDS = {"__main__", "command_line", "run", "report", "compare", "commands"}
 
 # Layer -> layers it may import besides itself and what stands below them all.
 BELOW_ALL = {"contracts", "kernels"}

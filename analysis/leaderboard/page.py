@@ -17,6 +17,7 @@ from drake_navbench.analysis.leaderboard.suite import Suite
 from drake_navbench.analysis.numbers import EMPTY, number
 from drake_navbench.analysis.statistics import Interval
 from drake_navbench.analysis.verdicts import is_failed
+from drake_navbench.parameter_names import flattened
 from drake_navbench.results import file_name, require_writable, write_text, write_whole
 
 PAGE_NAME = "leaderboard.html"
@@ -102,7 +103,7 @@ def _card(
         intended_use=preset.description,
         controller=preset.controller,
         digest=own[0].digest(name),
-        parameters=_plain(preset.parameters),
+        parameters=dict(flattened(preset.parameters)),
         software={entry.fingerprint: entry.software for entry in own},
         processors=tuple(dict.fromkeys(str(m.get("processor", "unknown")) for m in machines)),
         failures=tuple(
@@ -143,17 +144,6 @@ def _published(entry: Entry, replay: Path | None, place: Path) -> str:
     if not copy.exists():
         write_whole(copy, lambda path: shutil.copyfile(replay, path))
     return copy.relative_to(place.parents[1]).as_posix()
-
-
-def _plain(parameters: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Returns the parameters by dotted names."""
-    found: dict[str, Any] = {}
-    for name, value in parameters.items():
-        if isinstance(value, Mapping):
-            found |= _plain(value, f"{prefix}{name}.")
-        else:
-            found[f"{prefix}{name}"] = value
-    return found
 
 
 def _interval(bounds: Interval, scale: float = 1.0) -> str:

@@ -149,6 +149,18 @@ def _spline_weights(t):
 
 
 @njit(cache=True)
+def _nearest_sample(coordinate, origin, resolution, count):
+    """Returns (index, offset in cells, whether moved) of the sample next to a coordinate, m.
+
+    A coordinate beyond the outermost but one of `count` samples is moved to the nearest of those.
+    """
+    cells = (coordinate - origin) / resolution - 0.5
+    moved = min(max(cells, 1.0), count - 2.0)
+    index = int(moved + 0.5)
+    return index, moved - index, moved != cells
+
+
+@njit(cache=True)
 def sample_distance(field, x, y):
     """Returns (distance m, d/dx, d/dy) at the point (x, y) m by quadratic B-splines.
 
@@ -158,13 +170,10 @@ def sample_distance(field, x, y):
     """
     distances = field.distances
     rows, columns = distances.shape
-    u = (x - field.origin_x) / field.resolution - 0.5
-    v = (y - field.origin_y) / field.resolution - 0.5
-    clamped_u = min(max(u, 1.0), columns - 2.0)
-    clamped_v = min(max(v, 1.0), rows - 2.0)
-    column, row = int(clamped_u + 0.5), int(clamped_v + 0.5)
-    weights_x, slopes_x = _spline_weights(clamped_u - column)
-    weights_y, slopes_y = _spline_weights(clamped_v - row)
+    column, along_x, is_moved_x = _nearest_sample(x, field.origin_x, field.resolution, columns)
+    row, along_y, is_moved_y = _nearest_sample(y, field.origin_y, field.resolution, rows)
+    weights_x, slopes_x = _spline_weights(along_x)
+    weights_y, slopes_y = _spline_weights(along_y)
     distance, slope_x, slope_y = 0.0, 0.0, 0.0
     for j in range(3):
         for i in range(3):
@@ -172,9 +181,9 @@ def sample_distance(field, x, y):
             distance += weights_x[i] * weights_y[j] * sample
             slope_x += slopes_x[i] * weights_y[j] * sample
             slope_y += weights_x[i] * slopes_y[j] * sample
-    if clamped_u != u:
+    if is_moved_x:
         slope_x = 0.0
-    if clamped_v != v:
+    if is_moved_y:
         slope_y = 0.0
     return distance, slope_x / field.resolution, slope_y / field.resolution
 
@@ -184,13 +193,10 @@ def sample_curvature(field, x, y):
     """Returns (d2/dx2, d2/dxdy, d2/dy2) of `sample_distance`: they jump between cells."""
     distances = field.distances
     rows, columns = distances.shape
-    u = (x - field.origin_x) / field.resolution - 0.5
-    v = (y - field.origin_y) / field.resolution - 0.5
-    clamped_u = min(max(u, 1.0), columns - 2.0)
-    clamped_v = min(max(v, 1.0), rows - 2.0)
-    column, row = int(clamped_u + 0.5), int(clamped_v + 0.5)
-    weights_x, slopes_x = _spline_weights(clamped_u - column)
-    weights_y, slopes_y = _spline_weights(clamped_v - row)
+    column, along_x, is_moved_x = _nearest_sample(x, field.origin_x, field.resolution, columns)
+    row, along_y, is_moved_y = _nearest_sample(y, field.origin_y, field.resolution, rows)
+    weights_x, slopes_x = _spline_weights(along_x)
+    weights_y, slopes_y = _spline_weights(along_y)
     bends = (1.0, -2.0, 1.0)
     by_xx, by_xy, by_yy = 0.0, 0.0, 0.0
     for j in range(3):
@@ -199,9 +205,9 @@ def sample_curvature(field, x, y):
             by_xx += bends[i] * weights_y[j] * sample
             by_xy += slopes_x[i] * slopes_y[j] * sample
             by_yy += weights_x[i] * bends[j] * sample
-    if clamped_u != u:
+    if is_moved_x:
         by_xx, by_xy = 0.0, 0.0
-    if clamped_v != v:
+    if is_moved_y:
         by_xy, by_yy = 0.0, 0.0
     squared = field.resolution * field.resolution
     return by_xx / squared, by_xy / squared, by_yy / squared

@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from drake_navbench.analysis.catalogue import catalogue
+from drake_navbench.command_line import exit_status_of
 from drake_navbench.commands.field_table import robots_page
 from drake_navbench.commands.plugin_page import DATA_FILE, plugin_page, read_plugins
 from drake_navbench.errors import InputError
@@ -37,8 +38,6 @@ from drake_navbench.trial.spec import FollowPlan
 from drake_navbench.trial.trial import DEFAULT_ROBOT
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
-EXIT_DONE = 0
-EXIT_WRONG_INPUT = 2
 CONTACT_TEXT = """\
 ## Contact
 
@@ -177,17 +176,16 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("folder", nargs="?", type=Path, default=Path("docs"), metavar="DIR")
     folder = parser.parse_args(argv).folder
-    try:
-        for name, text in documents(folder):
-            path = folder / name
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(text, encoding="utf-8")
-    except InputError as error:
-        print(error, file=sys.stderr)
-        return EXIT_WRONG_INPUT
+    return exit_status_of(lambda: _write_documents(folder))
+
+
+def _write_documents(folder: Path) -> None:
+    for name, text in documents(folder):
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
     if shutil.which("dot") is None:
         print("Graphviz's dot is not installed: no picture was drawn anew", file=sys.stderr)
-        return EXIT_DONE
+        return
     for source in sorted(folder.glob("*.dot")):
         subprocess.run(["dot", "-Tsvg", source, "-o", source.with_suffix(".svg")], check=True)
-    return EXIT_DONE

@@ -10,11 +10,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from drake_navbench.errors import InputError, NavbenchError
-
-EXIT_DONE = 0
-EXIT_FAILED = 1
-EXIT_WRONG_INPUT = 2
+from drake_navbench.command_line import exit_status_of, positive_number
 
 
 def build_parser() -> argparse.ArgumentParser:
@@ -31,31 +27,22 @@ def build_parser() -> argparse.ArgumentParser:
     add("--csv", action="store_true", help="the samples as comma-separated values")
     add("--tum", action="store_true", help="the true and the estimated trajectory")
     add("--out", type=Path, metavar="DIR", help="where to (DIR/export, or beside the log)")
-    add("--jobs", type=_positive, default=2, metavar="N", help="parallel processes (2)")
+    add("--jobs", type=positive_number, default=2, metavar="N", help="parallel processes (2)")
     return parser
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs the command; returns the exit status."""
     arguments = build_parser().parse_args(argv)
+    return exit_status_of(lambda: _export(arguments))
+
+
+def _export(arguments: argparse.Namespace) -> None:
     from drake_navbench.recordings.export import Formats, export
 
     formats = Formats(mcap=arguments.mcap, csv=arguments.csv, tum=arguments.tum)
-    try:
-        written = export(arguments.source, formats, arguments.out, jobs=arguments.jobs)
-    except NavbenchError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return EXIT_WRONG_INPUT if isinstance(error, InputError) else EXIT_FAILED
-    for path in written:
+    for path in export(arguments.source, formats, arguments.out, jobs=arguments.jobs):
         print(path)
-    return EXIT_DONE
-
-
-def _positive(text: str) -> int:
-    number = int(text) if text.isdecimal() else 0
-    if number < 1:
-        raise argparse.ArgumentTypeError(f"got {text!r}, expected a whole number of at least 1")
-    return number
 
 
 if __name__ == "__main__":

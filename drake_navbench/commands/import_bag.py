@@ -11,14 +11,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from drake_navbench.errors import InputError, NavbenchError
+from drake_navbench.command_line import exit_status_of
+from drake_navbench.errors import InputError
 
 if TYPE_CHECKING:
     from drake_navbench.recordings.simulation_gap import SimulationGap
-
-EXIT_DONE = 0
-EXIT_FAILED = 1
-EXIT_WRONG_INPUT = 2
 
 
 def build_parser() -> argparse.ArgumentParser:
@@ -63,12 +60,7 @@ def build_parser() -> argparse.ArgumentParser:
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs the command; returns the exit status."""
     arguments = build_parser().parse_args(argv)
-    try:
-        _import(arguments)
-    except NavbenchError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return EXIT_WRONG_INPUT if isinstance(error, InputError) else EXIT_FAILED
-    return EXIT_DONE
+    return exit_status_of(lambda: _import(arguments))
 
 
 def _import(arguments: argparse.Namespace) -> None:

@@ -10,11 +10,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from drake_navbench.errors import InputError
-
-EXIT_DONE = 0
-EXIT_WRONG_INPUT = 2
-EXIT_INTERRUPTED = 130
+from drake_navbench.command_line import exit_status_of, positive_number
 
 EPILOG = """\
 a suite is a YAML file with name, version, scenarios, trials, robot, and seeds unless it is sealed
@@ -49,7 +45,7 @@ def build_parser() -> argparse.ArgumentParser:
         metavar="FILE",
         help="a new file for salt and seeds, outside the suite's repository",
     )
-    seal.add_argument("--seeds", type=_count, default=1, metavar="N", help="how many (1)")
+    seal.add_argument("--seeds", type=positive_number, default=1, metavar="N", help="how many (1)")
 
     reveal = steps.add_parser("reveal", help="check salt and seeds, and publish them")
     reveal.add_argument("suite", type=Path, metavar="SUITE", help="a suite file that is sealed")
@@ -72,15 +68,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Runs the command; returns the exit status."""
     arguments = build_parser().parse_args(argv)
     steps = {"seal": _seal, "reveal": _reveal, "enter": _enter, "build": _build}
-    try:
-        steps[arguments.step](arguments)
-    except InputError as error:
-        print(error, file=sys.stderr)
-        return EXIT_WRONG_INPUT
-    except KeyboardInterrupt:
-        print("interrupted; the same command goes on", file=sys.stderr)
-        return EXIT_INTERRUPTED
-    return EXIT_DONE
+    return exit_status_of(
+        lambda: steps[arguments.step](arguments),
+        interrupted="interrupted; the same command goes on",
+    )
 
 
 def _seal(arguments: argparse.Namespace) -> None:
@@ -126,13 +117,6 @@ def _build(arguments: argparse.Namespace) -> None:
     suite = read_open_suite(arguments.suite)
     entries = read_entries(arguments.results, suite, seed_of=trial_seed)
     print(write_leaderboard(entries, suite, arguments.out))
-
-
-def _count(text: str) -> int:
-    number = int(text) if text.isdecimal() else 0
-    if number < 1:
-        raise argparse.ArgumentTypeError(f"got {text!r}, expected a whole number of at least 1")
-    return number
 
 
 if __name__ == "__main__":

@@ -10,10 +10,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from drake_navbench.command_line import exit_status_of
 from drake_navbench.errors import InputError, one_line
-
-EXIT_DONE = 0
-EXIT_WRONG_INPUT = 2
 
 
 def build_parser() -> argparse.ArgumentParser:
@@ -48,15 +46,14 @@ def build_parser() -> argparse.ArgumentParser:
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs the command; returns the exit status."""
     arguments = build_parser().parse_args(argv)
-    try:
-        log = _worst_of(arguments.log) if arguments.log.is_dir() else arguments.log
-        path = arguments.out or log.with_suffix(".html")
-        render(log, path, arguments.model)
-    except InputError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return EXIT_WRONG_INPUT
+    return exit_status_of(lambda: _replay(arguments))
+
+
+def _replay(arguments: argparse.Namespace) -> None:
+    log = _worst_of(arguments.log) if arguments.log.is_dir() else arguments.log
+    path = arguments.out or log.with_suffix(".html")
+    render(log, path, arguments.model)
     print(path)
-    return EXIT_DONE
 
 
 def _worst_of(folder: Path) -> Path:

@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import argparse
 import os
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from drake_navbench.command_line import PERCENT, exit_status_of, positive_number, whole_number
 from drake_navbench.errors import InputError
 from drake_navbench.processes.workers import BLAS_THREAD_VARIABLES
 
 if TYPE_CHECKING:
     from drake_navbench.gymnasium_environment.training import Progress
 
-EXIT_DONE = 0
-EXIT_WRONG_INPUT = 2
 DEFAULT_STEPS = 400_000
 EVALUATION_EPISODES = 200
 STEPS_BETWEEN_LINES = 20_000
@@ -31,8 +29,13 @@ def build_parser() -> argparse.ArgumentParser:
     )
     add = parser.add_argument
     add("weights", type=Path, metavar="WEIGHTS.npz", help="where the network is written")
-    add("--steps", type=int, default=DEFAULT_STEPS, help=f"of training ({DEFAULT_STEPS})")
-    add("--seed", type=int, default=0, help="of the whole training (0)")
+    add(
+        "--steps",
+        type=positive_number,
+        default=DEFAULT_STEPS,
+        help=f"of training ({DEFAULT_STEPS})",
+    )
+    add("--seed", type=whole_number, default=0, help="of the whole training (0)")
     add(
         "--evaluate",
         action="store_true",
@@ -44,19 +47,10 @@ def build_parser() -> argparse.ArgumentParser:
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs the command; returns the exit status."""
     arguments = build_parser().parse_args(argv)
-    try:
-        _run(arguments)
-    except InputError as error:
-        print(error, file=sys.stderr)
-        return EXIT_WRONG_INPUT
-    return EXIT_DONE
+    return exit_status_of(lambda: _train(arguments))
 
 
-def _run(arguments: argparse.Namespace) -> None:
-    if arguments.steps < 1 or arguments.seed < 0:
-        raise InputError(
-            f"--steps {arguments.steps} --seed {arguments.seed}: expected at least 1 and 0"
-        )
+def _train(arguments: argparse.Namespace) -> None:
     for variable in BLAS_THREAD_VARIABLES:
         # Of matrices so small threads would only wait for each other.
         os.environ.setdefault(variable, "1")
@@ -76,7 +70,7 @@ def _run(arguments: argparse.Namespace) -> None:
         train_into_file(settings, arguments.weights, on_progress=_print_progress)
     rate = success_rate_of_file(settings, arguments.weights, EVALUATION_EPISODES)
     print(
-        f"{arguments.weights}: the goal is reached in {100.0 * rate:.1f}% of "
+        f"{arguments.weights}: the goal is reached in {PERCENT * rate:.1f}% of "
         f"{EVALUATION_EPISODES} new tasks"
     )
 
@@ -93,7 +87,7 @@ def _print_progress(progress: Progress) -> None:
     before = progress.steps - progress.steps_in_update
     if before // STEPS_BETWEEN_LINES == progress.steps // STEPS_BETWEEN_LINES:
         return
-    reached, touched = 100.0 * progress.success, 100.0 * progress.contact
+    reached, touched = PERCENT * progress.success, PERCENT * progress.contact
     print(
         f"{progress.steps:>8} steps, {progress.elapsed_s:4.0f} s: of the last episodes "
         f"{reached:.0f}% reached the goal, {touched:.0f}% touched something, "

@@ -12,12 +12,12 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-from drake_navbench.errors import InputError, NavbenchError
-
-EXIT_DONE = 0
-EXIT_FAILED = 1
-EXIT_WRONG_INPUT = 2
-EXIT_INTERRUPTED = 130
+from drake_navbench.command_line import (
+    exit_status_of,
+    listed_names,
+    positive_number,
+    whole_number,
+)
 
 EPILOG = """\
 example:
@@ -41,17 +41,17 @@ def build_parser() -> argparse.ArgumentParser:
     )
     add = parser.add_argument
     add("preset", metavar="PRESET", help="the baseline, such as rpp, or a variant of it")
-    add("--scenarios", required=True, type=_names, metavar="LIST", help="where to search")
+    add("--scenarios", required=True, type=listed_names, metavar="LIST", help="where to search")
     add(
         "--objectives",
-        type=_names,
+        type=listed_names,
         default=("time", "clearance", "jerk"),
         metavar="LIST",
         help="of time, clearance, jerk, turning_jerk, path_error, length (time,clearance,jerk)",
     )
     add(
         "--held-out",
-        type=_names,
+        type=listed_names,
         default=(),
         metavar="LIST",
         help="scenarios in which the front is judged once, at the end",
@@ -63,21 +63,44 @@ def build_parser() -> argparse.ArgumentParser:
         metavar="NAME=VALUES",
         help="LOW:HIGH, LOW:HIGH:log or A,B,C; searches these instead of the controller's own list",
     )
-    whole = partial(_whole, 1)
-    add("--configurations", type=whole, default=200, metavar="N", help="to drive in all (200)")
-    add("--pairs", type=whole, default=32, metavar="N", help="most trials of a configuration (32)")
+    add(
+        "--configurations",
+        type=positive_number,
+        default=200,
+        metavar="N",
+        help="to drive in all (200)",
+    )
+    add(
+        "--pairs",
+        type=positive_number,
+        default=32,
+        metavar="N",
+        help="most trials of a configuration (32)",
+    )
     add(
         "--fresh",
-        type=partial(_whole, 2),
+        type=partial(whole_number, least=2),
         default=32,
         metavar="N",
         help="trials a scenario in which the front is judged (32)",
     )
-    add("--front", type=whole, default=8, metavar="N", help="most points of the front judged (8)")
-    add("--seed", type=partial(_whole, 0), default=0, help="of the whole tuning (0)")
+    add(
+        "--front",
+        type=positive_number,
+        default=8,
+        metavar="N",
+        help="most points of the front judged (8)",
+    )
+    add("--seed", type=whole_number, default=0, help="of the whole tuning (0)")
     add("--sampler", choices=("tpe", "nsga2", "random"), default="tpe", help="what proposes (tpe)")
     add("--robot", default="wheelchair", help="robot by name, or a YAML file (wheelchair)")
-    add("--jobs", type=whole, default=None, metavar="N", help="parallel workers (all cores)")
+    add(
+        "--jobs",
+        type=positive_number,
+        default=None,
+        metavar="N",
+        help="parallel workers (all cores)",
+    )
     add(
         "--out",
         type=Path,
@@ -93,18 +116,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Runs the command; returns the exit status."""
     given = list(sys.argv[2:] if argv is None else argv)
     arguments = build_parser().parse_args(given)
-    try:
-        _tune(arguments, shlex.join(["python", "-m", "drake_navbench", "tune", *given]))
-    except InputError as error:
-        print(error, file=sys.stderr)
-        return EXIT_WRONG_INPUT
-    except NavbenchError as error:
-        print(error, file=sys.stderr)
-        return EXIT_FAILED
-    except KeyboardInterrupt:
-        print("interrupted; the same command goes on", file=sys.stderr)
-        return EXIT_INTERRUPTED
-    return EXIT_DONE
+    command = shlex.join(["python", "-m", "drake_navbench", "tune", *given])
+    return exit_status_of(
+        lambda: _tune(arguments, command), interrupted="interrupted; the same command goes on"
+    )
 
 
 def _tune(arguments: argparse.Namespace, command: str) -> None:
@@ -130,17 +145,6 @@ def _tune(arguments: argparse.Namespace, command: str) -> None:
         search_only=arguments.search_only,
     )
     tune(request, partial(print, flush=True))
-
-
-def _names(text: str) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(name for name in map(str.strip, text.split(",")) if name))
-
-
-def _whole(least: int, text: str) -> int:
-    number = int(text) if text.isdecimal() else -1
-    if number < least:
-        raise argparse.ArgumentTypeError(f"got {text!r}, expected a whole number from {least} on")
-    return number
 
 
 if __name__ == "__main__":

@@ -15,8 +15,8 @@ from drake_navbench.inputs.nav2_controllers import (
 from drake_navbench.inputs.nav2_node_reader import similar_name_hint
 from drake_navbench.inputs.nav2_parameters import Node
 from drake_navbench.inputs.nav2_substitutions import missing_value
-from drake_navbench.inputs.parameter_names import flattened
 from drake_navbench.inputs.presets import Preset
+from drake_navbench.parameter_names import flattened
 
 # What the controllers of earlier releases read, and those of Lyrical, which are ours, do not.
 OF_EARLIER_RELEASES = frozenset(

@@ -13,8 +13,8 @@ from typing import Any
 from drake_navbench.controller import ControllerParameters
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.inputs.nav2_parameters import Node, Section, nodes_called
-from drake_navbench.inputs.parameter_names import SEPARATOR, flattened, nested
 from drake_navbench.inputs.presets import Preset, installed_controllers
+from drake_navbench.parameter_names import SEPARATOR, flattened, nested
 from drake_navbench.typed_files.typed_yaml import unknown_fields
 
 SERVER = "controller_server"

@@ -20,8 +20,8 @@ from drake_navbench.inputs.controller_file import (
     split_reference,
 )
 from drake_navbench.inputs.file_kinds import PRESET, require_kind
-from drake_navbench.inputs.parameter_names import flattened, nested
 from drake_navbench.inputs.robot import Robot, merged
+from drake_navbench.parameter_names import flattened, nested
 from drake_navbench.typed_files.input_file import file_digest
 from drake_navbench.typed_files.typed_yaml import FrozenModel, parse_yaml, read_yaml, validate
 

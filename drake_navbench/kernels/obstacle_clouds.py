@@ -11,13 +11,14 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.kernels.grid import FREE, Grid
-from drake_navbench.kernels.layer_grid import centre_window, fill_outline
+from drake_navbench.kernels.grid import FREE
 from drake_navbench.kernels.observation import Observation
 from drake_navbench.kernels.obstacle_layer import (
     NOTHING_TOUCHED,
     ObstacleLayerUpdate,
     clear_rays,
+    free_robot,
+    grid_of_cycle,
     mark_points,
 )
 from drake_navbench.kernels.poses import place_outline
@@ -42,19 +43,15 @@ def update_obstacle_layer_from_clouds(
 
     Arguments as for `update_obstacle_layer`; points outside of the two heights [m] do not mark.
     """
-    if rolling_window:
-        costs, *corner = centre_window(
-            costs,
-            origin,
-            resolution=resolution,
-            robot_pose=robot_pose,
-            default_cost=default_cost,
-            is_short=is_short,
-        )
-        origin = (corner[0], corner[1])
-    else:
-        costs = costs.copy()
-    grid = Grid(costs, float(origin[0]), float(origin[1]), float(resolution))
+    grid = grid_of_cycle(
+        costs,
+        origin,
+        resolution=resolution,
+        robot_pose=robot_pose,
+        default_cost=default_cost,
+        rolling_window=rolling_window,
+        is_short=is_short,
+    )
     bounds = np.array(NOTHING_TOUCHED)
     for seen in observations:
         if seen.clearing:
@@ -69,8 +66,5 @@ def update_obstacle_layer_from_clouds(
             ranges = (float(seen.obstacle_min_range), float(seen.obstacle_max_range))
             mark_points(grid, bounds, seen.origin[0], seen.origin[1], points, *ranges)
     if footprint_clearing_enabled:
-        outline = place_outline(footprint, robot_pose)
-        bounds[:2] = np.minimum(bounds[:2], outline.min(axis=0))
-        bounds[2:] = np.maximum(bounds[2:], outline.max(axis=0))
-        fill_outline(grid, outline, FREE)
-    return ObstacleLayerUpdate(costs, grid.origin_x, grid.origin_y, bounds)
+        free_robot(grid, bounds, place_outline(footprint, robot_pose))
+    return ObstacleLayerUpdate(grid.costs, grid.origin_x, grid.origin_y, bounds)

@@ -79,19 +79,16 @@ def update_obstacle_layer(
     cells never seen (NO_INFORMATION where unknown space is tracked), and is_short, as for
     `centre_window`.
     """
-    if rolling_window:
-        layer, origin_x, origin_y = centre_window(
-            costs,
-            origin,
-            resolution=resolution,
-            robot_pose=robot_pose,
-            default_cost=default_cost,
-            is_short=is_short,
-        )
-    else:
-        layer, origin_x, origin_y = costs.copy(), float(origin[0]), float(origin[1])
+    grid = grid_of_cycle(
+        costs,
+        origin,
+        resolution=resolution,
+        robot_pose=robot_pose,
+        default_cost=default_cost,
+        rolling_window=rolling_window,
+        is_short=is_short,
+    )
     bounds = np.array(NOTHING_TOUCHED)
-    grid = Grid(layer, origin_x, origin_y, float(resolution))
     seen = []
     for pose, own_ranges in ((sensor_pose, ranges), *further_scans):
         points = scan_points(
@@ -110,11 +107,42 @@ def update_obstacle_layer(
             grid, bounds, sensor_x, sensor_y, points, obstacle_min_range, obstacle_max_range
         )
     if footprint_clearing_enabled:
-        outline = place_outline(footprint, robot_pose)
-        bounds[:2] = np.minimum(bounds[:2], outline.min(axis=0))
-        bounds[2:] = np.maximum(bounds[2:], outline.max(axis=0))
-        fill_outline(grid, outline, FREE)
-    return ObstacleLayerUpdate(layer, origin_x, origin_y, bounds)
+        free_robot(grid, bounds, place_outline(footprint, robot_pose))
+    return ObstacleLayerUpdate(grid.costs, grid.origin_x, grid.origin_y, bounds)
+
+
+def grid_of_cycle(
+    costs: NDArray[np.uint8],
+    origin: tuple[float, float],
+    *,
+    resolution: float,
+    robot_pose: NDArray[np.float64],
+    default_cost: int,
+    rolling_window: bool,
+    is_short: bool,
+) -> Grid:
+    """Returns a copy of the layer's grid, moved along with the robot where it rolls.
+
+    Arguments as for `update_obstacle_layer`.
+    """
+    if not rolling_window:
+        return Grid(costs.copy(), float(origin[0]), float(origin[1]), float(resolution))
+    moved, origin_x, origin_y = centre_window(
+        costs,
+        origin,
+        resolution=resolution,
+        robot_pose=robot_pose,
+        default_cost=default_cost,
+        is_short=is_short,
+    )
+    return Grid(moved, origin_x, origin_y, float(resolution))
+
+
+def free_robot(grid: Grid, bounds: NDArray[np.float64], outline: NDArray[np.float64]) -> None:
+    """Frees, in place, what lies under the robot's outline (K, 2) m; `bounds` grows around it."""
+    bounds[:2] = np.minimum(bounds[:2], outline.min(axis=0))
+    bounds[2:] = np.maximum(bounds[2:], outline.max(axis=0))
+    fill_outline(grid, outline, FREE)
 
 
 def scan_points(

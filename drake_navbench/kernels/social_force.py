@@ -48,7 +48,7 @@ SIGHT_HALF_ANGLE_RAD = 0.5 * math.pi + 0.17
 PATIENCE_S = np.array([0.0, 0.0, 30.0, 40.0, 30.0, 40.0])
 SCARED_SPEED_MPS, SCARED_FACTOR = 0.6, 20.0
 CURIOUS_SPEED_MPS, CURIOUS_SIGHT_M, CURIOUS_DISTANCE_M = 1.8, 10.0, 1.5
-THREAT_SPEED_MPS, THREAT_AHEAD_M = 2.0, 1.1
+THREAT_SPEED_MPS, THREAT_AHEAD_M, THREAT_RADIUS_M = 2.0, 1.1, 0.05
 TURN_RATE_RADPS = math.pi
 # Slower than this nobody's heading follows the way.
 WALKING_MPS = 0.05
@@ -158,6 +158,110 @@ def _turned_towards(yaw, wanted, step):
 
 
 @njit(cache=True)
+def _reacts(person, reaction, robot_distance, bearing, step):
+    """Returns whether one reacts to a robot so far away [m] and there [rad]; keeps count of it."""
+    is_seen = (
+        robot_distance <= SIGHT_M[reaction]
+        and abs(wrap(bearing - person[YAW])) <= SIGHT_HALF_ANGLE_RAD
+    )
+    reacts = is_seen and person[REACTED] < PATIENCE_S[reaction]
+    if reacts:
+        person[REACTED] += step
+    elif reaction == SCARED and not is_seen:
+        person[REACTED] = 0.0
+    return reacts
+
+
+@njit(cache=True)
+def _own_goal(person, traits, goals):
+    """Returns (x, y) m of the goal on one's list, the next one where this one is reached."""
+    first, past = int(traits[FIRST_GOAL]), int(traits[PAST_GOAL])
+    goal = first + int(person[GOAL])
+    if math.hypot(goals[goal, 0] - person[X], goals[goal, 1] - person[Y]) <= GOAL_RADIUS_M:
+        if goal + 1 < past:
+            person[GOAL] += 1
+        elif traits[REPEATS] > 0.0:
+            person[GOAL] = 0
+        goal = first + int(person[GOAL])
+    return goals[goal, 0], goals[goal, 1]
+
+
+@njit(cache=True)
+def _intention(person, traits, goals, reaction, robot, robot_distance):
+    """Returns (x m, y m, radius m, speed m/s): where one goes, how near, how fast.
+
+    reaction: the one that one shows now, REGULAR where none.
+    """
+    goal_x, goal_y = _own_goal(person, traits, goals)
+    if reaction == SCARED:
+        return goal_x, goal_y, GOAL_RADIUS_M, SCARED_SPEED_MPS
+    if reaction == CURIOUS:
+        speed = CURIOUS_SPEED_MPS * robot_distance / CURIOUS_SIGHT_M
+        return robot[0], robot[1], CURIOUS_DISTANCE_M, speed
+    if reaction == THREATENING:
+        ahead = robot[5] + THREAT_AHEAD_M
+        ahead_x = robot[0] + ahead * math.cos(robot[2])
+        ahead_y = robot[1] + ahead * math.sin(robot[2])
+        return ahead_x, ahead_y, THREAT_RADIUS_M, THREAT_SPEED_MPS
+    return goal_x, goal_y, GOAL_RADIUS_M, traits[SPEED]
+
+
+@njit(cache=True)
+def _round_robot(x, y, radius, to_robot_x, to_robot_y, to_x, to_y, robot_edges):
+    """Returns (fx, fy) m/s^2 off the robot's outline, turned aside for one who walks into it.
+
+    to_x, to_y: where one walks, a unit vector, or zeros.
+    """
+    fx, fy = _repulsion(x, y, radius, robot_edges, np.empty((0, 3)))
+    into = -(fx * to_x + fy * to_y)
+    if into > 0.0:
+        size = math.hypot(fx, fy)
+        side = 1.0 if fx * to_robot_y - fy * to_robot_x <= 0.0 else -1.0
+        fx, fy = fx - side * into * fy / size, fy + side * into * fx / size
+    return fx, fy
+
+
+@njit(cache=True)
+def _chosen_velocity(vx, vy, force_x, force_y, speed, step):
+    """Returns (vx, vy) m/s after the forces; as in lightsfm none is faster than he wants to be."""
+    new_vx, new_vy = vx + step * force_x, vy + step * force_y
+    limit = min(speed, TOP_SPEED_MPS)
+    size = math.hypot(new_vx, new_vy)
+    if size > limit:
+        new_vx, new_vy = new_vx * limit / size, new_vy * limit / size
+    return new_vx, new_vy
+
+
+@njit(cache=True)
+def _desired_force(vx, vy, speed, to_x, to_y):
+    """Returns (fx, fy) m/s^2 towards a goal in a direction; one who is there, 0, 0, only brakes."""
+    if to_x == 0.0 and to_y == 0.0:
+        return -vx / RELAXATION_S, -vy / RELAXATION_S
+    force_x = DESIRED_FACTOR * (speed * to_x - vx) / RELAXATION_S
+    force_y = DESIRED_FACTOR * (speed * to_y - vy) / RELAXATION_S
+    return force_x, force_y
+
+
+@njit(cache=True)
+def _add_social_forces(force_x, force_y, index, people, robot, takes_robot_for_one):
+    """Returns a force m/s^2 with those of all others, and of a robot that is taken for one."""
+    x, y, vx, vy = people[index, X], people[index, Y], people[index, VX], people[index, VY]
+    for other in range(people.shape[0]):
+        if other == index:
+            continue
+        fx, fy = social_force(
+            x, y, vx, vy, people[other, X], people[other, Y], people[other, VX], people[other, VY]
+        )
+        force_x += SOCIAL_FACTOR * fx
+        force_y += SOCIAL_FACTOR * fy
+    if takes_robot_for_one:
+        fx, fy = social_force(x, y, vx, vy, robot[0], robot[1], robot[3], robot[4])
+        force_x += SOCIAL_FACTOR * fx
+        force_y += SOCIAL_FACTOR * fy
+    return force_x, force_y
+
+
+@njit(cache=True)
 def step_people(people, traits, goals, edges, circles, robot, robot_edges, step):
     """Returns (P, 8) the people `step` s later, with the velocities that they then choose.
 
@@ -167,7 +271,6 @@ def step_people(people, traits, goals, edges, circles, robot, robot_edges, step)
     there, m.
     """
     after = people.copy()
-    no_circles = np.empty((0, 3))
     for i in range(people.shape[0]):
         after[i, X] += step * people[i, VX]
         after[i, Y] += step * people[i, VY]
@@ -175,96 +278,45 @@ def step_people(people, traits, goals, edges, circles, robot, robot_edges, step)
     chosen = np.empty((people.shape[0], 2))
     for i in range(people.shape[0]):
         x, y, yaw = after[i, X], after[i, Y], after[i, YAW]
-        vx, vy = after[i, VX], after[i, VY]
         radius, reaction = traits[i, RADIUS], int(traits[i, REACTION])
-        speed = traits[i, SPEED]
         to_robot_x, to_robot_y = robot[0] - x, robot[1] - y
         robot_distance = max(math.hypot(to_robot_x, to_robot_y), 1e-9)
         bearing = math.atan2(to_robot_y, to_robot_x)
-        is_seen = (
-            robot_distance <= SIGHT_M[reaction] and abs(wrap(bearing - yaw)) <= SIGHT_HALF_ANGLE_RAD
+        reacts = _reacts(after[i], reaction, robot_distance, bearing, step)
+        shown = reaction if reacts else REGULAR
+        goal_x, goal_y, goal_radius, speed = _intention(
+            after[i], traits[i], goals, shown, robot, robot_distance
         )
-        reacts = is_seen and after[i, REACTED] < PATIENCE_S[reaction]
-        if reacts:
-            after[i, REACTED] += step
-        elif reaction == SCARED and not is_seen:
-            after[i, REACTED] = 0.0
-
-        # Where to.
-        first, past = int(traits[i, FIRST_GOAL]), int(traits[i, PAST_GOAL])
-        goal = first + int(after[i, GOAL])
-        goal_x, goal_y, goal_radius = goals[goal, 0], goals[goal, 1], GOAL_RADIUS_M
-        if math.hypot(goal_x - x, goal_y - y) <= GOAL_RADIUS_M:
-            if goal + 1 < past:
-                after[i, GOAL] += 1
-            elif traits[i, REPEATS] > 0.0:
-                after[i, GOAL] = 0
-            goal = first + int(after[i, GOAL])
-            goal_x, goal_y = goals[goal, 0], goals[goal, 1]
-        stops = False
-        if reacts and reaction == SURPRISED:
-            stops = True
-        elif reacts and reaction == SCARED:
-            speed = SCARED_SPEED_MPS
-        elif reacts and reaction == CURIOUS:
-            goal_x, goal_y, goal_radius = robot[0], robot[1], CURIOUS_DISTANCE_M
-            speed = CURIOUS_SPEED_MPS * robot_distance / CURIOUS_SIGHT_M
-        elif reacts and reaction == THREATENING:
-            ahead = robot[5] + THREAT_AHEAD_M
-            goal_x = robot[0] + ahead * math.cos(robot[2])
-            goal_y = robot[1] + ahead * math.sin(robot[2])
-            goal_radius, speed = 0.05, THREAT_SPEED_MPS
-
-        # Forces.
         to_x, to_y = goal_x - x, goal_y - y
         distance = math.hypot(to_x, to_y)
-        is_there = distance <= goal_radius
+        stops, is_there = shown == SURPRISED, distance <= goal_radius
         if is_there or stops:
-            force_x, force_y, to_x, to_y = -vx / RELAXATION_S, -vy / RELAXATION_S, 0.0, 0.0
+            to_x, to_y = 0.0, 0.0
         else:
             to_x, to_y = to_x / distance, to_y / distance
-            force_x = DESIRED_FACTOR * (speed * to_x - vx) / RELAXATION_S
-            force_y = DESIRED_FACTOR * (speed * to_y - vy) / RELAXATION_S
-        for other in range(people.shape[0]):
-            if other == i:
-                continue
-            fx, fy = social_force(
-                x, y, vx, vy, after[other, X], after[other, Y], people[other, VX], people[other, VY]
-            )
-            force_x += SOCIAL_FACTOR * fx
-            force_y += SOCIAL_FACTOR * fy
-        if reaction == REGULAR:
-            fx, fy = social_force(x, y, vx, vy, robot[0], robot[1], robot[3], robot[4])
-            force_x += SOCIAL_FACTOR * fx
-            force_y += SOCIAL_FACTOR * fy
-        if reacts and reaction == SCARED:
+
+        force_x, force_y = _desired_force(after[i, VX], after[i, VY], speed, to_x, to_y)
+        force_x, force_y = _add_social_forces(
+            force_x, force_y, i, after, robot, reaction == REGULAR
+        )
+        if shown == SCARED:
             size = SCARED_FACTOR * OBSTACLE_SIGMA_M / max(robot_distance - radius, 0.1)
             force_x -= size * to_robot_x / robot_distance
             force_y -= size * to_robot_y / robot_distance
         fx, fy = _repulsion(x, y, radius, edges, circles)
         force_x, force_y = force_x + fx, force_y + fy
-        fx, fy = _repulsion(x, y, radius, robot_edges, no_circles)
-        into = -(fx * to_x + fy * to_y)
-        if into > 0.0:
-            size = math.hypot(fx, fy)
-            side = 1.0 if fx * to_robot_y - fy * to_robot_x <= 0.0 else -1.0
-            fx, fy = fx - side * into * fy / size, fy + side * into * fx / size
+        fx, fy = _round_robot(x, y, radius, to_robot_x, to_robot_y, to_x, to_y, robot_edges)
         force_x, force_y = force_x + fx, force_y + fy
         fx, fy = _group_force(i, after, traits, to_x, to_y)
         force_x, force_y = force_x + fx, force_y + fy
 
-        new_vx, new_vy = vx + step * force_x, vy + step * force_y
-        if stops:
-            new_vx, new_vy = 0.0, 0.0
-        # As in lightsfm nobody is faster than he wants to be.
-        limit = min(speed, TOP_SPEED_MPS)
-        size = math.hypot(new_vx, new_vy)
-        if size > limit:
-            new_vx, new_vy = new_vx * limit / size, new_vy * limit / size
-        chosen[i, 0], chosen[i, 1] = new_vx, new_vy
+        vx, vy = 0.0, 0.0
+        if not stops:
+            vx, vy = _chosen_velocity(after[i, VX], after[i, VY], force_x, force_y, speed, step)
+        chosen[i, 0], chosen[i, 1] = vx, vy
         if stops or (reacts and is_there):
             after[i, YAW] = _turned_towards(yaw, bearing, step)
-        elif math.hypot(new_vx, new_vy) > WALKING_MPS:
-            after[i, YAW] = _turned_towards(yaw, math.atan2(new_vy, new_vx), step)
+        elif math.hypot(vx, vy) > WALKING_MPS:
+            after[i, YAW] = _turned_towards(yaw, math.atan2(vy, vx), step)
     after[:, VX : VY + 1] = chosen
     return after

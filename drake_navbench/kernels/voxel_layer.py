@@ -32,9 +32,9 @@ from drake_navbench.kernels.grid import (
     distance_to_cells,
     world_to_cell,
 )
-from drake_navbench.kernels.layer_grid import centre_window, fill_outline
+from drake_navbench.kernels.layer_grid import centre_window
 from drake_navbench.kernels.observation import Observation
-from drake_navbench.kernels.obstacle_layer import NOTHING_TOUCHED
+from drake_navbench.kernels.obstacle_layer import NOTHING_TOUCHED, free_robot
 from drake_navbench.kernels.poses import place_outline
 
 MAX_VOXELS = 16
@@ -146,10 +146,8 @@ def update_voxel_layer(
                 *grids, bounds, frame, seen.origin, seen.points, *ranges, *heights, mark_threshold
             )
     if footprint_clearing_enabled:
-        outline = place_outline(footprint, robot_pose)
-        bounds[:2] = np.minimum(bounds[:2], outline.min(axis=0))
-        bounds[2:] = np.maximum(bounds[2:], outline.max(axis=0))
-        fill_outline(Grid(grids[0], frame.origin_x, frame.origin_y, resolution), outline, FREE)
+        grid = Grid(grids[0], frame.origin_x, frame.origin_y, resolution)
+        free_robot(grid, bounds, place_outline(footprint, robot_pose))
     return VoxelLayerUpdate(*grids, frame.origin_x, frame.origin_y, bounds)
 
 

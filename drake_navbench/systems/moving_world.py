@@ -72,7 +72,8 @@ class MovingWorld(LeafSystem):
         self._standing = (world.segments, world.circles)
         self._footprint, self._scan_height_m = footprint, scan_height_m
         self._seen_things = world.moving.bodies.seen_at(scan_height_m, world.moving.heights_m)
-        self.body_count = len(world.moving) + len(world.people)
+        self.person_count = len(world.people)
+        self.body_count = len(world.moving) + self.person_count
         self.source_id = scene_graph.RegisterSource("moving_world")
         self._frame_ids = self._register(scene_graph)
         self._state_port = self.DeclareVectorInputPort("state", STATE_SIZE)

@@ -129,11 +129,13 @@ def build_trial_diagram(
     moving_world = _add_moving_world(builder, robot, world, scene_graph, state)
 
     lidar = builder.AddNamedSystem("lidar", Lidar(conditions.lidar, world, conditions.timing))
-    connect_inputs(builder, lidar, state=state)
     scan = lidar.GetOutputPort("scan")
     signals = localization.signals(state, scan)
+    connect_inputs(builder, lidar, state=state)
     if signals.has_frames:
         connect_inputs(builder, lidar, odometry=signals.odometry)
+    if moving_world is not None:
+        connect_inputs(builder, lidar, moving=moving_world.GetOutputPort("scanned"))
     clouds = _add_depth_sensors(builder, robot, world, moving_world, signals)
     signals = replace(signals, clouds=clouds)
 
@@ -161,38 +163,20 @@ def build_trial_diagram(
     if speed_filter is not None:
         connect_inputs(builder, server, speed_limit=speed_filter.GetOutputPort("speed_limit"))
 
-    clearance = _add_clearance(builder, robot, world)
-    connect_inputs(builder, clearance, state=state, costmap=costmap)
-    if signals.has_frames:
-        connect_inputs(builder, clearance, odometry_from_world=signals.odometry_from_world)
-    if moving_world is not None:
-        connect_inputs(builder, lidar, moving=moving_world.GetOutputPort("scanned"))
-        connect_inputs(builder, clearance, moving=moving_world.GetOutputPort("outlines"))
+    clearance = _add_clearance(builder, robot, world, moving_world, signals)
+    connect_inputs(builder, clearance, costmap=costmap)
 
-    recorder = _add_recorder(builder, navigator, person_count=len(world.people))
-    if moving_world is not None and len(world.people):
-        connect_inputs(builder, recorder, people=moving_world.GetOutputPort("people"))
-    connect_inputs(builder, recorder, state=state, scan=scan, command=command)
-    connect_inputs(builder, recorder, estimate=signals.estimate)
-    if signals.has_frames:
-        connect_inputs(builder, recorder, odometry_from_world=signals.odometry_from_world)
+    recorder = _add_recorder(builder, navigator, moving_world, signals)
+    connect_inputs(builder, recorder, command=command)
     connect_inputs(builder, recorder, distances=clearance.GetOutputPort("distances"))
     connect_inputs(builder, recorder, server_state=server.GetOutputPort("server_state"))
     if keeps_costmaps:
         connect_inputs(builder, recorder, costmap=costmap)
 
     if watch is not None:
-        viewer = builder.AddNamedSystem(
-            "viewer",
-            Viewer(watch, period_s=RECORDER_PERIOD_S, moving_count=world.moving_count),
-        )
-        connect_inputs(builder, viewer, state=state, scan=scan, costmap=costmap)
-        connect_inputs(builder, viewer, plan=navigator.GetOutputPort("plan"))
+        viewer = _add_viewer(builder, watch, navigator, moving_world, signals)
+        connect_inputs(builder, viewer, costmap=costmap)
         connect_inputs(builder, viewer, server_state=server.GetOutputPort("server_state"))
-        if signals.has_frames:
-            connect_inputs(builder, viewer, odometry_from_world=signals.odometry_from_world)
-        if moving_world is not None:
-            connect_inputs(builder, viewer, moving_poses=moving_world.GetOutputPort("poses"))
 
     diagram = builder.Build()
     diagram.set_name("trial")
@@ -294,9 +278,15 @@ def _add_depth_sensors(
     return sensors.GetOutputPort("clouds")
 
 
-def _add_clearance(builder: DiagramBuilder, robot: Robot, world: World) -> Clearance:
+def _add_clearance(
+    builder: DiagramBuilder,
+    robot: Robot,
+    world: World,
+    moving_world: MovingWorld | None,
+    signals: Signals,
+) -> Clearance:
     """Adds what measures the distance to the obstacles."""
-    return builder.AddNamedSystem(
+    clearance = builder.AddNamedSystem(
         "clearance",
         Clearance(
             world,
@@ -305,19 +295,62 @@ def _add_clearance(builder: DiagramBuilder, robot: Robot, world: World) -> Clear
             offset_s=CLEARANCE_OFFSET_S,
         ),
     )
+    connect_inputs(builder, clearance, state=signals.state)
+    if signals.has_frames:
+        connect_inputs(builder, clearance, odometry_from_world=signals.odometry_from_world)
+    if moving_world is not None:
+        connect_inputs(builder, clearance, moving=moving_world.GetOutputPort("outlines"))
+    return clearance
 
 
 def _add_recorder(
-    builder: DiagramBuilder, navigator: Navigator | TreeNavigator, *, person_count: int
+    builder: DiagramBuilder,
+    navigator: Navigator | TreeNavigator,
+    moving_world: MovingWorld | None,
+    signals: Signals,
 ) -> Recorder:
-    """Adds the recorder, which listens to a behaviour tree where there is one."""
+    """Adds the recorder, which listens to a behaviour tree and to people where there are any."""
+    person_count = 0 if moving_world is None else moving_world.person_count
     recorder = builder.AddNamedSystem(
         "recorder", Recorder(period_s=RECORDER_PERIOD_S, person_count=person_count)
     )
+    connect_inputs(
+        builder, recorder, state=signals.state, scan=signals.scan, estimate=signals.estimate
+    )
+    if signals.has_frames:
+        connect_inputs(builder, recorder, odometry_from_world=signals.odometry_from_world)
     if isinstance(navigator, TreeNavigator):
         navigator_state = navigator.GetOutputPort("navigator_state")
         connect_inputs(builder, recorder, navigator_state=navigator_state)
+    if moving_world is not None and person_count:
+        connect_inputs(builder, recorder, people=moving_world.GetOutputPort("people"))
     return recorder
+
+
+def _add_viewer(
+    builder: DiagramBuilder,
+    watch: Callable[[Moment], None],
+    navigator: Navigator | TreeNavigator,
+    moving_world: MovingWorld | None,
+    signals: Signals,
+) -> Viewer:
+    """Adds what hands each sample to `watch`."""
+    moving_count = 0 if moving_world is None else moving_world.body_count
+    viewer = builder.AddNamedSystem(
+        "viewer", Viewer(watch, period_s=RECORDER_PERIOD_S, moving_count=moving_count)
+    )
+    connect_inputs(
+        builder,
+        viewer,
+        state=signals.state,
+        scan=signals.scan,
+        plan=navigator.GetOutputPort("plan"),
+    )
+    if signals.has_frames:
+        connect_inputs(builder, viewer, odometry_from_world=signals.odometry_from_world)
+    if moving_world is not None:
+        connect_inputs(builder, viewer, moving_poses=moving_world.GetOutputPort("poses"))
+    return viewer
 
 
 def _add_controller_server(

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import yaml
 
-from drake_navbench.inputs.parameter_names import flattened, nested
 from drake_navbench.inputs.presets import Preset
+from drake_navbench.parameter_names import flattened, nested
 from drake_navbench.results import write_text
 
 PLUGIN = "FollowPath"

@@ -11,8 +11,8 @@ from pydantic import Field, ValidationError
 from drake_navbench.campaign.sweep import Axis, column_at, parse_axis
 from drake_navbench.controller import CONTROLLERS
 from drake_navbench.errors import InputError
-from drake_navbench.inputs.parameter_names import flattened
 from drake_navbench.inputs.presets import Preset
+from drake_navbench.parameter_names import flattened
 from drake_navbench.typed_files.typed_yaml import FrozenModel, read_yaml, validate
 
 if TYPE_CHECKING:

@@ -189,7 +189,8 @@ def test_wrong_settings_are_one_line(layer, message):
 def test_a_camera_that_no_costmap_asks_for_does_no_harm():
     layer = {"observation_sources": {"eye": CAMERA_SOURCE}}
     navigation = {"local_costmap": {"voxel_layer": layer}}
-    Robot(description="round", robot_radius=0.2, navigation=navigation)
+    robot = Robot(description="round", robot_radius=0.2, navigation=navigation)
+    assert robot.depth_sensors == {}
 
 
 def test_a_window_of_the_releases_before_lyrical_lies_a_quarter_cell_off():

@@ -28,6 +28,7 @@ def scenario(*moving, obstacles=()):
 def checked(*moving, obstacles=()):
     hall = scenario(*moving, obstacles=obstacles)
     check_task(hall, hall.load_robot("wheelchair"))
+    return hall
 
 
 def fault(*moving, obstacles=()):
@@ -75,7 +76,8 @@ def test_nothing_may_begin_on_the_robot():
 
 
 def test_a_way_beside_the_wall_is_fine():
-    checked(cart((0.0, 1.4, 3.0), (5.0, 1.4, -3.0)), obstacles=[WALL])
+    hall = checked(cart((0.0, 1.4, 3.0), (5.0, 1.4, -3.0)), obstacles=[WALL])
+    assert len(hall.world.moving_obstacles) == 1
 
 
 def test_a_world_that_stands_still_is_told_as_ever():

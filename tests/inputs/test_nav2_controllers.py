@@ -11,9 +11,9 @@ from drake_navbench.controllers.critic_parameters import ParametersWithCritics
 from drake_navbench.controllers.rotation_shim import RotationShimParameters
 from drake_navbench.errors import InputError, InputWarning
 from drake_navbench.inputs.parameter_files import load_parameter_file
-from drake_navbench.inputs.parameter_names import flattened
 from drake_navbench.inputs.presets import as_yaml, installed_controllers
 from drake_navbench.inputs.robot import load_robot
+from drake_navbench.parameter_names import flattened
 from drake_navbench.trial.column_controller import make_controller
 
 DWB = "dwb_core::DWBLocalPlanner"

@@ -177,6 +177,7 @@ def test_an_exception_ends_the_workers_without_waiting_for_them():
         _, ending = next(running)
         pids.append(ending.value)
     wait_until(lambda: not is_running(pids[0]))
+    assert not is_running(pids[0])
 
 
 ORPHANS = """

@@ -138,10 +138,10 @@ def test_every_kind_of_recording_gives_the_same_trial(kind, make, bag, log, robo
         (path / "lab.mcap").write_bytes((bag / "lab.mcap").read_bytes())
         path = path / "lab.mcap" if kind == "bare mcap" else path
     (other,) = read_recording(path, ImportRequest(robot=str(robot_file))).logs
-    pd_testing(other, log)
+    assert_same_samples(other, log)
 
 
-def pd_testing(one: TrialLog, other: TrialLog) -> None:
+def assert_same_samples(one: TrialLog, other: TrialLog) -> None:
     np.testing.assert_allclose(one.samples, other.samples, atol=1e-9)
     assert one.outcome == other.outcome
     assert len(one.scans) == len(other.scans)

@@ -88,10 +88,14 @@ def test_what_differs_is_rehearsed_too(monkeypatch, other, count):
 def test_what_goes_wrong_in_a_rehearsal_is_left_to_the_trial(monkeypatch, error):
     monkeypatch.setattr("drake_navbench.trial.rehearsal._rehearsed", set())
 
+    tried = []
+
     def fail(spec):
+        tried.append(spec)
         raise error
 
     rehearse(spec_of(load_preset("rpp")), fail)
+    assert tried
 
 
 def test_a_rehearsed_trial_is_the_same_to_the_last_bit(monkeypatch):

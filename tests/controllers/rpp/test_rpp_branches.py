@@ -354,7 +354,9 @@ def test_wrong_parameters_are_named(parameters, names):
 
 
 def test_what_only_unused_features_would_read_may_be_anything_as_in_nav2():
-    RegulatedPurePursuitParameters(min_lookahead_dist=1.0, max_linear_decel=0.9, min_linear_vel=0.6)
+    unused = {"min_lookahead_dist": 1.0, "max_linear_decel": 0.9, "min_linear_vel": 0.6}
+    parameters = RegulatedPurePursuitParameters(**unused)
+    assert {name: getattr(parameters, name) for name in unused} == unused
 
 
 def test_arrays_to_draw_come_only_where_wanted(make_controller, observe, setup):

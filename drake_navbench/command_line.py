@@ -1,0 +1,92 @@
+"""What all commands share: exit statuses, types of arguments, and what a fault looks like.
+
+Imports the standard library only, so that --help is quick.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import sys
+from collections.abc import Callable
+
+from drake_navbench.errors import InputError, NavbenchError
+
+EXIT_DONE = 0
+EXIT_FAILED = 1
+EXIT_WRONG_INPUT = 2
+# What a shell reports of a program that was ended by Ctrl-C: 128 + SIGINT.
+EXIT_INTERRUPTED = 130
+
+PERCENT = 100.0
+
+
+def exit_status_of(
+    work: Callable[[], int | None],
+    *,
+    failed: int = EXIT_FAILED,
+    interrupted: str = "interrupted",
+) -> int:
+    """Does a command's work; returns its exit status, EXIT_DONE where the work returns None.
+
+    A fault that a user may see is one line on stderr, and the status is EXIT_WRONG_INPUT where
+    the input is at fault, `failed` where it is not; Ctrl-C is the line `interrupted`. That nobody
+    reads our output any more (`| head`) is no fault.
+    """
+    try:
+        status = work()
+        # What is still buffered may meet a reader that has gone; later it would be a traceback.
+        print(end="", flush=True)
+    except NavbenchError as error:
+        print(error, file=sys.stderr)
+        return EXIT_WRONG_INPUT if isinstance(error, InputError) else failed
+    except KeyboardInterrupt:
+        print(interrupted, file=sys.stderr)
+        return EXIT_INTERRUPTED
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return EXIT_DONE
+    return EXIT_DONE if status is None else status
+
+
+def whole_number(text: str, *, least: int = 0) -> int:
+    """Returns an argument as a number; raises ArgumentTypeError unless whole and large enough."""
+    number = int(text) if text.isdecimal() else -1
+    if number < least:
+        raise argparse.ArgumentTypeError(
+            f"got {text!r}, expected a whole number of at least {least}"
+        )
+    return number
+
+
+def positive_number(text: str) -> int:
+    """Returns an argument that counts something; raises ArgumentTypeError unless 1 or more."""
+    return whole_number(text, least=1)
+
+
+def percentage(text: str) -> float:
+    """Returns an argument in percent as a share; raises ArgumentTypeError below 0."""
+    try:
+        number = float(text)
+    except ValueError:
+        number = -1.0
+    if not 0.0 <= number < math.inf:
+        raise argparse.ArgumentTypeError(f"got {text!r}, expected a percentage of at least 0")
+    return number / PERCENT
+
+
+def positive_percentage(text: str) -> float:
+    """Returns an argument in percent as a share; raises ArgumentTypeError unless above 0."""
+    try:
+        share = percentage(text)
+    except argparse.ArgumentTypeError:
+        share = 0.0
+    if share == 0.0:
+        raise argparse.ArgumentTypeError(f"got {text!r}, expected a percentage above 0")
+    return share
+
+
+def listed_names(text: str) -> tuple[str, ...]:
+    """Returns the names between commas, each once, in their order."""
+    return tuple(dict.fromkeys(name for name in map(str.strip, text.split(",")) if name))
