@@ -111,36 +111,32 @@ def _how(result: Result) -> Iterator[str]:
     blind = ", ".join(f"`{preset}`" for preset in result["blind"].values())
     yield "## How"
     yield ""
+    sobol_points, rounds = result["sobol_points"], result["rounds"]
     yield (
         "Each block of unknowns is a search of its own: the layout of every scenario by that "
         "scenario's cells, what all have in common (base) by all cells, each controller's own "
-        f"settings by its column. The first {result['sobol_points']} points are Sobol's, the "
-        "others "
-        "TPE's; none begins at what is shipped. Searched is the mean of the cells' relative "
-        "errors, of which none counts more than 100%. What a search does not "
-        "vary is what the searches before it found; layouts come first, and see base and "
-        "controllers "
-        "as they are shipped."
+        f"settings by its column. The first {sobol_points} points are Sobol's, the others TPE's; "
+        "none begins at what is shipped. Searched is the mean of the cells' relative errors, of "
+        "which none counts more than 100%. What a search does not vary is what the searches before "
+        "it found; layouts come first, and in the first round see base and controllers as they are "
+        f"shipped. Rounds: {rounds}."
     )
     yield ""
     yield (
         "*One scenario held out*: base and own settings without its cells; its layout is the "
-        "shipped "
-        "one. *One controller held out*: layouts and base without its column; blind its own "
-        f"settings are those of {blind}, that nobody fitted to it. *Both held out*: a "
-        "controller's own "
-        "settings and the base from the other scenarios, the layout from the other controllers; no "
-        "cell of the controller in the scenario counted for any search. Shipped ranges, and "
-        "parameters "
-        "that are not searched, were chosen by people who knew all tables; no hold-out undoes "
-        "that. Predictions have other seeds than searches."
+        "shipped one. *One controller held out*: layouts and base without its column; blind, its "
+        f"own settings are those of {blind}, which nobody fitted to it. *Both held out*: a "
+        "controller's own settings and the base from the other scenarios, the layout from the "
+        "other controllers; no cell of the controller in the scenario counted for any search. "
+        "The ranges, and parameters that are not searched, were chosen by people who knew all "
+        "tables; no hold-out undoes that. Predictions have other seeds than searches."
     )
     yield ""
     yield (
-        "*Ceiling*: the same count between two runs of the fitted settings, of as many trials as a "
-        "prediction has, one of them rounded as the tables are; pairs in which nothing is random "
-        "do not count. Published numbers that differ by their last digit or less than 1% imply no "
-        "order."
+        "*Ceiling*: the same count between two runs of the fitted settings, each of as many trials "
+        "as a prediction, one of them rounded as the tables are; pairs in which nothing is random "
+        "do not count. Published numbers that differ by their last digit, or by less than 1%, "
+        "imply no order."
     )
     yield ""
 
@@ -170,11 +166,9 @@ def _settings(result: Result) -> Iterator[str]:
     yield ""
     yield (
         "*As good*: where a surrogate of the search's error (a Gaussian process), minimised over "
-        "all "
-        "other values of the block, is no more than two left-out residuals above its least. "
-        "*Told* is a "
-        "value of which at most half of the searched range is as good. *Without a part*: what the "
-        "searches found with a scenario or a controller held out."
+        "all other values of the block, is no more than two left-out residuals above its least. "
+        "*Told* is a value of which at most half of the searched range is as good. *Without a "
+        "part*: what the searches found with a scenario or a controller held out."
     )
     yield ""
     rows, untold = [], []

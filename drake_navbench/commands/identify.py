@@ -12,12 +12,12 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-from drake_navbench.errors import InputError, NavbenchError
-
-EXIT_DONE = 0
-EXIT_FAILED = 1
-EXIT_WRONG_INPUT = 2
-EXIT_INTERRUPTED = 130
+from drake_navbench.command_line import (
+    exit_status_of,
+    listed_names,
+    positive_number,
+    whole_number,
+)
 
 EPILOG = """\
 examples:
@@ -46,8 +46,8 @@ def build_parser() -> argparse.ArgumentParser:
         metavar="N|TIME",
         help="of all searches: evaluations (600), or time (90s, 40min, 4h)",
     )
-    add("--scenarios", type=_names, default=(), metavar="LIST", help="of the tables (all)")
-    add("--controllers", type=_names, default=(), metavar="LIST", help="of the tables (all)")
+    add("--scenarios", type=listed_names, default=(), metavar="LIST", help="of the tables (all)")
+    add("--controllers", type=listed_names, default=(), metavar="LIST", help="of the tables (all)")
     add(
         "--leave-out",
         action="append",
@@ -59,14 +59,21 @@ def build_parser() -> argparse.ArgumentParser:
     add("--unknowns", type=Path, metavar="FILE", help="what is searched (the shipped list)")
     add(
         "--trials",
-        type=partial(_whole, 1),
+        type=positive_number,
         default=4,
         metavar="N",
         help="trials of each prediction (4)",
     )
-    add("--seed", type=partial(_whole, 0), default=0, help="of searches and trials (0)")
+    add(
+        "--rounds",
+        type=positive_number,
+        default=1,
+        metavar="N",
+        help="that all is searched in, each beside what the one before has found (1)",
+    )
+    add("--seed", type=whole_number, default=0, help="of searches and trials (0)")
     add("--robot", default="wheelchair", help="robot by name, or a YAML file (wheelchair)")
-    add("--jobs", type=partial(_whole, 1), default=None, metavar="N", help="workers (all cores)")
+    add("--jobs", type=positive_number, default=None, metavar="N", help="workers (all cores)")
     add("--out", type=Path, required=True, metavar="DIR", help="where logs and page go")
     return parser
 
@@ -75,18 +82,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Runs the command; returns the exit status."""
     given = list(sys.argv[2:] if argv is None else argv)
     arguments = build_parser().parse_args(given)
-    try:
-        _identify(arguments, shlex.join(["python", "-m", "drake_navbench", "identify", *given]))
-    except InputError as error:
-        print(error, file=sys.stderr)
-        return EXIT_WRONG_INPUT
-    except NavbenchError as error:
-        print(error, file=sys.stderr)
-        return EXIT_FAILED
-    except KeyboardInterrupt:
-        print("interrupted; the same command goes on", file=sys.stderr)
-        return EXIT_INTERRUPTED
-    return EXIT_DONE
+    command = shlex.join(["python", "-m", "drake_navbench", "identify", *given])
+    return exit_status_of(
+        lambda: _identify(arguments, command),
+        interrupted="interrupted; the same command goes on",
+    )
 
 
 def _identify(arguments: argparse.Namespace, command: str) -> None:
@@ -101,6 +101,7 @@ def _identify(arguments: argparse.Namespace, command: str) -> None:
         leave_out=tuple(arguments.leave_out),
         budget=arguments.budget,
         trials=arguments.trials,
+        rounds=arguments.rounds,
         seed=arguments.seed,
         robot=arguments.robot,
         jobs=arguments.jobs or available_cores(),
@@ -108,17 +109,6 @@ def _identify(arguments: argparse.Namespace, command: str) -> None:
         command=command,
     )
     identify(request, partial(print, flush=True))
-
-
-def _names(text: str) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(name for name in map(str.strip, text.split(",")) if name))
-
-
-def _whole(least: int, text: str) -> int:
-    number = int(text) if text.isdecimal() else -1
-    if number < least:
-        raise argparse.ArgumentTypeError(f"got {text!r}, expected a whole number from {least} on")
-    return number
 
 
 if __name__ == "__main__":

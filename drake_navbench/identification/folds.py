@@ -6,6 +6,7 @@ import hashlib
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import Any, NamedTuple
 
 from drake_navbench import __version__
@@ -15,7 +16,7 @@ from drake_navbench.identification.driving import Driver
 from drake_navbench.identification.scores import mean_error
 from drake_navbench.identification.search import Evaluation, Searches, best_of
 from drake_navbench.identification.targets import Cell, Pair, Targets, pairs_of
-from drake_navbench.identification.unknowns import Block, Settings, Unknowns
+from drake_navbench.identification.unknowns import OWN, Block, Settings, Unknowns
 
 # Of a search: the same for all its evaluations, so that they differ by their values alone.
 SEARCH_TRIALS = (0,)
@@ -42,17 +43,26 @@ class Searched(NamedTuple):
 
 @dataclass(frozen=True)
 class Fit:
-    """Settings that were found without the cells that were held out, and by which searches."""
+    """Settings that were found without the cells that were held out.
+
+    searched: the searches that found them, those of the last round.
+    """
 
     settings: Settings
     searched: list[Searched]
 
 
 class Task(NamedTuple):
-    """A search that will be done: a block, and the cells that count for it."""
+    """A search that will be done: a block, and the cells that count for it.
+
+    round: that it is done in, from 0 on. fold: whose it is alone; in the first round, in which
+    nothing was found before, nobody's.
+    """
 
     block: Block
     cells: tuple[Cell, ...]
+    round: int
+    fold: Fold
 
 
 class Signature(NamedTuple):
@@ -61,6 +71,8 @@ class Signature(NamedTuple):
     kind: str
     name: str
     cells: tuple[Cell, ...]
+    round: int
+    fold: Fold
 
 
 def folds_of(targets: Targets) -> list[Fold]:
@@ -77,35 +89,36 @@ def folds_of(targets: Targets) -> list[Fold]:
     ]
 
 
-def tasks_of(fold: Fold, unknowns: Unknowns, fit_cells: Targets) -> Iterator[Task]:
+def tasks_of(
+    fold: Fold, unknowns: Unknowns, fit_cells: Targets, *, rounds: int = 1
+) -> Iterator[Task]:
     """Yields the searches of a fold in their order.
 
     Layouts come first, each by the cells of its scenario; then the base by all; last each
-    controller's own by its column. A controller that is held out has no cell for its own.
+    controller's own by its column. A controller that is held out has no cell for its own. A further
+    round searches all of them again, now beside what the others have come to.
     """
     cells = [cell for cell in fit_cells.values if not fold.is_held_out(cell)]
-    for block in unknowns.blocks:
-        own = {
-            "layouts": lambda cell, block=block: cell.scenario == block.name,
-            "base": lambda cell: True,
-            "own": lambda cell, block=block: cell.controller == block.name,
-        }[block.kind]
-        # Who is held out is driven blind: what the others' own settings are is of no consequence.
-        if fold.controller and block.kind == "own":
+    for number, block in product(range(rounds), unknowns.blocks):
+        # Where a controller is held out, layouts and base are wanted: the others' own settings
+        # count for a further round only.
+        if fold.controller and block.kind == OWN and number == rounds - 1:
             continue
-        chosen = tuple(filter(own, cells))
+        chosen = tuple(filter(block.is_told_by, cells))
         if chosen:
-            yield Task(block, chosen)
+            yield Task(block, chosen, number, fold if number else Fold())
 
 
-def shares_of(unknowns: Unknowns, fit_cells: Targets, budget: Budget) -> dict[Signature, Share]:
+def shares_of(
+    unknowns: Unknowns, fit_cells: Targets, budget: Budget, *, rounds: int = 1
+) -> dict[Signature, Share]:
     """Returns the share of every search; one that two folds have in common counts once.
 
     Raises InputError where the budget is too small or there is nothing to search.
     """
     weights: dict[Signature, int] = {}
     for fold in folds_of(fit_cells):
-        for task in tasks_of(fold, unknowns, fit_cells):
+        for task in tasks_of(fold, unknowns, fit_cells, rounds=rounds):
             weights[_signature(task)] = len(pairs_of(task.cells))
     if not weights:
         raise InputError("identify: nothing to fit: expected an unknown with cells that tell of it")
@@ -127,26 +140,29 @@ class Fitter:
         searches: Searches,
         *,
         shares: Mapping[Signature, Share],
+        rounds: int,
         seed: int,
         tell: Callable[[str], None],
     ) -> None:
         self._unknowns, self._fit_cells, self._targets = unknowns, fit_cells, targets
         self._driver, self._searches = driver, searches
         self._shares, self._seed, self._tell = shares, seed, tell
+        self._rounds = rounds
         self._done: set[str] = set()
 
     def fit(self, fold: Fold) -> Fit:
         """Returns what is found without the fold's cells."""
         settings = Settings()
-        searched = []
-        for task in tasks_of(fold, self._unknowns, self._fit_cells):
+        searched = {}
+        tasks = tasks_of(fold, self._unknowns, self._fit_cells, rounds=self._rounds)
+        for task in tasks:
             found = self._search(task, settings)
-            searched.append(found)
+            searched[task.block.kind, task.block.name] = found
             settings = settings.with_block(task.block, best_of(found.evaluations).values)
-        return Fit(settings, searched)
+        return Fit(settings, list(searched.values()))
 
     def _search(self, task: Task, settings: Settings) -> Searched:
-        block, cells = task
+        block, cells = task.block, task.cells
         pairs = pairs_of(cells)
 
         def errors_of(candidates: Sequence[Mapping[str, Any]]) -> list[float | None]:
@@ -182,6 +198,7 @@ class Fitter:
             "presets": {c: told.preset for c, told in self._unknowns.file.controllers.items()},
             "robot": self._unknowns.robot_name,
             "seed": self._seed,
+            "round": task.round,
         }
         text = json.dumps(everything, sort_keys=True)
         return (
@@ -190,4 +207,4 @@ class Fitter:
 
 
 def _signature(task: Task) -> Signature:
-    return Signature(task.block.kind, task.block.name, task.cells)
+    return Signature(task.block.kind, task.block.name, task.cells, task.round, task.fold)

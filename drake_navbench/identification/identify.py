@@ -27,7 +27,7 @@ from drake_navbench.identification.profile import Profile, profiles
 from drake_navbench.identification.scores import Score, score
 from drake_navbench.identification.search import SOBOL_POINTS, Searches
 from drake_navbench.identification.targets import Targets, published_targets, read_targets
-from drake_navbench.identification.unknowns import Block, Settings, Unknowns, load_unknowns
+from drake_navbench.identification.unknowns import Block, Unknowns, load_unknowns
 from drake_navbench.results import file_name, write_text
 from drake_navbench.tuning.outputs import write_preset_file
 
@@ -39,7 +39,7 @@ class IdentificationRequest:
     """What is asked for; `command` is what the files say they were made by.
 
     tables, unknowns: files, None for the published and the shipped one. leave_out: patterns of
-    cells that nothing is fitted to. trials: of each prediction.
+    cells that nothing is fitted to. trials: of each prediction. rounds: in which all is searched.
     """
 
     tables: Path | None
@@ -49,6 +49,7 @@ class IdentificationRequest:
     leave_out: tuple[str, ...]
     budget: str
     trials: int
+    rounds: int
     seed: int
     robot: str
     jobs: int
@@ -68,7 +69,7 @@ def identify(request: IdentificationRequest, tell: Callable[[str], None]) -> Non
     if not fit_cells.values:
         raise InputError("identify: every cell is left out; expected some to fit to")
     unknowns = load_unknowns(request.unknowns, targets, request.robot)
-    shares = shares_of(unknowns, fit_cells, budget)
+    shares = shares_of(unknowns, fit_cells, budget, rounds=request.rounds)
     driver = Driver(unknowns, request.out / LOGS, jobs=request.jobs)
     fitter = Fitter(
         unknowns,
@@ -77,6 +78,7 @@ def identify(request: IdentificationRequest, tell: Callable[[str], None]) -> Non
         driver,
         Searches(request.out, request.seed),
         shares=shares,
+        rounds=request.rounds,
         seed=request.seed,
         tell=tell,
     )
@@ -108,6 +110,7 @@ def _result(
         "budget": request.budget,
         "seed": request.seed,
         "trials": request.trials,
+        "rounds": request.rounds,
         "sobol_points": SOBOL_POINTS,
         "scenarios": list(targets.scenarios),
         "controllers": {c: unknowns.file.controllers[c].preset for c in targets.controllers},
@@ -122,7 +125,7 @@ def _result(
                 [
                     values
                     for fold, fit in fits.items()
-                    if fold != Fold() and (values := _values_of(fit.settings, searched.block))
+                    if fold != Fold() and (values := fit.settings.of_block(searched.block))
                 ],
                 len(searched.evaluations),
             )
@@ -157,13 +160,6 @@ def _result(
             for fold, fit in fits.items()
         },
     }
-
-
-def _values_of(settings: Settings, block: Block) -> Mapping[str, Any]:
-    if block.kind == "base":
-        return settings.base
-    kept: Mapping[str, Mapping[str, Any]] = getattr(settings, block.kind)
-    return kept.get(block.name, {})
 
 
 def _block(

@@ -122,16 +122,19 @@ def scores_by(
 
 def ceilings(found: Predictions, targets: Targets) -> dict[str, Score]:
     """Returns how far two runs of ours agree, by scenario and of all ('')."""
-    scenarios = [TOGETHER, *targets.scenarios]
+
+    def part(half: Numbers, scenario: str) -> Numbers:
+        return {
+            cell: value
+            for cell, value in half.items()
+            if cell in targets.values and scenario in (TOGETHER, cell.scenario)
+        }
+
+    first, second = found.halves
     return {
-        name: ceiling(
-            *({c: v for c, v in half.items() if c in targets.values and name in ("", c.scenario)}
-              for half in found.halves),
-            targets,
-            found.fixed,
-        )
-        for name in scenarios
-    }  # fmt: skip
+        name: ceiling(part(first, name), part(second, name), targets, found.fixed)
+        for name in (TOGETHER, *targets.scenarios)
+    }
 
 
 def _score_of(

@@ -11,11 +11,11 @@ from pydantic import Field
 
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.identification.layouts import layout_of
-from drake_navbench.identification.targets import Targets
-from drake_navbench.inputs.parameter_names import flattened, nested
+from drake_navbench.identification.targets import Cell, Targets
 from drake_navbench.inputs.presets import Preset, load_preset
 from drake_navbench.inputs.robot import Robot, load_robot, merged, overridden
 from drake_navbench.inputs.scenario import Scenario, load_scenario
+from drake_navbench.parameter_names import flattened, nested
 from drake_navbench.tuning.search_space import (
     Dimension,
     SearchSpace,
@@ -27,7 +27,7 @@ from drake_navbench.typed_files.typed_yaml import FrozenModel, read_yaml, valida
 SHIPPED = Path(__file__).parent / "unknowns.yaml"
 WALL_NOISE = "wall_noise_ratio"
 NOISE = ("xy_std_m", "yaw_std_rad")
-BASE = "base"
+BASE, LAYOUTS, OWN = "base", "layouts", "own"
 
 Values = Mapping[str, Any]
 
@@ -67,8 +67,15 @@ class Settings:
         """Returns settings with other values in one block."""
         if block.kind == BASE:
             return replace(self, base=dict(values))
-        kept: Mapping[str, Values] = getattr(self, block.kind)
-        return replace(self, **{block.kind: {**kept, block.name: dict(values)}})
+        if block.kind == LAYOUTS:
+            return replace(self, layouts={**self.layouts, block.name: dict(values)})
+        return replace(self, own={**self.own, block.name: dict(values)})
+
+    def of_block(self, block: Block) -> Values:
+        """Returns the values in a block, none where it is as it is shipped."""
+        if block.kind == BASE:
+            return self.base
+        return (self.layouts if block.kind == LAYOUTS else self.own).get(block.name, {})
 
     def as_data(self) -> dict[str, Any]:
         """Returns it as plain values."""
@@ -96,7 +103,13 @@ class Block:
     @property
     def title(self) -> str:
         """As it is called on the page."""
-        return {"base": "base", "layouts": f"layout of {self.name}", "own": self.name}[self.kind]
+        return f"layout of {self.name}" if self.kind == LAYOUTS else self.name
+
+    def is_told_by(self, cell: Cell) -> bool:
+        """Whether a cell counts in its search."""
+        if self.kind == LAYOUTS:
+            return cell.scenario == self.name
+        return self.kind == BASE or cell.controller == self.name
 
 
 @dataclass(frozen=True)
@@ -183,7 +196,7 @@ def load_unknowns(path: Path | None, targets: Targets, robot: str) -> Unknowns:
 def _own_block(name: str, space: SearchSpace) -> Block:
     now = dict(flattened(space.baseline.parameters.model_dump(mode="json")))
     shipped = {entry.name: now.get(entry.name) for entry in space.dimensions}
-    return Block("own", name, space.dimensions, shipped)
+    return Block(OWN, name, space.dimensions, shipped)
 
 
 def _layout_block(name: str, told: Mapping[str, str], source: str) -> Block:
@@ -196,7 +209,7 @@ def _layout_block(name: str, told: Mapping[str, str], source: str) -> Block:
     dimensions = tuple(
         parse_dimension(f"{key}={text}", layout.shipped) for key, text in told.items()
     )
-    return Block("layouts", name, dimensions, {key: layout.shipped[key] for key in told})
+    return Block(LAYOUTS, name, dimensions, {key: layout.shipped[key] for key in told})
 
 
 def _base_block(told: Mapping[str, str], robot: Robot, source: str) -> Block:
@@ -208,4 +221,4 @@ def _base_block(told: Mapping[str, str], robot: Robot, source: str) -> Block:
             continue
         for value in entry.choices or (entry.low, entry.high):
             overridden(robot, nested([(entry.name, value)], source), f"{source}: base")
-    return Block("base", BASE, dimensions, {key: now.get(key) for key in told})
+    return Block(BASE, BASE, dimensions, {key: now.get(key) for key in told})

@@ -185,7 +185,7 @@ def test_a_profile_tells_what_matters_and_says_of_the_rest_that_it_does_not():
         values = {d.name: value_at(d, float(generator.random())) for d in DIMENSIONS}
         error = (
             (values["length"] - 1.3) ** 2
-            + 0.2 * math.log10(values["weight"] / 10.0) ** 2
+            + math.log10(values["weight"] / 10.0) ** 2
             + (0.3 if values["way"] == "left" else 0.0)
             + generator.normal(0.0, 0.003)
         )
