@@ -51,6 +51,8 @@ MAY_IMPORT: dict[str, set[str]] = {
     "campaign": BELOW_ALL | {"inputs", "trial", "analysis"},
     "gymnasium_environment": BELOW_ALL
     | {"controllers", "navigation", "inputs", "systems", "trial"},
+    "side_by_side": BELOW_ALL
+    | {"controllers", "native", "inputs", "trial", "analysis", "campaign"},
     "commands": BELOW_ALL
     | {
         "inputs",
@@ -61,6 +63,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "gymnasium_environment",
         "tuning",
         "native",
+        "side_by_side",
     },
 }
 # What analysis may use of the engine: the shapes that were in the world, which every log has.
