@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
 from enum import StrEnum
 from typing import Any, NamedTuple
 
@@ -123,16 +122,15 @@ def compare_in_scenes(
     port: Preset, original: Preset, robot: Robot, count: int, *, seed: int = 0
 ) -> list[SceneResult]:
     """Returns how two columns decide in the first cycle of random scenes."""
-    with ExitStack() as stack:
-        pair = [
-            stack.enter_context(built_controller(preset, preset.robot(robot)))
-            for preset in (port, original)
-        ]
-        setup = controller_setup(robot)
-        return [
-            _compare_decisions(*(_decided(controller, scene) for controller in pair))
-            for scene in random_scenes(setup, count, seed=seed)
-        ]
+    results = []
+    for scene in random_scenes(controller_setup(robot), count, seed=seed):
+        decisions = []
+        for preset in (port, original):
+            # Both are new in every scene: what an original keeps beyond a task is no difference.
+            with built_controller(preset, preset.robot(robot)) as controller:
+                decisions.append(_decided(controller, scene))
+        results.append(_compare_decisions(*decisions))
+    return results
 
 
 def compare_trials(port: TrialLog, original: TrialLog, scenario: str, seed: int) -> TrialResult:
@@ -193,12 +191,13 @@ def _told_by(
         answer = process.ask(message, deadline_s=START_PATIENCE_S)
     finally:
         process.stop()
-    given = {name for name, _ in flattened(client["parameters"])}
+    given = {name for name, _ in flattened(client.get("parameters", {}))}
     ours: Mapping[str, Any] = dict(flattened(port.parameters.model_dump(mode="json")))
     others = [
         OtherDefault(name, ours[name], default)
         for name, default in answer.get("defaults", {}).items()
-        if name in ours and name not in given and not _is_same(ours[name], default)
+        # None: the port finds its default elsewhere, as a critic's class by its name.
+        if ours.get(name) is not None and name not in given and not _is_same(ours[name], default)
     ]
     return tuple(others), tuple(map(str, answer.get("not_read", ())))
 

@@ -13,7 +13,8 @@ from drake_navbench.kernels.inflation import inflate
 from drake_navbench.noise import NoiseKey
 
 LETHAL = 254
-PLAN_STEP_M = 0.05
+# No whole part of any lookahead distance: where a sum of steps would meet one, rounding decides.
+PLAN_STEPS_M = (0.03, 0.07)
 # Of half the costmap's side: beyond it the path handlers of some releases would cut the plan.
 PLAN_SHARE = 0.8
 MAX_OBSTACLES = 5
@@ -53,10 +54,11 @@ def _plan(
 ) -> NDArray[np.float64]:
     """Returns (N, 3) poses along a curve whose curvature changes steadily."""
     length_m = random.uniform(0.4, PLAN_SHARE * 0.5 * setup.costmap_size_m)
-    lengths = np.arange(0.0, length_m, PLAN_STEP_M)
+    step_m = random.uniform(*PLAN_STEPS_M)
+    lengths = np.arange(0.0, length_m, step_m)
     curvatures = np.interp(lengths, [0.0, length_m], random.uniform(-1.0, 1.0, 2))
-    yaws = pose[2] + random.normal(0.0, 0.4) + np.cumsum(curvatures) * PLAN_STEP_M
-    steps = PLAN_STEP_M * np.column_stack([np.cos(yaws), np.sin(yaws)])
+    yaws = pose[2] + random.normal(0.0, 0.4) + np.cumsum(curvatures) * step_m
+    steps = step_m * np.column_stack([np.cos(yaws), np.sin(yaws)])
     points = pose[:2] + np.vstack([np.zeros(2), np.cumsum(steps[:-1], axis=0)])
     return np.ascontiguousarray(np.column_stack([points, np.arctan2(np.sin(yaws), np.cos(yaws))]))
 
