@@ -52,9 +52,10 @@ class ParametersWithCritics(ControllerParameters):
 
     @classmethod
     def keys_not_read(cls, values: Mapping[str, Any]) -> list[str]:
-        """Returns the blocks of critics that are not listed in `critics`."""
+        """Returns the blocks of critics that are not listed in `critics`, and other releases'."""
         listed = listed_critics(values)
-        return [key for key in values if key not in cls.model_fields and key not in listed]
+        unlisted = [key for key in values if key not in cls.model_fields and key not in listed]
+        return [*unlisted, *super().keys_not_read(values)]
 
     @model_validator(mode="before")
     @classmethod

@@ -7,11 +7,21 @@ evolves is in its memory, which lives in the Drake Context. docs/controllers.md 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
+from typing import (
+    Any,
+    ClassVar,
+    Final,
+    Literal,
+    NamedTuple,
+    Protocol,
+    Self,
+    get_args,
+    runtime_checkable,
+)
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +40,11 @@ CONTROLLERS = PluginKind(
 )
 
 Array = NDArray[np.float64]
+# Releases of Nav2 that a controller may follow by a parameter `nav2_release`, the oldest first.
+Nav2Release = Literal["humble", "iron", "jazzy", "kilted", "lyrical"]
+NAV2_RELEASES: Final[tuple[str, ...]] = get_args(Nav2Release)
+NEWEST_RELEASE: Final = "lyrical"
+RELEASE_FIELD: Final = "nav2_release"
 NO_PLAN = read_only(np.empty((0, 3)))
 
 
@@ -185,11 +200,16 @@ class ControllerParameters(BaseModel):
     PATH_HANDLER_NAMES: names that the plugins of earlier releases of Nav2 read for what has become
         the path handler's, with the same meaning as there.
     PLUGIN_NAMES: dotted names whose values are plugin types of further controllers.
+    READ_FROM, READ_UNTIL: the first and the last release of Nav2 that reads a parameter, by its
+        dotted name; those that are in neither every release reads. Only for models with a field
+        `nav2_release`.
     """
 
     WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset()
     PATH_HANDLER_NAMES: ClassVar[frozenset[str]] = frozenset()
     PLUGIN_NAMES: ClassVar[tuple[str, ...]] = ()
+    READ_FROM: ClassVar[Mapping[str, str]] = MappingProxyType({})
+    READ_UNTIL: ClassVar[Mapping[str, str]] = MappingProxyType({})
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
@@ -199,15 +219,39 @@ class ControllerParameters(BaseModel):
 
         values: all that is given, where a model has others inside, of which that decides.
         """
+        if not cls.is_read(name, (values or {}).get(RELEASE_FIELD, NEWEST_RELEASE)):
+            return True
         return any(name == idle or name.startswith(f"{idle}.") for idle in cls.WITHOUT_EFFECT)
+
+    @classmethod
+    def is_read(cls, name: str, release: Any) -> bool:
+        """Tells whether a release of Nav2 reads a parameter, given by its dotted name."""
+        if release not in NAV2_RELEASES:
+            return True
+        age = NAV2_RELEASES.index(release)
+        parts = name.split(".")
+        # What holds for a block holds for all in it.
+        places = [".".join(parts[:count]) for count in range(1, len(parts) + 1)]
+        first = [NAV2_RELEASES.index(cls.READ_FROM[p]) for p in places if p in cls.READ_FROM]
+        last = [NAV2_RELEASES.index(cls.READ_UNTIL[p]) for p in places if p in cls.READ_UNTIL]
+        return all(age >= at for at in first) and all(age <= at for at in last)
+
+    def as_read(self) -> Self:
+        """Returns these parameters with the defaults of those that their release does not read."""
+        release = getattr(self, RELEASE_FIELD, NEWEST_RELEASE)
+        fields = type(self).model_fields
+        unread = [name for name in fields if not self.is_read(name, release)]
+        return self.model_copy(update={name: fields[name].get_default() for name in unread})
 
     @classmethod
     def keys_not_read(cls, values: Mapping[str, Any]) -> list[str]:
         """Returns the dotted names in `values`, nested, that Nav2 would not look at.
 
-        Such as the block of a critic that is not among the critics.
+        Such as the block of a critic that is not among the critics, and what the release of the
+        values does not read.
         """
-        return []
+        release = values.get(RELEASE_FIELD, NEWEST_RELEASE)
+        return [name for name in _dotted_names(values) if not cls.is_read(name, release)]
 
     @classmethod
     def for_original(cls, values: Mapping[str, Any], release: str) -> dict[str, Any]:
@@ -243,6 +287,14 @@ class ControllerParameters(BaseModel):
     def turns_in_place(self) -> bool:
         """Returns whether it may command a rotation without translation, which no car follows."""
         return True
+
+
+def _dotted_names(values: Mapping[str, Any], prefix: str = "") -> Iterator[str]:
+    """Yields the names of values and of the blocks that they are in."""
+    for name, value in values.items():
+        yield prefix + name
+        if isinstance(value, Mapping):
+            yield from _dotted_names(value, f"{prefix}{name}.")
 
 
 @runtime_checkable

@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from drake_navbench.controller import (
+    ControllerError,
     ControllerSetup,
     Decision,
     InvalidPath,
@@ -19,9 +20,11 @@ from drake_navbench.controllers.mppi.lanes import frozen
 from drake_navbench.controllers.mppi.memory import MppiMemory
 from drake_navbench.controllers.mppi.motion_models import VX, VY, WZ, MotionLimits
 from drake_navbench.controllers.mppi.noise import Noise
+from drake_navbench.controllers.mppi.own_plan import OwnPlan
 from drake_navbench.controllers.mppi.parameters import MppiParameters
 from drake_navbench.controllers.mppi.polish import PolishStatus
 from drake_navbench.controllers.mppi.refinement import Refinement, Refiner
+from drake_navbench.controllers.mppi.releases import RELEASES, Goal
 from drake_navbench.controllers.mppi.sampler import CycleResult, Sampler
 from drake_navbench.errors import InputError
 from drake_navbench.kernels.speed_limit import speed_limit_ratio
@@ -32,7 +35,7 @@ _FIXED, _REGENERATED = 0, 1
 
 
 class ModelPredictivePathIntegral:
-    """Nav2's MPPI controller (branch lyrical), with an optional polish of its own.
+    """Nav2's MPPI controller, of each release since Humble, with an optional polish of its own.
 
     Raises InputError for a parameter that does not fit the setup: `model_dt` below the control
     period, a footprint check for a robot given by a radius, an unknown critic, or the motion model
@@ -50,7 +53,9 @@ class ModelPredictivePathIntegral:
                 "cannot move sideways"
             )
         self._axes = [VX, WZ, VY] if is_omni else [VX, WZ]
-        self._parameters = parameters
+        self._parameters = parameters = parameters.as_read()
+        self._release = RELEASES[parameters.nav2_release]
+        self._own_plan = OwnPlan(parameters) if self._release.cuts_plan else None
         self._wants_diagnostics = setup.wants_diagnostics
         self._sampler = Sampler(parameters, setup, keeps_samples=setup.wants_diagnostics)
         self._refiner = Refiner(parameters, self._sampler) if parameters.polish.enabled else None
@@ -66,15 +71,19 @@ class ModelPredictivePathIntegral:
         """Returns the command of one cycle.
 
         Raises InvalidPath for an empty plan, and NoValidControl where every sample collides or no
-        attempt passes the trajectory validator; its memory is that of a reset optimiser.
+        attempt passes the trajectory validator; its memory is that of a reset optimiser. In Humble
+        the latter is a ControllerError, to which the server's patience does not apply.
         """
-        if len(observation.plan) == 0:
+        if len(observation.plan) == 0 and len(observation.global_plan) == 0:
             raise InvalidPath("plan: got no poses, expected at least one")
+        plan, memory = self._local_plan(observation, memory)
         scene = Scene.from_plan(
-            observation.plan,
+            plan,
             pose=observation.pose,
             costmap=observation.costmap,
             goal_xy_tolerance_m=observation.goal_xy_tolerance_m,
+            straight_goal=straight_goal(self._parameters, observation, plan),
+            furthest=self._release.furthest,
         )
         v, w = observation.twist
         limits = limited(self._sampler.rules.base_limits, observation.speed_limit)
@@ -87,11 +96,22 @@ class ModelPredictivePathIntegral:
                 limits=limits,
             )
         except NoValidControl as failure:
-            failure.memory = MppiMemory(
-                failure.memory, frozen(np.zeros(2)), memory.polish_fallback_count
+            failure.memory = memory._replace(
+                sampler=failure.memory, start_speed=frozen(np.zeros(2))
             )
+            if not self._release.is_patient:
+                raise ControllerError(str(failure), details=failure.details) from failure
             raise
         return self._decide(scene, result, memory, limits)
+
+    def _local_plan(
+        self, observation: Observation, memory: MppiMemory
+    ) -> tuple[np.ndarray, MppiMemory]:
+        """Returns the local plan, and the memory with how far the whole one is followed."""
+        if self._own_plan is None:
+            return observation.plan, memory
+        plan, state = self._own_plan.cut(observation, memory.plan)
+        return plan, memory._replace(plan=state)
 
     def _decide(
         self, scene: Scene, result: CycleResult, memory: MppiMemory, limits: MotionLimits
@@ -108,7 +128,10 @@ class ModelPredictivePathIntegral:
         if self._wants_diagnostics:
             diagnostics["predicted_trajectory"] = trajectory.astype(np.float64)
         start_speed = frozen(result.speed[[VX, WZ]].astype(np.float64))
-        return Decision(command[self._axes], MppiMemory(state, start_speed, fallbacks), diagnostics)
+        after = memory._replace(
+            sampler=state, start_speed=start_speed, polish_fallback_count=fallbacks
+        )
+        return Decision(command[self._axes], after, diagnostics)
 
     def _draw(self, key: NoiseKey, reset_count: int, pass_index: int) -> Noise:
         """Returns the noise of one pass: new in every pass, or the same between two resets."""
@@ -144,6 +167,24 @@ class ModelPredictivePathIntegral:
             for name, costs in zip(self._parameters.critics, result.critic_costs, strict=True):
                 numbers[f"critic_cost_{name}"] = costs[::step].astype(np.float64)
         return numbers
+
+
+def straight_goal(
+    parameters: MppiParameters, observation: Observation, plan: np.ndarray
+) -> np.ndarray | None:
+    """Returns (3,) x m, y m, yaw rad of the goal that it is straight to; None in Lyrical.
+
+    plan: (M, 3) the local one.
+    """
+    release = RELEASES[parameters.nav2_release]
+    if release.goal is Goal.PATH:
+        return None
+    follows_cusps = release.turns_at_inversion and parameters.enforce_path_inversion
+    if release.goal is Goal.PLAN_END or follows_cusps:
+        return plan[-1]
+    if release.heads_as_goal:
+        return observation.goal
+    return np.array([*observation.goal[:2], plan[-1, 2]])
 
 
 def limited(limits: MotionLimits, speed_limit: SpeedLimit | None) -> MotionLimits:

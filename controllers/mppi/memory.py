@@ -23,14 +23,23 @@ class SamplerState(NamedTuple):
     reset_count: int = 0
 
 
+class PlanState(NamedTuple):
+    """How far a plan has been followed: plan[begin:end] is left before the next cusp."""
+
+    plan_id: int | None = None
+    begin: int = 0
+    end: int = 0
+
+
 class MppiMemory(NamedTuple):
     """What a cycle hands to the next one.
 
     sampler: the optimiser's state. start_speed: (2,) v m/s, w rad/s that the cycle's roll-outs
     started from. polish_fallback_count: cycles since the start in which the sampled sequence was
-    used because the polish did not improve it.
+    used because the polish did not improve it. plan: up to Kilted, how far the plan was followed.
     """
 
     sampler: SamplerState
     start_speed: NDArray[np.float64]
     polish_fallback_count: int = 0
+    plan: PlanState = PlanState()

@@ -180,8 +180,33 @@ def constrain_axis(controls, speed, v_min, v_max, rise, fall, first_step_ratio):
 
 
 @njit(cache=True)
+def constrain_axis_freely(controls, v_min, v_max, rise, fall):
+    """Clamps one axis (N,) in place to its limits and, from its own first column on, to the rates.
+
+    As up to Kilted: standing counts as moving backward, and the rate has the last word.
+    """
+    controls[0] = clamp32(controls[0], v_min, v_max)
+    for t in range(1, controls.shape[0]):
+        previous = controls[t - 1]
+        wanted = clamp32(controls[t], v_min, v_max)
+        if previous > ZERO:
+            controls[t] = clamp32(wanted, previous + fall, previous + rise)
+        else:
+            controls[t] = clamp32(wanted, previous - rise, previous - fall)
+
+
+@njit(cache=True)
 def limit_curvature(controls, min_turning_r):
     """Clamps wz of a sequence (3, N) in place so that no turn is tighter than `min_turning_r` m."""
     for t in range(controls.shape[1]):
         bound = np.abs(controls[0, t]) / min_turning_r
         controls[2, t] = clamp32(controls[2, t], -bound, bound)
+
+
+@njit(cache=True)
+def limit_signed_curvature(controls, min_turning_r):
+    """The same in Iron, where a turn that is too tight changes its side if vx is negative."""
+    for t in range(controls.shape[1]):
+        v, w = controls[0, t], controls[2, t]
+        if np.abs(v) < min_turning_r * np.abs(w):
+            controls[2, t] = np.sign(w) * v / min_turning_r

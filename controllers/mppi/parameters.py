@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
-from typing import Any, ClassVar, Final, Literal
+from types import MappingProxyType
+from typing import Any, ClassVar, Final, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from drake_navbench.controller import AskedSpeeds
+from drake_navbench.controller import NEWEST_RELEASE, RELEASE_FIELD, AskedSpeeds, Nav2Release
 from drake_navbench.controllers.critic_parameters import CriticBlock, ParametersWithCritics
 from drake_navbench.controllers.mppi.critics.base import CriticParameters
 from drake_navbench.controllers.mppi.critics.registry import CRITICS
 from drake_navbench.plugins import PluginKind
 from drake_navbench.typed_files.quantities import (
     Acceleration,
+    Angle,
     AngularAcceleration,
     AngularSpeed,
     Count,
@@ -135,8 +137,28 @@ def _resolve_motion_model(raw: dict[str, Any]) -> None:
         raw["AckermannConstraints"] = values
 
 
+# What the path handler reads since Lyrical: the same names, but for the default of the first.
+OF_OWN_PLAN = (
+    "prune_distance",
+    "max_robot_pose_search_dist",
+    "enforce_path_inversion",
+    "inversion_xy_tolerance",
+    "inversion_yaw_tolerance",
+)
+# Defaults up to Iron, by critic.
+OLDER_DEFAULTS: Mapping[str, Mapping[str, Any]] = {
+    "PathAngleCritic": {"cost_weight": 2.0, "max_angle_to_furthest": 1.2},
+    "ObstaclesCritic": {"collision_cost": 1e4},
+    # Every column, and a collision is near from the inscribed cost on.
+    "CostCritic": {"trajectory_point_step": 1, "near_collision_cost": 253},
+}
+WITH_OLDER_DEFAULTS = ("humble", "iron")
+# Kilted lacks what Jazzy and Lyrical have.
+NOT_IN_KILTED = ("open_loop", "GoalAngleCritic.symmetric_yaw_tolerance")
+
+
 class MppiParameters(ParametersWithCritics):
-    """Parameters of Nav2's MPPI (branch lyrical), with its defaults, and of the polish.
+    """Parameters of Nav2's MPPI since Humble, with Lyrical's defaults, and of the polish.
 
     `AckermannConstraints` is where releases before Lyrical had what is now in the block that
     `motion_model` names.
@@ -153,13 +175,38 @@ class MppiParameters(ParametersWithCritics):
             "ObstaclesCritic.inflation_layer_name",
         }
     )
-    PATH_HANDLER_NAMES: ClassVar[frozenset[str]] = frozenset(
+    PATH_HANDLER_NAMES: ClassVar[frozenset[str]] = frozenset(OF_OWN_PLAN)
+    READ_FROM: ClassVar[Mapping[str, str]] = MappingProxyType(
         {
-            "prune_distance",
-            "max_robot_pose_search_dist",
-            "enforce_path_inversion",
-            "inversion_xy_tolerance",
-            "inversion_yaw_tolerance",
+            "CostCritic.inflation_layer_name": "iron",
+            "ObstaclesCritic.inflation_layer_name": "iron",
+            "PathAngleCritic.mode": "iron",
+            "ax_max": "jazzy",
+            "ax_min": "jazzy",
+            "ay_max": "jazzy",
+            "ay_min": "jazzy",
+            "az_max": "jazzy",
+            "open_loop": "jazzy",
+            "CostCritic.near_collision_cost": "jazzy",
+            "CostCritic.trajectory_point_step": "jazzy",
+            "GoalAngleCritic.symmetric_yaw_tolerance": "jazzy",
+            "publish_optimal_trajectory": "kilted",
+            "TrajectoryValidator": "lyrical",
+            "clamp_raw_controls": "lyrical",
+            "model_delay_vx": "lyrical",
+            "model_delay_vy": "lyrical",
+            "model_delay_wz": "lyrical",
+            "publish_critics_stats": "lyrical",
+            "critic_index_to_visualize": "lyrical",
+            "sgf_order": "lyrical",
+        }
+    )
+    READ_UNTIL: ClassVar[Mapping[str, str]] = MappingProxyType(
+        {
+            "ObstaclesCritic.cost_scaling_factor": "humble",
+            "ObstaclesCritic.inflation_radius": "humble",
+            "PathAngleCritic.forward_preference": "humble",
+            **dict.fromkeys(OF_OWN_PLAN, "kilted"),
         }
     )
 
@@ -204,9 +251,23 @@ class MppiParameters(ParametersWithCritics):
     sgf_order: Count = Field(2, description="Degree of the smoothing filter, 1 or 2 (else 2).")
     retry_attempt_limit: Count = Field(1, ge=0, description="New attempts after a failed one.")
     regenerate_noises: bool = Field(False, description="New noise every pass, not one for all.")
-    nav2_release: Literal["humble", "iron", "jazzy", "kilted", "lyrical"] = Field(
-        "lyrical",
-        description="Release of the file: Iron alone checks the outline of a round robot, too.",
+    nav2_release: Nav2Release = Field("lyrical", description="Release whose rules hold.")
+    prune_distance: Length = Field(
+        1.5, ge=0, description="Up to Kilted: arc length of the local plan [m]."
+    )
+    max_robot_pose_search_dist: Length | None = Field(
+        None,
+        description="Up to Kilted: arc length searched for the closest pose [m]; null half the "
+        "larger side of the local costmap.",
+    )
+    enforce_path_inversion: bool = Field(
+        False, description="Up to Kilted: follow the plan to each cusp before going on behind it."
+    )
+    inversion_xy_tolerance: Length = Field(
+        0.2, ge=0, description="Up to Kilted: distance at which a cusp counts as arrived at [m]."
+    )
+    inversion_yaw_tolerance: Angle = Field(
+        0.4, ge=0, description="Up to Kilted: heading error at which it does [rad]."
     )
     motion_model: Literal["DiffDrive", "Omni", "Ackermann"] = Field(
         "DiffDrive", description="Motion model, or the name of a block that gives its plugin."
@@ -226,6 +287,35 @@ class MppiParameters(ParametersWithCritics):
         """Returns the limits of its samples."""
         lateral = self.vy_max if self.motion_model == "Omni" else 0.0
         return AskedSpeeds(self.vx_max, self.vx_min, self.wz_max, lateral)
+
+    @classmethod
+    def is_read(cls, name: str, release: Any) -> bool:
+        """See the base class."""
+        if release == "kilted" and name in NOT_IN_KILTED:
+            return False
+        return super().is_read(name, release)
+
+    @classmethod
+    def path_handler_fields(cls, given: Mapping[str, Any]) -> dict[str, str]:
+        """See the base class; up to Kilted the controller has no path handler before it."""
+        if given.get(RELEASE_FIELD, NEWEST_RELEASE) != NEWEST_RELEASE:
+            return {}
+        return super().path_handler_fields(given)
+
+    def as_read(self) -> Self:
+        """See the base class; also what the critics' blocks have, and their older defaults."""
+        blocks = {}
+        for name in self.critics:
+            block = self.critic(name)
+            fields = type(block).model_fields
+            unread = [f for f in fields if not self.is_read(f"{name}.{f}", self.nav2_release)]
+            values = {field: fields[field].get_default() for field in unread}
+            if self.nav2_release in WITH_OLDER_DEFAULTS:
+                older = OLDER_DEFAULTS.get(name, {})
+                given = block.model_fields_set.difference(unread)
+                values |= {field: v for field, v in older.items() if field not in given}
+            blocks[name] = block.model_copy(update=values)
+        return super().as_read().model_copy(update=blocks)
 
     def turns_in_place(self) -> bool:
         """Returns whether it may command a rotation without translation."""

@@ -32,6 +32,7 @@ from drake_navbench.controllers.mppi.motion_models import (
 )
 from drake_navbench.controllers.mppi.noise import Noise
 from drake_navbench.controllers.mppi.parameters import MppiParameters
+from drake_navbench.controllers.mppi.releases import RELEASES
 from drake_navbench.controllers.mppi.roll_out import (
     RollOutSetting,
     average_controls,
@@ -39,7 +40,7 @@ from drake_navbench.controllers.mppi.roll_out import (
 )
 from drake_navbench.controllers.mppi.scoring import BatchScorer, Cycle
 from drake_navbench.controllers.mppi.sequence_rules import SequenceRules
-from drake_navbench.controllers.mppi.smoothing import HISTORY, filters, smooth
+from drake_navbench.controllers.mppi.smoothing import HISTORY, filters, smooth, smooth_in_place
 from drake_navbench.controllers.mppi.validator import is_trajectory_clear
 
 _MODELS = {
@@ -88,6 +89,7 @@ class Sampler:
         self, parameters: MppiParameters, setup: ControllerSetup, *, keeps_samples: bool = False
     ) -> None:
         self.parameters = p = parameters
+        self.release = RELEASES[parameters.nav2_release]
         self.setup = setup
         model = _MODELS[p.motion_model]
         self.rules = SequenceRules(p, model, setup.control_period_s)
@@ -152,10 +154,13 @@ class Sampler:
                 # Nav2 leaves the failure flag up while it retries, and critics do not run under
                 # it: once every sample collides, each further attempt of the cycle fails as well.
                 break
+            if not self.release.filters_first:
+                smoothed, history = self._smoothed(state.controls, state.history)
+                state = state._replace(controls=frozen(smoothed), history=history)
             trajectory = integrate_controls(
                 scene.pose.astype(np.float32), F32(p.model_dt), state.controls
             )
-            if self._is_clear(scene, trajectory):
+            if not self.release.has_validator or self._is_clear(scene, trajectory):
                 return self._result(cycle, state, trajectory, retry_count=attempt)
             state = self.initial_state(state.reset_count + 1)
         reason = "every sample collides" if cycle.failed else "the averaged trajectory collides"
@@ -195,17 +200,29 @@ class Sampler:
         padded = np.zeros(block_count(p.batch_size) * LANES, np.float32)
         padded[: p.batch_size] = cycle.weights
         weights = padded.reshape(-1, LANES)
-        source = self._scorer.clamped if p.clamp_raw_controls else noise
+        clamps = p.clamp_raw_controls or self.release.clamps_samples
+        source = self._scorer.clamped if clamps else noise
         for axis, samples in enumerate(source):
             if samples.size:
                 controls[axis] = average_controls(weights, controls[axis], samples)
-        smoothed = smooth(controls, state.history, order=p.sgf_order).copy()
         history = state.history
-        if filters(p.time_steps):
+        if self.release.filters_first:
+            controls, history = self._smoothed(controls, history)
+        self.rules.constrain(controls, cycle.speed, cycle.limits)
+        return state._replace(controls=frozen(controls), history=history)
+
+    def _smoothed(
+        self, controls: Float32Array, history: Float32Array
+    ) -> tuple[Float32Array, Float32Array]:
+        """Returns the smoothed sequence and the filter's history after it."""
+        if self.release.filters_in_place:
+            smoothed = smooth_in_place(controls, history).copy()
+        else:
+            smoothed = smooth(controls, history, order=self.parameters.sgf_order).copy()
+        if filters(self.parameters.time_steps):
             sent = smoothed[:, self.rules.sent_column]
             history = frozen(np.column_stack([history[:, 1:], sent]))
-        self.rules.constrain(smoothed, cycle.speed, cycle.limits)
-        return state._replace(controls=frozen(smoothed), history=history)
+        return smoothed, history
 
     def _setting(self, cycle: Cycle, state: SamplerState) -> RollOutSetting:
         p = self.parameters
@@ -223,7 +240,7 @@ class Sampler:
             self._delays,
             F32(p.model_dt),
             self.rules.holonomic,
-            p.clamp_raw_controls,
+            p.clamp_raw_controls or self.release.clamps_samples,
             self._scorer.column_step,
         )
 

@@ -15,10 +15,13 @@ from drake_navbench.controllers.mppi.motion_models import (
     MotionLimits,
     MotionModel,
     constrain_axis,
+    constrain_axis_freely,
     limit_curvature,
+    limit_signed_curvature,
     reachable,
 )
 from drake_navbench.controllers.mppi.parameters import MppiParameters
+from drake_navbench.controllers.mppi.releases import RELEASES
 from drake_navbench.errors import InputError
 
 # Control periods this close to model_dt count as equal (Optimizer::setOffset), s.
@@ -38,6 +41,7 @@ class SequenceRules:
         self, parameters: MppiParameters, model: MotionModel, control_period_s: float
     ) -> None:
         self._parameters = parameters
+        self._release = RELEASES[parameters.nav2_release]
         self._model = model
         self._control_period_s = control_period_s
         self.base_limits = limits_of(parameters)
@@ -55,10 +59,12 @@ class SequenceRules:
         """Returns the speed (3,) that roll-outs start from.
 
         The last command, as far as the robot can have reached it from the measured speed within
-        one control period; with `open_loop` the last command itself.
+        one control period; with `open_loop` the last command itself. Up to Kilted it is measured.
         """
         if self._parameters.open_loop:
             return last_command.copy()
+        if not self._release.predicts_start:
+            return measured.copy()
         rise, fall = self.rates(self._control_period_s)
         speed = np.minimum(measured + rise, np.maximum(last_command, measured + fall))
         if not self.holonomic:
@@ -67,6 +73,9 @@ class SequenceRules:
 
     def rates(self, step_s: float) -> tuple[Float32Array, Float32Array]:
         """Returns the largest rise and fall (negative) of each axis within `step_s`."""
+        if not self._release.has_accelerations:
+            unlimited = np.full(AXES, np.inf, np.float32)
+            return unlimited, -unlimited
         limits = self.base_limits
         rise = np.array([limits.ax_max, limits.ay_max, limits.az_max])
         fall = np.array([limits.ax_min, limits.ay_min, -limits.az_max])
@@ -75,6 +84,8 @@ class SequenceRules:
     def pinned(self, controls: Float32Array, speed: Float32Array) -> Float32Array:
         """Returns a copy of the sequence whose first column the robot can be at."""
         pinned = controls.copy()
+        if not self._release.predicts_start:
+            return pinned
         if self.shifts:
             pinned[:, 0] = speed
         else:
@@ -88,6 +99,9 @@ class SequenceRules:
 
     def constrain(self, controls: Float32Array, speed: Float32Array, limits: MotionLimits) -> None:
         """Makes a sequence (3, N) obey the limits, in place (applyControlSequenceConstraints)."""
+        if not self._release.predicts_start:
+            self._constrain_freely(controls, limits)
+            return
         min_turning_r = F32(self._parameters.AckermannConstraints.min_turning_r)
         if self._model is MotionModel.ACKERMANN:
             limit_curvature(controls, min_turning_r)
@@ -102,6 +116,18 @@ class SequenceRules:
             constrain_axis(controls[axis], speed[axis], *bounds, ratio)
         if self._model is MotionModel.ACKERMANN:
             limit_curvature(controls, min_turning_r)
+
+    def _constrain_freely(self, controls: Float32Array, limits: MotionLimits) -> None:
+        """The same up to Kilted: the sequence may begin anywhere."""
+        lowest = (limits.vx_min, -limits.vy_max, -limits.wz_max)
+        highest = (limits.vx_max, limits.vy_max, limits.wz_max)
+        rise, fall = self.rates(self._parameters.model_dt)
+        for axis in (VX, VY, WZ) if self.holonomic else (VX, WZ):
+            bounds = (lowest[axis], highest[axis], rise[axis], fall[axis])
+            constrain_axis_freely(controls[axis], *bounds)
+        if self._model is MotionModel.ACKERMANN:
+            limit = limit_signed_curvature if self._release.curves_signed else limit_curvature
+            limit(controls, F32(self._parameters.AckermannConstraints.min_turning_r))
 
 
 def limits_of(parameters: MppiParameters) -> MotionLimits:

@@ -25,9 +25,39 @@ def smooth(controls: Float32Array, history: Float32Array, *, order: int) -> Floa
     return _smooth(controls, history, _LINEAR if order == 1 else _QUADRATIC)
 
 
+def smooth_in_place(controls: Float32Array, history: Float32Array) -> Float32Array:
+    """Returns the sequences as up to Iron: the filter reads what it has written before.
+
+    The last column is filtered, too, the fifth from the end is not.
+    """
+    if not filters(controls.shape[1]):
+        return controls
+    return _smooth_in_place(controls, history, _QUADRATIC)
+
+
 def filters(steps: int) -> bool:
     """Whether a sequence of `steps` columns is long enough to be smoothed."""
     return steps - 1 >= MIN_FILTERED_COLUMNS
+
+
+@njit(cache=True)
+def _smooth_in_place(controls, history, taps):
+    axes, steps = controls.shape
+    smoothed = controls.copy()
+    for axis in range(axes):
+        row = smoothed[axis]
+        for t in range(steps):
+            if t == steps - HISTORY - 1:
+                continue
+            total = np.float32(0)
+            for k in range(taps.shape[0]):
+                i = t + k - HISTORY
+                if i < 0:
+                    total += taps[k] * history[axis, HISTORY + i]
+                else:
+                    total += taps[k] * row[min(i, steps - 1)]
+            row[t] = total
+    return smoothed
 
 
 @njit(cache=True)

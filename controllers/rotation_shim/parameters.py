@@ -159,10 +159,11 @@ class RotationShimParameters(ControllerParameters):
         if model is None:
             return []
         block = values[PRIMARY]
+        shared = {RELEASE: values[RELEASE]} if RELEASE in values else {}
         if isinstance(block, Mapping):
-            own = {name: value for name, value in block.items() if name != PLUGIN}
+            own = shared | {name: value for name, value in block.items() if name != PLUGIN}
             return [f"{PRIMARY}.{name}" for name in model.keys_not_read(own)]
-        beside = {n: v for n, v in values.items() if n not in cls.model_fields}
+        beside = shared | {n: v for n, v in values.items() if n not in cls.model_fields}
         return model.keys_not_read(beside)
 
     @classmethod
@@ -172,7 +173,8 @@ class RotationShimParameters(ControllerParameters):
         if model is None:
             return {}
         of_primary = {name.removeprefix(f"{PRIMARY}."): name for name in given}
-        return {of_primary[n]: f for n, f in model.path_handler_fields(of_primary).items()}
+        values = {name: given[place] for name, place in of_primary.items()}
+        return {of_primary[n]: f for n, f in model.path_handler_fields(values).items()}
 
     def inner_controllers(self) -> tuple[str, ...]:
         """Returns the primary controller's name."""
@@ -262,7 +264,7 @@ def _primary(
     model = controller.Parameters
     known = {field for name, info in model.model_fields.items() for field in _names(name, info)}
     offered = {n: v for n, v in values.items() if n not in shared or n in known}
-    if release is not None and RELEASE in known:
+    if release in RELEASES and RELEASE in known:
         offered.setdefault(RELEASE, release)
     try:
         # Through JSON, because strictness there takes a list for a tuple.

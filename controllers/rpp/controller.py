@@ -14,6 +14,7 @@ from drake_navbench.controller import (
     ControllerSetup,
     Decision,
     InvalidPath,
+    NoValidControl,
     Observation,
 )
 from drake_navbench.controllers.rpp.cycle import (
@@ -27,7 +28,9 @@ from drake_navbench.controllers.rpp.cycle import (
 )
 from drake_navbench.controllers.rpp.kernels import Settings
 from drake_navbench.controllers.rpp.memory import RppMemory
+from drake_navbench.controllers.rpp.own_plan import OwnPlan
 from drake_navbench.controllers.rpp.parameters import RegulatedPurePursuitParameters
+from drake_navbench.controllers.rpp.releases import RELEASES, Release
 from drake_navbench.kernels.command_arc import project_arc
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.kernels.speed_limit import limited_speed
@@ -42,7 +45,7 @@ BRANCH_NAMES = {
 
 
 class RegulatedPurePursuit:
-    """Nav2's Regulated Pure Pursuit controller, branch lyrical, number for number.
+    """Nav2's Regulated Pure Pursuit controller, number for number, of each release since Humble.
 
     Macenski, Singh, Martin, Gines: Regulated Pure Pursuit for Robot Path Tracking (2023).
     Plain and adaptive pure pursuit are parameter choices: without regulation, and with a
@@ -55,9 +58,16 @@ class RegulatedPurePursuit:
     )
 
     def __init__(self, parameters: RegulatedPurePursuitParameters, setup: ControllerSetup) -> None:
-        self._parameters = parameters
+        self._parameters = parameters = parameters.as_read()
+        self._release = RELEASES[parameters.nav2_release]
+        self._own_plan = OwnPlan(parameters) if self._release.cuts_plan else None
+        self._keeps_turning = (
+            self._release.cuts_plan
+            and parameters.is_read("stateful", parameters.nav2_release)
+            and parameters.stateful
+        )
         self._setup = setup
-        self._settings = _kernel_settings(parameters, setup)
+        self._settings = _kernel_settings(parameters, self._release, setup)
         self._footprint = read_only(setup.footprint)
 
     def initial_memory(self) -> RppMemory:
@@ -69,19 +79,34 @@ class RegulatedPurePursuit:
 
         Raises InvalidPath for a plan without poses, or of one pose where it must be extrapolated;
         CollisionAhead where the command collides; ControllerError where the robot's centre is off
-        the costmap while tracking.
+        the costmap while tracking. In Humble all of these are NoValidControl, too.
         """
-        self._check_plan(observation.plan)
+        try:
+            return self._step(observation, memory)
+        except NoValidControl:
+            raise
+        except ControllerError as error:
+            if not self._release.is_patient:
+                raise
+            raise NoValidControl(str(error), memory=error.memory) from error
+
+    def _step(self, observation: Observation, memory: RppMemory) -> Decision:
+        plan, memory = self._local_plan(observation, memory)
+        if len(plan) == 0:
+            raise InvalidPath("plan: got no poses, expected at least one", memory=memory)
         is_cancelling = memory.is_cancelling or (
             observation.cancel_requested and self._parameters.use_cancel_deceleration
         )
-        cycle = self._run(observation, memory, is_cancelling)
+        cycle = self._run(observation, plan, memory, is_cancelling)
         command = cycle.command
+        if self._keeps_turning and command.branch == ROTATE_TO_GOAL:
+            memory = memory._replace(was_near_end=True)
         if command.branch == CENTRE_OFF_MAP:
             x, y = observation.pose[:2]
             raise ControllerError(
                 f"local costmap: the robot's centre ({x:.3f}, {y:.3f}) m lies outside, "
-                "expected inside"
+                "expected inside",
+                memory=memory,
             )
         has_stopped = memory.has_stopped or command.has_stopped
         if cycle.collision != NO_COLLISION:
@@ -93,7 +118,12 @@ class RegulatedPurePursuit:
         chosen.flags.writeable = False
         return Decision(
             chosen,
-            RppMemory(command.v, command.w, is_cancelling, has_stopped),
+            memory._replace(
+                last_v=command.v,
+                last_w=command.w,
+                is_cancelling=is_cancelling,
+                has_stopped=has_stopped,
+            ),
             self._diagnostics(cycle, observation, has_stopped),
         )
 
@@ -101,20 +131,38 @@ class RegulatedPurePursuit:
         """Tells whether a cancelled controller is done; without deceleration it is at once."""
         return memory.has_stopped or not self._parameters.use_cancel_deceleration
 
-    def _run(self, observation: Observation, memory: RppMemory, is_cancelling: bool) -> Cycle:
+    def _local_plan(self, observation: Observation, memory: RppMemory) -> tuple[Array, RppMemory]:
+        """Returns the local plan, and the memory with where the rest of the whole one begins."""
+        if self._own_plan is None:
+            self._refuse_single_pose(observation.plan)
+            return observation.plan, memory
+        whole = observation.global_plan if len(observation.global_plan) else observation.plan
+        self._refuse_single_pose(whole)
+        if observation.plan_id != memory.plan_id:
+            memory = memory._replace(plan_id=observation.plan_id, plan_begin=0, was_near_end=False)
+        if len(whole) == 0:
+            return whole, memory
+        begin = memory.plan_begin
+        cut = self._own_plan.cut(whole, begin, observation.pose, observation.costmap)
+        return cut.poses, memory._replace(plan_begin=cut.begin)
+
+    def _run(
+        self, observation: Observation, plan: Array, memory: RppMemory, is_cancelling: bool
+    ) -> Cycle:
         x, y, yaw = observation.pose.tolist()
         measured_v, measured_w = observation.twist.tolist()
         costmap = observation.costmap
         return run_cycle(
             self._settings,
-            read_only(observation.plan),
+            read_only(plan),
             x,
             y,
             yaw,
             measured_v,
             measured_w,
             limited_speed(self._parameters.max_linear_vel, observation.speed_limit),
-            observation.goal_xy_reached,
+            memory.was_near_end if self._release.cuts_plan else observation.goal_xy_reached,
+            observation.goal_xy_tolerance_m,
             is_cancelling,
             memory.last_v,
             memory.last_w,
@@ -123,9 +171,7 @@ class RegulatedPurePursuit:
             self._footprint,
         )
 
-    def _check_plan(self, plan: Array) -> None:
-        if len(plan) == 0:
-            raise InvalidPath("plan: got no poses, expected at least one")
+    def _refuse_single_pose(self, plan: Array) -> None:
         if len(plan) == 1 and self._settings.interpolate_curvature_after_goal:
             raise InvalidPath(
                 "plan: got one pose, expected two or more (interpolate_curvature_after_goal)"
@@ -179,14 +225,17 @@ class RegulatedPurePursuit:
 
 
 def _kernel_settings(
-    parameters: RegulatedPurePursuitParameters, setup: ControllerSetup
+    parameters: RegulatedPurePursuitParameters, release: Release, setup: ControllerSetup
 ) -> Settings:
     """Returns what the kernels read; options that Nav2 switches off are off."""
     values = {
         name: value for name, value in parameters.model_dump().items() if name in Settings._fields
     }
     values["interpolate_curvature_after_goal"] &= parameters.use_fixed_curvature_lookahead
+    if release.turns_or_reverses and parameters.use_rotate_to_heading:
+        values["allow_reversing"] = False
     return Settings(
+        release=release,
         control_period_s=setup.control_period_s,
         inscribed_radius_m=setup.inscribed_radius_m,
         circumscribed_radius_m=setup.circumscribed_radius_m,

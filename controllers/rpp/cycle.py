@@ -24,6 +24,7 @@ from drake_navbench.controllers.rpp.kernels import (
     regulated_speed,
     turn_rate_in_place,
 )
+from drake_navbench.controllers.rpp.straight_lookahead import distance_to_cusp, point_at
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.command_arc import arc_period, first_collision, project_arc
 from drake_navbench.kernels.grid import OFF_MAP, cost_at
@@ -38,16 +39,18 @@ NO_COLLISION = -1
 class Aim(NamedTuple):
     """Where a cycle steers, in the base frame: m, rad, 1/m.
 
-    lookahead: arc length to the carrot (carrot_x, carrot_y). curvature, heading_error: of the arc
-    and of the line to the point steered by, the latter turned round where the robot reverses.
-    sign: -1 for reversing, else 1. plan_length: arc length of the local plan. end_distance,
-    goal_angle: straight to its last pose, and the heading there.
+    lookahead: to the carrot (carrot_x, carrot_y), along the plan or straight. curvature,
+    heading_error: of the arc and of the line to the point steered by, the latter turned round where
+    the robot reverses. slowing_curvature: of the arc by which the robot slows down. sign: -1 for
+    reversing, else 1. plan_length: arc length of the local plan. end_distance, goal_angle: straight
+    to its last pose, and the heading there.
     """
 
     lookahead: float
     carrot_x: float
     carrot_y: float
     curvature: float
+    slowing_curvature: float
     heading_error: float
     sign: float
     plan_length: float
@@ -88,16 +91,50 @@ class Cycle(NamedTuple):
 
 
 @njit(cache=True)
-def take_aim(settings, plan, x, y, yaw, measured_v):
-    """Returns the Aim for a local plan (M, 3) in the odometry frame."""
-    poses_B = to_robot_frame(plan, x, y, yaw)
-    lookahead = lookahead_distance(settings, measured_v)
+def points_along(settings, poses_B, lookahead):
+    """Returns (x, y, x, y): the carrot, and the point to steer by, by lengths along the plan, m."""
     carrot_x, carrot_y, _ = point_along(poses_B, lookahead)
     steer_x, steer_y = carrot_x, carrot_y
     if settings.use_fixed_curvature_lookahead:
         steer_x, steer_y, beyond = point_along(poses_B, settings.curvature_lookahead_dist)
         if settings.interpolate_curvature_after_goal and beyond > 0.0:
             steer_x, steer_y = point_beyond(poses_B, beyond)
+    return carrot_x, carrot_y, steer_x, steer_y
+
+
+@njit(cache=True)
+def points_ahead(settings, poses_B, lookahead):
+    """Returns (lookahead, x, y, x, y): the carrot and the point to slow down by, straight ahead, m.
+
+    Neither lies beyond a cusp where the robot may reverse.
+    """
+    curvature_lookahead = settings.curvature_lookahead_dist
+    interpolates = settings.use_interpolation
+    if settings.allow_reversing:
+        cusp = distance_to_cusp(poses_B, settings.release.heeds_turns_in_place)
+        lookahead = min(lookahead, cusp)
+        if not settings.release.steers_by_carrot:
+            curvature_lookahead = min(curvature_lookahead, cusp)
+    carrot_x, carrot_y = point_at(poses_B, lookahead, interpolates, False)
+    if not settings.use_fixed_curvature_lookahead:
+        return lookahead, carrot_x, carrot_y, carrot_x, carrot_y
+    beyond = settings.interpolate_curvature_after_goal
+    slow_x, slow_y = point_at(poses_B, curvature_lookahead, interpolates, beyond)
+    return lookahead, carrot_x, carrot_y, slow_x, slow_y
+
+
+@njit(cache=True)
+def take_aim(settings, plan, x, y, yaw, measured_v):
+    """Returns the Aim for a local plan (M, 3) in the odometry frame."""
+    poses_B = to_robot_frame(plan, x, y, yaw)
+    lookahead = lookahead_distance(settings, measured_v)
+    if settings.release.cuts_plan:
+        lookahead, carrot_x, carrot_y, slow_x, slow_y = points_ahead(settings, poses_B, lookahead)
+    else:
+        carrot_x, carrot_y, slow_x, slow_y = points_along(settings, poses_B, lookahead)
+    steer_x, steer_y = slow_x, slow_y
+    if settings.release.steers_by_carrot:
+        steer_x, steer_y = carrot_x, carrot_y
     sign = -1.0 if settings.allow_reversing and carrot_x < 0.0 else 1.0
     heading_error = math.atan2(steer_y, steer_x)
     if sign < 0.0:
@@ -107,6 +144,7 @@ def take_aim(settings, plan, x, y, yaw, measured_v):
         carrot_x,
         carrot_y,
         curvature_towards(steer_x, steer_y),
+        curvature_towards(slow_x, slow_y),
         heading_error,
         sign,
         arc_length(poses_B),
@@ -174,7 +212,12 @@ def choose_command(
     if centre_cost == OFF_MAP:
         return Command(0.0, 0.0, CENTRE_OFF_MAP, 0.0, 0.0, 0.0, False)
     speed, curve_v, obstacle_v = regulated_speed(
-        settings, max_linear_vel, aim.curvature, centre_cost, aim.plan_length, aim.end_distance
+        settings,
+        max_linear_vel,
+        aim.slowing_curvature,
+        centre_cost,
+        aim.plan_length,
+        aim.end_distance,
     )
     regulated_v = v = aim.sign * speed
     has_stopped = False
@@ -200,6 +243,7 @@ def run_cycle(
     measured_w,
     max_linear_vel,
     goal_xy_reached,
+    end_tolerance,
     is_cancelling,
     last_v,
     last_w,
@@ -211,10 +255,14 @@ def run_cycle(
 
     settings: Settings. plan: (M, 3) local plan; x, y, yaw: robot, both in the odometry frame, m
     and rad. measured_v m/s, measured_w rad/s: the robot's twist. max_linear_vel: under the speed
-    limit, m/s. last_v, last_w: the last command. grid, tracks_unknown: of the costmap.
-    footprint: (K, 2) m.
+    limit, m/s. goal_xy_reached: it turns to the goal's heading; up to Kilted also where the carrot
+    is nearer than end_tolerance m. last_v, last_w: the last command. grid, tracks_unknown: of the
+    costmap. footprint: (K, 2) m.
     """
     aim = take_aim(settings, plan, x, y, yaw, measured_v)
+    carrot_distance = math.hypot(aim.carrot_x, aim.carrot_y)
+    if settings.release.cuts_plan:
+        goal_xy_reached |= carrot_distance < end_tolerance
     command = choose_command(
         settings,
         aim,
@@ -228,7 +276,6 @@ def run_cycle(
         cost_at(grid, x, y),
     )
     period = arc_period(settings.circumscribed_radius_m, grid.resolution, command.v, command.w)
-    carrot_distance = math.hypot(aim.carrot_x, aim.carrot_y)
     time_limit, distance_limit = arc_limits(settings, command.v, carrot_distance, aim.plan_length)
     collision = NO_COLLISION
     if settings.use_collision_detection and command.branch != CENTRE_OFF_MAP:

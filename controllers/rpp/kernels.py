@@ -1,6 +1,7 @@
 """The parts of one cycle of Regulated Pure Pursuit, in the order in which they run.
 
-Source: nav2_regulated_pure_pursuit_controller and nav2_util's controller_utils, branch lyrical.
+Source: nav2_regulated_pure_pursuit_controller and nav2_util's controller_utils, branch lyrical;
+what earlier releases do otherwise is in `releases`.
 Poses are (x m, y m, yaw rad); `poses_B` (M, 3) is the local plan in the robot's base frame. v is in
 m/s, w in rad/s, curvatures in 1/m.
 """
@@ -12,16 +13,18 @@ from typing import NamedTuple
 
 from numba import njit
 
+from drake_navbench.controllers.rpp.releases import Release
 from drake_navbench.kernels.collision_check import distance_from_cost
-from drake_navbench.kernels.grid import FREE, NO_INFORMATION
+from drake_navbench.kernels.grid import FREE, MAX_NON_OBSTACLE, NO_INFORMATION
 
 # A carrot nearer than this has no curvature: squared distance, m^2.
 LEAST_SQUARED_CARROT_DISTANCE = 0.001
 
 
 class Settings(NamedTuple):
-    """What the kernels need of the parameters (Nav2's names) and of the setup."""
+    """What the kernels need of the release, the parameters (Nav2's names) and of the setup."""
 
+    release: Release
     control_period_s: float
     inscribed_radius_m: float
     circumscribed_radius_m: float
@@ -59,6 +62,7 @@ class Settings(NamedTuple):
     allow_obstacle_checking_beyond_goal: bool
     cancel_deceleration: float
     use_dynamic_window: bool
+    use_interpolation: bool
 
 
 @njit(cache=True)
@@ -119,6 +123,8 @@ def turn_rate_in_place(settings, angle, measured_w):
     change = settings.max_angular_accel * settings.control_period_s
     w = sign * settings.rotate_to_heading_angular_vel
     w = min(max(w, measured_w - change), measured_w + change)
+    if not settings.release.stops_in_time:
+        return w
     stoppable = math.sqrt(2.0 * settings.max_angular_accel * abs(angle))
     return sign * stoppable if abs(w) > stoppable else w
 
@@ -139,7 +145,11 @@ def speed_near_obstacle(settings, v, centre_cost):
     factor = settings.inflation_cost_scaling_factor
     if factor <= 0.0 or centre_cost in (FREE, NO_INFORMATION):
         return v
-    distance = distance_from_cost(centre_cost, settings.inscribed_radius_m, factor)
+    if settings.release.decays_from_252:
+        share = centre_cost / MAX_NON_OBSTACLE
+        distance = (-1.0 / factor) * math.log(share) + settings.inscribed_radius_m
+    else:
+        distance = distance_from_cost(centre_cost, settings.inscribed_radius_m, factor)
     if distance < settings.cost_scaling_dist:
         return v * (settings.cost_scaling_gain * distance / settings.cost_scaling_dist)
     return v
@@ -175,7 +185,7 @@ def arc_limits(settings, v, carrot_distance, plan_length):
         return time_limit, carrot_distance
     slowest = max(abs(v), settings.min_approach_linear_velocity)
     time_limit = max(time_limit, clearance / slowest if slowest > 0.0 else math.inf)
-    if not settings.use_velocity_scaled_lookahead_dist:
+    if settings.release.bounds_time_only or not settings.use_velocity_scaled_lookahead_dist:
         return time_limit, carrot_distance
     if not settings.allow_obstacle_checking_beyond_goal:
         clearance = min(clearance, plan_length)

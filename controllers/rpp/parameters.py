@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any, ClassVar, Self
 
 from pydantic import AliasChoices, ConfigDict, Field, model_validator
 
-from drake_navbench.controller import AskedSpeeds, ControllerParameters
+from drake_navbench.controller import (
+    NEWEST_RELEASE,
+    RELEASE_FIELD,
+    AskedSpeeds,
+    ControllerParameters,
+    Nav2Release,
+)
 from drake_navbench.typed_files.quantities import (
     Acceleration,
     Angle,
@@ -19,9 +26,14 @@ from drake_navbench.typed_files.quantities import (
     Speed,
 )
 
+# The cruise speed's name, and the only one that releases before the newest read.
+SPEED, OLDER_SPEED = "max_linear_vel", "desired_linear_vel"
+# The search distance is the path handler's since the controllers do not cut the plan any more.
+SEARCH_DISTANCE = "max_robot_pose_search_dist"
+
 
 class RegulatedPurePursuitParameters(ControllerParameters):
-    """Parameters of nav2_regulated_pure_pursuit_controller, branch lyrical.
+    """Parameters of nav2_regulated_pure_pursuit_controller, of all releases since Humble.
 
     `desired_linear_vel`, the older name of `max_linear_vel`, is accepted as in Nav2.
     `interpolate_curvature_after_goal` has no effect without `use_fixed_curvature_lookahead`, nor
@@ -29,14 +41,36 @@ class RegulatedPurePursuitParameters(ControllerParameters):
     less: Nav2 switches them off with a warning.
     """
 
-    PATH_HANDLER_NAMES: ClassVar[frozenset[str]] = frozenset({"max_robot_pose_search_dist"})
+    PATH_HANDLER_NAMES: ClassVar[frozenset[str]] = frozenset({SEARCH_DISTANCE})
+    READ_FROM: ClassVar[Mapping[str, str]] = MappingProxyType(
+        {
+            "use_fixed_curvature_lookahead": "iron",
+            "curvature_lookahead_dist": "iron",
+            "interpolate_curvature_after_goal": "jazzy",
+            "use_cancel_deceleration": "jazzy",
+            "cancel_deceleration": "jazzy",
+            "stateful": "jazzy",
+            "min_distance_to_obstacle": "kilted",
+            "allow_obstacle_checking_beyond_goal": "lyrical",
+            "use_dynamic_window": "lyrical",
+            "min_linear_vel": "lyrical",
+            "max_angular_vel": "lyrical",
+            "min_angular_vel": "lyrical",
+            "max_linear_accel": "lyrical",
+            "max_linear_decel": "lyrical",
+            "max_angular_decel": "lyrical",
+        }
+    )
+    READ_UNTIL: ClassVar[Mapping[str, str]] = MappingProxyType(
+        {"use_interpolation": "iron", "stateful": "kilted", SEARCH_DISTANCE: "kilted"}
+    )
 
     model_config = ConfigDict(populate_by_name=True)
 
     max_linear_vel: Speed = Field(
         0.5,
         gt=0.0,
-        validation_alias=AliasChoices("max_linear_vel", "desired_linear_vel"),
+        validation_alias=AliasChoices(SPEED, OLDER_SPEED),
         description="Cruise speed, from which all scaling starts [m/s].",
     )
     min_linear_vel: Speed = Field(-0.5, description="Least speed, dynamic window only [m/s].")
@@ -135,6 +169,19 @@ class RegulatedPurePursuitParameters(ControllerParameters):
         False, description="Obey acceleration limits, staying close to the curvature."
     )
 
+    nav2_release: Nav2Release = Field("lyrical", description="Release whose rules hold.")
+    stateful: bool = Field(
+        True, description="Jazzy, Kilted: near the end once, it turns in place until a new plan."
+    )
+    use_interpolation: bool = Field(
+        True, description="Up to Iron: the carrot lies between two poses, not at the farther one."
+    )
+    max_robot_pose_search_dist: Length | None = Field(
+        None,
+        description="Up to Kilted: arc length searched for the closest pose [m]; null half the "
+        "local costmap's side; negative, since Iron, all of the plan.",
+    )
+
     def asked_speeds(self) -> AskedSpeeds:
         """Returns the cruise speed, as far back where it reverses; its turn rate has no limit."""
         backward = -self.max_linear_vel if self.allow_reversing else None
@@ -146,8 +193,19 @@ class RegulatedPurePursuitParameters(ControllerParameters):
 
     @classmethod
     def keys_not_read(cls, values: Mapping[str, Any]) -> list[str]:
-        """Returns the newer name of the cruise speed where the older one is given, too."""
-        return ["max_linear_vel"] if {"max_linear_vel", "desired_linear_vel"} <= set(values) else []
+        """Returns the newer name of the cruise speed where the older one counts, and others."""
+        not_read = super().keys_not_read(values)
+        is_newest = values.get(RELEASE_FIELD, NEWEST_RELEASE) == NEWEST_RELEASE
+        if SPEED in values and (OLDER_SPEED in values or not is_newest):
+            not_read.append(SPEED)
+        return not_read
+
+    @classmethod
+    def path_handler_fields(cls, given: Mapping[str, Any]) -> dict[str, str]:
+        """See the base class; up to Kilted the controller has no path handler before it."""
+        if given.get(RELEASE_FIELD, NEWEST_RELEASE) != NEWEST_RELEASE:
+            return {}
+        return super().path_handler_fields(given)
 
     @model_validator(mode="after")
     def _check_ranges(self) -> Self:

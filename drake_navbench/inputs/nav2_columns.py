@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
+from drake_navbench.controller import NEWEST_RELEASE, RELEASE_FIELD
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.nav2_check import CheckRow, Status
 from drake_navbench.inputs.nav2_controllers import (
@@ -21,15 +22,11 @@ from drake_navbench.parameter_names import flattened
 # What the controllers of earlier releases read, and those of Lyrical, which are ours, do not.
 OF_EARLIER_RELEASES = frozenset(
     {
-        "ObstaclesCritic.cost_scaling_factor",
-        "ObstaclesCritic.inflation_radius",
-        "PathAngleCritic.forward_preference",
         "forward_prune_distance",
         "max_allowed_time_to_collision",
         "prune_plan",
         "reset_period",
         "shorten_transformed_plan",
-        "use_interpolation",
     }
 )
 # The block that a rotation shim keeps its primary controller's parameters in, since Lyrical.
@@ -80,6 +77,7 @@ def _column(server: Node, plugin: str, release: str, rows: list[CheckRow]) -> Pr
 def _rows(server: Node, plugin: str, preset: Preset, told: Collection[str]) -> list[CheckRow]:
     model = preset.controller_class.Parameters
     names = {*model.model_fields, *(name for name, _ in flattened(preset.values))}
+    release = preset.values.get(RELEASE_FIELD, NEWEST_RELEASE)
     rows = []
     for name in server.below(plugin):
         if name in told:
@@ -88,6 +86,8 @@ def _rows(server: Node, plugin: str, preset: Preset, told: Collection[str]) -> l
         bare = name.removeprefix(PRIMARY)
         if name == "plugin" or name not in preset.ignored:
             rows.append(_row(Status.USED, server, full))
+        elif not model.is_read(bare, release):
+            rows.append(_row(Status.UNREAD, server, full, f"{release} does not read it"))
         elif model.is_without_effect(name, preset.values) or bare == "transform_tolerance":
             rows.append(_row(Status.NO_MEANING, server, full))
         elif bare in OF_EARLIER_RELEASES:

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from drake_navbench.controller import ControllerParameters
+from drake_navbench.controller import RELEASE_FIELD, ControllerParameters
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.inputs.nav2_parameters import Node, Section, nodes_called
 from drake_navbench.inputs.presets import Preset, installed_controllers
@@ -25,7 +25,7 @@ DEFAULT_TYPE = "dwb_core::DWBLocalPlanner"
 # Only releases whose controller server cuts the plan have this parameter (from Lyrical on).
 PATH_HANDLERS = "path_handler_plugins"
 # The parameter, ours, of controllers that follow the release.
-RELEASE = "nav2_release"
+RELEASE = RELEASE_FIELD
 
 
 class NoCounterpart(InputError):
@@ -88,14 +88,14 @@ def plugin_preset(
     for name in model.PLUGIN_NAMES:
         if isinstance(given.get(name), str):
             _counterpart(given[name], server.where(f"{plugin}.{name}"))
-    fields = {} if PATH_HANDLERS in server.parameters else model.path_handler_fields(given)
+    whole = given if release is None else {RELEASE: release} | given
+    fields = {} if PATH_HANDLERS in server.parameters else model.path_handler_fields(whole)
     offered = {name: value for name, value in given.items() if name not in fields}
     source = server.where(plugin)
-    used = _known_values(model, offered, source)
     if release is not None and takes_release(model):
-        used = {RELEASE: release} | used
-    known = {*fields, *(name for name, _ in flattened(used))}
-    whole = given if release is None else {RELEASE: release} | given
+        offered = {RELEASE: release} | offered
+    used = _known_values(model, offered, source)
+    known = {name for name, _ in flattened(used)}
     namespace = server.name.removesuffix(SERVER).strip("/")
     return Preset(
         "/".join(filter(None, (server.file.stem, namespace, plugin))),
@@ -103,7 +103,11 @@ def plugin_preset(
         f"{plugin_type} from {server.file.name}",
         used,
         source,
-        ignored=tuple(n for n in given if n not in known or model.is_without_effect(n, whole)),
+        ignored=tuple(
+            n
+            for n in given
+            if n not in fields and (n not in known or model.is_without_effect(n, whole))
+        ),
         path_handler={field: given[name] for name, field in fields.items()},
     ).checked()
 

@@ -85,14 +85,6 @@ class Difference(NamedTuple):
 
 # By the name of our controller.
 OF_CONTROLLERS: Mapping[str, tuple[Difference, ...]] = {
-    "rpp": (
-        Difference(Release.KILTED, "the controller cuts the plan itself"),
-        Difference(
-            Release.KILTED,
-            "the carrot lies at a straight distance, and its own distance begins the last turn",
-        ),
-        Difference(Release.HUMBLE, "nothing is extrapolated beyond the end of the plan"),
-    ),
     "graceful": (
         Difference(
             Release.KILTED,
@@ -102,14 +94,6 @@ OF_CONTROLLERS: Mapping[str, tuple[Difference, ...]] = {
     ),
     "vector_pursuit": (
         Difference(Release.KILTED, "the controller cuts the plan itself, at a circle"),
-    ),
-    "mppi": (
-        Difference(Release.KILTED, "the controller cuts the plan itself"),
-        Difference(
-            Release.JAZZY,
-            "critics near the goal take straight distances, and the filter follows the limits",
-        ),
-        Difference(Release.HUMBLE, "no limits of acceleration, an older PathAngleCritic"),
     ),
 }
 

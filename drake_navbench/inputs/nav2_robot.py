@@ -60,9 +60,9 @@ from drake_navbench.typed_files.typed_yaml import validate
 
 LOCAL_COSTMAP = "local_costmap/local_costmap"
 GLOBAL_COSTMAP = "global_costmap/global_costmap"
+PLANNER_SERVER = "planner_server"
 # By name of the node; some nodes have had two.
-SERVERS: Mapping[str, Callable[[NodeReader], dict[str, Any]]] = {
-    "planner_server": read_planner_server,
+SERVERS: dict[str, Callable[[NodeReader], dict[str, Any]]] = {
     "smoother_server": read_smoother_server,
     "recoveries_server": read_behavior_server,
     "behavior_server": read_behavior_server,
@@ -71,7 +71,7 @@ SERVERS: Mapping[str, Callable[[NodeReader], dict[str, Any]]] = {
     "velocity_smoother": read_velocity_smoother,
     "collision_monitor": read_collision_monitor,
 }
-READ = (SERVER, LOCAL_COSTMAP, GLOBAL_COSTMAP, *SERVERS)
+READ = (SERVER, LOCAL_COSTMAP, GLOBAL_COSTMAP, PLANNER_SERVER, *SERVERS)
 # What a robot has only where its file says so.
 OPTIONAL = ("velocity_smoother", "collision_monitor")
 
@@ -211,11 +211,12 @@ class _Files:
             listed = server.get("controller_plugins", ["FollowPath"])
             reader = NodeReader(server, self._rows)
             columns_rows = dict(self._rows)
-            fields |= read_controller_server(reader, blocks & set(listed))
+            fields |= read_controller_server(reader, blocks & set(listed), self._release.release)
             self._rows.update(columns_rows)
         fields = merged(navigation_of(self._release.release), fields)
         fields |= self._costmaps()
-        for name, read in SERVERS.items():
+        read_planner = partial(read_planner_server, release=self._release.release)
+        for name, read in (SERVERS | {PLANNER_SERVER: read_planner}).items():
             node = self._find(name)
             if node is not None:
                 fields = merged(fields, read(NodeReader(node, self._rows)))

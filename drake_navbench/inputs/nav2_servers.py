@@ -13,17 +13,23 @@ from typing import Any
 from drake_navbench.inputs.behavior_tree_file import read_tree_file
 from drake_navbench.inputs.nav2_check import Status
 from drake_navbench.inputs.nav2_node_reader import NodeReader
+from drake_navbench.inputs.nav2_release import PORTED, Release
 from drake_navbench.inputs.robot import ControllerServerSettings
 from drake_navbench.navigation.behavior_tree.settings import (
     RECOVERY_ACTIONS,
     BehaviorTreeSettings,
 )
 from drake_navbench.navigation.behaviors import BEHAVIORS, BehaviorServerParameters
-from drake_navbench.navigation.goal_checkers import GOAL_CHECKERS, SimpleGoalChecker
+from drake_navbench.navigation.goal_checkers import (
+    GOAL_CHECKERS,
+    PositionGoalCheckerParameters,
+    SimpleGoalChecker,
+)
 from drake_navbench.navigation.path_handler import PathHandlerParameters
 from drake_navbench.navigation.planner_settings import PLANNERS
 from drake_navbench.navigation.progress_checkers import PROGRESS_CHECKERS, SimpleProgressChecker
 from drake_navbench.navigation.smac_planner_2d_parameters import SmacPlanner2DParameters
+from drake_navbench.navigation.smac_planner_hybrid_parameters import SmacPlannerHybridParameters
 from drake_navbench.navigation.velocity_smoother import VelocitySmootherParameters
 from drake_navbench.navigation.waypoint_follower import (
     WaitAtWaypointParameters,
@@ -34,6 +40,20 @@ from drake_navbench.plugins import PluginKind
 Fields = dict[str, Any]
 
 NAVFN = "nav2_navfn_planner::NavfnPlanner"
+# The releases that brought parameters of SmacPlannerHybrid.
+HYBRID_SINCE: Mapping[str, Release] = {
+    "debug_visualizations": Release.IRON,
+    "allow_primitive_interpolation": Release.JAZZY,
+    "analytic_expansion_max_cost": Release.JAZZY,
+    "analytic_expansion_max_cost_override": Release.JAZZY,
+    "downsample_obstacle_heuristic": Release.JAZZY,
+    "terminal_checking_interval": Release.JAZZY,
+    "use_quadratic_cost_penalty": Release.JAZZY,
+    "coarse_search_resolution": Release.KILTED,
+    "goal_heading_mode": Release.KILTED,
+}
+# No cell has more: before there was a limit, curves to the goal were held to none.
+ANY_COST = 255.0
 # Fields of a planner that no Nav2 file has.
 NOT_NAV2S = {"plugin", "expansions_per_second"}
 PATH_HANDLER = "nav2_controller::FeasiblePathHandler"
@@ -41,6 +61,7 @@ WAIT_AT_WAYPOINT = "nav2_waypoint_follower::WaitAtWaypoint"
 # The plugins that Nav2's default behaviour tree asks for by name, where there are several.
 DEFAULT_PLANNER = "GridBased"
 DEFAULT_GOAL_CHECKER = "general_goal_checker"
+PATH_LENGTH_TOLERANCE = "path_length_tolerance"
 # Names of the default tree in Nav2's releases.
 DEFAULT_TREES = {
     "navigate_w_replanning_and_recovery.xml",
@@ -65,11 +86,13 @@ DEFAULT_BEHAVIORS = {
 }
 
 
-def read_controller_server(reader: NodeReader, controllers: Collection[str]) -> Fields:
+def read_controller_server(
+    reader: NodeReader, controllers: Collection[str], release: Release
+) -> Fields:
     """Returns controller server, checkers and path handler; controllers: blocks read elsewhere."""
     fields: Fields = {
         "controller_server": reader.block(ControllerServerSettings),
-        "goal_checker": _goal_checker(reader),
+        "goal_checker": _goal_checker(reader, release),
         "progress_checker": _progress_checker(reader),
     }
     if reader.given("path_handler_plugins"):
@@ -79,7 +102,7 @@ def read_controller_server(reader: NodeReader, controllers: Collection[str]) -> 
     return fields
 
 
-def _goal_checker(reader: NodeReader) -> Fields:
+def _goal_checker(reader: NodeReader, release: Release) -> Fields:
     names = reader.names("goal_checker_plugins", ["goal_checker"])
     if not names:
         raise reader.fault("goal_checker_plugins", "expected at least one name")
@@ -88,7 +111,14 @@ def _goal_checker(reader: NodeReader) -> Fields:
         if other != name:
             remark = f"not asked for by the default tree; {name} checks every goal"
             reader.note_block(Status.NO_MEANING, other, remark)
-    return _checker(reader, name, GOAL_CHECKERS, SimpleGoalChecker, "goal_checker_plugins")
+    values = _checker(reader, name, GOAL_CHECKERS, SimpleGoalChecker, "goal_checker_plugins")
+    model = GOAL_CHECKERS.load(values["plugin"]).Parameters
+    if release.age < Release.LYRICAL.age and issubclass(model, PositionGoalCheckerParameters):
+        # Only since then does the plan's length count.
+        if PATH_LENGTH_TOLERANCE in values:
+            reader.note(Status.UNREAD, f"{name}.{PATH_LENGTH_TOLERANCE}", f"{release} has it not")
+        values[PATH_LENGTH_TOLERANCE] = None
+    return values
 
 
 def _progress_checker(reader: NodeReader) -> Fields:
@@ -129,8 +159,8 @@ def _path_handler(reader: NodeReader) -> Fields:
     return reader.block(PathHandlerParameters, f"{names[0]}.")
 
 
-def read_planner_server(reader: NodeReader) -> Fields:
-    """Returns the planner that the default tree asks for."""
+def read_planner_server(reader: NodeReader, release: Release) -> Fields:
+    """Returns the planner that the default tree asks for, with what the release reads of it."""
     names = reader.names("planner_plugins", [DEFAULT_PLANNER])
     if not names:
         raise reader.fault("planner_plugins", "expected at least one name")
@@ -142,7 +172,7 @@ def read_planner_server(reader: NodeReader) -> Fields:
             reader.note_block(Status.NO_MEANING, other, remark)
     plugin_type = types[name]
     if plugin_type in PLANNERS:
-        values = _planner(reader, name, plugin_type)
+        values = _planner(reader, name, plugin_type, release)
     else:
         plugin_type = SmacPlanner2DParameters.model_fields["plugin"].default
         remark = f"{types[name]}: SmacPlanner2D with its defaults stands in"
@@ -157,14 +187,35 @@ def _planner_type(reader: NodeReader, name: str, names: list[str]) -> str:
     return reader.plugin_type(name, default, "planner_plugins")
 
 
-def _planner(reader: NodeReader, name: str, plugin_type: str) -> Fields:
+def _planner(reader: NodeReader, name: str, plugin_type: str, release: Release) -> Fields:
     model = PLANNERS.load(plugin_type).Parameters
+    if model is SmacPlannerHybridParameters:
+        return _hybrid_planner(reader, name, release)
     if model is not SmacPlanner2DParameters:
         names = [field for field in model.model_fields if field not in NOT_NAV2S]
         return reader.block(model, f"{name}.", names=names)
     ours = {*_classic({}), *NOT_NAV2S}
     names = [field for field in model.model_fields if field not in ours]
     return _classic(reader.block(model, f"{name}.", names=names))
+
+
+def _hybrid_planner(reader: NodeReader, name: str, release: Release) -> Fields:
+    """Returns the parameters of SmacPlannerHybrid; those of later releases stay without effect."""
+    fields = [field for field in SmacPlannerHybridParameters.model_fields if field not in NOT_NAV2S]
+    later = [field for field in fields if HYBRID_SINCE.get(field, release).age > release.age]
+    values = reader.block(
+        SmacPlannerHybridParameters, f"{name}.", names=[f for f in fields if f not in later]
+    )
+    for field in later:
+        if reader.given(f"{name}.{field}"):
+            reader.note(Status.UNREAD, f"{name}.{field}", f"{release} does not read it")
+    if "allow_primitive_interpolation" not in values and release.age < Release.LYRICAL.age:
+        values["allow_primitive_interpolation"] = False
+    if "analytic_expansion_max_cost" in later:
+        values["analytic_expansion_max_cost"] = ANY_COST
+    if release.age < Release.LYRICAL.age:
+        reader.note(Status.OTHER_FORM, f"{name}.plugin", f"searches as in {PORTED}")
+    return values
 
 
 def _classic(values: Fields) -> Fields:

@@ -67,8 +67,11 @@ class PositionGoalCheckerParameters(FrozenModel):
 
     plugin: Literal["nav2_controller::PositionGoalChecker"] = "nav2_controller::PositionGoalChecker"
     xy_goal_tolerance: Length = Field(0.25, ge=0.0, description="Distance to the goal [m].")
-    path_length_tolerance: Length = Field(
-        1.0, ge=0.0, description="Local plans longer than this are never at the goal [m]."
+    path_length_tolerance: Length | None = Field(
+        1.0,
+        ge=0.0,
+        description="Local plans longer than this are never at the goal [m]; null, as up to "
+        "Kilted: any may be.",
     )
     stateful: bool = Field(True, description="Once the position is reached it stays reached.")
     xy_goal_tolerance_buffer: Length = Field(
@@ -136,7 +139,8 @@ class PositionGoalChecker:
         self, latch: XyLatch, pose: Array, goal: Array, local_plan: Array
     ) -> tuple[bool, XyLatch]:
         parameters = self.parameters
-        if arc_length(local_plan) > parameters.path_length_tolerance:
+        longest_m = parameters.path_length_tolerance
+        if longest_m is not None and arc_length(local_plan) > longest_m:
             return False, latch
         distance_squared = _distance_squared(pose, goal)
         if latch.is_set:

@@ -98,15 +98,16 @@ OTHER_VALUES = {
     },
     "mppi": {
         "motion_model": "Ackermann",
-        "nav2_release": "iron",
+        "nav2_release": "lyrical",
+        "max_robot_pose_search_dist": 3.5,
         "TrajectoryValidator.plugin": "mppi::DefaultOptimalTrajectoryValidator",
         "VelocityDeadbandCritic.deadband_velocities": [0.125, 0.25, 0.375],
         "CostCritic.inflation_layer_name": "my_layer",
         "ObstaclesCritic.inflation_layer_name": "my_layer",
     },
     "graceful": {"initial_rotation": False, "allow_backward": True},
-    "rotation_shim": {"nav2_release": "jazzy", "primary_controller.plugin": RPP},
-    "rpp": {},
+    "rotation_shim": {"nav2_release": "jazzy", "primary_controller.plugin": VECTOR_PURSUIT},
+    "rpp": {"nav2_release": "lyrical", "max_robot_pose_search_dist": 3.5},
     "vector_pursuit": {},
     "teb": {
         "footprint_model.type": "two_circles",
@@ -128,25 +129,29 @@ def another_value(default):
     return default - step if default < 0 else default + step
 
 
-def every_parameter_changed(controller):
-    """Returns dotted names with other values than the defaults: all that the controller has."""
+def every_parameter_changed(controller, release=None):
+    """Returns dotted names with other values than the defaults: all that a release reads."""
+    others = OTHER_VALUES[controller] | ({"nav2_release": release} if release else {})
+    release = others.get("nav2_release")
     model = installed_controllers()[controller].Parameters
     required = {}
     if issubclass(model, ParametersWithCritics):
         required = {"critics": model.CRITICS.names}
     if issubclass(model, RotationShimParameters):
-        required = {"primary_controller": {"plugin": "rpp"}}
+        required = {"primary_controller": {"plugin": "vector_pursuit"}}
     defaults = model(**required).model_dump(mode="json", exclude=OURS.get(controller, set()))
     values = {}
     for name, default in flattened(defaults):
+        if not model.is_read(name, release):
+            continue
         if name.endswith(".class"):
             values[name] = name.removesuffix(".class")
         elif name.endswith(".aggregation_type"):
             values[name] = "sum"
         elif name == "critics":
             values[name] = required["critics"]
-        elif name in OTHER_VALUES[controller]:
-            values[name] = OTHER_VALUES[controller][name]
+        elif name in others:
+            values[name] = others[name]
         else:
             values[name] = another_value(default)
     return values
@@ -186,14 +191,35 @@ def test_every_parameter_of_a_controller_and_its_critics_arrives(controller, for
     changed = every_parameter_changed(controller)
     preset = preset_of(PLUGINS[controller], form(changed))
     resolved = dict(flattened(preset.parameters.model_dump(mode="json")))
-    expected = changed | (
-        {"primary_controller.plugin": "rpp"} if controller == "rotation_shim" else {}
-    )
+    expected = dict(changed)
+    if controller == "rotation_shim":
+        expected["primary_controller.plugin"] = "vector_pursuit"
     assert {name: resolved[name] for name in changed} == expected
     model = preset.controller_class.Parameters
     assert set(preset.ignored) == {
         name for name in changed if model.is_without_effect(name, changed)
     }
+
+
+@pytest.mark.parametrize("release", ["humble", "iron", "jazzy", "kilted"])
+@pytest.mark.parametrize("controller", ["mppi", "rpp"])
+def test_every_parameter_that_an_earlier_release_reads_arrives(controller, release, preset_of):
+    changed = every_parameter_changed(controller, release)
+    changed.pop("max_linear_vel", None)
+    preset = preset_of(PLUGINS[controller], changed)
+    resolved = dict(flattened(preset.parameters.model_dump(mode="json")))
+    assert {name: resolved[name] for name in changed} == changed
+    model = preset.controller_class.Parameters
+    assert set(preset.ignored) == {
+        name for name in changed if model.is_without_effect(name, changed)
+    }
+
+
+def test_before_lyrical_the_cruise_speed_had_one_name(preset_of):
+    given = {"max_linear_vel": 9.0, "desired_linear_vel": 0.75, "nav2_release": "kilted"}
+    preset = preset_of(RPP, given)
+    assert preset.parameters.max_linear_vel == 0.75
+    assert preset.ignored == ("max_linear_vel",)
 
 
 def critics_of(preset):

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from drake_navbench.errors import InputError
 from drake_navbench.inputs.nav2_check import CheckRow
 from drake_navbench.inputs.nav2_parameters import read_parameter_file
 from drake_navbench.inputs.nav2_release import Found, Release, release_of, release_rows
@@ -74,21 +75,74 @@ def test_the_tree_and_the_waiting_are_those_of_the_release():
     assert not lyrical.behavior_tree.wrap_around
 
 
-def rows_of(release: str, controller: str = "rpp") -> list[CheckRow]:
+def rows_of(release: str, controller: str = "graceful") -> list[CheckRow]:
     return release_rows(Found(Release(release), "a mark"), [controller])
 
 
 def test_what_is_not_ported_is_named_for_the_controllers_that_drive():
     names = [row.parameter for row in rows_of("jazzy")]
-    assert names == ["jazzy", "rpp"]
-    humble = next(row for row in rows_of("humble") if row.parameter == "rpp")
+    assert names == ["jazzy", "graceful"]
+    humble = next(row for row in rows_of("humble") if row.parameter == "graceful")
     assert "not ported yet" in humble.remark
-    assert "extrapolated" in humble.remark
+    assert "cuts the plan itself" in humble.remark
 
 
-def test_a_controller_that_follows_the_release_needs_no_word():
-    assert [row.parameter for row in rows_of("jazzy", "dwb")] == ["jazzy"]
+@pytest.mark.parametrize("controller", ["dwb", "rpp"])
+def test_a_controller_that_follows_the_release_needs_no_word(controller):
+    assert [row.parameter for row in rows_of("humble", controller)] == ["humble"]
     assert [row.parameter for row in rows_of("lyrical")] == ["lyrical"]
+
+
+def test_the_length_of_the_plan_keeps_no_goal_from_being_reached_before_lyrical():
+    def tolerance(release):
+        files = [FILES / "jazzy.yaml"]
+        setup = read_nav2_files(files, WHEELCHAIR, "chair", release=release)
+        return setup.robot.navigation.goal_checker.path_length_tolerance
+
+    assert [tolerance(release) for release in ("humble", "kilted", "lyrical")] == [None, None, 1.0]
+
+
+def test_what_a_release_does_not_read_is_told(tmp_path):
+    file = tmp_path / "nav2.yaml"
+    file.write_text(
+        "controller_server: {ros__parameters: {controller_plugins: [F], F: {plugin: "
+        "'nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController', "
+        "use_dynamic_window: true, max_robot_pose_search_dist: 3.0}}}\n"
+    )
+
+    def told(release):
+        setup = read_nav2_files([file], WHEELCHAIR, "chair", release=release)
+        (preset,) = setup.presets
+        rows = {row.parameter: row for row in setup.check.rows}
+        row = rows["F.use_dynamic_window"]
+        return row.status.name, row.remark, preset.path_handler, preset.parameters
+
+    status, remark, handler, parameters = told("jazzy")
+    assert (status, remark, handler) == ("UNREAD", "jazzy does not read it", {})
+    assert parameters.max_robot_pose_search_dist == 3.0
+    status, _, handler, parameters = told("lyrical")
+    assert (status, handler) == ("USED", {"max_robot_pose_search_dist": 3.0})
+    assert parameters.use_dynamic_window
+
+
+@pytest.mark.parametrize(
+    ("release", "limit", "interpolates"),
+    [("humble", 255.0, False), ("iron", 255.0, False), ("lyrical", None, None)],
+)
+def test_the_hybrid_planner_before_it_had_a_limit_of_cost(release, limit, interpolates, tmp_path):
+    file = tmp_path / "nav2.yaml"
+    file.write_text(
+        "planner_server: {ros__parameters: {planner_plugins: [GridBased], GridBased: {plugin: "
+        "'nav2_smac_planner/SmacPlannerHybrid', analytic_expansion_max_cost: true}}}\n"
+    )
+    if limit is None:
+        with pytest.raises(InputError, match="analytic_expansion_max_cost: input should be a"):
+            read_nav2_files([file], WHEELCHAIR, "chair", release=release)
+        return
+    setup = read_nav2_files([file], WHEELCHAIR, "chair", release=release)
+    planner = setup.robot.navigation.planner
+    assert planner.analytic_expansion_max_cost == limit
+    assert planner.allow_primitive_interpolation is interpolates
 
 
 def test_a_release_without_a_nav2_file_is_refused(capsys):

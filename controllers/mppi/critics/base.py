@@ -24,6 +24,7 @@ from drake_navbench.controllers.mppi.critics.batch import Batch, Float32Array, R
 from drake_navbench.controllers.mppi.float32_math import F32
 from drake_navbench.controllers.mppi.lanes import LANES, Lanes
 from drake_navbench.controllers.mppi.motion_models import MotionLimits, MotionModel
+from drake_navbench.controllers.mppi.releases import RELEASES, Release
 from drake_navbench.kernels.grid import INSCRIBED, MAX_NON_OBSTACLE, NO_INFORMATION, Costmap, Grid
 from drake_navbench.typed_files.quantities import Count
 
@@ -92,6 +93,11 @@ class CriticContext:
     nav2_release: str = "lyrical"
 
     @property
+    def release(self) -> Release:
+        """What the controller does in that release."""
+        return RELEASES[self.nav2_release]
+
+    @property
     def holonomic(self) -> bool:
         """Whether vy counts."""
         return self.motion_model is MotionModel.OMNI
@@ -136,6 +142,11 @@ class Critic(ABC):
     def __init__(self, parameters: Any, context: CriticContext) -> None:
         self.parameters = parameters
         self.context = context
+
+    @classmethod
+    def of_release(cls, release: Release) -> type[Critic]:
+        """Returns the class that scores as a release of Nav2 does."""
+        return cls
 
     @abstractmethod
     def score(self, batch: Batch) -> tuple[Float32Array, bool]:
@@ -182,7 +193,7 @@ class PathCritic(Critic):
     def considers(self, scene: Scene) -> bool:
         """Whether the critic may act in this cycle; only then is the reached point needed."""
         threshold = F32(self.parameters.threshold_to_consider)
-        return self.parameters.enabled and bool(scene.path_length >= threshold)
+        return self.parameters.enabled and bool(scene.way_left >= threshold)
 
     def score_reach(self, scene: Scene, reach: Reach, furthest: int) -> Float32Array | None:
         """Returns the raw terms (blocks, LANES); None where inactive."""

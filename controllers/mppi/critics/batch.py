@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from drake_navbench.controllers.mppi.float32_math import ONE, ZERO
 from drake_navbench.controllers.mppi.lanes import LANES, Lanes, pack, unpack
+from drake_navbench.controllers.mppi.releases import Furthest
 from drake_navbench.kernels.grid import INSCRIBED, LETHAL, NO_INFORMATION, OFF_MAP, Costmap, cost_at
 
 Float32Array = NDArray[np.float32]
@@ -23,6 +24,8 @@ class Scene:
 
     pose: (3,) x m, y m, yaw rad. path: (n, 3) float32, the local plan, same units.
     path_length: of the local plan, float32 m. goal_xy_tolerance_m: of the goal checker.
+    straight_goal: (3,) x m, y m, yaw rad, where the releases up to Kilted measure how far it is to
+    the goal; None: along the local plan. furthest: how its furthest reached point is looked for.
     """
 
     pose: NDArray[np.float64]
@@ -30,6 +33,8 @@ class Scene:
     path_length: np.float32
     costmap: Costmap
     goal_xy_tolerance_m: float = 0.25
+    straight_goal: NDArray[np.float64] | None = None
+    furthest: Furthest = Furthest.BY_LENGTH
 
     @classmethod
     def from_plan(
@@ -39,6 +44,8 @@ class Scene:
         pose: ArrayLike,
         costmap: Costmap,
         goal_xy_tolerance_m: float = 0.25,
+        straight_goal: NDArray[np.float64] | None = None,
+        furthest: Furthest = Furthest.BY_LENGTH,
     ) -> Scene:
         """Builds a scene from a local plan (n, 3) in m and rad, n >= 1.
 
@@ -53,7 +60,23 @@ class Scene:
             length,
             costmap,
             goal_xy_tolerance_m,
+            straight_goal,
+            furthest,
         )
+
+    @cached_property
+    def way_left(self) -> np.float32:
+        """How far it is to the goal, m."""
+        if self.straight_goal is None:
+            return self.path_length
+        return np.float32(np.hypot(*(self.pose[:2] - self.straight_goal[:2])))
+
+    @cached_property
+    def goal(self) -> Float32Array:
+        """(3,) x m, y m, yaw rad that the critics near the goal pull to."""
+        if self.straight_goal is None:
+            return self.path[-1]
+        return self.straight_goal.astype(np.float32)
 
     @cached_property
     def path_x(self) -> Float32Array:
@@ -174,7 +197,11 @@ def furthest_point(scene: Scene, reach: Reach, size: int) -> int:
 
     A sample may only use points up to the first whose arc length is at least its own length, so
     that a path which comes back past itself is not skipped (utils::findPathFurthestReachedPoint).
+    Releases up to Kilted have no such bound.
     """
+    if scene.furthest is not Furthest.BY_LENGTH:
+        restarts = scene.furthest is Furthest.ALL
+        return int(_furthest_of_all(scene.path_x, scene.path_y, reach, size, restarts))
     return int(_furthest_point(scene.path_x, scene.path_y, scene.arc_lengths, reach, size))
 
 
@@ -232,6 +259,22 @@ def _furthest_point(path_x, path_y, arc_lengths, reach, size):
             furthest = max(furthest, nearest[lane])
         if furthest == last:
             break
+    return furthest
+
+
+@njit(cache=True)
+def _furthest_of_all(path_x, path_y, reach, size, restarts):
+    furthest = 0
+    for sample in range(size):
+        block, lane = sample // LANES, sample % LANES
+        best, nearest = np.float32(np.inf), 0
+        for k in range(0 if restarts else furthest, path_x.shape[0]):
+            dx = path_x[k] - reach.end_x[block, lane]
+            dy = path_y[k] - reach.end_y[block, lane]
+            distance = dx * dx + dy * dy
+            if distance < best:
+                best, nearest = distance, k
+        furthest = max(furthest, nearest)
     return furthest
 
 

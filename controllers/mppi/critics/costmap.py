@@ -69,7 +69,11 @@ class CostCritic(PointwiseCritic):
     def __init__(self, parameters: Any, context: CriticContext) -> None:
         super().__init__(parameters, context)
         _require_outline("CostCritic", parameters, context)
-        columns = (context.time_steps - 1) // parameters.trajectory_point_step + 1
+        step = parameters.trajectory_point_step
+        columns = (context.time_steps - 1) // step + 1
+        if context.release.drops_last_column:
+            columns = context.time_steps // step
+        self.last_column = (columns - 1) * step
         self.weight = F32(parameters.cost_weight) / F32(LETHAL) / F32(columns)
         self.footprint_from = self._footprint_from()
         self._outline_view = OutlineView(context.setup.footprint)
@@ -77,7 +81,10 @@ class CostCritic(PointwiseCritic):
     def _footprint_from(self) -> int:
         """Cell value from which the outline can touch an obstacle; 0 where that is unknown."""
         setup = self.context.setup
-        if setup.inflation_radius_m < setup.circumscribed_radius_m:
+        heeds_radius = self.context.release.heeds_inflation_radius
+        if heeds_radius and setup.inflation_radius_m < setup.circumscribed_radius_m:
+            return 0
+        if not self.context.has_inflation:
             return 0
         return self.context.inflated_cost(setup.circumscribed_radius_m)
 
@@ -85,7 +92,7 @@ class CostCritic(PointwiseCritic):
         p = self.parameters
         values = np.arange(COST_COUNT, dtype=np.float32)
         score = np.where(values >= p.near_collision_cost, F32(p.critical_cost), values)
-        if scene.path_length < F32(p.near_goal_distance):
+        if scene.way_left < F32(p.near_goal_distance):
             score[: p.near_collision_cost] = 0
         score[0] = 0
         collides = collision_values(
@@ -97,6 +104,9 @@ class CostCritic(PointwiseCritic):
 
     def add(self, cycle: CostCycle, chunk: Trajectories, sums: Lanes, *, first_block: int) -> None:
         step = self.parameters.trajectory_point_step
+        count = self.last_column + 1
+        in_float32 = self.context.release.finds_cells_in_float32
+        x, y, yaw = chunk.x[:, :count], chunk.y[:, :count], chunk.yaw[:, :count]
         if self.parameters.consider_footprint:
             add_outline_collisions(
                 cycle.view,
@@ -104,12 +114,13 @@ class CostCritic(PointwiseCritic):
                 self.footprint_from,
                 cycle.outline_collides,
                 step,
-                chunk.x,
-                chunk.y,
-                chunk.yaw,
+                in_float32,
+                x,
+                y,
+                yaw,
                 sums,
             )
-        add_cell_scores(cycle.view, cycle.score, step, chunk.x, chunk.y, sums)
+        add_cell_scores(cycle.view, cycle.score, step, in_float32, x, y, sums)
 
     def finish(self, cycle: CostCycle, costs: Float32Array) -> bool:
         collided = costs == INFINITY
@@ -119,12 +130,12 @@ class CostCritic(PointwiseCritic):
 
 
 @njit(cache=True)
-def add_cell_scores(view, score, step, x, y, sums):
-    """Adds the score of the cell under every step-th column; cells are found in float32."""
+def add_cell_scores(view, score, step, in_float32, x, y, sums):
+    """Adds the score of the cell under every step-th column; cells are found in float32, or not."""
     cells = np.empty(LANES, np.int32)
     for block in range(x.shape[0]):
         for t in range(0, x.shape[1], step):
-            _float32_cell_row(view, x[block, t], y[block, t], cells)
+            _find_cell_row(view, in_float32, x[block, t], y[block, t], cells)
             _add_score_row(view.values, score, cells, sums[block])
 
 
@@ -136,7 +147,7 @@ def _add_score_row(values, score, cells, sums):
 
 @njit(cache=True)
 def add_outline_collisions(
-    view, remembered, footprint_from, outline_collides, step, x, y, yaw, sums
+    view, remembered, footprint_from, outline_collides, step, in_float32, x, y, yaw, sums
 ):
     """Makes the sum infinite where the outline of a step-th column collides.
 
@@ -147,7 +158,7 @@ def add_outline_collisions(
     wanted = np.empty(LANES, np.int64)
     for block in range(x.shape[0]):
         for t in range(0, x.shape[1], step):
-            _float32_cell_row(view, x[block, t], y[block, t], cells)
+            _find_cell_row(view, in_float32, x[block, t], y[block, t], cells)
             count = 0
             for lane in range(LANES):
                 value = values[cells[lane]]
@@ -189,6 +200,12 @@ class ObstaclesParameters(TermParameters):
     near_goal_distance: Length = Field(0.5, ge=0, description="Plan length without repulsion [m].")
     consider_footprint: bool = Field(False, description="Check the outline, not the centre alone.")
     inflation_layer_name: str = Field("", description="Kept for Nav2's files; there is one layer.")
+    cost_scaling_factor: Number = Field(
+        10.0, ge=0.0, description="Humble: decay of the inflation; must match the layer's [1/m]."
+    )
+    inflation_radius: Length = Field(
+        0.55, ge=0.0, description="Humble: how far it reaches; must match the layer's [m]."
+    )
 
 
 class ObstaclesCritic(PointwiseCritic):
@@ -203,6 +220,11 @@ class ObstaclesCritic(PointwiseCritic):
         if parameters.consider_footprint:
             radius = context.setup.circumscribed_radius_m
             self.footprint_from = context.inflated_cost(radius) if context.has_inflation else 0
+        self.scaling_factor = context.setup.inflation_cost_scaling_factor
+        self.inflation_radius_m = context.setup.inflation_radius_m
+        if not context.release.reads_inflation_layer:
+            self.scaling_factor = parameters.cost_scaling_factor
+            self.inflation_radius_m = parameters.inflation_radius
         self.distances = self._distances()
         self._outline_view = OutlineView(context.setup.footprint)
 
@@ -212,7 +234,7 @@ class ObstaclesCritic(PointwiseCritic):
         Inverts the inflation, cost = 253 exp(-k (d - r_in)); infinite where nothing is known.
         """
         distances = np.full((2, COST_COUNT), INFINITY)
-        k = F32(self.context.setup.inflation_cost_scaling_factor)
+        k = F32(self.scaling_factor)
         if not self.context.has_inflation or k == 0:
             return distances
         inscribed_radius = F32(self.context.setup.inscribed_radius_m)
@@ -232,8 +254,10 @@ class ObstaclesCritic(PointwiseCritic):
             consider_footprint=p.consider_footprint, tracks_unknown=scene.costmap.tracks_unknown
         )
         shortfall[:, collides] = INFINITY
-        repels = known & bool(scene.path_length >= F32(p.near_goal_distance))
-        repulsion = F32(self.context.setup.inflation_radius_m) - distances
+        repels = known & bool(scene.way_left >= F32(p.near_goal_distance))
+        repulsion = F32(self.inflation_radius_m) - distances
+        if not self.context.release.repels_above_least:
+            repels &= shortfall == 0
         return ObstaclesCycle(
             *self._outline_view.of(scene.costmap),
             shortfall,
@@ -263,7 +287,9 @@ class ObstaclesCritic(PointwiseCritic):
         costs[collided] = F32(p.collision_cost)
         costs *= F32(p.critical_weight)
         repulsion = cycle.repulsion_sums.ravel()[: costs.size]
-        mean_repulsion = (repulsion - repulsion.min()) / F32(self.context.time_steps)
+        if self.context.release.repels_above_least:
+            repulsion = repulsion - repulsion.min()
+        mean_repulsion = repulsion / F32(self.context.time_steps)
         costs += F32(p.repulsion_weight) * mean_repulsion
         weigh(costs, ONE, p.cost_power)
         return bool(collided.all())
@@ -325,6 +351,14 @@ def _require_outline(name: str, parameters: Any, context: CriticContext) -> None
         raise InputError(
             f"{name}.consider_footprint: got true, expected false for a robot given by a radius"
         )
+
+
+@njit(cache=True)
+def _find_cell_row(view, in_float32, x, y, cells):
+    if in_float32:
+        _float32_cell_row(view, x, y, cells)
+    else:
+        _float64_cell_row(view, x, y, cells)
 
 
 @njit(cache=True)

@@ -28,14 +28,14 @@ class GoalParameters(TermParameters):
 
 
 class GoalCritic(PointwiseCritic):
-    """Mean distance to the last point of the local plan, where that is near."""
+    """Mean distance to the goal, the last point of the local plan, where that is near."""
 
     Parameters: ClassVar[type[CriticParameters]] = GoalParameters
 
     def begin(self, scene: Scene, blocks: int) -> tuple[Any, ...] | None:
-        if scene.path_length > F32(self.parameters.threshold_to_consider):
+        if scene.way_left > F32(self.parameters.threshold_to_consider):
             return None
-        return scene.path[-1, 0], scene.path[-1, 1]
+        return scene.goal[0], scene.goal[1]
 
     def add(
         self, cycle: tuple[Any, ...], chunk: Trajectories, sums: Lanes, *, first_block: int
@@ -80,9 +80,9 @@ class GoalAngleCritic(PointwiseCritic):
     Parameters: ClassVar[type[CriticParameters]] = GoalAngleParameters
 
     def begin(self, scene: Scene, blocks: int) -> tuple[Any, ...] | None:
-        if scene.path_length > F32(self.parameters.threshold_to_consider):
+        if scene.way_left > F32(self.parameters.threshold_to_consider):
             return None
-        return (scene.path[-1, 2],)
+        return (scene.goal[2],)
 
     def add(
         self, cycle: tuple[Any, ...], chunk: Trajectories, sums: Lanes, *, first_block: int

@@ -16,14 +16,17 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from drake_navbench.controllers.mppi.critics.base import (
+    Critic,
     CriticContext,
     CriticParameters,
     PathCritic,
     TermParameters,
+    weigh,
 )
-from drake_navbench.controllers.mppi.critics.batch import Float32Array, Reach, Scene
+from drake_navbench.controllers.mppi.critics.batch import Batch, Float32Array, Reach, Scene
 from drake_navbench.controllers.mppi.float32_math import F32, HALF_PI, ONE, PI, ZERO, wrap32
 from drake_navbench.controllers.mppi.lanes import LANES
+from drake_navbench.controllers.mppi.releases import Release
 from drake_navbench.typed_files.quantities import Angle, Count, Length, Number
 
 # PathAlign ignores up to this many invalid path points, whatever their share.
@@ -66,7 +69,10 @@ class PathAlignCritic(PathCritic):
         p = self.parameters
         if furthest < max(1, p.offset_from_furthest):
             return None
-        if is_path_blocked(scene.path_valid, furthest, p.max_path_occupancy_ratio):
+        aligns_onward = self.context.release.aligns_onward
+        begin = 0 if aligns_onward else closest_to_first_sample(scene, reach)
+        valid = scene.path_valid[begin:]
+        if is_path_blocked(valid, max(0, furthest - begin), p.max_path_occupancy_ratio):
             return None
         costs = np.empty_like(reach.end_x)
         path_align_costs(
@@ -77,10 +83,18 @@ class PathAlignCritic(PathCritic):
             scene.path_valid,
             furthest,
             p.use_path_orientations,
+            aligns_onward,
             reach,
             costs,
         )
         return costs
+
+
+def closest_to_first_sample(scene: Scene, reach: Reach) -> int:
+    """Returns the path point closest to the first pose of the first sample; the first of equals."""
+    dx = scene.path_x - reach.column_x[0, 0, 0]
+    dy = scene.path_y - reach.column_y[0, 0, 0]
+    return int(np.argmin(dx * dx + dy * dy))
 
 
 def is_path_blocked(valid: NDArray[np.bool_], furthest: int, max_occupancy_ratio: float) -> bool:
@@ -92,11 +106,14 @@ def is_path_blocked(valid: NDArray[np.bool_], furthest: int, max_occupancy_ratio
 
 
 @njit(cache=True)
-def path_align_costs(path_x, path_y, path_yaw, lengths, valid, furthest, use_yaw, reach, costs):
+def path_align_costs(
+    path_x, path_y, path_yaw, lengths, valid, furthest, use_yaw, onward, reach, costs
+):
     """PathAlignCritic: mean distance between a sample's columns and the path, by arc length.
 
     Path points 0 .. furthest - 1 count. A column is compared with the point whose arc length is
-    nearest to the distance driven since column 0; invalid points are left out.
+    nearest to the distance driven since column 0; invalid points are left out. onward: how that
+    point is looked for, see `Release.aligns_onward`.
     costs: (blocks, LANES), written.
     """
     arcs = np.full(LANES, ZERO)
@@ -111,7 +128,10 @@ def path_align_costs(path_x, path_y, path_yaw, lengths, valid, furthest, use_yaw
             for lane in range(LANES):
                 dx, dy = x[t, lane] - x[t - 1, lane], y[t, lane] - y[t - 1, lane]
                 arcs[lane] += np.sqrt(dx * dx + dy * dy)
-            _nearest_by_length_row(lengths, furthest, arcs, indices)
+            if onward:
+                _nearest_by_length_row(lengths, furthest, arcs, indices)
+            else:
+                _first_by_length_row(lengths, furthest, valid.shape[0], arcs, indices)
             for lane in range(LANES):
                 i = indices[lane]
                 if not valid[i]:
@@ -143,6 +163,30 @@ def _nearest_by_length_row(lengths, count, arcs, indices):
                 found = np.int32(j - 1 if before_is_nearer else j)
                 break
         indices[lane] = found
+
+
+@njit(cache=True)
+def _first_by_length_row(lengths, count, valid_count, arcs, indices):
+    """The same up to Iron: the first point from each lane's index on that is as far, or before it.
+
+    Where that is the one it begins with, it goes back to the path's begin. Beyond the last of
+    `count` points Nav2 reads what lies behind its list; it is taken for 0, so that the next point
+    is it, if the path has it.
+    """
+    for lane in range(LANES):
+        driven = arcs[lane]
+        start = indices[lane]
+        found = start
+        while found < count and lengths[found] < driven:
+            found += 1
+        if found == start:
+            indices[lane] = 0
+        elif found == count:
+            indices[lane] = min(count, valid_count - 1)
+        elif driven - lengths[found - 1] < lengths[found] - driven:
+            indices[lane] = found - 1
+        else:
+            indices[lane] = found
 
 
 class PathFollowParameters(TermParameters):
@@ -190,6 +234,7 @@ class PathAngleParameters(TermParameters):
     mode: Literal[0, 1, 2] = Field(
         0, description="0 forward preference, 1 none, 2 by the path's own orientations."
     )
+    forward_preference: bool = Field(True, description="Humble: mode 0; else mode 1.")
 
 
 class PathAngleCritic(PathCritic):
@@ -199,9 +244,12 @@ class PathAngleCritic(PathCritic):
 
     def __init__(self, parameters: Any, context: CriticContext) -> None:
         super().__init__(parameters, context)
-        cannot_reverse = abs(context.limits.vx_min) < _NO_REVERSE
-        no_preference = PathAngleMode.NO_DIRECTIONAL_PREFERENCE
-        self.mode = 0 if cannot_reverse and parameters.mode == no_preference else parameters.mode
+        self.mode = path_angle_mode(parameters, context)
+
+    @classmethod
+    def of_release(cls, release: Release) -> type[Critic]:
+        """Returns the class that scores as a release of Nav2 does."""
+        return cls if release.angles_at_end else MeanPathAngleCritic
 
     def score_reach(self, scene: Scene, reach: Reach, furthest: int) -> Float32Array | None:
         p = self.parameters
@@ -212,6 +260,44 @@ class PathAngleCritic(PathCritic):
         costs = np.empty_like(reach.end_x)
         path_angle_costs(target, self.mode, reach.end_x, reach.end_y, reach.end_yaw, costs)
         return costs
+
+
+class MeanPathAngleCritic(Critic):
+    """The same up to Iron: the mean over all columns of the samples, not their ends."""
+
+    Parameters: ClassVar[type[CriticParameters]] = PathAngleParameters
+
+    def __init__(self, parameters: Any, context: CriticContext) -> None:
+        super().__init__(parameters, context)
+        self.mode = path_angle_mode(parameters, context)
+
+    def score(self, batch: Batch) -> tuple[Float32Array, bool]:
+        """Scores a batch; see `Critic`."""
+        p, scene = self.parameters, batch.scene
+        costs = np.zeros(batch.x.shape[::2], np.float32)
+        scored = costs.ravel()[: batch.size]
+        if scene.way_left < F32(p.threshold_to_consider):
+            return scored, False
+        target = scene.path[min(batch.furthest + p.offset_from_furthest, len(scene.path) - 1)]
+        pose = scene.pose.astype(np.float32)
+        if angle_to_target(pose, target, self.mode) < F32(p.max_angle_to_furthest):
+            return scored, False
+        angles = np.empty_like(costs)
+        for t in range(batch.x.shape[1]):
+            x, y, yaw = (np.ascontiguousarray(q[:, t]) for q in (batch.x, batch.y, batch.yaw))
+            path_angle_costs(target, self.mode, x, y, yaw, angles)
+            costs += angles
+        scored /= F32(batch.x.shape[1])
+        weigh(scored, F32(p.cost_weight), p.cost_power)
+        return scored, False
+
+
+def path_angle_mode(parameters: PathAngleParameters, context: CriticContext) -> int:
+    """Returns the mode; a robot that cannot reverse points forward."""
+    cannot_reverse = abs(context.limits.vx_min) < _NO_REVERSE
+    no_preference = PathAngleMode.NO_DIRECTIONAL_PREFERENCE
+    mode = parameters.mode if parameters.forward_preference else no_preference
+    return 0 if cannot_reverse and mode == no_preference else mode
 
 
 def angle_to_target(pose: Float32Array, target: Float32Array, mode: int) -> np.float32:

@@ -20,4 +20,10 @@ def load_critics(parameters: MppiParameters, context: CriticContext) -> list[Cri
 
     Raises InputError for a name that is not registered, or that is broken.
     """
-    return [CRITICS.load(name)(parameters.critic(name), context) for name in parameters.critics]
+    critics: list[Critic] = []
+    for name in parameters.critics:
+        loaded = CRITICS.load(name)
+        # One that is no subclass of `Critic` scores the same in all releases.
+        of_release = getattr(loaded, "of_release", lambda release, loaded=loaded: loaded)
+        critics.append(of_release(context.release)(parameters.critic(name), context))
+    return critics

@@ -9,6 +9,7 @@ from numba import njit
 from pydantic import Field
 
 from drake_navbench.controllers.mppi.critics.base import (
+    Critic,
     CriticParameters,
     PointwiseCritic,
     TermParameters,
@@ -18,6 +19,7 @@ from drake_navbench.controllers.mppi.critics.batch import Float32Array, Scene
 from drake_navbench.controllers.mppi.float32_math import F32, ZERO
 from drake_navbench.controllers.mppi.lanes import LANES, Lanes
 from drake_navbench.controllers.mppi.motion_models import MotionModel
+from drake_navbench.controllers.mppi.releases import Release
 from drake_navbench.typed_files.quantities import Length, Number
 
 # Ackermann's turning radius |vx| / |wz| is cut off where the robot does not turn.
@@ -34,6 +36,11 @@ class ConstraintCritic(PointwiseCritic):
     """Velocity outside the limits, integrated over time; a speed limit does not count."""
 
     Parameters: ClassVar[type[CriticParameters]] = ConstraintParameters
+
+    @classmethod
+    def of_release(cls, release: Release) -> type[Critic]:
+        """Returns the class that scores as a release of Nav2 does."""
+        return cls if release.limits_axes else SpeedConstraintCritic
 
     def begin(self, scene: Scene, blocks: int) -> tuple[Any, ...]:
         limits = self.context.limits
@@ -52,6 +59,34 @@ class ConstraintCritic(PointwiseCritic):
     def finish(self, cycle: tuple[Any, ...], costs: Float32Array) -> bool:
         costs *= F32(self.context.model_dt)
         return super().finish(cycle, costs)
+
+
+class SpeedConstraintCritic(ConstraintCritic):
+    """The same up to Kilted: limits the speed, with the sign of vx, by the norm of both limits.
+
+    A base that does not move sideways, too, may drive as fast as vx_max and vy_max together.
+    """
+
+    def begin(self, scene: Scene, blocks: int) -> tuple[Any, ...]:
+        limits = self.context.limits
+        vy_squared = limits.vy_max * limits.vy_max
+        highest = np.sqrt(limits.vx_max * limits.vx_max + vy_squared)
+        lowest = np.sqrt(limits.vx_min * limits.vx_min + vy_squared)
+        sign = F32(1.0) if limits.vx_min > 0 else F32(-1.0)
+        return highest, sign * lowest, F32(self.context.min_turning_r)
+
+    def add(
+        self, cycle: tuple[Any, ...], chunk: Trajectories, sums: Lanes, *, first_block: int
+    ) -> None:
+        highest, lowest, min_turning_r = cycle
+        if self.context.motion_model is MotionModel.OMNI:
+            speeds = np.sqrt(chunk.vx * chunk.vx + chunk.vy * chunk.vy)
+            signed = np.where(chunk.vx > 0, speeds, -speeds)
+            add_excess(np.ascontiguousarray(signed, dtype=np.float32), lowest, highest, sums)
+        else:
+            add_excess(chunk.vx, lowest, highest, sums)
+        if self.context.motion_model is MotionModel.ACKERMANN:
+            add_tight_turns(chunk.vx, chunk.wz, min_turning_r, sums)
 
 
 @njit(cache=True)
@@ -93,7 +128,7 @@ class PreferForwardCritic(PointwiseCritic):
     Parameters: ClassVar[type[CriticParameters]] = PreferForwardParameters
 
     def begin(self, scene: Scene, blocks: int) -> tuple[Any, ...] | None:
-        near = scene.path_length < F32(self.parameters.threshold_to_consider)
+        near = scene.way_left < F32(self.parameters.threshold_to_consider)
         return None if near else ()
 
     def add(
@@ -118,7 +153,7 @@ class TwirlingCritic(PointwiseCritic):
     Parameters: ClassVar[type[CriticParameters]] = TwirlingParameters
 
     def begin(self, scene: Scene, blocks: int) -> tuple[Any, ...] | None:
-        return None if float(scene.path_length) < scene.goal_xy_tolerance_m else ()
+        return None if float(scene.way_left) < scene.goal_xy_tolerance_m else ()
 
     def add(
         self, cycle: tuple[Any, ...], chunk: Trajectories, sums: Lanes, *, first_block: int

@@ -1,0 +1,121 @@
+"""How MPPI differs between Nav2's releases.
+
+Source: nav2_mppi_controller, tags 1.1.20, 1.2.10, 1.3.13, 1.4.2 and 1.5.1.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from types import MappingProxyType
+from typing import NamedTuple
+
+
+class Goal(IntEnum):
+    """What the distance that critics near the goal ask for is measured to.
+
+    PATH: along the local plan to its end. PLAN_END: straight to the local plan's end. GOAL:
+    straight to the goal itself.
+    """
+
+    PATH = 0
+    PLAN_END = 1
+    GOAL = 2
+
+
+class Furthest(IntEnum):
+    """Which path points are looked at for the one that a sample ends closest to.
+
+    BY_LENGTH: up to the first that is as far as the sample is long. ONWARD: from the furthest one
+    so far on. ALL: all of them.
+    """
+
+    BY_LENGTH = 0
+    ONWARD = 1
+    ALL = 2
+
+
+class Release(NamedTuple):
+    """What the controller does in a release.
+
+    cuts_plan: it cuts the local plan itself. takes_first_of_equals: of equally close poses; else
+    the last one. goal, furthest: see there. heads_as_goal: near it the heading is the goal's; else
+    that of the local plan's end. turns_at_inversion: where plans are followed to their cusps, these
+    are the goals.
+    predicts_start: the roll-outs and the sequence start from what the robot can have reached of the
+    last command; else the roll-outs from the measured velocity, the sequence anywhere.
+    has_accelerations: both obey limits of acceleration. clamps_samples: what is averaged are the
+    samples within these limits. filters_first: the filter comes before the limits, in every pass;
+    else after them, once a cycle. filters_in_place: it reads what it has written. curves_signed: a
+    car that drives backwards in too tight a curve is made to turn the other way. has_validator: the
+    averaged trajectory is checked.
+    limits_axes: the constraint critic limits vx and vy; else the speed, by the norm of both limits.
+    finds_cells_in_float32, drops_last_column: how the cost critic reads the map, and that it leaves
+    out one column of an odd number. heeds_inflation_radius: it looks at every outline where the
+    inflation ends within the robot's. reads_inflation_layer: the obstacle critic has radius and
+    factor from there; else parameters of its own. repels_above_least: the least repulsion of all
+    samples counts as none, and repulsion adds to what the margin costs. aligns_onward: the path
+    critic looks from the last point on for the nearest by length; else for the first that is as
+    far. angles_at_end: the critic of angles looks at the samples' ends; else at all columns.
+    is_patient: no valid control is waited for; else it ends the task at once.
+    """
+
+    cuts_plan: bool = True
+    takes_first_of_equals: bool = False
+    goal: Goal = Goal.GOAL
+    furthest: Furthest = Furthest.ONWARD
+    heads_as_goal: bool = False
+    turns_at_inversion: bool = False
+    predicts_start: bool = False
+    has_accelerations: bool = True
+    clamps_samples: bool = True
+    filters_first: bool = False
+    filters_in_place: bool = False
+    curves_signed: bool = False
+    has_validator: bool = False
+    limits_axes: bool = False
+    finds_cells_in_float32: bool = True
+    drops_last_column: bool = False
+    heeds_inflation_radius: bool = True
+    reads_inflation_layer: bool = True
+    repels_above_least: bool = True
+    aligns_onward: bool = True
+    angles_at_end: bool = True
+    is_patient: bool = True
+
+
+_IRON = Release(
+    goal=Goal.PLAN_END,
+    furthest=Furthest.ALL,
+    has_accelerations=False,
+    clamps_samples=False,
+    filters_in_place=True,
+    curves_signed=True,
+    finds_cells_in_float32=False,
+    heeds_inflation_radius=False,
+    repels_above_least=False,
+    aligns_onward=False,
+    angles_at_end=False,
+)
+RELEASES = MappingProxyType(
+    {
+        "humble": _IRON._replace(
+            takes_first_of_equals=True,
+            curves_signed=False,
+            reads_inflation_layer=False,
+            is_patient=False,
+        ),
+        "iron": _IRON,
+        "jazzy": Release(drops_last_column=True),
+        "kilted": Release(heads_as_goal=True, turns_at_inversion=True),
+        "lyrical": Release(
+            cuts_plan=False,
+            goal=Goal.PATH,
+            furthest=Furthest.BY_LENGTH,
+            predicts_start=True,
+            clamps_samples=False,
+            filters_first=True,
+            has_validator=True,
+            limits_axes=True,
+        ),
+    }
+)

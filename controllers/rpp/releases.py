@@ -1,0 +1,62 @@
+"""How Regulated Pure Pursuit differs between Nav2's releases.
+
+Source: nav2_regulated_pure_pursuit_controller, tags 1.1.20, 1.2.10, 1.3.13, 1.4.2 and 1.5.1.
+"""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+from typing import NamedTuple
+
+
+class Release(NamedTuple):
+    """What the controller does in a release; kernels read it, too.
+
+    cuts_plan: takes the whole plan, cuts it itself, and has the carrot at a straight distance from
+        the robot, on the circle about it; near the plan's end it turns by that carrot's distance.
+    takes_first_of_equals: among equally close poses; else the last one.
+    keeps_two_poses: never begins with the last pose in reach.
+    steers_by_carrot: the fixed curvature lookahead slows down only; the carrot steers.
+    heeds_turns_in_place: poses in one place with other headings are a cusp.
+    turns_or_reverses: reverses only where it does not turn in place.
+    stops_in_time: a turn in place is slow enough to be stopped in time.
+    bounds_time_only: `min_distance_to_obstacle` makes the check longer, but not farther.
+    decays_from_252: the distance that a cost stands for is told from 252, as the layer has it.
+    is_patient: every error counts as no valid control, to which the server's patience applies.
+    """
+
+    cuts_plan: bool = False
+    takes_first_of_equals: bool = False
+    keeps_two_poses: bool = True
+    steers_by_carrot: bool = False
+    heeds_turns_in_place: bool = True
+    turns_or_reverses: bool = False
+    stops_in_time: bool = True
+    bounds_time_only: bool = False
+    decays_from_252: bool = False
+    is_patient: bool = False
+
+
+RELEASES = MappingProxyType(
+    {
+        "humble": Release(
+            cuts_plan=True,
+            takes_first_of_equals=True,
+            keeps_two_poses=False,
+            heeds_turns_in_place=False,
+            turns_or_reverses=True,
+            decays_from_252=True,
+            is_patient=True,
+        ),
+        "iron": Release(
+            cuts_plan=True,
+            keeps_two_poses=False,
+            steers_by_carrot=True,
+            turns_or_reverses=True,
+            stops_in_time=False,
+        ),
+        "jazzy": Release(cuts_plan=True),
+        "kilted": Release(cuts_plan=True, bounds_time_only=True),
+        "lyrical": Release(),
+    }
+)
