@@ -30,11 +30,11 @@ from drake_navbench.analysis.statistics import (
 from drake_navbench.campaign.benchmark import run_benchmark
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import original_plugin
-from drake_navbench.inputs.robot import DEFAULT_ROBOT
 from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS
 from drake_navbench.native.build import build_checkout
 from drake_navbench.native.builds import Build, find_build
 from drake_navbench.native.checkout import read_checkout
+from drake_navbench.trial.trial import DEFAULT_ROBOT
 
 DEFAULT_SCENARIOS = (*PUBLISHED_SCENARIOS, "doorway")
 DEFAULT_TRIALS = 64

@@ -149,15 +149,9 @@ def test_the_first_error_of_a_linker_is_told():
     assert first_error(text) == "undefined reference to `g()'"
 
 
-def test_a_described_name_stands_for_its_class(tiny, copied):
-    (copied / "tiny_controller" / "plugins.xml").write_text(
-        '<library><class name="tiny/Nickname" type="tiny::Controller" '
-        'base_class_type="nav2_core::Controller"/></library>'
-    )
-    host = build_checkout(copied, name="nicknamed").host
+def test_a_described_name_stands_for_its_class(tiny):
     client = {"plugin": "tiny/Nickname", "parameters": {"speed": 0.2}}
-    parameters = ExternalController.Parameters(command=[str(host)], client=client)
-    setup = controller_setup(load_robot("wheelchair"))
-    controller = ExternalController(parameters, setup)
+    parameters = ExternalController.Parameters(command=[str(tiny.host)], client=client)
+    controller = ExternalController(parameters, controller_setup(load_robot("wheelchair")))
     controller.close()
     assert controller.not_read == ()
