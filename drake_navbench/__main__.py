@@ -37,6 +37,14 @@ COMMANDS = {
         "drake_navbench.commands.nav2_build",
         "compile the controllers of a checkout of Nav2, as columns",
     ),
+    "nav2-parity": (
+        "drake_navbench.commands.nav2_parity",
+        "say how far the ports drive as a build's originals do",
+    ),
+    "nav2-gate": (
+        "drake_navbench.commands.nav2_gate",
+        "say whether a change to Nav2's controllers makes them drive worse",
+    ),
     "list": ("drake_navbench.commands.listing", "list scenarios, controllers and robots"),
     "completion": (
         "drake_navbench.commands.completion",

@@ -52,6 +52,8 @@ MAY_IMPORT: dict[str, set[str]] = {
     "campaign": BELOW_ALL | {"inputs", "trial", "analysis"},
     "gymnasium_environment": BELOW_ALL
     | {"controllers", "navigation", "inputs", "systems", "trial"},
+    "side_by_side": BELOW_ALL
+    | {"controllers", "native", "inputs", "trial", "analysis", "campaign"},
     "commands": BELOW_ALL
     | {
         "inputs",
@@ -63,6 +65,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "tuning",
         "identification",
         "native",
+        "side_by_side",
     },
 }
 # What analysis may use of the engine: the shapes that were in the world, which every log has.
