@@ -19,6 +19,7 @@ from drake_navbench.identification.search import SOBOL_POINTS, Searches
 from drake_navbench.identification.targets import published_targets, read_targets
 from drake_navbench.identification.unknowns import load_unknowns
 from drake_navbench.results import only_run_in, write_text
+from drake_navbench.tuning.study import import_optuna
 
 LOGS, PROPOSED = "logs", "proposed"
 
@@ -51,6 +52,7 @@ def identify(request: IdentificationRequest, tell: Callable[[str], None]) -> Non
 
     What is in the folder already is gone on with. Raises InputError.
     """
+    import_optuna()
     budget = parse_budget(request.budget)
     source = published_targets() if request.tables is None else read_targets(request.tables)
     targets = source.only(request.scenarios, request.controllers)
