@@ -8,6 +8,9 @@ INSTALLED := $(VENV)/.installed$(if $(LOCKED),-locked)
 LOCK := requirements.lock
 TOOLS := .venv-tools
 ARGS ?=
+# Tests run in so many processes at once, each of up to 2 GB. The long ones run alone: some measure
+# their own memory or time.
+TEST_JOBS ?= auto --maxprocesses 4
 # Folders that are installed as subpackages of drake_navbench.
 SUBPACKAGES := analysis controllers models scenarios
 TYPES := build/types
@@ -18,7 +21,7 @@ run: $(INSTALLED)
 	$(BIN)/python -m drake_navbench.run $(ARGS)
 
 test: $(INSTALLED)
-	$(BIN)/python -m pytest $(ARGS)
+	$(BIN)/python -m pytest -n $(TEST_JOBS) --dist worksteal $(ARGS)
 
 test-all: $(INSTALLED)
 	$(BIN)/python -m pytest -m "long or not long" $(ARGS)

@@ -29,6 +29,10 @@ COMMANDS = {
         "drake_navbench.commands.import_bag",
         "make trials of recordings of real robots",
     ),
+    "nav2-build": (
+        "drake_navbench.commands.nav2_build",
+        "compile the controllers of a checkout of Nav2, as columns",
+    ),
     "list": ("drake_navbench.commands.listing", "list scenarios, controllers and robots"),
     "completion": (
         "drake_navbench.commands.completion",

@@ -41,7 +41,8 @@ MAY_IMPORT: dict[str, set[str]] = {
     "navigation": BELOW_ALL | {"costmaps"},
     "scenarios": set(),
     "models": set(),
-    "inputs": BELOW_ALL | {"costmaps", "navigation"},
+    "native": BELOW_ALL,
+    "inputs": BELOW_ALL | {"costmaps", "navigation", "native"},
     "systems": BELOW_ALL | {"costmaps", "navigation", "inputs"},
     "trial": BELOW_ALL | {"costmaps", "navigation", "inputs", "systems"},
     "analysis": BELOW_ALL,
@@ -51,7 +52,16 @@ MAY_IMPORT: dict[str, set[str]] = {
     "gymnasium_environment": BELOW_ALL
     | {"controllers", "navigation", "inputs", "systems", "trial"},
     "commands": BELOW_ALL
-    | {"inputs", "trial", "analysis", "campaign", "recordings", "gymnasium_environment", "tuning"},
+    | {
+        "inputs",
+        "trial",
+        "analysis",
+        "campaign",
+        "recordings",
+        "gymnasium_environment",
+        "tuning",
+        "native",
+    },
 }
 # What analysis may use of the engine: the shapes that were in the world, which every log has.
 SHAPES = {

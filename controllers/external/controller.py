@@ -19,6 +19,7 @@ from drake_navbench.controllers.external.messages import (
     configure_message,
     diagnostics_of,
     failure_of,
+    not_read_of,
     set_plan_message,
 )
 from drake_navbench.controllers.external.parameters import ExternalParameters
@@ -40,6 +41,7 @@ class ExternalController:
 
     It is started when this is built and ended by `close`; so every trial has a fresh one. What it
     must remember it may return as `memory`; then a decision is a function of what it is told.
+    not_read: names of what it was given and does not know.
     Raises InputError where there is no such program or it refuses to be configured.
     """
 
@@ -58,6 +60,7 @@ class ExternalController:
         except ExternalControllerFailed as error:
             raise InputError(str(error).splitlines()[0]) from error
         self._is_graceful = answer.get("is_graceful") is True
+        self.not_read = not_read_of(answer)
 
     def initial_memory(self) -> ExternalMemory:
         """Returns what the client begins a task with; it forgets the one before."""

@@ -60,6 +60,12 @@ def configure_message(setup: ControllerSetup, parameters: Mapping[str, Any]) -> 
     }
 
 
+def not_read_of(answer: Mapping[str, Any]) -> tuple[str, ...]:
+    """Returns the names of parameters that a client says it does not know."""
+    names = answer.get("not_read", [])
+    return tuple(map(str, names)) if isinstance(names, list) else ()
+
+
 def set_plan_message(observation: Observation) -> dict[str, Any]:
     """Returns what a client is told when there is a new global plan."""
     return {

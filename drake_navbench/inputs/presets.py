@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
@@ -20,6 +20,7 @@ from drake_navbench.inputs.controller_file import (
     split_reference,
 )
 from drake_navbench.inputs.file_kinds import PRESET, require_kind
+from drake_navbench.inputs.originals import names_original, original_of
 from drake_navbench.inputs.robot import Robot, merged
 from drake_navbench.parameter_names import flattened, nested
 from drake_navbench.typed_files.input_file import file_digest
@@ -197,9 +198,12 @@ def load_preset(text: str) -> Preset:
     """Returns the preset for `name` or for a variant `name:param=value[:param=value...]`.
 
     A controller without a preset of its name goes by its own, with its defaults. In place of a name
-    stands `path/to/file.py:Class` for a controller that is in no package.
+    stands `path/to/file.py:Class` for a controller that is in no package, and `name@build` for the
+    original that a build of Nav2 has of it, with the parameters that the preset gives.
     Raises InputError where the name or a parameter is not known, or a value is wrong.
     """
+    if names_original(text):
+        return _original_preset(text)
     if names_file(text):
         name, assignments = split_reference(text)
         content = PresetFile(controller=name, description=f"the controller in {name}")
@@ -209,10 +213,39 @@ def load_preset(text: str) -> Preset:
         content, source = _named_content(name)
         if assignments:
             source = f"controller {text}"
+    return _preset_of(content, text, source, _assigned(assignments, text))
+
+
+def _original_preset(text: str) -> Preset:
+    """Returns the column of `name@build[:param=value...]`: the plugin, hosted by `external`."""
+    original = original_of(text)
+    content = PresetFile(controller="external", description=original.description)
+    plugin = original.plugin
+    if plugin is None:
+        content, _ = _named_content(original.name)
+        plugin = CONTROLLERS.load(content.controller).nav2_plugin
+    command = original.command_of(plugin)
+    assigned = _assigned(original.assignments, text)
+    own = merged(nested(flattened(content.parameters), text), assigned)
+    instead = nested(flattened(content.parameters_for_radius), text)
+    for_radius = merged(merged(own, instead), assigned) if instead else None
+    return Preset(
+        text,
+        "external",
+        original.description,
+        {**command, "client": {"plugin": plugin, "parameters": own}},
+        f"controller {text}",
+        values_for_radius=for_radius
+        and {**command, "client": {"plugin": plugin, "parameters": for_radius}},
+        path_handler=content.path_handler,
+    ).checked()
+
+
+def _assigned(assignments: Sequence[str], text: str) -> Mapping[str, Any]:
     assigned: Mapping[str, Any] = {}
     for assignment in assignments:
         assigned = merged(assigned, _parse_assignment(assignment, text))
-    return _preset_of(content, text, source, assigned)
+    return assigned
 
 
 def _named_content(name: str) -> tuple[PresetFile, str]:

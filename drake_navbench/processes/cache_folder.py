@@ -20,8 +20,7 @@ def provide_cache_folder() -> None:
 
     It is named in the environment, so that every process of a run finds it.
     """
-    user_cache = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"))
-    if _can_be_written(user_cache):
+    if _can_be_written(_user_cache()):
         return
     folder = _own_temporary_folder()
     os.environ.setdefault(MATPLOTLIB_VARIABLE, folder)
@@ -35,6 +34,18 @@ def notice() -> str:
     if not folder or folder != _name_of_temporary_folder():
         return ""
     return f"Neither the installation nor the home can be written: kernels are kept in {folder}"
+
+
+def user_cache_folder() -> Path:
+    """Returns where what is expensive to make again is kept for this user."""
+    user_cache = _user_cache()
+    if _can_be_written(user_cache):
+        return user_cache / "drake_navbench"
+    return Path(_own_temporary_folder())
+
+
+def _user_cache() -> Path:
+    return Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"))
 
 
 def _can_be_written(folder: Path) -> bool:

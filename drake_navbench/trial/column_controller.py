@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 import numpy as np
 
 from drake_navbench.controller import ClosableController, Controller, ControllerSetup
-from drake_navbench.errors import InputError, is_machine_fault, one_line
+from drake_navbench.errors import InputError, InputWarning, is_machine_fault, one_line
 from drake_navbench.inputs.foreign_code import runs_foreign_code
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot
@@ -50,9 +51,15 @@ def built_controller(
 
 
 def check_controller(preset: Preset, robot: Robot) -> None:
-    """Raises InputError where a column's controller cannot be built for a robot."""
-    with built_controller(preset, preset.robot(robot)):
-        pass
+    """Raises InputError where a column's controller cannot be built for a robot.
+
+    Warns of parameters that it does not know, where only it can tell.
+    """
+    with built_controller(preset, preset.robot(robot)) as controller:
+        not_read = getattr(controller, "not_read", ())
+    if not_read:
+        names = ", ".join(not_read)
+        warnings.warn(f"{preset.source}: does not read {names}", InputWarning, stacklevel=2)
 
 
 def controller_setup(robot: Robot, wants_diagnostics: bool = False) -> ControllerSetup:

@@ -1,0 +1,74 @@
+"""Compiles a checkout's controllers: `python -m drake_navbench nav2-build CHECKOUT`.
+
+Only the standard library is imported before the arguments are read, so that --help is quick.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+
+from drake_navbench.command_line import exit_status_of, listed_names, positive_number
+from drake_navbench.errors import printable
+
+EPILOG = """\
+example:
+  python -m drake_navbench nav2-build ~/nav2_ws/src/navigation2 --as mine
+  python -m drake_navbench run one_obstacle --controllers rpp,rpp@mine
+
+exit status: 0 done, 2 wrong input: no checkout, a release that is not known, a compiler or a
+library that is missing, or something that cannot be compiled
+"""
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Returns the parser of the command line."""
+    parser = argparse.ArgumentParser(
+        prog="python -m drake_navbench nav2-build",
+        description="Compiles the controllers of a checkout of Nav2, without ROS, into a program "
+        "that drives trials: the column rpp@NAME is the original of rpp.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    add = parser.add_argument
+    add("checkout", type=Path, metavar="CHECKOUT", help="the folder of navigation2")
+    add("--as", dest="name", metavar="NAME", help="what to call it (the name of its release)")
+    add(
+        "--packages",
+        type=listed_names,
+        default=(),
+        metavar="LIST",
+        help="packages with controllers to build (all for which the system has what they need)",
+    )
+    add("--jobs", type=positive_number, default=2, metavar="N", help="files compiled at once (2)")
+    return parser
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs the command; returns the exit status."""
+    arguments = build_parser().parse_args(argv)
+    return exit_status_of(
+        partial(_build, arguments), interrupted="interrupted; the same command goes on"
+    )
+
+
+def _build(arguments: argparse.Namespace) -> None:
+    from drake_navbench.native.build import build_checkout
+
+    build = build_checkout(
+        arguments.checkout,
+        name=arguments.name,
+        wanted=arguments.packages,
+        jobs=arguments.jobs,
+        tell=lambda line: print(printable(line), flush=True),
+    )
+    print(printable(f"{build.name}: Nav2 {build.where_from}, in {build.seconds:.0f} s"))
+    for controller in build.controllers:
+        print(f"  {controller}")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,56 @@
+"""Columns that are the original: `rpp@NAME`, the controller that a build of Nav2 has of a port."""
+
+from __future__ import annotations
+
+import re
+from typing import Any, NamedTuple
+
+from drake_navbench.errors import InputError
+from drake_navbench.native.builds import Build, find_build
+
+# What follows an equals sign belongs to a parameter, and may have anything in it.
+_REFERENCE = re.compile(r"(?P<name>[^@=]+)@(?P<build>[^:=]*)(?::(?P<rest>.*))?", re.DOTALL)
+
+
+class Original(NamedTuple):
+    """What `name@build:param=value` asks for.
+
+    name: of a preset whose controller has an original, or that original's plugin type itself.
+    """
+
+    name: str
+    build: Build
+    assignments: tuple[str, ...]
+
+    @property
+    def plugin(self) -> str | None:
+        """The plugin type, where it is given itself."""
+        return self.name if "::" in self.name else None
+
+    @property
+    def description(self) -> str:
+        """The line for tables and lists."""
+        return f"the original of {self.name}, Nav2 {self.build.where_from}"
+
+    def command_of(self, plugin: str | None) -> dict[str, Any]:
+        """Returns the host of a plugin as parameters of `external`; raises InputError."""
+        build = self.build
+        if plugin is None:
+            raise InputError(f"controller {self.name}@{build.name}: it is no port of Nav2's")
+        if plugin in build.controllers:
+            return {"command": [str(build.host)]}
+        reason = build.left_out.get(plugin, f"it has {', '.join(build.controllers)}")
+        raise InputError(f"controller {self.name}@{build.name}: {plugin} is not in it: {reason}")
+
+
+def names_original(text: str) -> bool:
+    """Returns whether a controller is asked for by a build."""
+    return _REFERENCE.fullmatch(text) is not None
+
+
+def original_of(text: str) -> Original:
+    """Returns what such a text asks for; raises InputError where there is no such build."""
+    found = _REFERENCE.fullmatch(text)
+    assert found is not None
+    assignments = tuple(found["rest"].split(":")) if found["rest"] is not None else ()
+    return Original(found["name"], find_build(found["build"]), assignments)

@@ -1,0 +1,224 @@
+"""Builds the host of a checkout's controllers."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from drake_navbench.errors import InputError, nearest_name_hint
+from drake_navbench.native.builds import Build, builds_folder, require_name, save_build, write_whole
+from drake_navbench.native.checkout import Checkout, Package, read_checkout
+from drake_navbench.native.compiler import (
+    FLAGS,
+    Compiler,
+    find_compiler,
+    include_arguments,
+    missing_libraries,
+)
+from drake_navbench.native.headers import HOST, NATIVE, REPLACEMENTS, STAND_INS, made_headers
+
+HOST_SOURCES = (HOST / "main.cpp", HOST / "controller_host.cpp")
+HOST_NEEDS = ("nav2_core",)
+
+
+def build_checkout(
+    root: Path,
+    *,
+    name: str | None = None,
+    wanted: Sequence[str] = (),
+    jobs: int = 2,
+    tell: Callable[[str], None] = lambda line: None,
+) -> Build:
+    """Builds the controllers of a checkout and keeps the result under a name.
+
+    name: None for the name of the release. wanted: packages to build; all that have controllers
+    where none is named, without those for which the system lacks something.
+    Raises InputError where there is nothing to build, the compiler or a library that is wanted is
+    missing, or something cannot be compiled.
+    """
+    start = time.monotonic()
+    checkout = read_checkout(root)
+    name = require_name(name or checkout.release)
+    compiler = find_compiler()
+    chosen, left_out = _chosen(checkout, wanted, compiler)
+    for reason in sorted(set(left_out.values())):
+        tell(reason)
+    plan = _Plan(checkout, tuple(chosen), compiler)
+    host, compiled = plan.build(jobs, builds_folder() / "logs" / f"{name}.log", tell)
+    build = Build(
+        name=name,
+        host=host,
+        release=checkout.release,
+        version=checkout.version,
+        commit=checkout.commit,
+        checkout=checkout.root,
+        compiler=compiler.version,
+        controllers=tuple(c for package in chosen for c in checkout.packages[package].controllers),
+        left_out=left_out,
+        seconds=time.monotonic() - start,
+    )
+    save_build(build)
+    tell(f"{compiled} files compiled, {plan.file_count - compiled} taken from the cache")
+    return build
+
+
+def _chosen(
+    checkout: Checkout, wanted: Sequence[str], compiler: Compiler
+) -> tuple[list[str], dict[str, str]]:
+    """Returns the packages to build, and the controllers that are left out with the reasons."""
+    found = checkout.controller_packages
+    for name in wanted:
+        if name not in found:
+            hint = nearest_name_hint(name, found)
+            raise InputError(f"{checkout.root}: no package {name!r} with a controller{hint}")
+    chosen: list[str] = []
+    left_out: dict[str, str] = {}
+    for name in wanted or found:
+        missing = missing_libraries(found[name].dependencies, compiler)
+        if not missing:
+            chosen.append(name)
+            continue
+        reason = f"{name} needs what is missing: {', '.join(missing)}"
+        if wanted:
+            raise InputError(reason)
+        left_out |= dict.fromkeys(found[name].controllers, reason)
+    if not chosen:
+        raise InputError("; ".join(sorted(set(left_out.values()))))
+    return chosen, left_out
+
+
+@dataclass(frozen=True)
+class _Unit:
+    """One file to compile: with which folders of headers, and the digest of all that it is of."""
+
+    source: Path
+    folders: tuple[Path, ...]
+    digest: str
+
+
+@dataclass(frozen=True)
+class _Plan:
+    """What is to be compiled for some packages of a checkout."""
+
+    checkout: Checkout
+    chosen: tuple[str, ...]
+    compiler: Compiler
+
+    @cached_property
+    def packages(self) -> dict[str, Package]:
+        return self.checkout.compiled_for((*self.chosen, *HOST_NEEDS))
+
+    @cached_property
+    def units(self) -> list[_Unit]:
+        seen = self.checkout.seen_from(self.packages)
+        made = made_headers(seen)
+        ours = _digest_of_texts(made) + _digest_of_files(_our_files(), NATIVE)
+        root = _written(made, ours)
+        headers = {name: _header_digest(package) for name, package in seen.items()}
+        units = []
+        for package in self.packages.values():
+            own = self.checkout.seen_from([package.name])
+            units += self._units(package.sources, own, headers, root, ours)
+        return units + self._units(HOST_SOURCES, seen, headers, root, ours)
+
+    @property
+    def file_count(self) -> int:
+        return len(self.units)
+
+    def build(self, jobs: int, log: Path, tell: Callable[[str], None]) -> tuple[Path, int]:
+        """Returns the host, and how many files were compiled for it."""
+        digest = _digest_of_texts({unit.digest: "" for unit in self.units})
+        host = builds_folder() / "hosts" / digest / "nav2_host"
+        if host.is_file():
+            return host, 0
+        missing = [unit for unit in self.units if not _object(unit).is_file()]
+        with ThreadPoolExecutor(jobs) as pool:
+            done = [pool.submit(self._compile, unit, log) for unit in missing]
+            try:
+                for number, each in enumerate(done, 1):
+                    each.result()
+                    tell(f"[{number}/{len(missing)}] {missing[number - 1].source.name}")
+            finally:
+                for each in done:
+                    each.cancel()
+        host.parent.mkdir(parents=True, exist_ok=True)
+        part = host.with_name(f"{host.name}.{os.getpid()}")
+        objects = [str(_object(unit)) for unit in self.units]
+        self.compiler.run([*objects, "-pthread", "-o", str(part)], log)
+        os.replace(part, host)
+        return host, len(missing)
+
+    def _units(
+        self,
+        sources: Iterable[Path],
+        needed: Mapping[str, Package],
+        headers: Mapping[str, str],
+        made: Path,
+        ours: str,
+    ) -> list[_Unit]:
+        own = tuple(
+            folder
+            for package in needed.values()
+            for folder in (package.include_folder, package.folder / "src")
+            if folder.is_dir()
+        )
+        folders = (REPLACEMENTS, made, NATIVE, *own)
+        seen = "".join(headers[name] for name in needed)
+        common = f"{self.compiler.version} {' '.join(self.compiler.words)} {FLAGS} {ours} {seen}"
+        return [
+            _Unit(
+                path,
+                folders,
+                hashlib.sha256(f"{common} {path.name} ".encode() + path.read_bytes()).hexdigest(),
+            )
+            for path in sources
+        ]
+
+    def _compile(self, unit: _Unit, log: Path) -> None:
+        target = _object(unit)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        part = target.with_name(f"{target.name}.{os.getpid()}")
+        arguments = [*FLAGS, *include_arguments(unit.folders), "-c", str(unit.source)]
+        self.compiler.run([*arguments, "-o", str(part)], log)
+        os.replace(part, target)
+
+
+def _object(unit: _Unit) -> Path:
+    return builds_folder() / "objects" / unit.digest[:2] / f"{unit.digest}.o"
+
+
+def _our_files() -> list[Path]:
+    """Returns the headers of ours that everything is compiled with."""
+    folders = (STAND_INS, REPLACEMENTS, HOST)
+    return [path for folder in folders for path in sorted(folder.rglob("*.hpp"))]
+
+
+def _header_digest(package: Package) -> str:
+    return _digest_of_files(package.headers, package.folder)
+
+
+def _digest_of_files(paths: Iterable[Path], root: Path) -> str:
+    digest = hashlib.sha256()
+    for path in paths:
+        digest.update(f"{path.relative_to(root).as_posix()}\n".encode() + path.read_bytes())
+    return digest.hexdigest()
+
+
+def _digest_of_texts(texts: Mapping[str, str]) -> str:
+    return hashlib.sha256(repr(sorted(texts.items())).encode()).hexdigest()
+
+
+def _written(headers: Mapping[str, str], digest: str) -> Path:
+    """Returns the folder with headers that were made; raises CannotBeWritten."""
+    folder = builds_folder() / "headers" / hashlib.sha256(digest.encode()).hexdigest()[:16]
+    for name, text in headers.items():
+        path = folder / name
+        if not path.is_file():
+            write_whole(path, text.encode())
+    return folder

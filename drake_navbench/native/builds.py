@@ -1,0 +1,98 @@
+"""Where builds are kept: objects and hosts by their content, and the names that people gave."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from pathlib import Path
+from typing import Any
+
+from pydantic import Field
+
+from drake_navbench.errors import CannotBeWritten, InputError, nearest_name_hint
+from drake_navbench.processes.cache_folder import user_cache_folder
+from drake_navbench.typed_files.input_file import read_input
+from drake_navbench.typed_files.typed_yaml import FrozenModel, validate
+
+MAX_MANIFEST_BYTES = 2**20
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
+
+
+class Build(FrozenModel):
+    """What was built under a name."""
+
+    name: str = Field(description="By which controllers ask for it: rpp@NAME.")
+    host: Path = Field(description="The program that drives the controllers.")
+    release: str = Field(description="Of the checkout, by its nav2_core.")
+    version: str = Field(description="Of its nav2_core.")
+    commit: str = Field(description="Of git, with a plus where files differed; empty if unknown.")
+    checkout: Path = Field(description="Where it was built from.")
+    compiler: str = Field(description="What the compiler says of itself.")
+    controllers: tuple[str, ...] = Field(description="The plugins in it.")
+    left_out: dict[str, str] = Field(description="The plugins that are not, each with the reason.")
+    seconds: float = Field(description="That the build took.")
+
+    @property
+    def where_from(self) -> str:
+        """The release and the commit, in a few words."""
+        return f"{self.release} {self.version}" + (f" at {self.commit}" if self.commit else "")
+
+
+def builds_folder() -> Path:
+    """Returns where builds are kept: in the user's cache, or among the temporary files."""
+    return user_cache_folder() / "native"
+
+
+def require_name(name: str) -> str:
+    """Returns the name of a build; raises InputError for one that `@` could not name."""
+    if _NAME.fullmatch(name) is None:
+        raise InputError(
+            f"name of a build: got {name!r}, expected letters, digits, dots, dashes, underscores"
+        )
+    return name
+
+
+def save_build(build: Build) -> None:
+    """Keeps a build under its name, in place of one that was there; raises CannotBeWritten."""
+    path = _manifest(build.name)
+    write_whole(path, build.model_dump_json(indent=2).encode())
+
+
+def find_build(name: str) -> Build:
+    """Returns the build of a name; raises InputError where there is none."""
+    path = _manifest(require_name(name))
+    if not path.is_file():
+        hint = nearest_name_hint(name, build_names())
+        raise InputError(
+            f"build {name!r} is not known{hint}; "
+            "python -m drake_navbench nav2-build CHECKOUT --as NAME makes one"
+        )
+    try:
+        data: Any = json.loads(read_input(path, max_bytes=MAX_MANIFEST_BYTES))
+    except ValueError as error:
+        raise InputError(f"{path}: cannot be read: {error}") from error
+    build = validate(Build, data, str(path))
+    if not build.host.is_file():
+        raise InputError(f"build {name!r}: {build.host} is gone; build it again")
+    return build
+
+
+def build_names() -> list[str]:
+    """Returns the names that there are builds of, sorted."""
+    return sorted(path.stem for path in (builds_folder() / "names").glob("*.json"))
+
+
+def write_whole(path: Path, content: bytes) -> None:
+    """Writes a file so that another process finds the old one or all of it."""
+    part = path.with_name(f"{path.name}.{os.getpid()}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        part.write_bytes(content)
+        os.replace(part, path)
+    except OSError as error:
+        raise CannotBeWritten(f"{path}: cannot be written: {error.strerror}") from error
+
+
+def _manifest(name: str) -> Path:
+    return builds_folder() / "names" / f"{name}.json"

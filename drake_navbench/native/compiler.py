@@ -1,0 +1,121 @@
+"""Calls the compiler, and says what is wrong in one line."""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import shutil
+import subprocess
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from drake_navbench.errors import InputError
+
+# Of a checkout's dependency: the header that shows that it is there, and Debian's package with it.
+SYSTEM_LIBRARIES: Mapping[str, tuple[str, str]] = {
+    "eigen": ("Eigen/Core", "libeigen3-dev"),
+    "xtensor": ("xtensor/xtensor.hpp", "libxtensor-dev"),
+}
+# Where Debian has headers apart.
+INCLUDE_FOLDERS = ("/usr/include/eigen3",)
+# Floating-point results must not depend on the machine that compiles: nothing is contracted, and
+# nothing is used that only some processors have.
+FLAGS = ("-std=c++20", "-O2", "-DNDEBUG", "-ffp-contract=off", "-fPIC", "-w")
+# A controller may be large: MPPI's takes a minute for one file on a slow machine.
+PATIENCE_S = 1200.0
+
+_ERROR = re.compile(
+    r"^(?P<place>[^\s:][^:\n]*:\d+)(?::\d+)?: (?:fatal )?error: (?P<what>.*)$", re.M
+)
+_LINK_ERROR = re.compile(r"^.*(undefined reference to .*|multiple definition of .*)$", re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class Compiler:
+    """A C++ compiler: its program with arguments, and what it says of itself."""
+
+    words: tuple[str, ...]
+    version: str
+
+    def has_header(self, header: str) -> bool:
+        """Returns whether a header of the system is found."""
+        command = [*self.words, *FLAGS, *include_arguments(()), "-x", "c++", "-E", "-"]
+        text = f"#if !__has_include(<{header}>)\n#error\n#endif\n"
+        done = subprocess.run(command, input=text, capture_output=True, text=True, check=False)
+        return done.returncode == 0
+
+    def run(self, arguments: Sequence[str], log: Path) -> None:
+        """Runs it; raises InputError with its first error, and the log's place, where it fails."""
+        command = [*self.words, *arguments]
+        try:
+            done = subprocess.run(
+                command,
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                timeout=PATIENCE_S,
+                check=False,
+                env=os.environ | {"LC_ALL": "C"},
+            )
+        except OSError as error:
+            raise InputError(f"{self.words[0]}: cannot be run: {error.strerror}") from error
+        except subprocess.TimeoutExpired as error:
+            raise InputError(f"{shlex.join(command)}: took over {PATIENCE_S:g} s") from error
+        if done.returncode == 0:
+            return
+        text = done.stdout.decode(errors="replace")
+        log.parent.mkdir(parents=True, exist_ok=True)
+        log.write_text(f"{shlex.join(command)}\n\n{text}", encoding="utf-8")
+        raise InputError(f"{first_error(text)}; the whole log: {log}")
+
+
+def first_error(text: str) -> str:
+    """Returns the place and the words of the first error in what a compiler has printed."""
+    found = _ERROR.search(text)
+    if found is not None:
+        return f"{found['place']}: {found['what']}"
+    linked = _LINK_ERROR.search(text)
+    if linked is not None:
+        return linked[1]
+    lines = text.strip().splitlines()
+    return lines[-1] if lines else "the compiler failed and said nothing"
+
+
+def find_compiler() -> Compiler:
+    """Returns the compiler that CXX names, else the first of c++, g++ and clang++.
+
+    Raises InputError where there is none.
+    """
+    given = shlex.split(os.environ.get("CXX", ""))
+    for words in [given] if given else [["c++"], ["g++"], ["clang++"]]:
+        program = shutil.which(words[0])
+        if program is not None:
+            command = (program, *words[1:])
+            return Compiler(command, _version(command))
+    looked = f"{given[0]!r} (of CXX)" if given else "c++, g++ or clang++"
+    raise InputError(f"compiler: no {looked}; on Debian or Ubuntu: apt-get install g++")
+
+
+def missing_libraries(dependencies: Iterable[str], compiler: Compiler) -> list[str]:
+    """Returns what the system lacks, each with the package that has it."""
+    return [
+        f"{name} (on Debian or Ubuntu: apt-get install {package})"
+        for name, (header, package) in SYSTEM_LIBRARIES.items()
+        if name in dependencies and not compiler.has_header(header)
+    ]
+
+
+def include_arguments(folders: Iterable[Path]) -> list[str]:
+    """Returns the arguments for folders of headers, and for those that Debian has apart."""
+    ours = [f"-I{folder}" for folder in folders]
+    return [*ours, *(f"-isystem{folder}" for folder in INCLUDE_FOLDERS if Path(folder).is_dir())]
+
+
+def _version(command: Sequence[str]) -> str:
+    try:
+        done = subprocess.run([*command, "--version"], capture_output=True, text=True, check=True)
+    except (OSError, subprocess.SubprocessError) as error:
+        raise InputError(f"{command[0]}: does not tell its version: {error}") from error
+    return done.stdout.splitlines()[0] if done.stdout else command[0]

@@ -1,0 +1,235 @@
+#include "host/controller_host.hpp"
+
+#if __has_include("nav2_costmap_2d/inflation_layer.hpp")
+#include "nav2_costmap_2d/inflation_layer.hpp"
+#define DRAKE_NAVBENCH_HAS_INFLATION_LAYER 1
+#endif
+#if __has_include("nav2_core/controller_exceptions.hpp")
+#include "nav2_core/controller_exceptions.hpp"
+#elif __has_include("nav2_core/exceptions.hpp")
+#include "nav2_core/exceptions.hpp"
+#endif
+
+namespace nav2_core {
+// Declared again where the release has them, so that its own are found below, and ours elsewhere.
+class PlannerException;
+class NoValidControl;
+class InvalidPath;
+class ControllerTFError;
+}  // namespace nav2_core
+
+namespace drake_navbench {
+
+namespace {
+
+constexpr const char * kPlugin = "FollowPath";
+
+// Returns whether an exception is of a class that this release has.
+template <typename Kind>
+bool Is(const std::exception & error) {
+  if constexpr (requires { sizeof(Kind); }) {
+    return dynamic_cast<const Kind *>(&error) != nullptr;
+  } else {
+    return false;
+  }
+}
+
+// Returns the failure that an exception stands for: the server is patient with the first alone.
+const char * FailureOf(const std::exception & error) {
+  if (Is<nav2_core::NoValidControl>(error)) return "no_valid_control";
+  // Of releases that have one exception for everything.
+  if (Is<nav2_core::PlannerException>(error)) return "no_valid_control";
+  if (Is<nav2_core::InvalidPath>(error)) return "invalid_path";
+  if (Is<nav2_core::ControllerTFError>(error)) return "tf_error";
+  return "failed";
+}
+
+template <typename Controller>
+void NewPath(Controller & controller, const nav_msgs::msg::Path & path) {
+  if constexpr (requires { controller.newPathReceived(path); }) {
+    controller.newPathReceived(path);
+  } else {
+    controller.setPlan(path);
+  }
+}
+
+template <typename Controller>
+geometry_msgs::msg::TwistStamped Command(Controller & controller,
+                                         const geometry_msgs::msg::PoseStamped & pose,
+                                         const geometry_msgs::msg::Twist & velocity,
+                                         nav2_core::GoalChecker * checker, const Value & request) {
+  if constexpr (requires(nav_msgs::msg::Path path) {
+                  controller.computeVelocityCommands(pose, velocity, checker, path, pose);
+                }) {
+    return controller.computeVelocityCommands(pose, velocity, checker, Path(request["local_plan"]),
+                                              StampedPose(request["goal"]));
+  } else {
+    return controller.computeVelocityCommands(pose, velocity, checker);
+  }
+}
+
+template <typename Controller>
+void ResetController(Controller & controller) {
+  if constexpr (requires { controller.reset(); }) controller.reset();
+}
+
+template <typename Controller>
+bool CancelController(Controller & controller) {
+  if constexpr (requires { controller.cancel(); }) return controller.cancel();
+  return true;
+}
+
+// Returns the given parameters of the plugin that nothing has declared.
+Value::Array NotRead(const rclcpp::node_interfaces::NodeParametersInterface & parameters) {
+  Value::Array names;
+  const std::string prefix = std::string(kPlugin) + ".";
+  for (const auto & [name, value] : parameters.get_parameter_overrides()) {
+    if (name.starts_with(prefix) && !parameters.has_parameter(name)) {
+      names.push_back(Value(name.substr(prefix.size())));
+    }
+  }
+  return names;
+}
+
+Value::Map Defaults(const rclcpp::node_interfaces::NodeParametersInterface & parameters) {
+  Value::Map defaults;
+  const std::string prefix = std::string(kPlugin) + ".";
+  for (const auto & [name, value] : parameters.defaults()) {
+    if (name.starts_with(prefix)) defaults[name.substr(prefix.size())] = ParameterAsValue(value);
+  }
+  return defaults;
+}
+
+}  // namespace
+
+Value ControllerHost::Configure(const Value & request) {
+  const Value & client = request["parameters"];
+  node_ = std::make_shared<nav2::LifecycleNode>("controller_server");
+  auto & overrides = node_->get_node_parameters_interface()->overrides();
+  const auto given = client.map().find("parameters");
+  if (given != client.map().end()) AddParameters(kPlugin, given->second, &overrides);
+  const std::string type = client["plugin"].text();
+  overrides[std::string(kPlugin) + ".plugin"] = rclcpp::ParameterValue(type);
+  node_->declare_parameter(std::string(kPlugin) + ".plugin", rclcpp::ParameterValue(type));
+  node_->declare_parameter("controller_frequency",
+                           rclcpp::ParameterValue(1.0 / request["control_period_s"].number()));
+  node_->declare_parameter("controller_plugins",
+                           rclcpp::ParameterValue(std::vector<std::string>{kPlugin}));
+  MakeCostmap(request);
+  controller_ = pluginlib::ClassLoader<nav2_core::Controller>("nav2_core", "nav2_core::Controller")
+                    .createUniqueInstance(type);
+  controller_->configure(node_, kPlugin, transforms_, costmap_);
+  controller_->activate();
+  // One that does not stop at once when it is cancelled wants to slow down by itself.
+  const bool is_graceful = !Cancel();
+  if (is_graceful) ResetController(*controller_);
+  const auto & parameters = *node_->get_node_parameters_interface();
+  return Value::Map{{"protocol", 1},
+                    {"is_graceful", is_graceful},
+                    {"not_read", NotRead(parameters)},
+                    {"defaults", Defaults(parameters)}};
+}
+
+void ControllerHost::MakeCostmap(const Value & request) {
+  std::optional<double> radius;
+  if (request["footprint_is_circle"].boolean()) {
+    radius = request["circumscribed_radius_m"].number();
+  }
+  costmap_ = std::make_shared<nav2_costmap_2d::Costmap2DROS>(
+      request["tracks_unknown_space"].boolean(), radius);
+  costmap_->set_transforms(transforms_);
+  auto * layers = costmap_->getLayeredCostmap();
+#ifdef DRAKE_NAVBENCH_HAS_INFLATION_LAYER
+  // Controllers ask it how costs fall with the distance; the costs themselves are told.
+  constexpr const char * kLayer = "inflation_layer";
+  auto & overrides = costmap_->get_node_parameters_interface()->overrides();
+  overrides["inflation_layer.inflation_radius"] =
+      rclcpp::ParameterValue(request["inflation_radius_m"].number());
+  overrides["inflation_layer.cost_scaling_factor"] =
+      rclcpp::ParameterValue(request["inflation_cost_scaling_factor"].number());
+  auto layer = std::make_shared<nav2_costmap_2d::InflationLayer>();
+  layers->addPlugin(layer);
+  layer->initialize(layers, kLayer, transforms_.get(), costmap_, nullptr);
+#endif
+  const double resolution = request["costmap_resolution_m"].number();
+  const auto cells =
+      static_cast<unsigned int>(std::lround(request["costmap_size_m"].number() / resolution));
+  layers->resizeMap(cells, cells, resolution, 0.0, 0.0);
+  std::vector<geometry_msgs::msg::Point> footprint;
+  for (const Value & corner : request["footprint"].array()) {
+    footprint.push_back({corner.number_at(0), corner.number_at(1), 0.0});
+  }
+  layers->setFootprint(footprint);
+}
+
+Value ControllerHost::Reset() {
+  // As at the end of a task.
+  if (has_driven_) ResetController(*controller_);
+  has_driven_ = false;
+  return Value::Map{};
+}
+
+Value ControllerHost::SetPlan(const Value & request) {
+  NewPath(*controller_, Path(request["plan"]));
+  return Value::Map{};
+}
+
+Value ControllerHost::Compute(const Value & request) {
+  rclcpp::Clock::trial_time() = std::llround(request["time_s"].number() * 1e9);
+  const auto pose = StampedPose(request["pose"]);
+  tf2::Transform base;
+  tf2::fromMsg(pose.pose, base);
+  transforms_->set_base(base);
+  costmap_->set_robot_pose(pose);
+  TellCostmap(request["costmap"]);
+  goal_checker_.Tell(request["goal_xy_tolerance_m"].number(),
+                     request["goal_yaw_tolerance_rad"].number(),
+                     request["goal_xy_reached"].boolean());
+  const Value & twist = request["twist"];
+  geometry_msgs::msg::Twist velocity;
+  velocity.linear.x = twist.number_at(0);
+  velocity.linear.y = twist.number_at(2);
+  velocity.angular.z = twist.number_at(1);
+  const bool is_cancelled = request["cancel_requested"].boolean();
+  if (is_cancelled) Cancel();
+  Value::Map answer;
+  try {
+    // The server answers with the failure of whatever is thrown from here on.
+    TellSpeedLimit(request["speed_limit"]);
+    has_driven_ = true;
+    const auto command = Command(*controller_, pose, velocity, &goal_checker_, request).twist;
+    Value::Array numbers{command.linear.x, command.angular.z};
+    if (command.linear.y != 0.0) numbers.push_back(command.linear.y);
+    answer["command"] = std::move(numbers);
+  } catch (const std::exception & error) {
+    answer["failure"] = FailureOf(error);
+    answer["message"] = error.what();
+  }
+  if (is_cancelled) answer["is_at_rest"] = Cancel();
+  return answer;
+}
+
+void ControllerHost::TellCostmap(const Value & told) {
+  const auto rows = static_cast<unsigned int>(told["shape"].array().at(0).integer());
+  const auto columns = static_cast<unsigned int>(told["shape"].array().at(1).integer());
+  const std::string & costs = told["data"].bytes();
+  if (costs.size() != std::size_t{rows} * columns) throw std::runtime_error("a costmap cut off");
+  auto * grid = costmap_->getCostmap();
+  grid->resizeMap(columns, rows, told["resolution"].number(), told["origin"].number_at(0),
+                  told["origin"].number_at(1));
+  std::memcpy(grid->getCharMap(), costs.data(), costs.size());
+}
+
+void ControllerHost::TellSpeedLimit(const Value & limit) {
+  std::optional<std::pair<double, bool>> told;
+  if (!limit.is_nil()) told = {limit["value"].number(), limit["is_percentage"].boolean()};
+  if (told == speed_limit_) return;
+  speed_limit_ = told;
+  // Nav2's way to say that there is none any more is a limit of 0.
+  const auto [value, is_percentage] = told.value_or(std::pair{0.0, false});
+  controller_->setSpeedLimit(value, is_percentage);
+}
+
+bool ControllerHost::Cancel() { return CancelController(*controller_); }
+
+}  // namespace drake_navbench

@@ -1,0 +1,48 @@
+// A controller of Nav2 behind the protocol of docs/external_controllers.md.
+
+#include <exception>
+#include <iostream>
+
+#include "host/controller_host.hpp"
+#include "host/pipes.hpp"
+
+namespace drake_navbench {
+
+// Returns the answer to a call; what goes wrong outside of a cycle is an error of the program.
+Value Answer(ControllerHost & host, const Value & request) {
+  const std::string & call = request["call"].text();
+  try {
+    if (call == "configure") return host.Configure(request);
+    if (call == "reset") return host.Reset();
+    if (call == "set_plan") return host.SetPlan(request);
+    if (call == "compute") return host.Compute(request);
+  } catch (const std::exception & error) {
+    return Value::Map{{"error", std::string(error.what())}};
+  }
+  return Value::Map{{"error", "the call " + call + " is not known"}};
+}
+
+void Serve() {
+  const Pipes pipes;
+  ControllerHost host;
+  for (std::string message; pipes.Read(&message);) {
+    const Value request = msgpack::Reader(message).Read();
+    if (request["call"].text() == "shutdown") break;
+    std::string answer;
+    msgpack::Append(&answer, Answer(host, request));
+    pipes.Write(answer);
+  }
+}
+
+}  // namespace drake_navbench
+
+int main(int count, char ** arguments) {
+  if (count > 1 && std::string(arguments[1]) == "--list") {
+    for (const auto & [name, factory] : pluginlib::registered<nav2_core::Controller>()) {
+      std::cout << name << '\n';
+    }
+    return 0;
+  }
+  drake_navbench::Serve();
+  return 0;
+}

@@ -1,0 +1,3 @@
+#pragma once
+
+#include "nav2_ros_common/lifecycle_node.hpp"

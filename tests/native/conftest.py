@@ -1,0 +1,40 @@
+"""A build of the tiny checkout, made once for all tests of this folder."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from drake_navbench.native.build import build_checkout
+from drake_navbench.native.builds import Build
+
+CHECKOUT = Path(__file__).parent / "checkout"
+
+
+@pytest.fixture(scope="session")
+def build_cache(tmp_path_factory) -> Path:
+    """Where builds are kept while tests run."""
+    return tmp_path_factory.mktemp("cache")
+
+
+@pytest.fixture
+def builds(build_cache, monkeypatch) -> Path:
+    """Lets this test's builds be kept there; without a compiler the test is skipped."""
+    if not any(map(shutil.which, ("c++", "g++", "clang++"))):
+        pytest.skip("no C++ compiler")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(build_cache))
+    return build_cache
+
+
+@pytest.fixture
+def tiny(builds) -> Build:
+    """The build of the tiny controller; compiled by the first test that asks for it."""
+    return build_checkout(CHECKOUT, name="tiny")
+
+
+@pytest.fixture
+def copied(builds, tmp_path) -> Path:
+    """A copy of the tiny checkout, to be changed."""
+    return Path(shutil.copytree(CHECKOUT, tmp_path / "navigation2"))

@@ -1,0 +1,146 @@
+"""Building a checkout's controllers: what is found in it, what is compiled again, what is wrong."""
+
+from __future__ import annotations
+
+import pytest
+
+from drake_navbench.__main__ import main
+from drake_navbench.errors import InputError
+from drake_navbench.native.build import build_checkout
+from drake_navbench.native.builds import find_build
+from drake_navbench.native.checkout import read_checkout
+from drake_navbench.native.compiler import first_error
+from drake_navbench.native.headers import message_header
+
+
+def test_a_checkout_tells_its_release_and_its_controllers(copied):
+    checkout = read_checkout(copied)
+    assert (checkout.release, checkout.version) == ("jazzy", "1.3.99")
+    (package,) = checkout.controller_packages.values()
+    assert package.controllers == ("tiny::Controller",)
+    assert set(checkout.compiled_for(["tiny_controller"])) == set(checkout.packages)
+
+
+def test_what_exports_plugins_for_a_controller_is_compiled_with_it(copied):
+    plugin = copied / "more_critics"
+    (plugin / "src").mkdir(parents=True)
+    (plugin / "package.xml").write_text(
+        "<package><name>more_critics</name><version>1.0.0</version>"
+        "<depend>tiny_controller</depend></package>"
+    )
+    (plugin / "src" / "critics.cpp").write_text(
+        "PLUGINLIB_EXPORT_CLASS(more::Critic, tiny::Critic)\n"
+    )
+    assert "more_critics" in read_checkout(copied).compiled_for(["tiny_controller"])
+
+
+def test_a_build_of_the_same_files_compiles_nothing(tiny, copied):
+    told = []
+    again = build_checkout(copied, name="again", tell=told.append)
+    assert again.host == tiny.host
+    assert told[-1].startswith("0 files compiled")
+    assert find_build("again").controllers == ("tiny::Controller",)
+
+
+def test_a_changed_source_is_compiled_alone(tiny, copied):
+    source = copied / "tiny_controller" / "src" / "tiny_controller.cpp"
+    source.write_text(source.read_text().replace("throw 42", "throw 43"))
+    told = []
+    changed = build_checkout(copied, name="changed", tell=told.append)
+    assert changed.host != tiny.host
+    assert told == ["[1/1] tiny_controller.cpp", "1 files compiled, 2 taken from the cache"]
+
+
+def test_a_message_of_the_checkout_becomes_a_struct(copied):
+    text = message_header("tiny_msgs", copied / "tiny_msgs" / "msg" / "Seen2DPose.msg")
+    for line in (
+        "static constexpr std::uint8_t FREE = 0;",
+        "std_msgs::msg::Header header{};",
+        "std::uint8_t cost{0};",
+        "std::vector<double> distances{};",
+        "std::array<std::string, 2> names{};",
+        '#include "geometry_msgs/msg/pose.hpp"',
+    ):
+        assert line in text
+
+
+def test_the_command_builds_and_says_what_there_is(tiny, copied, capsys):
+    assert main(["nav2-build", str(copied), "--as", "mine"]) == 0
+    shown = capsys.readouterr().out
+    assert "mine: Nav2 jazzy 1.3.99" in shown
+    assert "  tiny::Controller\n" in shown
+
+
+def _fails(*arguments, capsys) -> str:
+    assert main(["nav2-build", *map(str, arguments)]) == 2
+    captured = capsys.readouterr()
+    assert captured.err.count("\n") == 1
+    return captured.err
+
+
+def test_a_folder_that_is_no_checkout_is_one_line(tmp_path, capsys):
+    assert "no package nav2_core" in _fails(tmp_path, capsys=capsys)
+    assert "no such folder" in _fails(tmp_path / "nowhere", capsys=capsys)
+
+
+def test_an_unknown_release_is_one_line(copied, capsys):
+    path = copied / "nav2_core" / "package.xml"
+    path.write_text(path.read_text().replace("1.3.99", "9.1.0"))
+    error = _fails(copied, capsys=capsys)
+    assert "nav2_core/package.xml: version: got '9.1.0', expected" in error
+    assert "jazzy (1.3)" in error
+
+
+def test_a_package_that_is_no_xml_is_one_line(copied, capsys):
+    (copied / "tiny_controller" / "package.xml").write_text("<package>")
+    assert "tiny_controller/package.xml: no XML" in _fails(copied, capsys=capsys)
+
+
+def test_a_compile_error_tells_its_first_line_and_where_the_log_is(tiny, copied, capsys, builds):
+    source = copied / "tiny_controller" / "src" / "tiny_controller.cpp"
+    lines = source.read_text().splitlines()
+    source.write_text("\n".join([*lines[:14], "int broken = no_such_thing;", *lines[14:]]))
+    error = _fails(copied, "--as", "broken", capsys=capsys)
+    assert f"{source}:15: " in error
+    assert "no_such_thing" in error
+    log = builds / "drake_navbench" / "native" / "logs" / "broken.log"
+    assert f"the whole log: {log}" in error
+    assert "no_such_thing" in log.read_text()
+    with pytest.raises(InputError, match="'broken' is not known"):
+        find_build("broken")
+
+
+def test_a_missing_compiler_is_one_line(copied, capsys, monkeypatch):
+    monkeypatch.setenv("PATH", "")
+    monkeypatch.delenv("CXX", raising=False)
+    assert "compiler: no c++, g++ or clang++" in _fails(copied, capsys=capsys)
+    monkeypatch.setenv("CXX", "no-such-compiler -m64")
+    assert "compiler: no 'no-such-compiler' (of CXX)" in _fails(copied, capsys=capsys)
+
+
+def test_a_missing_library_is_one_line_with_the_package_that_has_it(copied, capsys, monkeypatch):
+    library = {"nowhere": ("no/such/header.hpp", "libnowhere-dev")}
+    monkeypatch.setattr("drake_navbench.native.compiler.SYSTEM_LIBRARIES", library)
+    path = copied / "tiny_controller" / "package.xml"
+    path.write_text(
+        path.read_text().replace("<depend>tiny", "<depend>nowhere</depend><depend>tiny")
+    )
+    expected = (
+        "tiny_controller needs what is missing: nowhere (on Debian or Ubuntu: apt-get install"
+    )
+    assert expected in _fails(copied, capsys=capsys)
+    assert expected in _fails(copied, "--packages", "tiny_controller", capsys=capsys)
+
+
+def test_a_package_that_is_not_there_is_one_line_with_the_nearest(copied, capsys):
+    error = _fails(copied, "--packages", "tiny_controler", capsys=capsys)
+    assert "did you mean 'tiny_controller'?" in error
+
+
+def test_a_name_that_no_column_could_have_is_one_line(copied, capsys):
+    assert "name of a build: got 'a:b'" in _fails(copied, "--as", "a:b", capsys=capsys)
+
+
+def test_the_first_error_of_a_linker_is_told():
+    text = "/usr/bin/ld: a.o: in function `f':\na.cpp:(.text+0x5): undefined reference to `g()'\n"
+    assert first_error(text) == "undefined reference to `g()'"
