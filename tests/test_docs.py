@@ -82,8 +82,9 @@ def built_in(group):
     return {point.name for point in entry_points(group=group) if is_ours(point.module)}
 
 
-# Controllers that no Nav2 file names: hosts of what is somebody's own, and a second port of TEB.
-OURS_ALONE = {"external", "learned", "teb_upstream"}
+# Controllers that no Nav2 file names: hosts of what is somebody's own, a second port of TEB, and
+# one that was made here.
+OURS_ALONE = {"external", "harmony", "learned", "teb_upstream"}
 # Metrics are no plugins of a robot's navigation.
 GROUPS = {name for name in entry_points().groups if name.startswith("drake_navbench.")}
 

@@ -18,9 +18,9 @@ from drake_navbench.controllers.teb.homotopy import (
 )
 from drake_navbench.controllers.teb.local_plan import LocalPlan
 from drake_navbench.controllers.teb.memory import Alternative, TebMemory
-from drake_navbench.controllers.teb.obstacles import DistanceField
 from drake_navbench.controllers.teb.parameters import TebParameters
 from drake_navbench.kernels.angles import wrap
+from drake_navbench.kernels.distance_field import DistanceField
 from drake_navbench.kernels.path_geometry import path_length
 
 Array = NDArray[np.float64]

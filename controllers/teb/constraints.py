@@ -22,7 +22,7 @@ from drake_navbench.controllers.teb.layout import (
     unpack_poses,
     variable_count,
 )
-from drake_navbench.controllers.teb.obstacles import DistanceField, sample_distance
+from drake_navbench.kernels.distance_field import DistanceField, sample_distance
 
 Array = NDArray[np.float64]
 

@@ -31,7 +31,6 @@ from drake_navbench.controllers.teb.local_plan import (
     via_points,
 )
 from drake_navbench.controllers.teb.memory import Alternative, TebMemory
-from drake_navbench.controllers.teb.obstacles import DistanceField, distance_field
 from drake_navbench.controllers.teb.parameters import TebParameters
 from drake_navbench.controllers.teb.passage import plan_passage
 from drake_navbench.controllers.teb.planner import (
@@ -43,6 +42,7 @@ from drake_navbench.controllers.teb.planner import (
 )
 from drake_navbench.errors import InputError
 from drake_navbench.kernels.angles import wrap
+from drake_navbench.kernels.distance_field import DistanceField, distance_field
 
 Array = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from drake_navbench.controllers.teb.arcs import arc_curvature, arc_ratio, band_geometry, band_rates
 from drake_navbench.controllers.teb.layout import pose_columns, unpack_poses, variable_count
-from drake_navbench.controllers.teb.obstacles import sample_curvature, sample_distance
+from drake_navbench.kernels.distance_field import sample_curvature, sample_distance
 
 # An acceleration couples two intervals, and so the columns of three poses.
 BANDWIDTH = 10

@@ -17,7 +17,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from drake_navbench.controllers.teb.obstacles import DistanceField
+from drake_navbench.kernels.distance_field import DistanceField
 
 Array = NDArray[np.float64]
 

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from drake_navbench.controller import InvalidPath, Observation
 from drake_navbench.controllers.teb.feasibility import OUTLINE_MARGIN_M
-from drake_navbench.controllers.teb.obstacles import DistanceField, path_clearance
 from drake_navbench.controllers.teb.parameters import TebParameters
+from drake_navbench.kernels.distance_field import DistanceField, path_clearance
 from drake_navbench.kernels.path_geometry import path_length
 
 Array = NDArray[np.float64]

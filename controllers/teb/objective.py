@@ -14,7 +14,7 @@ from numba import njit
 
 from drake_navbench.controllers.teb.arcs import band_geometry, band_rates
 from drake_navbench.controllers.teb.layout import pose_columns, unpack_poses
-from drake_navbench.controllers.teb.obstacles import sample_distance
+from drake_navbench.kernels.distance_field import sample_distance
 
 
 class Weights(NamedTuple):

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from drake_navbench.controllers.teb.feasibility import OUTLINE_MARGIN_M
 from drake_navbench.controllers.teb.local_plan import LocalPlan
-from drake_navbench.controllers.teb.obstacles import DistanceField, pose_clearance
+from drake_navbench.kernels.distance_field import DistanceField, pose_clearance
 
 Array = NDArray[np.float64]
 

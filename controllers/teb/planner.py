@@ -15,7 +15,6 @@ from drake_navbench.controllers.teb.constraints import BandScene
 from drake_navbench.controllers.teb.layout import pack_band
 from drake_navbench.controllers.teb.local_plan import LEAST_CLEARANCE_RATIO
 from drake_navbench.controllers.teb.objective import Weights
-from drake_navbench.controllers.teb.obstacles import DistanceField, path_clearance
 from drake_navbench.controllers.teb.parameters import TebParameters
 from drake_navbench.controllers.teb.passage import Passage
 from drake_navbench.controllers.teb.program import (
@@ -24,6 +23,7 @@ from drake_navbench.controllers.teb.program import (
     BandSolution,
     SolverSettings,
 )
+from drake_navbench.kernels.distance_field import DistanceField, path_clearance
 from drake_navbench.kernels.speed_limit import speed_limit_ratio
 
 Array = NDArray[np.float64]

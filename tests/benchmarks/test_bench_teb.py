@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from drake_navbench.controllers.teb import TimedElasticBand
-from drake_navbench.controllers.teb.obstacles import distance_field
 from drake_navbench.inputs.presets import load_preset
+from drake_navbench.kernels.distance_field import distance_field
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "controllers" / "teb"))
 from teb_closed_loop import PERIOD_S, drive, plan_from_elements, wheelchair_setup, window

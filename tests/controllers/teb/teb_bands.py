@@ -8,8 +8,8 @@ from drake_navbench.controllers.teb.band import Pace
 from drake_navbench.controllers.teb.constraints import BandScene
 from drake_navbench.controllers.teb.layout import pack_band
 from drake_navbench.controllers.teb.objective import Weights
-from drake_navbench.controllers.teb.obstacles import DistanceField
 from drake_navbench.controllers.teb.program import BandLimits
+from drake_navbench.kernels.distance_field import DistanceField
 
 WHEELCHAIR_DISCS = np.array([[0.05, 0.30], [0.55, 0.30]])
 CELLS = 120

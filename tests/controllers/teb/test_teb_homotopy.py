@@ -12,7 +12,7 @@ from drake_navbench.controllers.teb.homotopy import (
     same_class,
     swept_angles,
 )
-from drake_navbench.controllers.teb.obstacles import distance_field
+from drake_navbench.kernels.distance_field import distance_field
 from drake_navbench.kernels.grid import FREE, LETHAL, Costmap
 from drake_navbench.kernels.path_geometry import path_length
 

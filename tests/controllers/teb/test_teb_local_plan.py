@@ -8,8 +8,8 @@ from drake_navbench.controllers.teb.feasibility import (
     is_free,
 )
 from drake_navbench.controllers.teb.local_plan import cut_local_plan, via_points
-from drake_navbench.controllers.teb.obstacles import distance_field
 from drake_navbench.controllers.teb.parameters import TebParameters
+from drake_navbench.kernels.distance_field import distance_field
 from drake_navbench.kernels.grid import FREE, LETHAL, Costmap
 
 PARAMETERS = TebParameters(max_global_plan_lookahead_dist=2.0, min_obstacle_dist=0.2)

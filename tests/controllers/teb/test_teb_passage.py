@@ -5,9 +5,9 @@ import pytest
 
 from drake_navbench import run_trial
 from drake_navbench.controllers.teb.local_plan import LocalPlan
-from drake_navbench.controllers.teb.obstacles import distance_field, path_clearance
 from drake_navbench.controllers.teb.passage import Passage, plan_passage
 from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.kernels.distance_field import distance_field, path_clearance
 from drake_navbench.kernels.grid import FREE, LETHAL, Costmap
 from drake_navbench.log import Outcome
 from drake_navbench.typed_files.typed_yaml import validate

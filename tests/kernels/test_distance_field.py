@@ -2,12 +2,8 @@ import numpy as np
 import pytest
 from scenes import WHEELCHAIR
 
-from drake_navbench.controllers.teb.obstacles import (
-    distance_field,
-    footprint_discs,
-    path_clearance,
-    sample_distance,
-)
+from drake_navbench.controllers.teb.discs import footprint_discs
+from drake_navbench.kernels.distance_field import distance_field, path_clearance, sample_distance
 from drake_navbench.kernels.grid import FREE, LETHAL, Costmap
 
 CELL = 0.05
@@ -71,16 +67,6 @@ def test_beyond_the_map_the_nearest_value_holds_and_the_slope_across_is_zero():
 def test_a_map_without_obstacles_is_clear_by_its_diagonal():
     field = distance_field(costmap_with([]))
     np.testing.assert_allclose(field.distances, (np.hypot(40, 40) - 0.5) * CELL)
-
-
-def test_wheelchair_becomes_two_discs_that_touch_its_sides():
-    # 1.1 x 0.6 m, from -0.25 to 0.85: radius 0.3 at -0.25 + 0.3 and 0.85 - 0.3.
-    np.testing.assert_allclose(footprint_discs(WHEELCHAIR), [[0.05, 0.3], [0.55, 0.3]])
-
-
-def test_a_square_becomes_the_disc_around_its_corners():
-    square = np.array([[0.3, 0.3], [0.3, -0.3], [-0.3, -0.3], [-0.3, 0.3]])
-    np.testing.assert_allclose(footprint_discs(square), [[0.0, 0.3 * np.sqrt(2.0)]])
 
 
 def test_clearance_of_a_pose_is_that_of_its_nearest_disc():

@@ -1,0 +1,103 @@
+"""How the base answers commands: what the gatekeeper's prediction rests on.
+
+A first-order response with limited accelerations, dv/dt = (command - v) / time constant, and a
+latency before it. Braking is the command 0, which is also what the controller server sends when
+the controller gives up, so that the stop plan needs nobody's help.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from drake_navbench.controllers.harmony.motion import V, W, stage_at
+
+# Of the prediction, s: a fifth of the shortest usual time constant.
+STEP_S = 0.01
+# Slower than this is rest, m/s and rad/s.
+REST_MPS, REST_RADPS = 1e-3, 1e-3
+# No base brakes longer.
+LONGEST_STOP_S = 5.0
+
+
+class Response(NamedTuple):
+    """Of the base: time constant s, largest accelerations m/s^2 and rad/s^2."""
+
+    time_constant_s: float
+    acceleration: float
+    angular_acceleration: float
+
+
+@njit(cache=True)
+def answer(response, velocity, command, limit, duration_s):
+    """Returns a velocity after some time under a constant command; limit: of its acceleration."""
+    change = command - velocity
+    if response.time_constant_s > 0.0:
+        change *= 1.0 - math.exp(-duration_s / response.time_constant_s)
+    reach = limit * duration_s
+    return velocity + min(max(change, -reach), reach)
+
+
+@njit(cache=True)
+def follow(response, state, v, w, duration_s):
+    """Moves `state` (5,) x, y, yaw, v, w in place by some time under a constant command."""
+    next_v = answer(response, state[3], v, response.acceleration, duration_s)
+    next_w = answer(response, state[4], w, response.angular_acceleration, duration_s)
+    path = 0.5 * (state[3] + next_v) * duration_s
+    turn = 0.5 * (state[4] + next_w) * duration_s
+    heading = state[2] + 0.5 * turn
+    state[0] += path * math.cos(heading)
+    state[1] += path * math.sin(heading)
+    state[2] += turn
+    state[3], state[4] = next_v, next_w
+
+
+@njit(cache=True)
+def after_latency(response, pose, twist, sent, ages_s):
+    """Returns (5,) the state when the next command will arrive, by the commands on their way.
+
+    sent: (H, 2) commands, the oldest first. ages_s: (H,) how long each of them acts until then, s.
+    """
+    state = np.array([pose[0], pose[1], pose[2], twist[0], twist[1]])
+    for h in range(sent.shape[0]):
+        left = ages_s[h]
+        while left > 1e-9:
+            follow(response, state, sent[h, 0], sent[h, 1], min(left, STEP_S))
+            left -= STEP_S
+    return state
+
+
+@njit(cache=True)
+def command_of(plan, dt, period_s, cycle):
+    """Returns (v, w) that a plan commands in its so many-th cycle: those of the cycle's middle."""
+    stage = stage_at(plan, dt, (cycle + 0.5) * period_s)
+    return stage[V], stage[W]
+
+
+@njit(cache=True)
+def follow_then_brake(response, state, plan, dt, period_s, cycles):
+    """Returns (M, 3) the poses of a base that follows a plan for some cycles and then brakes.
+
+    state: (5,) x, y, yaw, v, w at the start. One pose each STEP_S, to rest.
+    """
+    moving = state.copy()
+    steps_a_cycle = max(math.ceil(period_s / STEP_S - 1e-9), 1)
+    step_s = period_s / steps_a_cycle
+    most = cycles * steps_a_cycle + int(LONGEST_STOP_S / step_s) + 1
+    poses = np.empty((most, 3))
+    poses[0] = moving[:3]
+    count = 1
+    for cycle in range(cycles):
+        v, w = command_of(plan, dt, period_s, cycle)
+        for _ in range(steps_a_cycle):
+            follow(response, moving, v, w, step_s)
+            poses[count] = moving[:3]
+            count += 1
+    while count < most and (abs(moving[3]) > REST_MPS or abs(moving[4]) > REST_RADPS):
+        follow(response, moving, 0.0, 0.0, step_s)
+        poses[count] = moving[:3]
+        count += 1
+    return poses[:count]

@@ -1,0 +1,358 @@
+"""harmony: a sampler finds ways, a program smooths them, a gatekeeper lets the safe ones by."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.controller import (
+    CollisionAhead,
+    ControllerError,
+    ControllerSetup,
+    Decision,
+    InvalidPath,
+    Observation,
+)
+from drake_navbench.controllers.harmony.base_response import (
+    Response,
+    command_of,
+    follow_then_brake,
+)
+from drake_navbench.controllers.harmony.discs import covering_discs, half_width
+from drake_navbench.controllers.harmony.gatekeeper import (
+    accepted_cycles,
+    command_is_safe,
+    gap_at,
+    lethal_edges,
+)
+from drake_navbench.controllers.harmony.memory import HarmonyMemory
+from drake_navbench.controllers.harmony.motion import ALPHA, A, V, W, stage_at
+from drake_navbench.controllers.harmony.parameters import HarmonyParameters
+from drake_navbench.controllers.harmony.passage import is_connected
+from drake_navbench.controllers.harmony.planner import (
+    Candidate,
+    Planner,
+    Way,
+    is_trapped,
+    turn_at,
+    way_along,
+)
+from drake_navbench.controllers.harmony.prediction import (
+    LATENCIES_S,
+    observed,
+    predicted,
+    with_command,
+)
+from drake_navbench.controllers.harmony.scene import make_start
+from drake_navbench.controllers.rpp import RegulatedPurePursuit
+from drake_navbench.errors import InputError
+from drake_navbench.kernels.distance_field import DistanceField, distance_field
+from drake_navbench.kernels.read_only import read_only
+from drake_navbench.kernels.speed_limit import limited_speed
+
+Array = NDArray[np.float64]
+
+# The base follows a plan while it is no farther behind than this besides its time constant and a
+# cycle, and its velocity no farther off than noise explains.
+FOLLOWING_S, FOLLOWING_MPS, FOLLOWING_RADPS = 0.05, 0.03, 0.05
+# A cycle later than so many periods is late, and the next one is taken to be, too; up to a limit.
+LATE_RATIO, LONGEST_INTERVAL_S = 1.5, 0.5
+# Plans keep a bit more room than what is verified, as far as there is some: estimates jump, m.
+ROOM_TO_SPARE_M = 0.01
+
+
+class Check(NamedTuple):
+    """What the gatekeeper asks of every motion of a cycle.
+
+    edges: (E, 4) of lethal cells. bound: least gap, m. state: (5,) of the base when the next
+    command arrives. interval_s: how long that one holds.
+    """
+
+    edges: Array
+    bound: float
+    state: Array
+    interval_s: float
+
+
+class Harmony:
+    """A seeded sampler, a constrained program and a verified stop plan; see docs/harmony.md.
+
+    Raises InputError for a base that cannot turn in place, and ValueError for an outline without
+    an area.
+    """
+
+    Parameters: ClassVar[type[HarmonyParameters]] = HarmonyParameters
+    nav2_plugin: ClassVar[str | None] = None
+
+    def __init__(self, parameters: HarmonyParameters, setup: ControllerSetup) -> None:
+        if setup.min_turning_radius_m > 0.0:
+            raise InputError(
+                f"got a base with a turning radius of {setup.min_turning_radius_m:g} m, expected "
+                "one that turns in place"
+            )
+        self._parameters = parameters
+        self._setup = setup
+        self._outline = read_only(setup.footprint)
+        self._discs = read_only(covering_discs(setup, parameters.disc_count))
+        self._half_width = half_width(setup)
+        self._planner = Planner(parameters, self._discs, self._half_width)
+        self._pursuit = RegulatedPurePursuit(parameters.rpp, setup)
+        self._response = Response(
+            parameters.response_time,
+            parameters.base_acceleration,
+            parameters.base_angular_acceleration,
+        )
+
+    def initial_memory(self) -> HarmonyMemory:
+        """Returns the memory at the start of a goal."""
+        return HarmonyMemory()
+
+    def step(self, observation: Observation, memory: HarmonyMemory) -> Decision:
+        """Returns the command of one cycle.
+
+        Raises InvalidPath for an empty plan; CollisionAhead where the plan leads into an obstacle
+        nearer than `give_up_distance` and the map has no way past it, or where no command
+        has been accepted for `patience`. The server then commands 0, which is the stop plan.
+        """
+        if len(observation.plan) == 0:
+            raise InvalidPath("plan: got no poses, expected at least one")
+        parameters = self._parameters
+        field = distance_field(observation.costmap)
+        sent = observed(memory.sent, self._response, observation.twist, observation.time_s)
+        memory = memory._replace(sent=sent)
+        check = self._check(observation, memory)
+        start = self._start(observation, memory, check)
+        limits = self._planner.limits(limited_speed(parameters.max_vel_x, observation.speed_limit))
+        reach_m = limits.forward_speed * parameters.horizon
+        if observation.goal_xy_reached:
+            way = turn_at(start, observation.goal)
+        else:
+            way = way_along(observation.plan, observation.goal, reach_m, field, self._discs)
+        candidates, _motions, _costs = self._planner.candidates(
+            self._planner.scene(start, way, field, limits),
+            start,
+            way,
+            driven=memory.plan,
+            elapsed_s=observation.time_s - memory.time_s,
+            is_trapped=memory.is_trapped or np.isfinite(way.blocked_m),
+            noise_key=observation.noise_key,
+        )
+        notes = self._notes(candidates, way)
+        self._give_up_where_closed(observation, way, field, notes)
+        for rank, candidate in enumerate(candidates):
+            cycles = self._accepted(check, candidate.plan)
+            if cycles > 0:
+                notes.update(accepted=f"group {rank}", follow_s=cycles * check.interval_s)
+                return self._commit(
+                    observation, memory, check, candidate, cycles, way, notes, candidates
+                )
+        return self._last_resorts(observation, memory, check, notes)
+
+    def _check(self, observation: Observation, memory: HarmonyMemory) -> Check:
+        latency_s = self._parameters.latency
+        if memory.sent is not None and memory.sent.latency >= 0:
+            latency_s = float(LATENCIES_S[memory.sent.latency])
+        state = predicted(
+            memory.sent,
+            self._response,
+            pose=observation.pose,
+            twist=observation.twist,
+            time_s=observation.time_s,
+            latency_s=latency_s,
+        )
+        reach = self._parameters.max_vel_x * (self._parameters.horizon + 1.0)
+        edges = lethal_edges(
+            observation.costmap.grid,
+            state[0],
+            state[1],
+            reach + self._setup.circumscribed_radius_m + self._parameters.error_bound_m,
+        )
+        bound = self._parameters.error_bound_m
+        placed = np.empty_like(self._outline)
+        here = gap_at(edges, self._outline, state[0], state[1], state[2], placed)
+        return Check(
+            edges,
+            min(max(here, bound), bound + ROOM_TO_SPARE_M),
+            state,
+            self._interval_s(observation, memory),
+        )
+
+    def _interval_s(self, observation: Observation, memory: HarmonyMemory) -> float:
+        """Returns how long the next command will hold, s: a period, or as long as the last one.
+
+        A cycle that takes too long puts the next one off.
+        """
+        period_s = self._setup.control_period_s
+        if memory.sent is None:
+            return period_s
+        last_s = observation.time_s - float(memory.sent.times_s[-1])
+        return min(last_s, LONGEST_INTERVAL_S) if last_s > LATE_RATIO * period_s else period_s
+
+    def _start(self, observation: Observation, memory: HarmonyMemory, check: Check) -> Array:
+        """Returns (9,) where plans begin: the ideal base that the real one comes after.
+
+        A plan is what an ideal base would do. The real one answers with a time constant, and where
+        the plan goes on at a constant velocity it ends up this far behind; so the ideal base is put
+        ahead by as much as the real one is still slower.
+        """
+        state = check.state
+        v, w, a, alpha = float(state[3]), float(state[4]), 0.0, 0.0
+        if memory.plan is not None:
+            parameters = self._parameters
+            elapsed_s = observation.time_s - memory.time_s
+            stage = stage_at(memory.plan, parameters.time_step, elapsed_s)
+            lag_s = FOLLOWING_S + self._response.time_constant_s + check.interval_s
+            if (
+                abs(stage[V] - v) <= FOLLOWING_MPS + lag_s * parameters.acc_lim_x
+                and abs(stage[W] - w) <= FOLLOWING_RADPS + lag_s * parameters.acc_lim_theta
+            ):
+                v, w, a, alpha = (float(stage[i]) for i in (V, W, A, ALPHA))
+        lag = self._response.time_constant_s
+        ahead, turned = lag * (float(state[3]) - v), lag * (float(state[4]) - w)
+        yaw = float(state[2]) + turned
+        pose = np.array([state[0] + ahead * math.cos(yaw), state[1] + ahead * math.sin(yaw), yaw])
+        return make_start(pose, v, w, a, alpha)
+
+    def _accepted(self, check: Check, plan: Array) -> int:
+        """Returns for how many cycles the gatekeeper lets a plan be followed; 0: not at all."""
+        if not self._parameters.use_gatekeeper:
+            return 1
+        return int(
+            accepted_cycles(
+                check.edges,
+                self._outline,
+                self._setup.circumscribed_radius_m,
+                check.bound,
+                self._response,
+                check.state,
+                plan,
+                self._parameters.time_step,
+                check.interval_s,
+                math.ceil(self._parameters.horizon / check.interval_s - 1e-9),
+                1,
+            )
+        )
+
+    def _give_up_where_closed(
+        self, observation: Observation, way: Way, field: DistanceField, notes: dict[str, Any]
+    ) -> None:
+        """Raises CollisionAhead in front of what blocks the path, where the map has no way past."""
+        if way.blocked_m > self._parameters.give_up_distance or way.behind is None:
+            return
+        reach = self._parameters.max_vel_x * self._parameters.horizon
+        reach += self._setup.circumscribed_radius_m
+        if not is_connected(field, self._half_width, reach, observation.pose[:2], way.behind):
+            raise CollisionAhead(
+                f"the plan is blocked {way.blocked_m:.2f} m ahead and the map has no way past",
+                details=notes,
+                memory=HarmonyMemory(),
+            )
+
+    def _commit(
+        self,
+        observation: Observation,
+        memory: HarmonyMemory,
+        check: Check,
+        candidate: Candidate,
+        cycles: int,
+        way: Way,
+        notes: dict[str, Any],
+        candidates: list[Candidate],
+    ) -> Decision:
+        plan, dt = candidate.plan, self._parameters.time_step
+        v, w = command_of(plan, dt, check.interval_s, 0)
+        if self._setup.wants_diagnostics:
+            stop = follow_then_brake(
+                self._response, check.state, plan, dt, check.interval_s, cycles
+            )
+            notes.update(_arrays(candidates, candidate, stop))
+        command = self._command(v, w)
+        kept = HarmonyMemory(
+            plan=read_only(plan),
+            time_s=observation.time_s,
+            sent=with_command(memory.sent, observation.twist, observation.time_s, command),
+            is_trapped=not way.nears_goal and is_trapped(way, plan, plan[0]),
+        )
+        return Decision(command, kept, notes)
+
+    def _last_resorts(
+        self,
+        observation: Observation,
+        memory: HarmonyMemory,
+        check: Check,
+        notes: dict[str, Any],
+    ) -> Decision:
+        """Returns Regulated Pure Pursuit's command where it is safe, else the stop plan's.
+
+        The stop plan, which is to command 0, was verified in the last cycle.
+        """
+        refusal = f"no command keeps {check.bound:.3f} m away from obstacles"
+        try:
+            v, w = self._pursuit.step(observation, self._pursuit.initial_memory()).command[:2]
+        except ControllerError as error:
+            refusal = f"no plan is free of collisions, and Regulated Pure Pursuit says: {error}"
+        else:
+            if self._command_is_safe(check, v, w):
+                notes.update(accepted="rpp", follow_s=check.interval_s)
+                command = self._command(v, w)
+                sent = with_command(memory.sent, observation.twist, observation.time_s, command)
+                return Decision(command, HarmonyMemory(sent=sent), notes)
+        since_s = observation.time_s if memory.refused_since_s is None else memory.refused_since_s
+        if observation.time_s - since_s >= self._parameters.patience:
+            raise CollisionAhead(refusal, details=notes, memory=HarmonyMemory())
+        notes.update(accepted="stop", follow_s=0.0)
+        command = self._command(0.0, 0.0)
+        sent = with_command(memory.sent, observation.twist, observation.time_s, command)
+        return Decision(command, HarmonyMemory(sent=sent, refused_since_s=since_s), notes)
+
+    def _command_is_safe(self, check: Check, v: float, w: float) -> bool:
+        return bool(
+            command_is_safe(
+                check.edges,
+                self._outline,
+                self._setup.circumscribed_radius_m,
+                check.bound,
+                self._response,
+                check.state,
+                v,
+                w,
+                check.interval_s,
+            )
+        )
+
+    def _command(self, v: float, w: float) -> Array:
+        """Returns (2,) a command within what the base can do."""
+        setup = self._setup
+        command = np.array(
+            [
+                min(max(v, -setup.max_linear_velocity_mps), setup.max_linear_velocity_mps),
+                min(max(w, -setup.max_angular_velocity_radps), setup.max_angular_velocity_radps),
+            ]
+        )
+        command.flags.writeable = False
+        return command
+
+    def _notes(self, candidates: list[Candidate], way: Way) -> dict[str, Any]:
+        """Returns what the log keeps of every cycle."""
+        best = candidates[0] if candidates else None
+        return {
+            "group_count": len(candidates),
+            "solved_count": sum(c.solved for c in candidates),
+            "iterations": sum(c.iterations for c in candidates),
+            "cost": best.cost if best else None,
+            "violation": best.violation if best else None,
+            "blocked_m": way.blocked_m if np.isfinite(way.blocked_m) else None,
+        }
+
+
+def _arrays(candidates: list[Candidate], chosen: Candidate, stop: Array) -> dict[str, Any]:
+    """Returns the accepted plan, the plans of all groups and the stop plan, for the replay."""
+    return {
+        "predicted_trajectory": chosen.plan[:, :3].copy(),
+        "sampled_trajectories": np.stack([c.plan[:, :3] for c in candidates]),
+        "sampled_costs": np.array([c.cost for c in candidates]),
+        "stop_trajectory": stop,
+    }

@@ -1,0 +1,44 @@
+"""Discs on the robot's axis that cover its outline: the clearance rows of the program."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.controller import ControllerSetup
+
+Array = NDArray[np.float64]
+
+# Points per edge of the outline that discs are measured by.
+POINTS_AN_EDGE = 41
+LEAST_WIDTH_M = 1e-3
+
+
+def covering_discs(setup: ControllerSetup, count: int) -> Array:
+    """Returns (D, 2) m: offset along x and radius of discs that cover the outline.
+
+    One for a robot given by its radius, else `count` of one size, each in the middle of an equal
+    part of the length. Raises ValueError for an outline without an area.
+    """
+    if setup.footprint_is_circle:
+        return np.array([[0.0, setup.circumscribed_radius_m]])
+    outline = np.asarray(setup.footprint, dtype=np.float64)
+    extent = np.ptp(outline, axis=0) if len(outline) >= 3 else np.zeros(2)
+    if float(extent.min()) < LEAST_WIDTH_M:
+        raise ValueError(
+            f"footprint: got {outline.tolist()}, which no disc covers; expected an outline of "
+            "three or more corners with an area"
+        )
+    rear, front = float(outline[:, 0].min()), float(outline[:, 0].max())
+    offsets = rear + (np.arange(count) + 0.5) * (front - rear) / count
+    ends = np.roll(outline, -1, axis=0)
+    shares = np.linspace(0.0, 1.0, POINTS_AN_EDGE)[:, None, None]
+    points = (outline + shares * (ends - outline)).reshape(-1, 2)
+    distances = np.hypot(points[:, :1] - offsets, points[:, 1:])
+    # Of each point the nearest disc, of these the farthest.
+    return np.column_stack([offsets, np.full(count, float(distances.min(axis=1).max()))])
+
+
+def half_width(setup: ControllerSetup) -> float:
+    """Returns the distance from the robot's axis to its farther side, m."""
+    return float(np.abs(setup.footprint[:, 1]).max())

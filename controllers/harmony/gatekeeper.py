@@ -1,0 +1,144 @@
+"""The gatekeeper: no command leaves that does not leave a verified way to stop.
+
+What is accepted is "follow the plan until t, then brake", where the exact outline keeps more than
+the error bound away from every lethal cell of the costmap from now until rest. The next cycle
+begins on that motion, so its brake part is still free then, whatever becomes of the map's free
+space: by induction there is always a stop that was verified (Agrawal, Chen, Panagou: gatekeeper,
+arXiv 2211.14361).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from drake_navbench.controllers.harmony.base_response import follow_then_brake
+from drake_navbench.kernels.grid import LETHAL
+from drake_navbench.kernels.outline_distance import outline_to_edges
+from drake_navbench.kernels.poses import place_point
+
+# Gaps beyond this are not measured: steps of the check need no more, m.
+LONGEST_GAP_M = 0.5
+
+
+@njit(cache=True)
+def lethal_edges(grid, x, y, reach):
+    """Returns (E, 4) x0, y0, x1, y1 m: the sides of lethal cells that face other cells.
+
+    Of cells no farther than `reach` m from the point (x, y) m along either axis. Within it the
+    sides of the map face nothing, so they count as edges: beyond is unknown.
+    """
+    costs, resolution = grid.costs, grid.resolution
+    rows, columns = costs.shape
+    first_row = max(math.floor((y - reach - grid.origin_y) / resolution), 0)
+    last_row = min(math.floor((y + reach - grid.origin_y) / resolution), rows - 1)
+    first_column = max(math.floor((x - reach - grid.origin_x) / resolution), 0)
+    last_column = min(math.floor((x + reach - grid.origin_x) / resolution), columns - 1)
+    cells = max(last_row - first_row + 1, 0) * max(last_column - first_column + 1, 0)
+    edges = np.empty((4 * cells + 4, 4))
+    count = 0
+    for row in range(first_row, last_row + 1):
+        for column in range(first_column, last_column + 1):
+            if costs[row, column] != LETHAL:
+                continue
+            west, south = grid.origin_x + column * resolution, grid.origin_y + row * resolution
+            east, north = west + resolution, south + resolution
+            if column == 0 or costs[row, column - 1] != LETHAL:
+                edges[count, 0], edges[count, 1] = west, south
+                edges[count, 2], edges[count, 3] = west, north
+                count += 1
+            if column == columns - 1 or costs[row, column + 1] != LETHAL:
+                edges[count, 0], edges[count, 1] = east, south
+                edges[count, 2], edges[count, 3] = east, north
+                count += 1
+            if row == 0 or costs[row - 1, column] != LETHAL:
+                edges[count, 0], edges[count, 1] = west, south
+                edges[count, 2], edges[count, 3] = east, south
+                count += 1
+            if row == rows - 1 or costs[row + 1, column] != LETHAL:
+                edges[count, 0], edges[count, 1] = west, north
+                edges[count, 2], edges[count, 3] = east, north
+                count += 1
+    west, south = grid.origin_x, grid.origin_y
+    east, north = west + columns * resolution, south + rows * resolution
+    for x0, y0, x1, y1 in (
+        (west, south, west, north),
+        (east, south, east, north),
+        (west, south, east, south),
+        (west, north, east, north),
+    ):
+        edges[count, 0], edges[count, 1], edges[count, 2], edges[count, 3] = x0, y0, x1, y1
+        count += 1
+    return edges[:count].copy()
+
+
+@njit(cache=True)
+def gap_at(edges, outline, x, y, yaw, placed):
+    """Returns the distance from an outline (K, 2) m at a pose to the nearest edge, m.
+
+    At most LONGEST_GAP_M. placed: (K, 2) scratch.
+    """
+    cosine, sine = math.cos(yaw), math.sin(yaw)
+    for k in range(outline.shape[0]):
+        placed[k, 0], placed[k, 1] = place_point(outline[k, 0], outline[k, 1], x, y, cosine, sine)
+    return min(outline_to_edges(placed, edges, LONGEST_GAP_M), LONGEST_GAP_M)
+
+
+@njit(cache=True)
+def is_clear(edges, outline, reach, poses, bound):
+    """Returns whether an outline stays more than `bound` m away from all edges along poses (M, 3).
+
+    reach: of the farthest corner from the base, m. Between two poses no point of the outline moves
+    farther than the base does and turns its corner; a gap allows a motion of what it exceeds the
+    bound by, so that poses within it need no look of their own.
+    """
+    placed = np.empty_like(outline)
+    count = poses.shape[0]
+    allowed = -1.0
+    for m in range(count):
+        motion = 0.0
+        if m > 0:
+            motion = math.hypot(poses[m, 0] - poses[m - 1, 0], poses[m, 1] - poses[m - 1, 1])
+            motion += reach * abs(poses[m, 2] - poses[m - 1, 2])
+        allowed -= motion
+        if allowed >= 0.0 and m > 0:
+            continue
+        # The step to here is covered from the pose before it, or half from either side.
+        gap = gap_at(edges, outline, poses[m, 0], poses[m, 1], poses[m, 2], placed)
+        if gap < bound or (m > 0 and allowed + (gap - bound) < 0.0):
+            return False
+        allowed = gap - bound
+    return True
+
+
+@njit(cache=True)
+def accepted_cycles(
+    edges, outline, reach, bound, response, state, plan, dt, period_s, longest, fewest
+):
+    """Returns for how many cycles a plan may be followed before braking; 0 where for none.
+
+    Tries the whole plan first, then ever shorter parts, down to `fewest` cycles. state: (5,) of the
+    base. longest: cycles of the whole plan.
+    """
+    cycles = longest
+    while cycles >= fewest:
+        poses = follow_then_brake(response, state, plan, dt, period_s, cycles)
+        if is_clear(edges, outline, reach, poses, bound):
+            return cycles
+        if cycles == fewest:
+            break
+        cycles = max(cycles // 2, fewest)
+    return 0
+
+
+@njit(cache=True)
+def command_is_safe(edges, outline, reach, bound, response, state, v, w, period_s):
+    """Returns whether a command, held for one cycle and then braked, passes the same check."""
+    plan = np.zeros((2, 9))
+    plan[0, 3], plan[0, 4] = v, w
+    plan[1, 3], plan[1, 4] = v, w
+    # A step of two cycles without acceleration: one cycle of it is the command.
+    poses = follow_then_brake(response, state, plan, 2.0 * period_s, period_s, 1)
+    return is_clear(edges, outline, reach, poses, bound)

@@ -1,0 +1,27 @@
+"""What harmony keeps from one cycle to the next."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.controllers.harmony.prediction import Sent
+
+Array = NDArray[np.float64]
+
+
+class HarmonyMemory(NamedTuple):
+    """What one cycle leaves to the next; arrays are read-only.
+
+    plan: (N + 1, 9) the committed plan, or None where the last command was not a plan's.
+    time_s: when it was committed. sent: the last commands. refused_since_s: since when no plan has
+    been accepted, None while they are. is_trapped: the last plan got nowhere.
+    """
+
+    plan: Array | None = None
+    time_s: float = 0.0
+    sent: Sent | None = None
+    refused_since_s: float | None = None
+    is_trapped: bool = False

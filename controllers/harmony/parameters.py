@@ -1,0 +1,204 @@
+"""The parameters of harmony."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from drake_navbench.controller import AskedSpeeds, ControllerParameters
+from drake_navbench.controllers.harmony.terms import TERMS
+from drake_navbench.controllers.rpp import RegulatedPurePursuitParameters
+from drake_navbench.typed_files.quantities import (
+    Acceleration,
+    AngularAcceleration,
+    AngularSpeed,
+    Count,
+    Duration,
+    Length,
+    Number,
+    Period,
+    Speed,
+)
+
+Weight = Number
+
+
+class Weights(ControllerParameters):
+    """Weights of the twelve terms; 0 switches one off. docs/harmony.md says what each does."""
+
+    constraints: Weight = Field(0.02, ge=0.0, description="Of being near a limit [1/s].")
+    goal_angle: Weight = Field(1.0, ge=0.0, description="Of the heading at the goal [1/rad^2].")
+    goal_position: Weight = Field(2.0, ge=0.0, description="Of the way left at the end [1/m^2].")
+    costmap_cost: Weight = Field(0.3, ge=0.0, description="Of inflation that discs are in [1/s].")
+    path_alignment: Weight = Field(10.0, ge=0.0, description="Of distance from the path [1/m^2 s].")
+    path_orientation: Weight = Field(0.5, ge=0.0, description="Of heading off it [1/rad^2 s].")
+    forward_preference: Weight = Field(20.0, ge=0.0, description="Of driving backwards [s/m^2].")
+    twirling: Weight = Field(0.1, ge=0.0, description="Of turning [s/rad^2].")
+    energy: Weight = Field(0.5, ge=0.0, description="Of speeding up and braking [s^5/m^4].")
+    sharp_curves: Weight = Field(0.01, ge=0.0, description="Of curvature [m^2/s].")
+    linear_jerk: Weight = Field(0.02, ge=0.0, description="Of changes of acceleration [s^5/m^2].")
+    maximum_velocity: Weight = Field(3.0, ge=0.0, description="Of missing speed [1/s].")
+
+    def as_array(self) -> NDArray[np.float64]:
+        """Returns (12,) the weights in the order of TERMS."""
+        return np.array([getattr(self, name) for name in TERMS])
+
+
+def _published_pursuit() -> RegulatedPurePursuitParameters:
+    return RegulatedPurePursuitParameters(
+        use_cost_regulated_linear_velocity_scaling=False, approach_velocity_scaling_dist=0.3
+    )
+
+
+class HarmonyParameters(ControllerParameters):
+    """Parameters of harmony."""
+
+    # Plans
+    horizon: Duration = Field(3.0, gt=0.0, description="Length of a plan [s].")
+    time_step: Period = Field(0.1, description="Between two stages of a plan [s].")
+
+    # Hard limits
+    max_vel_x: Speed = Field(0.5, gt=0.0, description="Forward speed [m/s].")
+    max_vel_x_backwards: Speed = Field(0.2, ge=0.0, description="Backward speed [m/s].")
+    max_vel_theta: AngularSpeed = Field(1.0, gt=0.0, description="Turn rate [rad/s].")
+    acc_lim_x: Acceleration = Field(0.8, gt=0.0, description="Acceleration [m/s^2].")
+    acc_lim_theta: AngularAcceleration = Field(
+        1.5, gt=0.0, description="Angular acceleration [rad/s^2]."
+    )
+    jerk_lim_x: Number = Field(3.0, gt=0.0, description="Jerk [m/s^3].")
+    jerk_lim_theta: Number = Field(6.0, gt=0.0, description="Angular jerk [rad/s^3].")
+    max_wheel_speed: Speed = Field(0.7, gt=0.0, description="Of either drive wheel [m/s].")
+    wheel_separation: Length = Field(0.5, gt=0.0, description="Between the drive wheels [m].")
+    max_lateral_acceleration: Acceleration = Field(
+        0.4, gt=0.0, description="Speed times turn rate [m/s^2]."
+    )
+    min_obstacle_dist: Length = Field(
+        0.0, ge=0.0, description="Clearance of the outline's sides besides the error bound [m]."
+    )
+    disc_count: Count = Field(
+        4, description="Discs along the axis that cover the outline, 1 to 5; a round robot has one."
+    )
+
+    # Terms
+    weights: Weights = Field(default_factory=Weights, description="Of the twelve terms.")
+    limit_share: Number = Field(
+        0.9, ge=0.0, lt=1.0, description="Part of a limit from which being near it costs [-]."
+    )
+    inflation_dist: Length = Field(
+        0.35, gt=0.0, description="Clearance of the discs below which it costs [m]."
+    )
+    curve_speed: Speed = Field(
+        0.15, gt=0.0, description="Below it a curve counts as a turn in place [m/s]."
+    )
+
+    # Sampler
+    use_sampler: bool = Field(True, description="Draw samples; without, only the seeds compete.")
+    sample_count: Count = Field(600, ge=2, le=100_000, description="Samples of a cycle.")
+    sample_v_std: Speed = Field(0.12, gt=0.0, description="Of their speeds [m/s].")
+    sample_w_std: AngularSpeed = Field(0.35, gt=0.0, description="Of their turn rates [rad/s].")
+
+    # Groups
+    use_groups: bool = Field(True, description="Tell apart on which side obstacles are passed.")
+    max_groups: Count = Field(3, ge=1, le=3, description="Groups that go on to the program.")
+    hysteresis: Number = Field(
+        0.1, ge=0.0, lt=1.0, description="Part by which another group must cost less [-]."
+    )
+
+    # Program
+    use_program: bool = Field(True, description="Improve the samples by the program.")
+    solver: Literal["interior_point", "ipopt"] = Field(
+        "interior_point", description="Of the program: our own in numba, or IPOPT."
+    )
+    warm_iterations: Count = Field(
+        12, ge=1, le=1000, description="Most steps for the plan driven so far."
+    )
+    cold_iterations: Count = Field(25, ge=1, le=1000, description="Most steps for another one.")
+
+    # Gatekeeper
+    use_gatekeeper: bool = Field(True, description="Let only plans with a verified stop through.")
+    tracking_error: Length = Field(
+        0.005, ge=0.0, description="Bound of how far the base strays from its prediction [m]."
+    )
+    localization_error: Length = Field(
+        0.025, ge=0.0, description="Bound of how far the outline is from where it seems [m]."
+    )
+    latency: Duration = Field(
+        0.0, ge=0.0, le=2.0, description="From a measured pose to what its command does [s]."
+    )
+    latency_error: Duration = Field(
+        0.0, ge=0.0, le=2.0, description="Bound of the error of latency [s]."
+    )
+    response_time: Duration = Field(
+        0.1, ge=0.0, le=5.0, description="Time constant of the base's velocity [s]."
+    )
+    base_acceleration: Acceleration = Field(
+        2.5, gt=0.0, description="What the base brakes with, at least [m/s^2]."
+    )
+    base_angular_acceleration: AngularAcceleration = Field(
+        3.0, gt=0.0, description="The same for its turn rate [rad/s^2]."
+    )
+    give_up_distance: Length = Field(
+        0.5,
+        ge=0.0,
+        description="Give up so near to what blocks the path where no way past is found [m].",
+    )
+    patience: Duration = Field(
+        0.5, ge=0.0, description="Without an accepted command for so long, it gives up [s]."
+    )
+    rpp: RegulatedPurePursuitParameters = Field(
+        default_factory=_published_pursuit,
+        description="Regulated Pure Pursuit, whose command is the last resort but one.",
+    )
+
+    @property
+    def error_bound_m(self) -> float:
+        """How much farther than the bound the outline must stay from lethal cells, m."""
+        speed = max(self.max_vel_x, self.max_vel_x_backwards)
+        return self.tracking_error + self.localization_error + self.latency_error * speed
+
+    @property
+    def step_count(self) -> int:
+        """Steps of a plan."""
+        return round(self.horizon / self.time_step)
+
+    def asked_speeds(self) -> AskedSpeeds:
+        """Returns the limits of its plans."""
+        return AskedSpeeds(self.max_vel_x, -self.max_vel_x_backwards, self.max_vel_theta)
+
+    @model_validator(mode="after")
+    def _check_stop_fits(self) -> Self:
+        for speed, rate, jerk, names in (
+            (self.max_vel_x, self.acc_lim_x, self.jerk_lim_x, "max_vel_x"),
+            (self.max_vel_theta, self.acc_lim_theta, self.jerk_lim_theta, "max_vel_theta"),
+        ):
+            stopping_s = stopping_time(speed, rate, jerk)
+            if self.horizon < stopping_s:
+                raise ValueError(
+                    f"horizon ({self.horizon:g} s) must not be shorter than the stopping time from "
+                    f"{names} under its limits of acceleration and jerk, {stopping_s:.2f} s"
+                )
+        if self.step_count < 5:
+            raise ValueError(
+                f"time_step ({self.time_step:g} s) must fit into horizon ({self.horizon:g} s) at "
+                "least five times"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _check_discs(self) -> Self:
+        if not 1 <= self.disc_count <= 5:
+            raise ValueError(
+                f"disc_count: got {self.disc_count}, expected 1 to 5 discs that cover the outline"
+            )
+        return self
+
+
+def stopping_time(speed: float, acceleration: float, jerk: float) -> float:
+    """Returns the least time, s, from a speed to rest from and to no acceleration."""
+    if speed * jerk <= acceleration * acceleration:
+        return 2.0 * math.sqrt(speed / jerk)
+    return speed / acceleration + acceleration / jerk

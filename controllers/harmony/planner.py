@@ -1,0 +1,356 @@
+"""From one cycle's situation to plans: seeds, samples, groups, and the program of each group."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.controllers.harmony.groups import nearest_anchors
+from drake_navbench.controllers.harmony.interior_point import SolverSettings, solve
+from drake_navbench.controllers.harmony.motion import V, W, plan_of_velocities, shifted
+from drake_navbench.controllers.harmony.parameters import HarmonyParameters
+from drake_navbench.controllers.harmony.sampler import draw_samples
+from drake_navbench.controllers.harmony.scene import (
+    Limits,
+    Scene,
+    Shape,
+    references_along,
+    required_clearances,
+    velocity_bounds,
+    wanted_speeds,
+    with_references,
+)
+from drake_navbench.controllers.harmony.seeds import (
+    LEFT,
+    RIGHT,
+    SEED_SHARE,
+    along_wall,
+    pursuit,
+    stop,
+)
+from drake_navbench.controllers.harmony.terms import plan_cost
+from drake_navbench.controllers.teb.homotopy import find_clusters
+from drake_navbench.kernels.angles import wrap
+from drake_navbench.kernels.distance_field import DistanceField, path_clearance
+from drake_navbench.kernels.path_geometry import path_length
+from drake_navbench.kernels.read_only import read_only
+from drake_navbench.noise import NoiseKey
+
+Array = NDArray[np.float64]
+
+# Rows of the program may be missed by so much, in parts of their limits.
+TOLERANCE = 1e-2
+WARM_BARRIER, COLD_BARRIER, LAST_BARRIER = 1e-3, 1e-2, 1e-5
+# A sample replaces the plan driven so far as the guess of their group where it costs so much less.
+BETTER_GUESS_RATIO = 0.8
+# Progress below this part of what was asked for: trapped.
+TRAPPED_RATIO = 0.2
+# Segments of the path looked at from stage to stage, as the robot's reach a stage by their length.
+MOST_SEGMENTS_AHEAD = 12
+# A wall is followed with so much room between it and the widest disc, m.
+WALL_ROOM_M = 0.15
+# A plan that ends so near the goal ends in it, m.
+SAME_PLACE_M = 1e-6
+_MASK = 2**64 - 1
+_STEP_MULTIPLIER, _STREAM_MULTIPLIER = 0x9E3779B97F4A7C15, 0xD1B54A32D192ED03
+
+
+class Way(NamedTuple):
+    """What of the path counts in a cycle.
+
+    path: (P, 3). target: (3,) the point aimed at. nears_goal: it is the goal. length_m: along the
+    path to it. blocked_m: along the path to its first pose at which the robot has no room, inf
+    where there is none. behind: (2,) m, the path's first point behind that, its last one where the
+    robot has no room up to there, or None.
+    """
+
+    path: Array
+    target: Array
+    nears_goal: bool
+    length_m: float
+    blocked_m: float
+    behind: Array | None = None
+
+
+class Candidate(NamedTuple):
+    """A plan (N + 1, 9) of one group.
+
+    cost: of the terms. is_driven: its group is that of the plan driven so far. solved: by the
+    program, within its limits. guess: (N + 1, 9) what it was made of. iterations, violation: of the
+    program.
+    """
+
+    plan: Array
+    cost: float
+    group: int
+    is_driven: bool
+    solved: bool
+    guess: Array
+    iterations: int
+    violation: float
+
+
+def way_along(plan: Array, goal: Array, reach_m: float, field: DistanceField, discs: Array) -> Way:
+    """Returns the way along a local plan (M, 3), as far as a horizon's reach."""
+    path = read_only(plan)
+    steps = np.hypot(*np.diff(path[:, :2], axis=0).T)
+    stations = np.concatenate([[0.0], np.cumsum(steps)])
+    index = int(np.searchsorted(stations, reach_m, side="left"))
+    is_end = index >= len(path)
+    target = path[-1 if is_end else index]
+    nears_goal = is_end and bool(np.hypot(*(target[:2] - goal[:2])) < SAME_PLACE_M)
+    has_room = path_clearance(field, discs, path) >= 0.0
+    blocked = np.flatnonzero(~has_room)
+    behind = None
+    if len(blocked):
+        rest = np.flatnonzero(has_room[blocked[0] :])
+        behind = path[blocked[0] + rest[0] if len(rest) else -1, :2]
+    return Way(
+        path,
+        np.array(goal if nears_goal else target),
+        nears_goal,
+        float(stations[min(index, len(path) - 1)]),
+        float(stations[blocked[0]]) if len(blocked) else np.inf,
+        behind,
+    )
+
+
+def turn_at(start: Array, goal: Array) -> Way:
+    """Returns the way of a robot whose position is good enough: to the goal's heading, right here.
+
+    start: (9,) first stage of plans. goal: (3,).
+    """
+    pose = np.array([start[0], start[1], goal[2]])
+    return Way(read_only(pose[None]), pose, True, 0.0, np.inf)
+
+
+def progress_on(way: Way, position: Array) -> float:
+    """Returns how far along the path the point nearest to a position (2,) lies, m."""
+    nearest = int(np.argmin(np.hypot(*(way.path[:, :2] - position).T)))
+    return path_length(way.path[: nearest + 1]) if nearest else 0.0
+
+
+def noise_word(key: NoiseKey) -> np.uint64:
+    """Returns the 64 bits that name a cycle's samples."""
+    word = key.seed ^ (key.step * _STEP_MULTIPLIER) ^ (key.stream * _STREAM_MULTIPLIER)
+    return np.uint64(word & _MASK)
+
+
+class Planner:
+    """Makes the plans of a cycle. discs: (D, 2) of the robot, m. half_width: of its outline, m."""
+
+    def __init__(self, parameters: HarmonyParameters, discs: Array, half_width: float) -> None:
+        self._parameters = parameters
+        self._discs = discs
+        # The discs reach beyond the sides, which counts as clearance.
+        beyond = float(discs[:, 1].max()) - half_width
+        clearance = parameters.error_bound_m + parameters.min_obstacle_dist
+        self._clearance = max(clearance - beyond, 0.0)
+        self._weights = read_only(parameters.weights.as_array())
+        self._shape = Shape(
+            parameters.limit_share, parameters.inflation_dist, parameters.curve_speed
+        )
+        self._program = None
+        if parameters.solver == "ipopt":
+            from drake_navbench.controllers.harmony.ipopt_program import IpoptProgram
+
+            self._program = IpoptProgram(parameters.step_count, len(discs))
+
+    @property
+    def stage_count(self) -> int:
+        """Stages of a plan, N + 1."""
+        return self._parameters.step_count + 1
+
+    def limits(self, top_speed: float) -> Limits:
+        """Returns the limits of plans under a speed limit, m/s."""
+        p = self._parameters
+        scale = min(top_speed / p.max_vel_x, 1.0)
+        return Limits(
+            forward_speed=scale * p.max_vel_x,
+            backward_speed=scale * p.max_vel_x_backwards,
+            turn_rate=p.max_vel_theta,
+            acceleration=p.acc_lim_x,
+            angular_acceleration=p.acc_lim_theta,
+            jerk=p.jerk_lim_x,
+            angular_jerk=p.jerk_lim_theta,
+            wheel_speed=p.max_wheel_speed,
+            half_track=0.5 * p.wheel_separation,
+            lateral_acceleration=p.max_lateral_acceleration,
+            clearance=self._clearance,
+        )
+
+    def scene(self, start: Array, way: Way, field: DistanceField, limits: Limits) -> Scene:
+        """Returns the program's data without the references, which depend on the guess."""
+        dt, count = self._parameters.time_step, self.stage_count
+        low, high = velocity_bounds(start, limits, dt, count)
+        distance = way.length_m if way.nears_goal else np.inf
+        speeds = wanted_speeds(
+            count,
+            dt,
+            max(float(start[V]), 0.0),
+            limits.forward_speed,
+            SEED_SHARE * limits.acceleration,
+            distance,
+        )
+        references = np.zeros((count, 4))
+        references[:, 3] = speeds
+        target = way.target.copy()
+        target[2] = start[2] + wrap(target[2] - start[2])
+        return Scene(
+            dt,
+            target,
+            1.0 if way.nears_goal else 0.0,
+            references,
+            field,
+            self._discs,
+            required_clearances(field, self._discs, start, limits.clearance, count),
+            low,
+            high,
+            limits,
+            self._shape,
+            self._weights,
+        )
+
+    def candidates(
+        self,
+        scene: Scene,
+        start: Array,
+        way: Way,
+        *,
+        driven: Array | None,
+        elapsed_s: float,
+        is_trapped: bool,
+        noise_key: NoiseKey,
+    ) -> tuple[list[Candidate], Array, Array]:
+        """Returns the plans of up to max_groups groups, best first, and the samples with costs.
+
+        start: (9,) first stage. driven: the plan driven so far, committed `elapsed_s` ago.
+        """
+        parameters, dt = self._parameters, scene.dt
+        window = self._window(way)
+        rest = None if driven is None else shifted(driven, dt, elapsed_s, start)
+        seeds = self._seeds(scene, start, way, rest, window=window, is_trapped=is_trapped)
+        clusters = find_clusters(scene.field, float(self._discs[:, 1].min()))
+        velocities, motions, costs, groups = draw_samples(
+            scene,
+            way.path,
+            seeds,
+            start,
+            nearest_anchors(clusters.anchors, start),
+            noise_word(noise_key),
+            parameters.sample_count if parameters.use_sampler else 0,
+            parameters.sample_v_std,
+            parameters.sample_w_std,
+            window,
+        )
+        if not parameters.use_groups:
+            groups[:] = 0
+        found = []
+        for index in self._best_of_groups(costs, groups):
+            is_driven = rest is not None and bool(
+                np.isfinite(costs[0]) and groups[0] == groups[index]
+            )
+            guess = plan_of_velocities(velocities[index], dt, start)
+            is_warm = is_driven and costs[index] > BETTER_GUESS_RATIO * costs[0]
+            if is_warm and rest is not None:
+                guess = rest
+            found.append(
+                self._improved(scene, way, guess, int(groups[index]), is_driven, is_warm, window)
+            )
+        return self._ranked(found), motions, costs
+
+    def _window(self, way: Way) -> int:
+        spacing = way.length_m / max(len(way.path) - 1, 1)
+        reach = 3.0 * self._parameters.max_vel_x * self._parameters.time_step
+        needed = int(np.ceil(2.0 * reach / spacing)) if spacing > 0.0 else 1
+        return max(MOST_SEGMENTS_AHEAD, needed)
+
+    def _seeds(
+        self,
+        scene: Scene,
+        start: Array,
+        way: Way,
+        rest: Array | None,
+        *,
+        window: int,
+        is_trapped: bool,
+    ) -> Array:
+        limits, dt, count = scene.limits, scene.dt, self.stage_count
+        seeds = [] if rest is None else [np.ascontiguousarray(rest[:, V : W + 1])]
+        seeds.append(
+            pursuit(way.path, start, scene.target, scene.nears_goal, limits, dt, count, window)
+        )
+        seeds.append(stop(start, limits, dt, count))
+        if is_trapped:
+            keep = float(self._discs[:, 1].max()) + limits.clearance + WALL_ROOM_M
+            ahead = float(self._discs[-1, 0])
+            seeds += [
+                along_wall(scene.field, side, keep, start, scene.target, limits, dt, count, ahead)
+                for side in (LEFT, RIGHT)
+            ]
+        return np.stack(seeds)
+
+    def _best_of_groups(self, costs: Array, groups: NDArray[np.int64]) -> list[int]:
+        """Returns the cheapest sample of each group, of the cheapest groups, cheapest first."""
+        chosen: dict[int, int] = {}
+        for index in np.argsort(costs, kind="stable").tolist():
+            if not np.isfinite(costs[index]) or len(chosen) == self._parameters.max_groups:
+                break
+            chosen.setdefault(int(groups[index]), index)
+        return list(chosen.values())
+
+    def _improved(
+        self,
+        scene: Scene,
+        way: Way,
+        guess: Array,
+        group: int,
+        is_driven: bool,
+        is_warm: bool,
+        window: int,
+    ) -> Candidate:
+        """Returns what the program makes of a guess, or the guess where it is switched off."""
+        parameters = self._parameters
+        speeds = scene.references[:, 3]
+        scene = with_references(scene, references_along(way.path, guess, speeds, window))
+        if not parameters.use_program:
+            cost = plan_cost(scene, guess)
+            return Candidate(guess, cost, group, is_driven, True, guess, 0, 0.0)
+        settings = SolverSettings(
+            parameters.warm_iterations if is_warm else parameters.cold_iterations,
+            WARM_BARRIER if is_warm else COLD_BARRIER,
+            LAST_BARRIER,
+            TOLERANCE,
+        )
+        if self._program is not None:
+            solution = self._program.solve(scene, guess, settings)
+        else:
+            solution = solve(scene, guess, settings)
+        plan = solution.plan if solution.solved else guess
+        cost = solution.cost if solution.solved else plan_cost(scene, guess)
+        return Candidate(
+            plan,
+            cost,
+            group,
+            is_driven,
+            solution.solved,
+            guess,
+            solution.iterations,
+            solution.violation,
+        )
+
+    def _ranked(self, found: list[Candidate]) -> list[Candidate]:
+        """Returns plans best first; another group than the driven one must be better by a part."""
+        part = 1.0 - self._parameters.hysteresis
+        return sorted(found, key=lambda c: (not c.solved, c.cost * (part if c.is_driven else 1.0)))
+
+
+def is_trapped(way: Way, plan: Array, start: Array) -> bool:
+    """Returns whether a plan gets nowhere: its end is hardly farther along the path than its start.
+
+    By the distance that was asked for, as the test of DRPA-MPPI (arXiv 2503.20134).
+    """
+    progress = progress_on(way, plan[-1, :2]) - progress_on(way, start[:2])
+    return progress < TRAPPED_RATIO * way.length_m

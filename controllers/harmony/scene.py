@@ -1,0 +1,192 @@
+"""What the program of one cycle is about, as kernels take it: path, limits, obstacles, weights."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from drake_navbench.controllers.harmony.motion import ALPHA, YAW, A, V, W, X, Y
+from drake_navbench.kernels.angles import wrap
+from drake_navbench.kernels.distance_field import DistanceField, pose_clearance
+
+Array = NDArray[np.float64]
+
+# Of a reference: x m, y m, yaw rad of the path's nearest point, the speed wanted there m/s.
+REFERENCE_SIZE = 4
+# Rounding that a bound on reachable velocities leaves, m/s and rad/s.
+REACHABLE_SLACK = 1e-3
+# How much closer than at its start a plan may come to obstacles that are too near already, m.
+START_SLACK_M = 0.01
+
+
+class Limits(NamedTuple):
+    """Hard limits of plans, all positive.
+
+    Speeds m/s, turn rate rad/s, accelerations m/s^2 and rad/s^2 (lateral: v times w), jerks m/s^3
+    and rad/s^3; wheel_speed of either wheel, half_track m from the middle to a wheel; clearance of
+    the discs from lethal cells, m.
+    """
+
+    forward_speed: float
+    backward_speed: float
+    turn_rate: float
+    acceleration: float
+    angular_acceleration: float
+    jerk: float
+    angular_jerk: float
+    wheel_speed: float
+    half_track: float
+    lateral_acceleration: float
+    clearance: float
+
+
+class Shape(NamedTuple):
+    """Distances and speeds that terms are shaped by; see the parameters of the same names.
+
+    limit_share: of a limit, where the term of constraints begins. inflation_dist m. curve_speed:
+    below it a turn counts as one in place, m/s.
+    """
+
+    limit_share: float
+    inflation_dist: float
+    curve_speed: float
+
+
+class Scene(NamedTuple):
+    """One cycle's program.
+
+    dt s. target: (3,) pose that plans aim at. nears_goal: 1 where that is the goal, and its yaw
+    counts. references: (N + 1, 4), see REFERENCE_SIZE, yaw unwrapped along the guess. field, discs
+    (D, 2) offset along x and radius, m. required: (N + 1,) clearance of the discs, m. low, high:
+    (N + 1, 2) bounds of v and w. weights: (12,), in the order of `terms.TERMS`.
+    """
+
+    dt: float
+    target: Array
+    nears_goal: float
+    references: Array
+    field: DistanceField
+    discs: Array
+    required: Array
+    low: Array
+    high: Array
+    limits: Limits
+    shape: Shape
+    weights: Array
+
+
+@njit(cache=True)
+def nearest_on_path(path, x, y, first, window):
+    """Returns (index, x, y, yaw) of the path's point nearest to (x, y), from a segment on.
+
+    path: (P, 3), P >= 1. Looks no farther than `window` segments ahead; yaw is along the segment.
+    """
+    last = path.shape[0] - 1
+    if last == 0:
+        return 0, path[0, 0], path[0, 1], path[0, 2]
+    best = np.inf
+    found = (first, path[first, 0], path[first, 1], path[first, 2])
+    for i in range(first, min(first + window, last)):
+        dx, dy = path[i + 1, 0] - path[i, 0], path[i + 1, 1] - path[i, 1]
+        squared = dx * dx + dy * dy
+        share = 0.0
+        if squared > 0.0:
+            share = ((x - path[i, 0]) * dx + (y - path[i, 1]) * dy) / squared
+            share = min(max(share, 0.0), 1.0)
+        px, py = path[i, 0] + share * dx, path[i, 1] + share * dy
+        distance = (x - px) ** 2 + (y - py) ** 2
+        if distance < best:
+            best = distance
+            yaw = np.arctan2(dy, dx) if squared > 0.0 else path[i, 2]
+            found = (i, px, py, yaw)
+    return found
+
+
+@njit(cache=True)
+def references_along(path, plan, speeds, window):
+    """Returns (N + 1, 4) the references of a plan: the path's points nearest to its stages."""
+    count = plan.shape[0]
+    references = np.empty((count, REFERENCE_SIZE))
+    index = 0
+    for k in range(count):
+        index, x, y, yaw = nearest_on_path(path, plan[k, X], plan[k, Y], index, window)
+        references[k, 0], references[k, 1] = x, y
+        references[k, 2] = plan[k, YAW] + wrap(yaw - plan[k, YAW])
+        references[k, 3] = speeds[k]
+    return references
+
+
+@njit(cache=True)
+def wanted_speeds(count, dt, speed, top, acceleration, distance):
+    """Returns (count,) m/s: as fast as allowed, and slow enough to stop in `distance` m."""
+    speeds = np.empty(count)
+    left = distance
+    for k in range(count):
+        speeds[k] = speed
+        left -= dt * speed
+        stoppable = np.sqrt(2.0 * acceleration * max(left, 0.0))
+        speed = max(min(top, speed + acceleration * dt, stoppable), 0.0)
+    return speeds
+
+
+@njit(cache=True)
+def _reachable(value, rate, limit, jerk, dt, count):
+    """Returns (count,) the least that a velocity can be, stage by stage, braking from now on."""
+    least = np.empty(count)
+    for k in range(count):
+        least[k] = value
+        # As much jerk as leads to the limit of the rate by the next stage, and no more.
+        change = max(-jerk, (-limit - rate) / dt)
+        value += dt * rate + 0.5 * dt * dt * change
+        rate += dt * change
+    return least
+
+
+@njit(cache=True)
+def velocity_bounds(start, limits, dt, count):
+    """Returns (low, high) (count, 2): the limits of v and w, wider while a start cannot obey them.
+
+    start: (9,) state. Where the limits have come down below the speed, plans brake as hard as they
+    may.
+    """
+    low, high = np.empty((count, 2)), np.empty((count, 2))
+    tops = (limits.forward_speed, limits.turn_rate)
+    bottoms = (-limits.backward_speed, -limits.turn_rate)
+    rates = (limits.acceleration, limits.angular_acceleration)
+    jerks = (limits.jerk, limits.angular_jerk)
+    for axis in range(2):
+        value, rate = start[V + axis], start[A + axis]
+        falling = _reachable(value, rate, rates[axis], jerks[axis], dt, count)
+        rising = _reachable(-value, -rate, rates[axis], jerks[axis], dt, count)
+        for k in range(count):
+            high[k, axis] = max(tops[axis], falling[k] + REACHABLE_SLACK)
+            low[k, axis] = min(bottoms[axis], -rising[k] - REACHABLE_SLACK)
+    return low, high
+
+
+@njit(cache=True)
+def required_clearances(field, discs, start, clearance, count):
+    """Returns (count,) m: the clearance, less where the start itself has less.
+
+    Nothing that a plan does now gives a start more room than it has; a robot under way may even
+    come a bit closer before it can turn away.
+    """
+    here = pose_clearance(field, discs, start[X], start[Y], start[YAW])
+    return np.full(count, min(clearance, here - START_SLACK_M))
+
+
+def make_start(pose: Array, v: float, w: float, a: float = 0.0, alpha: float = 0.0) -> Array:
+    """Returns (9,) the first stage of plans: a pose (3,), velocities and accelerations."""
+    start = np.zeros(9)
+    start[:3] = pose
+    start[V], start[W], start[A], start[ALPHA] = v, w, a, alpha
+    return start
+
+
+def with_references(scene: Scene, references: Array) -> Scene:
+    """Returns the scene for another guess of the plan."""
+    values: dict[str, Any] = {"references": references}
+    return scene._replace(**values)

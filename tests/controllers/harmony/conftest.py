@@ -1,0 +1,7 @@
+import pytest
+from harmony_scenes import problem
+
+
+@pytest.fixture(scope="session")
+def limits():
+    return problem()[0].limits

@@ -1,0 +1,190 @@
+"""Random still worlds in closed loop, for the statement that the gatekeeper makes.
+
+The map is known within its size, the estimate of the pose is wrong by the error bound, to where
+obstacles seem farther away than they are, and the base brakes as it is said to. Nothing of Drake is
+needed for that, so that thousands of worlds can be driven:
+
+    python tests/controllers/harmony/harmony_worlds.py --count 10000 --out worlds.csv
+
+goes on where the file ends.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from drake_navbench.controller import ControllerError, ControllerSetup, Observation
+from drake_navbench.controllers.harmony import Harmony, HarmonyParameters
+from drake_navbench.controllers.harmony.base_response import Response, follow
+from drake_navbench.kernels.footprint import footprint_radii
+from drake_navbench.kernels.grid import LETHAL, Costmap
+from drake_navbench.kernels.outline_distance import outline_to_edges
+from drake_navbench.kernels.poses import place_outline
+from drake_navbench.noise import NoiseKey
+
+PERIOD_S, STEP_S = 0.05, 0.01
+RESOLUTION_M, CELLS = 0.05, 120
+GOAL_M, LONGEST_S = 4.0, 14.0
+GOAL_TOLERANCE_M = 0.25
+FOOTPRINT = np.array([[0.86, 0.31], [0.86, -0.31], [-0.26, -0.31], [-0.26, 0.31]])
+LOCALIZATION_ERROR_M = 0.025
+BOXES, ROUNDING = 5, 1e-6
+# The robot turns in place where it starts.
+FREE_START_M = 1.05
+# As bold as it can be made: nothing but the hard limits keeps it from obstacles, and it does not
+# give up in front of them.
+BOLD = {"give_up_distance": 0.0, "weights": {"costmap_cost": 0.0, "path_alignment": 2.0}}
+# Of what errors are made: the rest is a turn that moves the farthest corner by as much.
+SHIFT_SHARE = 0.6
+
+
+class Drive(NamedTuple):
+    """What became of a drive: least gap of the true outline, m, how it ended and when, s."""
+
+    least_gap_m: float
+    end: str
+    time_s: float
+
+
+def random_boxes(seed: int) -> np.ndarray:
+    """Returns (B, 4) x0, y0, x1, y1 m: boxes between start and goal, none on the start.
+
+    Their sides lie on the sides of cells, so that the map makes none of them larger.
+    """
+    random = np.random.default_rng(seed)
+    boxes = []
+    while len(boxes) < BOXES:
+        low = RESOLUTION_M * random.integers([-10, -32], [90, 26])
+        high = low + RESOLUTION_M * random.integers(2, 12, 2)
+        nearest = np.maximum(np.maximum(low, -high), 0.0)
+        if math.hypot(*nearest) > FREE_START_M:
+            boxes.append((*low, *high))
+    return np.array(boxes)
+
+
+def edges_of(boxes: np.ndarray) -> np.ndarray:
+    """Returns (4 B, 4) the sides of boxes."""
+    x0, y0, x1, y1 = boxes.T
+    sides = ((x0, y0, x1, y0), (x1, y0, x1, y1), (x1, y1, x0, y1), (x0, y1, x0, y0))
+    return np.concatenate([np.column_stack(side) for side in sides])
+
+
+def costmap_around(boxes: np.ndarray, x: float, y: float) -> Costmap:
+    """Returns the map about a point: lethal is every cell that a box reaches into."""
+    half = 0.5 * CELLS * RESOLUTION_M
+    origin_x = math.floor((x - half) / RESOLUTION_M) * RESOLUTION_M
+    origin_y = math.floor((y - half) / RESOLUTION_M) * RESOLUTION_M
+    costs = np.zeros((CELLS, CELLS), dtype=np.uint8)
+    for x0, y0, x1, y1 in boxes:
+        low = np.array([x0 - origin_x, y0 - origin_y]) / RESOLUTION_M
+        high = np.array([x1 - origin_x, y1 - origin_y]) / RESOLUTION_M
+        first = np.maximum(np.floor(low + ROUNDING).astype(int), 0)
+        last = np.clip(np.ceil(high - ROUNDING).astype(int), 0, CELLS)
+        costs[first[1] : last[1], first[0] : last[0]] = LETHAL
+    return Costmap(costs, origin_x, origin_y, RESOLUTION_M)
+
+
+def gap_of(edges: np.ndarray, state: np.ndarray) -> float:
+    """Returns the distance from the outline to the boxes, m; 0 in contact."""
+    return float(outline_to_edges(place_outline(FOOTPRINT, state[:3]), edges, 10.0))
+
+
+def deceived(edges: np.ndarray, state: np.ndarray, error_m: float, turn: float) -> np.ndarray:
+    """Returns (3,) a pose at which the outline seems farther from the boxes than it is.
+
+    No point of it seems farther than `error_m` from where it is. turn: -1 or 1, to which side.
+    """
+    best, pose = -1.0, state[:3].copy()
+    reach = float(np.hypot(*FOOTPRINT.T).max())
+    shift, yaw = SHIFT_SHARE * error_m, turn * (1.0 - SHIFT_SHARE) * error_m / reach
+    for angle in np.linspace(0.0, 2.0 * math.pi, 8, endpoint=False):
+        tried = state[:3] + np.array([shift * math.cos(angle), shift * math.sin(angle), yaw])
+        gap = gap_of(edges, tried)
+        if gap > best:
+            best, pose = gap, tried
+    return pose
+
+
+def drive(seed: int, *, error_m: float = LOCALIZATION_ERROR_M, **parameters) -> Drive:
+    """Drives harmony through a world of boxes to a goal ahead; stops at a contact."""
+    boxes = random_boxes(seed)
+    edges = edges_of(boxes)
+    inscribed, circumscribed = footprint_radii(FOOTPRINT)
+    setup = ControllerSetup(
+        control_period_s=PERIOD_S,
+        footprint=FOOTPRINT,
+        inscribed_radius_m=inscribed,
+        circumscribed_radius_m=circumscribed,
+    )
+    settings = HarmonyParameters(sample_count=100, **BOLD, **parameters)
+    controller = Harmony(settings, setup)
+    base = Response(
+        settings.response_time, settings.base_acceleration, settings.base_angular_acceleration
+    )
+    x = np.arange(0.0, GOAL_M + 1e-9, 0.05)
+    plan = np.column_stack([x, np.zeros_like(x), np.zeros_like(x)])
+    state, memory = np.zeros(5), controller.initial_memory()
+    random = np.random.default_rng(seed)
+    least, end, command, cycle = math.inf, "timed out", np.zeros(2), 0
+    stopping = 0
+    while cycle * PERIOD_S < LONGEST_S:
+        time_s = cycle * PERIOD_S
+        if math.hypot(state[0] - GOAL_M, state[1]) < GOAL_TOLERANCE_M:
+            end = "arrived"
+            break
+        pose = deceived(edges, state, error_m, random.choice([-1.0, 1.0]))
+        nearest = int(np.argmin(np.hypot(*(plan[:, :2] - pose[:2]).T)))
+        seen = Observation(
+            time_s=time_s,
+            pose=pose,
+            twist=state[3:].copy(),
+            plan=plan[min(nearest, len(plan) - 2) : nearest + 41],
+            plan_id=1,
+            costmap=costmap_around(boxes, pose[0], pose[1]),
+            goal=plan[-1],
+            noise_key=NoiseKey(seed, 4, cycle),
+        )
+        try:
+            command, memory, _ = controller.step(seen, memory)
+        except ControllerError:
+            # What the controller server does: it commands 0, until the robot is at rest.
+            end, command, stopping = "aborted", np.zeros(2), stopping + 1
+        for _ in range(round(PERIOD_S / STEP_S)):
+            follow(base, state, float(command[0]), float(command[1]), STEP_S)
+            least = min(least, gap_of(edges, state))
+        if least == 0.0:
+            return Drive(least, "contact", time_s)
+        if end == "aborted":
+            if abs(state[3]) < 1e-3 and abs(state[4]) < 1e-3:
+                break
+            memory = memory._replace(plan=None)
+        cycle += 1
+    return Drive(least, end, cycle * PERIOD_S)
+
+
+def main() -> None:
+    """Drives many worlds, a line each in a file, and says what came out."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--count", type=int, default=10_000)
+    parser.add_argument("--out", type=Path, default=Path("harmony_worlds.csv"))
+    arguments = parser.parse_args()
+    done = arguments.out.read_text().splitlines() if arguments.out.exists() else []
+    with arguments.out.open("a", encoding="utf-8") as file:
+        for seed in range(len(done), arguments.count):
+            found = drive(seed)
+            file.write(f"{seed},{found.end},{found.time_s:.2f},{found.least_gap_m:.4f}\n")
+            file.flush()
+    lines = [line.split(",") for line in arguments.out.read_text().splitlines()]
+    contacts = sum(line[1] == "contact" for line in lines)
+    # With no contact in n worlds the share is below 3 / n at 95% (the rule of three).
+    print(f"{len(lines)} worlds, {contacts} contacts", end="")
+    print(f", below {3.0 / len(lines):.1e} at 95%" if not contacts else "")
+
+
+if __name__ == "__main__":
+    main()

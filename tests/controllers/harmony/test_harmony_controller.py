@@ -1,0 +1,167 @@
+"""harmony as a controller: what it refuses, where it gives up, what it tells the replay."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from harmony_scenes import costmap_with, straight
+
+from drake_navbench import run_trial
+from drake_navbench.controller import (
+    CollisionAhead,
+    ControllerSetup,
+    InvalidPath,
+    Observation,
+    SpeedLimit,
+)
+from drake_navbench.controllers.harmony import Harmony, HarmonyParameters
+from drake_navbench.controllers.harmony.discs import covering_discs
+from drake_navbench.controllers.harmony.parameters import stopping_time
+from drake_navbench.controllers.harmony.prediction import LATENCIES_S
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.presets import load_preset
+from drake_navbench.kernels.footprint import circle_footprint, footprint_radii
+from drake_navbench.log import Outcome
+
+OUTLINE = np.array([[0.86, 0.31], [0.86, -0.31], [-0.26, -0.31], [-0.26, 0.31]])
+
+
+def setup_for(outline=OUTLINE, **values):
+    inscribed, circumscribed = footprint_radii(outline)
+    return ControllerSetup(
+        control_period_s=0.05,
+        footprint=outline,
+        inscribed_radius_m=inscribed,
+        circumscribed_radius_m=circumscribed,
+        **values,
+    )
+
+
+def seen(*boxes, plan=None, pose=(0.0, 0.0, 0.0), twist=(0.0, 0.0), **values):
+    plan = straight(2.0) if plan is None else plan
+    return Observation(
+        time_s=1.0,
+        pose=np.array(pose),
+        twist=np.array(twist),
+        plan=plan,
+        plan_id=1,
+        costmap=costmap_with(*boxes),
+        goal=np.array([8.0, 0.0, 0.0]),
+        **values,
+    )
+
+
+def decide(*boxes, parameters=None, **values):
+    controller = Harmony(parameters or HarmonyParameters(), setup_for(wants_diagnostics=True))
+    return controller.step(seen(*boxes, **values), controller.initial_memory())
+
+
+@pytest.mark.parametrize(
+    ("values", "told"),
+    [
+        (
+            {"weights.twirling": -0.1},
+            "weights.twirling: input should be greater than or equal to 0, got",
+        ),
+        ({"horizon": 0.8}, "must not be shorter than the stopping time"),
+        ({"disc_count": 0}, "disc_count: got 0, expected 1 to 5 discs"),
+        ({"time_step": 1.0}, "must fit into horizon"),
+    ],
+)
+def test_a_wrong_value_is_told_in_one_line(values, told):
+    column = "harmony:" + ":".join(f"{name}={value}" for name, value in values.items())
+    with pytest.raises(InputError) as refused:
+        load_preset(column).checked()
+    assert told in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_an_outline_without_an_area_is_told():
+    with pytest.raises(ValueError, match="which no disc covers"):
+        Harmony(HarmonyParameters(), setup_for(np.array([[0.5, 0.0], [0.0, 0.0], [-0.5, 0.0]])))
+
+
+def test_a_base_that_cannot_turn_in_place_is_told():
+    with pytest.raises(InputError, match="expected one that turns in place"):
+        Harmony(HarmonyParameters(), setup_for(min_turning_radius_m=1.0))
+
+
+def test_the_stopping_time_is_that_of_limited_jerk():
+    # 0.5 m/s at 1 m/s^2 with ramps of 0.5 s; and so slow that the acceleration is never reached.
+    assert stopping_time(0.5, 1.0, 2.0) == pytest.approx(1.0)
+    assert stopping_time(0.5, 2.0, 2.0) == pytest.approx(1.0)
+
+
+def test_discs_cover_the_outline():
+    discs = covering_discs(setup_for(), 4)
+    # Four parts of 0.28 m: from a middle to the corner of its part, hypot(0.14, 0.31).
+    np.testing.assert_allclose(discs[:, 0], [-0.12, 0.16, 0.44, 0.72])
+    np.testing.assert_allclose(discs[:, 1], np.hypot(0.14, 0.31), rtol=1e-3)
+
+
+def test_a_round_robot_is_one_disc():
+    setup = setup_for(circle_footprint(0.3), footprint_is_circle=True)
+    np.testing.assert_allclose(covering_discs(setup, 4), [[0.0, 0.3]])
+
+
+def test_an_empty_plan_is_invalid():
+    with pytest.raises(InvalidPath):
+        decide(plan=np.empty((0, 3)))
+
+
+def test_it_gives_up_where_the_map_has_no_way_past():
+    closed = (1.25, -3.0, 1.35, 3.0)
+    with pytest.raises(CollisionAhead, match="the map has no way past"):
+        decide(closed)
+
+
+def test_it_drives_on_where_there_is_a_way_past():
+    assert decide((1.25, -3.0, 1.35, 0.3)).diagnostics["accepted"].startswith("group")
+
+
+def test_a_blocked_way_far_ahead_is_driven_up_to():
+    assert decide((2.0, -3.0, 2.1, 3.0)).command[0] > 0.0
+
+
+def test_two_ways_past_a_box_are_two_groups():
+    decision = decide((1.5, -0.05, 1.6, 0.05), parameters=HarmonyParameters(horizon=4.0))
+    assert decision.diagnostics["group_count"] >= 2
+
+
+def test_a_speed_limit_is_braked_for_within_the_limits():
+    limit = SpeedLimit(0.2)
+    controller = Harmony(HarmonyParameters(), setup_for())
+    first = controller.step(seen(twist=(0.5, 0.0)), controller.initial_memory())
+    slower = replace(seen(twist=(0.5, 0.0), speed_limit=limit), time_s=1.05)
+    second = controller.step(slower, first.memory)
+    assert first.command[0] > second.command[0] > 0.4
+
+
+def test_the_latency_of_a_base_is_found_from_what_it_does():
+    controller = Harmony(HarmonyParameters(), setup_for())
+    memory, commands, twist = controller.initial_memory(), [], np.zeros(2)
+    for cycle in range(60):
+        now = seen(twist=tuple(twist))
+        decision = controller.step(replace(now, time_s=0.05 * cycle), memory)
+        memory = decision.memory
+        commands.append(np.array(decision.command))
+        # What was commanded four cycles ago acts now, at first order.
+        acting = commands[cycle - 4] if cycle >= 4 else np.zeros(2)
+        twist = twist + (acting - twist) * (1.0 - np.exp(-0.5))
+    assert LATENCIES_S[memory.sent.latency] == pytest.approx(0.2)
+
+
+def test_the_replay_is_told_of_groups_plan_and_stop():
+    shown = decide((1.2, 0.2, 1.4, 0.6)).diagnostics
+    assert shown["predicted_trajectory"].shape == (31, 3)
+    assert shown["sampled_trajectories"].shape[1:] == (31, 3)
+    assert shown["sampled_costs"].shape == shown["sampled_trajectories"].shape[:1]
+    assert shown["stop_trajectory"].shape[1] == 3
+
+
+def test_a_trial_through_a_door_succeeds_without_a_contact():
+    log = run_trial("doorway", "harmony", seed=1)
+    assert log.outcome == Outcome.SUCCEEDED
+    assert log.samples["clearance_m"].min() > 0.0

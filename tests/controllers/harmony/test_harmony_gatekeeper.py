@@ -1,0 +1,126 @@
+"""The gatekeeper: what it predicts, what it lets through, and that no drive ends in a contact."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from harmony_scenes import costmap_with
+from harmony_worlds import drive
+
+from drake_navbench.controllers.harmony.base_response import Response, follow_then_brake
+from drake_navbench.controllers.harmony.gatekeeper import (
+    accepted_cycles,
+    command_is_safe,
+    gap_at,
+    is_clear,
+    lethal_edges,
+)
+from drake_navbench.controllers.harmony.motion import V
+
+WHEELCHAIR = Response(0.1, 2.5, 3.0)
+OUTLINE = np.array([[0.85, 0.3], [0.85, -0.3], [-0.25, -0.3], [-0.25, 0.3]])
+REACH_M = math.hypot(0.85, 0.3)
+WALL = (1.5, -1.0, 1.6, 1.0)
+DT, PERIOD_S = 0.1, 0.05
+
+
+def edges_with(*boxes):
+    return lethal_edges(costmap_with(*boxes).grid, 0.0, 0.0, 3.0)
+
+
+def straight_plan(v, steps=30):
+    plan = np.zeros((steps + 1, 9))
+    plan[:, V] = v
+    plan[:, 0] = v * DT * np.arange(steps + 1)
+    return plan
+
+
+def test_a_box_of_cells_has_the_edges_of_its_outside():
+    # 4 x 2 cells: 12 sides to the outside, and the 4 sides of the map.
+    assert len(edges_with((0.0, 0.0, 0.2, 0.1))) == 16
+
+
+def test_the_gap_is_that_of_the_exact_outline():
+    edges = edges_with(WALL)
+    placed = np.empty_like(OUTLINE)
+    # The front is 0.85 m ahead, the wall 1.5 m; a corner turned by 45 degrees reaches farther.
+    assert gap_at(edges, OUTLINE, 0.3, 0.0, 0.0, placed) == pytest.approx(0.35)
+    turned = 0.3 + (0.85 + 0.3) / math.sqrt(2.0)
+    assert gap_at(edges, OUTLINE, 0.3, 0.0, math.pi / 4, placed) == pytest.approx(1.5 - turned)
+
+
+def test_braking_takes_the_way_of_a_first_order_response_with_a_limit():
+    # From 0.5 m/s at 2.5 m/s^2 to 0.25 m/s: 0.0375 m; then 0.25 m/s decays with 0.1 s: 0.025 m.
+    state = np.array([0.0, 0.0, 0.0, 0.5, 0.0])
+    poses = follow_then_brake(WHEELCHAIR, state, straight_plan(0.5), DT, PERIOD_S, 0)
+    assert poses[-1, 0] == pytest.approx(0.0625, abs=1e-3)
+
+
+def test_a_way_between_two_poses_counts():
+    edges = edges_with((0.9, 0.0, 1.0, 0.1))
+    # Before and behind the box, nothing in between: the outline would have to jump.
+    poses = np.array([[-0.5, 0.0, 0.0], [2.0, 0.0, 0.0]])
+    assert not is_clear(edges, OUTLINE, REACH_M, poses, 0.02)
+
+
+@pytest.mark.parametrize("gap", [0.1, 0.03])
+def test_a_drive_beside_a_wall_is_let_through_where_the_gap_is_above_the_bound(gap):
+    y0 = round((0.3 + gap) / 0.05) * 0.05
+    edges = edges_with((-2.0, y0, 2.5, y0 + 0.1))
+    x = np.linspace(0.0, 1.0, 100)
+    poses = np.column_stack([x, np.full(100, y0 - 0.3 - gap), np.zeros(100)])
+    assert is_clear(edges, OUTLINE, REACH_M, poses, gap - 0.006)
+    assert not is_clear(edges, OUTLINE, REACH_M, poses, gap + 0.001)
+
+
+def accepted(distance_m, bound=0.03, v=0.5):
+    """For how many cycles a drive straight at a wall so far ahead may be followed."""
+    state = np.array([1.5 - 0.85 - distance_m, 0.0, 0.0, v, 0.0])
+    return accepted_cycles(
+        edges_with(WALL), OUTLINE, REACH_M, bound, WHEELCHAIR, state, straight_plan(v), DT,
+        PERIOD_S, 60, 1,
+    )  # fmt: skip
+
+
+def test_a_plan_into_a_wall_is_followed_only_as_long_as_braking_helps():
+    # It would be there after 1.2 s: of 60, 30, 15, 7, 3 and 1 cycles 15 take 0.75 s.
+    assert accepted(0.6) == 15
+    # One cycle takes 0.025 m, braking 0.0625 m, the bound 0.03 m.
+    assert accepted(0.14) == 1
+    assert accepted(0.1) == 0
+
+
+def test_a_larger_bound_lets_less_through():
+    assert accepted(0.14, bound=0.06) == 0
+
+
+def test_a_command_passes_the_same_check_as_a_plan():
+    for distance, is_safe in ((0.14, True), (0.1, False)):
+        state = np.array([1.5 - 0.85 - distance, 0.0, 0.0, 0.5, 0.0])
+        assert is_safe == command_is_safe(
+            edges_with(WALL), OUTLINE, REACH_M, 0.03, WHEELCHAIR, state, 0.5, 0.0, PERIOD_S
+        )
+
+
+# Worlds in which the drive with a bound of 0 ends in a contact.
+TELLING_WORLDS = (2, 4, 6, 13)
+
+
+@pytest.mark.parametrize("seed", [*TELLING_WORLDS, 12])
+def test_no_drive_ends_in_a_contact_while_errors_are_within_the_bound(seed):
+    found = drive(seed)
+    assert found.end != "contact"
+    assert found.least_gap_m > 0.0
+
+
+def test_with_a_bound_of_zero_drives_do_end_in_contacts():
+    ends = [drive(s, localization_error=0.0, tracking_error=0.0).end for s in TELLING_WORLDS]
+    assert "contact" in ends
+
+
+@pytest.mark.long
+def test_no_drive_of_hundreds_ends_in_a_contact():
+    ends = [drive(seed).end for seed in range(240)]
+    assert "contact" not in ends
