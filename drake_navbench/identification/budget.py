@@ -10,7 +10,7 @@ from drake_navbench.errors import InputError
 
 # Half of them say where to look, the others look there; with less there is no search.
 LEAST_EVALUATIONS = 8
-# With the trials in reach of a search its surrogate learns nothing more.
+# To fit a surrogate to more of them would take longer than to drive them.
 MOST_EVALUATIONS = 400
 LEAST_SECONDS = 1.0
 UNITS_S = {"s": 1.0, "min": 60.0, "h": 3600.0}

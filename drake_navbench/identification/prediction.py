@@ -19,7 +19,7 @@ SCENARIO, BLIND, CONTROLLER, BOTH = "scenario", "controller_blind", "controller"
 # Trials that judge are not those that were searched with.
 FURTHER_SEED = 1
 TOGETHER = ""
-CONTROLLER_PLACE = Cell._fields.index("controller")
+SCENARIO_PLACE, CONTROLLER_PLACE = Cell._fields.index("scenario"), Cell._fields.index("controller")
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from drake_navbench.identification.budget import Share
 from drake_navbench.identification.ranges import value_at
 from drake_navbench.identification.unknowns import Block
 from drake_navbench.tuning.search_space import plain_values
+from drake_navbench.tuning.study import import_optuna
 
 if TYPE_CHECKING:
     from optuna.samplers import BaseSampler
@@ -58,7 +59,7 @@ class Searches:
 
         key: digest of all that decides what the search does.
         """
-        study = _optuna().create_study(
+        study = import_optuna().create_study(
             study_name=key, storage=self._storage, direction="minimize", load_if_exists=True
         )
         _give_up_interrupted(study)
@@ -132,7 +133,7 @@ def _sobol_values(block: Block, seed: int) -> list[dict[str, Any]]:
 def _tpe(seed: int) -> BaseSampler:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        sampler: BaseSampler = _optuna().samplers.TPESampler(
+        sampler: BaseSampler = import_optuna().samplers.TPESampler(
             multivariate=True,
             constant_liar=True,
             n_startup_trials=SOBOL_POINTS,
@@ -142,7 +143,7 @@ def _tpe(seed: int) -> BaseSampler:
 
 
 def _journal(path: Path) -> JournalStorage:
-    _optuna()
+    import_optuna()
     from optuna.storages import JournalStorage
     from optuna.storages.journal import JournalFileBackend
 
@@ -153,14 +154,3 @@ def _journal(path: Path) -> JournalStorage:
         raise InputError(f"{path}: cannot be used: {error.strerror or error}") from error
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(f"{path}: not the journal of searches: {error}") from error
-
-
-def _optuna() -> Any:
-    try:
-        import optuna
-    except ImportError as error:
-        raise InputError(
-            "identify: expected the package optuna; pip install 'drake-navbench[tune]'"
-        ) from error
-    optuna.logging.set_verbosity(optuna.logging.ERROR)
-    return optuna

@@ -10,9 +10,9 @@ from pydantic import Field, model_validator
 from drake_navbench.typed_files.quantities import Angle, Length
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
-DIFFERENTIAL = "nav2_amcl::DifferentialMotionModel"
-OMNIDIRECTIONAL = "nav2_amcl::OmniMotionModel"
 MotionModel = Literal["nav2_amcl::DifferentialMotionModel", "nav2_amcl::OmniMotionModel"]
+DIFFERENTIAL: MotionModel = "nav2_amcl::DifferentialMotionModel"
+OMNIDIRECTIONAL: MotionModel = "nav2_amcl::OmniMotionModel"
 MOST_PARTICLES = 100_000
 
 
