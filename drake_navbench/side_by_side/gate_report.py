@@ -43,8 +43,8 @@ def to_markdown(result: GateResult) -> str:
     least = smallest_p_value(result.trials, tests)
     if least > ALARM_RATE:
         lines += [
-            f"**{result.trials} trials are too few for any alarm**: if each of them changed alike, p "
-            f"would be {least:.2g} after the correction.",
+            f"**{result.trials} trials are too few for any alarm**: if each of them changed alike, "
+            f"p would be {least:.2g} after the correction.",
             "",
         ]
     for title, verdict in (
