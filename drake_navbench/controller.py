@@ -257,9 +257,10 @@ class ControllerParameters(BaseModel):
     def for_original(cls, values: Mapping[str, Any], release: str) -> dict[str, Any]:
         """Returns given values, nested, as the original of a release of Nav2 has them.
 
-        The same, but where a release has other names, or another form.
+        The same without the port's own `nav2_release`, but where a release has other names, or
+        another form.
         """
-        return dict(values)
+        return {name: value for name, value in values.items() if name != "nav2_release"}
 
     @classmethod
     def path_handler_fields(cls, given: Mapping[str, Any]) -> dict[str, str]:

@@ -338,7 +338,7 @@ class MppiParameters(ParametersWithCritics):
     @classmethod
     def for_original(cls, values: Mapping[str, Any], release: str) -> dict[str, Any]:
         """Returns values with the motion model as a release names it: a plugin since Lyrical."""
-        own = dict(values)
+        own = super().for_original(values, release)
         name = own.get("motion_model", DEFAULT_MOTION_MODEL)
         block = own.pop(name) if isinstance(own.get(name), Mapping) else None
         by_name = {short: plugin for plugin, short in MOTION_MODEL_PLUGINS.items()}

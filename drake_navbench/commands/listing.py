@@ -13,6 +13,7 @@ from drake_navbench.errors import InputError, printable
 from drake_navbench.inputs.presets import load_preset, preset_files
 from drake_navbench.inputs.robot import ROBOT_FILES, load_robot
 from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, SCENARIO_FILES, load_scenario
+from drake_navbench.native.builds import build_names, find_build
 from drake_navbench.plugins import GROUP_PREFIX, foreign_plugins
 
 
@@ -23,7 +24,7 @@ def print_listing(console: Console) -> None:
     presets = {n: _description(n) for n in preset_files()}
     robots = {n: load_robot(n).description for n in ROBOT_FILES.names}
     titles = {"scenarios": scenarios, "controllers": presets, "robots": robots}
-    for title, rows in (titles | _plugins_of_others()).items():
+    for title, rows in (titles | _builds() | _plugins_of_others()).items():
         table = Table(title=title, title_justify="left", title_style="bold", box=None)
         table.add_column(no_wrap=True)
         table.add_column()
@@ -32,6 +33,20 @@ def print_listing(console: Console) -> None:
             table.add_row(f"  {printable(name)}", printable(description))
         console.print(table)
         console.print()
+
+
+def _builds() -> dict[str, dict[str, str]]:
+    """Returns the builds of Nav2, if there are any, by name."""
+    builds = {name: _origin_of_build(name) for name in build_names()}
+    return {"builds of Nav2, as in rpp@NAME": builds} if builds else {}
+
+
+def _origin_of_build(name: str) -> str:
+    """Returns where a build is from, or why it cannot be used."""
+    try:
+        return f"Nav2 {find_build(name).where_from}"
+    except InputError as error:
+        return str(error)
 
 
 def _plugins_of_others() -> dict[str, dict[str, str]]:

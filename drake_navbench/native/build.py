@@ -30,7 +30,7 @@ from drake_navbench.native.headers import (
     plugin_names_header,
 )
 
-HOST_SOURCES = (HOST / "main.cpp", HOST / "controller_host.cpp")
+MAKER = NATIVE / "headers.py"
 PLUGIN_NAMES = "made/plugin_names.hpp"
 HOST_NEEDS = ("nav2_core",)
 
@@ -126,16 +126,21 @@ class _Plan:
     def units(self) -> list[_Unit]:
         seen = self.checkout.seen_from(self.packages)
         made = made_headers(seen)
-        names = {PLUGIN_NAMES: plugin_names_header(self.packages.values())}
-        ours = _digest_of_texts(made) + _digest_of_headers(STAND_INS, REPLACEMENTS)
-        hosts = ours + _digest_of_texts(names) + _digest_of_headers(HOST)
-        root = _written(made | names, hosts)
+        made[PLUGIN_NAMES] = plugin_names_header(self.packages.values())
+        root = _written(made)
+        # What is made for a package follows from its files and from this; so packages that are
+        # built with others have the same objects.
+        ours = _digest_of_files([MAKER], NATIVE) + _digest_of_headers(STAND_INS, REPLACEMENTS)
+        hosts = ours + _digest_of_headers(HOST)
+        mains = hosts + _digest_of_texts({"": made[PLUGIN_NAMES]})
         headers = {name: _header_digest(package) for name, package in seen.items()}
         units = []
         for package in self.packages.values():
             own = self.checkout.seen_from([package.name])
             units += self._units(package.sources, own, headers, root, ours)
-        return units + self._units(HOST_SOURCES, seen, headers, root, hosts)
+        core = self.checkout.seen_from(HOST_NEEDS)
+        units += self._units([HOST / "controller_host.cpp"], core, headers, root, hosts)
+        return units + self._units([HOST / "main.cpp"], core, headers, root, mains)
 
     @property
     def file_count(self) -> int:
@@ -210,7 +215,7 @@ def _digest_of_headers(*folders: Path) -> str:
 
 
 def _header_digest(package: Package) -> str:
-    return _digest_of_files(package.headers, package.folder)
+    return _digest_of_files((*package.headers, *package.messages), package.folder)
 
 
 def _digest_of_files(paths: Iterable[Path], root: Path) -> str:
@@ -224,9 +229,9 @@ def _digest_of_texts(texts: Mapping[str, str]) -> str:
     return hashlib.sha256(repr(sorted(texts.items())).encode()).hexdigest()
 
 
-def _written(headers: Mapping[str, str], digest: str) -> Path:
+def _written(headers: Mapping[str, str]) -> Path:
     """Returns the folder with headers that were made; raises CannotBeWritten."""
-    folder = builds_folder() / "headers" / hashlib.sha256(digest.encode()).hexdigest()[:16]
+    folder = builds_folder() / "headers" / _digest_of_texts(headers)[:16]
     for name, text in headers.items():
         path = folder / name
         if not path.is_file():

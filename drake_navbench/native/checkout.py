@@ -103,6 +103,11 @@ class Package:
             if path.suffix in {".hpp", ".h", ".hh"}
         )
 
+    @property
+    def messages(self) -> tuple[Path, ...]:
+        """Its definitions of messages."""
+        return tuple(sorted((self.folder / "msg").glob("*.msg")))
+
     @cached_property
     def plugins(self) -> Mapping[str, str]:
         """The classes that it exports, each with its base class."""

@@ -46,7 +46,7 @@ def made_headers(packages: Mapping[str, Package]) -> dict[str, str]:
     messages = {
         f"{package.name}/msg/{_file_name(path.stem)}.hpp": path
         for package in packages.values()
-        for path in sorted((package.folder / "msg").glob("*.msg"))
+        for path in package.messages
     }
     made: dict[str, str] = {}
     waiting = list(_included(packages.values()))

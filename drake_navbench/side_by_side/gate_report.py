@@ -8,6 +8,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from drake_navbench.analysis.metrics.definition import Better
+from drake_navbench.analysis.statistics import smallest_p_value
 from drake_navbench.native.builds import Build
 from drake_navbench.results import ResultsFolder
 from drake_navbench.side_by_side.gate import (
@@ -39,6 +40,13 @@ def to_markdown(result: GateResult) -> str:
         f"raises a false alarm in at most {ALARM_RATE:.0%} of changes that change nothing.",
         "",
     ]
+    least = smallest_p_value(result.trials, tests)
+    if least > ALARM_RATE:
+        lines += [
+            f"**{result.trials} trials are too few for any alarm**: if each of them changed alike, "
+            f"p would be {least:.2g} after the correction.",
+            "",
+        ]
     for title, verdict in (
         ("Became worse", Verdict.WORSE),
         ("Became better", Verdict.BETTER),

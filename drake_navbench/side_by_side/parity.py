@@ -25,6 +25,7 @@ from drake_navbench.trial.trial import run_trial
 
 # The presets that are held against their originals, in this order.
 PORTS = ("rpp", "dwb", "mppi_nav2", "graceful", "rotation_shim")
+RELEASE = "nav2_release"
 CLOSE = 1e-5
 COMMANDS = ("command_v_mps", "command_w_radps")
 START_PATIENCE_S = 30.0
@@ -99,7 +100,7 @@ def compare_port(
     tell: Callable[[str], None] = lambda line: None,
 ) -> Parity:
     """Returns how a preset's port and its original in a build differ; raises InputError."""
-    port, original = load_preset(name), load_preset(f"{name}@{build.name}")
+    port, original = port_of_release(name, build), load_preset(f"{name}@{build.name}")
     robot = load_robot(robot_name)
     plugin = original_plugin(name)
     if plugin is None:
@@ -116,6 +117,14 @@ def compare_port(
             ]
             in_trials.append(compare_trials(logs[0], logs[1], scenario, seed))
     return Parity(name, plugin, tuple(in_scenes), tuple(in_trials), defaults, not_read)
+
+
+def port_of_release(name: str, build: Build) -> Preset:
+    """Returns a preset with the rules of a build's release, where its port knows releases."""
+    preset = load_preset(name)
+    if RELEASE not in preset.controller_class.Parameters.model_fields:
+        return preset
+    return load_preset(f"{name}:{RELEASE}={build.release}")
 
 
 def compare_in_scenes(

@@ -26,8 +26,9 @@ def to_markdown(build: Build, parities: Sequence[Parity]) -> str:
         f"# Ports and originals: `{build.name}`",
         "",
         f"Nav2 {build.where_from}, compiled by {build.compiler}. Both of each pair were given the "
-        "parameters of the preset. A scene is one decision from rest; a trial counts by its "
-        "commands in all cycles, and by how it ends.",
+        "parameters of the preset; a port that knows releases drives by the rules of this one, "
+        "another by those of Lyrical. Up to Kilted an original cuts the plan itself. A scene is "
+        "one decision from rest; a trial counts by its commands in all cycles, and how it ends.",
         "",
         "| controller | original | " + " | ".join(_titles("scenes") + _titles("trials")) + " |",
         "|---|---|" + "---:|" * 6,

@@ -54,6 +54,25 @@ def test_a_changed_source_is_compiled_alone(tiny, copied):
     assert told == ["[1/1] tiny_controller.cpp", "1 files compiled, 2 taken from the cache"]
 
 
+def test_packages_beside_it_compile_nothing_of_a_package_again(tiny, copied):
+    other = copied / "other_controller"
+    (other / "src").mkdir(parents=True)
+    (other / "package.xml").write_text(
+        "<package><name>other_controller</name><version>1.0.0</version>"
+        "<depend>tiny_controller</depend></package>"
+    )
+    source = (
+        '#include "tf2_ros/create_timer_ros.h"\n#include "tiny_controller/tiny_controller.hpp"\n'
+    )
+    source += "namespace other { struct Controller : tiny::Controller {}; }\n"
+    source += "PLUGINLIB_EXPORT_CLASS(other::Controller, nav2_core::Controller)\n"
+    (other / "src" / "other.cpp").write_text(source)
+    told = []
+    build = build_checkout(copied, name="other", tell=told.append)
+    assert set(build.controllers) == {"tiny::Controller", "other::Controller"}
+    assert "[1/1] other.cpp" in told
+
+
 def test_a_message_of_the_checkout_becomes_a_struct(copied):
     text = message_header("tiny_msgs", copied / "tiny_msgs" / "msg" / "Seen2DPose.msg")
     for line in (
@@ -72,6 +91,13 @@ def test_the_command_builds_and_says_what_there_is(tiny, copied, capsys):
     shown = capsys.readouterr().out
     assert "mine: Nav2 jazzy 1.3.99" in shown
     assert "  tiny::Controller\n" in shown
+
+
+def test_builds_are_listed(tiny, capsys):
+    assert main(["list"]) == 0
+    shown = capsys.readouterr().out
+    assert "builds of Nav2, as in rpp@NAME" in shown
+    assert "Nav2 jazzy 1.3.99" in shown
 
 
 def _fails(*arguments, capsys) -> str:

@@ -156,6 +156,13 @@ def test_a_column_is_the_original_of_a_variant(controller, column):
     assert column_of(controller, _build("base", "/base")) == column
 
 
+@pytest.mark.parametrize(("trials", "is_told"), [(12, True), (20, False)])
+def test_too_few_trials_for_any_alarm_are_told(trials, is_told):
+    # Some 60 tests: 60 * 2^-11 is above 0.01, 60 * 2^-19 below.
+    result = _result(_trials(), _trials())._replace(trials=trials)
+    assert ("too few for any alarm" in to_markdown(result)) is is_told
+
+
 def test_two_builds_of_the_same_program_are_not_driven(tmp_path):
     base, head = _build("base", "/same"), _build("head", "/same")
     result = drive_gate(base, head, ["rpp"], tmp_path / "out")

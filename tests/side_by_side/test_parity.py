@@ -18,6 +18,7 @@ from drake_navbench.side_by_side.parity import (
     Parity,
     compare_in_scenes,
     compare_trials,
+    port_of_release,
 )
 from drake_navbench.side_by_side.parity_page import to_markdown
 from drake_navbench.side_by_side.random_scenes import random_scenes
@@ -31,6 +32,21 @@ SCENARIO = Scenario(
     goal=(1.5, 0.5, 0.8),
     timeout_s=8.0,
 )
+
+
+def _build(release: str) -> Build:
+    return Build(
+        name="mine",
+        host="/host",
+        release=release,
+        version="1.3.7",
+        commit="",
+        checkout="/nowhere",
+        compiler="c++ 12",
+        controllers=(),
+        left_out={},
+        seconds=1.0,
+    )
 
 
 def _scenes(first: str, second: str, count: int = 50):
@@ -65,6 +81,12 @@ def test_scenes_tell_how_far_two_are_apart(change, likeness):
     )
 
 
+def test_a_port_drives_by_the_rules_of_the_builds_release():
+    build = _build("jazzy")
+    assert port_of_release("rpp", build).parameters.nav2_release == "jazzy"
+    assert port_of_release("graceful", build).name == "graceful"
+
+
 def test_trials_are_apart_from_the_first_cycle_that_differs():
     slow, fast = (
         run_trial(SCENARIO, f"rpp:desired_linear_vel={speed}", seed=1) for speed in (0.3, 0.4)
@@ -78,18 +100,7 @@ def test_trials_are_apart_from_the_first_cycle_that_differs():
 
 
 def test_the_page_counts_and_names_what_differs():
-    build = Build(
-        name="mine",
-        host="/host",
-        release="jazzy",
-        version="1.3.7",
-        commit="",
-        checkout="/nowhere",
-        compiler="c++ 12",
-        controllers=(),
-        left_out={},
-        seconds=1.0,
-    )
+    build = _build("jazzy")
     scenes = tuple(_scenes("rpp", "rpp", 10))
     defaults = (OtherDefault("lookahead_dist", 0.6, 0.7),)
     text = to_markdown(build, [Parity("rpp", "its::Original", scenes, (), defaults, ("new_one",))])
