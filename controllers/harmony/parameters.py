@@ -142,7 +142,7 @@ class HarmonyParameters(ControllerParameters):
         3.0, gt=0.0, description="The same for its turn rate [rad/s^2]."
     )
     give_up_distance: Length = Field(
-        0.5,
+        0.6,
         ge=0.0,
         description="Give up so near to what blocks the path where no way past is found [m].",
     )

@@ -92,6 +92,13 @@ class Candidate(NamedTuple):
     violation: float
 
 
+class Samples(NamedTuple):
+    """Poses (K, N + 1, 3) of sampled motions, and their costs (K,), inf where blocked."""
+
+    motions: Array
+    costs: Array
+
+
 def way_along(plan: Array, goal: Array, reach_m: float, field: DistanceField, discs: Array) -> Way:
     """Returns the way along a local plan (M, 3), as far as a horizon's reach."""
     path = read_only(plan)
@@ -223,8 +230,8 @@ class Planner:
         elapsed_s: float,
         is_trapped: bool,
         noise_key: NoiseKey,
-    ) -> tuple[list[Candidate], Array, Array]:
-        """Returns the plans of up to max_groups groups, best first, and the samples with costs.
+    ) -> tuple[list[Candidate], Samples]:
+        """Returns the plans of up to max_groups groups, best first, and the samples.
 
         start: (9,) first stage. driven: the plan driven so far, committed `elapsed_s` ago.
         """
@@ -259,7 +266,7 @@ class Planner:
             found.append(
                 self._improved(scene, way, guess, int(groups[index]), is_driven, is_warm, window)
             )
-        return self._ranked(found), motions, costs
+        return self._ranked(found), Samples(motions, costs)
 
     def _window(self, way: Way) -> int:
         spacing = way.length_m / max(len(way.path) - 1, 1)

@@ -108,6 +108,7 @@ def score(scene, path, velocities, start, window, motion, gradient, hessian):
         if k % ROOM_STRIDE == 0 or k == count - 1:
             has_room, inflation = _room(scene, stage, cosine, sine, scene.required[k])
             if not has_room:
+                motion[k + 1 :] = motion[k]
                 return math.inf
             cost += ROOM_STRIDE * inflation_weight * inflation
         if k % STRIDE == 0 or k == count - 1:

@@ -157,6 +157,7 @@ def test_the_replay_is_told_of_groups_plan_and_stop():
     shown = decide((1.2, 0.2, 1.4, 0.6)).diagnostics
     assert shown["predicted_trajectory"].shape == (31, 3)
     assert shown["sampled_trajectories"].shape[1:] == (31, 3)
+    assert shown["group_trajectories"].shape[1:] == (31, 3)
     assert shown["sampled_costs"].shape == shown["sampled_trajectories"].shape[:1]
     assert shown["stop_trajectory"].shape[1] == 3
 
