@@ -235,7 +235,6 @@ class Harmony:
                 self._parameters.time_step,
                 check.interval_s,
                 math.ceil(self._parameters.horizon / check.interval_s - 1e-9),
-                1,
             )
         )
 

@@ -126,7 +126,7 @@ def test_a_blocked_way_far_ahead_is_driven_up_to():
 
 
 def test_two_ways_past_a_box_are_two_groups():
-    decision = decide((1.5, -0.05, 1.6, 0.05), parameters=HarmonyParameters(horizon=4.0))
+    decision = decide((1.5, -0.05, 1.6, 0.05), twist=(0.45, 0.0))
     assert decision.diagnostics["group_count"] >= 2
 
 
