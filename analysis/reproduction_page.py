@@ -115,6 +115,7 @@ def render(
         "driven_s": float(trials["duration_s"].sum()),
         "wall_clock_s": manifest.get("wall_clock_s"),
         "lineups": lineups,
+        "drives_constrained_teb": any("teb" in lineup.presets.values() for lineup in lineups),
         "absent": [lineup for lineup in LINEUPS if lineup not in lineups],
         "shares": _share_rows(accounts),
         "total": shares(main.judgements)[-1],

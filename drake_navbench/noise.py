@@ -30,6 +30,8 @@ class NoiseStream(IntEnum):
     COMMAND_DELAY = 11
     STUCK_BEAMS = 13
     PEOPLE = 16
+    PARTICLES = 17
+    WHEEL_NOISE = 18
 
 
 # Philox is a counter-based generator with a key of two words: here the seed, and the rest.

@@ -48,9 +48,12 @@ MAY_IMPORT: dict[str, set[str]] = {
     "analysis": BELOW_ALL,
     "recordings": BELOW_ALL | {"costmaps", "inputs", "trial", "analysis"},
     "tuning": BELOW_ALL | {"inputs", "trial", "analysis", "campaign"},
+    "identification": BELOW_ALL | {"inputs", "trial", "analysis", "campaign", "tuning"},
     "campaign": BELOW_ALL | {"inputs", "trial", "analysis"},
     "gymnasium_environment": BELOW_ALL
     | {"controllers", "navigation", "inputs", "systems", "trial"},
+    "side_by_side": BELOW_ALL
+    | {"controllers", "native", "inputs", "trial", "analysis", "campaign"},
     "commands": BELOW_ALL
     | {
         "inputs",
@@ -60,7 +63,9 @@ MAY_IMPORT: dict[str, set[str]] = {
         "recordings",
         "gymnasium_environment",
         "tuning",
+        "identification",
         "native",
+        "side_by_side",
     },
 }
 # What analysis may use of the engine: the shapes that were in the world, which every log has.

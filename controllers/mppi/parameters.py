@@ -34,6 +34,8 @@ MOTION_MODEL_PLUGINS = {
     "mppi::AckermannMotionModel": "Ackermann",
 }
 DEFAULT_MOTION_MODEL = "diff_drive"
+# In which a motion model is a name, not a plugin.
+RELEASES_WITHOUT_PLUGINS = frozenset({"humble", "iron", "jazzy", "kilted"})
 DEFAULT_MOTION_MODEL_PLUGIN = "mppi::DiffDriveMotionModel"
 DEFAULT_VALIDATOR: Final = "mppi::DefaultOptimalTrajectoryValidator"
 # The cubic B-spline of the polish needs as many knots as its order.
@@ -332,6 +334,21 @@ class MppiParameters(ParametersWithCritics):
         if "AckermannConstraints" in values and (name != "Ackermann" or name in values):
             not_read.append("AckermannConstraints")
         return not_read
+
+    @classmethod
+    def for_original(cls, values: Mapping[str, Any], release: str) -> dict[str, Any]:
+        """Returns values with the motion model as a release names it: a plugin since Lyrical."""
+        own = dict(values)
+        name = own.get("motion_model", DEFAULT_MOTION_MODEL)
+        block = own.pop(name) if isinstance(own.get(name), Mapping) else None
+        by_name = {short: plugin for plugin, short in MOTION_MODEL_PLUGINS.items()}
+        plugin = by_name.get(name, DEFAULT_MOTION_MODEL_PLUGIN)
+        block = {"plugin": plugin} | own.pop("AckermannConstraints", {}) | dict(block or {})
+        if release in RELEASES_WITHOUT_PLUGINS:
+            plugin = block.pop("plugin")
+            own["motion_model"] = MOTION_MODEL_PLUGINS.get(plugin, plugin)
+            return own | ({"AckermannConstraints": block} if block else {})
+        return own | {"motion_model": name, name: block}
 
     @model_validator(mode="before")
     @classmethod

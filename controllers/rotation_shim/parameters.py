@@ -135,6 +135,24 @@ class RotationShimParameters(ControllerParameters):
         return model.is_without_effect(name.removeprefix(f"{PRIMARY}."), shared)
 
     @classmethod
+    def for_original(cls, values: Mapping[str, Any], release: str) -> dict[str, Any]:
+        """Returns values with the primary controller's in a block since Lyrical, else beside it."""
+        own = {name: value for name, value in values.items() if name not in {RELEASE, PRIMARY}}
+        block = values.get(PRIMARY, {})
+        block = dict(block) if isinstance(block, Mapping) else {PLUGIN: block}
+        name = registered_name(block.get(PLUGIN))
+        if name is not None:
+            primary = CONTROLLERS.load(name)
+            block = {
+                **primary.Parameters.for_original(block, release),
+                PLUGIN: primary.nav2_plugin or name,
+            }
+        if release == NEWEST_RELEASE:
+            return own | {PRIMARY: block}
+        plugin = block.pop(PLUGIN, None)
+        return {**block, **own, PRIMARY: plugin}
+
+    @classmethod
     def keys_not_read(cls, values: Mapping[str, Any]) -> list[str]:
         """Returns what the primary controller would not look at."""
         model = cls.primary_model(values)

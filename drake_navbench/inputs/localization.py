@@ -6,6 +6,7 @@ from typing import ClassVar
 
 from pydantic import Field, model_validator
 
+from drake_navbench.inputs.amcl import AmclSettings
 from drake_navbench.typed_files.quantities import (
     Angle,
     AngularSpeed,
@@ -18,6 +19,8 @@ from drake_navbench.typed_files.typed_yaml import QuietModel
 
 # An odometry that tells no more than this of a way is none.
 MAX_DRIFT = 10.0
+DRIFTS = ("drift", "yaw_drift", "random_drift", "random_yaw_drift")
+BIASES = ("x_bias_m", "y_bias_m", "yaw_bias_rad")
 
 
 class LocalizationSettings(QuietModel):
@@ -41,10 +44,13 @@ class LocalizationSettings(QuietModel):
             "fix_lag_s",
             "fix_xy_std_m",
             "fix_yaw_std_rad",
+            "random_drift",
+            "random_yaw_drift",
+            "amcl",
         }
     )
     # What no fault may change during a trial.
-    constant: ClassVar = frozenset({"period_s", "fix_period_s"})
+    constant: ClassVar = frozenset({"period_s", "fix_period_s", "amcl"})
 
     period_s: Period = Field(0.05, description="Time for which a noise sample holds [s].")
     xy_std_m: Length = Field(0.0, ge=0.0, description="Noise on x and on y [m].")
@@ -66,6 +72,20 @@ class LocalizationSettings(QuietModel):
         le=MAX_DRIFT,
         description="Error of its heading a radian of turning, to the side that is drawn for the "
         "trial [rad/rad].",
+    )
+    random_drift: float = Field(
+        0.0,
+        ge=0.0,
+        le=MAX_DRIFT,
+        description="Spread of the error on x and on y that wheel noise adds to the odometry over "
+        "a metre; it grows with the root of the way [m/m^0.5].",
+    )
+    random_yaw_drift: float = Field(
+        0.0,
+        ge=0.0,
+        le=MAX_DRIFT,
+        description="Spread of the error of its heading that wheel noise adds over a metre "
+        "[rad/m^0.5].",
     )
     x_bias_m: Length = Field(0.0, description="How far ahead of itself it is localized [m].")
     y_bias_m: Length = Field(0.0, description="How far to its left it is localized [m].")
@@ -89,6 +109,11 @@ class LocalizationSettings(QuietModel):
     )
     fix_xy_std_m: Length = Field(0.0, ge=0.0, description="Noise on x and on y of a fix [m].")
     fix_yaw_std_rad: Angle = Field(0.0, ge=0.0, description="Noise on the heading of a fix [rad].")
+    amcl: AmclSettings | None = Field(
+        None,
+        description="AMCL finds the pose from the scans and what the map shows, instead of fixes "
+        "and biases; a jump then displaces what it believes. null: none.",
+    )
 
     @model_validator(mode="after")
     def _check(self) -> LocalizationSettings:
@@ -99,15 +124,20 @@ class LocalizationSettings(QuietModel):
                         f"{name}: expected fix_period_s as well: without it there is "
                         "no fix after the start"
                     )
+        if self.amcl is not None:
+            for name in ("fix_period_s", *BIASES):
+                if getattr(self, name):
+                    raise ValueError(f"{name}: AMCL finds the pose by itself; expected amcl: null")
         return self
 
     @property
     def has_frames(self) -> bool:
         """Whether map and odometry come apart, so that each is a frame of its own."""
-        sources = ("drift", "yaw_drift", "x_bias_m", "y_bias_m", "yaw_bias_rad", "jump_m")
+        sources = (*DRIFTS, *BIASES, "jump_m", "jump_yaw_rad")
         return (
-            any(getattr(self, name) != 0.0 for name in (*sources, "jump_yaw_rad"))
+            any(getattr(self, name) != 0.0 for name in sources)
             or self.fix_period_s is not None
+            or self.amcl is not None
         )
 
     @property

@@ -163,6 +163,11 @@ def tree_of(release: Release, tree: Mapping[str, Any]) -> dict[str, Any]:
     return {**tree, "attributes": attributes, "children": children}
 
 
+def has_node(tree: Mapping[str, Any], node: str) -> bool:
+    """Tells whether a tree, as plain values, has a node of a kind."""
+    return tree["node"] == node or any(has_node(child, node) for child in tree.get("children", ()))
+
+
 def release_rows(found: Found, controllers: Iterable[str]) -> list[CheckRow]:
     """Returns what the release means: by what it was told, and what of it is not ported.
 

@@ -38,6 +38,7 @@ from drake_navbench.inputs.nav2_parameters import (
 )
 from drake_navbench.inputs.nav2_release import (
     Found,
+    has_node,
     navigation_of,
     release_of,
     release_rows,
@@ -61,9 +62,11 @@ from drake_navbench.typed_files.typed_yaml import validate
 LOCAL_COSTMAP = "local_costmap/local_costmap"
 GLOBAL_COSTMAP = "global_costmap/global_costmap"
 PLANNER_SERVER = "planner_server"
+SMOOTHER_SERVER = "smoother_server"
+# Of a behaviour tree: what asks that server.
+SMOOTHING_NODE = "SmoothPath"
 # By name of the node; some nodes have had two.
 SERVERS: dict[str, Callable[[NodeReader], dict[str, Any]]] = {
-    "smoother_server": read_smoother_server,
     "recoveries_server": read_behavior_server,
     "behavior_server": read_behavior_server,
     "bt_navigator": read_bt_navigator,
@@ -71,7 +74,7 @@ SERVERS: dict[str, Callable[[NodeReader], dict[str, Any]]] = {
     "velocity_smoother": read_velocity_smoother,
     "collision_monitor": read_collision_monitor,
 }
-READ = (SERVER, LOCAL_COSTMAP, GLOBAL_COSTMAP, PLANNER_SERVER, *SERVERS)
+READ = (SERVER, LOCAL_COSTMAP, GLOBAL_COSTMAP, PLANNER_SERVER, SMOOTHER_SERVER, *SERVERS)
 # What a robot has only where its file says so.
 OPTIONAL = ("velocity_smoother", "collision_monitor")
 
@@ -220,11 +223,15 @@ class _Files:
             node = self._find(name)
             if node is not None:
                 fields = merged(fields, read(NodeReader(node, self._rows)))
-            elif name not in ("recoveries_server", "smoother_server", *OPTIONAL):
+            elif name not in ("recoveries_server", *OPTIONAL):
                 self._note_missing(name)
         tree = fields["behavior_tree"].get("tree")
         if tree is not None:
             fields["behavior_tree"]["tree"] = tree_of(self._release.release, tree)
+        smoother = self._find(SMOOTHER_SERVER)
+        if smoother is not None:
+            is_asked = tree is not None and has_node(tree, SMOOTHING_NODE)
+            fields |= read_smoother_server(NodeReader(smoother, self._rows), is_asked=is_asked)
         return fields
 
     def _costmaps(self) -> dict[str, Any]:

@@ -30,6 +30,7 @@ from drake_navbench.navigation.planner_settings import PLANNERS
 from drake_navbench.navigation.progress_checkers import PROGRESS_CHECKERS, SimpleProgressChecker
 from drake_navbench.navigation.smac_planner_2d_parameters import SmacPlanner2DParameters
 from drake_navbench.navigation.smac_planner_hybrid_parameters import SmacPlannerHybridParameters
+from drake_navbench.navigation.smoother_settings import SMOOTHERS
 from drake_navbench.navigation.velocity_smoother import VelocitySmootherParameters
 from drake_navbench.navigation.waypoint_follower import (
     WaitAtWaypointParameters,
@@ -57,6 +58,13 @@ ANY_COST = 255.0
 # Fields of a planner that no Nav2 file has.
 NOT_NAV2S = {"plugin", "expansions_per_second"}
 PATH_HANDLER = "nav2_controller::FeasiblePathHandler"
+SIMPLE_SMOOTHER = "nav2_smoother::SimpleSmoother"
+DEFAULT_SMOOTHER = "simple_smoother"
+# Nav2's smoothers by our names.
+SMOOTHER_OF: Mapping[str, str] = {
+    SIMPLE_SMOOTHER: "simple",
+    "nav2_constrained_smoother::ConstrainedSmoother": "constrained",
+}
 WAIT_AT_WAYPOINT = "nav2_waypoint_follower::WaitAtWaypoint"
 # The plugins that Nav2's default behaviour tree asks for by name, where there are several.
 DEFAULT_PLANNER = "GridBased"
@@ -375,11 +383,31 @@ def read_velocity_smoother(reader: NodeReader) -> Fields:
     return {"velocity_smoother": values}
 
 
-def read_smoother_server(reader: NodeReader) -> Fields:
-    """Notes that the default tree smooths no path; returns nothing."""
-    for name in reader.node.parameters:
-        reader.note(Status.NO_MEANING, name)
-    reader.note(
-        Status.NO_MEANING, "", "the default tree smooths no path; a scenario's plan.smoother does"
+def read_smoother_server(reader: NodeReader, *, is_asked: bool) -> Fields:
+    """Returns the first smoother where the tree asks for one, else nothing."""
+    if not is_asked:
+        for name in reader.node.parameters:
+            reader.note(Status.NO_MEANING, name)
+        remark = "the tree smooths no path; a scenario's plan.smoother does"
+        reader.note(Status.NO_MEANING, "", remark)
+        return {}
+    listed_in = "smoother_plugins"
+    names = reader.names(listed_in, [DEFAULT_SMOOTHER])
+    if not names:
+        raise reader.fault(listed_in, "expected at least one name")
+    name, *others = names
+    for other in others:
+        reader.note_block(Status.OTHER_FORM, other, f"{name} smooths every path")
+    default = SIMPLE_SMOOTHER if names == [DEFAULT_SMOOTHER] else None
+    plugin_type = reader.plugin_type(name, default, listed_in)
+    kind = SMOOTHER_OF.get(plugin_type)
+    if kind is None:
+        reader.note_block(Status.STAND_IN, name, f"{plugin_type}: {SIMPLE_SMOOTHER} stands in")
+        return {"smoother": {"type": SMOOTHER_OF[SIMPLE_SMOOTHER]}}
+    model = SMOOTHERS.load(kind).Parameters
+    fields = [field for field in model.model_fields if field != "type"]
+    values = reader.block(model, f"{name}.", names=fields)
+    reader.finish(
+        {"costmap_topic", "footprint_topic", "local_costmap_topic", "transform_tolerance"}
     )
-    return {}
+    return {"smoother": {"type": kind, **values}}

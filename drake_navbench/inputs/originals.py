@@ -23,11 +23,6 @@ class Original(NamedTuple):
     assignments: tuple[str, ...]
 
     @property
-    def plugin(self) -> str | None:
-        """The plugin type, where it is given itself."""
-        return self.name if "::" in self.name else None
-
-    @property
     def description(self) -> str:
         """The line for tables and lists."""
         return f"the original of {self.name}, Nav2 {self.build.where_from}"
@@ -41,6 +36,11 @@ class Original(NamedTuple):
             return {"command": [str(build.host)]}
         reason = build.left_out.get(plugin, f"it has {', '.join(build.controllers)}")
         raise InputError(f"controller {self.name}@{build.name}: {plugin} is not in it: {reason}")
+
+
+def is_plugin_type(name: str) -> bool:
+    """Returns whether a name is that of a C++ class, and of no preset."""
+    return "::" in name
 
 
 def names_original(text: str) -> bool:

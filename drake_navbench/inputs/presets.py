@@ -20,7 +20,7 @@ from drake_navbench.inputs.controller_file import (
     split_reference,
 )
 from drake_navbench.inputs.file_kinds import PRESET, require_kind
-from drake_navbench.inputs.originals import names_original, original_of
+from drake_navbench.inputs.originals import is_plugin_type, names_original, original_of
 from drake_navbench.inputs.robot import Robot, merged
 from drake_navbench.parameter_names import flattened, nested
 from drake_navbench.typed_files.input_file import file_digest
@@ -219,26 +219,40 @@ def load_preset(text: str) -> Preset:
 def _original_preset(text: str) -> Preset:
     """Returns the column of `name@build[:param=value...]`: the plugin, hosted by `external`."""
     original = original_of(text)
-    content = PresetFile(controller="external", description=original.description)
-    plugin = original.plugin
-    if plugin is None:
+    model: type[ControllerParameters] = ControllerParameters
+    if is_plugin_type(original.name):
+        content = PresetFile(controller="external", description=original.description)
+    else:
         content, _ = _named_content(original.name)
-        plugin = CONTROLLERS.load(content.controller).nav2_plugin
+        model = CONTROLLERS.load(content.controller).Parameters
+    plugin = original_plugin(original.name)
     command = original.command_of(plugin)
     assigned = _assigned(original.assignments, text)
-    own = merged(nested(flattened(content.parameters), text), assigned)
+
+    def hosted(given: Mapping[str, Any]) -> dict[str, Any]:
+        values = model.for_original(given, original.build.release)
+        return {**command, "client": {"plugin": plugin, "parameters": values}}
+
+    own = nested(flattened(content.parameters), text)
     instead = nested(flattened(content.parameters_for_radius), text)
     for_radius = merged(merged(own, instead), assigned) if instead else None
     return Preset(
         text,
         "external",
         original.description,
-        {**command, "client": {"plugin": plugin, "parameters": own}},
+        hosted(merged(own, assigned)),
         f"controller {text}",
-        values_for_radius=for_radius
-        and {**command, "client": {"plugin": plugin, "parameters": for_radius}},
+        values_for_radius=None if for_radius is None else hosted(for_radius),
         path_handler=content.path_handler,
     ).checked()
+
+
+def original_plugin(name: str) -> str | None:
+    """Returns Nav2's plugin type of a preset, None where it is no port; of a type itself that."""
+    if is_plugin_type(name):
+        return name
+    content, _ = _named_content(name)
+    return CONTROLLERS.load(content.controller).nav2_plugin
 
 
 def _assigned(assignments: Sequence[str], text: str) -> Mapping[str, Any]:

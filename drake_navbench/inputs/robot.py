@@ -47,6 +47,7 @@ from drake_navbench.navigation.path_handler import PathHandlerParameters
 from drake_navbench.navigation.planner_settings import PlannerSettings
 from drake_navbench.navigation.progress_checkers import SimpleProgressCheckerParameters
 from drake_navbench.navigation.smac_planner_2d_parameters import SmacPlanner2DParameters
+from drake_navbench.navigation.smoother_settings import SimpleSmoothing, SmootherSettings
 from drake_navbench.navigation.velocity_smoother import VelocitySmootherParameters
 from drake_navbench.navigation.waypoint_follower import WaypointFollowerParameters
 from drake_navbench.plugin_parameters import normalized
@@ -117,6 +118,10 @@ class NavigationSettings(FrozenModel):
     local_costmap: LocalCostmapSettings = Field(default_factory=LocalCostmapSettings)
     global_costmap: GlobalCostmapSettings = Field(default_factory=GlobalCostmapSettings)
     planner: PlannerSettings = Field(default_factory=SmacPlanner2DParameters)
+    smoother: SmootherSettings = Field(
+        default_factory=lambda: SimpleSmoothing(type="simple"),
+        description="What a behaviour tree's SmoothPath asks; the default tree has none.",
+    )
     behavior_tree: BehaviorTreeSettings = Field(default_factory=BehaviorTreeSettings)
     behavior_server: BehaviorServerParameters = Field(default_factory=BehaviorServerParameters)
     waypoint_follower: WaypointFollowerParameters = Field(

@@ -8,7 +8,7 @@ import warnings
 import numpy as np
 import shapely
 
-from drake_navbench.costmaps.map_file import UNKNOWN
+from drake_navbench.costmaps.map_file import OCCUPIED, UNKNOWN
 from drake_navbench.errors import InputError, InputWarning
 from drake_navbench.inputs.drive import DifferentialDrive
 from drake_navbench.inputs.faults import PARTS, Conditions
@@ -32,6 +32,7 @@ def check_task(scenario: Scenario, robot: Robot) -> None:
             "overlaps an obstacle; expected free space"
         )
     _check_conditions(scenario, robot)
+    _check_map_for_amcl(scenario, robot)
     _check_moving(scenario, body)
     _check_people(scenario, body)
     names = [*(f"waypoints[{index}]" for index in range(len(scenario.waypoints))), "goal"]
@@ -62,6 +63,17 @@ def _check_conditions(scenario: Scenario, robot: Robot) -> None:
                 f"scenario {scenario.name}: faults[{index}].at_s: got {fault.at_s:g} s, expected "
                 f"less than the trial's timeout_s of {scenario.timeout_s:g} s"
             )
+
+
+def _check_map_for_amcl(scenario: Scenario, robot: Robot) -> None:
+    """Raises InputError where AMCL is to find the robot on a map that shows nothing."""
+    if robot.localization.amcl is None or scenario.known_world.obstacles:
+        return
+    if scenario.map is None or not (scenario.map.occupancy == OCCUPIED).any():
+        raise InputError(
+            f"scenario {scenario.name}: localization.amcl: expected a map, or obstacles that are "
+            "known_to_planner, as there is nothing else to be localized by"
+        )
 
 
 def _check_actuators(scenario: Scenario, robot: Robot, conditions: Conditions) -> None:

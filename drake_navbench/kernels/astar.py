@@ -98,8 +98,8 @@ def _pop(heap, size):
     hole = 0
     child = 2
     while child < last:
-        if (heap[child] >> KEY_SHIFT) > (heap[child - 1] >> KEY_SHIFT):
-            child -= 1
+        # Which child is smaller no processor can guess: chosen without a branch.
+        child -= np.int64((heap[child] >> KEY_SHIFT) > (heap[child - 1] >> KEY_SHIFT))
         heap[hole] = heap[child]
         hole = child
         child = 2 * hole + 2

@@ -7,6 +7,7 @@ the bottom past parents that are larger. Nav2's planners depend on it.
 
 from __future__ import annotations
 
+import numpy as np
 from numba import njit
 
 
@@ -39,8 +40,8 @@ def _sink(keys, values, top, size, key, value):
     hole = child = top
     while child < (size - 1) // 2:
         child = 2 * (child + 1)
-        if keys[child] > keys[child - 1]:
-            child -= 1
+        # Which child is smaller no processor can guess: chosen without a branch.
+        child -= np.int64(keys[child] > keys[child - 1])
         keys[hole], values[hole] = keys[child], values[child]
         hole = child
     if size % 2 == 0 and child == (size - 2) // 2:

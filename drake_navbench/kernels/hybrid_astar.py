@@ -256,15 +256,16 @@ def _best_curve(graph, body, motions, expansion, state, goals, coarse):
 
 
 @njit(cache=True)
-def search(body, motions, rules, expansion, reached, ways, start, goal, goal_bins):
+def search(body, motions, rules, expansion, reached, ways, start, goal, goal_bins, slots):
     """Returns (status, path (N, 3) float32 in cells and rad, expansions).
 
     start: (3,) float32, cells and bin. goal: (2,) float32. goal_bins: (G,) int64, headings that a
-    goal may have, in Nav2's order. reached, ways: heuristics for this goal, which learn.
+    goal may have, in Nav2's order. reached, ways: heuristics for this goal, which learn. slots:
+    (columns * rows * bins,) int32, all 0, written.
     """
-    rows, columns = body.grid.costs.shape
+    columns = body.grid.costs.shape[1]
     bins = motions.bins
-    graph = new_graph(rows * columns * bins)
+    graph = new_graph(slots)
     nothing = np.empty((0, 3), np.float32)
     first = state_at(graph, index_of(start[0], start[1], start[2], columns, bins))
     set_pose(graph, first, start[0], start[1], start[2])

@@ -61,11 +61,11 @@ class Graph(NamedTuple):
 
 
 @njit(cache=True)
-def new_graph(state_count):
-    """Returns a graph without states."""
+def new_graph(slots):
+    """Returns a graph without states. slots: (columns * rows * bins,) int32, all 0."""
     n = INITIAL_CAPACITY
     return Graph(
-        np.zeros(state_count, np.int32),
+        slots,
         np.zeros(1, np.int64),
         np.zeros(n, np.float32),
         np.zeros(n, np.float32),

@@ -21,9 +21,17 @@ from drake_navbench.native.compiler import (
     include_arguments,
     missing_libraries,
 )
-from drake_navbench.native.headers import HOST, NATIVE, REPLACEMENTS, STAND_INS, made_headers
+from drake_navbench.native.headers import (
+    HOST,
+    NATIVE,
+    REPLACEMENTS,
+    STAND_INS,
+    made_headers,
+    plugin_names_header,
+)
 
 HOST_SOURCES = (HOST / "main.cpp", HOST / "controller_host.cpp")
+PLUGIN_NAMES = "made/plugin_names.hpp"
 HOST_NEEDS = ("nav2_core",)
 
 
@@ -118,14 +126,16 @@ class _Plan:
     def units(self) -> list[_Unit]:
         seen = self.checkout.seen_from(self.packages)
         made = made_headers(seen)
-        ours = _digest_of_texts(made) + _digest_of_files(_our_files(), NATIVE)
-        root = _written(made, ours)
+        names = {PLUGIN_NAMES: plugin_names_header(self.packages.values())}
+        ours = _digest_of_texts(made) + _digest_of_headers(STAND_INS, REPLACEMENTS)
+        hosts = ours + _digest_of_texts(names) + _digest_of_headers(HOST)
+        root = _written(made | names, hosts)
         headers = {name: _header_digest(package) for name, package in seen.items()}
         units = []
         for package in self.packages.values():
             own = self.checkout.seen_from([package.name])
             units += self._units(package.sources, own, headers, root, ours)
-        return units + self._units(HOST_SOURCES, seen, headers, root, ours)
+        return units + self._units(HOST_SOURCES, seen, headers, root, hosts)
 
     @property
     def file_count(self) -> int:
@@ -193,10 +203,10 @@ def _object(unit: _Unit) -> Path:
     return builds_folder() / "objects" / unit.digest[:2] / f"{unit.digest}.o"
 
 
-def _our_files() -> list[Path]:
-    """Returns the headers of ours that everything is compiled with."""
-    folders = (STAND_INS, REPLACEMENTS, HOST)
-    return [path for folder in folders for path in sorted(folder.rglob("*.hpp"))]
+def _digest_of_headers(*folders: Path) -> str:
+    """Returns the digest of our own headers in some folders."""
+    paths = [path for folder in folders for path in sorted(folder.rglob("*.hpp"))]
+    return _digest_of_files(paths, NATIVE)
 
 
 def _header_digest(package: Package) -> str:

@@ -22,6 +22,7 @@ RELEASES: Mapping[tuple[int, int], str] = {
     (1, 5): "lyrical",
 }
 CORE = "nav2_core"
+PACKAGE_FILE = "package.xml"
 CONTROLLER_BASE = f"{CORE}::Controller"
 # What is compiled of packages that hold much besides; of all others it is the whole `src`.
 PARTS: Mapping[str, tuple[str, ...]] = {
@@ -109,6 +110,18 @@ class Package:
             name: base for path in self.sources for name, base in _EXPORT.findall(text_of(path))
         }
 
+    @cached_property
+    def plugin_names(self) -> Mapping[str, str]:
+        """The names that its plugin descriptions give to classes, where these have others."""
+        names = {}
+        for path in sorted(self.folder.glob("*.xml")):
+            if path.name != PACKAGE_FILE:
+                for element in _xml(path).iter("class"):
+                    name, kind = element.get("name"), element.get("type")
+                    if name and kind and name != kind:
+                        names[name] = kind
+        return names
+
     @property
     def controllers(self) -> tuple[str, ...]:
         """The controllers that it exports."""
@@ -188,7 +201,7 @@ def read_checkout(root: Path) -> Checkout:
     if release is None:
         known = ", ".join(f"{name} ({a}.{b})" for (a, b), name in RELEASES.items())
         raise InputError(
-            f"{packages[CORE].folder / 'package.xml'}: version: got {version!r}, "
+            f"{packages[CORE].folder / PACKAGE_FILE}: version: got {version!r}, "
             f"expected a release that is known: {known}"
         )
     checkout = Checkout(root, packages, release, version, _commit(root))
@@ -212,7 +225,7 @@ def _package_files(root: Path) -> list[Path]:
     return [
         path
         for depth in range(5)
-        for path in sorted(root.glob("*/" * depth + "package.xml"))
+        for path in sorted(root.glob("*/" * depth + PACKAGE_FILE))
         if not any(
             part.startswith(".") or part in NOT_OF_A_PACKAGE
             for part in path.relative_to(root).parts[:-1]
@@ -221,16 +234,20 @@ def _package_files(root: Path) -> list[Path]:
 
 
 def _package(path: Path) -> Package:
-    try:
-        tree = ElementTree.fromstring(read_input(path, max_bytes=MAX_SOURCE_BYTES))
-    except ElementTree.ParseError as error:
-        raise InputError(f"{path}: no XML: {error}") from error
+    tree = _xml(path)
     name = (tree.findtext("name") or "").strip()
     if not name:
         raise InputError(f"{path}: name: missing, expected the package's")
     found = {(element.text or "").strip() for tag in DEPENDENCY_TAGS for element in tree.iter(tag)}
     version = (tree.findtext("version") or "").strip()
     return Package(name, path.parent, version, frozenset(found - {""}))
+
+
+def _xml(path: Path) -> ElementTree.Element:
+    try:
+        return ElementTree.fromstring(read_input(path, max_bytes=MAX_SOURCE_BYTES))
+    except ElementTree.ParseError as error:
+        raise InputError(f"{path}: no XML: {error}") from error
 
 
 def _commit(root: Path) -> str:

@@ -63,6 +63,30 @@ def made_headers(packages: Mapping[str, Package]) -> dict[str, str]:
     return dict(sorted(made.items()))
 
 
+def plugin_names_header(packages: Iterable[Package]) -> str:
+    """Returns the header with the names that plugin descriptions give to classes."""
+    names = {name: kind for package in packages for name, kind in package.plugin_names.items()}
+    rows = [f'    {{"{name}", "{kind}"}},' for name, kind in sorted(names.items())]
+    return "\n".join(
+        [
+            "#pragma once",
+            "",
+            "#include <array>",
+            "#include <utility>",
+            "",
+            "namespace drake_navbench {",
+            "",
+            f"inline constexpr std::array<std::pair<const char *, const char *>, {len(rows)}>",
+            "    kPluginNames = {{",
+            *rows,
+            "}};",
+            "",
+            "}  // namespace drake_navbench",
+            "",
+        ]
+    )
+
+
 def message_header(package: str, path: Path) -> str:
     """Returns the struct of a message definition as ROS would name it; raises InputError."""
     name, fields, constants, used = path.stem, [], [], set()

@@ -148,6 +148,8 @@ class SmacPlannerHybrid:
             first,
             last[:2],
             self._goal_bins(int(last[2])),
+            # Made here, not in the kernel: numpy takes memory that is 0 already, page by page.
+            np.zeros(grid.costs.size * ways_of_car.bins, np.int32),
         )
         if status == hybrid_astar.FOUND:
             return path, expansions

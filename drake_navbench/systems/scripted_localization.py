@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 
-from drake_navbench.inputs.localization import LocalizationSettings
+from drake_navbench.inputs.localization import DRIFTS, LocalizationSettings
 from drake_navbench.inputs.timeline import SLACK_S, Timeline
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.poses import carrier_pose, compose, drifted_frame, placed_state
@@ -148,19 +148,32 @@ class ScriptedLocalization(LeafSystem):
         self, context: Context, settings: LocalizationSettings, pose: Array
     ) -> Array | None:
         """Returns odometry_from_world after a step to a true pose (3,); None where it stays."""
-        if settings.drift == settings.yaw_drift == 0.0:
+        if not any(getattr(settings, name) for name in DRIFTS):
             return None
         x, y, yaw = pose.tolist()
         last_x, last_y, last_yaw = context.get_discrete_state(self._last_pose).value().tolist()
-        error_m = settings.drift * math.hypot(x - last_x, y - last_y)
-        error_rad = settings.yaw_drift * abs(wrap(yaw - last_yaw))
-        if error_m == error_rad == 0.0:
-            return None
+        way_m, turn_rad = math.hypot(x - last_x, y - last_y), abs(wrap(yaw - last_yaw))
         draw = context.get_abstract_state(self._fixes).get_value().draw
+        error_m, error_rad = settings.drift * way_m, settings.yaw_drift * turn_rad
+        error = np.array(
+            [error_m * draw.drift[0], error_m * draw.drift[1], error_rad * draw.drift_side]
+        )
+        if settings.random_drift or settings.random_yaw_drift:
+            error += self._wheel_noise(context, settings, way_m)
+        if not error.any():
+            return None
         frame = context.get_discrete_state(self._odometry_frame).value()
-        error_x, error_y = error_m * draw.drift[0], error_m * draw.drift[1]
-        moved = drifted_frame(frame, pose, error_x, error_y, error_rad * draw.drift_side)
-        return np.asarray(moved)
+        return np.asarray(drifted_frame(frame, pose, *error.tolist()))
+
+    def _wheel_noise(self, context: Context, settings: LocalizationSettings, way_m: float) -> Array:
+        """Returns the error (3,) of a step of this way, m, m and rad, as seen from the base."""
+        if way_m == 0.0:
+            return np.zeros(POSE_SIZE)
+        seed = context.get_abstract_parameter(self.seed_parameter).get_value()
+        step = round(context.get_time() / ODOMETRY_PERIOD_S)
+        normals = NoiseKey(seed, NoiseStream.WHEEL_NOISE, step).generator().standard_normal(3)
+        spreads = (settings.random_drift, settings.random_drift, settings.random_yaw_drift)
+        return normals * spreads * math.sqrt(way_m)
 
     def _with_new_fix(
         self,
@@ -209,6 +222,15 @@ class ScriptedLocalization(LeafSystem):
         state, noise = self._state_port.Eval(context), self._noise_port.Eval(context)
         map_frame = context.get_discrete_state(self._map_frame).value()
         output.SetFromVector(placed_state(state, frame, noise, map_frame))
+
+
+def jump_of(settings: LocalizationSettings, seed: int) -> Array:
+    """Returns (3,) m, m, rad: by what the localization jumps in the trial with this seed."""
+    draw = _Draw.of(seed)
+    jump_m = settings.jump_m
+    return np.array(
+        [jump_m * draw.jump[0], jump_m * draw.jump[1], settings.jump_yaw_rad * draw.jump_side]
+    )
 
 
 def _offset(settings: LocalizationSettings, draw: _Draw, now_s: float) -> _Offset:

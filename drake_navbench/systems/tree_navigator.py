@@ -15,6 +15,7 @@ from drake_navbench.navigation.behavior_tree.board import (
     Board,
     IsPathValid,
     MakePlan,
+    SmoothPath,
     TickInputs,
 )
 from drake_navbench.navigation.behavior_tree.builder import build_tree
@@ -92,12 +93,13 @@ class TreeNavigator(LeafSystem):
         *,
         make_plan: MakePlan,
         is_path_valid: IsPathValid,
+        smooth_path: SmoothPath,
         period_s: float,
         offset_s: float,
     ) -> None:
         super().__init__()
         self._follower = follower
-        self._tree = _Machine(settings, make_plan, is_path_valid)
+        self._tree = _Machine(settings, Board(make_plan, is_path_valid, smooth_path))
         start = NavigatorState(
             tree=take_snapshot(self._tree.nodes),
             values=self._with_goal(Blackboard(), 0),
@@ -196,10 +198,8 @@ class TreeNavigator(LeafSystem):
 class _Machine:
     """The py_trees tree with its board; what it remembers between ticks has no effect."""
 
-    def __init__(
-        self, settings: BehaviorTreeSettings, make_plan: MakePlan, is_path_valid: IsPathValid
-    ) -> None:
-        self._board = Board(make_plan, is_path_valid)
+    def __init__(self, settings: BehaviorTreeSettings, board: Board) -> None:
+        self._board = board
         if settings.tree is None:
             self._root = navigate_to_pose_tree(self._board, settings)
         else:

@@ -101,6 +101,7 @@ def build_trial_diagram(
     *,
     task: FollowPlan | NavigateToPoses,
     static_map: OccupancyMap | None = None,
+    known_map: OccupancyMap | None = None,
     filter_masks: Sequence[FilterMask] = (),
     conditions: Conditions | None = None,
     compute_times_ms: ComputeTimes | None = None,
@@ -111,6 +112,7 @@ def build_trial_diagram(
 
     task: what the robot is to do, and so which navigator there is.
     static_map, filter_masks: what the layers and filters of the local costmap know beforehand.
+    known_map: what AMCL knows; it needs one.
     conditions: what holds for the robot's parts at which time; as in its file where not given.
     compute_times_ms: of all cycles, in place of those that are measured.
     watch: is called with what is to be seen whenever the recorder samples.
@@ -125,12 +127,13 @@ def build_trial_diagram(
     state = base.get_state_output_port()
 
     conditions = conditions or conditions_of(robot)
-    localization = add_localization(builder, robot, conditions, state)
+    localization = add_localization(builder, robot, conditions, state, known_map)
     moving_world = _add_moving_world(builder, robot, world, scene_graph, state)
 
     lidar = builder.AddNamedSystem("lidar", Lidar(conditions.lidar, world, conditions.timing))
     scan = lidar.GetOutputPort("scan")
     signals = localization.signals(state, scan)
+    localization.connect_scan(builder, scan)
     connect_inputs(builder, lidar, state=state)
     if signals.has_frames:
         connect_inputs(builder, lidar, odometry=signals.odometry)

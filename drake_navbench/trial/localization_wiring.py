@@ -9,13 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, OutputPort
 
+from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.inputs.faults import Conditions
 from drake_navbench.inputs.robot import Robot
+from drake_navbench.systems.amcl import Amcl
 from drake_navbench.systems.delays import LateOdometry
 from drake_navbench.systems.localization import HeldNoise, Localization
 from drake_navbench.systems.scripted_localization import ScriptedLocalization
 from drake_navbench.trial.navigation_wiring import Signals, connect_inputs
-from drake_navbench.trial.timing import CONTROLLER_OFFSET_S
+from drake_navbench.trial.timing import CONTROLLER_OFFSET_S, COSTMAP_OFFSET_S
 
 FRAMES = ("odometry_from_world", "map_from_odometry")
 
@@ -24,17 +26,19 @@ FRAMES = ("odometry_from_world", "map_from_odometry")
 class LocalizationSystem:
     """The system of the localization, and what makes its noise: the same where there are no frames.
 
-    scripted: None where map and odometry are one. late: what delays an output, by its name.
+    scripted: None where map and odometry are one. amcl: what finds the pose in its place, if
+    anything does. late: what delays an output, by its name.
     """
 
     noise: Localization | HeldNoise
     scripted: ScriptedLocalization | None = None
+    amcl: Amcl | None = None
     late: Mapping[str, LateOdometry] = field(default_factory=dict)
 
     def signals(self, state: OutputPort, scan: OutputPort) -> Signals:
         """Returns the ports of a trial, with those of its state and its scans."""
         if self.scripted is None:
-            estimate = self._as_told("estimate", self.noise)
+            estimate = self.as_told("estimate", self.noise)
             return Signals(
                 state=state,
                 estimate=estimate,
@@ -43,10 +47,18 @@ class LocalizationSystem:
                 odometry_estimate=estimate,
             )
         names = ("estimate", "odometry", "odometry_estimate", *FRAMES)
-        ports = {name: self._as_told(name, self.scripted) for name in names}
+        ports = {name: self.as_told(name, self.scripted) for name in names}
+        if self.amcl is not None:
+            for name in ("estimate", "map_from_odometry"):
+                ports[name] = self.amcl.GetOutputPort(name)
         return Signals(state=state, scan=scan, **ports)
 
-    def _as_told(self, name: str, system: LeafSystem | Diagram) -> OutputPort:
+    def connect_scan(self, builder: DiagramBuilder, scan: OutputPort) -> None:
+        """Lets what looks at scans have them."""
+        if self.amcl is not None:
+            connect_inputs(builder, self.amcl, scan=scan)
+
+    def as_told(self, name: str, system: LeafSystem | Diagram) -> OutputPort:
         """Returns an output of a system, or of what delays it."""
         late = self.late.get(name)
         return system.GetOutputPort(name) if late is None else late.GetOutputPort("late_estimate")
@@ -59,12 +71,22 @@ class LocalizationSystem:
         if self.scripted is not None:
             own = self.scripted.GetMyMutableContextFromRoot(root_context)
             self.scripted.set_start(own, pose, seed)
+        if self.amcl is not None:
+            own = self.amcl.GetMyMutableContextFromRoot(root_context)
+            self.amcl.set_start(own, pose, seed)
 
 
 def add_localization(
-    builder: DiagramBuilder, robot: Robot, conditions: Conditions, state: OutputPort
+    builder: DiagramBuilder,
+    robot: Robot,
+    conditions: Conditions,
+    state: OutputPort,
+    known_map: OccupancyMap | None,
 ) -> LocalizationSystem:
-    """Adds the localization that a robot's settings ask for, behind the port of the true state."""
+    """Adds the localization that a robot's settings ask for, behind the port of the true state.
+
+    known_map: for AMCL, which needs one.
+    """
     moves_sideways = robot.drive.lateral_speed_mps > 0.0
     if not conditions.has_frames:
         exact = Localization(
@@ -82,7 +104,21 @@ def add_localization(
     )
     connect_inputs(builder, scripted, state=state, noise=held.GetOutputPort("noise"))
     late = _late(builder, conditions, scripted, ("estimate", "odometry_estimate"))
-    return LocalizationSystem(held, scripted, late)
+    if known_map is None or conditions.localization.at(0.0).amcl is None:
+        return LocalizationSystem(held, scripted, late=late)
+    amcl = builder.AddNamedSystem(
+        "amcl",
+        Amcl(
+            conditions.localization,
+            conditions.lidar.at(0.0),
+            known_map,
+            offset_s=COSTMAP_OFFSET_S,
+        ),
+    )
+    system = LocalizationSystem(held, scripted, amcl, late)
+    told = system.as_told("odometry_estimate", scripted)
+    connect_inputs(builder, amcl, odometry_estimate=told)
+    return system
 
 
 def _late(

@@ -18,6 +18,7 @@ from drake_navbench.systems.local_costmap import LocalCostmap
 from drake_navbench.systems.navigator import Navigator
 from drake_navbench.systems.tree_navigator import TreeNavigator
 from drake_navbench.systems.velocity_smoother import VelocitySmootherSystem
+from drake_navbench.trial.planning import path_smoother_of
 from drake_navbench.trial.spec import FollowPlan, NavigateToPoses
 from drake_navbench.trial.timing import (
     BEHAVIOR_OFFSET_S,
@@ -135,6 +136,7 @@ def _add_tree_navigation(
                 footprint=robot.padded_outline,
                 is_circle=robot.is_circle,
             ),
+            smooth_path=path_smoother_of(robot),
             period_s=navigation.behavior_tree.tick_period_s(control_period_s, behavior_period_s),
             offset_s=NAVIGATOR_OFFSET_S,
         ),

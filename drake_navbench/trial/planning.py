@@ -23,6 +23,7 @@ from drake_navbench.inputs.scenario import (
 from drake_navbench.kernels.grid import FREE, LETHAL, Costmap, Grid
 from drake_navbench.kernels.path_geometry import path_from_elements, path_from_polyline
 from drake_navbench.kernels.rasterize import mark_polygon
+from drake_navbench.navigation.behavior_tree.board import SmoothPath
 from drake_navbench.navigation.planner import Planner, PlanningError
 from drake_navbench.navigation.planner_settings import make_planner
 from drake_navbench.navigation.smac_planner_hybrid_parameters import SmacPlannerHybridParameters
@@ -60,6 +61,22 @@ def make_plan(
     smoothed = make_smoother(plan.smoother).smooth(path, costmap)
     _require_path("smoother", plan.smoother.type, smoothed)
     return smoothed
+
+
+def path_smoother_of(robot: Robot) -> SmoothPath:
+    """Returns what smooths the paths of a behaviour tree that asks for it.
+
+    Raises InputError where the smoother cannot be made; what it returns raises PlanningError.
+    """
+    settings = robot.navigation.smoother
+    smoother = make_smoother(settings)
+
+    def smooth(path: Array, costmap: Costmap) -> Array:
+        smoothed = smoother.smooth(path, costmap)
+        _require_path("smoother", settings.type, smoothed)
+        return smoothed
+
+    return smooth
 
 
 def planner_of(robot: Robot) -> Planner:

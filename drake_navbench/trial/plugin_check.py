@@ -29,5 +29,9 @@ def check_plugins(scenario: Scenario, robot: Robot) -> None:
     if isinstance(scenario.plan, GridPlan) and scenario.plan.smoother is not None:
         make_smoother(scenario.plan.smoother)
     make_behaviors(navigation.behavior_server)
-    nobody = Board(lambda start, goal, costmap: np.array([start]), lambda path, costmap: True)
+    nobody = Board(
+        lambda start, goal, costmap: np.array([start]),
+        lambda path, costmap: True,
+        lambda path, costmap: path,
+    )
     navigate_to_pose_tree(nobody, navigation.behavior_tree)

@@ -195,6 +195,7 @@ def _simulate_with(
         controller,
         task=trial_task(spec),
         static_map=_static_map(spec),
+        known_map=_known_map(spec),
         filter_masks=spec.scenario.filter_masks,
         conditions=spec.scenario.conditions(spec.robot),
         compute_times_ms=spec.compute_times_ms,
@@ -248,6 +249,13 @@ def _static_map(spec: TrialSpec) -> OccupancyMap | None:
     """Returns what a static layer of the local costmap shows, where there is one."""
     settings = spec.robot.navigation.local_costmap
     return known_map(spec.scenario, spec.robot) if settings.is_active("static_layer") else None
+
+
+def _known_map(spec: TrialSpec) -> OccupancyMap | None:
+    """Returns what AMCL knows of the world, where the robot is localized by it."""
+    if spec.robot.localization.amcl is None:
+        return None
+    return known_map(spec.scenario, spec.robot)
 
 
 def _end_of_trial(

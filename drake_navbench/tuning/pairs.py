@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import replace
 from typing import Any
@@ -12,6 +12,7 @@ from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.campaign.trial_tasks import TRIALS_PER_WORKER
 from drake_navbench.campaign.warm_up import start_worker_server
 from drake_navbench.inputs.presets import Preset
+from drake_navbench.log import TrialLog
 from drake_navbench.processes.worker_process import Raised, Returned
 from drake_navbench.processes.workers import Ending, Task, run_tasks
 from drake_navbench.trial.column_controller import check_controller
@@ -52,11 +53,21 @@ def measure(specs: Sequence[TrialSpec], *, jobs: int) -> list[Row]:
 
     Raises NotDriven where one came to no end by something that it did not do.
     """
+    return drive_each(specs, trial_row, jobs=jobs)
+
+
+def drive_each(
+    specs: Sequence[TrialSpec], kept_of: Callable[[TrialLog], Row], *, jobs: int
+) -> list[Row]:
+    """Drives trials in workers and returns what is kept of each log, in order.
+
+    kept_of: a function that can be sent to a worker. Raises as `measure`.
+    """
     start_worker_server()
     tasks = {
         Task(
-            _measured,
-            (spec,),
+            _kept,
+            (spec, kept_of),
             time_limit_s=wall_clock_limit_s(spec.scenario),
             owner=spec.code_owner,
         ): index
@@ -65,18 +76,19 @@ def measure(specs: Sequence[TrialSpec], *, jobs: int) -> list[Row]:
     rows: dict[int, Row] = {}
     with closing(run_tasks(list(tasks), jobs=jobs, tasks_per_worker=TRIALS_PER_WORKER)) as endings:
         for task, ending in endings:
-            rows[tasks[task]] = _row_of(ending, specs[tasks[task]])
+            index = tasks[task]
+            rows[index] = _row_of(ending, specs[index], kept_of)
     return [rows[index] for index in range(len(specs))]
 
 
-def _measured(spec: TrialSpec) -> Row:
-    return trial_row(drive(spec))
+def _kept(spec: TrialSpec, kept_of: Callable[[TrialLog], Row]) -> Row:
+    return kept_of(drive(spec))
 
 
-def _row_of(ending: Ending, spec: TrialSpec) -> Row:
+def _row_of(ending: Ending, spec: TrialSpec, kept_of: Callable[[TrialLog], Row]) -> Row:
     if isinstance(ending, Returned):
         row: Row = ending.value
         return row
     if isinstance(ending, Raised):
         raise ending.error
-    return trial_row(log_of_ending(spec, ending))
+    return kept_of(log_of_ending(spec, ending))

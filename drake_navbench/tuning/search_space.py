@@ -87,7 +87,7 @@ def search_space(baseline: Preset, asked: Sequence[str] = ()) -> SearchSpace:
     """
     texts = list(asked) or _own_texts(baseline)
     resolved = dict(flattened(baseline.parameters.model_dump(mode="json")))
-    dimensions = [_dimension(text, resolved) for text in texts]
+    dimensions = [parse_dimension(text, resolved) for text in texts]
     names = [entry.name for entry in dimensions]
     for name in names:
         if names.count(name) > 1:
@@ -130,7 +130,11 @@ def _own_texts(baseline: Preset) -> list[str]:
     return [f"{name}={values}" for name, values in content.parameters.items()]
 
 
-def _dimension(text: str, resolved: Mapping[str, Any]) -> Dimension:
+def parse_dimension(text: str, resolved: Mapping[str, Any]) -> Dimension:
+    """Returns what NAME=LOW:HIGH, NAME=LOW:HIGH:log or NAME=A,B,C searches; raises InputError.
+
+    resolved: values as they are now, by name; of a whole number only whole ones are searched.
+    """
     is_logarithmic = text.endswith(LOGARITHMIC)
     axis: Axis = parse_axis(text.removesuffix(LOGARITHMIC), option="--parameter")
     if axis.bounds is None:

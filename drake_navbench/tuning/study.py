@@ -69,7 +69,7 @@ def open_study(folder: Path, task: TuningTask) -> Study:
 
     Raises InputError where there is one of another version or task, or it cannot be read.
     """
-    optuna = _optuna()
+    optuna = import_optuna()
     from optuna.storages import JournalStorage
     from optuna.storages.journal import JournalFileBackend
 
@@ -164,7 +164,7 @@ class Search:
         return sum(trial.state.is_finished() for trial in self._study.get_trials(deepcopy=False))
 
     def _sampler_for(self, known: int) -> BaseSampler:
-        optuna = _optuna()
+        optuna = import_optuna()
         # A sampler is made anew for each: then a study goes on as if it had not been interrupted.
         seed = (self._seed + known) % 2**32
         independent = optuna.samplers.RandomSampler(seed=seed)
@@ -231,7 +231,7 @@ def importance_of(study: Study, objective: int) -> dict[str, float]:
 
     By PED-ANOVA, which asks what the best tenth has in common. Empty where too little was driven.
     """
-    optuna = _optuna()
+    optuna = import_optuna()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
@@ -249,7 +249,8 @@ def _excess(trial: FrozenTrial) -> Sequence[float]:
     return (float(trial.user_attrs.get(EXCESS, 0.0)),)
 
 
-def _optuna() -> Any:
+def import_optuna() -> Any:
+    """Returns the package, told to be quiet; raises InputError where it is not installed."""
     try:
         import optuna
     except ImportError as error:

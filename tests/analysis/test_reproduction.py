@@ -171,7 +171,7 @@ def test_tables_and_page_are_written(tmp_path):
     assert "100% are found again" in page
     # Two trials have no halves of four.
     assert "<code>--trials 8</code>" in page
-    assert "is another method than the published TEB" in page
+    assert "its plan is drawn by hand" in page
     assert "--trials 32 --seed 1" in page
     # 5 scenarios x 4 presets x 2 trials of 30 s; computed in 63 s.
     assert "driving them in real time takes 20 min, computing them took 63 s" in page

@@ -62,7 +62,7 @@ def test_other_trees_of_the_file_stand_where_they_are_named(tmp_path):
     ("old", "new", "told"),
     [
         ('ID="Spin"', 'ID="Spiin"', "line 13, Spiin: no such node here; did you mean 'Spin'?"),
-        ("<FollowPath", "<SmoothPath", "line 11, SmoothPath: no such node here"),
+        ("<FollowPath", "<DockRobot", "line 11, DockRobot: no such node here"),
         ('hz="0.5"', 'hz="fast"', "line 5, RateController: hz: expected a number, got 'fast'"),
         ('hz="0.5"', 'hz="0"', "hz: expected a number above 0"),
         ('spin_dist="0.5"', 'spin="0.5"', "line 13, Spin: spin: is not heeded here"),
@@ -151,3 +151,56 @@ def test_a_path_is_valid_up_to_the_cost_of_the_release_or_of_the_tree(
 def test_a_tree_that_is_not_there_is_a_stand_in(tmp_path):
     (row,) = setup_with(tmp_path, None).check.stand_ins
     assert row.remark == "drive.xml: not beside the file; Nav2's default tree stands in"
+
+
+SMOOTHING = """<root main_tree_to_execute="Main">
+  <BehaviorTree ID="Main">
+    <PipelineSequence>
+      <Sequence>
+        <ComputePathToPose goal="{goal}" path="{path}"/>
+        <SmoothPath unsmoothed_path="{path}" smoothed_path="{RESULT}" CHECK/>
+      </Sequence>
+      <FollowPath path="{RESULT}"/>
+    </PipelineSequence>
+  </BehaviorTree>
+</root>
+"""
+
+
+@pytest.mark.parametrize(
+    ("result", "check", "told"),
+    [
+        ("path", "", None),
+        ("smoothed_path", 'smoother_id="simple_smoother" max_smoothing_duration="1.0"', None),
+        ("other", "", "unsmoothed_path, smoothed_path: expected path and path, or a name with"),
+        ("path", 'check_for_collisions="true"', "check_for_collisions: a smoothed path is not"),
+    ],
+)
+def test_a_tree_may_smooth_its_path(tmp_path, result, check, told):
+    text = SMOOTHING.replace("RESULT", result).replace("CHECK", check)
+    faults = [str(fault) for fault in faults_of(read_tree_file(write(tmp_path, text)))]
+    assert (faults == []) if told is None else (told in faults[0])
+
+
+@pytest.mark.parametrize(
+    ("plugin", "kind"),
+    [
+        ("nav2_smoother::SimpleSmoother", "simple"),
+        ("nav2_constrained_smoother/ConstrainedSmoother", "constrained"),
+        ("nav2_smoother::SavitzkyGolaySmoother", None),
+    ],
+)
+def test_the_smoother_is_read_where_the_tree_asks_for_one(tmp_path, plugin, kind):
+    write(tmp_path, SMOOTHING.replace("RESULT", "path").replace("CHECK", ""))
+    own = tmp_path / "nav2.yaml"
+    own.write_text(
+        "bt_navigator: {ros__parameters: {default_nav_to_pose_bt_xml: drive.xml}}\n"
+        "smoother_server: {ros__parameters: {smoother_plugins: [mine], mine: {plugin: "
+        f"'{plugin}', w_smooth: 0.4}}}}}}\n"
+    )
+    setup = read_nav2_files([JAZZY, own], load_robot("wheelchair"), "wheelchair")
+    smoother = setup.robot.navigation.smoother
+    assert smoother.type == (kind or "simple")
+    stands_in = [row.text for row in setup.check.stand_ins if "smoother_server" in row.text]
+    assert bool(stands_in) == (kind is None)
+    assert (smoother.w_smooth == 0.4) == (kind is not None)

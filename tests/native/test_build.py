@@ -5,12 +5,15 @@ from __future__ import annotations
 import pytest
 
 from drake_navbench.__main__ import main
+from drake_navbench.controllers.external import ExternalController
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.robot import load_robot
 from drake_navbench.native.build import build_checkout
 from drake_navbench.native.builds import find_build
 from drake_navbench.native.checkout import read_checkout
 from drake_navbench.native.compiler import first_error
 from drake_navbench.native.headers import message_header
+from drake_navbench.trial.column_controller import controller_setup
 
 
 def test_a_checkout_tells_its_release_and_its_controllers(copied):
@@ -144,3 +147,11 @@ def test_a_name_that_no_column_could_have_is_one_line(copied, capsys):
 def test_the_first_error_of_a_linker_is_told():
     text = "/usr/bin/ld: a.o: in function `f':\na.cpp:(.text+0x5): undefined reference to `g()'\n"
     assert first_error(text) == "undefined reference to `g()'"
+
+
+def test_a_described_name_stands_for_its_class(tiny):
+    client = {"plugin": "tiny/Nickname", "parameters": {"speed": 0.2}}
+    parameters = ExternalController.Parameters(command=[str(tiny.host)], client=client)
+    controller = ExternalController(parameters, controller_setup(load_robot("wheelchair")))
+    controller.close()
+    assert controller.not_read == ()

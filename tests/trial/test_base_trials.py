@@ -8,7 +8,7 @@ from drake_navbench import run_trial
 from drake_navbench.analysis.metrics.efficiency import mechanical_energy_j
 from drake_navbench.controller import Decision
 from drake_navbench.inputs.robot import load_robot
-from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, Scenario
 from drake_navbench.log import LATERAL_COLUMNS, Outcome, TrialLog
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import simulate
@@ -132,3 +132,29 @@ def test_a_robot_gets_through_a_door_with_a_controller_for_its_base(robot, prese
     if robot == "ackermann_robot":
         sharpest = 1.0 / 0.6
         assert (log.samples.w_radps.abs() <= sharpest * log.samples.v_mps.abs() + 1e-9).all()
+
+
+# Controllers that are made for a base, or leave it its choice.
+OF_BASES = [
+    ("omni_robot", "mppi_nav2_omni"),
+    ("omni_robot", "dwb_omni"),
+    ("ackermann_robot", "mppi_nav2_ackermann"),
+    ("ackermann_robot", "vector_pursuit"),
+]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("robot", "controller"), OF_BASES)
+def test_each_base_drives_in_the_published_scenarios(robot, controller):
+    outcomes = {
+        scenario: run_trial(scenario, controller, seed=0, robot=robot).outcome
+        for scenario in PUBLISHED_SCENARIOS
+    }
+    # Two of them have no way out: there it gives up, and touches nothing.
+    assert outcomes == {
+        "empty": Outcome.SUCCEEDED,
+        "static_obstacles": Outcome.SUCCEEDED,
+        "one_obstacle": Outcome.SUCCEEDED,
+        "restricted_small": Outcome.ABORTED,
+        "restricted_large": Outcome.ABORTED,
+    }

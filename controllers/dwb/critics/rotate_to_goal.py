@@ -94,7 +94,8 @@ class RotateToGoal(Critic):
         dx, dy = situation.pose[0] - situation.goal[0], situation.pose[1] - situation.goal[1]
         in_window = memory.in_window or (
             dx * dx + dy * dy <= limits.xy_goal_tolerance**2
-            and arc_length(situation.plan) <= PATH_LENGTH_TOLERANCE_M
+            # A plan that DWB cuts itself begins behind the robot; its length says nothing.
+            and (limits.cuts_plan or arc_length(situation.plan) <= PATH_LENGTH_TOLERANCE_M)
         )
         is_slow = _speed_squared(situation) <= limits.trans_stopped_velocity**2
         return RotateToGoalMemory(in_window, memory.rotating or (in_window and is_slow))

@@ -1,5 +1,12 @@
 #include "host/controller_host.hpp"
 
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include <unistd.h>
+
 #if __has_include("nav2_costmap_2d/inflation_layer.hpp")
 #include "nav2_costmap_2d/inflation_layer.hpp"
 #define DRAKE_NAVBENCH_HAS_INFLATION_LAYER 1
@@ -23,6 +30,30 @@ namespace drake_navbench {
 namespace {
 
 constexpr const char * kPlugin = "FollowPath";
+// For a plugin's threads to come to rest; longer only where they never do.
+constexpr std::chrono::milliseconds kThreadPatience{500};
+
+// Waits until the other threads sleep. A plugin may prepare its next cycle in one of its own, as
+// MPPI does with noises; whether that is done must not depend on how fast the machine is.
+void WaitForThreads() {
+  namespace fs = std::filesystem;
+  const auto is_at_work = [] {
+    const std::string own = std::to_string(::gettid());
+    std::error_code ignored;
+    for (const auto & task : fs::directory_iterator("/proc/self/task", ignored)) {
+      if (task.path().filename() == own) continue;
+      std::ifstream file(task.path() / "stat");
+      std::string line;
+      std::getline(file, line);
+      // The state follows the name, which stands in parentheses.
+      const std::size_t end = line.rfind(')');
+      if (end != std::string::npos && end + 2 < line.size() && line[end + 2] == 'R') return true;
+    }
+    return false;
+  };
+  const auto deadline = std::chrono::steady_clock::now() + kThreadPatience;
+  while (is_at_work() && std::chrono::steady_clock::now() < deadline) std::this_thread::yield();
+}
 
 // Returns whether an exception is of a class that this release has.
 template <typename Kind>
@@ -175,6 +206,7 @@ Value ControllerHost::SetPlan(const Value & request) {
 }
 
 Value ControllerHost::Compute(const Value & request) {
+  WaitForThreads();
   rclcpp::Clock::trial_time() = std::llround(request["time_s"].number() * 1e9);
   const auto pose = StampedPose(request["pose"]);
   tf2::Transform base;

@@ -5,6 +5,7 @@
 
 #include "host/controller_host.hpp"
 #include "host/pipes.hpp"
+#include "made/plugin_names.hpp"
 
 namespace drake_navbench {
 
@@ -37,6 +38,9 @@ void Serve() {
 }  // namespace drake_navbench
 
 int main(int count, char ** arguments) {
+  for (const auto & [name, type] : drake_navbench::kPluginNames) {
+    pluginlib::described_names()[name] = type;
+  }
   if (count > 1 && std::string(arguments[1]) == "--list") {
     for (const auto & [name, factory] : pluginlib::registered<nav2_core::Controller>()) {
       std::cout << name << '\n';

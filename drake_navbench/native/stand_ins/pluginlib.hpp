@@ -32,6 +32,12 @@ std::map<std::string, std::function<std::unique_ptr<Base>()>> & registered() {
   return factories;
 }
 
+// The names that plugin descriptions give to classes, where these have others.
+inline std::map<std::string, std::string> & described_names() {
+  static std::map<std::string, std::string> classes;
+  return classes;
+}
+
 // Returns a class as `namespace::Class`: without blanks, and without a leading colon.
 inline std::string class_name(const std::string & text) {
   std::string name;
@@ -59,7 +65,7 @@ class ClassLoader {
       : package_(package), base_(base) {}
 
   std::unique_ptr<Base> createUniqueInstance(const std::string & name) {
-    const auto found = registered<Base>().find(class_name(name));
+    const auto found = find(name);
     if (found == registered<Base>().end()) {
       std::string known;
       for (const std::string & each : getDeclaredClasses()) known += " " + each;
@@ -76,7 +82,7 @@ class ClassLoader {
     return createUniqueInstance(name).release();
   }
   bool isClassAvailable(const std::string & name) const {
-    return registered<Base>().contains(class_name(name));
+    return find(name) != registered<Base>().end();
   }
   std::vector<std::string> getDeclaredClasses() const {
     std::vector<std::string> names;
@@ -89,6 +95,12 @@ class ClassLoader {
   std::string getBaseClassType() const { return base_; }
 
  private:
+  static auto find(const std::string & name) {
+    const auto described = described_names().find(name);
+    return registered<Base>().find(
+        class_name(described == described_names().end() ? name : described->second));
+  }
+
   std::string package_, base_;
 };
 

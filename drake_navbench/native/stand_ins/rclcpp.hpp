@@ -88,6 +88,7 @@ class Node {
   using Parameters = node_interfaces::NodeParametersInterface;
   using Descriptor = Parameters::Descriptor;
   using SetParametersResult = rcl_interfaces::msg::SetParametersResult;
+  using OnSetParametersCallbackHandle = node_interfaces::OnSetParametersCallbackHandle;
 
   explicit Node(std::string name, const NodeOptions & = {}) : name_(std::move(name)) {}
   virtual ~Node() = default;

@@ -85,4 +85,8 @@ inline Logger get_logger(const std::string & name) { return Logger(name); }
 #define RCLCPP_ERROR_THROTTLE(logger, clock, period, ...) \
   DRAKE_NAVBENCH_SAY_IF(DRAKE_NAVBENCH_IS_DUE(clock, period), "ERROR", logger, __VA_ARGS__)
 #define RCLCPP_ERROR_STREAM(logger, stream) DRAKE_NAVBENCH_SAY_STREAM("ERROR", logger, stream)
+#define RCLCPP_ERROR_EXPRESSION(logger, expression, ...) \
+  DRAKE_NAVBENCH_SAY_IF(expression, "ERROR", logger, __VA_ARGS__)
+#define RCLCPP_FATAL_EXPRESSION(logger, expression, ...) \
+  DRAKE_NAVBENCH_SAY_IF(expression, "FATAL", logger, __VA_ARGS__)
 #define RCLCPP_FATAL(logger, ...) DRAKE_NAVBENCH_SAY("FATAL", logger, __VA_ARGS__)

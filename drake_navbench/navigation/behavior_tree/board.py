@@ -22,6 +22,8 @@ MakePlan = Callable[[Pose, Pose, Costmap], NDArray[np.float64]]
 """From start and goal (3,) and the global costmap to a plan (N, 3); raises PlanningError."""
 IsPathValid = Callable[..., bool]
 """Whether a path (N, 3) is free of collisions on the global costmap; see `is_path_valid`."""
+SmoothPath = Callable[[NDArray[np.float64], Costmap], NDArray[np.float64]]
+"""From a path (N, 3) and the global costmap to a smoothed one; raises PlanningError."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +31,8 @@ class Blackboard(Immutable):
     """What evolves besides the nodes.
 
     goal_id, goal: the present goal, (3,) x m, y m, yaw rad. path: (N, 3), None where there is none;
-    remaining_path: the part of it before the robot.
+    remaining_path: the part of it before the robot. smoothed_path: what a smoother made of it,
+    where the tree keeps that apart.
     results: how each action ended last, by its key; what was never tried is missing.
     follow_path, behavior, clear_local, clear_global: what the servers are asked for.
     plan_count, task_count, recovery_count: how often something was begun.
@@ -39,6 +42,7 @@ class Blackboard(Immutable):
     goal: Pose | None = None
     path: NDArray[np.float64] | None = None
     remaining_path: NDArray[np.float64] | None = None
+    smoothed_path: NDArray[np.float64] | None = None
     results: Mapping[str, TaskStatus] = field(default_factory=dict)
     follow_path: GlobalPlan | None = None
     behavior: BehaviorGoal | None = None
@@ -75,6 +79,7 @@ class Board:
 
     make_plan: MakePlan
     is_path_valid: IsPathValid
+    smooth_path: SmoothPath
     inputs: TickInputs = field(init=False)
     values: Blackboard = field(default_factory=Blackboard)
 

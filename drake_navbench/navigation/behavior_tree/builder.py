@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from py_trees.common import Status
 
@@ -62,6 +63,7 @@ from drake_navbench.navigation.behavior_tree.leaves import (
     GoalUpdated,
     IsGoalNearby,
     RunBehavior,
+    SmoothPath,
     TruncatePathLocal,
     ValidatePath,
     WouldRecoveryHelp,
@@ -95,12 +97,18 @@ WITHOUT_EFFECT = frozenset(
         "progress_checker_id",
         "server_name",
         "server_timeout",
+        "max_smoothing_duration",
+        "smoother_id",
+        "smoothing_duration",
+        "was_completed",
         "start",
         "tracking_feedback",
         "wait_for_service_timeout",
     }
 )
 COSTMAPS = ("local", "global")
+# The path's name on the blackboard, and what is in that of a smoothed one that is kept apart.
+PATH, SMOOTHED = "path", "smooth"
 
 
 class NotOurs(ValueError):
@@ -198,7 +206,8 @@ def faults_of(description: NodeDescription) -> Iterator[NotOurs]:
     if unknown:
         return
     try:
-        build_tree(description, Board(plan_nothing, plan_nothing))  # type: ignore[arg-type]
+        nobody: Any = plan_nothing
+        build_tree(description, Board(nobody, nobody, nobody))
     except NotOurs as fault:
         yield fault
 
@@ -296,6 +305,29 @@ def _truncate(name: str, a: _Attributes, _: Sequence[TreeNode], board: Board) ->
     return TruncatePathLocal(name, board)
 
 
+def _variable(a: _Attributes, name: str, default: str) -> str:
+    """Returns the name of the variable of the blackboard that an attribute points to."""
+    return a.text(name, default).strip("{} ")
+
+
+def _smooth(name: str, a: _Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
+    if a.flag("check_for_collisions", False):
+        raise a.fault("check_for_collisions: a smoothed path is not looked at here")
+    source = _variable(a, "unsmoothed_path", PATH)
+    result = _variable(a, "smoothed_path", PATH)
+    if source != PATH or (result != PATH and SMOOTHED not in result):
+        raise a.fault(
+            f"unsmoothed_path, smoothed_path: expected {PATH} and {PATH}, or a name with "
+            f"{SMOOTHED!r} for the second, got {source} and {result}"
+        )
+    return SmoothPath(name, board, keeps_path=result != PATH)
+
+
+def _follow(name: str, a: _Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
+    # What SmoothPath keeps apart, or the path itself.
+    return FollowPath(name, board, follows_smoothed=SMOOTHED in _variable(a, "path", PATH))
+
+
 def _validate(name: str, a: _Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
     # What TruncatePathLocal wrote, or all of the path; Nav2's trees call the first so.
     is_remaining = "remaining" in a.text("path", "{path}")
@@ -371,7 +403,8 @@ _KINDS: Mapping[str, _Kind] = {
     "GoalReached": _leaf(GoalReached),
     "GoalUpdatedController": _Kind(_goal_updated_controller, 1),
     "ComputePathToPose": _leaf(ComputePathToPose),
-    "FollowPath": _leaf(FollowPath),
+    "SmoothPath": _Kind(_smooth),
+    "FollowPath": _Kind(_follow),
     "CancelControl": _leaf(CancelControl),
     "GoalUpdated": _leaf(GoalUpdated),
     "GlobalUpdatedGoal": _leaf(GlobalUpdatedGoal),

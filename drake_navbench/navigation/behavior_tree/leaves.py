@@ -18,6 +18,7 @@ from drake_navbench.kernels.read_only import read_only
 from drake_navbench.navigation.behavior_tree.board import Board
 from drake_navbench.navigation.behavior_tree.control_nodes import TreeNode
 from drake_navbench.navigation.planner import PlanningError
+from drake_navbench.navigation.smoother import SmoothingError
 from drake_navbench.navigation.task import (
     BehaviorGoal,
     ClearRequest,
@@ -27,6 +28,7 @@ from drake_navbench.navigation.task import (
 )
 
 COMPUTE_PATH = "compute_path"
+SMOOTH_PATH = "smooth_path"
 FOLLOW_PATH = "follow_path"
 INVALID_PATH = 103
 RECOVERABLE_CODES: Mapping[str, frozenset[int]] = {
@@ -158,28 +160,69 @@ class ComputePathToPose(Leaf):
         return Status.SUCCESS
 
 
+class SmoothPath(Leaf):
+    """Has the path smoothed. keeps_path: the smoothed one is kept apart, else it takes its place.
+
+    An empty path, and one that the smoother fails at, is a failure. A path that is kept is smoothed
+    once: again it would be the same.
+    """
+
+    MEMORY = ("smoothed",)
+    smoothed: NDArray[np.float64] | None = None
+
+    def __init__(self, name: str, board: Board, *, keeps_path: bool) -> None:
+        super().__init__(name, board)
+        self._keeps_path = keeps_path
+
+    def update(self) -> Status:
+        """Asks the smoother."""
+        board, path = self.board, self.board.values.path
+        if self._keeps_path and path is not None and path is self.smoothed:
+            return Status.SUCCESS
+        try:
+            if path is None:
+                raise SmoothingError("there is no path to smooth")
+            smoothed = read_only(board.smooth_path(path, board.inputs.global_costmap))
+        except PlanningError as error:
+            board.write_result(SMOOTH_PATH, TaskStatus(TaskState.ABORTED, error.code, str(error)))
+            return Status.FAILURE
+        self.smoothed = path
+        field = "smoothed_path" if self._keeps_path else "path"
+        board.write(**{field: smoothed}, plan_count=board.values.plan_count + 1)
+        board.write_result(SMOOTH_PATH, TaskStatus(TaskState.SUCCEEDED))
+        return Status.SUCCESS
+
+
 class FollowPath(Leaf):
     """Has the controller server follow the path; a path that replaces it preempts the task.
 
-    Halting it cancels the task.
+    Halting it cancels the task. follows_smoothed: it is the one that the smoother keeps apart.
     """
 
     MEMORY = ("task_id",)
     task_id = 0
 
+    def __init__(self, name: str, board: Board, *, follows_smoothed: bool = False) -> None:
+        super().__init__(name, board)
+        self._follows_smoothed = follows_smoothed
+
+    def _path(self) -> NDArray[np.float64] | None:
+        values = self.board.values
+        return values.smoothed_path if self._follows_smoothed else values.path
+
     def initialise(self) -> None:
         """Sends a new task."""
-        values = self.board.values
-        if values.path is None:
+        values, path = self.board.values, self._path()
+        if path is None:
             return
         self.task_id = values.task_count + 1
-        goal = GlobalPlan(values.plan_count, values.path, task_id=self.task_id)
+        goal = GlobalPlan(values.plan_count, path, task_id=self.task_id)
         self.board.write(task_count=self.task_id, follow_path=goal)
 
     def update(self) -> Status:
         """Waits for the task's end, and hands on new paths."""
         board = self.board
-        path, task = board.values.path, board.values.follow_path
+        path, task = self._path(), board.values.follow_path
         if task is None or task.task_id != self.task_id:
             failure = TaskStatus(TaskState.ABORTED, INVALID_PATH, "the path is empty")
             board.write_result(FOLLOW_PATH, failure)

@@ -69,6 +69,15 @@ class TestRotateToGoal:
         longer = situate(goal=(0.25, 0.0, 0.0), plan=np.array([[0.0, 0, 0], [1.1, 0, 0]]))
         assert not self.critic.prepare(longer, RotateToGoalMemory()).in_window
 
+    @pytest.mark.parametrize("release", ["humble", "iron", "jazzy", "kilted"])
+    def test_up_to_kilted_the_plan_may_be_longer(self, release):
+        # There it begins up to 2 m behind the robot.
+        older = RotateToGoal(
+            RotateToGoal.Parameters(), parameters(nav2_release=release), setup=SETUP
+        )
+        situation = situate(goal=(0.25, 0.0, 0.0), plan=np.array([[-2.0, 0, 0], [0.25, 0, 0]]))
+        assert older.prepare(situation, RotateToGoalMemory()).in_window
+
     def test_far_from_the_goal_everything_goes(self):
         scores, reasons = score_commands(self.critic, [(0.5, 0, 1.0)], RotateToGoalMemory())
         assert (scores, reasons) == ([0.0], [None])

@@ -17,12 +17,14 @@ from drake_navbench.navigation.behavior_tree.leaves import (
     GoalUpdated,
     IsGoalNearby,
     RunBehavior,
+    SmoothPath,
     TruncatePathLocal,
     ValidatePath,
     WouldRecoveryHelp,
     nearest_index,
 )
 from drake_navbench.navigation.planner import NoValidPathCouldBeFound
+from drake_navbench.navigation.smoother import SmoothingError
 from drake_navbench.navigation.task import TaskState, TaskStatus
 
 
@@ -30,8 +32,15 @@ def plan_straight(start, goal, costmap):
     return straight_plan(goal[0], 0.1)
 
 
+def smooth(path, costmap):
+    """Moves a path by 1 m to the left; one that begins at x = 9 m is too hard."""
+    if path[0, 0] == 9.0:
+        raise SmoothingError("too hard")
+    return path + np.array([0.0, 1.0, 0.0])
+
+
 def board(**values) -> Board:
-    made = Board(plan_straight, lambda path, costmap: True)
+    made = Board(plan_straight, lambda path, costmap: True, smooth)
     made.inputs = TickInputs(now_s=0.0, pose=np.zeros(3), global_costmap=None)
     made.write(goal_id=1, goal=np.array([6.0, 0.0, 0.0]), **values)
     return made
@@ -178,3 +187,37 @@ def test_halting_cancels_what_runs_at_a_server():
     assert shared.values.follow_path.cancel_requested
     assert shared.values.behavior.cancel_requested
     assert shared.values.behavior.task_id == 2
+
+
+def test_a_path_is_smoothed_in_place_or_beside_itself():
+    path = straight_plan(2.0, 0.1)
+    shared = board(path=path)
+    node = SmoothPath("n", shared, keeps_path=False)
+    assert [tick(node), tick(node)] == [Status.SUCCESS, Status.SUCCESS]
+    # Ticked again it is smoothed again, as in Nav2.
+    assert shared.values.path[0].tolist() == [0.0, 2.0, 0.0]
+    shared = board(path=path)
+    node = SmoothPath("n", shared, keeps_path=True)
+    assert tick(node) == Status.SUCCESS
+    first = shared.values.smoothed_path
+    assert (shared.values.path is path, first[0, 1]) == (True, 1.0)
+    assert tick(node) == Status.SUCCESS
+    assert shared.values.smoothed_path is first
+
+
+@pytest.mark.parametrize("path", [None, straight_plan(10.0, 1.0)[9:]])
+def test_what_cannot_be_smoothed_is_a_failure(path):
+    shared = board(path=path)
+    assert tick(SmoothPath("n", shared, keeps_path=False)) == Status.FAILURE
+    assert shared.values.results["smooth_path"].error_code == SmoothingError.code
+    assert shared.values.path is path
+
+
+def test_the_robot_follows_the_path_that_the_tree_names():
+    path = straight_plan(2.0, 0.1)
+    shared = board(path=path)
+    SmoothPath("n", shared, keeps_path=True).tick_once()
+    assert tick(FollowPath("n", shared, follows_smoothed=True)) == Status.RUNNING
+    assert shared.values.follow_path.poses is shared.values.smoothed_path
+    assert tick(FollowPath("n", shared)) == Status.RUNNING
+    assert shared.values.follow_path.poses is path

@@ -76,7 +76,8 @@ auto create_subscription(const NodePointer & node, const std::string & topic, Re
 
 namespace nav2_util {
 using nav2::CallbackReturn;
-using nav2::LifecycleNode;
+// Where nav2_util has a node of its own, that one takes over the pointer types of its base.
+using rclcpp_lifecycle::LifecycleNode;
 }  // namespace nav2_util
 
 // The original brings these with it.

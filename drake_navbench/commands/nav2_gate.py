@@ -1,0 +1,142 @@
+"""Drives two builds of Nav2 and tests what changed: `python -m drake_navbench nav2-gate BASE HEAD`.
+
+Only the standard library is imported before the arguments are read, so that --help is quick.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+
+from drake_navbench.command_line import (
+    EXIT_DONE,
+    EXIT_FAILED,
+    EXIT_WRONG_INPUT,
+    exit_status_of,
+    listed_names,
+    percentage,
+    positive_number,
+    whole_number,
+)
+from drake_navbench.errors import printable
+
+EPILOG = """\
+Equal seeds, paired; every metric of every controller and scenario is a test, corrected by Holm, so
+that a change that changes nothing turns the gate red once in a hundred times at most. In CI:
+
+  python -m drake_navbench nav2-gate main_checkout branch_checkout --controllers rpp,mppi_nav2 \\
+      --markdown gate.md --junit gate.xml
+
+exit status: 0 nothing became worse by more than the tolerance, 1 something did, 2 wrong input, or
+trials that came to no end
+"""
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Returns the parser of the command line."""
+    parser = argparse.ArgumentParser(
+        prog="python -m drake_navbench nav2-gate",
+        description="Says whether a change to Nav2's controllers makes them drive worse.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    add = parser.add_argument
+    add("base", metavar="BASE", help="a build of nav2-build by its name, or a checkout")
+    add("head", metavar="HEAD", help="the one to judge")
+    add(
+        "--controllers",
+        type=listed_names,
+        required=True,
+        metavar="LIST",
+        help="presets whose originals are driven, such as rpp,mppi_nav2",
+    )
+    add(
+        "--scenarios",
+        type=listed_names,
+        metavar="LIST",
+        help="where (the five published scenarios and doorway)",
+    )
+    add("--trials", type=positive_number, default=64, metavar="N", help="of each (64)")
+    add(
+        "--tolerance",
+        type=percentage,
+        default=0.01,
+        metavar="PERCENT",
+        help="smaller changes of a mean matter to nobody (1)",
+    )
+    add("--robot", default="wheelchair", help="robot by name, or a YAML file (wheelchair)")
+    add("--seed", type=whole_number, default=0, help="of the first trial (0)")
+    add("--jobs", type=positive_number, metavar="N", help="parallel workers (all cores)")
+    add("--out", type=Path, metavar="DIR", help="where the logs go (results/gate-<time>)")
+    add("--markdown", type=Path, metavar="FILE", help="where the report goes (standard output)")
+    add("--junit", type=Path, metavar="FILE", help="also write JUnit XML")
+    add("--replay", type=Path, metavar="DIR", help="also show the worst seed of base and head")
+    return parser
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs the command; returns the exit status."""
+    arguments = build_parser().parse_args(argv)
+    # Status 1 is for regressions alone.
+    return exit_status_of(partial(_gate, arguments), failed=EXIT_WRONG_INPUT)
+
+
+def _gate(arguments: argparse.Namespace) -> int:
+    from drake_navbench.results import write_text
+    from drake_navbench.side_by_side import gate, gate_report
+
+    say = partial(print, file=sys.stderr, flush=True)
+    base, head = (
+        gate.build_of(text, side, arguments.controllers, tell=lambda line: say(printable(line)))
+        for text, side in ((arguments.base, "gate-base"), (arguments.head, "gate-head"))
+    )
+    folder = arguments.out or Path("results") / time.strftime("gate-%Y-%m-%d_%H-%M-%S")
+    result = gate.drive_gate(
+        base,
+        head,
+        arguments.controllers,
+        folder.absolute(),
+        scenarios=arguments.scenarios or gate.DEFAULT_SCENARIOS,
+        trials=arguments.trials,
+        jobs=arguments.jobs,
+        seed=arguments.seed,
+        robot=arguments.robot,
+        tolerance=arguments.tolerance,
+        tell=lambda line: say(printable(line)),
+    )
+    text = gate_report.to_markdown(result)
+    if arguments.markdown is None:
+        sys.stdout.write(text)
+    else:
+        write_text(arguments.markdown, text)
+    if arguments.junit is not None:
+        write_text(arguments.junit, gate_report.to_junit(result))
+    _show_worst(result, arguments.replay, say)
+    for finding in result.regressions:
+        say(f"regression: {gate_report.sentence(finding)}")
+    return EXIT_FAILED if result.regressions else EXIT_DONE
+
+
+def _show_worst(result: object, folder: Path | None, say: partial[None]) -> None:
+    from drake_navbench.commands.replay import render
+    from drake_navbench.side_by_side.gate import GateResult
+    from drake_navbench.side_by_side.gate_report import worst_logs
+
+    assert isinstance(result, GateResult)
+    logs = worst_logs(result)
+    if logs is None:
+        return
+    for side, log in zip(("base", "head"), logs, strict=True):
+        if folder is None:
+            say(f"worst seed, {side}: python -m drake_navbench replay {log}")
+        else:
+            render(log, folder / f"worst_{side}.html", None)
+            say(f"worst seed, {side}: {folder / f'worst_{side}.html'}")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,83 @@
+"""Holds ports against a build's originals: `python -m drake_navbench nav2-parity NAME`.
+
+Only the standard library is imported before the arguments are read, so that --help is quick.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+
+from drake_navbench.command_line import (
+    exit_status_of,
+    listed_names,
+    positive_number,
+    whole_number,
+)
+from drake_navbench.errors import printable
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Returns the parser of the command line."""
+    parser = argparse.ArgumentParser(
+        prog="python -m drake_navbench nav2-parity",
+        description="Drives the ports beside the originals of a build of Nav2, over random scenes "
+        "and whole trials, and writes how far they are equal.",
+    )
+    add = parser.add_argument
+    add("build", metavar="NAME", help="of nav2-build")
+    add(
+        "--controllers",
+        type=listed_names,
+        metavar="LIST",
+        help="presets (all whose originals the build has)",
+    )
+    add("--scenes", type=positive_number, default=500, metavar="N", help="random scenes (500)")
+    add(
+        "--scenarios",
+        type=listed_names,
+        default=("one_obstacle", "doorway"),
+        metavar="LIST",
+        help="whole trials (one_obstacle,doorway)",
+    )
+    add("--seeds", type=whole_number, default=2, metavar="N", help="trials a scenario (2)")
+    add("--out", type=Path, metavar="FILE", help="where the page goes (standard output)")
+    return parser
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs the command; returns the exit status."""
+    arguments = build_parser().parse_args(argv)
+    return exit_status_of(partial(_compare, arguments))
+
+
+def _compare(arguments: argparse.Namespace) -> None:
+    from drake_navbench.native.builds import find_build
+    from drake_navbench.results import write_text
+    from drake_navbench.side_by_side.parity import compare_port, ports_in
+    from drake_navbench.side_by_side.parity_page import to_markdown
+
+    build = find_build(arguments.build)
+    parities = [
+        compare_port(
+            name,
+            build,
+            scenes=arguments.scenes,
+            scenarios=arguments.scenarios,
+            seeds=arguments.seeds,
+            tell=lambda line: print(printable(line), file=sys.stderr, flush=True),
+        )
+        for name in arguments.controllers or ports_in(build)
+    ]
+    text = to_markdown(build, parities)
+    if arguments.out is None:
+        sys.stdout.write(text)
+    else:
+        write_text(arguments.out, text)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

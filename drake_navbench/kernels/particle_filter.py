@@ -1,0 +1,244 @@
+"""Adaptive Monte Carlo localization: motion, weights, resampling, the heaviest cluster.
+
+Source: nav2_amcl, whose behaviour this follows, oddities included; see docs/stress.md. Fox,
+"KLD-Sampling: Adaptive Particle Filters", NIPS 2001, is where the number of particles comes from;
+Thrun, Burgard, Fox, "Probabilistic Robotics", 2005, holds the motion model (5.4), the likelihood
+field (6.4) and the recovery by random poses (8.3).
+
+Particles are (N, 3) x m, y m, yaw rad in the map's frame; their yaw is not wrapped.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from drake_navbench.kernels.angles import wrap
+
+Array = NDArray[np.float64]
+
+# Cells of the histogram that the number of particles and the clusters rest on.
+BIN_M, BIN_RAD = 0.5, math.radians(10.0)
+# Of a way shorter than this no direction is taken, m.
+LEAST_WAY_M = 0.01
+# Bins are packed into one number: so many bits for the heading and for y.
+YAW_BITS, Y_BITS = 16, 24
+FREE_PLACE = np.int64(np.iinfo(np.int64).min)
+# 2^60 over the golden ratio (Knuth, "The Art of Computer Programming" 3, 6.4).
+SPREADING_FACTOR = np.int64(0x9E3779B97F4A7C1)
+
+
+def hit_points(
+    ranges: NDArray[np.floating],
+    angles: Array,
+    mounting: Array,
+    *,
+    max_beams: int,
+    range_min: float,
+    range_max: float,
+) -> Array:
+    """Returns (B, 2) m in the base frame: the hits of a scan that weigh, about max_beams of them.
+
+    ranges (N,) m, angles (N,) rad from the axis of a sensor that is mounted at (3,). Every n-th
+    beam counts, n = (N - 1) // (max_beams - 1), if it is above range_min and below range_max.
+    """
+    step = max((ranges.size - 1) // (max_beams - 1), 1)
+    chosen = np.asarray(ranges[::step], dtype=float)
+    counts = (chosen > range_min) & (chosen < range_max)
+    headings = mounting[2] + angles[::step][counts]
+    lengths = chosen[counts]
+    return np.column_stack(
+        [mounting[0] + lengths * np.cos(headings), mounting[1] + lengths * np.sin(headings)]
+    )
+
+
+@njit(cache=True)
+def weigh(particles, weights, points, field, off_map, origin_x, origin_y, resolution):
+    """Multiplies weights (N,), in place, by how likely each particle sees points; returns the sum.
+
+    points: (B, 2) m in the base frame. field: (rows, columns) what a hit in a cell adds to the
+    likelihood 1; off_map: what one beside the map adds. As in nav2_amcl, a cell reaches half a cell
+    to either side of its lower left corner.
+    """
+    rows, columns = field.shape
+    total = 0.0
+    for i in range(particles.shape[0]):
+        x, y = particles[i, 0], particles[i, 1]
+        c, s = math.cos(particles[i, 2]), math.sin(particles[i, 2])
+        likelihood = 1.0
+        for b in range(points.shape[0]):
+            hit_x = x + points[b, 0] * c - points[b, 1] * s
+            hit_y = y + points[b, 0] * s + points[b, 1] * c
+            column = math.floor((hit_x - origin_x) / resolution + 0.5)
+            row = math.floor((hit_y - origin_y) / resolution + 0.5)
+            if 0 <= row < rows and 0 <= column < columns:
+                likelihood += field[row, column]
+            else:
+                likelihood += off_map
+        weights[i] *= likelihood
+        total += weights[i]
+    return total
+
+
+@njit(cache=True)
+def _turn_size(angle):
+    """Returns how far a turn is from none or from half a turn, whichever is less, rad."""
+    return min(abs(wrap(angle)), abs(wrap(angle - math.pi)))
+
+
+@njit(cache=True)
+def move_differential(particles, yaw_before, delta, alphas, normals):
+    """Moves particles, in place, as the odometry moved: turn, way, turn.
+
+    yaw_before: of the odometry before, rad. delta: (3,) of it, m, m, rad, in the odometry's frame.
+    normals: (N, 3) of spread 1. alphas: (5,), of which four count here.
+    """
+    way = math.hypot(delta[0], delta[1])
+    first = 0.0
+    if way >= LEAST_WAY_M:
+        first = wrap(math.atan2(delta[1], delta[0]) - yaw_before)
+    second = wrap(delta[2] - first)
+    first_size, second_size = _turn_size(first), _turn_size(second)
+    by_way = alphas[1] * way * way
+    first_std = math.sqrt(alphas[0] * first_size * first_size + by_way)
+    second_std = math.sqrt(alphas[0] * second_size * second_size + by_way)
+    way_std = math.sqrt(
+        alphas[2] * way * way
+        + alphas[3] * first_size * first_size
+        + alphas[3] * second_size * second_size
+    )
+    for i in range(particles.shape[0]):
+        turned = wrap(first - first_std * normals[i, 0])
+        moved = way - way_std * normals[i, 1]
+        heading = particles[i, 2] + turned
+        particles[i, 0] += moved * math.cos(heading)
+        particles[i, 1] += moved * math.sin(heading)
+        particles[i, 2] = heading + wrap(second - second_std * normals[i, 2])
+
+
+@njit(cache=True)
+def move_omnidirectional(particles, yaw_before, delta, alphas, normals):
+    """Moves particles, in place, as the odometry of a base moved that can go sideways.
+
+    Arguments as for `move_differential`.
+    """
+    way, turn = math.hypot(delta[0], delta[1]), delta[2]
+    way_std = math.sqrt(alphas[2] * way * way + alphas[3] * turn * turn)
+    turn_std = math.sqrt(alphas[0] * turn * turn + alphas[1] * way * way)
+    sideways_std = math.sqrt(alphas[3] * turn * turn + alphas[4] * way * way)
+    direction = wrap(math.atan2(delta[1], delta[0]) - yaw_before)
+    for i in range(particles.shape[0]):
+        c, s = math.cos(direction + particles[i, 2]), math.sin(direction + particles[i, 2])
+        along, across = way + way_std * normals[i, 0], sideways_std * normals[i, 2]
+        particles[i, 0] += along * c + across * s
+        particles[i, 1] += along * s - across * c
+        particles[i, 2] += turn + turn_std * normals[i, 1]
+
+
+@njit(cache=True)
+def particle_limit(bin_count, error, quantile, least, most):
+    """Returns how many particles so many occupied bins need; Fox 2001, equation 7."""
+    if bin_count <= 1:
+        return most
+    spread = 2.0 / (9.0 * (bin_count - 1))
+    root = 1.0 - spread + math.sqrt(spread) * quantile
+    count = math.ceil((bin_count - 1) / (2.0 * error) * root * root * root)
+    return int(min(max(count, least), most))
+
+
+@njit(cache=True)
+def _bin_of(pose):
+    """Returns the bin of a pose (3,) as one number, in which neighbours differ by known steps."""
+    column = math.floor(pose[0] / BIN_M)
+    row = math.floor(pose[1] / BIN_M)
+    turn = math.floor(pose[2] / BIN_RAD)
+    return (np.int64(column) << (Y_BITS + YAW_BITS)) + (np.int64(row) << YAW_BITS) + np.int64(turn)
+
+
+@njit(cache=True)
+def _place_of(bins, key):
+    """Returns where a key stands, or is to stand, in a table whose size is a power of two."""
+    mask = bins.size - 1
+    # The upper bits of the product depend on all of the key's.
+    place = ((key * SPREADING_FACTOR) >> 33) & mask
+    while bins[place] != key and bins[place] != FREE_PLACE:
+        place = (place + 1) & mask
+    return place
+
+
+@njit(cache=True)
+def resample(particles, weights, draws, random_share, strangers, error, quantile, least, most):
+    """Returns (M, 3) particles drawn by weight (N,), as many as the bins they come to need.
+
+    draws: (most, 2) uniform in [0, 1): where the first is below random_share, the next of strangers
+    (most, 3) comes in; the second chooses by weight. One more than the limit is taken, as
+    nav2_amcl does.
+    """
+    sums = np.cumsum(weights)
+    drawn = np.empty((most, 3))
+    size = 16
+    while size < 4 * most:
+        size *= 2
+    bins = np.full(size, FREE_PLACE)
+    bin_count = count = 0
+    while count < most:
+        if draws[count, 0] < random_share:
+            drawn[count] = strangers[count]
+        else:
+            chosen = np.searchsorted(sums, draws[count, 1], side="right")
+            drawn[count] = particles[min(chosen, particles.shape[0] - 1)]
+        key = _bin_of(drawn[count])
+        place = _place_of(bins, key)
+        if bins[place] != key:
+            bins[place] = key
+            bin_count += 1
+        count += 1
+        if count > particle_limit(bin_count, error, quantile, least, most):
+            break
+    return drawn[:count].copy()
+
+
+@njit(cache=True)
+def _root(parents, label):
+    while parents[label] != label:
+        parents[label] = parents[parents[label]]
+        label = parents[label]
+    return label
+
+
+@njit(cache=True)
+def heaviest_cluster(particles, weights):
+    """Returns (4,): the mean x m, y m, yaw rad of the heaviest cluster, and its share of all.
+
+    A cluster is what touches in the histogram, at corners, too. Headings on either side of a half
+    turn do not touch, as in nav2_amcl.
+    """
+    count = particles.shape[0]
+    keys = np.empty(count, dtype=np.int64)
+    for i in range(count):
+        keys[i] = _bin_of(particles[i])
+    bins = np.unique(keys)
+    parents = np.arange(bins.size)
+    for place in range(bins.size):
+        for step_x in range(-1, 2):
+            for step_y in range(-1, 2):
+                for step_yaw in range(-1, 2):
+                    step = (step_x << (Y_BITS + YAW_BITS)) + (step_y << YAW_BITS) + step_yaw
+                    other = np.searchsorted(bins, bins[place] + step)
+                    if other < bins.size and bins[other] == bins[place] + step:
+                        parents[_root(parents, other)] = _root(parents, place)
+    sums = np.zeros((bins.size, 5))
+    for i in range(count):
+        own = sums[_root(parents, np.searchsorted(bins, keys[i]))]
+        own[0] += weights[i]
+        own[1] += weights[i] * particles[i, 0]
+        own[2] += weights[i] * particles[i, 1]
+        own[3] += weights[i] * math.cos(particles[i, 2])
+        own[4] += weights[i] * math.sin(particles[i, 2])
+    best = np.argmax(sums[:, 0])
+    weight, x, y, along, across = sums[best]
+    share = weight / weights.sum()
+    return np.array([x / weight, y / weight, math.atan2(across, along), share])

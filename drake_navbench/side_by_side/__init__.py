@@ -1,0 +1,1 @@
+"""Originals beside their ports, and builds of Nav2 beside each other."""

@@ -1,0 +1,209 @@
+"""How far a port drives as the original of a build: over random scenes, and over whole trials."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from enum import StrEnum
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.controller import Controller, ControllerError, Observation
+from drake_navbench.controllers.external.client_process import ClientProcess
+from drake_navbench.controllers.external.messages import configure_message
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.presets import Preset, load_preset, original_plugin
+from drake_navbench.inputs.robot import Robot, load_robot
+from drake_navbench.log import TrialLog
+from drake_navbench.native.builds import Build
+from drake_navbench.parameter_names import flattened
+from drake_navbench.side_by_side.random_scenes import random_scenes
+from drake_navbench.trial.column_controller import built_controller, controller_setup
+from drake_navbench.trial.trial import run_trial
+
+# The presets that are held against their originals, in this order.
+PORTS = ("rpp", "dwb", "mppi_nav2", "graceful", "rotation_shim")
+CLOSE = 1e-5
+COMMANDS = ("command_v_mps", "command_w_radps")
+START_PATIENCE_S = 30.0
+
+
+class Likeness(StrEnum):
+    """How alike two decisions, or all those of two trials, are."""
+
+    EQUAL = "equal to the last bit"
+    CLOSE = "to 1e-5"
+    DIFFERENT = "different"
+
+
+class SceneResult(NamedTuple):
+    """One random scene. difference: the largest of v m/s and w rad/s; NaN where one has failed.
+
+    told: what each of the two said, where they differ.
+    """
+
+    likeness: Likeness
+    difference: float
+    told: str
+
+
+class TrialResult(NamedTuple):
+    """One trial of each. difference: the largest of any cycle's command.
+
+    apart_s: when they are first apart by more than 1e-5; NaN where they never are. outcomes: of
+    port and original.
+    """
+
+    scenario: str
+    seed: int
+    likeness: Likeness
+    difference: float
+    apart_s: float
+    outcomes: tuple[str, str]
+
+
+class OtherDefault(NamedTuple):
+    """A parameter that nobody gave, and whose defaults differ."""
+
+    name: str
+    of_port: Any
+    of_original: Any
+
+
+class Parity(NamedTuple):
+    """A port and its original, with equal parameters given."""
+
+    preset: str
+    plugin: str
+    scenes: tuple[SceneResult, ...]
+    trials: tuple[TrialResult, ...]
+    defaults: tuple[OtherDefault, ...]
+    not_read: tuple[str, ...]
+
+
+def ports_in(build: Build) -> list[str]:
+    """Returns the presets whose originals a build has."""
+    return [name for name in PORTS if original_plugin(name) in build.controllers]
+
+
+def compare_port(
+    name: str,
+    build: Build,
+    *,
+    scenes: int,
+    scenarios: Sequence[str],
+    seeds: int,
+    robot_name: str = "wheelchair",
+    tell: Callable[[str], None] = lambda line: None,
+) -> Parity:
+    """Returns how a preset's port and its original in a build differ; raises InputError."""
+    port, original = load_preset(name), load_preset(f"{name}@{build.name}")
+    robot = load_robot(robot_name)
+    plugin = original_plugin(name)
+    if plugin is None:
+        raise InputError(f"controller {name!r}: it is no port of Nav2's")
+    defaults, not_read = _told_by(original, port, robot)
+    tell(f"{name}: {scenes} scenes")
+    in_scenes = compare_in_scenes(port, original, robot, scenes)
+    in_trials = []
+    for scenario in scenarios:
+        for seed in range(seeds):
+            tell(f"{name}: {scenario}, seed {seed}")
+            logs = [
+                run_trial(scenario, preset, seed, robot=robot_name) for preset in (port, original)
+            ]
+            in_trials.append(compare_trials(logs[0], logs[1], scenario, seed))
+    return Parity(name, plugin, tuple(in_scenes), tuple(in_trials), defaults, not_read)
+
+
+def compare_in_scenes(
+    port: Preset, original: Preset, robot: Robot, count: int, *, seed: int = 0
+) -> list[SceneResult]:
+    """Returns how two columns decide in the first cycle of random scenes."""
+    results = []
+    for scene in random_scenes(controller_setup(robot), count, seed=seed):
+        decisions = []
+        for preset in (port, original):
+            # Both are new in every scene: what an original keeps beyond a task is no difference.
+            with built_controller(preset, preset.robot(robot)) as controller:
+                decisions.append(_decided(controller, scene))
+        results.append(_compare_decisions(*decisions))
+    return results
+
+
+def compare_trials(port: TrialLog, original: TrialLog, scenario: str, seed: int) -> TrialResult:
+    """Returns how the commands of two trials differ, over the cycles that both have."""
+    ours, theirs = (log.samples[list(COMMANDS)].to_numpy() for log in (port, original))
+    cycles = min(len(ours), len(theirs))
+    differences = np.nan_to_num(np.abs(ours[:cycles] - theirs[:cycles]).max(axis=1), nan=0.0)
+    largest = float(differences.max()) if cycles else 0.0
+    apart = np.flatnonzero(differences > CLOSE)
+    times = port.samples["time_s"].to_numpy()
+    outcomes = (str(port.outcome), str(original.outcome))
+    is_same_end = len(ours) == len(theirs) and outcomes[0] == outcomes[1]
+    likeness = _likeness(largest) if is_same_end else Likeness.DIFFERENT
+    apart_s = float(times[apart[0]]) if len(apart) else math.nan
+    return TrialResult(scenario, seed, likeness, largest, apart_s, outcomes)
+
+
+def _decided(controller: Controller, scene: Observation) -> NDArray[np.float64] | ControllerError:
+    try:
+        return controller.step(scene, controller.initial_memory()).command[:2]
+    except ControllerError as error:
+        return error
+
+
+def _compare_decisions(
+    port: NDArray[np.float64] | ControllerError, original: NDArray[np.float64] | ControllerError
+) -> SceneResult:
+    if isinstance(port, ControllerError) or isinstance(original, ControllerError):
+        likeness = Likeness.EQUAL if _kind(port) == _kind(original) else Likeness.DIFFERENT
+        told = "" if likeness is Likeness.EQUAL else f"port: {port}; original: {original}"
+        return SceneResult(likeness, math.nan, told)
+    difference = float(np.abs(port - original).max())
+    likeness = _likeness(difference)
+    told = f"port: {port}; original: {original}" if likeness is Likeness.DIFFERENT else ""
+    return SceneResult(likeness, difference, told)
+
+
+def _kind(decision: NDArray[np.float64] | ControllerError) -> int | None:
+    return decision.code if isinstance(decision, ControllerError) else None
+
+
+def _likeness(difference: float) -> Likeness:
+    if difference == 0.0:
+        return Likeness.EQUAL
+    return Likeness.CLOSE if difference <= CLOSE else Likeness.DIFFERENT
+
+
+def _told_by(
+    original: Preset, port: Preset, robot: Robot
+) -> tuple[tuple[OtherDefault, ...], tuple[str, ...]]:
+    """Returns the defaults that differ, and what the original was given and does not read."""
+    for_robot, port = original.for_robot(robot), port.for_robot(robot)
+    parameters = for_robot.parameters
+    words, client = getattr(parameters, "words"), getattr(parameters, "client")  # noqa: B009
+    process = ClientProcess(words)
+    try:
+        message = configure_message(controller_setup(original.robot(robot)), client)
+        answer = process.ask(message, deadline_s=START_PATIENCE_S)
+    finally:
+        process.stop()
+    given = {name for name, _ in flattened(client.get("parameters", {}))}
+    ours: Mapping[str, Any] = dict(flattened(port.parameters.model_dump(mode="json")))
+    others = [
+        OtherDefault(name, ours[name], default)
+        for name, default in answer.get("defaults", {}).items()
+        # None: the port finds its default elsewhere, as a critic's class by its name.
+        if ours.get(name) is not None and name not in given and not _is_same(ours[name], default)
+    ]
+    return tuple(others), tuple(map(str, answer.get("not_read", ())))
+
+
+def _is_same(ours: Any, theirs: Any) -> bool:
+    if isinstance(ours, int | float) and isinstance(theirs, int | float):
+        # Nav2 holds some of its defaults in single precision.
+        return math.isclose(ours, theirs, rel_tol=1e-6)
+    return bool(ours == theirs)

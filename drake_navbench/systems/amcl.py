@@ -1,0 +1,281 @@
+"""Monte Carlo localization: where the map says that the robot is."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
+
+from drake_navbench.costmaps.map_file import OCCUPIED, OccupancyMap
+from drake_navbench.inputs.amcl import OMNIDIRECTIONAL, AmclSettings
+from drake_navbench.inputs.lidar import LidarSettings
+from drake_navbench.inputs.localization import LocalizationSettings
+from drake_navbench.inputs.timeline import SLACK_S, Timeline
+from drake_navbench.kernels.angles import wrap
+from drake_navbench.kernels.particle_filter import (
+    heaviest_cluster,
+    hit_points,
+    move_differential,
+    move_omnidirectional,
+    resample,
+    weigh,
+)
+from drake_navbench.kernels.poses import carrier_pose, compose, placed_state
+from drake_navbench.log import Scan
+from drake_navbench.noise import NoiseKey, NoiseStream
+from drake_navbench.systems.lifetime import weakly_bound
+from drake_navbench.systems.ports import POSE_SIZE, STATE_SIZE, declare_object_input, value_or_none
+from drake_navbench.systems.scripted_localization import NO_NOISE, SAME_FRAME, jump_of
+from drake_navbench.typed_files.immutable import Immutable
+
+Array = NDArray[np.float64]
+
+PERIOD_S = 0.05
+# Of an occupancy grid.
+FREE = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Belief(Immutable):
+    """What AMCL believes.
+
+    particles: (N, 3) x m, y m, yaw rad in the map. weights: (N,), which sum to 1. slow, fast: means
+    of the weights before, 0 where there are none. odometry_pose: (3,) at the last update, None
+    before the first. updates: how many there were. scan_time_s: of the last scan looked at.
+    map_from_odometry: (3,). has_jumped: whether it was displaced already.
+    """
+
+    particles: Array
+    weights: Array
+    map_from_odometry: Array
+    slow: float = 0.0
+    fast: float = 0.0
+    odometry_pose: Array | None = None
+    updates: int = 0
+    scan_time_s: float = -math.inf
+    has_jumped: bool = False
+
+
+NOBODY = Belief(np.zeros((1, POSE_SIZE)), np.ones(1), np.zeros(POSE_SIZE))
+
+
+class Amcl(LeafSystem):
+    """Adaptive Monte Carlo localization on a map, as nav2_amcl does it with the likelihood field.
+
+    Input `scan` (Scan or None), which tells where the odometry believed the sensor to be, and
+    `odometry_estimate` [x m, y m, yaw rad, v m/s, w rad/s, vy m/s] in the odometry's frame. Outputs
+    `estimate`, the latter in the map, and `map_from_odometry` (3,) x m, y m, yaw rad. Abstract
+    state `belief_state` is the `Belief`.
+
+    A new scan is looked at within 0.05 s, at `offset_s` and every period later; the filter is
+    updated where the odometry has moved far enough since the last update, and the transform where
+    it is resampled. Of several scanners the first counts. grid: the map, in the world frame.
+
+    At the settings' `jump_time_s` all particles and the transform are displaced by the jump: the
+    robot is forcibly unlocalized, as if it had been carried away.
+    """
+
+    def __init__(
+        self,
+        settings: Timeline[LocalizationSettings],
+        lidar: LidarSettings,
+        grid: OccupancyMap,
+        *,
+        offset_s: float,
+    ) -> None:
+        super().__init__()
+        at_start = settings.at(0.0)
+        assert at_start.amcl is not None
+        self._amcl: AmclSettings = at_start.amcl
+        self._settings, self._lidar, self._grid = settings, lidar, grid
+        self._range_min, self._range_max = _range_limits(self._amcl, lidar)
+        self._field, self._off_map = likelihood_field(self._amcl, grid, self._range_max)
+        self._free_cells = np.argwhere(grid.occupancy == FREE)
+        self.seed_parameter = self.DeclareAbstractParameter(AbstractValue.Make(0))
+        self.belief_state = self.DeclareAbstractState(AbstractValue.Make(NOBODY))
+        self._scan_port = declare_object_input(self, "scan")
+        self._odometry_port = self.DeclareVectorInputPort("odometry_estimate", STATE_SIZE)
+        belief = self.abstract_state_ticket(self.belief_state)
+        odometry = self.input_port_ticket(self._odometry_port.get_index())
+        self.DeclareVectorOutputPort(
+            "estimate",
+            STATE_SIZE,
+            weakly_bound(self._calc_estimate),
+            prerequisites_of_calc={belief, odometry},
+        )
+        self.DeclareVectorOutputPort(
+            "map_from_odometry",
+            POSE_SIZE,
+            weakly_bound(self._calc_map_from_odometry),
+            prerequisites_of_calc={belief},
+        )
+        self.DeclarePeriodicUnrestrictedUpdateEvent(
+            PERIOD_S, offset_s, weakly_bound(self._on_period)
+        )
+
+    def set_start(self, context: Context, pose: Array, seed: int) -> None:
+        """Lets it believe, with the spread of its settings, that the robot starts at pose (3,)."""
+        context.get_mutable_abstract_parameter(self.seed_parameter).set_value(seed)
+        count = self._amcl.max_particles
+        normals = _generator(seed, 0).standard_normal((count, POSE_SIZE))
+        xy_std, yaw_std = self._amcl.initial_xy_std_m, self._amcl.initial_yaw_std_rad
+        particles = pose + normals * (xy_std, xy_std, yaw_std)
+        belief = Belief(particles, np.full(count, 1.0 / count), np.zeros(POSE_SIZE))
+        context.SetAbstractState(self.belief_state, belief)
+
+    def _on_period(self, context: Context, state: State) -> None:
+        before: Belief = context.get_abstract_state(self.belief_state).get_value()
+        seed = context.get_abstract_parameter(self.seed_parameter).get_value()
+        after = self._displaced(before, context, seed)
+        scan: Scan | None = value_or_none(self._scan_port, context)
+        if scan is not None and scan.time_s != after.scan_time_s:
+            after = self._after_scan(after, scan, seed)
+        if after is not before:
+            state.get_mutable_abstract_state(self.belief_state).set_value(after)
+
+    def _displaced(self, belief: Belief, context: Context, seed: int) -> Belief:
+        """Returns the belief after the jump, where it is due and has not come yet."""
+        now_s = context.get_time()
+        settings = self._settings.at(now_s)
+        is_due = now_s >= settings.jump_time_s - SLACK_S
+        if belief.has_jumped or not is_due or not (settings.jump_m or settings.jump_yaw_rad):
+            return belief
+        jump = jump_of(settings, seed)
+        odometry = self._odometry_port.Eval(context)[:POSE_SIZE]
+        robot = compose(belief.map_from_odometry, odometry)
+        return replace(
+            belief,
+            particles=belief.particles + jump,
+            map_from_odometry=carrier_pose(robot + jump, odometry),
+            has_jumped=True,
+        )
+
+    def _after_scan(self, belief: Belief, scan: Scan, seed: int) -> Belief:
+        """Returns the belief after a new scan, updated only if the robot has moved."""
+        assert scan.odometry_pose is not None
+        pose = carrier_pose(scan.odometry_pose, self._lidar.pose)
+        belief = replace(belief, scan_time_s=scan.time_s)
+        generator = _generator(seed, belief.updates + 1)
+        particles, weights = belief.particles.copy(), belief.weights.copy()
+        if belief.odometry_pose is not None:
+            delta = pose - belief.odometry_pose
+            delta[2] = wrap(delta[2])
+            if not self._has_moved(delta):
+                return belief
+            is_omnidirectional = self._amcl.robot_model_type == OMNIDIRECTIONAL
+            move = move_omnidirectional if is_omnidirectional else move_differential
+            normals = generator.standard_normal(particles.shape)
+            move(particles, belief.odometry_pose[2], delta, np.array(self._amcl.alphas), normals)
+        belief = self._weighed(replace(belief, particles=particles), weights, scan)
+        belief = replace(belief, odometry_pose=pose, updates=belief.updates + 1)
+        if belief.updates % self._amcl.resample_interval == 0:
+            belief = self._resampled(belief, generator)
+        elif belief.updates > 1:
+            return belief
+        found = heaviest_cluster(belief.particles, belief.weights)
+        return replace(belief, map_from_odometry=carrier_pose(found[:POSE_SIZE], pose))
+
+    def _has_moved(self, delta: Array) -> bool:
+        far, turned = self._amcl.update_min_d, self._amcl.update_min_a
+        return bool(abs(delta[0]) > far or abs(delta[1]) > far or abs(delta[2]) > turned)
+
+    def _weighed(self, belief: Belief, weights: Array, scan: Scan) -> Belief:
+        """Returns the belief with the weights that a scan gives; weights are changed in place."""
+        points = hit_points(
+            scan.ranges_m,
+            scan.angles_rad,
+            np.array(self._lidar.pose),
+            max_beams=self._amcl.max_beams,
+            range_min=self._range_min,
+            range_max=self._range_max,
+        )
+        total = weigh(
+            belief.particles, weights, points, self._field, self._off_map, *self._grid.frame
+        )
+        mean = total / weights.size
+        slow, fast = belief.slow, belief.fast
+        slow += (self._amcl.recovery_alpha_slow if slow else 1.0) * (mean - slow)
+        fast += (self._amcl.recovery_alpha_fast if fast else 1.0) * (mean - fast)
+        return replace(belief, weights=weights / total, slow=slow, fast=fast)
+
+    def _resampled(self, belief: Belief, generator: np.random.Generator) -> Belief:
+        amcl = self._amcl
+        random_share = max(1.0 - belief.fast / belief.slow, 0.0)
+        draws = generator.random((amcl.max_particles, 2))
+        strangers = np.empty((0, POSE_SIZE))
+        if random_share > 0.0:
+            strangers = self._anywhere(generator)
+        limits = (amcl.pf_err, amcl.pf_z, amcl.min_particles, amcl.max_particles)
+        particles = resample(
+            belief.particles, belief.weights, draws, random_share, strangers, *limits
+        )
+        weights = np.full(len(particles), 1.0 / len(particles))
+        belief = replace(belief, particles=particles, weights=weights)
+        # As there: the averages begin anew, so that not all becomes random in the end.
+        return replace(belief, slow=0.0, fast=0.0) if random_share > 0.0 else belief
+
+    def _anywhere(self, generator: np.random.Generator) -> Array:
+        """Returns (max_particles, 3) poses at lower left corners of free cells, as nav2_amcl's."""
+        count = self._amcl.max_particles
+        cells = self._free_cells[generator.integers(len(self._free_cells), size=count)]
+        origin_x, origin_y, resolution = self._grid.frame
+        return np.column_stack(
+            [
+                origin_x + resolution * cells[:, 1],
+                origin_y + resolution * cells[:, 0],
+                math.pi * (2.0 * generator.random(count) - 1.0),
+            ]
+        )
+
+    def _calc_estimate(self, context: Context, output: BasicVector) -> None:
+        belief: Belief = context.get_abstract_state(self.belief_state).get_value()
+        state = self._odometry_port.Eval(context)
+        output.SetFromVector(placed_state(state, SAME_FRAME, NO_NOISE, belief.map_from_odometry))
+
+    def _calc_map_from_odometry(self, context: Context, output: BasicVector) -> None:
+        belief: Belief = context.get_abstract_state(self.belief_state).get_value()
+        output.SetFromVector(belief.map_from_odometry)
+
+
+def likelihood_field(
+    amcl: AmclSettings, grid: OccupancyMap, range_max: float
+) -> tuple[Array, float]:
+    """Returns (rows, columns) what a hit in each cell adds to a likelihood, and one off the map.
+
+    That is the cube of z_hit exp(-d^2 / (2 sigma^2)) + z_rand / range_max, d m the distance of the
+    cell's centre from the nearest occupied one's, at most laser_likelihood_max_dist.
+    """
+    # It takes a while to import, and only who localizes this way needs it.
+    from scipy.ndimage import distance_transform_edt
+
+    farthest = amcl.laser_likelihood_max_dist
+    is_free = grid.occupancy != OCCUPIED
+    distances = np.full(is_free.shape, farthest)
+    if not is_free.all():
+        distances = np.minimum(grid.resolution * distance_transform_edt(is_free), farthest)
+    random = amcl.z_rand / range_max
+    sigma = amcl.sigma_hit
+
+    def added(distance: Array) -> Array:
+        return (amcl.z_hit * np.exp(-(distance**2) / (2.0 * sigma * sigma)) + random) ** 3
+
+    return added(distances), float(added(np.array(farthest)))
+
+
+def _range_limits(amcl: AmclSettings, lidar: LidarSettings) -> tuple[float, float]:
+    """Returns the ranges between which a hit counts, m."""
+    least, most = lidar.range_min_m, lidar.range_max_m
+    if amcl.laser_min_range > 0.0:
+        least = max(least, amcl.laser_min_range)
+    if amcl.laser_max_range > 0.0:
+        most = min(most, amcl.laser_max_range)
+    return least, most
+
+
+def _generator(seed: int, update: int) -> np.random.Generator:
+    """Returns the source of one update's random numbers; 0: the first particles'."""
+    return NoiseKey(seed, NoiseStream.PARTICLES, update).generator()

@@ -1,0 +1,98 @@
+"""Ports beside originals: what counts as equal, and what is said of it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from drake_navbench import run_trial
+from drake_navbench.inputs.presets import load_preset
+from drake_navbench.inputs.robot import load_robot
+from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.native.builds import Build
+from drake_navbench.side_by_side.parity import (
+    Likeness,
+    OtherDefault,
+    Parity,
+    compare_in_scenes,
+    compare_trials,
+)
+from drake_navbench.side_by_side.parity_page import to_markdown
+from drake_navbench.side_by_side.random_scenes import random_scenes
+from drake_navbench.trial.column_controller import controller_setup
+
+ROBOT = load_robot("wheelchair")
+SCENARIO = Scenario(
+    name="short",
+    description="round a corner",
+    plan={"type": "polyline", "points": [[0.0, 0.0], [1.0, 0.0], [1.5, 0.5]]},
+    goal=(1.5, 0.5, 0.8),
+    timeout_s=8.0,
+)
+
+
+def _scenes(first: str, second: str, count: int = 50):
+    return compare_in_scenes(load_preset(first), load_preset(second), ROBOT, count)
+
+
+def test_scenes_are_a_function_of_their_seed():
+    setup = controller_setup(ROBOT)
+    first, again = (list(random_scenes(setup, 5, seed=3)) for _ in range(2))
+    for one, other in zip(first, again, strict=True):
+        np.testing.assert_array_equal(one.plan, other.plan)
+        np.testing.assert_array_equal(one.costmap.costs, other.costmap.costs)
+
+
+def test_scenes_have_free_ways_and_blocked_ones():
+    results = _scenes("rpp", "rpp")
+    failed = sum(math.isnan(result.difference) for result in results)
+    assert 0 < failed < len(results)
+
+
+def test_a_controller_is_equal_to_itself():
+    assert {result.likeness for result in _scenes("rpp", "rpp")} == {Likeness.EQUAL}
+
+
+@pytest.mark.parametrize(
+    ("change", "likeness"), [(1e-7, Likeness.CLOSE), (0.05, Likeness.DIFFERENT)]
+)
+def test_scenes_tell_how_far_two_are_apart(change, likeness):
+    results = _scenes("rpp:desired_linear_vel=0.4", f"rpp:desired_linear_vel={0.4 + change}")
+    assert (
+        max(results, key=lambda result: list(Likeness).index(result.likeness)).likeness is likeness
+    )
+
+
+def test_trials_are_apart_from_the_first_cycle_that_differs():
+    slow, fast = (
+        run_trial(SCENARIO, f"rpp:desired_linear_vel={speed}", seed=1) for speed in (0.3, 0.4)
+    )
+    same = compare_trials(slow, slow, "short", 1)
+    assert (same.likeness, same.difference) == (Likeness.EQUAL, 0.0)
+    assert math.isnan(same.apart_s)
+    other = compare_trials(slow, fast, "short", 1)
+    assert other.likeness is Likeness.DIFFERENT
+    assert 0.0 <= other.apart_s < 0.5
+
+
+def test_the_page_counts_and_names_what_differs():
+    build = Build(
+        name="mine",
+        host="/host",
+        release="jazzy",
+        version="1.3.7",
+        commit="",
+        checkout="/nowhere",
+        compiler="c++ 12",
+        controllers=(),
+        left_out={},
+        seconds=1.0,
+    )
+    scenes = tuple(_scenes("rpp", "rpp", 10))
+    defaults = (OtherDefault("lookahead_dist", 0.6, 0.7),)
+    text = to_markdown(build, [Parity("rpp", "its::Original", scenes, (), defaults, ("new_one",))])
+    assert "| `rpp` | `its::Original` | 10 | 0 | 0 | 0 | 0 | 0 |" in text
+    assert "| `lookahead_dist` | 0.6 | 0.7 |" in text
+    assert "not read by the original: `new_one`" in text
