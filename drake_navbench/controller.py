@@ -136,7 +136,8 @@ class Decision(NamedTuple):
     memory: handed to the next `step`; never changed in place.
     diagnostics: numbers, strings and flags are logged every cycle. Arrays only where
         `ControllerSetup.wants_diagnostics`; the replay draws the keys `predicted_trajectory`
-        (N, 3), `sampled_trajectories` (K, N, 3) with `sampled_costs` (K,), and `carrot` (2,).
+        (N, 3), `sampled_trajectories` (K, N, 3) with `sampled_costs` (K,), `carrot` (2,),
+        `stop_trajectory` (N, 3), a verified way to rest, and `group_trajectories` (K, N, 3).
     """
 
     command: Array

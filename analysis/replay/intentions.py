@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,10 +25,11 @@ SAMPLE_COLORS = (
     Rgba(0.76, 0.82, 0.87, 1.0),
 )
 REFUSED_COLOR = Rgba(0.90, 0.60, 0.58, 1.0)
-PREDICTED_WIDTH_M = 0.05
-# Above all that lies on the floor; the samples just below the prediction.
-PREDICTED_HEIGHT_M = 0.04
+STOP_COLOR = Rgba(0.45, 0.10, 0.55, 1.0)
+GROUP_COLOR = Rgba(0.10, 0.55, 0.45, 1.0)
+# The samples just above all that lies on the floor; see _Ribbon for what is above them.
 SAMPLES_HEIGHT_M = 0.03
+SINGLE_TRAJECTORY_AXES = 2
 CARROT_RADIUS_M = 0.06
 # One showing of the samples takes about 15 kB of the page.
 MAX_SAMPLES = 30
@@ -36,22 +37,65 @@ MAX_POINTS = 12
 MAX_SAMPLE_TURNS = 60
 
 
+class _Ribbon(NamedTuple):
+    """How trajectories are drawn that the diagnostics hold under a key."""
+
+    key: str
+    rgba: Rgba
+    width_m: float
+    height_m: float
+
+
+PREDICTED = _Ribbon("predicted_trajectory", PREDICTED_COLOR, 0.05, 0.040)
+STOP = _Ribbon("stop_trajectory", STOP_COLOR, 0.03, 0.045)
+GROUP = _Ribbon("group_trajectories", GROUP_COLOR, 0.03, 0.035)
+
+
 def add_prediction(stage: Stage, path: str, cycles: Cycles, period_s: float) -> bool:
     """Shows `predicted_trajectory` (N, 3); returns whether any cycle has one."""
+    return _add_ribbons(stage, path, _events(cycles, "predicted_trajectory", period_s), PREDICTED)
+
+
+def add_stop(stage: Stage, path: str, cycles: Cycles, period_s: float) -> bool:
+    """Shows `stop_trajectory` (N, 3), a verified way to rest; returns whether any cycle has one."""
+    return _add_ribbons(stage, path, _fewer_events(cycles, "stop_trajectory", period_s), STOP)
+
+
+def add_groups(stage: Stage, path: str, cycles: Cycles, period_s: float) -> bool:
+    """Shows `group_trajectories` (K, N, 3), ways past different sides of obstacles.
+
+    Returns whether any cycle has some.
+    """
+    return _add_ribbons(stage, path, _fewer_events(cycles, "group_trajectories", period_s), GROUP)
+
+
+def draw_prediction(stage: Stage, path: str, trajectory: Any) -> bool:
+    """Draws a trajectory (N, 3) as a prediction; returns whether it has any length."""
+    return _draw_ribbon(stage, path, np.asarray(trajectory, dtype=float), PREDICTED)
+
+
+def _add_ribbons(
+    stage: Stage, path: str, events: list[tuple[float, Mapping[str, Any]]], look: _Ribbon
+) -> bool:
     shown: list[tuple[float, str | None]] = []
-    for time_s, cycle in _events(cycles, "predicted_trajectory", period_s):
+    for time_s, cycle in events:
+        trajectories = np.asarray(cycle[look.key], dtype=float)
+        if trajectories.ndim == SINGLE_TRAJECTORY_AXES:
+            trajectories = trajectories[None]
         name = f"{path}/{frame_of(time_s)}"
-        is_drawn = draw_prediction(stage, name, cycle["predicted_trajectory"])
-        shown.append((time_s, name if is_drawn else None))
+        drawn = [
+            _draw_ribbon(stage, f"{name}/{k}", trajectory, look)
+            for k, trajectory in enumerate(trajectories)
+        ]
+        shown.append((time_s, name if any(drawn) else None))
     stage.take_turns(shown)
     return bool(shown)
 
 
-def draw_prediction(stage: Stage, path: str, trajectory: Any) -> bool:
-    """Draws a trajectory (N, 3); returns whether it has any length."""
-    points = _coarse(np.asarray(trajectory, dtype=float)[None])[0]
-    mesh = ribbon(points, width_m=PREDICTED_WIDTH_M, height_m=PREDICTED_HEIGHT_M)
-    return stage.flat_mesh(path, mesh, PREDICTED_COLOR)
+def _draw_ribbon(stage: Stage, path: str, trajectory: Array, look: _Ribbon) -> bool:
+    points = _coarse(trajectory[None])[0]
+    mesh = ribbon(points, width_m=look.width_m, height_m=look.height_m)
+    return stage.flat_mesh(path, mesh, look.rgba)
 
 
 def add_samples(stage: Stage, path: str, cycles: Cycles, period_s: float) -> bool:
@@ -59,10 +103,8 @@ def add_samples(stage: Stage, path: str, cycles: Cycles, period_s: float) -> boo
 
     Of many only every so many-th in the order of cost. Returns whether any cycle has some.
     """
-    span_s = cycles[-1][0] - cycles[0][0] if cycles else 0.0
-    period_s = max(period_s, span_s / MAX_SAMPLE_TURNS)
     shown: list[tuple[float, str | None]] = []
-    for time_s, cycle in _events(cycles, "sampled_trajectories", period_s):
+    for time_s, cycle in _fewer_events(cycles, "sampled_trajectories", period_s):
         trajectories = np.asarray(cycle["sampled_trajectories"], dtype=float)
         costs = np.asarray(cycle.get("sampled_costs", np.zeros(len(trajectories))), dtype=float)
         name = f"{path}/{frame_of(time_s)}"
@@ -87,6 +129,14 @@ def add_carrot(stage: Stage, path: str, cycles: Cycles, period_s: float) -> bool
 def _events(cycles: Cycles, key: str, period_s: float) -> list[tuple[float, Mapping[str, Any]]]:
     having = [(time_s, cycle) for time_s, cycle in cycles if len(cycle.get(key, ()))]
     return spaced_in_time(having, period_s)
+
+
+def _fewer_events(
+    cycles: Cycles, key: str, period_s: float
+) -> list[tuple[float, Mapping[str, Any]]]:
+    """Returns the events of what takes much of the page: MAX_SAMPLE_TURNS at most."""
+    span_s = cycles[-1][0] - cycles[0][0] if cycles else 0.0
+    return _events(cycles, key, max(period_s, span_s / MAX_SAMPLE_TURNS))
 
 
 def _bands_of_cost(costs: Array) -> list[tuple[Rgba, NDArray[np.int64]]]:

@@ -19,7 +19,13 @@ Cycle = tuple[float, Mapping[str, Any]]
 
 TRUE_COLUMNS = ("x_m", "y_m", "yaw_rad")
 # What controllers leave that lies somewhere: (..., 2 or more) with x m, y m first.
-PLACED = ("predicted_trajectory", "sampled_trajectories", "carrot")
+PLACED = (
+    "predicted_trajectory",
+    "sampled_trajectories",
+    "carrot",
+    "stop_trajectory",
+    "group_trajectories",
+)
 
 
 def world_from_odometry(log: TrialLog, time_s: float) -> Array | None:

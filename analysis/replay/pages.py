@@ -256,14 +256,16 @@ def _intention_rows(stage: Stage, log: TrialLog, pace: Pace) -> list[LegendRow]:
     """Draws what the diagnostics hold; returns a row for each kind that there is."""
     kinds: list[tuple[str, Any, Rgba]] = [
         ("prediction", intentions.add_prediction, intentions.PREDICTED_COLOR),
+        ("stop plan", intentions.add_stop, intentions.STOP_COLOR),
+        ("groups", intentions.add_groups, intentions.GROUP_COLOR),
         ("samples", intentions.add_samples, intentions.SAMPLE_COLORS[0]),
         ("carrot", intentions.add_carrot, intentions.CARROT_COLOR),
     ]
     cycles = cycles_in_world(log)
     return [
-        LegendRow(name, css_color(rgba), [f"/{name}"])
+        LegendRow(name, css_color(rgba), [path])
         for name, add, rgba in kinds
-        if add(stage, f"/{name}", cycles, pace.turn_period_s)
+        if add(stage, path := f"/{name.replace(' ', '_')}", cycles, pace.turn_period_s)
     ]
 
 

@@ -31,6 +31,8 @@ DRAWN: Mapping[str, tuple[int, int | None]] = {
     "sampled_trajectories": (3, 3),
     "sampled_costs": (1, None),
     "carrot": (1, 2),
+    "stop_trajectory": (2, 3),
+    "group_trajectories": (3, 3),
 }
 
 _PACKED_KEYS = ("shape", "data")

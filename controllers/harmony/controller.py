@@ -35,6 +35,7 @@ from drake_navbench.controllers.harmony.passage import is_connected
 from drake_navbench.controllers.harmony.planner import (
     Candidate,
     Planner,
+    Samples,
     Way,
     is_trapped,
     turn_at,
@@ -60,6 +61,8 @@ Array = NDArray[np.float64]
 FOLLOWING_S, FOLLOWING_MPS, FOLLOWING_RADPS = 0.05, 0.03, 0.05
 # A cycle later than so many periods is late, and the next one is taken to be, too; up to a limit.
 LATE_RATIO, LONGEST_INTERVAL_S = 1.5, 0.5
+# Of the samples and of the poses of the stop so many, or every so many-th, are shown.
+SHOWN_SAMPLES, SHOWN_STOP_STRIDE = 60, 10
 # Plans keep a bit more room than what is verified, as far as there is some: estimates jump, m.
 ROOM_TO_SPARE_M = 0.01
 
@@ -131,7 +134,7 @@ class Harmony:
             way = turn_at(start, observation.goal)
         else:
             way = way_along(observation.plan, observation.goal, reach_m, field, self._discs)
-        candidates, _motions, _costs = self._planner.candidates(
+        candidates, samples = self._planner.candidates(
             self._planner.scene(start, way, field, limits),
             start,
             way,
@@ -146,9 +149,9 @@ class Harmony:
             cycles = self._accepted(check, candidate.plan)
             if cycles > 0:
                 notes.update(accepted=f"group {rank}", follow_s=cycles * check.interval_s)
-                return self._commit(
-                    observation, memory, check, candidate, cycles, way, notes, candidates
-                )
+                if self._setup.wants_diagnostics:
+                    notes.update(self._arrays(check, candidates, candidate, cycles, samples))
+                return self._commit(observation, memory, check, candidate, way, notes)
         return self._last_resorts(observation, memory, check, notes)
 
     def _check(self, observation: Observation, memory: HarmonyMemory) -> Check:
@@ -232,7 +235,6 @@ class Harmony:
                 self._parameters.time_step,
                 check.interval_s,
                 math.ceil(self._parameters.horizon / check.interval_s - 1e-9),
-                1,
             )
         )
 
@@ -257,18 +259,11 @@ class Harmony:
         memory: HarmonyMemory,
         check: Check,
         candidate: Candidate,
-        cycles: int,
         way: Way,
         notes: dict[str, Any],
-        candidates: list[Candidate],
     ) -> Decision:
-        plan, dt = candidate.plan, self._parameters.time_step
-        v, w = command_of(plan, dt, check.interval_s, 0)
-        if self._setup.wants_diagnostics:
-            stop = follow_then_brake(
-                self._response, check.state, plan, dt, check.interval_s, cycles
-            )
-            notes.update(_arrays(candidates, candidate, stop))
+        plan = candidate.plan
+        v, w = command_of(plan, self._parameters.time_step, check.interval_s, 0)
         command = self._command(v, w)
         kept = HarmonyMemory(
             plan=read_only(plan),
@@ -347,12 +342,26 @@ class Harmony:
             "blocked_m": way.blocked_m if np.isfinite(way.blocked_m) else None,
         }
 
-
-def _arrays(candidates: list[Candidate], chosen: Candidate, stop: Array) -> dict[str, Any]:
-    """Returns the accepted plan, the plans of all groups and the stop plan, for the replay."""
-    return {
-        "predicted_trajectory": chosen.plan[:, :3].copy(),
-        "sampled_trajectories": np.stack([c.plan[:, :3] for c in candidates]),
-        "sampled_costs": np.array([c.cost for c in candidates]),
-        "stop_trajectory": stop,
-    }
+    def _arrays(
+        self,
+        check: Check,
+        candidates: list[Candidate],
+        chosen: Candidate,
+        cycles: int,
+        samples: Samples,
+    ) -> dict[str, Any]:
+        """Returns the accepted plan, those of all groups, the stop and samples, for the replay."""
+        dt = self._parameters.time_step
+        stop = follow_then_brake(
+            self._response, check.state, chosen.plan, dt, check.interval_s, cycles
+        )
+        every = max(len(samples.costs) // SHOWN_SAMPLES, 1)
+        costs = samples.costs[::every].copy()
+        costs[~np.isfinite(costs)] = np.nan
+        return {
+            "predicted_trajectory": chosen.plan[:, :3].copy(),
+            "stop_trajectory": np.vstack([stop[::SHOWN_STOP_STRIDE], stop[-1:]]),
+            "group_trajectories": np.stack([c.plan[:, :3] for c in candidates]),
+            "sampled_trajectories": samples.motions[::every].copy(),
+            "sampled_costs": costs,
+        }

@@ -114,22 +114,18 @@ def is_clear(edges, outline, reach, poses, bound):
 
 
 @njit(cache=True)
-def accepted_cycles(
-    edges, outline, reach, bound, response, state, plan, dt, period_s, longest, fewest
-):
+def accepted_cycles(edges, outline, reach, bound, response, state, plan, dt, period_s, longest):
     """Returns for how many cycles a plan may be followed before braking; 0 where for none.
 
-    Tries the whole plan first, then ever shorter parts, down to `fewest` cycles. state: (5,) of the
-    base. longest: cycles of the whole plan.
+    Tries the whole plan first, then ever shorter parts, down to one cycle. state: (5,) of the base.
+    longest: cycles of the whole plan.
     """
     cycles = longest
-    while cycles >= fewest:
+    while cycles > 0:
         poses = follow_then_brake(response, state, plan, dt, period_s, cycles)
         if is_clear(edges, outline, reach, poses, bound):
             return cycles
-        if cycles == fewest:
-            break
-        cycles = max(cycles // 2, fewest)
+        cycles //= 2
     return 0
 
 

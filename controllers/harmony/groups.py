@@ -1,7 +1,7 @@
 """On which side of obstacles a motion passes: what decides which samples belong together.
 
 Obstacles that the robot cannot pass between are one cluster with an anchor inside. A motion, closed
-by the straight line to the target that all have in common, crosses the ray from an anchor to the
+by the straight line to a point ahead that all have in common, crosses the ray from an anchor to the
 left of the way so many times; two motions with the same counts for all anchors pass every cluster
 on the same side. Crossings are counted, so that there is no threshold and no angle.
 """
@@ -26,15 +26,15 @@ def nearest_anchors(anchors: Array, pose: Array) -> Array:
 
 
 @njit(cache=True)
-def group_of(points, stride, anchors, target):
+def group_of(points, stride, anchors, beyond):
     """Returns the number of the group of a motion (M, 2+) m; looks at every stride-th point.
 
-    anchors: (C, 2) m. target: (3,) m, where all motions of a cycle are led to in the end. The last
+    anchors: (C, 2) m. beyond: (2,) m, where all motions of a cycle are led to in the end. The last
     point counts.
     """
     last = points.shape[0] - 1
     count = (last + stride - 1) // stride
-    along_x, along_y = target[0] - points[0, 0], target[1] - points[0, 1]
+    along_x, along_y = beyond[0] - points[0, 0], beyond[1] - points[0, 1]
     group, digit = 0, 1
     for c in range(anchors.shape[0]):
         anchor_x, anchor_y = anchors[c, 0], anchors[c, 1]
@@ -46,7 +46,7 @@ def group_of(points, stride, anchors, target):
                 place = min(i * stride, last)
                 x, y = points[place, 0] - anchor_x, points[place, 1] - anchor_y
             else:
-                x, y = target[0] - anchor_x, target[1] - anchor_y
+                x, y = beyond[0] - anchor_x, beyond[1] - anchor_y
             now_along, now_left = x * along_x + y * along_y, y * along_x - x * along_y
             if (before_along < 0.0) != (now_along < 0.0):
                 share = before_along / (before_along - now_along)

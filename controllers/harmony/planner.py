@@ -60,14 +60,17 @@ _STEP_MULTIPLIER, _STREAM_MULTIPLIER = 0x9E3779B97F4A7C15, 0xD1B54A32D192ED03
 class Way(NamedTuple):
     """What of the path counts in a cycle.
 
-    path: (P, 3). target: (3,) the point aimed at. nears_goal: it is the goal. length_m: along the
-    path to it. blocked_m: along the path to its first pose at which the robot has no room, inf
+    path: (P, 3). target: (3,) the point aimed at. beyond: (2,) m the point that motions are led to
+    in the end, to be told apart; farther by the robot's own reach, as its front passes obstacles
+    before its base does. nears_goal: the target is the goal. length_m: along the path to it.
+    blocked_m: along the path to its first pose at which the robot has no room, inf
     where there is none. behind: (2,) m, the path's first point behind that, its last one where the
     robot has no room up to there, or None.
     """
 
     path: Array
     target: Array
+    beyond: Array
     nears_goal: bool
     length_m: float
     blocked_m: float
@@ -78,8 +81,7 @@ class Candidate(NamedTuple):
     """A plan (N + 1, 9) of one group.
 
     cost: of the terms. is_driven: its group is that of the plan driven so far. solved: by the
-    program, within its limits. guess: (N + 1, 9) what it was made of. iterations, violation: of the
-    program.
+    program, within its limits. iterations, violation: of the program.
     """
 
     plan: Array
@@ -87,13 +89,22 @@ class Candidate(NamedTuple):
     group: int
     is_driven: bool
     solved: bool
-    guess: Array
     iterations: int
     violation: float
 
 
+class Samples(NamedTuple):
+    """Poses (K, N + 1, 3) of sampled motions, and their costs (K,), inf where blocked."""
+
+    motions: Array
+    costs: Array
+
+
 def way_along(plan: Array, goal: Array, reach_m: float, field: DistanceField, discs: Array) -> Way:
-    """Returns the way along a local plan (M, 3), as far as a horizon's reach."""
+    """Returns the way along a local plan (M, 3), as far as a horizon's reach.
+
+    field, discs (D, 2): of the obstacles and the robot, to see where it has no room.
+    """
     path = read_only(plan)
     steps = np.hypot(*np.diff(path[:, :2], axis=0).T)
     stations = np.concatenate([[0.0], np.cumsum(steps)])
@@ -101,6 +112,8 @@ def way_along(plan: Array, goal: Array, reach_m: float, field: DistanceField, di
     is_end = index >= len(path)
     target = path[-1 if is_end else index]
     nears_goal = is_end and bool(np.hypot(*(target[:2] - goal[:2])) < SAME_PLACE_M)
+    front_m = float(np.max(discs[:, 0] + discs[:, 1]))
+    beyond = int(np.searchsorted(stations, reach_m + front_m, side="left"))
     has_room = path_clearance(field, discs, path) >= 0.0
     blocked = np.flatnonzero(~has_room)
     behind = None
@@ -110,6 +123,7 @@ def way_along(plan: Array, goal: Array, reach_m: float, field: DistanceField, di
     return Way(
         path,
         np.array(goal if nears_goal else target),
+        np.array(path[min(beyond, len(path) - 1), :2]),
         nears_goal,
         float(stations[min(index, len(path) - 1)]),
         float(stations[blocked[0]]) if len(blocked) else np.inf,
@@ -123,7 +137,7 @@ def turn_at(start: Array, goal: Array) -> Way:
     start: (9,) first stage of plans. goal: (3,).
     """
     pose = np.array([start[0], start[1], goal[2]])
-    return Way(read_only(pose[None]), pose, True, 0.0, np.inf)
+    return Way(read_only(pose[None]), pose, pose[:2], True, 0.0, np.inf)
 
 
 def progress_on(way: Way, position: Array) -> float:
@@ -223,8 +237,8 @@ class Planner:
         elapsed_s: float,
         is_trapped: bool,
         noise_key: NoiseKey,
-    ) -> tuple[list[Candidate], Array, Array]:
-        """Returns the plans of up to max_groups groups, best first, and the samples with costs.
+    ) -> tuple[list[Candidate], Samples]:
+        """Returns the plans of up to max_groups groups, best first, and the samples.
 
         start: (9,) first stage. driven: the plan driven so far, committed `elapsed_s` ago.
         """
@@ -239,6 +253,7 @@ class Planner:
             seeds,
             start,
             nearest_anchors(clusters.anchors, start),
+            way.beyond,
             noise_word(noise_key),
             parameters.sample_count if parameters.use_sampler else 0,
             parameters.sample_v_std,
@@ -259,7 +274,7 @@ class Planner:
             found.append(
                 self._improved(scene, way, guess, int(groups[index]), is_driven, is_warm, window)
             )
-        return self._ranked(found), motions, costs
+        return self._ranked(found), Samples(motions, costs)
 
     def _window(self, way: Way) -> int:
         spacing = way.length_m / max(len(way.path) - 1, 1)
@@ -317,7 +332,7 @@ class Planner:
         scene = with_references(scene, references_along(way.path, guess, speeds, window))
         if not parameters.use_program:
             cost = plan_cost(scene, guess)
-            return Candidate(guess, cost, group, is_driven, True, guess, 0, 0.0)
+            return Candidate(guess, cost, group, is_driven, True, 0, 0.0)
         settings = SolverSettings(
             parameters.warm_iterations if is_warm else parameters.cold_iterations,
             WARM_BARRIER if is_warm else COLD_BARRIER,
@@ -336,7 +351,6 @@ class Planner:
             group,
             is_driven,
             solution.solved,
-            guess,
             solution.iterations,
             solution.violation,
         )

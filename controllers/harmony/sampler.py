@@ -108,6 +108,7 @@ def score(scene, path, velocities, start, window, motion, gradient, hessian):
         if k % ROOM_STRIDE == 0 or k == count - 1:
             has_room, inflation = _room(scene, stage, cosine, sine, scene.required[k])
             if not has_room:
+                motion[k + 1 :] = motion[k]
                 return math.inf
             cost += ROOM_STRIDE * inflation_weight * inflation
         if k % STRIDE == 0 or k == count - 1:
@@ -124,11 +125,14 @@ def score(scene, path, velocities, start, window, motion, gradient, hessian):
 
 
 @njit(cache=True)
-def draw_samples(scene, path, seeds, start, anchors, key, count, v_deviation, w_deviation, window):
+def draw_samples(
+    scene, path, seeds, start, anchors, beyond, key, count, v_deviation, w_deviation, window
+):
     """Returns (velocities, motions, costs, groups) of samples: (K, N + 1, 2), (K, N + 1, 3), (K,).
 
     seeds: (S, N + 1, 2); the first S samples are the seeds themselves, the others come around them
-    in turn, in pairs. key: 64 bits that name the noise. Costs are inf where a motion is blocked.
+    in turn, in pairs. anchors (C, 2), beyond (2,): see `group_of`. key: 64 bits that name the
+    noise. Costs are inf where a motion is blocked.
     """
     seed_count, stages = seeds.shape[0], seeds.shape[1]
     total = seed_count + 2 * (count // 2)
@@ -169,5 +173,5 @@ def draw_samples(scene, path, seeds, start, anchors, key, count, v_deviation, w_
                 velocities[k, i, 0], velocities[k, i, 1] = v, w
         costs[k] = score(scene, path, velocities[k], start, window, motions[k], gradient, hessian)
         if costs[k] < math.inf:
-            groups[k] = group_of(motions[k], GROUP_STRIDE, anchors, scene.target)
+            groups[k] = group_of(motions[k], GROUP_STRIDE, anchors, beyond)
     return velocities, motions, costs, groups

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -188,5 +188,4 @@ def make_start(pose: Array, v: float, w: float, a: float = 0.0, alpha: float = 0
 
 def with_references(scene: Scene, references: Array) -> Scene:
     """Returns the scene for another guess of the plan."""
-    values: dict[str, Any] = {"references": references}
-    return scene._replace(**values)
+    return scene._replace(references=references)

@@ -93,6 +93,8 @@ def with_diagnostics(log: TrialLog) -> TrialLog:
                     "sampled_trajectories": samples,
                     "sampled_costs": np.abs(bends[:, 0]),
                     "carrot": np.array([x + 0.6, 0.0]),
+                    "stop_trajectory": samples[50][:20],
+                    "group_trajectories": samples[[30, 70]],
                     "critic": 1.0,
                 },
             )

@@ -152,6 +152,8 @@ def test_trial_shows_what_the_controller_had_in_mind(tmp_path):
         ("prediction", "/prediction/"),
         ("samples", "/samples/"),
         ("carrot", "/carrot"),
+        ("stop plan", "/stop_plan/"),
+        ("groups", "/groups/"),
         ("local costmap", "/local_costmap/"),
     ):
         assert f'<span class="name">{name}</span>' in page
@@ -160,7 +162,7 @@ def test_trial_shows_what_the_controller_had_in_mind(tmp_path):
 
 def test_trial_without_diagnostics_has_no_rows_for_them(tmp_path):
     page = alone(tmp_path, replay_log("rpp"))
-    for name in ("prediction", "samples", "carrot"):
+    for name in ("prediction", "samples", "carrot", "stop plan", "groups"):
         assert f'<span class="name">{name}</span>' not in page
 
 

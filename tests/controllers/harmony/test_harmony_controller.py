@@ -126,7 +126,7 @@ def test_a_blocked_way_far_ahead_is_driven_up_to():
 
 
 def test_two_ways_past_a_box_are_two_groups():
-    decision = decide((1.5, -0.05, 1.6, 0.05), parameters=HarmonyParameters(horizon=4.0))
+    decision = decide((1.5, -0.05, 1.6, 0.05), twist=(0.45, 0.0))
     assert decision.diagnostics["group_count"] >= 2
 
 
@@ -157,6 +157,7 @@ def test_the_replay_is_told_of_groups_plan_and_stop():
     shown = decide((1.2, 0.2, 1.4, 0.6)).diagnostics
     assert shown["predicted_trajectory"].shape == (31, 3)
     assert shown["sampled_trajectories"].shape[1:] == (31, 3)
+    assert shown["group_trajectories"].shape[1:] == (31, 3)
     assert shown["sampled_costs"].shape == shown["sampled_trajectories"].shape[:1]
     assert shown["stop_trajectory"].shape[1] == 3
 

@@ -80,7 +80,7 @@ def accepted(distance_m, bound=0.03, v=0.5):
     state = np.array([1.5 - 0.85 - distance_m, 0.0, 0.0, v, 0.0])
     return accepted_cycles(
         edges_with(WALL), OUTLINE, REACH_M, bound, WHEELCHAIR, state, straight_plan(v), DT,
-        PERIOD_S, 60, 1,
+        PERIOD_S, 60,
     )  # fmt: skip
 
 

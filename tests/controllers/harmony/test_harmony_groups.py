@@ -48,7 +48,10 @@ def samples(step=1, boxes=(), count=200):
     )
     key = noise_word(NoiseKey(7, 4, step))
     anchors = np.array([[1.05, 0.0]])
-    return scene, draw_samples(scene, straight(), seeds, START, anchors, key, count, 0.1, 0.3, 20)
+    beyond = TARGET[:2]
+    return scene, draw_samples(
+        scene, straight(), seeds, START, anchors, beyond, key, count, 0.1, 0.3, 20
+    )
 
 
 def test_samples_are_a_function_of_their_key():

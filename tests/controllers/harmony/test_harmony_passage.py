@@ -1,0 +1,68 @@
+"""Whether the map has a way past, and where plans aim at."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from harmony_scenes import DISCS, costmap_with, straight
+
+from drake_navbench.controllers.harmony.passage import is_connected
+from drake_navbench.controllers.harmony.planner import progress_on, turn_at, way_along
+from drake_navbench.controllers.harmony.scene import make_start
+from drake_navbench.kernels.distance_field import distance_field
+
+HERE, THERE = np.array([0.0, 0.0]), np.array([2.0, 0.0])
+FAR_GOAL = np.array([8.0, 0.0, 0.0])
+
+
+def field_with(*boxes):
+    return distance_field(costmap_with(*boxes))
+
+
+def test_a_wall_across_the_map_cuts_it_in_two():
+    assert not is_connected(field_with((1.0, -3.0, 1.1, 3.0)), 0.31, 5.0, HERE, THERE)
+
+
+@pytest.mark.parametrize(("width_m", "is_open"), [(0.5, False), (0.8, True)])
+def test_a_door_is_a_way_where_it_is_wider_than_twice_the_clearance(width_m, is_open):
+    half = round(0.5 * width_m / 0.05) * 0.05
+    field = field_with((1.0, -3.0, 1.1, -half), (1.0, half, 1.1, 3.0))
+    assert is_connected(field, 0.31, 5.0, HERE, THERE) is is_open
+
+
+def test_a_way_around_counts_only_within_reach():
+    field = field_with((1.0, -2.0, 1.1, 2.0))
+    assert is_connected(field, 0.31, 3.0, HERE, THERE)
+    assert not is_connected(field, 0.31, 2.2, HERE, THERE)
+
+
+def test_off_the_map_nothing_is_connected():
+    assert not is_connected(field_with(), 0.31, 9.0, HERE, np.array([9.0, 0.0]))
+
+
+def test_plans_aim_a_horizon_ahead_on_the_path_or_at_the_goal():
+    far = way_along(straight(2.5), FAR_GOAL, 1.5, field_with(), DISCS)
+    np.testing.assert_allclose(far.target, [1.5, 0.0, 0.0])
+    assert not far.nears_goal
+    near = way_along(straight(1.0), np.array([1.0, 0.0, 0.7]), 1.5, field_with(), DISCS)
+    np.testing.assert_allclose(near.target, [1.0, 0.0, 0.7])
+    assert near.nears_goal
+
+
+def test_the_path_is_blocked_where_the_front_would_touch():
+    way = way_along(straight(2.5), FAR_GOAL, 1.5, field_with((1.8, -0.1, 2.0, 0.1)), DISCS)
+    # The front disc reaches 0.72 + 0.341 m ahead of the base.
+    assert way.blocked_m == pytest.approx(1.8 - 0.72 - 0.341, abs=0.06)
+    # Free again where the rear disc, 0.12 + 0.341 m behind the base, has left the box.
+    assert way.behind[0] == pytest.approx(2.0 + 0.12 + 0.341, abs=0.06)
+
+
+def test_progress_is_measured_along_the_path():
+    way = way_along(straight(2.5), FAR_GOAL, 1.5, field_with(), DISCS)
+    assert progress_on(way, np.array([1.0, 0.4])) == pytest.approx(1.0, abs=0.03)
+
+
+def test_at_the_goal_only_its_heading_is_left():
+    way = turn_at(make_start(np.array([1.0, 2.0, 0.3]), 0.0, 0.0), np.array([1.1, 2.1, 1.5]))
+    np.testing.assert_allclose(way.target, [1.0, 2.0, 1.5])
+    assert way.nears_goal
