@@ -335,6 +335,17 @@ class GracefulController(Protocol):
 
 
 @runtime_checkable
+class PlanCuttingController(Protocol):
+    """A controller that may cut `Observation.global_plan` itself, as those of Nav2 until Kilted.
+
+    cuts_plan: whether it does; where the path handler has nothing left it then sees the whole plan.
+    """
+
+    @property
+    def cuts_plan(self) -> bool: ...
+
+
+@runtime_checkable
 class ClosableController(Protocol):
     """A controller that holds what outlives it, such as a process of its own.
 

@@ -53,6 +53,11 @@ class DynamicWindowApproach:
         self._planner = LocalPlanner(parameters, setup)
         self._own_plan = OwnPlan(parameters) if parameters.cuts_plan else None
 
+    @property
+    def cuts_plan(self) -> bool:
+        """Whether it cuts the plan itself, as up to Kilted."""
+        return self._own_plan is not None
+
     def initial_memory(self) -> DwbMemory:
         """Returns the memory that the first `step` of a goal gets."""
         return self._planner.initial_memory()

@@ -63,6 +63,11 @@ class ModelPredictivePathIntegral:
         self._noise = Noise.empty(parameters.batch_size, parameters.time_steps, holonomic=is_omni)
         self._noise_key: tuple[int, ...] | None = None
 
+    @property
+    def cuts_plan(self) -> bool:
+        """Whether it cuts the plan itself, as up to Kilted."""
+        return self._own_plan is not None
+
     def initial_memory(self) -> MppiMemory:
         """Returns the memory after a reset."""
         return MppiMemory(self._sampler.initial_state(), frozen(np.zeros(2)))

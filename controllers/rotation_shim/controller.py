@@ -12,6 +12,7 @@ from drake_navbench.controller import (
     ControllerSetup,
     Decision,
     Observation,
+    PlanCuttingController,
 )
 from drake_navbench.controllers.rotation_shim.kernels import (
     Settings,
@@ -58,6 +59,11 @@ class RotationShim:
         self._turns_beyond = parameters.angular_dist_threshold
         self._disengages_at = parameters.angular_disengage_threshold
         self._footprint = read_only(setup.footprint)
+
+    @property
+    def cuts_plan(self) -> bool:
+        """Whether its primary controller does."""
+        return isinstance(self._primary, PlanCuttingController) and self._primary.cuts_plan
 
     def initial_memory(self) -> ShimMemory:
         """Returns the memory at the start of a goal: at rest."""

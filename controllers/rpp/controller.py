@@ -70,6 +70,11 @@ class RegulatedPurePursuit:
         self._settings = _kernel_settings(parameters, self._release, setup)
         self._footprint = read_only(setup.footprint)
 
+    @property
+    def cuts_plan(self) -> bool:
+        """Whether it cuts the plan itself, as up to Kilted."""
+        return self._own_plan is not None
+
     def initial_memory(self) -> RppMemory:
         """Returns the memory at the start of a goal: at rest, not cancelling."""
         return RppMemory()

@@ -19,6 +19,7 @@ from drake_navbench.controller import (
     GracefulController,
     NoValidControl,
     Observation,
+    PlanCuttingController,
     SpeedLimit,
 )
 from drake_navbench.errors import as_line, one_line
@@ -138,6 +139,7 @@ class ControllerServer(LeafSystem):
         self._takes_time = self._clock.is_needed
         self._controller = controller
         self._settings = settings
+        self._cuts_plan = isinstance(controller, PlanCuttingController) and controller.cuts_plan
         self._path_handler = path_handler
         self._goal_checker = goal_checker
         self._progress_checker = progress_checker
@@ -276,7 +278,10 @@ class ControllerServer(LeafSystem):
         try:
             local_plan, path = self._path_handler.cut(path, pose, costmap)
         except ControllerError as error:
-            return self._end(server, TaskState.ABORTED, error.code, str(error))
+            if not self._cuts_plan or len(global_plan) == 0:
+                return self._end(server, TaskState.ABORTED, error.code, str(error))
+            # The handler is none of this controller's release: the controller has its own rules.
+            local_plan = global_plan
         goal = global_plan[-1]
         goal_result = self._goal_checker.check(
             server.goal_check, pose=pose, goal=goal, twist=velocity, local_plan=local_plan

@@ -43,6 +43,12 @@ class Gentle(Counter):
         return memory >= 3
 
 
+class Cutter(Counter):
+    """One that cuts the plan itself."""
+
+    cuts_plan = True
+
+
 def plan(task_id=1, plan_id=1, length_m=2.95, **more) -> GlobalPlan:
     return GlobalPlan(plan_id, straight_plan(length_m), task_id=task_id, **more)
 
@@ -252,3 +258,24 @@ def test_details_of_a_failure_that_no_log_can_hold_end_the_task():
     rig = Rig(Failing())
     rig.give(plan=plan())
     assert rig.run(1).status.state is TaskState.ERROR
+
+
+def far_costmap() -> Costmap:
+    """Returns a costmap on which no pose of the plan lies."""
+    return Costmap(np.zeros((120, 120), dtype=np.uint8), 20.0, 20.0, 0.05)
+
+
+def test_where_nothing_is_left_of_the_plan_the_task_ends():
+    rig = Rig(Counter())
+    rig.give(plan=plan(), costmap=far_costmap())
+    status = rig.run(1).status
+    assert (status.state, status.error_code) == (TaskState.ABORTED, 103)
+
+
+def test_a_controller_that_cuts_the_plan_itself_decides_that():
+    controller = Cutter()
+    rig = Rig(controller)
+    rig.give(plan=plan(), costmap=far_costmap())
+    assert rig.run(2).status.state is TaskState.RUNNING
+    (first, *_) = controller.seen
+    assert first.plan is first.global_plan
