@@ -62,7 +62,7 @@ def outcome(identified: Identified) -> Data:
             "blind": {name: told[name].blind for name in targets.controllers},
             "cells": len(targets.values),
             "fitted_cells": len(identified.fit_cells.values),
-            "evaluations": sum(len(s.evaluations) for fit in fits.values() for s in fit.searched),
+            "evaluations": _evaluation_count(fits),
             "blocks": [_block(searched, fits) for searched in identified.whole.searched],
             "scores": {kind: _scores(identified, kind) for kind in identified.found.numbers},
             "ceilings": _by_name(ceilings(identified.found, targets)),
@@ -130,6 +130,16 @@ def as_plain(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [as_plain(entry) for entry in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _evaluation_count(fits: Mapping[Fold, Fit]) -> int:
+    """Counts those of the last round; a search that folds have in common counts once."""
+    searches = {
+        (s.block.kind, s.block.name, s.cells, tuple(e.error for e in s.evaluations))
+        for fit in fits.values()
+        for s in fit.searched
+    }
+    return sum(len(errors) for *_, errors in searches)
 
 
 def _block(searched: Searched, fits: Mapping[Fold, Fit]) -> Data:
