@@ -106,7 +106,9 @@ def tasks_of(
             continue
         chosen = tuple(filter(block.is_told_by, cells))
         if chosen:
-            yield Task(block, chosen, number, fold if number else Fold())
+            # Of own settings the cells do not tell whose layouts they were found beside.
+            is_shared = number == 0 and not (fold.controller and block.kind == OWN)
+            yield Task(block, chosen, number, Fold() if is_shared else fold)
 
 
 def shares_of(

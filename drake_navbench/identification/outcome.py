@@ -8,6 +8,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from drake_navbench.analysis.statistics import mean_interval
 from drake_navbench.identification.folds import Fit, Fold, Searched
 from drake_navbench.identification.prediction import (
     BOTH,
@@ -19,7 +22,7 @@ from drake_navbench.identification.prediction import (
     scores_by,
 )
 from drake_navbench.identification.profile import Profile, profiles
-from drake_navbench.identification.scores import Score, score
+from drake_navbench.identification.scores import Score, error_of, score
 from drake_navbench.identification.targets import Cell, Targets
 from drake_navbench.identification.unknowns import Block, Unknowns
 from drake_navbench.results import file_name
@@ -59,7 +62,7 @@ def outcome(identified: Identified) -> Data:
             "blind": {name: told[name].blind for name in targets.controllers},
             "cells": len(targets.values),
             "fitted_cells": len(identified.fit_cells.values),
-            "evaluations": sum(len(s.evaluations) for fit in fits.values() for s in fit.searched),
+            "evaluations": _evaluation_count(fits),
             "blocks": [_block(searched, fits) for searched in identified.whole.searched],
             "scores": {kind: _scores(identified, kind) for kind in identified.found.numbers},
             "ceilings": _by_name(ceilings(identified.found, targets)),
@@ -76,7 +79,8 @@ def outcome(identified: Identified) -> Data:
 def propose(identified: Identified, folder: Path, remarks: list[str]) -> list[Data]:
     """Compares the shipped presets with what was found, on cells that the latter was not fitted to.
 
-    Where that is the better one, its preset is written into the folder; nothing that ships changes.
+    Where that is shown to be the better one, over the cells as a sample, its preset is written into
+    the folder; nothing that ships changes.
     """
     for path in folder.glob("*_identified.yaml"):
         path.unlink()
@@ -89,9 +93,13 @@ def propose(identified: Identified, folder: Path, remarks: list[str]) -> list[Da
             continue
         ours = score(cells, found.numbers[BOTH], targets)
         shipped = score(cells, found.numbers[SHIPPED], targets)
-        is_better = (
-            ours.mean_error < shipped.mean_error and ours.median_error <= shipped.median_error
-        )
+        both, as_shipped = found.numbers[BOTH], found.numbers[SHIPPED]
+        differences = [
+            error_of(cell, both[cell], targets) - error_of(cell, as_shipped[cell], targets)
+            for cell in cells
+        ]
+        difference = mean_interval(np.array(differences))
+        is_better = difference.high < 0.0
         preset = identified.unknowns.file.controllers[controller].preset
         if is_better:
             name = f"{file_name(preset)}_identified"
@@ -107,6 +115,7 @@ def propose(identified: Identified, folder: Path, remarks: list[str]) -> list[Da
                 "preset": preset,
                 "identified": _score(ours),
                 "shipped": _score(shipped),
+                "difference": list(difference),
                 "is_better": is_better,
                 "values": dict(settings.own[controller]),
             }
@@ -121,6 +130,16 @@ def as_plain(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [as_plain(entry) for entry in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _evaluation_count(fits: Mapping[Fold, Fit]) -> int:
+    """Counts those of the last round; a search that folds have in common counts once."""
+    searches = {
+        (s.block.kind, s.block.name, s.cells, tuple(e.error for e in s.evaluations))
+        for fit in fits.values()
+        for s in fit.searched
+    }
+    return sum(len(errors) for *_, errors in searches)
 
 
 def _block(searched: Searched, fits: Mapping[Fold, Fit]) -> Data:
