@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from drake_navbench.processes.cache_folder import provide_cache_folder
+from drake_navbench.processes.kernel_cache import forget_stale_kernels, packages_with_kernels
 
 if TYPE_CHECKING:
     from drake_navbench.campaign.benchmark import run_benchmark
@@ -16,8 +17,9 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 
-# numba looks for it when the first module with a kernel is imported.
+# numba looks for both when the first module with a kernel is imported.
 provide_cache_folder()
+forget_stale_kernels(packages_with_kernels())
 
 __all__ = ["TrialLog", "__version__", "run_benchmark", "run_trial"]
 

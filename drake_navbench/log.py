@@ -9,13 +9,14 @@ metadata. docs/log_format.md is generated from `COLUMNS`, `PLAN_COLUMNS` and `CO
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from html import escape
 from importlib import import_module
+from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import pandas as pd
@@ -379,7 +380,7 @@ class TrialLog:
         """Returns the log that a table and its header make; raises anything where they do not."""
         angles = np.array(info.pop("scan_angles_rad"), dtype=float)
         events = info.pop("events", [])
-        notes = [json.loads(n) for n in table["diagnostics"].drop_null().to_pylist()]
+        notes = _read_notes(table["diagnostics"].drop_null().to_pylist())
         own = _own_columns(table.column_names)
         present = [name for name in COLUMNS if name in table.column_names]
         samples = table.select([*present, *own]).to_pandas()
@@ -390,7 +391,7 @@ class TrialLog:
             samples=samples,
             plans=read_plans(table),
             info=info,
-            scans=tuple(_read_scan(s, angles) for s in table["scan"].drop_null().to_pylist()),
+            scans=tuple(_read_scans(table["scan"].drop_null(), angles)),
             diagnostics=tuple((float(n.pop("time_s")), n) for n in notes),
             events=tuple((float(event.pop("time_s")), event) for event in events),
             costmaps=read_costmaps(table),
@@ -411,6 +412,8 @@ def _analysis() -> Any:
     return import_module("drake_navbench.analysis.notebook")
 
 
+Number = TypeVar("Number", bound=np.floating[Any])
+
 _SCAN_TYPE = pa.struct(
     [
         ("time_s", pa.float64()),
@@ -428,13 +431,34 @@ _WITH_DICTIONARY = [
 ]
 
 
-def _read_scan(row: Mapping[str, Any], angles_rad: NDArray[np.float64]) -> Scan:
-    return Scan(
-        time_s=row["time_s"],
-        sensor_pose=np.array(row["sensor_pose"]),
-        angles_rad=angles_rad,
-        ranges_m=np.array(row["ranges_m"], dtype=np.float32),
+def _read_notes(texts: Sequence[str]) -> list[dict[str, Any]]:
+    """Returns the JSON objects of texts; one call for all takes a third of the time."""
+    notes: list[dict[str, Any]] = json.loads(f"[{','.join(texts)}]")
+    if len(notes) != len(texts):
+        raise ValueError("diagnostics: expected a JSON object a row")
+    return notes
+
+
+def _read_scans(column: pa.ChunkedArray, angles_rad: NDArray[np.float64]) -> Iterator[Scan]:
+    """Yields the scans of a column without nulls."""
+    # Number by number it would take four times as long.
+    rows = pa.concat_arrays(column.chunks) if column.num_chunks else pa.array([], _SCAN_TYPE)
+    times, poses, ranges = (rows.field(name) for name in ("time_s", "sensor_pose", "ranges_m"))
+    if times.null_count or poses.null_count or ranges.null_count:
+        raise ValueError("scan: a field is missing")
+    parts = zip(
+        times.to_pylist(), _rows_of(poses, np.float64), _rows_of(ranges, np.float32), strict=True
     )
+    for time_s, sensor_pose, ranges_m in parts:
+        yield Scan(time_s, sensor_pose, angles_rad, ranges_m)
+
+
+def _rows_of(lists: pa.ListArray, kind: type[Number]) -> Iterator[NDArray[Number]]:
+    """Yields each list of numbers as an array."""
+    values = lists.values.to_numpy(zero_copy_only=False).astype(kind, copy=False)
+    offsets = lists.offsets.to_pylist()
+    for first, last in pairwise(offsets):
+        yield values[first:last]
 
 
 def as_json(values: Mapping[str, Any]) -> str:

@@ -5,8 +5,6 @@ Source: nav2_mppi_controller (PathHandler), tags 1.1.20 to 1.4.2.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -15,10 +13,11 @@ from drake_navbench.controller import InvalidPath, Observation
 from drake_navbench.controllers.mppi.memory import PlanState
 from drake_navbench.controllers.mppi.parameters import MppiParameters
 from drake_navbench.controllers.mppi.releases import RELEASES
-from drake_navbench.kernels.grid import world_to_cell
 from drake_navbench.kernels.path_pruning import (
     closest_pose,
+    first_closest_pose,
     first_pose_beyond,
+    first_pose_off_grid,
     is_within_tolerances,
 )
 
@@ -82,22 +81,12 @@ def own_plan_range(plan, begin, end, x, y, searched, ahead, grid, takes_first):
     the first pose off the `Grid`.
     """
     searched_end = first_pose_beyond(plan, begin, end, searched)
-    first = closest_pose(plan, begin, searched_end, x, y)
     if takes_first:
-        least = math.hypot(plan[first, 0] - x, plan[first, 1] - y)
-        for i in range(begin, first):
-            if math.hypot(plan[i, 0] - x, plan[i, 1] - y) == least:
-                first = i
-                break
+        first = first_closest_pose(plan, begin, searched_end, x, y)
+    else:
+        first = closest_pose(plan, begin, searched_end, x, y)
     stop = first_pose_beyond(plan, first, end, ahead)
-    rows, columns = grid.costs.shape
-    for i in range(first, stop):
-        column, _ = world_to_cell(
-            plan[i, 0], plan[i, 1], grid.origin_x, grid.origin_y, grid.resolution, columns, rows
-        )
-        if column < 0:
-            return first, i
-    return first, stop
+    return first, first_pose_off_grid(plan, first, stop, grid)
 
 
 @njit(cache=True)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from drake_navbench.controllers.rpp.parameters import RegulatedPurePursuitParameters
 from drake_navbench.controllers.rpp.releases import RELEASES
 from drake_navbench.kernels.grid import Costmap
-from drake_navbench.kernels.path_pruning import closest_pose, first_pose_beyond
+from drake_navbench.kernels.path_pruning import closest_pose, first_closest_pose, first_pose_beyond
 
 Array = NDArray[np.float64]
 
@@ -72,13 +72,10 @@ def own_plan_range(plan, begin, x, y, searched, reach, takes_first, keeps_two):
     """
     count = plan.shape[0]
     end = first_pose_beyond(plan, begin, count, searched)
-    first = closest_pose(plan, begin, end, x, y)
     if takes_first:
-        least = math.hypot(plan[first, 0] - x, plan[first, 1] - y)
-        for i in range(begin, first):
-            if math.hypot(plan[i, 0] - x, plan[i, 1] - y) == least:
-                first = i
-                break
+        first = first_closest_pose(plan, begin, end, x, y)
+    else:
+        first = closest_pose(plan, begin, end, x, y)
     if keeps_two and first == end - 1 and first > begin:
         first -= 1
     for i in range(first, count):

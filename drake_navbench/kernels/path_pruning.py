@@ -62,6 +62,30 @@ def closest_pose(plan, begin, end, x, y):
 
 
 @njit(cache=True)
+def first_closest_pose(plan, begin, end, x, y):
+    """Returns the index in begin..end of the pose nearest to (x, y) m; the first one on ties."""
+    last = closest_pose(plan, begin, end, x, y)
+    least = math.hypot(plan[last, 0] - x, plan[last, 1] - y)
+    for i in range(begin, last):
+        if math.hypot(plan[i, 0] - x, plan[i, 1] - y) == least:
+            return i
+    return last
+
+
+@njit(cache=True)
+def first_pose_off_grid(plan, begin, end, grid):
+    """Returns the index in begin..end of the first pose that is not on a `Grid`; end without."""
+    rows, columns = grid.costs.shape
+    for i in range(begin, end):
+        column, _ = world_to_cell(
+            plan[i, 0], plan[i, 1], grid.origin_x, grid.origin_y, grid.resolution, columns, rows
+        )
+        if column < 0:
+            return i
+    return end
+
+
+@njit(cache=True)
 def local_plan_range(
     plan,
     begin,
@@ -84,14 +108,7 @@ def local_plan_range(
     if end - begin > 1 and first == end - 1:
         first -= 1
     stop = first_pose_beyond(plan, first, end, prune_distance)
-    rows, columns = grid.costs.shape
-    for i in range(first, stop):
-        column, _ = world_to_cell(
-            plan[i, 0], plan[i, 1], grid.origin_x, grid.origin_y, grid.resolution, columns, rows
-        )
-        if column < 0:
-            return first, i
-    return first, stop
+    return first, first_pose_off_grid(plan, first, stop, grid)
 
 
 @njit(cache=True)

@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "host/message_pack.hpp"
+#include "message_pack.hpp"
 
 namespace drake_navbench {
 

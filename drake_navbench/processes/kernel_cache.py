@@ -1,0 +1,132 @@
+"""Compiled kernels that no longer belong to the code are forgotten.
+
+numba compiles a kernel anew where its own file has changed, but not where a kernel that it calls
+has, in another file: after an update it would go on with the old one without a word. And where a
+type that a kernel takes has moved to another module, what numba kept cannot be read any more.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
+from importlib.util import find_spec
+from pathlib import Path
+
+# Set for the processes that this one starts: they need not look again.
+CHECKED_VARIABLE = "DRAKE_NAVBENCH_KERNELS_CHECKED"
+TABLE_NAME = "kernel_sources.json"
+IMPORT = re.compile(
+    r"^\s*(?:from|import)\s+([\w.]+)(?:\s+import\s+(\([^)]*\)|[^\n]*))?", re.MULTILINE
+)
+NAME = re.compile(r"\w+")
+
+# Of a file: when it was changed, ns, and its size, bytes.
+Stamp = list[int]
+
+
+def packages_with_kernels() -> dict[str, Path]:
+    """Returns the folders of our packages that hold kernels."""
+    folders = {"drake_navbench": Path(__file__).parents[1]}
+    # Installed for development it lies beside the package, else within it.
+    controllers = find_spec("drake_navbench.controllers")
+    if controllers is not None and controllers.origin is not None:
+        folders["drake_navbench.controllers"] = Path(controllers.origin).parent
+    return folders
+
+
+def forget_stale_kernels(packages: Mapping[str, Path]) -> list[str]:
+    """Removes compiled kernels of modules that have changed, or that import one that has.
+
+    packages: folders by the names of the packages in them; the first one keeps the table of what
+    their files were like. Returns the names of these modules. Where the folder cannot be written,
+    nothing is kept there either, and nothing is done.
+    """
+    if os.environ.get(CHECKED_VARIABLE):
+        return []
+    os.environ[CHECKED_VARIABLE] = "1"
+    cache = next(iter(packages.values())) / "__pycache__"
+    table = cache / TABLE_NAME
+    modules = dict(_modules(packages))
+    now = {name: _stamp(path) for name, path in modules.items()}
+    before = _read(table)
+    if now == before:
+        return []
+    if before is None:
+        stale = set(modules)
+    else:
+        changed = {name for name in now.keys() | before.keys() if now.get(name) != before.get(name)}
+        stale = _with_importers(changed, modules)
+    try:
+        cache.mkdir(exist_ok=True)
+        for name in stale & modules.keys():
+            _forget(modules[name])
+        _write(table, now)
+    except OSError:
+        return []
+    return sorted(stale)
+
+
+def _modules(packages: Mapping[str, Path]) -> Iterator[tuple[str, Path]]:
+    for package, folder in packages.items():
+        for root, folders, files in os.walk(folder):
+            folders[:] = [name for name in folders if not name.startswith((".", "__"))]
+            inside = [package, *Path(root).relative_to(folder).parts]
+            for file in files:
+                if file.endswith(".py"):
+                    stem = file.removesuffix(".py")
+                    parts = inside if stem == "__init__" else [*inside, stem]
+                    yield ".".join(parts), Path(root, file)
+
+
+def _stamp(path: Path) -> Stamp:
+    found = path.stat()
+    return [found.st_mtime_ns, found.st_size]
+
+
+def _with_importers(changed: Iterable[str], modules: Mapping[str, Path]) -> set[str]:
+    """Returns modules with all that import one of them, directly or not."""
+    importers: dict[str, set[str]] = {}
+    for name, path in modules.items():
+        for imported in _imports(path):
+            importers.setdefault(imported, set()).add(name)
+    found: set[str] = set()
+    waiting = list(changed)
+    while waiting:
+        name = waiting.pop()
+        if name not in found:
+            found.add(name)
+            waiting += importers.get(name, ())
+    return found
+
+
+def _imports(path: Path) -> Iterator[str]:
+    """Yields what a module imports: the modules, and names that may be modules of a package."""
+    for module, names in IMPORT.findall(path.read_text(encoding="utf-8", errors="replace")):
+        yield module
+        for name in NAME.findall(names):
+            yield f"{module}.{name}"
+
+
+def _forget(source: Path) -> None:
+    for kind in ("nbi", "nbc"):
+        for path in (source.parent / "__pycache__").glob(f"{source.stem}.*.{kind}"):
+            # Another process may do the same.
+            with suppress(FileNotFoundError):
+                path.unlink()
+
+
+def _read(table: Path) -> dict[str, Stamp] | None:
+    try:
+        found = json.loads(table.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return found if isinstance(found, dict) else None
+
+
+def _write(table: Path, stamps: Mapping[str, Stamp]) -> None:
+    unfinished = table.with_suffix(f".{os.getpid()}")
+    unfinished.write_text(json.dumps(stamps), encoding="utf-8")
+    unfinished.replace(table)
