@@ -39,6 +39,17 @@ def test_every_schema_and_page_that_is_generated_is_named_as_such():
     }
 
 
+# What is made for other places: the front page of the package.
+ELSEWHERE = {"README.md", "package.md"}
+
+
+@pytest.mark.parametrize(
+    "page", sorted(path.name for path in DOCS.glob("*.*") if path.suffix in (".md", ".ipynb"))
+)
+def test_every_page_is_in_the_index(page):
+    assert page in ELSEWHERE or f"]({page})" in (DOCS / "README.md").read_text(encoding="utf-8")
+
+
 @pytest.mark.parametrize("name", [*SCENARIO_FILES.names, *preset_files(), "robots"])
 def test_the_gallery_has_a_picture_of_everything_that_ships(name):
     shown = f"images/gallery/{name}.svg"
