@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import sys
 import textwrap
@@ -13,6 +14,9 @@ import pytest
 from hypothesis import settings
 
 from drake_navbench.plugins import forget_installed
+
+# Tables are as wide as in a pipe, also where tests run side by side, of which each is told a width.
+os.environ.pop("COLUMNS", None)
 
 # The first call of a kernel compiles it; that is no fault of the property under test.
 settings.register_profile("no_deadline", deadline=None, derandomize=True)
