@@ -126,11 +126,23 @@ def front_of(configurations: Sequence[Configuration], most: int) -> list[Configu
     return sorted(best, key=lambda c: float(c.means.sum()))[:most]
 
 
+def drive_baseline(
+    pairs: Sequence[TrialSpec], objectives: Sequence[Objective], *, jobs: int
+) -> list[Row]:
+    """Returns what the baseline did in its trials, in order.
+
+    Raises InputError where that leaves nothing to compare with.
+    """
+    rows = measure(pairs, jobs=jobs)
+    require_comparable(rows, objectives)
+    return rows
+
+
 class Search:
     """Asks a study for configurations and races them.
 
-    pairs: trials of the baseline, in the order in which a configuration drives them. sampler: after
-    the first points, which are Sobol's.
+    pairs: trials of the baseline, in the order in which a configuration drives them. baseline: what
+    it did in them. sampler: after the first points, which are Sobol's.
     """
 
     def __init__(
@@ -140,17 +152,16 @@ class Search:
         pairs: Sequence[TrialSpec],
         objectives: Sequence[Objective],
         *,
+        baseline: Sequence[Row],
         sampler: Sampler,
         seed: int,
         jobs: int,
     ) -> None:
         self._study, self._space, self._pairs = study, space, pairs
         self._objectives, self._sampler, self._seed = objectives, sampler, seed
-        self._jobs = jobs
+        self._jobs, self._baseline = jobs, baseline
         self._looks = looks_until(len(pairs))
-        self._baseline = measure(pairs, jobs=jobs)
-        require_comparable(self._baseline, objectives)
-        self._scales = scales_of(self._baseline, objectives)
+        self._scales = scales_of(baseline, objectives)
 
     def run(self, configurations: int, on_driven: Callable[[Configuration], None]) -> None:
         """Drives until the study has so many; on_driven is told of each of ours."""

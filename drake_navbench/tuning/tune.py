@@ -20,10 +20,12 @@ from drake_navbench.tuning.outputs import write_nav2_file, write_preset_file
 from drake_navbench.tuning.pairs import measure, planned_pairs
 from drake_navbench.tuning.search_space import SearchSpace, search_space
 from drake_navbench.tuning.study import (
+    JOURNAL,
     Configuration,
     Sampler,
     Search,
     configurations_of,
+    drive_baseline,
     front_of,
     importance_of,
     open_study,
@@ -78,12 +80,17 @@ def tune(request: TuningRequest, tell: Callable[[str], None]) -> None:
     if request.held_out:
         _require_chance_in(request, baseline, objectives)
     task = _task_of(request, baseline, space)
+    if (request.out / JOURNAL).exists():
+        # A study of something else is refused before anything is driven for it.
+        open_study(request.out, task)
+    driven_baseline = drive_baseline(pairs, objectives, jobs=request.jobs)
     study = open_study(request.out, task)
     search = Search(
         study,
         space,
         pairs,
         objectives,
+        baseline=driven_baseline,
         sampler=request.sampler,
         seed=request.seed,
         jobs=request.jobs,

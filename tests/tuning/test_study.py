@@ -18,6 +18,7 @@ from drake_navbench.tuning.study import (
     JOURNAL,
     Search,
     configurations_of,
+    drive_baseline,
     front_of,
     importance_of,
     open_study,
@@ -64,8 +65,10 @@ def make_search(tmp_path, monkeypatch):
             "seed": 0,
         }
         study = open_study(tmp_path / folder, tuning_task(baseline, **(asked | changed)))
+        objectives = chosen_objectives(OBJECTIVES)
+        driven = drive_baseline(pairs, objectives, jobs=1)
         search = Search(
-            study, space, pairs, chosen_objectives(OBJECTIVES), sampler="tpe", seed=0, jobs=1
+            study, space, pairs, objectives, baseline=driven, sampler="tpe", seed=0, jobs=1
         )
         return study, search
 

@@ -155,6 +155,21 @@ def test_wrong_input_is_one_line_and_writes_nothing(changed, told, tmp_path, cap
     assert not out.exists()
 
 
+def test_a_baseline_that_never_arrives_is_one_line_and_leaves_no_study(
+    monkeypatch, tmp_path, capsys
+):
+    def aborting(specs, *, jobs):
+        return [row | {"outcome": "aborted"} for row in planted(specs, jobs=jobs)]
+
+    monkeypatch.setattr(study, "measure", aborting)
+    monkeypatch.setattr(tune, "measure", planted)
+    out = tmp_path / "tuning"
+    assert command.main([*ARGUMENTS, "--out", str(out)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "the baseline reaches the goal in none of its trials there" in line
+    assert not out.exists()
+
+
 def test_intervals_hold_for_all_points_and_objectives_together():
     rows = [
         {
