@@ -52,6 +52,7 @@ from drake_navbench.trial.navigation_wiring import (
     add_navigation,
     connect_frame,
     connect_inputs,
+    connect_world,
 )
 from drake_navbench.trial.spec import FollowPlan, NavigateToPoses
 from drake_navbench.trial.timing import CONTROLLER_OFFSET_S, COSTMAP_OFFSET_S
@@ -299,8 +300,7 @@ def _add_clearance(
         ),
     )
     connect_inputs(builder, clearance, state=signals.state)
-    if signals.has_frames:
-        connect_inputs(builder, clearance, odometry_from_world=signals.odometry_from_world)
+    connect_world(builder, signals, clearance)
     if moving_world is not None:
         connect_inputs(builder, clearance, moving=moving_world.GetOutputPort("outlines"))
     return clearance
@@ -320,8 +320,7 @@ def _add_recorder(
     connect_inputs(
         builder, recorder, state=signals.state, scan=signals.scan, estimate=signals.estimate
     )
-    if signals.has_frames:
-        connect_inputs(builder, recorder, odometry_from_world=signals.odometry_from_world)
+    connect_world(builder, signals, recorder)
     if isinstance(navigator, TreeNavigator):
         navigator_state = navigator.GetOutputPort("navigator_state")
         connect_inputs(builder, recorder, navigator_state=navigator_state)
@@ -349,8 +348,7 @@ def _add_viewer(
         scan=signals.scan,
         plan=navigator.GetOutputPort("plan"),
     )
-    if signals.has_frames:
-        connect_inputs(builder, viewer, odometry_from_world=signals.odometry_from_world)
+    connect_world(builder, signals, viewer)
     if moving_world is not None:
         connect_inputs(builder, viewer, moving_poses=moving_world.GetOutputPort("poses"))
     return viewer

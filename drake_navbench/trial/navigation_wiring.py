@@ -67,6 +67,12 @@ def connect_frame(builder: DiagramBuilder, signals: Signals, system: LeafSystem)
         connect_inputs(builder, system, map_from_odometry=signals.map_from_odometry)
 
 
+def connect_world(builder: DiagramBuilder, signals: Signals, system: LeafSystem) -> None:
+    """Tells a system where the world lies in the odometry's frame, where that is another one."""
+    if signals.odometry_from_world is not None:
+        connect_inputs(builder, system, odometry_from_world=signals.odometry_from_world)
+
+
 def add_navigation(
     builder: DiagramBuilder,
     robot: Robot,
