@@ -11,6 +11,7 @@ import time
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from drake_navbench.command_line import (
     EXIT_DONE,
@@ -23,6 +24,9 @@ from drake_navbench.command_line import (
     whole_number,
 )
 from drake_navbench.errors import printable
+
+if TYPE_CHECKING:
+    from drake_navbench.side_by_side.gate import GateResult
 
 EPILOG = """\
 Equal seeds, paired; every metric of every controller and scenario is a test, corrected by Holm, so
@@ -121,12 +125,10 @@ def _gate(arguments: argparse.Namespace) -> int:
     return EXIT_FAILED if result.regressions else EXIT_DONE
 
 
-def _show_worst(result: object, folder: Path | None, say: partial[None]) -> None:
+def _show_worst(result: GateResult, folder: Path | None, say: partial[None]) -> None:
     from drake_navbench.commands.replay import render
-    from drake_navbench.side_by_side.gate import GateResult
     from drake_navbench.side_by_side.gate_report import worst_logs
 
-    assert isinstance(result, GateResult)
     logs = worst_logs(result)
     if logs is None:
         return
