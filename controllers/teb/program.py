@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from pydrake.solvers import IpoptSolver, MathematicalProgram, SolutionResult, SolverOptions
 
 from drake_navbench.controllers.teb.constraints import BandScene, band_constraints, sparsity_pattern
+from drake_navbench.controllers.teb.continuation import Problem, descend_in_stages
 from drake_navbench.controllers.teb.interior_point import (
     Bounds,
     Descent,
     DescentSettings,
-    descend,
     structure_of,
 )
 from drake_navbench.controllers.teb.layout import (
@@ -88,13 +88,21 @@ class BandSolution(NamedTuple):
     newton_steps: int = 0
 
 
+class Lead(NamedTuple):
+    """A problem and where Newton's method ended on it."""
+
+    problem: Problem
+    descent: Descent
+
+
 class SolverSettings(NamedTuple):
     """IPOPT's settings, in its own words: tol, constr_viol_tol and mu_init.
 
     The defaults stop about 1 % above the minimum, with the constraints met to 1e-4. That distance
     is the barrier's, which is never lowered; a smaller barrier also drives harder on the
     acceleration limits, with twice the jerk in free space. newton_iterations: before IPOPT, at
-    most. is_confirmed: IPOPT has the last word; without, it has what Newton's method fails at.
+    most, and then in stages where they do not lead there. is_confirmed: IPOPT has the
+    last word; without, it has what Newton's method fails at.
     """
 
     tolerance: float = 0.3
@@ -105,7 +113,10 @@ class SolverSettings(NamedTuple):
 
 
 class BandProgram:
-    """The program of all bands with one number of intervals and of discs, of cars or others."""
+    """The program of all bands with one number of intervals and of discs.
+
+    is_car: it has turning rows. meets_moving: it has rows for what moves.
+    """
 
     def __init__(
         self,
@@ -114,14 +125,15 @@ class BandProgram:
         *,
         settings: SolverSettings,
         is_car: bool = False,
+        meets_moving: bool = False,
     ) -> None:
         self._interval_count, self._disc_count = interval_count, disc_count
         self._scene: BandScene | None = None
         self._weights: Weights | None = None
         self._evaluations = 0
-        self._rows = row_slices(interval_count, disc_count, is_car)
+        self._rows = row_slices(interval_count, disc_count, is_car, meets_moving)
         size = variable_count(interval_count)
-        rows = row_count(interval_count, disc_count, is_car)
+        rows = row_count(interval_count, disc_count, is_car, meets_moving)
         self._program = MathematicalProgram()
         self._variables = self._program.NewContinuousVariables(size, "z")
         self._bounds = self._program.AddBoundingBoxConstraint(-1.0, 1.0, self._variables)
@@ -133,7 +145,7 @@ class BandProgram:
             self._variables,
             "band",
         )
-        pattern = sparsity_pattern(interval_count, disc_count, is_car)
+        pattern = sparsity_pattern(interval_count, disc_count, is_car, meets_moving)
         self._constraint.evaluator().SetGradientSparsityPattern(pattern)
         self._structure = structure_of(pattern, rows, interval_count)
         self._settings = settings
@@ -153,53 +165,67 @@ class BandProgram:
 
         IPOPT takes `iterations` at most; where Newton's method fails it has the guess itself.
         """
-        self._scene, self._weights, self._evaluations = scene, weights, 0
-        bounds = self._bounds_of(limits, scene.clearance_shares)
-        settings = self._settings
-        descent = self._descend(guess, scene, weights, bounds)
-        if settings.is_confirmed or not descent.converged:
-            self._set_bounds(bounds)
-            self._options.SetOption(IpoptSolver.id(), "max_iter", iterations)
-            # At the barrier's minimum, with the barrier's own multipliers, nothing is left to do.
-            multipliers = "mu-based" if descent.converged else "constant"
-            self._options.SetOption(IpoptSolver.id(), "bound_mult_init_method", multipliers)
-            start = descent.z if descent.converged else guess
-            with solver_warnings_off():
-                result = self._solver.Solve(self._program, start, self._options)
-            z, cost = result.get_x_val(), float(result.get_optimal_cost())
-            status = result.get_solution_result()
-        else:
-            z, cost = descent.z, self._objective(descent.z)[0]
-            status = SolutionResult.kSolutionFound
-        m = self._interval_count
-        return BandSolution(
-            poses=unpack_poses(z, scene.start, scene.goal, m),
-            time_steps=z[:m].copy(),
-            slack=float(z[-1]),
-            cost=cost,
-            violation=self._violation(z, bounds),
-            status=status.name,
-            evaluations=self._evaluations,
-            newton_steps=descent.iterations,
-        )
+        lead = self.lead(guess, scene=scene, weights=weights, limits=limits)
+        if lead.descent.converged and not self._settings.is_confirmed:
+            return self.led(lead)
+        return self.confirm(lead, iterations)
 
-    def _descend(self, guess: Array, scene: BandScene, weights: Weights, bounds: Bounds) -> Descent:
-        """Returns where Newton's method ends, asked for what IPOPT is asked for and less."""
+    def lead(self, guess: Array, *, scene: BandScene, weights: Weights, limits: BandLimits) -> Lead:
+        """Returns how far Newton's method comes, asked for what IPOPT is asked for and less."""
         settings = self._settings
+        problem = Problem(
+            guess,
+            self._interval_count,
+            scene,
+            weights,
+            self._bounds_of(limits, scene.clearance_shares),
+            self._structure,
+        )
         wanted = DescentSettings(
             barrier=settings.barrier_start,
             iterations=settings.newton_iterations,
             error_tolerance=NEWTON_TOLERANCE_RATIO * settings.tolerance,
             violation_tolerance=settings.violation_tolerance,
         )
-        return descend(
-            guess,
-            self._interval_count,
-            scene=scene,
-            weights=weights,
-            bounds=bounds,
-            structure=self._structure,
-            settings=wanted,
+        return Lead(problem, descend_in_stages(problem, wanted))
+
+    def led(self, lead: Lead) -> BandSolution:
+        """Returns where Newton's method ended as it is."""
+        self._scene, self._weights, self._evaluations = lead.problem.scene, lead.problem.weights, 0
+        z = lead.descent.z
+        converged = lead.descent.converged
+        status = SolutionResult.kSolutionFound if converged else SolutionResult.kIterationLimit
+        return self._solution(lead, z, self._objective(z)[0], status)
+
+    def confirm(self, lead: Lead, iterations: int) -> BandSolution:
+        """Returns what IPOPT makes of the end of Newton's method, or of the guess where it failed.
+
+        iterations: of IPOPT, at most.
+        """
+        problem, descent = lead.problem, lead.descent
+        self._scene, self._weights, self._evaluations = problem.scene, problem.weights, 0
+        self._set_bounds(problem.bounds)
+        self._options.SetOption(IpoptSolver.id(), "max_iter", iterations)
+        # At the barrier's minimum, with the barrier's own multipliers, nothing is left to do.
+        multipliers = "mu-based" if descent.converged else "constant"
+        self._options.SetOption(IpoptSolver.id(), "bound_mult_init_method", multipliers)
+        start = descent.z if descent.converged else problem.guess
+        with solver_warnings_off():
+            result = self._solver.Solve(self._program, start, self._options)
+        cost = float(result.get_optimal_cost())
+        return self._solution(lead, result.get_x_val(), cost, result.get_solution_result())
+
+    def _solution(self, lead: Lead, z: Array, cost: float, status: SolutionResult) -> BandSolution:
+        problem, m = lead.problem, self._interval_count
+        return BandSolution(
+            poses=unpack_poses(z, problem.scene.start, problem.scene.goal, m),
+            time_steps=z[:m].copy(),
+            slack=float(z[-1]),
+            cost=cost,
+            violation=self._violation(z, problem.bounds),
+            status=status.name,
+            evaluations=self._evaluations,
+            newton_steps=lead.descent.iterations,
         )
 
     def _violation(self, z: Array, bounds: Bounds) -> float:
@@ -223,6 +249,8 @@ class BandProgram:
         upper[self._rows["speed"]] = limits.forward_speed
         lower[self._rows["clearance"]] = limits.clearance * np.repeat(shares, self._disc_count)
         upper[self._rows["clearance"]] = np.inf
+        lower[self._rows["moving_clearance"]] = limits.clearance
+        upper[self._rows["moving_clearance"]] = np.inf
         upper[self._rows["turning"]] = np.inf
         if not limits.stops_at_goal:
             for name in ("acceleration", "angular_acceleration"):

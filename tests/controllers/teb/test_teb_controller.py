@@ -10,8 +10,7 @@ from teb_closed_loop import drive, plan_from_elements, wheelchair_setup, window
 from drake_navbench.controller import CONTROLLERS, NoValidControl, Observation, SpeedLimit
 from drake_navbench.controllers.teb import TimedElasticBand
 from drake_navbench.controllers.teb import program as program_module
-from drake_navbench.controllers.teb.candidates import REVISIT_PERIOD_S
-from drake_navbench.controllers.teb.memory import TebMemory
+from drake_navbench.controllers.teb.memory import REVISIT_PERIOD_S, TebMemory
 from drake_navbench.controllers.teb.planner import ACCEPTED_VIOLATION
 from drake_navbench.inputs.presets import load_preset
 
@@ -214,14 +213,14 @@ def test_a_band_that_lost_is_optimised_at_once_where_the_driven_one_breaks_a_lim
     controller = make()
     box = observe((0, 0, 0), [(1.0, -0.32, 1.3, 0.3)])
     memory = with_a_lost_alternative(controller, box)
-    solve = program_module.BandProgram.solve
+    led = program_module.BandProgram.led
     violations = iter([1.0])
 
-    def driven_one_fails(self, *args, **kwargs):
-        solution = solve(self, *args, **kwargs)
+    def driven_one_fails(self, lead):
+        solution = led(self, lead)
         return solution._replace(violation=next(violations, solution.violation))
 
-    monkeypatch.setattr(program_module.BandProgram, "solve", driven_one_fails)
+    monkeypatch.setattr(program_module.BandProgram, "led", driven_one_fails)
     decision = controller.step(replace(box, time_s=0.05), memory)
     assert decision.diagnostics["candidate_count"] == 2
     assert not decision.diagnostics["is_fallback"]
@@ -248,11 +247,9 @@ def test_a_command_is_never_returned_for_a_band_whose_outline_collides():
 def test_the_last_feasible_band_drives_on_when_the_solver_stops_too_early(monkeypatch):
     controller = make()
     first = controller.step(observe((0, 0, 0), twist=(0.4, 0)), TebMemory())
-    monkeypatch.setattr(
-        program_module.BandProgram,
-        "solve",
-        _without_a_feasible_iterate(program_module.BandProgram.solve),
-    )
+    for name in ("led", "confirm"):
+        method = getattr(program_module.BandProgram, name)
+        monkeypatch.setattr(program_module.BandProgram, name, _without_a_feasible_iterate(method))
     second = controller.step(observe((0.02, 0, 0), twist=(0.4, 0), time_s=0.05), first.memory)
     assert second.diagnostics["is_fallback"]
     assert second.diagnostics["solver_status"] == "kIterationLimit"
@@ -262,9 +259,9 @@ def test_the_last_feasible_band_drives_on_when_the_solver_stops_too_early(monkey
     assert second.memory.band.time_steps[0] == pytest.approx(rest)
 
 
-def _without_a_feasible_iterate(solve):
-    def wrapped(self, *args, **kwargs):
-        solution = solve(self, *args, **kwargs)
+def _without_a_feasible_iterate(method):
+    def wrapped(self, *args):
+        solution = method(self, *args)
         return solution._replace(violation=1.0, status="kIterationLimit")
 
     return wrapped
