@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_navbench.inputs.people import REACTIONS, People, Person, WalkingPeople
-from drake_navbench.kernels.social_force import VX, VY, YAW, X, Y, social_force, step_people
+from drake_navbench.kernels.social_force import social_force, step_people
+from drake_navbench.kernels.walking import VX, VY, YAW, X, Y
 
 STEP_S = 0.05
 NO_EDGES, NO_CIRCLES = np.empty((0, 4)), np.empty((0, 3))
