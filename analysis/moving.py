@@ -24,6 +24,9 @@ from drake_navbench.logged_people import LoggedPeople
 
 Array = NDArray[np.float64]
 
+# Much less than the time between two samples of people.
+MOMENT_S = 1e-3
+
 
 class Movers(NamedTuple):
     """All B bodies that moved.
@@ -115,18 +118,21 @@ def _top_speed_mps(people: WalkingPeople | RecordedPeople, logged: LoggedPeople)
 def _rows(people: LoggedPeople) -> list[Array]:
     """Returns (T, 4) time s, x m, y m, yaw rad of each person.
 
-    Who is not there is far away, and gets there in no time.
+    Who is not there is far away, and gets there in no time, a moment beside the sample.
     """
     tracks = []
     for index in range(people.person_count):
         rows = np.column_stack([people.time_s, people.poses[:, index]])
         away = np.isnan(rows[:, 1])
         rows[away, 1:] = FAR_AWAY_M, FAR_AWAY_M, 0.0
-        comes = np.flatnonzero(away[:-1] & ~away[1:]) + 1
-        goes = np.flatnonzero(~away[:-1] & away[1:]) + 1
-        places = np.concatenate([comes, goes])
-        extra = np.full((len(places), 4), FAR_AWAY_M)
-        extra[:, 0] = rows[np.concatenate([comes, goes - 1]), 0]
-        extra[:, 3] = 0.0
-        tracks.append(np.insert(rows, places, extra, axis=0) if len(places) else rows)
+        pieces = [rows[:1]]
+        for row in range(1, len(rows)):
+            if away[row] != away[row - 1]:
+                here = row - 1 if away[row] else row
+                time_s = rows[here, 0] + (MOMENT_S if away[row] else -MOMENT_S)
+                turn = rows[[row - 1, row]].copy()
+                turn[:, 0] = time_s
+                pieces.append(turn)
+            pieces.append(rows[row : row + 1])
+        tracks.append(np.vstack(pieces))
     return tracks

@@ -89,14 +89,18 @@ class OrcaSettings(FrozenModel):
     max_speed_ratio: float = Field(
         1.5, ge=1.0, le=5.0, description="How many times as fast as they want to go they may go."
     )
+    margin_m: Length = Field(
+        0.1, ge=0.0, le=2.0, description="What they keep between two bodies, where they can [m]."
+    )
 
     @property
     def as_array(self) -> Array:
-        """(5,) as `kernels.orca` takes them."""
+        """(6,) as `kernels.orca` takes them."""
         return np.array(
             [
                 *(self.time_horizon_s, self.obstacle_time_horizon_s),
-                *(self.neighbour_distance_m, self.max_neighbours, self.max_speed_ratio),
+                *(self.neighbour_distance_m, self.max_neighbours),
+                *(self.max_speed_ratio, self.margin_m),
             ],
             dtype=float,
         )
@@ -176,9 +180,10 @@ class People(QuietModel):
     @model_validator(mode="after")
     def _check(self) -> People:
         if self.recording is not None:
-            walk = {"model", "orca", "persons", "start_xy_std_m", "speed_std_mps"}
-            if given := sorted(walk & self.model_fields_set):
-                raise ValueError(f"{given[0]}: those of a recording walk as they did; leave it out")
+            for name, field in type(self).model_fields.items():
+                default = field.get_default(call_default_factory=True)
+                if name != "recording" and getattr(self, name) != default:
+                    raise ValueError(f"{name}: those of a recording walk as they did; leave it out")
             return self
         if not self.persons:
             raise ValueError("persons: expected somebody, or a recording")

@@ -47,8 +47,9 @@ from drake_navbench.kernels.walking import (
 EDGE_X, EDGE_Y, ALONG_X, ALONG_Y, NEXT, BEFORE, CONVEX, EDGE_VX, EDGE_VY = range(9)
 EDGE_SIZE = 9
 # The columns of the settings: for how long ahead bodies and edges are kept off, s, within what
-# distance others count, m, and how many of them, and how much faster than wished one may be.
-HORIZON, EDGE_HORIZON, REACH, MOST, HASTE = range(5)
+# distance others count, m, and how many of them, how much faster than wished one may be, and what
+# is kept between two bodies, m.
+HORIZON, EDGE_HORIZON, REACH, MOST, HASTE, MARGIN = range(6)
 # Of the avoidance of somebody who does his part, and of something that does none.
 HALF, WHOLE = 0.5, 1.0
 ROUNDING = 1e-5
@@ -80,22 +81,23 @@ def linked_edges(
 
 
 @njit(cache=True)
-def step_orca(people, traits, goals, edges, discs, robot, settings, step):
+def step_orca(people, traits, goals, edges, discs, robot, settings, step, period):
     """Returns (P, 8) the people `step` s later, with the velocities that they then choose.
 
     people: (P, 8), traits: (P, 8), goals: (G, 2) m of all. edges: (N, 9) and discs: (M, 5), see the
     module. robot: (5,) x m, y m, vx m/s, vy m/s and radius m of a disc round about it, of which the
-    regular expect that it does its half, and the impassive that it does nothing. settings: (5,).
+    regular expect that it does its half, and the impassive that it does nothing. settings: (6,).
+    period: for how long they will keep the velocity that they choose, s.
     """
     after = people_after(people, step)
     chosen = np.empty((people.shape[0], 2))
     others = people.shape[0] + discs.shape[0] + 1
     planes = np.empty((edges.shape[0] + others, HALF_PLANE_SIZE))
     for i in range(people.shape[0]):
-        wished_x, wished_y, speed = _wished(after[i], traits[i], goals, step)
+        wished_x, wished_y, speed = _wished(after[i], traits[i], goals, period)
         top_speed = min(settings[HASTE] * speed, TOP_SPEED_MPS)
         hard_count = _add_edges(planes, after[i], traits[i, RADIUS], edges, settings, top_speed)
-        count = _add_others(planes, hard_count, i, after, traits, discs, robot, settings, step)
+        count = _add_others(planes, hard_count, i, after, traits, discs, robot, settings, period)
         vx, vy = allowed_velocity(planes, count, hard_count, top_speed, wished_x, wished_y)
         chosen[i, 0], chosen[i, 1] = vx, vy
         if math.hypot(vx, vy) > WALKING_MPS:
@@ -105,7 +107,7 @@ def step_orca(people, traits, goals, edges, discs, robot, settings, step):
 
 
 @njit(cache=True)
-def _wished(person, traits, goals, step):
+def _wished(person, traits, goals, period):
     """Returns (vx, vy, speed) m/s: the velocity that one would like, and how fast one walks."""
     goal_x, goal_y = own_goal(person, traits, goals)
     to_x, to_y = goal_x - person[X], goal_y - person[Y]
@@ -113,7 +115,7 @@ def _wished(person, traits, goals, step):
     speed = traits[SPEED]
     if distance <= GOAL_RADIUS_M:
         return 0.0, 0.0, speed
-    pace = min(speed, distance / step) / distance
+    pace = min(speed, distance / period) / distance
     cos_aside, sin_aside = math.cos(traits[ASIDE]), math.sin(traits[ASIDE])
     wished_x = pace * (to_x * cos_aside - to_y * sin_aside)
     wished_y = pace * (to_x * sin_aside + to_y * cos_aside)
@@ -121,7 +123,7 @@ def _wished(person, traits, goals, step):
 
 
 @njit(cache=True)
-def _add_others(planes, count, index, people, traits, discs, robot, settings, step):
+def _add_others(planes, count, index, people, traits, discs, robot, settings, period):
     """Adds the half-planes of the nearest others to `planes`; returns how many there are then."""
     others = people.shape[0] + discs.shape[0] + 1
     seen = np.empty((others, 6))
@@ -168,9 +170,9 @@ def _add_others(planes, count, index, people, traits, discs, robot, settings, st
             away_y,
             vx - ovx,
             vy - ovy,
-            radius + traits[index, RADIUS],
+            radius + traits[index, RADIUS] + settings[MARGIN],
             settings[HORIZON],
-            step,
+            period,
         )
         planes[count, 0], planes[count, 1] = vx + share * ux, vy + share * uy
         planes[count, 2], planes[count, 3] = dx, dy
@@ -191,12 +193,12 @@ def _unit(x, y, else_x, else_y):
 
 
 @njit(cache=True)
-def _way_out(away_x, away_y, vx, vy, radius, horizon, step):
+def _way_out(away_x, away_y, vx, vy, radius, horizon, period):
     """Returns (ux, uy, dx, dy): from a relative velocity the least change, m/s, to the edge of the
     velocity obstacle of a disc, and the direction of that edge.
 
     away_x, away_y: of the other's centre, m. radius: of both together. Who overlap already are to
-    be apart after a step.
+    be apart after a period.
     """
     squared = away_x * away_x + away_y * away_y
     if squared > radius * radius:
@@ -215,7 +217,7 @@ def _way_out(away_x, away_y, vx, vy, radius, horizon, step):
             return along * dx - vx, along * dy - vy, dx, dy
         within = horizon
     else:
-        within = step
+        within = period
         wx, wy = vx - away_x / within, vy - away_y / within
     nx, ny = _unit(wx, wy, -away_x, -away_y)
     depth = radius / within - math.hypot(wx, wy)

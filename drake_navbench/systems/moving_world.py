@@ -41,11 +41,9 @@ from drake_navbench.kernels.walking import STATE_SIZE as PERSON_SIZE
 from drake_navbench.kernels.walking import VX, VY, WALKED, YAW
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import POSE_SIZE, STATE_SIZE, declare_object_output
-from drake_navbench.systems.walking_people import walk_of
+from drake_navbench.systems.walking_people import PEOPLE_PERIOD_S, walk_of
 
 Array = NDArray[np.float64]
-
-PEOPLE_PERIOD_S = 0.05
 
 
 class MovingWorld(LeafSystem):

@@ -16,6 +16,8 @@ from drake_navbench.kernels.social_force import step_people
 
 Array = NDArray[np.float64]
 
+# How often people choose where to go, and how fast.
+PEOPLE_PERIOD_S = 0.05
 # Over which the velocity of what moves on a given way is taken.
 VELOCITY_WINDOW_S = 1e-3
 
@@ -100,6 +102,7 @@ class OrcaWalk:
             robot,
             self._settings,
             step_s,
+            PEOPLE_PERIOD_S,
         )
 
     def _with_things(self, time_s: float) -> tuple[Array, Array]:

@@ -28,15 +28,12 @@ def crowd_of(*persons, aside=0.0, seed=0):
 def walk(crowd, duration_s, *, edges=NO_EDGES, discs=NO_DISCS, robot=FAR_AWAY, **orca):
     """Returns (T, P, 8) the ways of people, the first row where they begin."""
     rows = [crowd.state]
-    settings_ = OrcaSettings(**orca).as_array
+    settings_ = OrcaSettings(**{"margin_m": 0.0} | orca).as_array
     for step in range(round(duration_s / STEP_S)):
         moved = discs.copy()
         moved[:, :2] += (step + 1) * STEP_S * discs[:, 2:4]
-        rows.append(
-            step_orca(
-                *(rows[-1], crowd.traits, crowd.goals, edges, moved, robot, settings_, STEP_S)
-            )
-        )
+        world = (edges, moved, robot, settings_, STEP_S, STEP_S)
+        rows.append(step_orca(rows[-1], crowd.traits, crowd.goals, *world))
     return np.array(rows)
 
 
@@ -77,6 +74,12 @@ def test_two_who_meet_head_on_pass_without_contact(aside_m):
     assert gaps(ways).min() > -1e-6
     assert ways[-1, 0, X] > 9.0
     assert ways[-1, 1, X] < 1.0
+
+
+def test_they_keep_a_margin():
+    comes = Person(start=(10.0, 0.1), goals=[(-50.0, 0.0)], yaw_rad=np.pi)
+    ways = walk(crowd_of(to_the_right(), comes), 12.0, margin_m=0.15)
+    assert gaps(ways).min() == pytest.approx(0.15, abs=2e-3)
 
 
 def test_each_does_half_of_it():
@@ -228,9 +231,8 @@ def test_a_box_that_comes_is_dodged_before_it_is_there():
     for step in range(160):
         place = np.array([6.0 - (step + 1) * STEP_S, 0.0])
         edges = linked_edges([box + place], [(-1.0, 0.0)])
-        state = step_orca(
-            *(state, crowd.traits, crowd.goals, edges, NO_DISCS, FAR_AWAY, settings_, STEP_S)
-        )
+        world = (edges, NO_DISCS, FAR_AWAY, settings_, STEP_S, STEP_S)
+        state = step_orca(state, crowd.traits, crowd.goals, *world)
         outside = np.maximum(np.abs(state[0, :2] - place) - 0.5, 0.0)
         assert np.hypot(*outside) > 0.3 - 1e-3
 
