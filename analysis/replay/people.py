@@ -54,8 +54,8 @@ def add_people(stage: Stage, path: str, log: TrialLog, *, rgba: Rgba, trial_coun
         poses, ahead = _motion(log, index, times)
         there = ~np.isnan(poses[:, 0])
         if not there.all():
-            for row in np.flatnonzero(np.diff(there, prepend=~there[:1])):
-                stage.show_from(own, int(frames[row]), is_shown=bool(there[row]))
+            for turn in np.flatnonzero(np.diff(there, prepend=~there[:1])):
+                stage.show_from(own, int(frames[turn]), is_shown=bool(there[turn]))
         for row, frame in enumerate(frames.tolist()):
             if not there[row] or (0 < row < len(frames) - 1 and _rests(poses, ahead, row)):
                 continue

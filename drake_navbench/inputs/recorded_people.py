@@ -100,7 +100,7 @@ class RecordedPeople:
     def line_at(self, person: int, time_s: float) -> int:
         """Returns the line of the file with somebody's last row up to a time."""
         rows = slice(self.firsts[person], self.firsts[person + 1])
-        past = np.searchsorted(self.knots[rows, 0], time_s, side="right")
+        past = int(np.searchsorted(self.knots[rows, 0], time_s, side="right"))
         return int(self.lines[rows][max(past - 1, 0)])
 
     def ways(self) -> Iterator[tuple[int, int, Array]]:

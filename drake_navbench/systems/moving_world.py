@@ -71,9 +71,9 @@ class MovingWorld(LeafSystem):
     ) -> None:
         super().__init__()
         self._things, self._people = world.moving, world.people
-        recorded = isinstance(world.people, RecordedPeople)
-        self._recorded = world.people if recorded else None
-        self._walkers = NOBODY if recorded else world.people
+        everybody = world.people
+        self._recorded = everybody if isinstance(everybody, RecordedPeople) else None
+        self._walkers = NOBODY if isinstance(everybody, RecordedPeople) else everybody
         self._walk = walk_of(world, footprint)
         self._standing = (world.segments, world.circles)
         self._footprint, self._scan_height_m = footprint, scan_height_m
@@ -132,8 +132,9 @@ class MovingWorld(LeafSystem):
             edges = np.vstack([edges, np.hstack([outline, np.roll(outline, -1, axis=0)])])
 
         def is_free(place: Array, radius_m: float) -> bool:
-            distance_m = nearest_point(*place, edges, circles)[2]
-            return distance_m > radius_m and not covers(edges, circles, *place)
+            x, y = place
+            distance_m = nearest_point(x, y, edges, circles)[2]
+            return bool(distance_m > radius_m and not covers(edges, circles, x, y))
 
         crowd = self._walkers.crowd(seed, is_free)
         context.get_mutable_abstract_parameter(self.crowd_parameter).set_value(crowd)
