@@ -51,22 +51,23 @@ def descend_in_stages(problem: Problem, settings: DescentSettings) -> Descent:
 
     No iterations allowed at all are no stages either.
     """
-    straight = _descend(problem, problem.guess, settings)
+    straight = descend_from(problem, problem.guess, settings)
     if straight.converged or settings.iterations == 0:
         return straight
     z, taken = problem.guess, straight.iterations
     for stage in STAGES:
-        descent = _descend(problem, z, stage)
+        descent = descend_from(problem, z, stage)
         z, taken = descent.z, taken + descent.iterations
     if descent.error < HOPELESS_ERROR:
-        descent = _descend(problem, z, settings._replace(iterations=LAST_ITERATIONS))
+        descent = descend_from(problem, z, settings._replace(iterations=LAST_ITERATIONS))
         taken += descent.iterations
     else:
         descent = descent._replace(converged=False)
     return descent._replace(iterations=taken)
 
 
-def _descend(problem: Problem, z: Array, settings: DescentSettings) -> Descent:
+def descend_from(problem: Problem, z: Array, settings: DescentSettings) -> Descent:
+    """Returns where the method ends that starts from z (N,), with one barrier."""
     return descend(
         z,
         problem.interval_count,
