@@ -41,8 +41,9 @@ class Candidate(NamedTuple):
 
     @property
     def is_cold(self) -> bool:
-        """Whether it has no predecessor."""
-        return self.predecessor is None and not self.is_driven
+        """Whether it is a guess that has not been optimised before."""
+        is_new = self.predecessor is None or self.predecessor.is_queued
+        return is_new and not self.is_driven
 
     @property
     def length_m(self) -> float:
@@ -146,7 +147,7 @@ def gather_candidates(
     if parameters.enable_homotopy_class_planning:
         for known in memory.alternatives:
             # A guess that failed tells which class is not worth another try yet, and no more.
-            is_of_use = known.accepted or known.is_recent(time_s)
+            is_of_use = known.accepted or known.is_queued or known.is_recent(time_s)
             if is_of_use and not _goal_jumped(known.band, goal, parameters):
                 add(continued(known.band, known.stamp_s), known=known)
     for path, path_angles in zip(paths, plan_angles, strict=True):

@@ -227,40 +227,54 @@ def band_constraints(z, interval_count, scene):
     return values, jacobian
 
 
-def sparsity_pattern(
-    interval_count: int, disc_count: int, is_car: bool = False, meets_moving: bool = False
-) -> list[tuple[int, int]]:
-    """Returns the (row, column) pairs of `band_constraints` that may be non-zero."""
+@njit(cache=True)
+def _mark(pattern, count, row, first, last, m, with_time, yaw_only):
+    """Adds the columns of intervals first to last (exclusive) to a row; returns the new count."""
+    for k in range(first, last):
+        if with_time:
+            pattern[count, 0], pattern[count, 1] = row, k
+            count += 1
+    for axis in range(2 if yaw_only else 0, 3):
+        for i in range(first, last + 1):
+            column = pose_columns(i, m)[axis]
+            if column >= 0:
+                pattern[count, 0], pattern[count, 1] = row, column
+                count += 1
+    return count
+
+
+@njit(cache=True)
+def sparsity_pattern(interval_count, disc_count, is_car=False, meets_moving=False):
+    """Returns (K, 2) the rows and columns of `band_constraints` that may be non-zero, by rows.
+
+    The columns of a row ascend.
+    """
     m = interval_count
-    pairs: list[tuple[int, int]] = []
-
-    def add(row: int, intervals: list[int], *, with_time: bool, yaw_only: bool) -> None:
-        columns = set()
-        for k in intervals:
-            if with_time:
-                columns.add(k)
-            for i in (k, k + 1):
-                columns.update(pose_columns(i, m)[2 if yaw_only else 0 :])
-        pairs.extend((row, column) for column in sorted(columns - {-1}))
-
+    rows = row_count(m, disc_count, is_car, meets_moving)
+    # No row has more than the times of two intervals and three poses.
+    pattern = np.empty((11 * rows, 2), dtype=np.int64)
+    count = 0
     for k in range(m):
-        add(k, [k], with_time=False, yaw_only=False)
-        add(m + k, [k], with_time=True, yaw_only=False)
-        add(2 * m + k, [k], with_time=True, yaw_only=True)
+        count = _mark(pattern, count, k, k, k + 1, m, False, False)
+    for k in range(m):
+        count = _mark(pattern, count, m + k, k, k + 1, m, True, False)
+    for k in range(m):
+        count = _mark(pattern, count, 2 * m + k, k, k + 1, m, True, True)
     for k in range(m + 1):
-        neighbours = [j for j in (k - 1, k) if 0 <= j < m]
-        add(3 * m + k, neighbours, with_time=True, yaw_only=False)
-        add(4 * m + 1 + k, neighbours, with_time=True, yaw_only=True)
-    slack_column = variable_count(m) - 1
+        count = _mark(pattern, count, 3 * m + k, max(k - 1, 0), min(k + 1, m), m, True, False)
+    for k in range(m + 1):
+        count = _mark(pattern, count, 4 * m + 1 + k, max(k - 1, 0), min(k + 1, m), m, True, True)
     row = 5 * m + 2
     for _ in range(2 if meets_moving else 1):
         for i in range(1, m):
             for _ in range(disc_count):
-                pairs.extend((row, column) for column in (*pose_columns(i, m), slack_column))
+                for column in (*pose_columns(i, m), variable_count(m) - 1):
+                    pattern[count, 0], pattern[count, 1] = row, column
+                    count += 1
                 row += 1
     if is_car:
-        first = row_count(m, disc_count, False, meets_moving)
         for k in range(m):
-            for way in range(2):
-                add(first + 2 * k + way, [k], with_time=True, yaw_only=False)
-    return pairs
+            for _ in range(2):
+                count = _mark(pattern, count, row, k, k + 1, m, True, False)
+                row += 1
+    return pattern[:count]

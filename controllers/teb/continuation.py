@@ -33,6 +33,8 @@ STAGES = (
 LAST_ITERATIONS = 25
 # Slopes of the Lagrangian after the stages that come of multipliers without bound.
 HOPELESS_ERROR = 1e3
+# Without stages: half-way 99 in 100 that converge have smaller ones, and of the others a third.
+UNPROMISING_ERROR = 20.0
 
 
 class Problem(NamedTuple):
@@ -51,7 +53,9 @@ def descend_in_stages(problem: Problem, settings: DescentSettings) -> Descent:
 
     No iterations allowed at all are no stages either.
     """
-    straight = descend_from(problem, problem.guess, settings)
+    straight = descend_from(
+        problem, problem.guess, settings._replace(hopeless_error=UNPROMISING_ERROR)
+    )
     if straight.converged or settings.iterations == 0:
         return straight
     z, taken = problem.guess, straight.iterations

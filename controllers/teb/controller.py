@@ -93,14 +93,18 @@ class TimedElasticBand:
                 observation.costmap, moving, elapsed_s=elapsed, reach_m=reach + PREDICTED_ROOM_M
             )
             try:
-                decision = self._cycle(observation, memory, predicted)
+                decision = self._cycle(observation, memory, predicted, is_tentative=True)
             except NoValidControl:
-                pass
-            else:
-                if not decision.diagnostics["is_fallback"]:
-                    return decision
+                decision = None
+            if decision is not None:
+                return decision
         # Nothing moves, or there is no way among what does: then it is taken as it stands.
-        return self._cycle(observation, memory, around)
+        decision = self._cycle(observation, memory, around)
+        if decision is None:
+            # Before it gives up, what was put off is tried as well.
+            decision = self._cycle(observation, memory.afresh(), around, is_last=True)
+        assert decision is not None
+        return decision
 
     def _track(
         self, observation: Observation, memory: TebMemory, around: Surroundings
@@ -113,8 +117,16 @@ class TimedElasticBand:
         )
         return memory._replace(tracking=tracking), tracking.moving()
 
-    def _cycle(self, observation: Observation, memory: TebMemory, around: Surroundings) -> Decision:
-        """Returns the decision among what is around."""
+    def _cycle(
+        self,
+        observation: Observation,
+        memory: TebMemory,
+        around: Surroundings,
+        *,
+        is_tentative: bool = False,
+        is_last: bool = False,
+    ) -> Decision | None:
+        """Returns the decision among what is around, None as the chooser does (see `Attempt`)."""
         parameters, field = self._parameters, around.field
         plan = cut_local_plan(observation, parameters, discs=self._discs, field=field)
         clusters = find_clusters(field, self._least_distance(plan, field))
@@ -158,10 +170,17 @@ class TimedElasticBand:
             clusters=clusters,
             pace=pace,
         )
-        attempt = Attempt(observation, memory, task, pace, plan.is_cut_short, spare)
-        decision = self._chooser.decide(attempt, candidates)
-        # Before it gives up, what was put off is tried as well.
-        return decision or self._cycle(observation, memory.afresh(), around)
+        attempt = Attempt(
+            observation,
+            memory,
+            task,
+            pace,
+            plan.is_cut_short,
+            spare,
+            is_tentative=is_tentative,
+            is_last=is_last,
+        )
+        return self._chooser.decide(attempt, candidates)
 
     def _least_distance(self, plan: LocalPlan, field: DistanceField) -> float:
         """Returns how far the robot's centre keeps from obstacles that it can pass between, m.

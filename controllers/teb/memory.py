@@ -17,16 +17,18 @@ REVISIT_PERIOD_S = 0.25
 class Alternative(NamedTuple):
     """A band of another class than the driven one, or a guess of a class in which there was none.
 
-    stamp_s: when it was optimised. accepted: it obeyed the limits then.
+    stamp_s: when it was optimised. accepted: it obeyed the limits then. is_queued: a guess that
+    there was no time for; it is its turn now.
     """
 
     band: Band
     stamp_s: float
     accepted: bool
+    is_queued: bool = False
 
     def is_recent(self, time_s: float) -> bool:
         """Whether it was optimised less than REVISIT_PERIOD_S before."""
-        return time_s - self.stamp_s < REVISIT_PERIOD_S
+        return not self.is_queued and time_s - self.stamp_s < REVISIT_PERIOD_S
 
 
 class TebMemory(NamedTuple):

@@ -12,6 +12,7 @@ from drake_navbench.controller import SpeedLimit
 from drake_navbench.controllers.teb.arcs import band_geometry
 from drake_navbench.controllers.teb.band import Band, Pace, freeze, resampled, unwrapped_goal
 from drake_navbench.controllers.teb.constraints import BandScene
+from drake_navbench.controllers.teb.ipopt_program import SolverSettings
 from drake_navbench.controllers.teb.layout import pack_band
 from drake_navbench.controllers.teb.local_plan import LEAST_CLEARANCE_RATIO
 from drake_navbench.controllers.teb.objective import Weights
@@ -23,7 +24,6 @@ from drake_navbench.controllers.teb.program import (
     BandProgram,
     BandSolution,
     Lead,
-    SolverSettings,
 )
 from drake_navbench.controllers.teb.surroundings import Surroundings
 from drake_navbench.kernels.distance_field import path_clearance

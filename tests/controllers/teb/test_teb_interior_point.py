@@ -15,8 +15,9 @@ from teb_bands import (
 from drake_navbench.controllers.teb.band import initialise
 from drake_navbench.controllers.teb.continuation import STAGES, descend_from
 from drake_navbench.controllers.teb.interior_point import DescentSettings
+from drake_navbench.controllers.teb.ipopt_program import SolverSettings
 from drake_navbench.controllers.teb.layout import pack_band
-from drake_navbench.controllers.teb.program import BandProgram, SolverSettings
+from drake_navbench.controllers.teb.program import BandProgram
 
 ALONE = SolverSettings(is_confirmed=False)
 ORACLE = SolverSettings(newton_iterations=0)

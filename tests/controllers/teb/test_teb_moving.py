@@ -19,11 +19,12 @@ from drake_navbench.controllers.teb.curvature import (
     add_lagrangian_curvature,
     band_positions,
 )
+from drake_navbench.controllers.teb.ipopt_program import SolverSettings
 from drake_navbench.controllers.teb.layout import pack_band, row_count
 from drake_navbench.controllers.teb.memory import TebMemory
 from drake_navbench.controllers.teb.moving import Track, Tracking, track_obstacles
 from drake_navbench.controllers.teb.predicted import encounters_of, moving_fields
-from drake_navbench.controllers.teb.program import BandProgram, SolverSettings
+from drake_navbench.controllers.teb.program import BandProgram
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.kernels.distance_field import distance_field
 
@@ -116,9 +117,9 @@ def test_rows_of_moving_things_have_their_derivatives():
     assert len(values) == row_count(m, len(scene.discs), False, True)
     slopes = numeric_jacobian(lambda at: band_constraints(at, m, scene)[0], z)
     np.testing.assert_allclose(jacobian, slopes, atol=1e-6)
-    assert set(zip(*np.nonzero(jacobian), strict=True)) <= set(
-        sparsity_pattern(m, len(scene.discs), False, True)
-    )
+    declared = np.zeros(jacobian.shape, dtype=bool)
+    declared[tuple(sparsity_pattern(m, len(scene.discs), False, True).T)] = True
+    assert declared[jacobian != 0.0].all()
     moving = slice(row_count(m, len(scene.discs)), None)
     assert np.abs(jacobian[moving]).max() > 0.5
 
