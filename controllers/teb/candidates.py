@@ -31,6 +31,7 @@ class Candidate(NamedTuple):
 
     angles: (C,) swept about the clusters, rad. is_driven: it continues the band driven so far.
     follows_plan: it has the class of the global plan. predecessor: the alternative it continues.
+    is_spare: a new guess for the class of the driven band.
     """
 
     guess: Band
@@ -38,6 +39,7 @@ class Candidate(NamedTuple):
     is_driven: bool
     follows_plan: bool
     predecessor: Alternative | None
+    is_spare: bool = False
 
     @property
     def is_cold(self) -> bool:
@@ -179,7 +181,7 @@ def spare_candidate(
         angles = swept_angles(np.vstack([start[:2], path, goal[:2]]), clusters.anchors)
         if same_class(angles, driven.angles):
             guess = initialise(path, start, goal, pace=pace, speed=speed)
-            return driven._replace(guess=guess, is_driven=False)
+            return driven._replace(guess=guess, is_driven=False, is_spare=True)
     return None
 
 

@@ -13,7 +13,7 @@ from drake_navbench.controllers.teb.band import Band, Pace, braking_band, next_t
 from drake_navbench.controllers.teb.candidates import Candidate
 from drake_navbench.controllers.teb.feasibility import checked_pose_count, is_free
 from drake_navbench.controllers.teb.homotopy import class_name
-from drake_navbench.controllers.teb.memory import Alternative, TebMemory
+from drake_navbench.controllers.teb.memory import REVISIT_PERIOD_S, Alternative, TebMemory
 from drake_navbench.controllers.teb.parameters import TebParameters
 from drake_navbench.controllers.teb.planner import BandPlanner, PlannedBand, Task
 from drake_navbench.controllers.teb.surroundings import Surroundings, keeps_off
@@ -81,12 +81,18 @@ class BandChooser:
         failed = [
             Alternative(candidate.guess, time_s, accepted=False)
             for candidate, planned in tried
-            if not planned.accepted and not candidate.is_driven
+            if not (planned.accepted or candidate.is_driven or candidate.is_spare)
         ]
         left = (*failed, *postponed)
         fallback = self._shifted(attempt)
         if fallback is not None:
-            kept = memory._replace(band=fallback, alternatives=left, stamp_s=time_s)
+            spare_failed = any(candidate.is_spare for candidate, _ in tried)
+            kept = memory._replace(
+                band=fallback,
+                alternatives=left,
+                stamp_s=time_s,
+                spare_failed_s=time_s if spare_failed else memory.spare_failed_s,
+            )
             return self._decision(attempt, fallback, kept, tried, is_fallback=True)
         braking = self._braking(attempt)
         if braking is None and postponed:
@@ -113,8 +119,8 @@ class BandChooser:
         """Leads the candidates that can pay; returns them and those to look at again later.
 
         No guess can be driven faster than its length, what lost a moment ago loses again, and what
-        obeyed no limit a moment ago still does not. Where there is a band already, what takes long
-        takes several cycles.
+        obeyed no limit a moment ago still does not. Where there is a band to drive, this one or the
+        last one, what takes long takes several cycles.
         """
         task, time_s = attempt.task, attempt.observation.time_s
         work = 0
@@ -130,7 +136,7 @@ class BandChooser:
                     continue
             if candidate.length_m / task.limits.forward_speed > best:
                 continue
-            if work > ENOUGH_WORK and np.isfinite(best) and not attempt.is_last:
+            if work > ENOUGH_WORK and self._can_wait(attempt, has_band=bool(np.isfinite(best))):
                 postponed.append(Alternative(candidate.guess, time_s, False, is_queued=True))
                 continue
             if candidate.is_cold:
@@ -139,12 +145,17 @@ class BandChooser:
                 planned = self._planner.lead(candidate.guess, task)
             tried.append((candidate, planned))
             work += planned.solution.newton_steps * len(planned.solution.time_steps)
-        if not any(planned.accepted for _, planned in tried):
+        failed_lately = time_s - attempt.memory.spare_failed_s < REVISIT_PERIOD_S
+        if not failed_lately and not any(planned.accepted for _, planned in tried):
             spare = attempt.spare()
             if spare is not None:
                 planned = self._planner.lead_cold(spare.guess, task, pace=attempt.pace)
                 tried.append((spare, planned))
         return tried, postponed
+
+    def _can_wait(self, attempt: Attempt, *, has_band: bool) -> bool:
+        """Whether there is something to drive without the candidates that are left."""
+        return not attempt.is_last and (has_band or self._shifted(attempt) is not None)
 
     def _cost(self, candidate: Candidate, planned: PlannedBand) -> float:
         """Returns what a band is chosen by: its duration, weighed, and its missing clearance."""

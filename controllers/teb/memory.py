@@ -37,7 +37,8 @@ class TebMemory(NamedTuple):
     band: the last band that was driven, or None. alternatives: bands of other classes. stamp_s:
     when the driven one was planned. switched_s: when the class last changed. command: (2,) v m/s,
     w rad/s of the last cycle, or None after a failure. explored_s: when other classes were last
-    looked for. tracking: what is known of moving obstacles.
+    looked for. spare_failed_s: when a new guess for the driven band's class last failed. tracking:
+    what is known of moving obstacles.
     """
 
     band: Band | None = None
@@ -46,6 +47,7 @@ class TebMemory(NamedTuple):
     switched_s: float = -np.inf
     command: NDArray[np.float64] | None = None
     explored_s: float = -np.inf
+    spare_failed_s: float = -np.inf
     tracking: Tracking = Tracking()
 
     def afresh(self) -> TebMemory:

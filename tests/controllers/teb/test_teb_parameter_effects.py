@@ -10,7 +10,7 @@ from teb_closed_loop import plan_from_elements, wheelchair_setup, window
 from drake_navbench.controller import ControllerError, Observation
 from drake_navbench.controllers.teb import TimedElasticBand
 from drake_navbench.controllers.teb.memory import TebMemory
-from drake_navbench.controllers.teb.parameters import TebParameters
+from drake_navbench.controllers.teb.parameters import DiscModel, TebParameters
 from drake_navbench.controllers.teb.program import BandProgram
 from drake_navbench.inputs.presets import load_preset
 
@@ -144,6 +144,41 @@ def test_another_value_makes_other_decisions(name):
     assert decisions(SCENES[scene], **others, **{name: value}) != first
     # And it is the value that does it.
     assert decisions(SCENES[scene], **others) == first
+
+
+SHAPES = {
+    "point": ({"type": "point"}, {}),
+    "circular": ({"type": "circular", "radius": 0.2}, {"radius": 0.35}),
+    "two_circles front": ({"type": "two_circles"}, {"front_offset": 0.5}),
+    "two_circles front radius": ({"type": "two_circles"}, {"front_radius": 0.35}),
+    "two_circles rear": ({"type": "two_circles", "rear_radius": 0.4}, {"rear_offset": -0.3}),
+    "two_circles rear radius": ({"type": "two_circles"}, {"rear_radius": 0.4}),
+    "line start": (
+        {"type": "line", "line_start": (0.0, 0.0), "line_end": (0.5, 0.0)},
+        {"line_start": (0.0, 0.3)},
+    ),
+    "line end": (
+        {"type": "line", "line_start": (0.0, 0.0), "line_end": (0.5, 0.0)},
+        {"line_end": (0.8, 0.1)},
+    ),
+    "polygon": (
+        {"type": "polygon", "vertices": ((0.5, 0.2), (0.5, -0.2), (-0.1, -0.2), (-0.1, 0.2))},
+        {"vertices": ((0.8, 0.3), (0.8, -0.3), (-0.1, -0.3), (-0.1, 0.3))},
+    ),
+}
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_every_number_of_a_shape_matters(shape):
+    values, change = SHAPES[shape]
+    near = SCENES["aside"]._replace(boxes=((0.9, 0.3, 1.3, 0.7), (-0.4, 0.45, 0.1, 0.7)))
+
+    def told(model):
+        return decisions(near, footprint_model=DiscModel(**model))
+
+    own = decisions(near)
+    assert told(values) != own
+    assert not change or told({**values, **change}) != told(values)
 
 
 def test_no_parameter_is_forgotten():
