@@ -65,6 +65,10 @@ class WaypointFollower:
         self.waypoints = waypoints
         self._parameters = parameters
 
+    def first_progress(self) -> Progress:
+        """Returns the progress at the start."""
+        return Progress()
+
     def end_leg(
         self, progress: Progress, status: TaskStatus, time_s: float, recovery_count: int
     ) -> Progress:
