@@ -24,7 +24,7 @@ from drake_navbench.analysis.metrics.body import outline_of
 from drake_navbench.analysis.metrics.mission import goals
 from drake_navbench.analysis.metrics.moving import look_times
 from drake_navbench.analysis.metrics.safety import obstacle_outlines
-from drake_navbench.analysis.metrics.signals import Array, positions
+from drake_navbench.analysis.metrics.signals import Array, positions, stretches
 from drake_navbench.analysis.moving import movers_of
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.log import TrialLog
@@ -98,11 +98,17 @@ def bounds(logs: Sequence[TrialLog]) -> tuple[Array, Array]:
     return points.min(axis=0) - margin_m, points.max(axis=0) + margin_m
 
 
+def drawn_path(log: TrialLog) -> Array:
+    """Returns (N, 2) the driven path, m, with a row of NaN where a lift carried the robot."""
+    parts = [np.vstack([part, np.full((1, 2), np.nan)]) for part in stretches(log)]
+    return np.vstack(parts)[:-1]
+
+
 def paths_map(logs_by_controller: Mapping[str, Sequence[TrialLog]]) -> PathsMap:
     """Returns the driven paths of all controllers, every trial, and where they drove."""
     logs = [log for own in logs_by_controller.values() for log in own]
     driven = [
-        DrivenPaths(controller, [positions(log) for log in own], [outline_at(own[0], -1)])
+        DrivenPaths(controller, [drawn_path(log) for log in own], [outline_at(own[0], -1)])
         for controller, own in logs_by_controller.items()
     ]
     # The course of one that planned all its legs, where there is one.

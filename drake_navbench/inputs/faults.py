@@ -90,9 +90,10 @@ def conditions_of(robot: Robot, faults: Sequence[Fault] = (), source: str = "fau
 
     source: names the faults in errors.
     """
-    return Conditions(
-        **{part: _timeline(getattr(robot, part), faults, part, source) for part in PARTS}
-    )
+    parts: dict[str, Any] = {
+        part: _timeline(getattr(robot, part), faults, part, source) for part in PARTS
+    }
+    return Conditions(**parts)
 
 
 def _timeline(usual: Part, faults: Sequence[Fault], part: str, source: str) -> Timeline[Part]:

@@ -138,9 +138,9 @@ def placed_floors(scenario: Scenario) -> tuple[PlacedFloor, ...]:
             right = bounds[2]
             continue
         # Whole metres, so that cells lie as they do on the floor's own map, but for rounding.
-        offset = float(math.ceil(right + STOREY_GAP_M - bounds[0]))
-        offsets.append((offset, 0.0))
-        right = offset + bounds[2]
+        right_m = float(math.ceil(right + STOREY_GAP_M - bounds[0]))
+        offsets.append((right_m, 0.0))
+        right = right_m + bounds[2]
     first = offsets[0]
     storeys = [-1 if floor.origin else index for index, floor in enumerate(scenario.floors)]
     floors = []
@@ -247,7 +247,8 @@ def _bounds_of(own: Scenario) -> Bounds:
         points += [*(thing.knots[:, 1:3] - thing.reach_m), *(thing.knots[:, 1:3] + thing.reach_m)]
     for person in own.true_world.people.persons:
         points += [person.start, *person.goals]
-    return own.true_world.bounds(points, 0.0)
+    low_x, low_y, high_x, high_y = map(float, own.true_world.bounds(points, 0.0))
+    return low_x, low_y, high_x, high_y
 
 
 def _joined_people(everybody: Sequence[People | None]) -> People | None:

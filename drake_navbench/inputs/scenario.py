@@ -264,9 +264,9 @@ class Scenario(QuietModel):
                 raise ValueError("goal: missing, but required")
             return self
         check_mission([floor.name for floor in self.floors], self.lifts, self.mission)
-        usual = Scenario.model_construct()
         for name in ON_FLOORS:
-            if getattr(self, name) != getattr(usual, name):
+            usual = Scenario.model_fields[name].get_default(call_default_factory=True)
+            if getattr(self, name) != usual:
                 raise ValueError(f"{name}: has no meaning beside a mission; its floors have them")
         end = end_of(self.mission, self.lifts)
         if "goal" in self.model_fields_set and self.goal != end:

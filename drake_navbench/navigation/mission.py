@@ -193,7 +193,7 @@ class MissionFollower(WaypointFollower):
             own.floor_name,
             then.lift,
             events,
-            pause_end_s if ride.failure else switch_s,
+            pause_end_s,
         )
         switches = progress.switches
         if not ride.failure:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_navbench.inputs.floors import mission_legs
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.log import MISSION_COLUMNS
 from drake_navbench.navigation.mission import FloorLeg, MissionProgress
@@ -16,7 +17,7 @@ Event = tuple[float, Any]
 
 
 def mission_account(scenario: Scenario) -> dict[str, Any]:
-    """Returns the header's `floors`, and its `scenario` with the mission's goals in the world.
+    """Returns the header's `floors` and `mission`, and its `scenario` with goals in the world.
 
     What was at (x, y) on a floor's map is at (x, y) + `offset_m` in the world, where all poses of a
     log are.
@@ -27,7 +28,16 @@ def mission_account(scenario: Scenario) -> dict[str, Any]:
         {"name": floor.name, "offset_m": list(floor.offset), "bounds_m": list(floor.bounds)}
         for floor in scenario.placed_floors
     ]
-    return {"scenario": described, "floors": floors}
+    legs = [
+        {"floor": leg.floor.name, "goal": list(leg.goal)}
+        | (
+            {}
+            if leg.lift is None or leg.to is None or leg.arrival is None
+            else {"lift": leg.lift.name, "to": leg.to.name, "arrival": list(leg.arrival)}
+        )
+        for leg in mission_legs(scenario)
+    ]
+    return {"scenario": described, "floors": floors, "mission": legs}
 
 
 def mission_columns(
