@@ -120,8 +120,10 @@ def placed_floors(scenario: Scenario) -> tuple[PlacedFloor, ...]:
     """Returns the floors as they lie in the world, the first one where its own frame does.
 
     Those that give their origin are parts of one storey and lie as they say; every other one is a
-    storey and lies to the right of those before.
+    storey and lies to the right of those before. None where the scenario has no floors.
     """
+    if not scenario.floors:
+        return ()
     offsets: list[Offset] = []
     own = floor_scenarios(scenario)
     limits = [_bounds_of(floor) for floor in own]

@@ -124,6 +124,8 @@ class MissionFollower(WaypointFollower):
     tick_s: between two ticks of the navigator.
     """
 
+    noun = "leg"
+
     def __init__(
         self,
         legs: tuple[MissionLeg, ...],
@@ -217,5 +219,5 @@ class MissionFollower(WaypointFollower):
         )
 
     def _mission_failure(self, index: int, reason: str, code: int) -> TaskStatus:
-        where = f"waypoint {index + 1} of {len(self._legs)}"
+        where = f"{self.noun} {index + 1} of {len(self._legs)}"
         return TaskStatus(TaskState.ABORTED, code, f"{where}: {reason}")
