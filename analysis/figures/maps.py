@@ -154,7 +154,9 @@ def draw_course(axes: Axes, course: Course) -> None:
         axes.plot(*course.waypoints.T, marker="D", ms=6, **mark, label="waypoint")
     axes.plot(*course.goal, marker="*", ms=11, **mark, label="goal")
     for name, corner in course.floors:
-        axes.annotate(name, corner, xytext=(0, 3), textcoords="offset points", fontsize="small")
+        axes.annotate(
+            name, tuple(corner), xytext=(0, 3), textcoords="offset points", fontsize="small"
+        )
     axes.set_aspect("equal")
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]")
