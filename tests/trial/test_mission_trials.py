@@ -17,8 +17,6 @@ from drake_navbench.trial.floors import drawn_legs
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import run_trial, trial_task
 
-UPPER_OFFSET_X_M = 13.0
-
 
 def drive(scenario: Scenario, **options) -> TrialLog:
     return run_trial(scenario, "rpp", keeps_costmaps=True, **options)
