@@ -123,7 +123,22 @@ def _clearance_jumps(log: TrialLog) -> Flags:
     moved_before_m = np.interp(time_s - CLEARANCE_PERIOD_S, time_s, moved_m)
     allowed_m = moved_m[1:] - moved_before_m[:-1] + CLEARANCE_TOLERANCE_M
     clearance_m = np.minimum(_column(log, "clearance_m"), CLEARANCE_REACH_M)
-    return _from_second(~(np.abs(np.diff(clearance_m)) <= allowed_m) & ~_just_carried(log))
+    jumps = ~(np.abs(np.diff(clearance_m)) <= allowed_m)
+    just_there = _somebody_came_or_went(log, time_s)[1:] | _just_carried(log)
+    return _from_second(jumps & ~just_there)
+
+
+def _somebody_came_or_went(log: TrialLog, time_s: Array) -> Flags:
+    """Flags rows at which somebody of a recording may just have appeared, or disappeared."""
+    flags: Flags = np.zeros(len(time_s), dtype=bool)
+    if log.people is None:
+        return flags
+    away = np.isnan(log.people.poses[..., 0])
+    for row in np.flatnonzero((away[1:] != away[:-1]).any(axis=1)):
+        first_s, last_s = log.people.time_s[row : row + 2]
+        # A clearance holds until the next, and a log's row is not older than that.
+        flags |= (time_s >= first_s - ROUNDING) & (time_s <= last_s + 2.0 * CLEARANCE_PERIOD_S)
+    return flags
 
 
 def _just_carried(log: TrialLog) -> Flags:

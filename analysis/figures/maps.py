@@ -25,7 +25,7 @@ from drake_navbench.analysis.metrics.mission import goals
 from drake_navbench.analysis.metrics.moving import look_times
 from drake_navbench.analysis.metrics.safety import obstacle_outlines
 from drake_navbench.analysis.metrics.signals import Array, positions, stretches
-from drake_navbench.analysis.moving import movers_of
+from drake_navbench.analysis.moving import is_there, movers_of
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.log import TrialLog
 
@@ -74,14 +74,20 @@ def course_of(log: TrialLog) -> Course:
     *waypoints, goal = goals(log)[:, :2]
     moved = movers_of(log)
     poses = moved.poses_at(look_times(log)) if moved.body_count else np.empty((1, 0, 3))
-    first = zip(moved.outlines, poses[0], strict=True)
+    there = is_there(poses)
+    first = [
+        (outline, pose[own][0])
+        for outline, pose, own in zip(moved.outlines, poses.swapaxes(0, 1), there.T, strict=True)
+        if own.any()
+    ]
+    poses[~there] = np.nan
     return Course(
         obstacle_outlines(log),
         [plan.poses[:, :2] for plan in log.first_plans],
         len(log.plans) != len(log.first_plans),
         np.array(waypoints).reshape(-1, 2),
         goal,
-        [poses[:, body, :2] for body in range(moved.body_count)],
+        [poses[:, body, :2] for body in np.flatnonzero(there.any(axis=0))],
         [place_outline(outline, pose) for outline, pose in first],
         [
             (floor["name"], np.array([floor["bounds_m"][0], floor["bounds_m"][3]]))

@@ -62,12 +62,19 @@ def check_floors(scenario: Scenario) -> None:
 
 
 def _check_people(scenario: Scenario) -> None:
-    """Raises InputError where people of two floors do not walk by the same settings."""
+    """Raises InputError for a recording, or where two floors' people walk by other settings."""
     crowds = [
         (index, floor.world.people)
         for index, floor in enumerate(scenario.floors)
         if floor.world.people is not None
     ]
+    for index, people in crowds:
+        if people.recording is not None:
+            raise InputError(
+                f"scenario {scenario.name}: floors[{index}].world.people.recording: got "
+                f"{people.recording.file!r}, expected people who walk by a model: floors of a "
+                "mission have no recorded ones"
+            )
     for index, people in crowds[1:]:
         (first, others), *_ = crowds
         for name in type(people).model_fields:

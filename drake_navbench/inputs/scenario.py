@@ -39,6 +39,7 @@ from drake_navbench.inputs.mission import Lift, MissionStep, check_mission, end_
 from drake_navbench.inputs.moving import MAX_MOVING, MovingObstacle, MovingObstacles
 from drake_navbench.inputs.named_files import NamedFiles
 from drake_navbench.inputs.people import People, WalkingPeople
+from drake_navbench.inputs.recorded_people import RecordedPeople, load_recording
 from drake_navbench.inputs.robot import Robot, load_robot, overridden
 from drake_navbench.inputs.world import Obstacle, Point, World
 from drake_navbench.navigation.smoother_settings import SmootherSettings
@@ -130,7 +131,7 @@ class WorldDescription(FrozenModel):
         description="What moves along timed waypoints, whatever the robot does; no map shows it.",
     )
     people: People | None = Field(
-        None, description="Those who walk by the social force model and react to the robot."
+        None, description="Those who walk, by a model or as they were recorded."
     )
 
     @model_serializer(mode="wrap")
@@ -339,11 +340,20 @@ class Scenario(QuietModel):
 
     @property
     def files(self) -> list[Path]:
-        """The map and mask files that it refers to, with their images."""
+        """The map and mask files that it refers to, with their images, and the recording."""
         if self.floors:
             return [path for floor in self.floor_scenarios for path in floor.files]
         grids = [self.map, *(mask.grid for mask in self.filter_masks)]
-        return [path for grid in grids if grid is not None for path in grid.files]
+        found = [path for grid in grids if grid is not None for path in grid.files]
+        return found if self._recording is None else [*found, self._recording]
+
+    @property
+    def _recording(self) -> Path | None:
+        """The file of recorded people."""
+        people = self.world.people
+        if people is None or people.recording is None:
+            return None
+        return Path(self.directory) / people.recording.file
 
     @cached_property
     def file_hashes(self) -> dict[str, str]:
@@ -373,8 +383,16 @@ class Scenario(QuietModel):
             return joined_world(self.placed_floors)
         walls = occupied_boxes(self.map) if self.map is not None else ()
         moving = MovingObstacles(tuple(self.world.moving_obstacles))
-        people = WalkingPeople(self.world.people)
+        people = self._recorded_people or WalkingPeople(self.world.people)
         return World(tuple(self.world.obstacles), walls, moving, people)
+
+    @cached_property
+    def _recorded_people(self) -> RecordedPeople | None:
+        """Those of a recording; raises InputError where it cannot be read."""
+        people, path = self.world.people, self._recording
+        if people is None or people.recording is None or path is None:
+            return None
+        return load_recording(path, people.recording, self.timeout_s)
 
     @cached_property
     def known_world(self) -> World:

@@ -14,6 +14,7 @@ from drake_navbench.inputs.drive import DifferentialDrive
 from drake_navbench.inputs.faults import PARTS, Conditions
 from drake_navbench.inputs.floor_check import Place, check_floors, places_of
 from drake_navbench.inputs.presets import Preset
+from drake_navbench.inputs.recorded_people import RecordedPeople
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.kernels.poses import place_outline
@@ -48,6 +49,8 @@ def _check_place(name: str, place: Place, robot: Robot) -> None:
         body = shapely.Polygon(place_outline(robot.outline, here.start))
     _check_moving(here, body)
     _check_people(here, body)
+    if body is not None:
+        _check_recorded_people(here, body)
     for field, goal in place.goals.items():
         where = _why_no_goal(here, robot, np.array(goal[:2]))
         if where:
@@ -147,6 +150,37 @@ def _check_people(scenario: Scenario, body: shapely.Polygon | None) -> None:
                     f"{place}.goals: the straight way from {list(start)} to {list(end)} leads "
                     "through an obstacle; expected goals that can be walked to straight ahead"
                 )
+
+
+def _check_recorded_people(scenario: Scenario, body: shapely.Polygon) -> None:
+    """Raises InputError where somebody of a recording stands on the robot, or walks through walls.
+
+    Somebody's body may brush an obstacle, as tracks are not that exact.
+    """
+    world = scenario.true_world
+    people = world.people
+    if not isinstance(people, RecordedPeople):
+        return
+    path = scenario.files[-1]
+    places = shapely.points(people.people_at(0.0)[:, :2])
+    gaps_m = shapely.distance(places, body) - people.radius_m
+    for person in np.flatnonzero(gaps_m <= 0.0)[:1]:
+        raise InputError(
+            f"{path}, line {people.line_at(person, 0.0)}: person {people.names[person]} stands "
+            f"where scenario {scenario.name} has the robot's footprint, at {list(scenario.start)}; "
+            "expected free space"
+        )
+    for person, line, ends in people.ways():
+        if world.intersects(shapely.LineString(ends)):
+            raise InputError(
+                f"{path}, line {line}: person {people.names[person]} walks through an obstacle of "
+                f"scenario {scenario.name}, from {_rounded(ends[0])} to {_rounded(ends[1])}; "
+                "expected free space"
+            )
+
+
+def _rounded(place: np.ndarray) -> list[float]:
+    return [round(float(value), 3) for value in place]
 
 
 def warn_of_rotation(preset: Preset, robot: Robot) -> None:

@@ -213,6 +213,8 @@ class _Machine:
             replace_leaves(self._root, self._board, settings)
         self.nodes = nodes_of(self._root)
         self._changes: list[dict[str, Any]] = []
+        # What the nodes stand at; None during a tick. Spares to set them to what they are.
+        self._standing: Snapshot | None = None
         for node in self.nodes:
             node.on_change = self._note_change
 
@@ -224,7 +226,9 @@ class _Machine:
     ) -> tuple[Snapshot, Blackboard, Events, Status]:
         """Ticks the tree once from a snapshot; a tree that ends is made idle."""
         board = self._board
-        restore(self.nodes, tree)
+        if tree is not self._standing:
+            restore(self.nodes, tree)
+        self._standing = None
         self._changes.clear()
         board.values, board.inputs = values, inputs
         self._root.tick_once()
@@ -235,7 +239,8 @@ class _Machine:
         if board.values.plan_count != values.plan_count and board.values.path is not None:
             changes.append({"plan_id": board.values.plan_count, "poses": len(board.values.path)})
         events = tuple((inputs.now_s, change) for change in changes)
-        return take_snapshot(self.nodes), board.values, events, result
+        self._standing = take_snapshot(self.nodes)
+        return self._standing, board.values, events, result
 
     def _halt_all(self) -> None:
         """Makes every node idle, and those that outlive a success begin anew, as Nav2 does."""

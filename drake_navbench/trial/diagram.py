@@ -107,7 +107,7 @@ class TrialDiagram:
             own.get_mutable_abstract_parameter(system.seed_parameter).set_value(seed)
         if self.moving_world is not None:
             moving_context = self.moving_world.GetMyMutableContextFromRoot(context)
-            self.moving_world.set_seed(moving_context, seed)
+            self.moving_world.set_seed(moving_context, seed, start_pose)
         return context
 
 

@@ -24,10 +24,12 @@ from drake_navbench.controller import Controller
 from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.errors import InputError, NavbenchError, as_line, is_machine_fault, one_line
 from drake_navbench.inputs.presets import Preset, load_preset
+from drake_navbench.inputs.recorded_people import RecordedPeople
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.inputs.task_check import check_task
 from drake_navbench.kernels.grid import Costmap
+from drake_navbench.kernels.moving_bodies import FAR_AWAY_M
 from drake_navbench.log import COLUMNS, LATERAL_COLUMNS, ODOMETRY_COLUMNS, Outcome, TrialLog
 from drake_navbench.logged_people import DECIMALS, LoggedPeople
 from drake_navbench.moment import Moment
@@ -343,6 +345,9 @@ def _make_log(
     # The last cycle, or the navigator's last tick, may be too young for the recorder's clock.
     trial.recorder.record(recorder_context)
     info = _info(spec, outcome, status) | _filter_changes(trial, context)
+    people = spec.scenario.true_world.people
+    if isinstance(people, RecordedPeople):
+        info["people"] = {"names": people.names, "groups": people.groups}
     if contact and contact_watch.moving is not None:
         info["contact"] = contact
     navigator_context, mission = trial.navigator.GetMyContextFromRoot(context), None
@@ -385,8 +390,10 @@ def _people(recording: Recording) -> LoggedPeople | None:
     """Returns where the people were, None where there were none."""
     if not recording.people:
         return None
-    times, poses = zip(*recording.people, strict=True)
-    return LoggedPeople(np.array(times), np.round(np.array(poses), DECIMALS))
+    times, rows = zip(*recording.people, strict=True)
+    poses = np.round(np.array(rows), DECIMALS)
+    poses[poses[..., 0] >= FAR_AWAY_M] = np.nan
+    return LoggedPeople(np.array(times), poses)
 
 
 def _filter_changes(trial: TrialDiagram, context: Context) -> dict[str, Any]:

@@ -127,6 +127,14 @@ def test_a_storey_above_another_is_none_of_its_maps(tmp_path):
     assert "floors[1].origin: upper would lie on top of ground" in message
 
 
+def test_recorded_people_on_a_floor_are_refused(tmp_path):
+    (tmp_path / "hall.csv").write_text("time_s,person,x_m,y_m\n0.0,a,5.0,3.0\n1.0,a,5.5,3.0\n")
+    upper = copy.deepcopy(SMALL["floors"][1])
+    upper.setdefault("world", {})["people"] = {"recording": "hall.csv"}
+    message = refusal(tmp_path, described_mission(floors=[SMALL["floors"][0], upper]))
+    assert "floors[1].world.people.recording: got 'hall.csv', expected people who walk" in message
+
+
 def test_floors_lie_side_by_side_out_of_sight_of_one_another():
     ground, upper = small_mission().placed_floors
     assert ground.offset == (0.0, 0.0)
