@@ -112,7 +112,7 @@ class DifferentialDrive(QuietModel, _TurningDrive):
         "radius, in the base frame [m]; null: the model's own centre of mass.",
     )
     step_s: Period = Field(
-        0.005, le=0.01, description="Time step of physics planar_casters and multibody [s]."
+        0.01, le=0.02, description="Time step of physics planar_casters and multibody [s]."
     )
 
     @property

@@ -220,9 +220,10 @@ class Robot(QuietModel):
                     f"{name} must be a simple polygon around the base origin (0, 0), got "
                     f"{[list(p) for p in corners]}"
                 )
-        if self.drive.has_wheels and self.model is None:
+        drive = self.drive
+        if isinstance(drive, DifferentialDrive) and drive.has_wheels and self.model is None:
             raise ValueError(
-                f"drive.physics: {self.drive.physics} takes the wheels from a model; expected an "
+                f"drive.physics: {drive.physics} takes the wheels from a model; expected an "
                 "SDF or URDF file in the field model"
             )
         for costmap in ("local_costmap", "global_costmap"):

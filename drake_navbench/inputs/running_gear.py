@@ -61,12 +61,13 @@ class Caster(NamedTuple):
 class RunningGear(Immutable):
     """Wheels, casters and weight of a robot; the base frame lies on the floor under the axle.
 
-    axles: names of the joints of the left and the right driven wheel. axle_signs: 1 where they roll
-    ahead, -1 where the other way. wheel_inertia_kgm2: of one of
-    them about its axle. mass_kg, center_m (3,), yaw_inertia_kgm2 (about the base origin): of all
-    bodies, with the load. load_kg, load_position (3,) m: what is not among the model's bodies.
+    model: the file. axles: names of the joints of the left and the right driven wheel. axle_signs:
+    1 where they roll ahead, -1 where the other way. wheel_inertia_kgm2: of one of them about its
+    axle. mass_kg, center_m (3,), yaw_inertia_kgm2 (about the base origin): of all bodies, with the
+    load. load_kg, load_position (3,) m: what is not among the model's bodies.
     """
 
+    model: Path
     axles: tuple[str, str]
     axle_signs: tuple[float, float]
     wheel_radius_m: float
@@ -203,6 +204,7 @@ def _read(path: Path, changed_ns: int) -> RunningGear:
     wheel = left.joint.child_body().default_spatial_inertia()
     about_axle = left.joint.revolute_axis() @ _matrix(wheel) @ left.joint.revolute_axis()
     return RunningGear(
+        model=path,
         axles=(left.joint.name(), right.joint.name()),
         axle_signs=(float(np.sign(left.axis[1])), float(np.sign(right.axis[1]))),
         wheel_radius_m=left.position[2],

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,14 +14,13 @@ from pydrake.geometry import (
     FrameId,
     FramePoseVector,
     ProximityProperties,
-    Role,
     SceneGraph,
     Sphere,
 )
 from pydrake.math import RigidTransform
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import (
-    AddMultibodyPlant,
+    ApplyMultibodyPlantConfig,
     CoulombFriction,
     MultibodyPlant,
     MultibodyPlantConfig,
@@ -46,9 +44,10 @@ from pydrake.systems.framework import (
 )
 from pydrake.systems.primitives import SymbolicVectorSystem
 
-from drake_navbench.inputs.drive import DifferentialDrive, FloorSettings
+from drake_navbench.inputs.drive import DifferentialDrive
 from drake_navbench.inputs.robot_model import BASE_LINK
 from drake_navbench.inputs.running_gear import RunningGear, load_inertia
+from drake_navbench.inputs.wheels import FloorSettings
 from drake_navbench.kernels.casters import (
     ROLLING_SLACK_MPS,
     SWIVEL_SLACK_RADPS,
@@ -86,8 +85,7 @@ class MultibodyBase(Diagram):
     swivels and wheels, are velocity controllers of joints with a limit on their torque, which the
     solver takes implicitly.
 
-    model: the SDF or URDF file. rolling_resistance: of the casters' wheels, share of what stands on
-    them.
+    rolling_resistance: of the casters' wheels, share of what stands on them.
     """
 
     def __init__(
@@ -96,7 +94,6 @@ class MultibodyBase(Diagram):
         gear: RunningGear,
         scene_graph: SceneGraph,
         *,
-        model: Path,
         footprint: Vector,
         rolling_resistance: float,
     ) -> None:
@@ -104,9 +101,8 @@ class MultibodyBase(Diagram):
         self._gear = gear
         self.source_id, self.frame_id = register_footprint(scene_graph, footprint)
         builder = DiagramBuilder()
-        plant, own_scene_graph = _add_plant(builder, drive.step_s)
-        (instance,) = Parser(plant).AddModels(str(model))
-        _remove_shapes(plant, own_scene_graph)
+        plant = _new_plant(drive.step_s)
+        (instance,) = Parser(plant).AddModels(str(gear.model))
         for index in list(plant.GetJointActuatorIndices()):
             plant.RemoveJointActuator(plant.get_joint_actuator(index))
         _place_casters(plant, gear)
@@ -114,7 +110,7 @@ class MultibodyBase(Diagram):
         self._base_joint = plant.AddJoint(
             RpyFloatingJoint("on_floor", plant.world_frame(), plant.GetFrameByName(BASE_LINK))
         )
-        _add_contact(plant, gear, drive.floor)
+        _add_contact(builder, plant, gear, drive.floor)
         _add_torques(plant, gear, drive, rolling_resistance * gear.caster_load_n)
         plant.Finalize()
         self._plant = plant
@@ -252,8 +248,8 @@ class _BaseState(LeafSystem):
         output.get_mutable_value().set_value(self._frame_id, planar_pose(x, y, yaw))
 
 
-def _add_plant(builder: DiagramBuilder, step_s: float) -> tuple[MultibodyPlant, SceneGraph]:
-    """Adds a plant with a SceneGraph that nobody else looks at."""
+def _new_plant(step_s: float) -> MultibodyPlant:
+    """Returns a plant that no SceneGraph knows, so that it takes no shapes from a model."""
     config = MultibodyPlantConfig(
         time_step=step_s,
         contact_model="point",
@@ -263,22 +259,9 @@ def _add_plant(builder: DiagramBuilder, step_s: float) -> tuple[MultibodyPlant, 
         # trial at every step.
         use_sampled_output_ports=False,
     )
-    plant, scene_graph = AddMultibodyPlant(config, builder)
-    return plant, scene_graph
-
-
-def _remove_shapes(plant: MultibodyPlant, scene_graph: SceneGraph) -> None:
-    """Removes what the model shows and what it collides with: cylinders touch a floor at one end.
-
-    A ball of a wheel's radius touches it under the axle.
-    """
-    source_id = plant.get_source_id()
-    for index in plant.GetBodyIndices(ModelInstanceIndex(plant.num_model_instances() - 1)):
-        body = plant.get_body(index)
-        for geometry_id in plant.GetCollisionGeometriesForBody(body):
-            scene_graph.RemoveRole(source_id, geometry_id, Role.kProximity)
-        for geometry_id in plant.GetVisualGeometriesForBody(body):
-            scene_graph.RemoveGeometry(source_id, geometry_id)
+    plant = MultibodyPlant(step_s)
+    ApplyMultibodyPlantConfig(config, plant)
+    return plant
 
 
 def _place_casters(plant: MultibodyPlant, gear: RunningGear) -> None:
@@ -326,8 +309,21 @@ def _add_load(plant: MultibodyPlant, gear: RunningGear, instance: ModelInstanceI
     plant.WeldFrames(plant.GetFrameByName(BASE_LINK), load.body_frame())
 
 
-def _add_contact(plant: MultibodyPlant, gear: RunningGear, floor: FloorSettings) -> None:
-    """Gives each wheel a ball, and the world a floor to stand on."""
+def _add_contact(
+    builder: DiagramBuilder, plant: MultibodyPlant, gear: RunningGear, floor: FloorSettings
+) -> None:
+    """Adds the plant with a SceneGraph of its own: a floor, and a ball a wheel to stand on it.
+
+    A model's wheels, cylinders, would touch the floor at one end or the other.
+    """
+    builder.AddNamedSystem("plant", plant)
+    scene_graph = builder.AddNamedSystem("floor", SceneGraph())
+    plant.RegisterAsSourceForSceneGraph(scene_graph)
+    builder.Connect(
+        plant.get_geometry_pose_output_port(),
+        scene_graph.get_source_pose_port(plant.get_source_id()),
+    )
+    builder.Connect(scene_graph.get_query_output_port(), plant.get_geometry_query_input_port())
     properties = ProximityProperties()
     friction = CoulombFriction(floor.friction, floor.friction)
     AddContactMaterial(floor.dissipation_spm, floor.stiffness_npm, friction, properties)

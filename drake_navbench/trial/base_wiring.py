@@ -66,7 +66,6 @@ def _base_with_wheels(
         drive,
         gear,
         scene_graph,
-        model=robot.model_path,
         footprint=robot.outline,
         rolling_resistance=resistance,
     )
