@@ -28,6 +28,7 @@ from drake_navbench.controllers.graceful.simulation import Scene, Settings
 from drake_navbench.kernels.grid import MAX_NON_OBSTACLE
 from drake_navbench.kernels.poses import compose
 from drake_navbench.kernels.read_only import read_only
+from drake_navbench.kernels.settings_record import settings_record
 from drake_navbench.kernels.speed_limit import NO_SPEED_LIMIT, limited_speed, speed_limit_ratio
 
 BRANCH_NAMES = {FOLLOW: "follow", ROTATE_TO_GOAL: "rotate_to_goal"}
@@ -52,6 +53,7 @@ class Graceful:
             )
         self._parameters = parameters
         self._settings = _kernel_settings(parameters, setup)
+        self._settings_record = settings_record(self._settings)
         self._wants_diagnostics = setup.wants_diagnostics
         self._footprint = read_only(setup.footprint)
 
@@ -70,7 +72,7 @@ class Graceful:
         if observation.plan_id != memory.plan_id:
             memory = GracefulMemory(observation.plan_id)
         cycle = run_cycle(
-            self._settings,
+            self._settings_record,
             self._scene(observation),
             read_only(observation.plan),
             observation.goal_xy_reached,

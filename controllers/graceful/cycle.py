@@ -58,11 +58,13 @@ def can_turn(settings, scene, angle):
 
 
 @njit(cache=True)
-def run_cycle(settings, scene, plan, goal_xy_reached, may_turn_first, safe_angle):
+def run_cycle(settings_record, scene, plan, goal_xy_reached, may_turn_first, safe_angle):
     """Returns the Cycle for one observation.
 
-    settings: Settings; scene: Scene. plan: (M, 3) local plan in the odometry frame, M at least 1.
+    settings_record: (1,) Settings as a record; scene: Scene. plan: (M, 3) local plan in the
+    odometry frame, M at least 1.
     """
+    settings = settings_record[0]
     poses = to_robot_frame(plan, scene.x, scene.y, scene.yaw)
     orient(poses)
     plan_length = arc_length(poses)

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from drake_navbench.kernels.grid import INSCRIBED, LETHAL, NO_INFORMATION, Grid
 
 # Below about this distance from the carrot the pull fades instead of changing sign abruptly, m.
-_CARROT_SMOOTHING_M = 0.1
+CARROT_SMOOTHING_M = 0.1
 
 Array = NDArray[np.float64]
 
@@ -97,18 +97,18 @@ def interpolate(field, x, y):
 def objective(situation, weights, sequence):
     """Returns (J, dJ/dsequence (N, 2)) of a sequence (N, 2)."""
     steps = sequence.shape[0]
-    poses = _roll_out(situation, sequence)
+    poses = poses_along(situation, sequence)
     gradient = np.zeros((steps, 2))
     value = _control_terms(situation, weights, sequence, gradient)
     at_x, at_y, at_yaw = 0.0, 0.0, 0.0
     end_x = poses[steps, 0] - situation.carrot[0]
     end_y = poses[steps, 1] - situation.carrot[1]
-    distance = math.sqrt(end_x * end_x + end_y * end_y + _CARROT_SMOOTHING_M**2)
-    value += weights.progress * (distance - _CARROT_SMOOTHING_M)
+    distance = math.sqrt(end_x * end_x + end_y * end_y + CARROT_SMOOTHING_M**2)
+    value += weights.progress * (distance - CARROT_SMOOTHING_M)
     at_x += weights.progress * end_x / distance
     at_y += weights.progress * end_y / distance
     for t in range(steps - 1, -1, -1):
-        cost, by_x, by_y, by_yaw = _pose_terms(situation, weights, t, poses[t + 1])
+        cost, by_x, by_y, by_yaw = pose_terms(situation, weights, t, poses[t + 1])
         value += cost / steps
         at_x += by_x / steps
         at_y += by_y / steps
@@ -122,7 +122,7 @@ def objective(situation, weights, sequence):
 
 
 @njit(cache=True)
-def _roll_out(situation, sequence):
+def poses_along(situation, sequence):
     """Returns the poses (N + 1, 3), the first one where the robot is."""
     steps = sequence.shape[0]
     poses = np.empty((steps + 1, 3))
@@ -138,7 +138,7 @@ def _roll_out(situation, sequence):
 
 
 @njit(cache=True)
-def _pose_terms(situation, weights, t, pose):
+def pose_terms(situation, weights, t, pose):
     """Returns the terms of one pose and their derivatives by x, y, yaw."""
     x, y, yaw = pose[0], pose[1], pose[2]
     reference = situation.references[t]

@@ -8,11 +8,13 @@ the hull of their scaled differences, so bounds on the points and one linear row
 velocity and acceleration. Built as a Drake MathematicalProgram once, updated in place, solved by
 IPOPT with a limit on iterations, never on time.
 
-IPOPT is given no second derivatives; it learns them from one gradient after the other. So that it
-starts from a good guess, a variable is a control point in units in which the objective's second
-derivative by it is one in a straight drive at full speed. Five iterations then reach 99.9 % of the
-gain of converged solves, and at least 99 % in each (126 situations of four scenarios); a trial's
-path and jerk are those of converged solves.
+Where accelerations bind nothing, `bounded_descent` leads the way: Newton's method on the same
+barrier problem. IPOPT then starts at its solution, with the barrier's multipliers, and finds its
+conditions met. Where that does not converge, and with acceleration rows, IPOPT goes its own way. It
+is given no second derivatives; it learns them from one gradient after the other. So that it starts
+from a good guess, a variable is a control point in units in which the objective's second derivative
+by it is one in a straight drive at full speed. Five iterations then reach 99.9 % of the gain of
+converged solves, and at least 99 % in each (530 situations of six scenarios).
 """
 
 from __future__ import annotations
@@ -25,6 +27,7 @@ import numpy as np
 from pydrake.solvers import Binding, IpoptSolver, MathematicalProgram, SolverOptions
 from scipy.interpolate import BSpline
 
+from drake_navbench.controllers.mppi.bounded_descent import ControlSpline, DescentSettings, descend
 from drake_navbench.controllers.mppi.lanes import frozen
 from drake_navbench.controllers.mppi.motion_models import MotionLimits
 from drake_navbench.controllers.mppi.objective import Array, Situation, Weights, objective
@@ -35,8 +38,8 @@ _DEGREE = 3
 # v and w.
 _AXES = 2
 # The iterates may start this close to their bounds; IPOPT's default of 1e-2 would throw away a
-# warm start, which often lies on a limit.
-_BOUND_PUSH = 1e-6
+# warm start, which often lies on a limit. The barrier's own solution is closer still.
+_BOUND_PUSH, _LED_BOUND_PUSH = 1e-6, 1e-9
 # A barrier that starts this small, and falls monotonically, hardly moves a good start.
 _BARRIER_START = 1e-5
 _TOLERANCE = 1e-4
@@ -107,7 +110,13 @@ class Polish:
         self._accelerations = _acceleration_rows(knots, limits)
         self._rows = self._add_rows()
         self._solver = IpoptSolver()
-        self._options = _solver_options(max_iterations)
+        self._options = _solver_options(max_iterations, _BOUND_PUSH)
+        self._led_options = _led_solver_options(max_iterations)
+        # By whether column 0 is the present.
+        self._control_curvatures = tuple(
+            self._curvature_of_controls(straight._replace(starts_now=starts_now))
+            for starts_now in (False, True)
+        )
         # Scratch of the solve under way; set at its start, so that no result depends on it.
         self._situation = straight
         self._evaluation_count = 0
@@ -125,6 +134,15 @@ class Polish:
             if curvature > 0:
                 units[k] = 1.0 / math.sqrt(curvature)
         return units
+
+    def _curvature_of_controls(self, situation: Situation) -> Array:
+        """Returns the (constant) second derivatives of the objective's terms of controls."""
+        weights = self.weights._replace(path=0.0, heading=0.0, obstacle=0.0, progress=0.0)
+        gradients = []
+        for variables in (np.zeros(self._units.size), *np.eye(self._units.size)):
+            _, by_sequence = objective(situation, weights, self.sequence(situation, variables))
+            gradients.append(by_sequence.ravel() @ self._by_variables)
+        return np.array(gradients[1:]) - gradients[0]
 
     def _add_rows(self) -> Binding | None:
         """Adds the acceleration rows of the variables; their bounds depend on the speed now."""
@@ -148,8 +166,13 @@ class Polish:
             from_now = rows[:, :_AXES] @ situation.speed
             self._rows.evaluator().set_bounds(fall - from_now, rise - from_now)
         start = np.clip(self.fit(situation), lowest, highest)
+        options = self._options
+        if self._rows is None and np.all(lowest < highest):
+            led, converged = self._lead(situation, start, lowest, highest)
+            if converged:
+                start, options = led, self._led_options
         with solver_warnings_off():
-            result = self._solver.Solve(self._program, start, self._options)
+            result = self._solver.Solve(self._program, start, options)
         variables = result.get_x_val()
         found = bool(np.all(np.isfinite(variables))) and self._is_feasible(variables)
         return PolishOutcome(
@@ -158,6 +181,18 @@ class Polish:
             result.get_solver_id().name(),
             self._evaluation_count,
         )
+
+    def _lead(
+        self, situation: Situation, start: Array, lowest: Array, highest: Array
+    ) -> tuple[Array, bool]:
+        """Returns the solution of IPOPT's first barrier problem, and whether it is one."""
+        spline = ControlSpline(
+            self._by_speed @ situation.speed,
+            self._by_variables,
+            self._control_curvatures[situation.starts_now],
+        )
+        settings = DescentSettings(_BARRIER_START)
+        return descend(situation, self.weights, spline, start, lowest, highest, settings)
 
     def fit(self, situation: Situation) -> Array:
         """Returns the variables (2 K - 2,) whose sequence is closest to the sampled one."""
@@ -231,13 +266,13 @@ def _straight_drive(steps: int, dt_s: float, speed_mps: float) -> Situation:
     )
 
 
-def _solver_options(max_iterations: int) -> SolverOptions:
+def _solver_options(max_iterations: int, bound_push: float) -> SolverOptions:
     options = SolverOptions()
     for name, value in {
         "max_iter": max_iterations,
         "tol": _TOLERANCE,
-        "bound_push": _BOUND_PUSH,
-        "bound_frac": _BOUND_PUSH,
+        "bound_push": bound_push,
+        "bound_frac": bound_push,
         "mu_strategy": "monotone",
         "mu_init": _BARRIER_START,
         # The first guess of the Hessian, by the variables' units.
@@ -252,4 +287,13 @@ def _solver_options(max_iterations: int) -> SolverOptions:
         "sb": "yes",
     }.items():
         options.SetOption(IpoptSolver.id(), name, value)
+    return options
+
+
+def _led_solver_options(max_iterations: int) -> SolverOptions:
+    """Returns options for a start at the first barrier problem's solution."""
+    options = _solver_options(max_iterations, _LED_BOUND_PUSH)
+    # There the barrier's own multipliers are the right ones, by the distance to the very bounds.
+    options.SetOption(IpoptSolver.id(), "bound_mult_init_method", "mu-based")
+    options.SetOption(IpoptSolver.id(), "bound_relax_factor", 0.0)
     return options

@@ -33,6 +33,7 @@ from drake_navbench.controllers.rpp.parameters import RegulatedPurePursuitParame
 from drake_navbench.controllers.rpp.releases import RELEASES, Release
 from drake_navbench.kernels.command_arc import project_arc
 from drake_navbench.kernels.read_only import read_only
+from drake_navbench.kernels.settings_record import settings_record
 from drake_navbench.kernels.speed_limit import limited_speed
 
 Array = NDArray[np.float64]
@@ -68,6 +69,7 @@ class RegulatedPurePursuit:
         )
         self._setup = setup
         self._settings = _kernel_settings(parameters, self._release, setup)
+        self._settings_record = settings_record(self._settings)
         self._footprint = read_only(setup.footprint)
 
     @property
@@ -158,7 +160,7 @@ class RegulatedPurePursuit:
         measured_v, measured_w = observation.twist.tolist()
         costmap = observation.costmap
         return run_cycle(
-            self._settings,
+            self._settings_record,
             read_only(plan),
             x,
             y,

@@ -234,7 +234,7 @@ def choose_command(
 
 @njit(cache=True)
 def run_cycle(
-    settings,
+    settings_record,
     plan,
     x,
     y,
@@ -253,12 +253,13 @@ def run_cycle(
 ):
     """Returns the Cycle for one observation.
 
-    settings: Settings. plan: (M, 3) local plan; x, y, yaw: robot, both in the odometry frame, m
-    and rad. measured_v m/s, measured_w rad/s: the robot's twist. max_linear_vel: under the speed
-    limit, m/s. goal_xy_reached: it turns to the goal's heading; up to Kilted also where the carrot
-    is nearer than end_tolerance m. last_v, last_w: the last command. grid, tracks_unknown: of the
-    costmap. footprint: (K, 2) m.
+    settings_record: (1,) Settings as a record. plan: (M, 3) local plan; x, y, yaw: robot, both in
+    the odometry frame, m and rad. measured_v m/s, measured_w rad/s: the robot's twist.
+    max_linear_vel: under the speed limit, m/s. goal_xy_reached: it turns to the goal's heading; up
+    to Kilted also where the carrot is nearer than end_tolerance m. last_v, last_w: the last
+    command. grid, tracks_unknown: of the costmap. footprint: (K, 2) m.
     """
+    settings = settings_record[0]
     aim = take_aim(settings, plan, x, y, yaw, measured_v)
     carrot_distance = math.hypot(aim.carrot_x, aim.carrot_y)
     if settings.release.cuts_plan:

@@ -30,6 +30,7 @@ from drake_navbench.controllers.vector_pursuit.parameters import VectorPursuitPa
 from drake_navbench.kernels.command_arc import project_arc
 from drake_navbench.kernels.poses import compose
 from drake_navbench.kernels.read_only import read_only
+from drake_navbench.kernels.settings_record import settings_record
 from drake_navbench.kernels.speed_limit import limited_speed
 
 BRANCH_NAMES = {
@@ -55,6 +56,7 @@ class VectorPursuit:
     def __init__(self, parameters: VectorPursuitParameters, setup: ControllerSetup) -> None:
         self._parameters = parameters
         self._settings = _kernel_settings(parameters, setup)
+        self._settings_record = settings_record(self._settings)
         self._wants_diagnostics = setup.wants_diagnostics
         self._footprint = read_only(setup.footprint)
 
@@ -73,7 +75,7 @@ class VectorPursuit:
         x, y, yaw = observation.pose.tolist()
         costmap = observation.costmap
         cycle = run_cycle(
-            self._settings,
+            self._settings_record,
             read_only(observation.plan),
             x,
             y,

@@ -193,7 +193,7 @@ def choose_command(settings, poses, max_v, last_v, last_w, centre_cost, goal_tol
 
 @njit(cache=True)
 def run_cycle(
-    settings,
+    settings_record,
     plan,
     x,
     y,
@@ -208,11 +208,12 @@ def run_cycle(
 ):
     """Returns the Cycle for one observation.
 
-    settings: Settings. plan: (M, 3) local plan; x, y, yaw: robot, both in the odometry frame, m and
-    rad. max_v: desired speed under the speed limit. last_v, last_w: the last command.
-    goal_tolerance: of the goal checker, m. grid, tracks_unknown: of the costmap. footprint: (K, 2)
-    m.
+    settings_record: (1,) Settings as a record. plan: (M, 3) local plan; x, y, yaw: robot, both in
+    the odometry frame, m and rad. max_v: desired speed under the speed limit. last_v, last_w: the
+    last command. goal_tolerance: of the goal checker, m. grid, tracks_unknown: of the costmap.
+    footprint: (K, 2) m.
     """
+    settings = settings_record[0]
     poses = to_robot_frame(plan, x, y, yaw)
     command = choose_command(
         settings, poses, max_v, last_v, last_w, cost_at(grid, x, y), goal_tolerance

@@ -7,6 +7,7 @@ import pytest
 from mppi_scenes import BRINGUP, observe, round_robot
 
 from drake_navbench.controllers.mppi import ModelPredictivePathIntegral, MppiParameters
+from drake_navbench.controllers.mppi import polish as polish_module
 from drake_navbench.controllers.mppi.objective import (
     Situation,
     Weights,
@@ -14,6 +15,7 @@ from drake_navbench.controllers.mppi.objective import (
     interpolate,
     objective,
 )
+from drake_navbench.controllers.mppi.objective_curvature import add_pose_curvature
 from drake_navbench.controllers.mppi.polish import Polish
 from drake_navbench.controllers.mppi.refinement import path_references
 from drake_navbench.controllers.mppi.sequence_rules import limits_of
@@ -31,6 +33,8 @@ WEIGHTS = Weights(
     angular_jerk=0.002,
 )
 LIMITS = limits_of(MppiParameters())
+# Accelerations that bind nothing, as in the preset.
+FREE = LIMITS._replace(ax_max=np.float32(1e3), ax_min=np.float32(-1e3), az_max=np.float32(1e3))
 
 
 def situation_of(seed=0, *, starts_now=True) -> Situation:
@@ -80,6 +84,69 @@ def test_gradient_agrees_with_central_differences(seed, starts_now):
         above, _ = polish.value_and_gradient(situation, points + moved)
         below, _ = polish.value_and_gradient(situation, points - moved)
         assert gradient[k] == pytest.approx((above - below) / (2 * step), rel=1e-6, abs=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_second_derivatives_agree_with_differences_of_the_gradient(seed):
+    situation = situation_of(seed)
+    alone = WEIGHTS._replace(
+        linear_deviation=0.0, angular_deviation=0.0, linear_jerk=0.0, angular_jerk=0.0
+    )
+    spline = np.random.default_rng(seed).normal(size=(2 * STEPS, 5))
+    middle = situation.sampled.ravel()
+
+    def gradient(variables):
+        sequence = (middle + spline @ variables).reshape(-1, 2)
+        return objective(situation, alone, sequence)[1].ravel() @ spline
+
+    # Small enough that no pose crosses a line between cell centres, where the field has a kink.
+    step = 1e-7
+    differences = np.array([gradient(step * e) - gradient(-step * e) for e in np.eye(5)]) / step / 2
+    curvature = np.zeros((5, 5))
+    add_pose_curvature(situation, alone, situation.sampled, spline, curvature)
+    np.testing.assert_allclose(
+        np.tril(curvature), np.tril(differences), atol=1e-5 * np.abs(differences).max()
+    )
+
+
+@pytest.mark.parametrize("starts_now", [True, False])
+@pytest.mark.parametrize("seed", range(4))
+def test_ipopt_has_next_to_nothing_left_to_do_behind_newtons_method(seed, starts_now):
+    situation = situation_of(seed, starts_now=starts_now)
+    led = polish_of(limits=FREE).solve(situation, FREE)
+    assert led.found
+    assert led.evaluation_count <= 3
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_newtons_method_ends_where_ipopt_alone_does(seed, monkeypatch):
+    situation = situation_of(seed)
+    led = polish_of(limits=FREE, max_iterations=300).solve(situation, FREE).sequence
+    monkeypatch.setattr(polish_module, "descend", lambda *arguments: (arguments[3], False))
+    alone = polish_of(limits=FREE, max_iterations=300).solve(situation, FREE)
+    assert alone.evaluation_count > 3
+    before, by_newton, by_ipopt = (
+        objective(situation, WEIGHTS, np.ascontiguousarray(sequence))[0]
+        for sequence in (situation.sampled, led, alone.sequence)
+    )
+    assert by_newton == pytest.approx(by_ipopt, abs=1e-3 * (before - by_ipopt))
+    np.testing.assert_allclose(led, alone.sequence, atol=0.01)
+
+
+def test_velocities_stay_within_their_limits_where_these_bind():
+    slow = FREE._replace(vx_max=np.float32(0.2), wz_max=np.float32(0.1))
+    situation = situation_of()._replace(speed=np.array([0.15, 0.0]))
+    sequence = polish_of(limits=FREE).solve(situation, slow).sequence
+    assert sequence[:, 0].max() == pytest.approx(0.2, abs=1e-3)
+    assert sequence[:, 0].max() <= 0.2 + 1e-6
+    assert np.abs(sequence[:, 1]).max() <= 0.1 + 1e-6
+
+
+def test_a_robot_that_must_not_move_has_no_room_for_a_barrier():
+    still = FREE._replace(vx_max=np.float32(0.0), vx_min=np.float32(0.0), wz_max=np.float32(0.0))
+    situation = situation_of()._replace(speed=np.zeros(2))
+    sequence = polish_of(limits=FREE).solve(situation, still).sequence
+    np.testing.assert_allclose(sequence, 0.0, atol=1e-6)
 
 
 def test_interpolation_is_exact_on_a_plane():

@@ -1,0 +1,191 @@
+"""Newton's method on the barrier problem of the polish, which is the one that IPOPT solves.
+
+Primal-dual (Wächter, Biegler 2006) for variables between bounds, with exact second derivatives and
+a barrier that stays where IPOPT's starts. So few variables that dense matrices cost nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from drake_navbench.controllers.mppi.objective import objective
+from drake_navbench.controllers.mppi.objective_curvature import add_pose_curvature
+
+Array = NDArray[np.float64]
+
+# Of the way to a bound, how much a step may take.
+_TO_BOUND_RATIO = 0.99
+# Starts keep so much of the room between the bounds from either.
+_BOUND_PUSH_RATIO = 0.01
+# Of the decrease that the slope promises, how much a step must make (Armijo), or it is halved.
+_ARMIJO_RATIO = 1e-4
+_MOST_HALVINGS = 10
+# What rounding may add to the merit of a step that is too small to lower it.
+_ROUNDING = 1e-12
+# Added to the second derivatives where they are not positive: first, then so many times more.
+_FIRST_DAMPING, _DAMPING_GROWTH, _MOST_DAMPING = 1e-3, 4.0, 1e8
+_LEAST_PIVOT = 1e-10
+# A bound's multiplier stays within this factor of the barrier's own, as IPOPT's kappa_sigma.
+_MULTIPLIER_SPREAD = 1e10
+
+
+class DescentSettings(NamedTuple):
+    """How far the method goes.
+
+    barrier: its parameter, which stays. iterations: at most. tolerance: of the slopes of the
+    Lagrangian and of the products of rooms and multipliers.
+    """
+
+    barrier: float
+    iterations: int = 30
+    tolerance: float = 1e-6
+
+
+class ControlSpline(NamedTuple):
+    """Sequences (2 N,), v and w in turn, as offset + by_variables @ variables.
+
+    offset: (2 N,). by_variables: (2 N, n). control_curvature: (n, n), second derivatives of the
+    objective's terms of controls, which are constant.
+    """
+
+    offset: Array
+    by_variables: Array
+    control_curvature: Array
+
+
+@njit(cache=True, error_model="numpy")
+def descend(situation, weights, spline, start, lower, upper, settings):
+    """Returns (variables (n,), whether the conditions of the barrier problem hold).
+
+    start, lower, upper: (n,), bounds finite and apart.
+    """
+    barrier = settings.barrier
+    push = _BOUND_PUSH_RATIO * (upper - lower)
+    variables = np.minimum(np.maximum(start, lower + push), upper - push)
+    low, high = barrier / (variables - lower), barrier / (upper - variables)
+    sequence = _sequence(spline, variables)
+    value, by_sequence = objective(situation, weights, sequence)
+    for _ in range(settings.iterations):
+        gradient = by_sequence.ravel() @ spline.by_variables
+        if _error(gradient, variables, low, high, lower, upper, barrier) < settings.tolerance:
+            return variables, True
+        curvature = spline.control_curvature.copy()
+        add_pose_curvature(situation, weights, sequence, spline.by_variables, curvature)
+        slopes = gradient - barrier / (variables - lower) + barrier / (upper - variables)
+        for i in range(variables.shape[0]):
+            curvature[i, i] += low[i] / (variables[i] - lower[i])
+            curvature[i, i] += high[i] / (upper[i] - variables[i])
+        step = _newton_step(curvature, slopes)
+        share = _share_to_bounds(variables, step, lower, upper)
+        merit = value + _barrier(variables, lower, upper, barrier)
+        promised = _ARMIJO_RATIO * (slopes @ step)
+        for _ in range(_MOST_HALVINGS):
+            moved = variables + share * step
+            sequence = _sequence(spline, moved)
+            value, by_sequence = objective(situation, weights, sequence)
+            if (
+                value + _barrier(moved, lower, upper, barrier)
+                <= merit + share * promised + _ROUNDING
+            ):
+                break
+            share *= 0.5
+        for i in range(variables.shape[0]):
+            low[i] = _next_multiplier(low[i], variables[i] - lower[i], step[i], share, barrier)
+            high[i] = _next_multiplier(high[i], upper[i] - variables[i], -step[i], share, barrier)
+        variables = moved
+    return variables, False
+
+
+@njit(cache=True, error_model="numpy")
+def _sequence(spline, variables):
+    return (spline.offset + spline.by_variables @ variables).reshape(-1, 2)
+
+
+@njit(cache=True, error_model="numpy")
+def _error(gradient, variables, low, high, lower, upper, barrier):
+    """Returns by how much the conditions of the barrier problem do not hold."""
+    error = 0.0
+    for i in range(variables.shape[0]):
+        error = max(error, abs(gradient[i] - low[i] + high[i]))
+        error = max(error, abs(low[i] * (variables[i] - lower[i]) - barrier))
+        error = max(error, abs(high[i] * (upper[i] - variables[i]) - barrier))
+    return error
+
+
+@njit(cache=True, error_model="numpy")
+def _barrier(variables, lower, upper, barrier):
+    total = 0.0
+    for i in range(variables.shape[0]):
+        total -= barrier * math.log((variables[i] - lower[i]) * (upper[i] - variables[i]))
+    return total
+
+
+@njit(cache=True, error_model="numpy")
+def _share_to_bounds(variables, step, lower, upper):
+    """Returns the largest share of the step, up to 1, that keeps off all bounds."""
+    share = 1.0
+    for i in range(variables.shape[0]):
+        if step[i] < 0.0:
+            share = min(share, _TO_BOUND_RATIO * (lower[i] - variables[i]) / step[i])
+        if step[i] > 0.0:
+            share = min(share, _TO_BOUND_RATIO * (upper[i] - variables[i]) / step[i])
+    return share
+
+
+@njit(cache=True, error_model="numpy")
+def _next_multiplier(multiplier, room, step, share, barrier):
+    """Returns a bound's multiplier after a step of the room before it, of which `share` is made."""
+    change = (barrier - multiplier * step) / room - multiplier
+    if change < 0.0:
+        change *= min(1.0, _TO_BOUND_RATIO * multiplier / -change)
+    own = barrier / (room + share * step)
+    return min(max(multiplier + change, own / _MULTIPLIER_SPREAD), own * _MULTIPLIER_SPREAD)
+
+
+@njit(cache=True, error_model="numpy")
+def _newton_step(curvature, slopes):
+    """Returns the step against the slopes; damps the second derivatives until they are positive.
+
+    No step where they are not even then.
+    """
+    damping = _FIRST_DAMPING
+    factor = np.empty_like(curvature)
+    while not _factorise(curvature, factor):
+        if damping > _MOST_DAMPING:
+            return np.zeros_like(slopes)
+        for i in range(slopes.shape[0]):
+            curvature[i, i] += damping
+        damping *= _DAMPING_GROWTH
+    step = -slopes
+    count = slopes.shape[0]
+    for i in range(count):
+        for k in range(i):
+            step[i] -= factor[i, k] * step[k]
+        step[i] /= factor[i, i]
+    for i in range(count - 1, -1, -1):
+        for k in range(i + 1, count):
+            step[i] -= factor[k, i] * step[k]
+        step[i] /= factor[i, i]
+    return step
+
+
+@njit(cache=True, error_model="numpy")
+def _factorise(matrix, factor):
+    """Fills Cholesky's factor of the lower triangle; False where the matrix is not positive."""
+    for j in range(matrix.shape[0]):
+        for i in range(j, matrix.shape[0]):
+            left = matrix[i, j]
+            for k in range(j):
+                left -= factor[i, k] * factor[j, k]
+            if i == j:
+                if not left > _LEAST_PIVOT:
+                    return False
+                factor[j, j] = math.sqrt(left)
+            else:
+                factor[i, j] = left / factor[j, j]
+    return True

@@ -1,0 +1,42 @@
+"""Settings reach kernels by name, whatever they are made of."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import pytest
+from numba import njit
+
+from drake_navbench.kernels.settings_record import settings_record
+
+
+class Inner(NamedTuple):
+    is_on: bool
+    count: int
+
+
+class Outer(NamedTuple):
+    inner: Inner
+    speed: float
+
+
+@njit
+def twice_the_speed_if_on(records):
+    settings = records[0]
+    return settings.speed * settings.inner.count if settings.inner.is_on else 0.0
+
+
+def test_a_kernel_reads_a_record_by_the_names_of_the_tuple():
+    assert twice_the_speed_if_on(settings_record(Outer(Inner(True, 2), 0.75))) == 1.5
+    assert twice_the_speed_if_on(settings_record(Outer(Inner(False, 2), 0.75))) == 0.0
+
+
+def test_other_values_need_no_other_kernel():
+    before = len(twice_the_speed_if_on.signatures)
+    twice_the_speed_if_on(settings_record(Outer(Inner(True, 5), -3.0)))
+    assert len(twice_the_speed_if_on.signatures) == max(before, 1)
+
+
+def test_a_record_cannot_be_changed():
+    with pytest.raises(ValueError, match="read-only"):
+        settings_record(Outer(Inner(True, 2), 0.75))["speed"] = 1.0
