@@ -90,6 +90,11 @@ class RunningGear(Immutable):
             return even_n
         return float(weight_n * self.center_m[0] / moment_arm)
 
+    @property
+    def wheel_load_n(self) -> float:
+        """With which each driven wheel stands on the floor."""
+        return 0.5 * (self.mass_kg * GRAVITY_MPS2 - len(self.casters) * self.caster_load_n)
+
 
 def load_inertia(mass_kg: float, position: tuple[float, float, float]) -> SpatialInertia:
     """Returns the inertia of a load, a ball, about the base origin."""

@@ -67,7 +67,7 @@ class CasterSettings(FrozenModel):
 
 
 class FloorSettings(FrozenModel):
-    """The contact of wheels and floor; for physics multibody alone."""
+    """The contact of wheels and floor; in the plane they do not slip."""
 
     friction: float = Field(0.8, gt=0.0, le=10.0, description="Coefficient of friction.")
     stiffness_npm: float = Field(1e6, ge=1e4, le=1e9, description="Of a tyre on the floor [N/m].")

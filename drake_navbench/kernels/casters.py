@@ -56,7 +56,7 @@ def _rates(state, body, motors, casters, frictions, rates):
     """Writes the time derivative of all but what the motors are told."""
     yaw, v, w = state[2], state[3], state[4]
     mass, center, inertia = body[0], body[1], body[2]
-    radius, half = motors[0], motors[1]
+    radius, half, nominal_radius = motors[0], motors[1], motors[6]
     stiffness, integral = motors[2], motors[3]
     max_torque, dry_torque = motors[4], motors[5]
     force = mass * center * w * w
@@ -64,7 +64,7 @@ def _rates(state, body, motors, casters, frictions, rates):
     for wheel in range(2):
         side = 1.0 - 2.0 * wheel
         speed = (v + side * half * w) / radius
-        slower = (state[TOLD_V] + side * half * state[TOLD_W]) / radius - speed
+        slower = (state[TOLD_V] + side * half * state[TOLD_W]) / nominal_radius - speed
         rates[BEHIND + wheel] = slower
         wanted = stiffness * slower + integral * state[BEHIND + wheel]
         torque = min(max(wanted, -max_torque), max_torque)
@@ -100,8 +100,8 @@ def advanced(state, command, limits, body, motors, casters, frictions, duration,
     dw/dt of what the motors are told; inf for none. body: mass kg with that of the turning wheels,
     centre of mass ahead of the axle m, moment of inertia about the base origin. motors: wheel
     radius m, half the wheels' separation m, torque by speed N m s and by angle N m, largest torque
-    N m, dry friction N m. casters: (C, 3) x m, y m, trail m. frictions: of a swivel N m, of a
-    caster that rolls N.
+    N m, dry friction N m, radius m that the motors reckon with. casters: (C, 3) x m, y m, trail m.
+    frictions: of a swivel N m, of a caster that rolls N.
     count: steps (midpoint rule).
     """
     state = state.copy()

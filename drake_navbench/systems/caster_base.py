@@ -44,7 +44,8 @@ class CasterBase(LeafSystem):
 
     Input port `command` [v m/s, w rad/s, vy m/s], of which vy has no effect. Output port `state`
     [x m, y m, yaw rad, v m/s, w rad/s, vy m/s], vy is 0. The discrete state, see
-    `kernels.casters`, holds what is at the end of the period that has begun. Output port
+    `kernels.casters`, holds what is at the end of the period that has begun. A tyre rolls on its
+    radius less what it is pressed in; its motor does not know. Output port
     `geometry_pose` places the frame that carries the footprint in SceneGraph.
 
     rolling_resistance: of the casters' wheels, share of what stands on them.
@@ -84,12 +85,13 @@ class CasterBase(LeafSystem):
         motors = drive.motors
         self._motors = np.array(
             [
-                gear.wheel_radius_m,
+                gear.wheel_radius_m - gear.wheel_load_n / drive.floor.stiffness_npm,
                 half_m,
                 motors.stiffness_nms,
                 motors.integral_nm,
                 motors.max_torque_nm,
                 motors.dry_friction_nm,
+                gear.wheel_radius_m,
             ]
         )
         self._casters = np.array([[one.x_m, one.y_m, one.trail_m] for one in gear.casters])
@@ -173,7 +175,7 @@ class CasterBase(LeafSystem):
     def _fastest_rate(self, drive: DifferentialDrive) -> float:
         """Returns a bound of the rates, 1/s, at which speeds and casters settle."""
         mass, _, inertia = self._body.tolist()
-        radius, half, stiffness, integral, _, dry = self._motors.tolist()
+        radius, half, stiffness, integral, _, dry, _ = self._motors.tolist()
         # By one rad/s of a wheel, and of a swivel.
         wheel = (stiffness + dry / WHEEL_SLACK_RADPS) / radius**2
         swivel = self._frictions[0] / SWIVEL_SLACK_RADPS
