@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from hashlib import sha256
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -286,6 +287,14 @@ class Robot(QuietModel):
     def model_path(self) -> Path | None:
         """The SDF file, or None where the robot has none."""
         return Path(self.directory) / self.model if self.model else None
+
+    @property
+    def file_hashes(self) -> dict[str, str]:
+        """The SHA-256 of each file that a trial depends on besides these fields, by path."""
+        path = self.model_path
+        if path is None or not self.drive.has_wheels:
+            return {}
+        return {str(path): sha256(path.read_bytes()).hexdigest()}
 
     @property
     def radii(self) -> tuple[float, float]:

@@ -17,3 +17,13 @@ def test_bench_static_obstacles(benchmark, preset):
     benchmark.extra_info["times_faster_than_real_time"] = round(
         log.end_time_s / benchmark.stats.stats.median, 1
     )
+
+
+@pytest.mark.parametrize("robot", ["wheelchair", "wheelchair_casters", "wheelchair_multibody"])
+def test_bench_physics(benchmark, robot):
+    scenario = load_scenario("static_obstacles")
+    spec = TrialSpec(scenario, load_robot(robot), load_preset("rpp"), seed=1)
+    log = benchmark.pedantic(simulate, args=[spec], rounds=5, warmup_rounds=1)
+    benchmark.extra_info["times_faster_than_real_time"] = round(
+        log.end_time_s / benchmark.stats.stats.median, 1
+    )
