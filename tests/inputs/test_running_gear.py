@@ -65,6 +65,22 @@ def test_a_robot_file_may_move_the_casters():
     assert (right.x_m, right.y_m, right.trail_m) == (0.4, -0.2, 0.06)
 
 
+def test_another_model_makes_another_trial(tmp_path):
+    sdf = WHEELCHAIR_SDF.read_text()
+    path = tmp_path / "chair.yaml"
+    hashes = []
+    for physics in ("ideal", "planar_casters"):
+        for mass in ("48", "50"):
+            path.write_text(f"description: chair\nlike: wheelchair\nmodel: chair_{mass}.sdf\n")
+            text = sdf.replace("<mass>48</mass>", f"<mass>{mass}</mass>")
+            (tmp_path / f"chair_{mass}.sdf").write_text(text)
+            robot = load_robot(str(path), {"drive": {"physics": physics}})
+            hashes.append(tuple(robot.file_hashes.values()))
+    # What is only to be seen changes no trial.
+    assert hashes[:2] == [(), ()]
+    assert len(set(hashes[2:])) == 2
+
+
 def test_ideal_wheels_say_nothing_of_themselves():
     told = load_robot("wheelchair").model_dump(mode="json")["drive"]
     assert not {"physics", "motors", "casters", "floor", "step_s"} & told.keys()
