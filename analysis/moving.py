@@ -17,12 +17,15 @@ from drake_navbench.inputs.moving import (
     with_people,
 )
 from drake_navbench.inputs.people import NOBODY, People, WalkingPeople
-from drake_navbench.kernels.moving_bodies import Tracks
-from drake_navbench.kernels.social_force import TOP_SPEED_MPS
+from drake_navbench.inputs.recorded_people import RecordedPeople
+from drake_navbench.kernels.moving_bodies import FAR_AWAY_M, Tracks
 from drake_navbench.log import TrialLog
 from drake_navbench.logged_people import LoggedPeople
 
 Array = NDArray[np.float64]
+
+# Much less than the time between two samples of people.
+MOMENT_S = 1e-3
 
 
 class Movers(NamedTuple):
@@ -30,11 +33,12 @@ class Movers(NamedTuple):
 
     things: those that move on given ways. people: those who walk. names: of each, things, then
     people. outlines: (K, 2) corners of each in its own frame, m. bodies: the same as edges and
-    discs. tracks: their ways. top_speed_mps: what no point of any is faster than.
+    discs. tracks: their ways; who is not in the world is at FAR_AWAY_M. top_speed_mps: what no
+    point of any is faster than.
     """
 
     things: MovingObstacles
-    people: WalkingPeople
+    people: WalkingPeople | RecordedPeople
     names: list[str]
     outlines: list[Array]
     bodies: Bodies
@@ -56,6 +60,17 @@ class Movers(NamedTuple):
         poses = [self.tracks.poses_at(time) for time in time_s]
         return np.array(poses).reshape(len(time_s), self.body_count, 3)
 
+    def rates_between(self, poses: Array, later: Array, duration_s: float) -> Array:
+        """Returns (T, B, 3) the rates between poses (T, B, 3), 0 of who was not there all along."""
+        rates = (later - poses) / duration_s
+        rates[~(is_there(poses) & is_there(later))] = 0.0
+        return rates
+
+
+def is_there(poses: Array) -> NDArray[np.bool_]:
+    """Returns (...,) whether bodies at poses (..., 3) are in the world."""
+    return np.abs(poses[..., 0]) < 0.5 * FAR_AWAY_M
+
 
 # One log is measured at a time, by several metrics in turn; a log does not change.
 @lru_cache(maxsize=1)
@@ -67,7 +82,7 @@ def movers_of(log: TrialLog) -> Movers:
     tracks, top_speed_mps = things.tracks, things.top_speed_mps
     if log.people is not None:
         tracks = tracks.joined(Tracks.of(_rows(log.people)))
-        top_speed_mps = max(top_speed_mps, TOP_SPEED_MPS)
+        top_speed_mps = max(top_speed_mps, _top_speed_mps(people, log.people))
     return Movers(
         things,
         people,
@@ -79,17 +94,45 @@ def movers_of(log: TrialLog) -> Movers:
     )
 
 
-def _people_of(log: TrialLog) -> WalkingPeople:
+def _people_of(log: TrialLog) -> WalkingPeople | RecordedPeople:
     described = log.info["scenario"]["world"].get("people")
     # A trial that broke has no samples, and so nobody's way.
     if described is None or log.people is None:
         return NOBODY
-    return WalkingPeople(People.model_validate(described))
+    people = People.model_validate(described)
+    if people.recording is None:
+        return WalkingPeople(people)
+    who = log.info["people"]
+    return RecordedPeople.known_by(who["names"], who["groups"], people.recording.radius_m)
+
+
+def _top_speed_mps(people: WalkingPeople | RecordedPeople, logged: LoggedPeople) -> float:
+    """Returns what nobody is faster than: of a recording what nobody was, m/s."""
+    if isinstance(people, WalkingPeople):
+        return people.top_speed_mps
+    steps_m = np.hypot(*np.moveaxis(np.diff(logged.poses[..., :2], axis=0), -1, 0))
+    speeds_mps = steps_m / np.diff(logged.time_s)[:, None]
+    return float(np.nanmax(speeds_mps, initial=0.0))
 
 
 def _rows(people: LoggedPeople) -> list[Array]:
-    """Returns (T, 4) time s, x m, y m, yaw rad of each person."""
-    return [
-        np.column_stack([people.time_s, people.poses[:, index]])
-        for index in range(people.person_count)
-    ]
+    """Returns (T, 4) time s, x m, y m, yaw rad of each person.
+
+    Who is not there is far away, and gets there in no time, a moment beside the sample.
+    """
+    tracks = []
+    for index in range(people.person_count):
+        rows = np.column_stack([people.time_s, people.poses[:, index]])
+        away = np.isnan(rows[:, 1])
+        rows[away, 1:] = FAR_AWAY_M, FAR_AWAY_M, 0.0
+        pieces = [rows[:1]]
+        for row in range(1, len(rows)):
+            if away[row] != away[row - 1]:
+                here = row - 1 if away[row] else row
+                time_s = rows[here, 0] + (MOMENT_S if away[row] else -MOMENT_S)
+                turn = rows[[row - 1, row]].copy()
+                turn[:, 0] = time_s
+                pieces.append(turn)
+            pieces.append(rows[row : row + 1])
+        tracks.append(np.vstack(pieces))
+    return tracks

@@ -18,7 +18,7 @@ DECIMALS = 4
 # Column -> meaning, as for the columns of drake_navbench.log. Only logs of worlds with people.
 PEOPLE_COLUMNS: Mapping[str, str] = {
     "people": "ten times a second: x_m, y_m and yaw_rad of each person, one after the other, to "
-    "0.1 mm",
+    "0.1 mm; NaN while somebody of a recording is not there",
 }
 
 
@@ -26,7 +26,7 @@ PEOPLE_COLUMNS: Mapping[str, str] = {
 class LoggedPeople(Immutable):
     """The ways of the people of a trial.
 
-    time_s: (T,) rising. poses: (T, P, 3) x m, y m, yaw rad, not wrapped.
+    time_s: (T,) rising. poses: (T, P, 3) x m, y m, yaw rad, not wrapped; NaN of who is not there.
     """
 
     time_s: NDArray[np.float64]

@@ -72,6 +72,7 @@ MAY_IMPORT: dict[str, set[str]] = {
 SHAPES = {
     "drake_navbench.inputs.moving",
     "drake_navbench.inputs.people",
+    "drake_navbench.inputs.recorded_people",
     "drake_navbench.inputs.world",
     "drake_navbench.inputs.world_geometry",
 }

@@ -127,7 +127,8 @@ def collision_times_s(log: TrialLog, first_body: int = 0) -> Array:
         ]
     )
     here = movers.poses_at(looks)
-    rates = (movers.poses_at(looks + LOOK_PERIOD_S) - here) / LOOK_PERIOD_S
+    later = movers.poses_at(looks + LOOK_PERIOD_S)
+    rates = movers.rates_between(here, later, LOOK_PERIOD_S)
     outline = np.ascontiguousarray(outline_of(log))
     bodies = movers.bodies.without_first(first_body)
     return np.array(

@@ -47,7 +47,8 @@ class _People(NamedTuple):
     """The P people at T looks.
 
     time_s: (T,). gaps_m: (T, P) between footprint and body, inf beyond 5 m. positions_m,
-    velocities_mps: (T, P, 2). wanted_mps: (P,) how fast each means to go, 0 of who stays.
+    velocities_mps: (T, P, 2). wanted_mps: (P,) how fast each means to go, 0 of who stays, and of
+    those of a recording, of whom it is not known.
     """
 
     time_s: Array
@@ -204,12 +205,13 @@ def _people(log: TrialLog) -> _People:
     if movers.body_count == first:
         raise Undefined("there were no people")
     looks = look_times(log)
-    positions = movers.poses_at(looks)[:, first:, :2]
-    before = movers.poses_at(looks - 0.1)[:, first:, :2]
-    wanted = [p.speed_mps if p.goals else 0.0 for p in movers.people.persons]
-    return _People(
-        looks, clearances_m(log)[:, first:], positions, (positions - before) / 0.1, np.array(wanted)
-    )
+    here = movers.poses_at(looks)
+    rates = movers.rates_between(movers.poses_at(looks - 0.1), here, 0.1)
+    positions, velocities = here[:, first:, :2], rates[:, first:, :2]
+    wanted = np.zeros(len(movers.people))
+    for index, person in enumerate(movers.people.persons):
+        wanted[index] = person.speed_mps if person.goals else 0.0
+    return _People(looks, clearances_m(log)[:, first:], positions, velocities, wanted)
 
 
 def _contact(log: TrialLog) -> dict[str, float]:

@@ -14,6 +14,7 @@ from pydrake.geometry import Rgba
 from drake_navbench.analysis.colors import controller_color
 from drake_navbench.analysis.metrics.body import outline_of
 from drake_navbench.analysis.metrics.mission import goals
+from drake_navbench.analysis.metrics.signals import stretches
 from drake_navbench.analysis.moving import movers_of
 from drake_navbench.analysis.replay import intentions
 from drake_navbench.analysis.replay.actors import (
@@ -212,7 +213,7 @@ def _add_trial(
         pose_stride=pace.pose_stride,
         layer=layer,
     )
-    add_driven_path(stage, RobotPaths(name).driven, motion, rgba=rgba, layer=layer)
+    add_driven_path(stage, RobotPaths(name).driven, stretches(log), rgba=rgba, layer=layer)
     add_people(stage, RobotPaths(name).people, log, rgba=rgba, trial_count=trial_count)
     add_scans(stage, RobotPaths(name).scan, log.scans, rgba=rgba, period_s=pace.turn_period_s)
     is_failure = log.outcome is not Outcome.SUCCEEDED

@@ -52,8 +52,12 @@ def add_people(stage: Stage, path: str, log: TrialLog, *, rgba: Rgba, trial_coun
         own = f"{path}/{index}"
         draw_person(stage, own, rgba)
         poses, ahead = _motion(log, index, times)
+        there = ~np.isnan(poses[:, 0])
+        if not there.all():
+            for turn in np.flatnonzero(np.diff(there, prepend=~there[:1])):
+                stage.show_from(own, int(frames[turn]), is_shown=bool(there[turn]))
         for row, frame in enumerate(frames.tolist()):
-            if 0 < row < len(frames) - 1 and _rests(poses, ahead, row):
+            if not there[row] or (0 < row < len(frames) - 1 and _rests(poses, ahead, row)):
                 continue
             stage.pose(own, on_floor(poses[row]), frame)
             for name, side in LEGS.items():
@@ -72,11 +76,14 @@ def _motion(log: TrialLog, index: int, times: Array) -> tuple[Array, Array]:
     """Returns somebody's poses (T, 3), and how far the left foot is ahead, (T,) m."""
     assert log.people is not None
     own_s, own = log.people.time_s, log.people.poses[:, index]
-    steps_m = np.hypot(*np.diff(own[:, :2], axis=0).T)
+    steps_m = np.nan_to_num(np.hypot(*np.diff(own[:, :2], axis=0).T))
     walked_m = np.concatenate([[0.0], np.cumsum(steps_m)])
     speed_mps = np.append(steps_m / np.diff(own_s), 0.0)
     poses = np.column_stack([np.interp(times, own_s, column) for column in own.T])
+    # Nobody is there between a place and none.
+    away = np.isnan(poses[:, 0])
     ahead = foot_offsets_m(np.interp(times, own_s, walked_m), np.interp(times, own_s, speed_mps))
+    ahead[away] = 0.0
     return poses, ahead
 
 

@@ -56,6 +56,10 @@ class Stage:
         else:
             self.animation.SetTransform(frame, path, pose)
 
+    def show_from(self, path: str, frame: int, *, is_shown: bool) -> None:
+        """Shows or hides what is at a path from a frame on."""
+        self.animation.SetProperty(frame, path, "visible", is_shown)
+
     def take_turns(self, shown: Sequence[tuple[float, str | None]]) -> None:
         """Shows each path from its time until the time of the next; None shows nothing."""
         frames = [frame_of(time_s) for time_s, _ in shown]

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 import shapely
@@ -18,7 +18,7 @@ from shapely.geometry.base import BaseGeometry
 from drake_navbench.kernels.moving_bodies import Tracks, place_discs, place_edges
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.typed_files.quantities import Angle, Duration, Length, Size
-from drake_navbench.typed_files.typed_yaml import FrozenModel
+from drake_navbench.typed_files.typed_yaml import FrozenModel, QuietModel
 
 Array = NDArray[np.float64]
 
@@ -39,10 +39,15 @@ class TimedPose(FrozenModel):
     yaw_rad: Angle = Field(0.0, description="Heading, not wrapped: the way between is linear.")
 
 
-class _Moving(FrozenModel):
+class _Moving(QuietModel):
+    quiet: ClassVar = frozenset({"material"})
+
     name: str = Field("", description="What reports and replays call it.")
     height_m: Size = Field(
         1.0, description="Height above the floor [m]; a lidar that scans above it does not see it."
+    )
+    material: Literal["solid", "glass"] = Field(
+        "solid", description="The lidar's beams pass through glass."
     )
     waypoints: list[TimedPose] = Field(
         min_length=1,
@@ -178,14 +183,9 @@ class Bodies:
         edges, discs = (part[part[:, 0] >= count] for part in (self.edges, self.discs))
         return Bodies(edges, discs, self.count)
 
-    def seen_at(self, height_m: float, heights_m: Array) -> Bodies:
-        """Returns the same numbering with those bodies left out that end below a height.
-
-        heights_m: (B,) of each body.
-        """
-        edges, discs = (
-            part[heights_m[part[:, 0].astype(int)] >= height_m] for part in (self.edges, self.discs)
-        )
+    def only(self, wanted: NDArray[np.bool_]) -> Bodies:
+        """Returns the same numbering with the bodies left out that are not wanted (B,)."""
+        edges, discs = (part[wanted[part[:, 0].astype(int)]] for part in (self.edges, self.discs))
         return Bodies(edges, discs, self.count)
 
     def placed(self, poses: Array) -> tuple[Array, Array]:
@@ -217,6 +217,11 @@ class MovingObstacles:
     def heights_m(self) -> Array:
         """(B,) above the floor, m."""
         return np.array([thing.height_m for thing in self.things], dtype=float)
+
+    def seen_at(self, height_m: float) -> Bodies:
+        """Returns the outlines of those that a lidar sees that scans at a height over the floor."""
+        is_solid = np.array([thing.material == "solid" for thing in self.things], dtype=bool)
+        return self.bodies.only(is_solid & (self.heights_m >= height_m))
 
     @property
     def names(self) -> list[str]:

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import Literal, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import Field, field_validator, model_validator
 
-from drake_navbench.kernels import social_force
+from drake_navbench.kernels import walking
 from drake_navbench.noise import NoiseKey, NoiseStream
-from drake_navbench.typed_files.quantities import Angle, Length, Size
-from drake_navbench.typed_files.typed_yaml import FrozenModel
+from drake_navbench.typed_files.quantities import Angle, Duration, Length, Size
+from drake_navbench.typed_files.typed_yaml import FrozenModel, QuietModel, tuples_for_lists
 
 Array = NDArray[np.float64]
 
@@ -25,13 +26,21 @@ HIP_HALF_WIDTH_M = 0.11
 # Two steps of somebody of middle height, and how far a foot is ahead at most, at 1 m/s and more.
 STRIDE_M, SWING_M = 1.3, 0.28
 REACTIONS = {
-    "regular": social_force.REGULAR,
-    "impassive": social_force.IMPASSIVE,
-    "surprised": social_force.SURPRISED,
-    "scared": social_force.SCARED,
-    "curious": social_force.CURIOUS,
-    "threatening": social_force.THREATENING,
+    "regular": walking.REGULAR,
+    "impassive": walking.IMPASSIVE,
+    "surprised": walking.SURPRISED,
+    "scared": walking.SCARED,
+    "curious": walking.CURIOUS,
+    "threatening": walking.THREATENING,
+    "oblivious": walking.OBLIVIOUS,
 }
+# What of it is a matter of the way that one takes alone.
+REACTIONS_WITH_ORCA = ("regular", "impassive", "oblivious")
+# By how much the direction that somebody wishes is off that to the goal, with ORCA, so that two who
+# meet exactly head on do not stand still before each other.
+ASIDE_STD_RAD = 0.02
+# How often somebody is given another start whose own is taken, before the one in the file.
+MAX_STARTS = 20
 
 
 class Person(FrozenModel):
@@ -50,9 +59,9 @@ class Person(FrozenModel):
     radius_m: Size = Field(
         0.3, le=1.0, description="Of the disc that stands for the body, in contacts and forces [m]."
     )
-    reaction: Literal["regular", "impassive", "surprised", "scared", "curious", "threatening"] = (
-        Field("regular", description="What they do about the robot; see docs/living_world.md.")
-    )
+    reaction: Literal[
+        "regular", "impassive", "surprised", "scared", "curious", "threatening", "oblivious"
+    ] = Field("regular", description="What they do about the robot; see docs/living_world.md.")
     group: int | None = Field(None, ge=0, le=1000, description="Who belongs together; null: alone.")
 
     @property
@@ -64,10 +73,97 @@ class Person(FrozenModel):
         return list(pairwise(places))
 
 
-class People(FrozenModel):
-    """Those who walk by the social force model."""
+class OrcaSettings(FrozenModel):
+    """Of optimal reciprocal collision avoidance."""
 
-    persons: list[Person] = Field(min_length=1, max_length=MAX_PEOPLE, description="Who there is.")
+    time_horizon_s: Duration = Field(
+        3.0, gt=0.0, le=60.0, description="For how long ahead others are kept clear of [s]."
+    )
+    obstacle_time_horizon_s: Duration = Field(
+        1.0, gt=0.0, le=60.0, description="For how long ahead what stands is kept clear of [s]."
+    )
+    neighbour_distance_m: Length = Field(
+        10.0, gt=0.0, description="Within what distance others count [m]."
+    )
+    max_neighbours: int = Field(10, ge=0, le=1000, description="How many of them, the nearest.")
+    max_speed_ratio: float = Field(
+        1.5, ge=1.0, le=5.0, description="How many times as fast as they want to go they may go."
+    )
+    margin_m: Length = Field(
+        0.1, ge=0.0, le=2.0, description="What they keep between two bodies, where they can [m]."
+    )
+
+    @property
+    def as_array(self) -> Array:
+        """(6,) as `kernels.orca` takes them."""
+        return np.array(
+            [
+                *(self.time_horizon_s, self.obstacle_time_horizon_s),
+                *(self.neighbour_distance_m, self.max_neighbours),
+                *(self.max_speed_ratio, self.margin_m),
+            ],
+            dtype=float,
+        )
+
+
+class Recording(FrozenModel):
+    """Where people went, in a file: they walk as they did, whatever the robot does."""
+
+    file: str = Field(min_length=1, description="The file, relative to the scenario's folder.")
+    format: Literal["csv", "eth_ucy"] = Field(
+        "csv",
+        description="csv: a header and rows time_s,person,x_m,y_m. eth_ucy: rows of frame, person, "
+        "x, y between blanks, as the ETH and UCY recordings are handed on.",
+    )
+    frame_rate_hz: float | None = Field(
+        None, gt=0.0, le=1000.0, description="Frames a second, of eth_ucy alone [Hz]."
+    )
+    start_time_s: float = Field(
+        0.0, description="The recording's time at which the trial begins [s]."
+    )
+    origin: tuple[Length, Length] = Field(
+        (0.0, 0.0), description="Where the recording's origin lies in the world [m]."
+    )
+    yaw_rad: Angle = Field(0.0, description="By what its axes are turned in the world [rad].")
+    max_gap_s: Duration = Field(
+        2.0, gt=0.0, description="Who has no row for longer was away in between [s]."
+    )
+    max_speed_mps: float = Field(
+        4.0, gt=0.0, le=15.0, description="Who goes faster was not tracked right [m/s]."
+    )
+    radius_m: Size = Field(0.3, le=1.0, description="Of the disc that stands for a body [m].")
+    groups: tuple[tuple[str, ...], ...] = Field(
+        (), max_length=1000, description="Who belongs together, by their names in the file."
+    )
+
+    @model_validator(mode="after")
+    def _check_frame_rate(self) -> Recording:
+        if (self.format == "eth_ucy") != (self.frame_rate_hz is not None):
+            expected = "the frames a second" if self.format == "eth_ucy" else "none"
+            raise ValueError(
+                f"frame_rate_hz: expected {expected} with format {self.format}, got "
+                f"{self.frame_rate_hz}"
+            )
+        return self
+
+
+class People(QuietModel):
+    """Those who walk by a model, or those of a recording."""
+
+    quiet: ClassVar = frozenset({"model", "orca", "recording"})
+
+    model: Literal["social_force", "orca"] = Field(
+        "social_force", description="By which model they walk; see docs/living_world.md."
+    )
+    orca: OrcaSettings | None = Field(
+        None, description="Settings of model orca; null: the defaults."
+    )
+    recording: Recording | None = Field(
+        None, description="The file of a recording, or its settings; in place of persons."
+    )
+    persons: list[Person] = Field(
+        default_factory=list, max_length=MAX_PEOPLE, description="Who there is."
+    )
     start_xy_std_m: float = Field(
         0.0, ge=0.0, le=1.0, description="Spread of where they begin, from trial to trial [m]."
     )
@@ -75,11 +171,38 @@ class People(FrozenModel):
         0.0, ge=0.0, le=1.0, description="Spread of how fast they want to go [m/s]."
     )
 
+    @field_validator("recording", mode="before")
+    @classmethod
+    def _accept_file(cls, value: Any) -> Any:
+        """Takes the name of a file alone."""
+        return {"file": value} if isinstance(value, str) else tuples_for_lists(value)
+
+    @model_validator(mode="after")
+    def _check(self) -> People:
+        if self.recording is not None:
+            for name, field in type(self).model_fields.items():
+                default = field.get_default(call_default_factory=True)
+                if name != "recording" and getattr(self, name) != default:
+                    raise ValueError(f"{name}: those of a recording walk as they did; leave it out")
+            return self
+        if not self.persons:
+            raise ValueError("persons: expected somebody, or a recording")
+        if self.model == "orca":
+            for index, person in enumerate(self.persons):
+                if person.reaction not in REACTIONS_WITH_ORCA:
+                    raise ValueError(
+                        f"persons[{index}].reaction: with model orca expected one of "
+                        f"{', '.join(REACTIONS_WITH_ORCA)}, got {person.reaction}"
+                    )
+        elif self.orca is not None:
+            raise ValueError(f"orca: expected model orca, got {self.model}")
+        return self
+
 
 class Crowd(NamedTuple):
-    """People as `kernels.social_force` takes them.
+    """People as the kernels take them; see `kernels.walking`.
 
-    state: (P, 8) at the beginning. traits: (P, 7). goals: (G, 2) m, of all persons.
+    state: (P, 8) at the beginning. traits: (P, 8). goals: (G, 2) m, of all persons.
     """
 
     state: Array
@@ -111,36 +234,70 @@ class WalkingPeople:
         """What each is called: the name, else the place in the file."""
         return [p.name or f"persons[{index}]" for index, p in enumerate(self.persons)]
 
-    def crowd(self, seed: int) -> Crowd:
-        """Returns them as they begin the trial with this seed, the same for all controllers."""
+    @property
+    def groups(self) -> list[int]:
+        """The number of each one's group, -1 of who is alone."""
+        return [-1 if person.group is None else person.group for person in self.persons]
+
+    @property
+    def top_speed_mps(self) -> float:
+        """What nobody is faster than, m/s."""
+        return walking.TOP_SPEED_MPS if self.persons else 0.0
+
+    def crowd(self, seed: int, is_free: Callable[[Array, float], bool] | None = None) -> Crowd:
+        """Returns them as they begin the trial with this seed, the same for all controllers.
+
+        is_free: whether a disc at (2,) m of a radius m is clear of all that is there. Whose drawn
+        start is not draws again, and begins where the file says if that does not help.
+        """
         states: list[list[float]] = []
         traits: list[list[float]] = []
         goals: list[tuple[float, float]] = []
         for index, person in enumerate(self.persons):
             assert self.people is not None
-            draws = NoiseKey(seed, NoiseStream.PEOPLE, index).generator().standard_normal(3)
-            start = np.array(person.start) + self.people.start_xy_std_m * draws[:2]
+            generator = NoiseKey(seed, NoiseStream.PEOPLE, index).generator()
+            draws = generator.standard_normal(3)
+            std_m = self.people.start_xy_std_m
+            start = np.array(person.start) + std_m * draws[:2]
             speed = person.speed_mps + self.people.speed_std_mps * draws[2]
             speed = float(np.clip(speed, 0.2 * person.speed_mps, 2.0))
+            is_orca = self.people.model == "orca"
+            aside = ASIDE_STD_RAD * generator.standard_normal() if is_orca else 0.0
+            if std_m > 0.0 and is_free is not None:
+                start = _free_start(person, start, std_m, generator, is_free)
             own = person.goals or [(float(start[0]), float(start[1]))]
             states.append([*start, person.yaw_rad, 0.0, 0.0, 0.0, 0.0, 0.0])
-            group = -1 if person.group is None else person.group
             first = len(goals)
             goals += own
             traits.append(
                 [
-                    *(speed, person.radius_m, REACTIONS[person.reaction], group),
-                    *(first, len(goals), person.repeats),
+                    *(speed, person.radius_m, REACTIONS[person.reaction], self.groups[index]),
+                    *(first, len(goals), person.repeats, aside),
                 ]
             )
         return Crowd(
-            np.array(states, dtype=float).reshape(-1, social_force.STATE_SIZE),
-            np.array(traits, dtype=float).reshape(-1, social_force.TRAIT_SIZE),
+            np.array(states, dtype=float).reshape(-1, walking.STATE_SIZE),
+            np.array(traits, dtype=float).reshape(-1, walking.TRAIT_SIZE),
             np.array(goals, dtype=float).reshape(-1, 2),
         )
 
 
 NOBODY = WalkingPeople()
+
+
+def _free_start(
+    person: Person,
+    start: Array,
+    std_m: float,
+    generator: np.random.Generator,
+    is_free: Callable[[Array, float], bool],
+) -> Array:
+    """Returns where somebody begins whose first draw is `start`, (2,) m."""
+    for _ in range(MAX_STARTS):
+        if is_free(start, person.radius_m):
+            return start
+        start = np.array(person.start) + std_m * generator.standard_normal(2)
+    return np.array(person.start)
 
 
 def foot_offsets_m(walked_m: Array, speed_mps: Array) -> Array:

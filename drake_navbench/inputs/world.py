@@ -16,6 +16,7 @@ from shapely.geometry.base import BaseGeometry
 
 from drake_navbench.inputs.moving import NOTHING_MOVES, MovingObstacles
 from drake_navbench.inputs.people import NOBODY, WalkingPeople
+from drake_navbench.inputs.recorded_people import RecordedPeople
 from drake_navbench.kernels.depth_casting import Solids
 from drake_navbench.typed_files.quantities import MIN_SIZE_M, Length, Size
 from drake_navbench.typed_files.typed_yaml import QuietModel
@@ -25,6 +26,8 @@ Point = tuple[Length, Length]
 
 # Fine enough that the polygon stays within 0.1% of the radius of the true circle.
 CIRCLE_QUADRANT_SEGMENTS = 24
+# Of the polygon about a pillar that people walk round.
+ROUND_CORNERS = 16
 
 
 class _Shape(QuietModel):
@@ -144,7 +147,7 @@ class World:
     obstacles: tuple[Box | Wall | Polygon | Cylinder, ...]
     walls: tuple[Box, ...] = ()
     moving: MovingObstacles = NOTHING_MOVES
-    people: WalkingPeople = NOBODY
+    people: WalkingPeople | RecordedPeople = NOBODY
 
     @property
     def moving_count(self) -> int:
@@ -185,6 +188,16 @@ class World:
         """(N,) the floor area that each shape covers."""
         return np.array([o.region for o in self.shapes], dtype=object)
 
+    @cached_property
+    def free_rings(self) -> list[Array]:
+        """The borders (K, 2) of the free floor, m, with what is solid to the left of each."""
+        covered = shapely.unary_union([_few_corners(one) for one in self.shapes])
+        rings = []
+        for part in shapely.get_parts(covered):
+            oriented = shapely.geometry.polygon.orient(part)
+            rings += [oriented.exterior, *oriented.interiors]
+        return [np.array(ring.coords[:-1]) for ring in rings]
+
     def visible_from(self, height_m: float) -> World:
         """Returns what of it a lidar sees that scans at a height over the floor."""
         return World(
@@ -209,6 +222,16 @@ class World:
         stacked = np.vstack(corners)
         low, high = stacked.min(axis=0) - margin_m, stacked.max(axis=0) + margin_m
         return (*low, *high)
+
+
+def _few_corners(shape: _Shape) -> BaseGeometry:
+    """Returns the floor area of a shape, a cylinder's as that of a polygon round about it."""
+    if not isinstance(shape, Cylinder):
+        return shape.region
+    out_m = shape.radius_m / math.cos(math.pi / ROUND_CORNERS)
+    turns = np.linspace(0.0, 2.0 * math.pi, ROUND_CORNERS, endpoint=False)
+    corners = np.column_stack([np.cos(turns), np.sin(turns)])
+    return shapely.Polygon(np.array(shape.centre) + out_m * corners)
 
 
 def _edges(shapes: Sequence[_Shape]) -> Array:

@@ -24,6 +24,9 @@ from drake_navbench.kernels.swept_contact import clearance_at, outline_speed_bou
 
 Array = NDArray[np.float64]
 
+# Where somebody is kept who is not in the world: farther than anything is looked at.
+FAR_AWAY_M = 1e6
+
 
 @dataclass(frozen=True)
 class Tracks:
@@ -60,6 +63,19 @@ class Tracks:
 
 
 @njit(cache=True)
+def first_later_row(knots, first, past, time):
+    """Returns the first row from `first` up to `past` that is later than a time, else `past`."""
+    low, high = first, past
+    while low < high:
+        middle = (low + high) // 2
+        if knots[middle, 0] <= time:
+            low = middle + 1
+        else:
+            high = middle
+    return low
+
+
+@njit(cache=True)
 def poses_on_tracks(knots, firsts, periods, time):
     """Returns (B, 3) where every body is at a time, s."""
     poses = np.empty((periods.shape[0], 3))
@@ -68,14 +84,7 @@ def poses_on_tracks(knots, firsts, periods, time):
         own = time
         if periods[body] > 0.0 and own > knots[first, 0]:
             own = knots[first, 0] + (own - knots[first, 0]) % periods[body]
-        # The first row that is later.
-        low, high = first, past
-        while low < high:
-            middle = (low + high) // 2
-            if knots[middle, 0] <= own:
-                low = middle + 1
-            else:
-                high = middle
+        low = first_later_row(knots, first, past, own)
         if low in (first, past):
             row = first if low == first else past - 1
             poses[body] = knots[row, 1:]

@@ -12,8 +12,7 @@ Navigation Simulator for Benchmarking Human-Aware Robot Navigation", 2023). Wher
   and who means to go straight into it steps aside, to the side on which he is of its centre.
 - One who threatens goes for a point ahead of the robot; HuNavSim confuses sine and cosine there.
 
-A person is a row: x m, y m, yaw rad, vx m/s, vy m/s, walked way m, number of the goal, and for how
-long the reaction has lasted, s.
+People are rows as in `kernels.walking`.
 """
 
 from __future__ import annotations
@@ -24,18 +23,31 @@ import numpy as np
 from numba import njit
 
 from drake_navbench.kernels.angles import wrap
+from drake_navbench.kernels.walking import (
+    CURIOUS,
+    GOAL_RADIUS_M,
+    GROUP,
+    OBLIVIOUS,
+    RADIUS,
+    REACTED,
+    REACTION,
+    REGULAR,
+    SCARED,
+    SPEED,
+    SURPRISED,
+    THREATENING,
+    TOP_SPEED_MPS,
+    VX,
+    VY,
+    WALKING_MPS,
+    YAW,
+    X,
+    Y,
+    own_goal,
+    people_after,
+    turned_towards,
+)
 
-X, Y, YAW, VX, VY, WALKED, GOAL, REACTED = range(8)
-STATE_SIZE = 8
-# The columns of what each person is like: desired speed m/s, body radius m, reaction, number of
-# the group (-1 none), first and past-the-last row of the goals, whether they repeat.
-SPEED, RADIUS, REACTION, GROUP, FIRST_GOAL, PAST_GOAL, REPEATS = range(7)
-TRAIT_SIZE = 7
-REGULAR, IMPASSIVE, SURPRISED, SCARED, CURIOUS, THREATENING = range(6)
-
-# Nobody walks faster, whatever the force; one who threatens hurries at 2 m/s.
-TOP_SPEED_MPS = 2.5
-GOAL_RADIUS_M = 0.3
 DESIRED_FACTOR, RELAXATION_S = 2.0, 0.5
 OBSTACLE_FACTOR, OBSTACLE_SIGMA_M = 10.0, 0.2
 # HuNavSim sets 5.0 where lightsfm has 2.1, at which bodies of 0.3 m that meet head on overlap.
@@ -43,15 +55,12 @@ SOCIAL_FACTOR = 5.0
 LAMBDA, GAMMA_M, ANGULAR, ANGULAR_ALONG = 2.0, 0.35, 2.0, 3.0
 GAZE_FACTOR, COHERENCE_FACTOR, REPULSION_FACTOR = 3.0, 2.0, 1.0
 # How far and how wide one who reacts sees the robot, and for how long that lasts, by reaction.
-SIGHT_M = np.array([0.0, 0.0, 4.0, 3.0, 10.0, 4.0])
+SIGHT_M = np.array([0.0, 0.0, 4.0, 3.0, 10.0, 4.0, 0.0])
 SIGHT_HALF_ANGLE_RAD = 0.5 * math.pi + 0.17
-PATIENCE_S = np.array([0.0, 0.0, 30.0, 40.0, 30.0, 40.0])
+PATIENCE_S = np.array([0.0, 0.0, 30.0, 40.0, 30.0, 40.0, 0.0])
 SCARED_SPEED_MPS, SCARED_FACTOR = 0.6, 20.0
 CURIOUS_SPEED_MPS, CURIOUS_SIGHT_M, CURIOUS_DISTANCE_M = 1.8, 10.0, 1.5
 THREAT_SPEED_MPS, THREAT_AHEAD_M, THREAT_RADIUS_M = 2.0, 1.1, 0.05
-TURN_RATE_RADPS = math.pi
-# Slower than this nobody's heading follows the way.
-WALKING_MPS = 0.05
 
 
 @njit(cache=True)
@@ -150,14 +159,6 @@ def _group_force(index, people, traits, goal_x, goal_y):
 
 
 @njit(cache=True)
-def _turned_towards(yaw, wanted, step):
-    """Returns a heading turned towards another by no more than the turn rate allows."""
-    turn = wrap(wanted - yaw)
-    limit = TURN_RATE_RADPS * step
-    return yaw + min(max(turn, -limit), limit)
-
-
-@njit(cache=True)
 def _reacts(person, reaction, robot_distance, bearing, step):
     """Returns whether one reacts to a robot so far away [m] and there [rad]; keeps count of it."""
     is_seen = (
@@ -173,26 +174,12 @@ def _reacts(person, reaction, robot_distance, bearing, step):
 
 
 @njit(cache=True)
-def _own_goal(person, traits, goals):
-    """Returns (x, y) m of the goal on one's list, the next one where this one is reached."""
-    first, past = int(traits[FIRST_GOAL]), int(traits[PAST_GOAL])
-    goal = first + int(person[GOAL])
-    if math.hypot(goals[goal, 0] - person[X], goals[goal, 1] - person[Y]) <= GOAL_RADIUS_M:
-        if goal + 1 < past:
-            person[GOAL] += 1
-        elif traits[REPEATS] > 0.0:
-            person[GOAL] = 0
-        goal = first + int(person[GOAL])
-    return goals[goal, 0], goals[goal, 1]
-
-
-@njit(cache=True)
 def _intention(person, traits, goals, reaction, robot, robot_distance):
     """Returns (x m, y m, radius m, speed m/s): where one goes, how near, how fast.
 
     reaction: the one that one shows now, REGULAR where none.
     """
-    goal_x, goal_y = _own_goal(person, traits, goals)
+    goal_x, goal_y = own_goal(person, traits, goals)
     if reaction == SCARED:
         return goal_x, goal_y, GOAL_RADIUS_M, SCARED_SPEED_MPS
     if reaction == CURIOUS:
@@ -265,16 +252,12 @@ def _add_social_forces(force_x, force_y, index, people, robot, takes_robot_for_o
 def step_people(people, traits, goals, edges, circles, robot, robot_edges, step):
     """Returns (P, 8) the people `step` s later, with the velocities that they then choose.
 
-    people: (P, 8), traits: (P, 7), goals: (G, 2) m of all, see the module. edges, circles: what
+    people: (P, 8), traits: (P, 8), goals: (G, 2) m of all. edges, circles: what
     stands, and what moves along given ways. robot: (6,) x m, y m, yaw rad of its outline's centre,
     vx m/s, vy m/s in the world frame, and its half length, m. robot_edges: (K, 4) its outline
     there, m.
     """
-    after = people.copy()
-    for i in range(people.shape[0]):
-        after[i, X] += step * people[i, VX]
-        after[i, Y] += step * people[i, VY]
-        after[i, WALKED] += step * math.hypot(people[i, VX], people[i, VY])
+    after = people_after(people, step)
     chosen = np.empty((people.shape[0], 2))
     for i in range(people.shape[0]):
         x, y, yaw = after[i, X], after[i, Y], after[i, YAW]
@@ -305,8 +288,9 @@ def step_people(people, traits, goals, edges, circles, robot, robot_edges, step)
             force_y -= size * to_robot_y / robot_distance
         fx, fy = _repulsion(x, y, radius, edges, circles)
         force_x, force_y = force_x + fx, force_y + fy
-        fx, fy = _round_robot(x, y, radius, to_robot_x, to_robot_y, to_x, to_y, robot_edges)
-        force_x, force_y = force_x + fx, force_y + fy
+        if reaction != OBLIVIOUS:
+            fx, fy = _round_robot(x, y, radius, to_robot_x, to_robot_y, to_x, to_y, robot_edges)
+            force_x, force_y = force_x + fx, force_y + fy
         fx, fy = _group_force(i, after, traits, to_x, to_y)
         force_x, force_y = force_x + fx, force_y + fy
 
@@ -315,8 +299,8 @@ def step_people(people, traits, goals, edges, circles, robot, robot_edges, step)
             vx, vy = _chosen_velocity(after[i, VX], after[i, VY], force_x, force_y, speed, step)
         chosen[i, 0], chosen[i, 1] = vx, vy
         if stops or (reacts and is_there):
-            after[i, YAW] = _turned_towards(yaw, bearing, step)
+            after[i, YAW] = turned_towards(yaw, bearing, step)
         elif math.hypot(vx, vy) > WALKING_MPS:
-            after[i, YAW] = _turned_towards(yaw, math.atan2(vy, vx), step)
+            after[i, YAW] = turned_towards(yaw, math.atan2(vy, vx), step)
     after[:, VX : VY + 1] = chosen
     return after

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
 from drake_navbench.analysis.metrics.moving import look_times
-from drake_navbench.analysis.moving import movers_of
+from drake_navbench.analysis.moving import is_there, movers_of
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.world import Obstacle, World
 from drake_navbench.kernels.poses import carrier_pose, place_outline
@@ -296,11 +296,15 @@ class TrialMessages:
         looks = look_times(self.log)
         for time_s, poses in zip(looks, movers.poses_at(looks), strict=True):
             now = stamp_ns(time_s)
-            corners = [place_outline(*body) for body in zip(movers.outlines, poses, strict=True)]
+            corners = [
+                place_outline(outline, pose)
+                for outline, pose, own in zip(movers.outlines, poses, is_there(poses), strict=True)
+                if own
+            ]
             message = self.maker.lines(
                 now,
                 self.world_frame,
-                np.vstack(list(map(_closed, corners))).reshape(-1, 2),
+                np.vstack([np.empty((0, 2)), *map(_closed, corners)]),
                 kind=LINE_LIST,
                 width_m=LINE_WIDTH_M,
                 namespace="moving_obstacles",

@@ -22,7 +22,8 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
-from drake_navbench.inputs.people import TRUNK_RADIUS_M, Crowd, scanned_discs
+from drake_navbench.inputs.people import NOBODY, TRUNK_RADIUS_M, Crowd, scanned_discs
+from drake_navbench.inputs.recorded_people import RecordedPeople
 from drake_navbench.inputs.world import World
 from drake_navbench.inputs.world_geometry import (
     MOVING_COLOR,
@@ -32,21 +33,21 @@ from drake_navbench.inputs.world_geometry import (
     moving_shape,
 )
 from drake_navbench.kernels.depth_casting import Solids
+from drake_navbench.kernels.moving_bodies import FAR_AWAY_M
 from drake_navbench.kernels.poses import place_outline
-from drake_navbench.kernels.social_force import (
-    STATE_SIZE as PERSON_SIZE,
-)
-from drake_navbench.kernels.social_force import VX, VY, WALKED, YAW, step_people
+from drake_navbench.kernels.social_force import nearest_point
+from drake_navbench.kernels.swept_contact import covers
+from drake_navbench.kernels.walking import STATE_SIZE as PERSON_SIZE
+from drake_navbench.kernels.walking import VX, VY, WALKED, YAW
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import POSE_SIZE, STATE_SIZE, declare_object_output
+from drake_navbench.systems.walking_people import PEOPLE_PERIOD_S, walk_of
 
 Array = NDArray[np.float64]
 
-PEOPLE_PERIOD_S = 0.05
-
 
 class MovingWorld(LeafSystem):
-    """Moves things along given ways, at every instant, and people as they choose.
+    """Moves things along given ways, at every instant, and people as they choose or once did.
 
     Input `state` [x m, y m, yaw rad, v m/s, w rad/s, vy m/s] of the robot, of which only people
     take notice; without any it need not be connected. Output `poses` [x m, y m, yaw rad] of each
@@ -59,7 +60,8 @@ class MovingWorld(LeafSystem):
 
     People choose a velocity once a period, from the states at that time, and keep it until the
     next. So their ways are straight in between, and everybody's place is exact at every instant.
-    Discrete state: when they chose, s, and then the people (see `kernels.social_force`).
+    Discrete state: when they chose, s, and then the people (see `kernels.walking`). Those of a
+    recording choose nothing, and are FAR_AWAY_M while they are not in the world.
 
     footprint: (K, 2) of the robot, base frame, m. scan_height_m: of the scanner's plane.
     """
@@ -69,20 +71,24 @@ class MovingWorld(LeafSystem):
     ) -> None:
         super().__init__()
         self._things, self._people = world.moving, world.people
+        everybody = world.people
+        self._recorded = everybody if isinstance(everybody, RecordedPeople) else None
+        self._walkers = NOBODY if isinstance(everybody, RecordedPeople) else everybody
+        self._walk = walk_of(world, footprint)
         self._standing = (world.segments, world.circles)
         self._footprint, self._scan_height_m = footprint, scan_height_m
-        self._seen_things = world.moving.bodies.seen_at(scan_height_m, world.moving.heights_m)
+        self._seen_things = world.moving.seen_at(scan_height_m)
         self.person_count = len(world.people)
         self.body_count = len(world.moving) + self.person_count
         self.source_id = scene_graph.RegisterSource("moving_world")
         self._frame_ids = self._register(scene_graph)
         self._state_port = self.DeclareVectorInputPort("state", STATE_SIZE)
         self.crowd_parameter = self.DeclareAbstractParameter(
-            AbstractValue.Make(world.people.crowd(seed=0))
+            AbstractValue.Make(self._walkers.crowd(seed=0))
         )
         depends = {self.time_ticket()}
-        if len(world.people):
-            self._chosen = self.DeclareDiscreteState(1 + PERSON_SIZE * len(world.people))
+        if len(self._walkers):
+            self._chosen = self.DeclareDiscreteState(1 + PERSON_SIZE * len(self._walkers))
             self.DeclarePeriodicDiscreteUpdateEvent(
                 PEOPLE_PERIOD_S, 0.0, weakly_bound(self._on_period)
             )
@@ -113,17 +119,34 @@ class MovingWorld(LeafSystem):
         """Returns the port for SceneGraph's source pose port."""
         return self._geometry_pose_port
 
-    def set_seed(self, context: Context, seed: int) -> None:
-        """Puts the people where they begin the trial with this seed."""
-        crowd = self._people.crowd(seed)
+    def set_seed(self, context: Context, seed: int, start_pose: Array | None = None) -> None:
+        """Puts the people where they begin the trial with this seed.
+
+        start_pose: (3,) of the robot, on which nobody is put, as not on what stands or moves.
+        """
+        edges, circles = self._placed_things(context)
+        edges = np.vstack([self._standing[0], edges])
+        circles = np.vstack([self._standing[1], circles])
+        if start_pose is not None:
+            outline = place_outline(self._footprint, start_pose)
+            edges = np.vstack([edges, np.hstack([outline, np.roll(outline, -1, axis=0)])])
+
+        def is_free(place: Array, radius_m: float) -> bool:
+            x, y = place
+            distance_m = nearest_point(x, y, edges, circles)[2]
+            return bool(distance_m > radius_m and not covers(edges, circles, x, y))
+
+        crowd = self._walkers.crowd(seed, is_free)
         context.get_mutable_abstract_parameter(self.crowd_parameter).set_value(crowd)
-        if len(self._people):
+        if len(self._walkers):
             own = context.get_mutable_discrete_state(self._chosen)
             own.SetFromVector([context.get_time(), *crowd.state.ravel()])
 
     def people_at(self, context: Context) -> Array:
-        """Returns (P, 8) everybody at the time of a context; see `kernels.social_force`."""
-        if not len(self._people):
+        """Returns (P, 8) everybody at the time of a context; see `kernels.walking`."""
+        if self._recorded is not None:
+            return self._recorded.people_at(context.get_time())
+        if not len(self._walkers):
             return np.empty((0, PERSON_SIZE))
         held = context.get_discrete_state(self._chosen).value()
         people = held[1:].reshape(-1, PERSON_SIZE).copy()
@@ -132,46 +155,30 @@ class MovingWorld(LeafSystem):
         people[:, WALKED] += elapsed_s * np.hypot(people[:, VX], people[:, VY])
         return people
 
+    def _people_there(self, context: Context) -> Array:
+        """Returns (Q, 8) those who are in the world."""
+        people = self.people_at(context)
+        return people if self._recorded is None else people[people[:, 0] < FAR_AWAY_M]
+
     def poses(self, context: Context) -> Array:
         """Returns (B, 3) x m, y m, yaw rad of every body."""
         people = self.people_at(context)[:, : YAW + 1]
         return np.vstack([self._things.tracks.poses_at(context.get_time()), people])
 
     def _on_period(self, context: Context, discrete_state: DiscreteValues) -> None:
+        assert self._walk is not None
         time_s = context.get_time()
         held = context.get_discrete_state(self._chosen).value()
         crowd: Crowd = context.get_abstract_parameter(self.crowd_parameter).get_value()
-        edges, circles = self._standing
-        if len(self._things):
-            moving = self._things.bodies.placed(self._things.tracks.poses_at(time_s))
-            edges, circles = np.vstack([edges, moving[0]]), np.vstack([circles, moving[1]])
-        robot, robot_edges = self._robot(self._state_port.Eval(context))
-        people = step_people(
+        people = self._walk.step(
             np.ascontiguousarray(held[1:].reshape(-1, PERSON_SIZE)),
-            crowd.traits,
-            crowd.goals,
-            edges,
-            circles,
-            robot,
-            robot_edges,
+            crowd,
+            time_s,
+            self._state_port.Eval(context),
             time_s - held[0],
         )
         after = np.concatenate([[time_s], people.ravel()])
         discrete_state.get_mutable_vector(self._chosen).SetFromVector(after)
-
-    def _robot(self, state: Array) -> tuple[Array, Array]:
-        """Returns the robot as people see it, (6,) and (K, 4); see `step_people`."""
-        outline = place_outline(self._footprint, state[:3])
-        _, _, yaw, v, w, vy = state
-        low, high = self._footprint.min(axis=0), self._footprint.max(axis=0)
-        middle = 0.5 * (low + high)
-        # The velocity of the outline's centre.
-        ahead, aside = v - w * middle[1], vy + w * middle[0]
-        cos_yaw, sin_yaw = np.cos(yaw), np.sin(yaw)
-        velocity = (ahead * cos_yaw - aside * sin_yaw, ahead * sin_yaw + aside * cos_yaw)
-        centre = place_outline(middle[None], state[:3])[0]
-        robot = np.array([*centre, yaw, *velocity, 0.5 * (high[0] - low[0])])
-        return robot, np.hstack([outline, np.roll(outline, -1, axis=0)])
 
     def _calc_poses(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self.poses(context).ravel())
@@ -186,7 +193,7 @@ class MovingWorld(LeafSystem):
 
     def _scanned(self, context: Context) -> tuple[Array, Array]:
         edges, circles = self._seen_things.placed(self._things.tracks.poses_at(context.get_time()))
-        people = self.people_at(context)
+        people = self._people_there(context)
         speeds_mps = np.hypot(people[:, VX], people[:, VY])
         discs = scanned_discs(
             people[:, : YAW + 1], people[:, WALKED], speeds_mps, self._scan_height_m
@@ -195,7 +202,7 @@ class MovingWorld(LeafSystem):
 
     def _solids(self, context: Context) -> Solids:
         edges, circles = self._placed_things(context)
-        people = self.people_at(context)[:, :2]
+        people = self._people_there(context)[:, :2]
         trunks = np.column_stack([people, np.full(len(people), TRUNK_RADIUS_M)])
         heights_m = self._things.heights_m
         boxes, starts = np.unique(self._things.bodies.edges[:, 0], return_index=True)

@@ -10,9 +10,11 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_navbench.inputs.drive import AckermannDrive, DifferentialDrive, OmnidirectionalDrive
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.systems.ackermann_base import AckermannBase
+from drake_navbench.systems.floor_transport import FloorTransport
 from drake_navbench.systems.mobile_base import MobileBase
 from drake_navbench.systems.omnidirectional_base import OmnidirectionalBase
 from drake_navbench.systems.wheelchair import Wheelchair
+from drake_navbench.trial.navigation_wiring import connect_inputs
 
 if TYPE_CHECKING:
     from drake_navbench.systems.caster_base import CasterBase
@@ -21,12 +23,23 @@ if TYPE_CHECKING:
     Base = MobileBase | CasterBase | MultibodyBase
 
 
-def add_base(builder: DiagramBuilder, robot: Robot, scene_graph: SceneGraph) -> Base:
-    """Adds the robot's base and carries its outline along in SceneGraph."""
+def add_base(
+    builder: DiagramBuilder,
+    robot: Robot,
+    scene_graph: SceneGraph,
+    transport: FloorTransport | None = None,
+) -> Base:
+    """Adds the robot's base and carries its outline along in SceneGraph.
+
+    transport: what carries it between floors, where there are several.
+    """
     base = builder.AddNamedSystem("base", make_base(robot, scene_graph))
-    builder.Connect(
-        base.get_geometry_pose_output_port(), scene_graph.get_source_pose_port(base.source_id)
-    )
+    pose = base.get_geometry_pose_output_port()
+    if transport is not None:
+        connect_inputs(builder, transport, base_geometry_pose=pose)
+        connect_inputs(builder, transport, base_state=base.get_state_output_port())
+        pose = transport.GetOutputPort("geometry_pose")
+    builder.Connect(pose, scene_graph.get_source_pose_port(base.source_id))
     return base
 
 

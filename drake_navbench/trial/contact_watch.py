@@ -82,6 +82,16 @@ class ContactWatch:
         )
         self._top_speed_mps = self._outline_rate(bounds.speed_mps, bounds.yaw_rate_radps)
         self._last: _Look | None = None
+        self._floor_changes = 0
+
+    def come_to_floor(self, number: int) -> None:
+        """Begins anew where a lift has brought the robot since the last look: it took no way there.
+
+        number: of the changes of floor so far.
+        """
+        if number != self._floor_changes:
+            self._floor_changes = number
+            self._last, self.idle_until_s = None, -math.inf
 
     def look(self, time_s: float, state: Array, people: Array | None = None) -> None:
         """Looks at the state (6,) at the end of a step, and back at the step where need be.
@@ -116,7 +126,9 @@ class ContactWatch:
             if gaps_m[nearest] <= TOUCHING_M or is_within:
                 self.contact = Contact(time_s, state, nearest)
                 return
-            free_s = min(free_s, self._free_of_moving_s(self.moving, gaps_m[nearest], speed_mps))
+            free_s = min(
+                free_s, self._free_of_moving_s(self.moving, time_s, gaps_m[nearest], speed_mps)
+            )
         self._last = _Look(time_s, state, time_s + free_s)
         self.idle_until_s = time_s + free_s - self._look_ahead_s
 
@@ -147,15 +159,18 @@ class ContactWatch:
             return Contact(met_s, met)
         return Contact(met_s, met, int(np.argmin(self.moving.gaps_m(met_s, met, REACH_M))))
 
-    def _free_of_moving_s(self, moving: MovingContact, gap_m: float, speed_mps: float) -> float:
+    def _free_of_moving_s(
+        self, moving: MovingContact, time_s: float, gap_m: float, speed_mps: float
+    ) -> float:
         """Returns for how long nothing that moves can be met, s."""
         moving_mps = moving.top_speed_mps
-        return soonest_contact_s(
+        soonest_s = soonest_contact_s(
             min(gap_m, REACH_M) - TOUCHING_M,
             speed_mps=speed_mps + moving_mps,
             acceleration_mps2=self._acceleration_mps2,
             top_speed_mps=max(self._top_speed_mps, speed_mps) + moving_mps,
         )
+        return min(soonest_s, moving.until_next_appears_s(time_s))
 
     def _outline_rate(self, linear: float, angular: float) -> float:
         """Returns a bound of a rate of the outline's points from those of the base, SI."""

@@ -9,14 +9,15 @@ import shapely
 from numpy.typing import NDArray
 
 from drake_navbench.inputs.moving import circle, with_people
+from drake_navbench.inputs.recorded_people import RecordedPeople
 from drake_navbench.inputs.world import World
 from drake_navbench.kernels.moving_bodies import (
+    FAR_AWAY_M,
     Tracks,
     clearances_of_bodies,
     share_until_contact_with_moving,
 )
 from drake_navbench.kernels.poses import place_outline
-from drake_navbench.kernels.social_force import TOP_SPEED_MPS
 from drake_navbench.kernels.swept_contact import covers
 
 Array = NDArray[np.float64]
@@ -38,12 +39,16 @@ class MovingContact:
         self._bodies = with_people(world.moving.bodies, world.people.radii_m)
         self._tracks = world.moving.tracks
         self._last: tuple[float, Array] | None = None
-        people_mps = TOP_SPEED_MPS if len(world.people) else 0.0
-        self.top_speed_mps = max(world.moving.top_speed_mps, people_mps)
+        self._appearances_s = np.empty(0)
+        self._are_recorded = isinstance(world.people, RecordedPeople)
+        if isinstance(world.people, RecordedPeople):
+            self._tracks = self._tracks.joined(world.people.tracks)
+            self._appearances_s = world.people.appearances_s
+        self.top_speed_mps = max(world.moving.top_speed_mps, world.people.top_speed_mps)
 
     def note_people(self, time_s: float, people: Array | None) -> None:
         """Takes notice of where people (P, 3) have come to since the last look."""
-        if people is None or not len(people):
+        if self._are_recorded or people is None or not len(people):
             return
         knots = np.empty((2 * len(people), 4))
         knots[1::2, 0], knots[1::2, 1:] = time_s, people
@@ -55,6 +60,11 @@ class MovingContact:
         own = Tracks(knots, firsts, np.zeros(len(people)))
         self._tracks = self._things.tracks.joined(own)
         self._last = (time_s, people)
+
+    def until_next_appears_s(self, time_s: float) -> float:
+        """Returns after how long somebody comes into the world of whom there was nothing, s."""
+        later = np.searchsorted(self._appearances_s, time_s, side="right")
+        return float(np.append(self._appearances_s, np.inf)[later] - time_s)
 
     def gaps_m(self, time_s: float, state: Array, reach_m: float) -> Array:
         """Returns (B,) the distance from the outline to each body, m; inf beyond `reach_m`."""
@@ -97,6 +107,9 @@ class MovingContact:
         tracks = self._tracks
         now, before = tracks.poses_at(time_s)[body], tracks.poses_at(time_s - VELOCITY_WINDOW_S)
         rates = (now - before[body]) / VELOCITY_WINDOW_S
+        if before[body, 0] >= FAR_AWAY_M:
+            # Who has just come into the world.
+            rates = np.zeros(3)
         outline = shapely.Polygon(place_outline(self._footprint, state[:3]))
         shape = shapely.Polygon(place_outline(self._outline(body), now))
         near = shapely.get_coordinates(shapely.shortest_line(outline, shape))

@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_navbench.inputs.people import REACTIONS, People, Person, WalkingPeople
-from drake_navbench.kernels.social_force import VX, VY, YAW, X, Y, social_force, step_people
+from drake_navbench.kernels.social_force import social_force, step_people
+from drake_navbench.kernels.walking import VX, VY, YAW, X, Y
 
 STEP_S = 0.05
 NO_EDGES, NO_CIRCLES = np.empty((0, 4)), np.empty((0, 3))
@@ -25,6 +26,8 @@ def robot_at(x, y, *, yaw=0.0, velocity=(0.0, 0.0)):
 
 
 FAR_AWAY = robot_at(500.0, 0.0)
+# Of a robot on somebody's way.
+NOT_OUT_OF_THE_WAY = {"threatening", "curious", "oblivious"}
 
 
 def walk(*persons, duration_s, edges=NO_EDGES, robot=FAR_AWAY):
@@ -114,11 +117,17 @@ def test_a_group_stays_together_and_strangers_do_not_come():
     assert np.hypot(*(ways[-1, 0, :2] - ways[-1, 1, :2])) > 3.9
 
 
-@pytest.mark.parametrize("reaction", sorted(set(REACTIONS) - {"threatening", "curious"}))
+@pytest.mark.parametrize("reaction", sorted(set(REACTIONS) - NOT_OUT_OF_THE_WAY))
 def test_nobody_on_the_way_walks_into_the_chair(reaction):
     robot = robot_at(5.0, 0.05)
     way = walk(to_the_right(reaction=reaction), duration_s=15.0, robot=robot)[:, 0]
     assert gaps_to_chair(way, robot).min() > 0.05
+
+
+def test_the_oblivious_walk_as_if_there_were_no_robot():
+    person = to_the_right(reaction="oblivious")
+    ways = [walk(person, duration_s=9.0, robot=one) for one in (FAR_AWAY, robot_at(5.0, 0.05))]
+    np.testing.assert_array_equal(*ways)
 
 
 def test_the_regular_go_round_the_robot_sooner_than_the_impassive():

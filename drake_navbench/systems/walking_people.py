@@ -1,0 +1,137 @@
+"""How the people of a world choose where to go: the model's surroundings, made of the world."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.inputs.moving import MovingBox
+from drake_navbench.inputs.people import Crowd, OrcaSettings, WalkingPeople
+from drake_navbench.inputs.world import World
+from drake_navbench.kernels.orca import linked_edges, step_orca
+from drake_navbench.kernels.poses import place_outline
+from drake_navbench.kernels.social_force import step_people
+
+Array = NDArray[np.float64]
+
+# How often people choose where to go, and how fast.
+PEOPLE_PERIOD_S = 0.05
+# Over which the velocity of what moves on a given way is taken.
+VELOCITY_WINDOW_S = 1e-3
+
+
+class SeenRobot(NamedTuple):
+    """The robot as people see it.
+
+    centre: (3,) x m, y m, yaw rad of its outline's middle, and velocity: (2,) m/s of that point, in
+    the world's frame. outline: (K, 2) m. half_length_m, radius_m: of the outline about its middle.
+    """
+
+    centre: Array
+    velocity: Array
+    outline: Array
+    half_length_m: float
+    radius_m: float
+
+
+def seen_robot(footprint: Array, state: Array) -> SeenRobot:
+    """Returns what people see of a robot; footprint: (K, 2) base frame, m. state: (6,)."""
+    outline = place_outline(footprint, state[:3])
+    _, _, yaw, v, w, vy = state
+    low, high = footprint.min(axis=0), footprint.max(axis=0)
+    middle = 0.5 * (low + high)
+    # The velocity of the outline's centre.
+    ahead, aside = v - w * middle[1], vy + w * middle[0]
+    cos_yaw, sin_yaw = np.cos(yaw), np.sin(yaw)
+    velocity = (ahead * cos_yaw - aside * sin_yaw, ahead * sin_yaw + aside * cos_yaw)
+    centre = place_outline(middle[None], state[:3])[0]
+    return SeenRobot(
+        np.array([*centre, yaw]),
+        np.array(velocity),
+        outline,
+        0.5 * (high[0] - low[0]),
+        float(np.hypot(*(footprint - middle).T).max()),
+    )
+
+
+class SocialForceWalk:
+    """Lets people walk by the social force model; what moves on given ways is a wall to them."""
+
+    def __init__(self, world: World, footprint: Array) -> None:
+        self._standing, self._things = (world.segments, world.circles), world.moving
+        self._footprint = footprint
+
+    def step(
+        self, people: Array, crowd: Crowd, time_s: float, state: Array, step_s: float
+    ) -> Array:
+        """Returns (P, 8) the people `step_s` later, at time_s; state: (6,) of the robot."""
+        edges, circles = self._standing
+        if len(self._things):
+            moving = self._things.bodies.placed(self._things.tracks.poses_at(time_s))
+            edges, circles = np.vstack([edges, moving[0]]), np.vstack([circles, moving[1]])
+        seen = seen_robot(self._footprint, state)
+        robot = np.array([*seen.centre, *seen.velocity, seen.half_length_m])
+        robot_edges = np.hstack([seen.outline, np.roll(seen.outline, -1, axis=0)])
+        return step_people(
+            people, crowd.traits, crowd.goals, edges, circles, robot, robot_edges, step_s
+        )
+
+
+class OrcaWalk:
+    """Lets people walk by ORCA; what moves on given ways does not give way, and they know it."""
+
+    def __init__(self, world: World, footprint: Array, settings: OrcaSettings) -> None:
+        self._standing, self._things = linked_edges(world.free_rings), world.moving
+        self._footprint, self._settings = footprint, settings.as_array
+
+    def step(
+        self, people: Array, crowd: Crowd, time_s: float, state: Array, step_s: float
+    ) -> Array:
+        """Returns (P, 8) the people `step_s` later, at time_s; state: (6,) of the robot."""
+        edges, discs = self._with_things(time_s)
+        seen = seen_robot(self._footprint, state)
+        robot = np.array([*seen.centre[:2], *seen.velocity, seen.radius_m])
+        return step_orca(
+            people,
+            crowd.traits,
+            crowd.goals,
+            edges,
+            discs,
+            robot,
+            self._settings,
+            step_s,
+            PEOPLE_PERIOD_S,
+        )
+
+    def _with_things(self, time_s: float) -> tuple[Array, Array]:
+        """Returns edges (N, 9) of all that stands and moves, and discs (M, 5) of what moves."""
+        if not len(self._things):
+            return self._standing, np.empty((0, 5))
+        tracks = self._things.tracks
+        here = tracks.poses_at(time_s)
+        rates = (tracks.poses_at(time_s + VELOCITY_WINDOW_S) - here) / VELOCITY_WINDOW_S
+        rings, velocities, discs = [], [], []
+        for thing, pose, rate in zip(self._things.things, here, rates, strict=True):
+            if isinstance(thing, MovingBox):
+                rings.append(place_outline(thing.outline, pose))
+                velocities.append(rate[:2])
+            else:
+                discs.append([*pose[:2], *rate[:2], thing.radius_m])
+        moving = linked_edges(rings, velocities)
+        moving[:, 4:6] += len(self._standing)
+        return np.vstack([self._standing, moving]), np.array(discs).reshape(-1, 5)
+
+
+def walk_of(world: World, footprint: Array) -> SocialForceWalk | OrcaWalk | None:
+    """Returns how those walk who walk by a model, None where nobody does.
+
+    footprint: (K, 2) of the robot, base frame, m.
+    """
+    people = world.people
+    if not isinstance(people, WalkingPeople) or people.people is None:
+        return None
+    if people.people.model == "orca":
+        return OrcaWalk(world, footprint, people.people.orca or OrcaSettings())
+    return SocialForceWalk(world, footprint)
