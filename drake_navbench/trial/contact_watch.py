@@ -76,7 +76,7 @@ class ContactWatch:
         self.moving = MovingContact(world, self._footprint) if world.moving_count else None
         self._look_ahead_s = STEP_STRETCH * max_step_s
         self._radius_m = float(np.hypot(*footprint.T).max())
-        bounds = drive.bounds
+        bounds = drive.true_bounds
         self._acceleration_mps2 = self._outline_rate(
             bounds.acceleration_mps2, bounds.yaw_acceleration_radps2
         )

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,6 @@ from drake_navbench.controller import Controller
 from drake_navbench.costmaps.costmap_settings import FilterName
 from drake_navbench.costmaps.filter_masks import FilterMask
 from drake_navbench.costmaps.map_file import OccupancyMap
-from drake_navbench.inputs.drive import AckermannDrive, OmnidirectionalDrive
 from drake_navbench.inputs.faults import Conditions, conditions_of
 from drake_navbench.inputs.robot import NavigationSettings, Robot
 from drake_navbench.inputs.timeline import Timeline
@@ -28,7 +27,6 @@ from drake_navbench.inputs.world_geometry import register_obstacles
 from drake_navbench.moment import Moment
 from drake_navbench.navigation.checker_settings import make_goal_checker, make_progress_checker
 from drake_navbench.navigation.path_handler import PathHandler
-from drake_navbench.systems.ackermann_base import AckermannBase
 from drake_navbench.systems.actuators import SlippingWheels
 from drake_navbench.systems.binary_filter import BinaryFilter
 from drake_navbench.systems.clearance import Clearance
@@ -40,15 +38,13 @@ from drake_navbench.systems.floor_aware import FloorClock
 from drake_navbench.systems.floor_transport import FloorTransport
 from drake_navbench.systems.lidar import Lidar
 from drake_navbench.systems.local_costmap import LocalCostmap
-from drake_navbench.systems.mobile_base import MobileBase
 from drake_navbench.systems.moving_world import MovingWorld
 from drake_navbench.systems.navigator import Navigator
-from drake_navbench.systems.omnidirectional_base import OmnidirectionalBase
 from drake_navbench.systems.recorder import Recorder
 from drake_navbench.systems.speed_filter import SpeedFilter
 from drake_navbench.systems.tree_navigator import TreeNavigator
 from drake_navbench.systems.viewer import Viewer
-from drake_navbench.systems.wheelchair import Wheelchair
+from drake_navbench.trial.base_wiring import add_base
 from drake_navbench.trial.floors import TrialFloors, connect_floors
 from drake_navbench.trial.localization_wiring import LocalizationSystem, add_localization
 from drake_navbench.trial.navigation_wiring import (
@@ -63,6 +59,9 @@ from drake_navbench.trial.spec import FollowPlan, NavigateToPoses
 from drake_navbench.trial.timing import CONTROLLER_OFFSET_S, COSTMAP_OFFSET_S
 from drake_navbench.trial.wheel_wiring import add_way_to_wheels
 
+if TYPE_CHECKING:
+    from drake_navbench.trial.base_wiring import Base
+
 CLEARANCE_PERIOD_S = 0.05
 CLEARANCE_OFFSET_S = CONTROLLER_OFFSET_S
 RECORDER_PERIOD_S = 0.02
@@ -73,7 +72,7 @@ class TrialDiagram:
     """A built diagram, and the systems in it that a trial or a test talks to."""
 
     diagram: Diagram
-    base: MobileBase
+    base: Base
     lidar: Lidar
     localization: LocalizationSystem
     local_costmap: LocalCostmap
@@ -88,7 +87,7 @@ class TrialDiagram:
     transport: FloorTransport | None = None
 
     @property
-    def state_system(self) -> MobileBase | FloorTransport:
+    def state_system(self) -> Base | FloorTransport:
         """What tells the true state in the world: the base, or what carries it between floors."""
         return self.base if self.transport is None else self.transport
 
@@ -230,27 +229,7 @@ def build_trial_diagram(
     )
 
 
-def add_base(
-    builder: DiagramBuilder,
-    robot: Robot,
-    scene_graph: SceneGraph,
-    transport: FloorTransport | None = None,
-) -> MobileBase:
-    """Adds the robot's base and carries its outline along in SceneGraph.
-
-    transport: what carries it between floors, where there are several.
-    """
-    base = builder.AddNamedSystem("base", make_base(robot, scene_graph))
-    pose = base.get_geometry_pose_output_port()
-    if transport is not None:
-        connect_inputs(builder, transport, base_geometry_pose=pose)
-        connect_inputs(builder, transport, base_state=base.get_state_output_port())
-        pose = transport.GetOutputPort("geometry_pose")
-    builder.Connect(pose, scene_graph.get_source_pose_port(base.source_id))
-    return base
-
-
-def _state_of(base: MobileBase, transport: FloorTransport | None) -> OutputPort:
+def _state_of(base: Base, transport: FloorTransport | None) -> OutputPort:
     """Returns the port of the true state in the world."""
     if transport is None:
         return base.get_state_output_port()
@@ -278,16 +257,6 @@ def _add_moving_world(
         moving.get_geometry_pose_output_port(), scene_graph.get_source_pose_port(moving.source_id)
     )
     return moving
-
-
-def make_base(robot: Robot, scene_graph: SceneGraph) -> MobileBase:
-    """Returns the base that a robot file describes, its footprint registered in SceneGraph."""
-    drive, footprint = robot.drive, robot.outline
-    if isinstance(drive, OmnidirectionalDrive):
-        return OmnidirectionalBase(drive, scene_graph, footprint=footprint)
-    if isinstance(drive, AckermannDrive):
-        return AckermannBase(drive, scene_graph, footprint=footprint)
-    return Wheelchair(drive, scene_graph, footprint=footprint)
 
 
 def _add_local_costmap(

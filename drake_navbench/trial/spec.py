@@ -56,7 +56,11 @@ class TrialSpec:
             "drake_navbench": __version__,
             "scenario": self.scenario.model_dump(mode="json"),
             "files": sorted(
-                [*self.scenario.file_hashes.values(), *self.preset.file_hashes.values()]
+                [
+                    *self.scenario.file_hashes.values(),
+                    *self.preset.file_hashes.values(),
+                    *self.robot.file_hashes.values(),
+                ]
             ),
             "robot": self.preset.robot(self.robot).model_dump(mode="json"),
             "controller": self.preset.controller,

@@ -67,3 +67,9 @@ def test_bench_replanning_across_a_building(benchmark, tmp_path):
     log = bench_trial(benchmark, scenario, "turtlebot4", "rpp", rounds=2)
     assert log.outcome == "succeeded"
     benchmark.extra_info["plans"] = len(log.plans)
+
+
+@pytest.mark.parametrize("robot", ["wheelchair", "wheelchair_casters", "wheelchair_multibody"])
+def test_bench_physics(benchmark, robot):
+    """Expected: casters in the plane 60 times real time, multibody 30 times."""
+    bench_trial(benchmark, load_scenario("static_obstacles"), robot, "rpp")
