@@ -30,6 +30,7 @@ from drake_navbench.navigation.behavior_tree.snapshot import (
     restore,
     take_snapshot,
 )
+from drake_navbench.navigation.mission import MissionFollower
 from drake_navbench.navigation.task import GlobalPlan, TaskState, TaskStatus
 from drake_navbench.navigation.waypoint_follower import Progress, WaypointFollower
 from drake_navbench.plans import Plan
@@ -73,7 +74,8 @@ class TreeNavigator(LeafSystem):
     Inputs `estimate` [x m, y m, yaw rad, ...], `global_costmap` (Costmap), `controller_status` and
     `behavior_status` (TaskStatus). Outputs `plan` (GlobalPlan or None), `behavior_goal`
     (BehaviorGoal or None), `clear_local` and `clear_global` (ClearRequest or None), `task_status`
-    (TaskStatus of the whole task) and `navigator_state` (NavigatorState).
+    (TaskStatus of the whole task) and `navigator_state` (NavigatorState); for a mission over
+    several floors also `floor_switch` (FloorSwitch or None), the last one, which may be to come.
 
     The tree is ticked when the trial starts, and then once a period from `offset_s` on. The first
     tick sees the true pose: the localization draws its first noise after it. Nav2 ticks it every 10
@@ -103,7 +105,7 @@ class TreeNavigator(LeafSystem):
         start = NavigatorState(
             tree=take_snapshot(self._tree.nodes),
             values=self._with_goal(Blackboard(), 0),
-            progress=Progress(),
+            progress=follower.first_progress(),
         )
         self._estimate_port = self.DeclareVectorInputPort("estimate", STATE_SIZE)
         self._costmap_port = declare_object_input(self, "global_costmap")
@@ -119,6 +121,10 @@ class TreeNavigator(LeafSystem):
         }
         for name, select in parts.items():
             declare_state_part_output(self, name, self._state, select)
+        if isinstance(follower, MissionFollower):
+            declare_state_part_output(
+                self, "floor_switch", self._state, lambda state: state.progress.switch
+            )
         self.DeclareStateOutputPort("navigator_state", self._state)
         self.DeclareInitializationUnrestrictedUpdateEvent(weakly_bound(self._on_tick))
         self.DeclarePeriodicUnrestrictedUpdateEvent(period_s, offset_s, weakly_bound(self._on_tick))
