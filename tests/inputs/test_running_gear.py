@@ -163,6 +163,26 @@ def test_a_caster_without_trail_is_refused(tmp_path):
     assert "left_caster_axle: expected the wheel of a caster at least 0.01 m behind" in line
 
 
+def test_a_base_link_that_hangs_on_another_is_refused(tmp_path):
+    footprint = """<link name="base_footprint"/><joint name="up" type="fixed">
+        <parent>base_footprint</parent><child>base_link</child></joint></model>"""
+    sdf = WHEELCHAIR_SDF.read_text().replace("</model>", footprint)
+    line = refused(tmp_path, "model: chair.sdf\ndrive: {physics: multibody}", sdf=sdf)
+    assert "expected base_link to be the first link" in line
+    assert "below base_footprint" in line
+
+
+def test_a_file_of_several_models_is_refused(tmp_path):
+    sdf = WHEELCHAIR_SDF.read_text()
+    other = "<model name='other'><link name='box'/></model></sdf>"
+    line = refused(
+        tmp_path,
+        "model: chair.sdf\ndrive: {physics: multibody}",
+        sdf=sdf.replace("</sdf>", other),
+    )
+    assert str(tmp_path / "chair.sdf") in line
+
+
 def test_a_model_that_is_none_is_refused(tmp_path):
     line = refused(tmp_path, "model: chair.sdf\ndrive: {physics: multibody}", sdf="<sdf")
     assert "cannot be read as a robot's model" in line
