@@ -10,8 +10,10 @@ from __future__ import annotations
 import argparse
 import resource
 import time
+from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import fields, is_dataclass
+from functools import partial
 from itertools import pairwise
 from multiprocessing import get_context
 from pathlib import Path
@@ -23,6 +25,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from drake_navbench import run_trial
+from drake_navbench.costmaps.layered_costmap import LayeredCostmap, LayersState
 from drake_navbench.inputs.robot import Robot, load_robot, overridden
 from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.kernels.path_geometry import path_length
@@ -246,45 +249,53 @@ def legs_of(scenario: Scenario) -> list[tuple[Scenario, Any, Any]]:
 
 
 def plan_all(folder: Path, kind: str, count: int, planner: str) -> dict[str, float]:
-    """Returns what planning the missions of a kind takes, in a process of its own."""
-    robot = robot_with(planner)
-    before_mb = _peak_mb()
-    times_ms, update_ms, lengths_m, found, kept_mb = [], [], [], 0, 0.0
+    """Returns what planning the missions of a kind takes, in a process of its own.
+
+    Times are the processor's, the least of some repetitions.
+    """
+    robot, before_mb = robot_with(planner), _peak_mb()
+    plan_ms, update_ms, lengths_m, costmap_mb = [], [], [], 0.0
     for number in range(count):
         scenario = load_scenario(str(folder / f"{kind.replace(' ', '_')}_{number}.yaml"))
-        length_m, is_found = 0.0, True
+        length_m = 0.0
         for place, start, goal in legs_of(scenario):
             layers = global_layers(place, robot)
-            begin_s = time.perf_counter()
-            state = layers.updated(
-                layers.initial_state(), scan=None, pose=np.array(start), time_s=0.0
-            )
-            update_ms.append(1e3 * (time.perf_counter() - begin_s))
-            kept_mb = max(kept_mb, _bytes_of(state) / 1e6)
-            assert state.costmap is not None
-            took_ms = np.inf
+            new_map = partial(_new_map, layers, np.array(start))
+            costmap = new_map().costmap
+            assert costmap is not None
+            plan = partial(planner_of(robot).plan, costmap, np.array(start))
+            update_ms.append(_least_ms(new_map))
+            costmap_mb = max(costmap_mb, _bytes_of(new_map()) / 1e6)
             try:
-                for _ in range(REPEATS):
-                    begin_s = time.perf_counter()
-                    path = planner_of(robot).plan(state.costmap, np.array(start), np.array(goal))
-                    took_ms = min(took_ms, 1e3 * (time.perf_counter() - begin_s))
-                length_m += path_length(path[:, :2])
-                times_ms.append(took_ms)
+                length_m += path_length(plan(np.array(goal))[:, :2])
             except PlanningError:
-                is_found = False
-        found += is_found
-        if is_found:
-            lengths_m.append(length_m)
+                length_m = np.nan
+                continue
+            plan_ms.append(_least_ms(partial(plan, np.array(goal))))
+        lengths_m.append(length_m)
     return {
-        "plans": len(times_ms),
-        "plan, mean [ms]": float(np.mean(times_ms)),
-        "plan, longest [ms]": float(np.max(times_ms)),
-        "new map [ms]": float(np.mean(update_ms)),
-        "costmap [MB]": kept_mb,
-        "peak of the process [MB]": _peak_mb() - before_mb,
-        "way [m]": float(np.mean(lengths_m)),
-        "missions planned": found,
+        "missions with a plan": int(np.isfinite(lengths_m).sum()),
+        "plan, mean [ms]": float(np.mean(plan_ms)),
+        "longest [ms]": float(np.max(plan_ms)),
+        "costmap of a new map [ms]": float(np.mean(update_ms)),
+        "costmap [MB]": costmap_mb,
+        "memory of the process [MB]": _peak_mb() - before_mb,
+        "way, mean [m]": float(np.nanmean(lengths_m)),
     }
+
+
+def _new_map(layers: LayeredCostmap, start: NDArray[np.float64]) -> LayersState:
+    """Returns the global costmap with its layers, as a robot has it that comes to a map."""
+    return layers.updated(layers.initial_state(), scan=None, pose=start, time_s=0.0)
+
+
+def _least_ms(function: Callable[[], object]) -> float:
+    times_s = []
+    for _ in range(REPEATS):
+        begin_s = time.process_time()
+        function()
+        times_s.append(time.process_time() - begin_s)
+    return 1e3 * min(times_s)
 
 
 def _bytes_of(state: Any) -> int:
@@ -304,29 +315,24 @@ def drive_all(
     folder: Path, kind: str, count: int, planner: str, controller: str
 ) -> dict[str, float]:
     """Returns how the missions of a kind went, in a process of its own."""
-    succeeded, driven_s, wall_s, way_m, recoveries = 0, [], 0.0, [], 0
+    succeeded, driven_s, way_m, recoveries = 0, [], [], 0
+    begin_s = time.process_time()
     for number in range(count):
-        begin_s = time.perf_counter()
         path = folder / f"{kind.replace(' ', '_')}_{number}.yaml"
         log = run_trial(str(path), controller, robot=robot_with(planner))
-        wall_s += time.perf_counter() - begin_s
         recoveries += sum(leg["recovery_count"] for leg in log.info["legs"])
-        print(
-            f"  {kind} {number}: {log.outcome}, {log.end_time_s:.0f} s, {log.info['reason']}",
-            flush=True,
-        )
         if log.outcome is Outcome.SUCCEEDED:
             succeeded += 1
             driven_s.append(log.end_time_s)
             way_m.append(path_length(log.samples[["x_m", "y_m"]].to_numpy()))
     return {
-        "missions driven": count,
+        "driven": count,
         "succeeded": succeeded,
         "recoveries": recoveries,
         "time, mean [s]": float(np.mean(driven_s)) if driven_s else np.nan,
-        "driven, mean [m]": float(np.mean(way_m)) if way_m else np.nan,
-        "computing, a mission [s]": wall_s / count,
-        "peak of the process [MB]": _peak_mb(),
+        "way, mean [m]": float(np.mean(way_m)) if way_m else np.nan,
+        "computing a mission [s]": (time.process_time() - begin_s) / count,
+        "memory of the process [MB]": _peak_mb(),
     }
 
 
@@ -337,11 +343,11 @@ def apart(function: Any, *arguments: Any) -> dict[str, float]:
         return result
 
 
-def table(columns: dict[str, dict[str, float]]) -> str:
-    """Returns a table in Markdown, a column each."""
-    names = list(next(iter(columns.values())))
-    lines = [["", *columns], ["---"] * (1 + len(columns))]
-    lines += [[name, *(f"{column[name]:.4g}" for column in columns.values())] for name in names]
+def table(rows: dict[tuple[str, str], dict[str, float]]) -> str:
+    """Returns a table in Markdown, a row for each planner and kind."""
+    lines = [["planner", "", *next(iter(rows.values()))]]
+    lines.append(["---"] * len(lines[0]))
+    lines += [[*of, *(f"{value:.4g}" for value in row.values())] for of, row in rows.items()]
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)
 
 
@@ -357,21 +363,20 @@ def main() -> None:
     options.folder.mkdir(parents=True, exist_ok=True)
     building = draw_building(options.seed)
     write_missions(options.folder, building, options.seed, options.missions)
-    columns = {}
-    for name in PLANNERS:
+    planned, driven = {}, {}
+    for planner in PLANNERS:
         for kind in KINDS:
-            # Twice: the first one compiles and caches kernels.
-            for number in (1, options.missions):
-                found = apart(plan_all, options.folder, kind, number, name)
-            columns[f"{name}, {kind}"] = found
-    print(table(columns), "\n", flush=True)
-    driven = {
-        f"{name}, {kind}": apart(
-            drive_all, options.folder, kind, options.driven, name, options.controller
+            # First one alone, which compiles kernels into the cache.
+            for count in (1, options.missions):
+                found = apart(plan_all, options.folder, kind, count, planner)
+            planned[planner, kind] = found
+    print(table(planned), flush=True)
+    for planner, kind in DRIVEN if options.driven else ():
+        driven[planner, kind] = apart(
+            drive_all, options.folder, kind, options.driven, planner, options.controller
         )
-        for name, kind in DRIVEN
-    }
-    print(table(driven))
+    if driven:
+        print("", table(driven), sep="\n")
 
 
 if __name__ == "__main__":

@@ -10,6 +10,7 @@ from drake_navbench import run_trial
 from drake_navbench.analysis.figures.maps import drawn_path
 from drake_navbench.analysis.invariants import violations_of
 from drake_navbench.analysis.journey import deeds_of, legs_of
+from drake_navbench.analysis.leg_tables import legs_table
 from drake_navbench.analysis.metrics.efficiency import (
     driven_length_m,
     goal_traversal_ratio,
@@ -24,6 +25,7 @@ from drake_navbench.analysis.metrics.tracking import (
     plan_progress_ratio,
 )
 from drake_navbench.analysis.published import energy, path_length
+from drake_navbench.analysis.scenario_analysis import read_trials
 from drake_navbench.log import TrialLog
 
 # From the start to the lift 0.8 m, from there to the goal 1 m.
@@ -102,3 +104,12 @@ def test_between_two_floors_the_robot_is_where_it_comes_to(log):
 def test_nothing_impossible_is_found_in_a_mission(log, tmp_path):
     log.write(tmp_path / "log.parquet")
     assert violations_of(TrialLog.read(tmp_path / "log.parquet")) == []
+
+
+def test_the_table_of_legs_has_a_row_for_each(log, tmp_path):
+    log.write(tmp_path / "log.parquet")
+    _, entries, _ = read_trials([tmp_path / "log.parquet"], tmp_path, {})
+    table = legs_table(entries)
+    assert list(table["leg"]) == [1, 2]
+    assert list(table["floor"]) == ["ground", "upper"]
+    assert list(table["lift_s"]) == pytest.approx([4.0, 0.0])
