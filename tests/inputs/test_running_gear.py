@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.nav2_robot import read_nav2_files
 from drake_navbench.inputs.robot import ROBOT_FILES, load_robot, overridden
 from drake_navbench.inputs.running_gear import running_gear_of
 
@@ -199,6 +200,30 @@ def test_an_override_of_a_base_without_casters_is_refused():
         InputError, match=r"physics: only a differential drive .* 'omnidirectional'"
     ):
         overridden(load_robot("omni_robot"), overrides, "--sweep")
+
+
+@pytest.mark.parametrize(
+    ("front_m", "fault"), [(0.9, None), (0.4, r"nav2\.yaml: drive\.casters\.positions\[0\]: ")]
+)
+def test_a_nav2_file_with_another_outline_keeps_the_wheels(tmp_path, front_m, fault):
+    path = tmp_path / "nav2.yaml"
+    corners = [[front_m, 0.3], [front_m, -0.3], [-0.25, -0.3], [-0.25, 0.3]]
+    path.write_text(
+        "controller_server:\n  ros__parameters:\n    controller_plugins: [FollowPath]\n"
+        "    FollowPath: {plugin: nav2_regulated_pure_pursuit_controller::"
+        "RegulatedPurePursuitController}\n"
+        "local_costmap:\n  local_costmap:\n    ros__parameters:\n"
+        f'      footprint: "{corners}"\n'
+    )
+    base = load_robot("wheelchair_casters")
+    if fault is not None:
+        with pytest.raises(InputError, match=fault):
+            read_nav2_files([path], base, "wheelchair_casters")
+        return
+    robot = read_nav2_files([path], base, "wheelchair_casters").robot
+    assert robot.drive.physics == "planar_casters"
+    assert robot.model_path == base.model_path
+    assert robot.outline[0, 0] == front_m
 
 
 class TestLike:
