@@ -128,7 +128,8 @@ def placed_floors(scenario: Scenario) -> tuple[PlacedFloor, ...]:
     limits = [_bounds_of(floor) for floor in own]
     origins = [floor.origin or (0.0, 0.0) for floor in scenario.floors]
     storeys = _storeys(scenario.floors)
-    right_m, shifts_m = -math.inf, {}
+    right_m = -math.inf
+    shifts_m: dict[int, float] = {}
     for storey in dict.fromkeys(storeys):
         low_x, _, high_x, _ = _joined(
             [_moved(limits[i], origins[i]) for i, its in enumerate(storeys) if its == storey]
