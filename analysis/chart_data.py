@@ -85,6 +85,10 @@ def _trials(logs: Mapping[str, Sequence[TrialLog]], points: int) -> list[Chart]:
     for index, own in enumerate(logs.values()):
         for log in own:
             chosen = evenly_chosen(len(log.samples), points)
+            path = positions(log)[chosen]
+            if "floor" in log.samples:
+                # No line to where a lift carried the robot.
+                path[np.flatnonzero(np.diff(log.samples["floor"].to_numpy()[chosen]))] = np.nan
             curve = next(curves, None)
             drawn.append(
                 {
@@ -93,8 +97,8 @@ def _trials(logs: Mapping[str, Sequence[TrialLog]], points: int) -> list[Chart]:
                     "outcome": str(log.outcome).replace("_", " "),
                     "arrived": log.outcome is Outcome.SUCCEEDED,
                     "time": _rounded(times(log)[chosen], 2),
-                    "x": _rounded(positions(log)[chosen, 0]),
-                    "y": _rounded(positions(log)[chosen, 1]),
+                    "x": _rounded(path[:, 0]),
+                    "y": _rounded(path[:, 1]),
                     "error": _rounded(_distances_from_plan(log)[chosen]),
                     "driven": _rounded(curve.driven_m[chosen]) if curve else None,
                     "clearance": _rounded(curve.clearance_m[chosen]) if curve else None,

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.analysis.metrics.body import gyration_squared_m2, outline_of
+from drake_navbench.analysis.metrics.signals import is_carried
 from drake_navbench.analysis.moving import movers_of
 from drake_navbench.log import TrialLog
 
@@ -123,7 +124,8 @@ def _clearance_jumps(log: TrialLog) -> Flags:
     allowed_m = moved_m[1:] - moved_before_m[:-1] + CLEARANCE_TOLERANCE_M
     clearance_m = np.minimum(_column(log, "clearance_m"), CLEARANCE_REACH_M)
     jumps = ~(np.abs(np.diff(clearance_m)) <= allowed_m)
-    return _from_second(jumps & ~_somebody_came_or_went(log, time_s)[1:])
+    just_there = _somebody_came_or_went(log, time_s)[1:] | _just_carried(log)
+    return _from_second(jumps & ~just_there)
 
 
 def _somebody_came_or_went(log: TrialLog, time_s: Array) -> Flags:
@@ -137,6 +139,15 @@ def _somebody_came_or_went(log: TrialLog, time_s: Array) -> Flags:
         # A clearance holds until the next, and a log's row is not older than that.
         flags |= (time_s >= first_s - ROUNDING) & (time_s <= last_s + 2.0 * CLEARANCE_PERIOD_S)
     return flags
+
+
+def _just_carried(log: TrialLog) -> Flags:
+    """Returns (N - 1,) which steps may be between clearances of two floors."""
+    time_s = _column(log, "time_s")[1:]
+    arrivals_s = time_s[is_carried(log)]
+    since_s = time_s - arrivals_s[:, None]
+    is_just = (since_s >= 0.0) & (since_s <= CLEARANCE_PERIOD_S + ROUNDING)
+    return np.asarray(is_just.any(axis=0))
 
 
 def _energy_from_nowhere(log: TrialLog) -> Flags:
@@ -157,7 +168,7 @@ def _energy_from_nowhere(log: TrialLog) -> Flags:
         limits.turning_radps,
         gyration,
     )
-    is_fast = ~(way_energy <= top * step_s**2 + ROUNDING**2)
+    is_fast = ~(way_energy <= top * step_s**2 + ROUNDING**2) & ~is_carried(log)
     if limits.has_accelerations:
         power = limits.acceleration_mps2 * np.maximum(v[1:], v[:-1])
         turning_power = limits.angular_acceleration_radps2 * np.maximum(w[1:], w[:-1])

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from itertools import groupby
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from drake_navbench.analysis.metrics.signals import positions, times
+from drake_navbench.analysis.metrics.mission import ride_s
+from drake_navbench.analysis.metrics.signals import column, poses_at, times
 from drake_navbench.kernels.path_geometry import path_length
 from drake_navbench.log import TrialLog
 
@@ -35,6 +37,8 @@ class Leg(NamedTuple):
     """The way to one goal.
 
     goal: x m, y m, yaw rad. driven_m: length of the true path. recoveries: actions started.
+    floor, lift: where there are several floors, and the lift to which it led, '' for none.
+    lift_s: from asking for it until it was left. clearance_m: the least one, inf beyond 5 m.
     """
 
     goal: tuple[float, ...]
@@ -44,6 +48,10 @@ class Leg(NamedTuple):
     duration_s: float
     driven_m: float
     recoveries: int
+    floor: str = ""
+    lift: str = ""
+    lift_s: float = 0.0
+    clearance_m: float = math.inf
 
 
 class Deed(NamedTuple):
@@ -66,6 +74,10 @@ def legs_of(log: TrialLog) -> list[Leg]:
             duration_s=leg["end_time_s"] - leg["start_time_s"],
             driven_m=_driven_between(log, leg["start_time_s"], leg["end_time_s"]),
             recoveries=leg["recovery_count"],
+            floor=leg.get("floor", ""),
+            lift=leg.get("lift", ""),
+            lift_s=ride_s(log, leg),
+            clearance_m=_clearance_between(log, leg["start_time_s"], leg["end_time_s"]),
         )
         for leg in log.info.get("legs", [])
     ]
@@ -85,6 +97,8 @@ def _text(event: Mapping[str, Any]) -> str:
     """Returns an event in words, '' for one not worth telling."""
     if "plan_id" in event:
         return NEW_PLAN
+    if "lift" in event:
+        return f"lift {event['lift']} {event['event']}"
     name, status = event["node"], event["status"]
     # That a path was computed is told as the new plan.
     is_told_otherwise = name == "ComputePathToPose" and status == "success"
@@ -97,8 +111,15 @@ def _driven_between(log: TrialLog, start_s: float, end_s: float) -> float:
     """Returns the driven length between two moments, linear between samples, m."""
     if len(log.samples) == 0:
         return 0.0
-    time_s, path = times(log), positions(log)
+    time_s = times(log)
     inside = time_s[(time_s > start_s) & (time_s < end_s)]
-    moments = np.concatenate([[start_s], inside, [end_s]])
-    points = [np.interp(moments, time_s, path[:, axis]) for axis in range(2)]
-    return path_length(np.column_stack(points))
+    return path_length(poses_at(log, np.concatenate([[start_s], inside, [end_s]]))[:, :2])
+
+
+def _clearance_between(log: TrialLog, start_s: float, end_s: float) -> float:
+    """Returns the least clearance between two moments, m; inf where nothing was near."""
+    if len(log.samples) == 0:
+        return math.inf
+    time_s = times(log)
+    inside = (time_s >= start_s) & (time_s <= end_s)
+    return float(np.nanmin(column(log, "clearance_m")[inside], initial=math.inf))

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.analysis.metrics.definition import Metric, Undefined, metric
-from drake_navbench.analysis.metrics.signals import require
+from drake_navbench.analysis.metrics.signals import poses_at, require
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.log import Outcome, TrialLog
 
@@ -37,7 +37,8 @@ class PublishedSamples:
 
     time_s: (N,). pose: (N, 3) true x m, y m, yaw rad, interpolated. v_mps, w_radps: (N,) the last
     command, held. obstacle_corner_distance_m: (N,) reference point to the nearest lower left corner
-    of a lethal cell of the local costmap, held; +inf where there is none.
+    of a lethal cell of the local costmap, held; +inf where there is none. is_carried: (N - 1,)
+    between which samples a lift changed the floor, None where there is one floor.
     """
 
     time_s: Array
@@ -45,6 +46,7 @@ class PublishedSamples:
     v_mps: Array
     w_radps: Array
     obstacle_corner_distance_m: Array
+    is_carried: NDArray[np.bool_] | None = None
 
     @property
     def duration_s(self) -> float:
@@ -77,12 +79,12 @@ def published_samples(
         raise Undefined("the trial ended before the first published sample")
     times = first_s + period_s * np.arange(count, dtype=np.float64)
     logged = rows["time_s"].to_numpy()
-    pose = [np.interp(times, logged, rows[name].to_numpy()) for name in ("x_m", "y_m", "yaw_rad")]
     held = np.searchsorted(logged, times + TIME_TOLERANCE_S, side="right") - 1
     held = np.maximum(held, 0)
     return PublishedSamples(
         time_s=times,
-        pose=np.column_stack(pose),
+        pose=poses_at(log, times),
+        is_carried=np.diff(rows["floor"].to_numpy()[held]) != 0 if "floor" in rows else None,
         v_mps=rows["command_v_mps"].to_numpy()[held],
         w_radps=rows["command_w_radps"].to_numpy()[held],
         obstacle_corner_distance_m=rows["obstacle_corner_distance_m"].to_numpy()[held],
@@ -300,7 +302,8 @@ def published_metrics(log: TrialLog) -> dict[str, float]:
 
 
 def _steps_m(samples: PublishedSamples) -> Array:
-    return np.hypot(*np.diff(samples.pose[:, :2], axis=0).T)
+    steps = np.hypot(*np.diff(samples.pose[:, :2], axis=0).T)
+    return steps if samples.is_carried is None else np.where(samples.is_carried, 0.0, steps)
 
 
 def _distances_m(plan: Array, pose: Array) -> Array:

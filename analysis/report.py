@@ -302,6 +302,7 @@ def _scenario(analysis: FolderAnalysis, scenario: ScenarioAnalysis) -> dict[str,
         "sheets": [f for f in figures if f.controller],
         "replay": _relative(analysis.path, replay),
         "journeys": [entry for entry in scenario.trials if len(entry.legs) > 1],
+        "has_floors": any(leg.floor for entry in scenario.trials for leg in entry.legs),
         "narrated": [entry for entry in scenario.trials if entry.deeds],
     }
 

@@ -82,8 +82,13 @@ ODOMETRY_COLUMNS: Mapping[str, str] = {
     "odometry_y_m": "position in the odometry's frame",
     "odometry_yaw_rad": "heading in the odometry's frame",
 }
+# Only in logs of missions over several floors.
+MISSION_COLUMNS: Mapping[str, str] = {
+    "floor": "index of the floor that the robot is on, among the header's `floors`",
+    "leg": "index of the leg of the mission; a ride belongs to the leg before it",
+}
 # Columns of some logs: all of a group, or none.
-OWN_COLUMNS = (LATERAL_COLUMNS, ODOMETRY_COLUMNS)
+OWN_COLUMNS = (LATERAL_COLUMNS, ODOMETRY_COLUMNS, MISSION_COLUMNS)
 # Columns that came later, without which a log is whole all the same.
 LATER_COLUMNS = frozenset({"compute_cpu_time_ms"})
 # Not a function of the trial: two runs of one differ in these.

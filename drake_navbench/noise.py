@@ -32,6 +32,8 @@ class NoiseStream(IntEnum):
     PEOPLE = 16
     PARTICLES = 17
     WHEEL_NOISE = 18
+    LIFT = 24
+    LIFT_LOCALIZATION = 25
 
 
 # Philox is a counter-based generator with a key of two words: here the seed, and the rest.

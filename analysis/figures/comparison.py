@@ -25,7 +25,7 @@ from drake_navbench.analysis.figures.style import (
 from drake_navbench.analysis.metrics.compute import MS_PER_S, cycle_times_ms
 from drake_navbench.analysis.metrics.definition import Metric, Undefined
 from drake_navbench.analysis.metrics.safety import DANGER_DISTANCE_M
-from drake_navbench.analysis.metrics.signals import Array, column, positions
+from drake_navbench.analysis.metrics.signals import Array, column, is_carried, positions
 from drake_navbench.analysis.numbers import typeset
 from drake_navbench.analysis.verdicts import is_failed, values_by_seed
 from drake_navbench.log import TrialLog
@@ -99,6 +99,7 @@ def clearance_curves(logs: Logs) -> list[ClearanceCurve]:
             clearance = column(log, "clearance_m")
             clearance = np.where(np.isfinite(clearance), clearance, np.nan)
             steps = np.hypot(*np.diff(positions(log), axis=0).T)
+            steps[is_carried(log)] = 0.0
             driven = np.concatenate([[0.0], np.cumsum(steps)])
             curves.append(ClearanceCurve(controller, driven, clearance))
     return curves if any(np.isfinite(curve.clearance_m).any() for curve in curves) else []

@@ -24,7 +24,7 @@ from drake_navbench.analysis.metrics.body import outline_of
 from drake_navbench.analysis.metrics.mission import goals
 from drake_navbench.analysis.metrics.moving import look_times
 from drake_navbench.analysis.metrics.safety import obstacle_outlines
-from drake_navbench.analysis.metrics.signals import Array, positions
+from drake_navbench.analysis.metrics.signals import Array, positions, stretches
 from drake_navbench.analysis.moving import is_there, movers_of
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.log import TrialLog
@@ -38,7 +38,8 @@ class Course(NamedTuple):
 
     obstacles: corners (K, 2) of each. plans: (N, 2) the first plan of each leg. is_replanned:
     whether there were others. waypoints: (W, 2). goal: (2,). ways: (N, 2) that of each thing that
-    moved. movers: corners (K, 2) of each where it began.
+    moved. movers: corners (K, 2) of each where it began. floors: name and upper left corner (2,) of
+    each, of missions over several.
     """
 
     obstacles: list[Array]
@@ -48,6 +49,7 @@ class Course(NamedTuple):
     goal: Array
     ways: list[Array]
     movers: list[Array]
+    floors: list[tuple[str, Array]]
 
 
 class DrivenPaths(NamedTuple):
@@ -87,6 +89,10 @@ def course_of(log: TrialLog) -> Course:
         goal,
         [poses[:, body, :2] for body in np.flatnonzero(there.any(axis=0))],
         [place_outline(outline, pose) for outline, pose in first],
+        [
+            (floor["name"], np.array([floor["bounds_m"][0], floor["bounds_m"][3]]))
+            for floor in log.info.get("floors", [])
+        ],
     )
 
 
@@ -100,15 +106,23 @@ def bounds(logs: Sequence[TrialLog]) -> tuple[Array, Array]:
     """Returns the lower left and the upper right corner of what happened, with a margin, m."""
     reach_m = np.hypot(*outline_of(logs[0]).T).max()
     points = np.vstack([part for log in logs for part in (positions(log), log.course[:, :2])])
+    floors = [np.reshape(one["bounds_m"], (2, 2)) for one in logs[0].info.get("floors", [])]
+    points = np.vstack([points, *floors])
     margin_m = reach_m + MARGIN_M
     return points.min(axis=0) - margin_m, points.max(axis=0) + margin_m
+
+
+def drawn_path(log: TrialLog) -> Array:
+    """Returns (N, 2) the driven path, m, with a row of NaN where a lift carried the robot."""
+    parts = [np.vstack([part, np.full((1, 2), np.nan)]) for part in stretches(log)]
+    return np.vstack(parts)[:-1]
 
 
 def paths_map(logs_by_controller: Mapping[str, Sequence[TrialLog]]) -> PathsMap:
     """Returns the driven paths of all controllers, every trial, and where they drove."""
     logs = [log for own in logs_by_controller.values() for log in own]
     driven = [
-        DrivenPaths(controller, [positions(log) for log in own], [outline_at(own[0], -1)])
+        DrivenPaths(controller, [drawn_path(log) for log in own], [outline_at(own[0], -1)])
         for controller, own in logs_by_controller.items()
     ]
     # The course of one that planned all its legs, where there is one.
@@ -145,6 +159,10 @@ def draw_course(axes: Axes, course: Course) -> None:
     if len(course.waypoints):
         axes.plot(*course.waypoints.T, marker="D", ms=6, **mark, label="waypoint")
     axes.plot(*course.goal, marker="*", ms=11, **mark, label="goal")
+    for name, corner in course.floors:
+        axes.annotate(
+            name, tuple(corner), xytext=(0, 3), textcoords="offset points", fontsize="small"
+        )
     axes.set_aspect("equal")
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]")

@@ -17,6 +17,7 @@ from drake_navbench.analysis.figures.maps import (
     course_of,
     draw_course,
     draw_outlines,
+    drawn_path,
     outline_at,
 )
 from drake_navbench.analysis.figures.style import (
@@ -36,7 +37,6 @@ from drake_navbench.analysis.metrics.signals import (
     Motion,
     column,
     motion,
-    positions,
     times,
 )
 from drake_navbench.log import Outcome, TrialLog
@@ -90,7 +90,7 @@ def sheet_of(logs: Sequence[TrialLog], controller: str) -> Sheet:
     """Returns what the sheet of a controller shows; logs: its trials that have samples."""
     shown = shown_trial(logs)
     ends = [outline_at(shown, row) for row in (0, -1)]
-    driven = DrivenPaths(controller, [positions(log) for log in logs], ends)
+    driven = DrivenPaths(controller, [drawn_path(log) for log in logs], ends)
     info = shown.info
     return Sheet(
         f"{info['scenario']['name']}: {controller}, curves of trial {info['trial']} "

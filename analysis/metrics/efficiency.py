@@ -11,9 +11,11 @@ from drake_navbench.analysis.metrics.definition import Undefined, metric
 from drake_navbench.analysis.metrics.mission import (
     first_plans_length_m,
     goals,
-    positions_between_legs,
-    present_leg,
     reached_every_goal,
+    ride_s,
+    straight_way_left_m,
+    straight_way_m,
+    straight_ways_to_goals,
 )
 from drake_navbench.analysis.metrics.signals import (
     Array,
@@ -78,7 +80,7 @@ def path_efficiency_ratio(log: TrialLog) -> float:
     length_m = driven_length(log)
     if length_m == 0.0:
         raise Undefined("the robot did not move")
-    return path_length(positions_between_legs(log)) / length_m
+    return straight_way_m(log) / length_m
 
 
 @metric(unit="", better="lower", title="Share of the way left")
@@ -90,11 +92,10 @@ def goal_traversal_ratio(log: TrialLog) -> float:
     Source: SocNavBench.
     """
     require(log, "goal")
-    path, to_reach = positions(log), goals(log)[:, :2]
-    whole_m = path_length(np.vstack([path[:1], to_reach]))
+    whole_m = sum(path_length(part) for part in straight_ways_to_goals(log))
     if whole_m == 0.0:
         raise Undefined("the robot started on the goal")
-    return path_length(np.vstack([path[-1:], to_reach[present_leg(log) :]])) / whole_m
+    return straight_way_left_m(log) / whole_m
 
 
 @metric(unit="", better="higher", title="Success weighted by path length")
@@ -172,6 +173,17 @@ def stopped_time_s(log: TrialLog) -> float:
         np.abs(column(log, "w_radps")) < STOPPED_BELOW_RADPS
     )
     return float(hold_durations(times(log))[stopped].sum())
+
+
+@metric(unit="s", better="lower", title="Time at lifts")
+def lift_time_s(log: TrialLog) -> float:
+    """Time that the robot waited for lifts and rode in them; only of missions over several floors.
+
+    Formula: sum over the rides of the time from the request to the arrival, or to giving up.
+    """
+    if "mission" not in log.info:
+        raise Undefined("the task is on one floor")
+    return sum(ride_s(log, leg) for leg in log.info["legs"])
 
 
 @metric(unit="J", better="lower", title="Mechanical energy")

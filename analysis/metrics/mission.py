@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from drake_navbench.analysis.metrics.definition import Undefined
-from drake_navbench.analysis.metrics.signals import Array, positions, times
+from drake_navbench.analysis.metrics.signals import (
+    Array,
+    is_carried,
+    poses_at,
+    positions,
+    stretches,
+    times,
+)
 from drake_navbench.kernels.path_geometry import path_length
 from drake_navbench.log import Outcome, TrialLog
 
@@ -40,12 +48,54 @@ def present_leg(log: TrialLog) -> int:
     return min(max(under_way, 0), len(goals(log)) - 1)
 
 
-def positions_between_legs(log: TrialLog) -> Array:
-    """Returns (L, 2) where the robot was at the start, between two legs, and at the end, m."""
-    path = positions(log)
-    ends = [leg["end_time_s"] for leg in _legs(log)[: present_leg(log)]]
-    between = [np.interp(ends, times(log), path[:, axis]) for axis in range(2)]
-    return np.vstack([path[:1], np.column_stack(between), path[-1:]])
+def straight_way_m(log: TrialLog) -> float:
+    """Returns how far it was straight from where each leg began to where it ended, m."""
+    whole_m, ends = 0.0, [leg["end_time_s"] for leg in _legs(log)[: present_leg(log)]]
+    parts = stretches(log)
+    changes = times(log)[1:][is_carried(log)]
+    for part, since_s, until_s in zip(parts, [-np.inf, *changes], [*changes, np.inf], strict=True):
+        between = poses_at(log, [end for end in ends if since_s <= end < until_s])[:, :2]
+        whole_m += path_length(np.vstack([part[:1], between, part[-1:]]))
+    return whole_m
+
+
+def straight_ways_to_goals(log: TrialLog) -> list[Array]:
+    """Returns (K, 2) corners of the straight way through all goals, m, one part a floor."""
+    corners, parts = [positions(log)[0]], []
+    for goal, leg in zip(goals(log), _mission_of(log), strict=True):
+        corners.append(goal[:2])
+        if "arrival" in leg:
+            parts.append(np.array(corners))
+            corners = [np.array(leg["arrival"][:2])]
+    return [*parts, np.array(corners)]
+
+
+def straight_way_left_m(log: TrialLog) -> float:
+    """Returns how far it was at the end straight through all goals that were left, m."""
+    present, legs = present_leg(log), _mission_of(log)
+    corners, left_m = [positions(log)[-1]], 0.0
+    if "floor" in legs[present] and legs[present]["floor"] != floor_at_end(log):
+        # It waits for the lift to the floor of this leg, or rides it.
+        corners = [np.array(legs[present - 1]["arrival"][:2])]
+    for goal, leg in zip(goals(log)[present:], legs[present:], strict=True):
+        corners.append(goal[:2])
+        if "arrival" in leg:
+            left_m += path_length(np.array(corners))
+            corners = [np.array(leg["arrival"][:2])]
+    return left_m + path_length(np.array(corners))
+
+
+def floor_at_end(log: TrialLog) -> str:
+    """Returns the name of the floor on which a mission ended, '' for a task on one map."""
+    if "floor" not in log.samples.columns:
+        return ""
+    return str(log.info["floors"][int(log.samples["floor"].iloc[-1])]["name"])
+
+
+def ended_on_other_floor(log: TrialLog) -> bool:
+    """Returns whether a mission ended on another floor than it should have."""
+    last = _mission_of(log)[-1]
+    return last.get("to", last.get("floor", "")) != floor_at_end(log)
 
 
 def first_plans_length_m(log: TrialLog) -> float:
@@ -60,11 +110,23 @@ def leg_lengths_m(log: TrialLog) -> Array:
 
     The straight way begins at the goal before, that of the first leg where the robot started.
     """
-    corners = np.vstack([positions(log)[:1], goals(log)[:, :2]])
-    lengths = np.hypot(*np.diff(corners, axis=0).T)
+    parts = straight_ways_to_goals(log)
+    lengths = np.concatenate([np.hypot(*np.diff(part, axis=0).T) for part in parts])
     for plan in log.first_plans:
         lengths[plan.leg] = path_length(plan.poses)
     return lengths
+
+
+def ride_s(log: TrialLog, leg: Mapping[str, Any]) -> float:
+    """Returns how long the robot was at the lift after a leg that ended, 0 where none was, s."""
+    end_s = leg.get("ride_end_s")
+    return 0.0 if end_s is None else min(end_s, log.end_time_s) - leg["end_time_s"]
+
+
+def _mission_of(log: TrialLog) -> list[dict[str, Any]]:
+    """Returns what the header tells of each leg of a mission; of other tasks nothing, per goal."""
+    nothing: list[dict[str, Any]] = [{} for _ in goals(log)]
+    return log.info.get("mission", nothing)
 
 
 def _legs(log: TrialLog) -> list[dict[str, Any]]:

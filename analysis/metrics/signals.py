@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.signal import savgol_filter
 
 from drake_navbench.analysis.metrics.definition import Undefined
@@ -92,9 +92,39 @@ def positions(log: TrialLog) -> Array:
     return np.column_stack([column(log, "x_m"), column(log, "y_m")])
 
 
+def is_carried(log: TrialLog) -> NDArray[np.bool_]:
+    """Returns (N - 1,) between which two samples a lift brought the robot to another floor."""
+    if "floor" not in log.samples.columns:
+        return np.zeros(max(len(log.samples) - 1, 0), dtype=bool)
+    return np.diff(column(log, "floor")) != 0.0
+
+
+def stretches(log: TrialLog) -> list[Array]:
+    """Returns the true positions (N, 2) m of each time on one floor, in order."""
+    path = positions(log)
+    return np.split(path, np.flatnonzero(is_carried(log)) + 1)
+
+
+def poses_at(log: TrialLog, moments_s: ArrayLike) -> Array:
+    """Returns (M, 3) the true pose at some times, x m, y m, yaw rad, linear between samples.
+
+    While a lift carries the robot from one sample to the next it is where it comes to.
+    """
+    names, time_s = ("x_m", "y_m", "yaw_rad"), times(log)
+    moments = np.asarray(moments_s, dtype=float)
+    found = np.column_stack([np.interp(moments, time_s, column(log, name)) for name in names])
+    carried = is_carried(log)
+    if carried.any():
+        after = np.searchsorted(time_s, moments, side="left").clip(1, len(time_s) - 1)
+        is_within = carried[after - 1] & (moments > time_s[after - 1])
+        for axis, name in enumerate(names):
+            found[is_within, axis] = column(log, name)[after[is_within]]
+    return found
+
+
 def driven_length(log: TrialLog) -> float:
-    """Returns the driven length, m."""
-    return path_length(positions(log))
+    """Returns the driven length, m; what a lift carries the robot is not driven."""
+    return sum(path_length(part) for part in stretches(log))
 
 
 def hold_durations(time_s: Array) -> Array:

@@ -13,7 +13,12 @@ import numpy as np
 import shapely
 
 from drake_navbench.analysis.metrics.definition import Undefined, metric
-from drake_navbench.analysis.metrics.mission import goals, leg_lengths_m, present_leg
+from drake_navbench.analysis.metrics.mission import (
+    ended_on_other_floor,
+    goals,
+    leg_lengths_m,
+    present_leg,
+)
 from drake_navbench.analysis.metrics.signals import (
     Array,
     column,
@@ -158,6 +163,8 @@ def goal_position_error_m(log: TrialLog) -> float:
     Formula: |p(end) - goal|; with waypoints still the last goal.
     """
     require(log, "goal")
+    if ended_on_other_floor(log):
+        raise Undefined("the trial ended on another floor")
     return np.hypot(*(positions(log)[-1] - goals(log)[-1, :2]))
 
 
@@ -168,6 +175,8 @@ def goal_heading_error_deg(log: TrialLog) -> float:
     Formula: |wrap(yaw(end) - yaw goal)|; with waypoints still the last goal.
     """
     require(log, "goal")
+    if ended_on_other_floor(log):
+        raise Undefined("the trial ended on another floor")
     yaw = column(log, "yaw_rad")[-1]
     return abs(np.degrees(wrap(yaw - goals(log)[-1, 2])))
 
@@ -181,6 +190,10 @@ def projection_on_plans(log: TrialLog) -> Projection:
     path = positions(log)
     in_force = np.searchsorted([plan.time_s for plan in log.plans], times(log), side="right") - 1
     found = Projection(*np.full((3, len(path)), np.nan))
+    if "leg" in log.samples.columns:
+        # Until there is a plan on the new floor the one in force lies on another.
+        plan_legs = np.array([plan.leg for plan in log.plans])
+        in_force = np.where(plan_legs[in_force] == column(log, "leg"), in_force, -1)
     for index in np.unique(in_force[in_force >= 0]):
         line = log.plans[index].poses[:, :2]
         if path_length(line) > 0.0:

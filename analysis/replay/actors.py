@@ -11,7 +11,7 @@ from pydrake.geometry import Rgba
 from pydrake.math import RigidTransform, RotationMatrix
 
 from drake_navbench.analysis.metrics.signals import lateral_velocity
-from drake_navbench.analysis.replay.flat_meshes import ribbon, thinned
+from drake_navbench.analysis.replay.flat_meshes import bands, ribbon, thinned
 from drake_navbench.analysis.replay.robot_model import RobotModel
 from drake_navbench.analysis.replay.rolling import BaseMotion
 from drake_navbench.analysis.replay.scene import PATH_HEIGHT_M, POINT_SPACING_M
@@ -117,12 +117,16 @@ def draw_robot(stage: Stage, path: str, model: RobotModel, *, outline: Array, rg
 
 
 def add_driven_path(
-    stage: Stage, path: str, motion: BaseMotion, *, rgba: Rgba, layer: int = 0
+    stage: Stage, path: str, stretches: Sequence[Array], *, rgba: Rgba, layer: int = 0
 ) -> None:
-    """Draws where the base drove; higher layers lie above lower ones."""
-    points = thinned(np.column_stack([motion.x_m, motion.y_m]), POINT_SPACING_M)
+    """Draws where the base drove; higher layers lie above lower ones.
+
+    stretches: (N, 2) m on each floor in turn.
+    """
     height_m = PATH_HEIGHT_M + (1 + layer) * LAYER_STEP_M
-    stage.flat_mesh(path, ribbon(points, width_m=PATH_WIDTH_M, height_m=height_m), rgba)
+    parts = [thinned(stretch, POINT_SPACING_M) for stretch in stretches]
+    starts, ends = (np.vstack([part[cut] for part in parts]) for cut in (np.s_[:-1], np.s_[1:]))
+    stage.flat_mesh(path, bands(starts, ends, width_m=PATH_WIDTH_M, height_m=height_m), rgba)
 
 
 def add_scans(

@@ -14,6 +14,7 @@ from pydrake.geometry import Rgba
 from drake_navbench.analysis.colors import controller_color
 from drake_navbench.analysis.metrics.body import outline_of
 from drake_navbench.analysis.metrics.mission import goals
+from drake_navbench.analysis.metrics.signals import stretches
 from drake_navbench.analysis.moving import movers_of
 from drake_navbench.analysis.replay import intentions
 from drake_navbench.analysis.replay.actors import (
@@ -77,7 +78,7 @@ def write_race_replay(logs: Sequence[TrialLog], path: Path, *, model: Path | Non
     None to draw a prism over its outline. Equal logs give equal bytes.
     """
     stage = Stage()
-    robot_model = load_model(model, outline_of(logs[0]))
+    robot_model = load_model(model, outline_of(logs[0]), _caster_angles(logs[0]))
     pace = Pace.fitting(
         [log.samples["time_s"].iloc[-1] for log in logs],
         robot_model,
@@ -110,6 +111,13 @@ def write_race_replay(logs: Sequence[TrialLog], path: Path, *, model: Path | Non
     path.write_text(page, encoding="utf-8")
 
 
+def _caster_angles(log: TrialLog) -> list[float] | None:
+    """Returns where the robot's casters pointed at the start, rad; None where nothing tells."""
+    casters = log.info["robot"].get("drive", {}).get("casters") or {}
+    angles: list[float] | None = casters.get("start_angles_rad")
+    return angles
+
+
 def write_trial_replay(log: TrialLog, path: Path, *, model: Path | None) -> None:
     """Writes a page with one trial and what its controller had in mind.
 
@@ -117,7 +125,7 @@ def write_trial_replay(log: TrialLog, path: Path, *, model: Path | None) -> None
     """
     scenario = log.info["scenario"]
     stage = Stage()
-    robot_model = load_model(model, outline_of(log))
+    robot_model = load_model(model, outline_of(log), _caster_angles(log))
     pace = Pace.fitting(
         [log.samples["time_s"].iloc[-1]],
         robot_model,
@@ -205,7 +213,7 @@ def _add_trial(
         pose_stride=pace.pose_stride,
         layer=layer,
     )
-    add_driven_path(stage, RobotPaths(name).driven, motion, rgba=rgba, layer=layer)
+    add_driven_path(stage, RobotPaths(name).driven, stretches(log), rgba=rgba, layer=layer)
     add_people(stage, RobotPaths(name).people, log, rgba=rgba, trial_count=trial_count)
     add_scans(stage, RobotPaths(name).scan, log.scans, rgba=rgba, period_s=pace.turn_period_s)
     is_failure = log.outcome is not Outcome.SUCCEEDED

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -63,10 +63,14 @@ class SdfModel:
     Every revolute joint with a horizontal axis rolls on the floor without slip, every one with a
     vertical axis swivels as a trailing caster.
 
+    caster_angles_rad: where the casters point at the start of a motion, in the order of their
+    joints; None: as the file has them.
+
     visuals: everything to draw. moving_links: names of the links that wheels and casters move.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, caster_angles_rad: Sequence[float] | None = None) -> None:
+        self._start_angles = caster_angles_rad
         scene_graph = SceneGraph()
         self._plant = MultibodyPlant(0.0)
         self._plant.RegisterAsSourceForSceneGraph(scene_graph)
@@ -119,11 +123,13 @@ class SdfModel:
         """Yields each revolute joint with its angles (T,) rad at the motion's times."""
         axles = [joint for joint in self._joints if not self._is_swivel(joint)]
         carried: set[str] = set()
+        starts = iter(self._start_angles or ())
         for swivel in filter(self._is_swivel, self._joints):
             fork = swivel.child_body().name()
             own = [axle for axle in axles if axle.parent_body().name() == fork]
             carried |= {axle.name() for axle in own}
-            yield from self._caster_angles(swivel, own, motion)
+            if own:
+                yield from self._caster_angles(swivel, own, motion, next(starts, None))
         for axle in axles:
             if axle.name() not in carried:
                 position, axis = self._position_and_axis(axle)
@@ -131,16 +137,24 @@ class SdfModel:
                 yield axle, rolled_angle(motion.time_s, speed, position[2])
 
     def _caster_angles(
-        self, swivel: RevoluteJoint, axles: list[RevoluteJoint], motion: BaseMotion
+        self,
+        swivel: RevoluteJoint,
+        axles: list[RevoluteJoint],
+        motion: BaseMotion,
+        start_rad: float | None,
     ) -> Iterator[tuple[RevoluteJoint, Array]]:
-        if not axles:
-            return
+        """Yields the angles of a caster's joints; start_rad: None for where it is at rest."""
         pivot, axis = self._position_and_axis(swivel)
         contact, axle_axis = self._position_and_axis(axles[0])
         ahead = pivot[:2] - contact[:2]
         rest_rad = np.arctan2(ahead[1], ahead[0])
         velocity = motion.point_velocity(pivot[:2])
-        heading = trailing_heading(motion, velocity, trail_m=np.hypot(*ahead), initial_rad=rest_rad)
+        heading = trailing_heading(
+            motion,
+            velocity,
+            trail_m=np.hypot(*ahead),
+            initial_rad=rest_rad if start_rad is None else start_rad,
+        )
         yield swivel, np.sign(axis[2]) * (heading - rest_rad)
         speed = velocity[:, 0] * np.cos(heading) + velocity[:, 1] * np.sin(heading)
         speed *= np.sign(_rolling_direction(axle_axis) @ ahead)
@@ -164,6 +178,11 @@ def _rolling_direction(axis: Array) -> Array:
 RobotModel = PrismModel | SdfModel
 
 
-def load_model(path: Path | None, outline: Array) -> RobotModel:
-    """Returns the model in a file, or a prism over the outline (K, 2) m where there is none."""
-    return PrismModel(outline) if path is None else SdfModel(path)
+def load_model(
+    path: Path | None, outline: Array, caster_angles_rad: Sequence[float] | None = None
+) -> RobotModel:
+    """Returns the model in a file, or a prism over the outline (K, 2) m where there is none.
+
+    caster_angles_rad: see `SdfModel`.
+    """
+    return PrismModel(outline) if path is None else SdfModel(path, caster_angles_rad)

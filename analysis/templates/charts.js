@@ -37,11 +37,15 @@
     apply();
     return renderer;
   }
+  // A line has a gap where there is no number.
+  function numbers(values) {
+    return values.map((value) => (value === null ? NaN : value));
+  }
   function columns(trial, data) {
     const n = trial.x.length;
     const fill = (value) => Array(n).fill(value);
     return new Bokeh.ColumnDataSource({ data: {
-      x: trial.x, y: trial.y, time: trial.time, error: trial.error, driven: trial.driven || fill(null),
+      x: numbers(trial.x), y: numbers(trial.y), time: trial.time, error: trial.error, driven: trial.driven || fill(null),
       clearance: trial.clearance || fill(null), who: fill(data.controllers[trial.controller]),
       trial: fill(`${trial.trial}, ${trial.outcome}`),
     } });
@@ -66,7 +70,7 @@
       for (const trial of data.trials) {
         const source = columns(trial, data);
         lines.push(own(state, figure.line({ field: "x" }, { field: "y" }, { source, line_color: data.colors[trial.controller], line_width: 2, line_alpha: trial.arrived ? 0.9 : 0.5 }), trial.controller, () => !state.byError));
-        const pieces = new Bokeh.ColumnDataSource({ data: { x0: trial.x.slice(0, -1), y0: trial.y.slice(0, -1), x1: trial.x.slice(1), y1: trial.y.slice(1), error: trial.error.slice(1) } });
+        const pieces = new Bokeh.ColumnDataSource({ data: { x0: numbers(trial.x.slice(0, -1)), y0: numbers(trial.y.slice(0, -1)), x1: numbers(trial.x.slice(1)), y1: numbers(trial.y.slice(1)), error: trial.error.slice(1) } });
         own(state, figure.segment({ field: "x0" }, { field: "y0" }, { field: "x1" }, { field: "y1" }, { source: pieces, line_width: 4, line_color: { field: "error", transform: mapper } }), trial.controller, () => state.byError);
       }
       const bar = new Bokeh.ColorBar({ color_mapper: mapper, title: "from the plan [m]", height: 8, width: 120, background_fill_alpha: 0, major_label_text_color: css("--ink"), title_text_color: css("--ink"), orientation: "horizontal", location: "top_left" });

@@ -28,7 +28,13 @@ from drake_navbench.inputs.presets import PresetFile, default_presets, load_pres
 from drake_navbench.inputs.robot import Robot, load_robot
 from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.inputs.world import World
-from drake_navbench.log import COLUMNS, LATERAL_COLUMNS, ODOMETRY_COLUMNS, SCHEMA_VERSION
+from drake_navbench.log import (
+    COLUMNS,
+    LATERAL_COLUMNS,
+    MISSION_COLUMNS,
+    ODOMETRY_COLUMNS,
+    SCHEMA_VERSION,
+)
 from drake_navbench.logged_costmaps import COSTMAP_COLUMNS
 from drake_navbench.logged_people import PEOPLE_COLUMNS
 from drake_navbench.plans import PLAN_COLUMNS
@@ -143,6 +149,13 @@ def log_format() -> str:
         "| column | meaning |",
         "|---|---|",
         *(f"| `{name}` | {meaning} |" for name, meaning in ODOMETRY_COLUMNS.items()),
+        "",
+        "Logs of missions over several floors, and no others, also have",
+        "(see [missions.md](missions.md)):",
+        "",
+        "| column | meaning |",
+        "|---|---|",
+        *(f"| `{name}` | {meaning} |" for name, meaning in MISSION_COLUMNS.items()),
         "",
         *CONTACT_TEXT.splitlines(),
         "",

@@ -11,10 +11,11 @@ from rich.table import Table
 from drake_navbench.campaign.console import terminal
 from drake_navbench.errors import InputError, printable
 from drake_navbench.inputs.presets import load_preset, preset_files
-from drake_navbench.inputs.robot import ROBOT_FILES, load_robot
+from drake_navbench.inputs.robot import ROBOT_FILES
 from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, SCENARIO_FILES, load_scenario
 from drake_navbench.native.builds import build_names, find_build
 from drake_navbench.plugins import GROUP_PREFIX, foreign_plugins
+from drake_navbench.typed_files.typed_yaml import read_yaml
 
 
 def print_listing(console: Console) -> None:
@@ -22,7 +23,7 @@ def print_listing(console: Console) -> None:
     others = [name for name in SCENARIO_FILES.names if name not in PUBLISHED_SCENARIOS]
     scenarios = {n: load_scenario(n).description for n in (*PUBLISHED_SCENARIOS, *others)}
     presets = {n: _description(n) for n in preset_files()}
-    robots = {n: load_robot(n).description for n in ROBOT_FILES.names}
+    robots = {n: _robot_description(n) for n in ROBOT_FILES.names}
     titles = {"scenarios": scenarios, "controllers": presets, "robots": robots}
     for title, rows in (titles | _builds() | _plugins_of_others()).items():
         table = Table(title=title, title_justify="left", title_style="bold", box=None)
@@ -33,6 +34,11 @@ def print_listing(console: Console) -> None:
             table.add_row(f"  {printable(name)}", printable(description))
         console.print(table)
         console.print()
+
+
+def _robot_description(name: str) -> str:
+    """Returns what a built-in robot is; whether it fits its model is not looked at."""
+    return str(read_yaml(ROBOT_FILES.find(name))["description"])
 
 
 def _builds() -> dict[str, dict[str, str]]:

@@ -82,6 +82,11 @@ class NavigationEnvironment(gymnasium.Env[Seen, NDArray[np.float32]]):
         self._scenario = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
         self._robot = self._scenario.load_robot(robot)
         check_task(self._scenario, self._robot)
+        if self._scenario.floors:
+            raise InputError(
+                f"scenario {self._scenario.name}: floors: expected a task on one map; the "
+                "environment has no lifts"
+            )
         if self._scenario.true_world.moving_count:
             raise InputError(
                 f"scenario {self._scenario.name}: world: expected a world that "

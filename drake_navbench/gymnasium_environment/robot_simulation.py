@@ -20,8 +20,8 @@ from drake_navbench.systems.lidar import Lidar
 from drake_navbench.systems.lifetime import release, weakly_bound
 from drake_navbench.systems.localization import Localization
 from drake_navbench.systems.ports import COMMAND_SIZE
+from drake_navbench.trial.base_wiring import add_base
 from drake_navbench.trial.contact_watch import ContactWatch
-from drake_navbench.trial.diagram import add_base
 from drake_navbench.trial.navigation_wiring import connect_inputs
 from drake_navbench.trial.timing import CONTROLLER_OFFSET_S, MAX_STEP_S
 from drake_navbench.trial.trial import INTEGRATION

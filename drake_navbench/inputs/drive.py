@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 
 from drake_navbench.errors import nearest_name_hint
+from drake_navbench.inputs.wheels import CasterSettings, FloorSettings, MotorSettings
 from drake_navbench.typed_files.quantities import (
     Acceleration,
     AngularAcceleration,
@@ -17,7 +18,7 @@ from drake_navbench.typed_files.quantities import (
     Period,
     Speed,
 )
-from drake_navbench.typed_files.typed_yaml import FrozenModel
+from drake_navbench.typed_files.typed_yaml import FrozenModel, QuietModel, tuples_for_lists
 
 
 class MotionBounds(NamedTuple):
@@ -56,6 +57,21 @@ class _Drive(FrozenModel):
         return 0.0
 
     @property
+    def has_wheels(self) -> bool:
+        """Whether it is more than the motion that it is told: motors, casters, weight."""
+        return False
+
+    @property
+    def bounds(self) -> MotionBounds:
+        """What no motion that it is told exceeds."""
+        raise NotImplementedError
+
+    @property
+    def true_bounds(self) -> MotionBounds:
+        """What no motion of it exceeds, whatever its wheels do to it."""
+        return self.bounds
+
+    @property
     def _forward_speed_mps(self) -> float:
         return max(self.max_linear_velocity_mps, -self.min_linear_velocity_mps)
 
@@ -71,23 +87,60 @@ class _TurningDrive(_Drive):
     )
 
 
-class DifferentialDrive(_TurningDrive):
+class DifferentialDrive(QuietModel, _TurningDrive):
     """Two driven wheels: drives along its heading and turns in place."""
+
+    quiet: ClassVar = frozenset(
+        {"physics", "motors", "casters", "floor", "load_position", "step_s"}
+    )
 
     # Robot files and logs from before there were other bases do not name it.
     type: Literal["differential"] = Field(
         "differential", exclude=True, description="Kind of base; this is the one without a name."
     )
+    physics: Literal["ideal", "planar_casters", "multibody"] = Field(
+        "ideal",
+        description="What answers the commands: the velocity itself; motors, weight and casters in "
+        "the plane; or all bodies of the model on a floor, as Drake's MultibodyPlant.",
+    )
+    motors: MotorSettings = Field(default_factory=MotorSettings)
+    casters: CasterSettings = Field(default_factory=CasterSettings)
+    floor: FloorSettings = Field(default_factory=FloorSettings)
+    load_position: tuple[Length, Length, Length] | None = Field(
+        None,
+        description="Centre of what mass_kg counts beyond the model's bodies, a ball of 0.25 m "
+        "radius, in the base frame [m]; null: the model's own centre of mass.",
+    )
+    step_s: Period = Field(
+        0.01, le=0.02, description="Time step of physics planar_casters and multibody [s]."
+    )
+
+    @property
+    def has_wheels(self) -> bool:
+        """Whether it is more than the motion that it is told: motors, casters, weight."""
+        return self.physics != "ideal"
 
     @property
     def bounds(self) -> MotionBounds:
-        """What no motion of it exceeds."""
+        """What no motion that it is told exceeds."""
         return MotionBounds(
             self._forward_speed_mps,
             self.max_linear_acceleration_mps2 or math.inf,
             self.max_angular_velocity_radps,
             self.max_angular_acceleration_radps2 or math.inf,
         )
+
+    @property
+    def true_bounds(self) -> MotionBounds:
+        """What no motion of it exceeds, whatever its wheels do to it.
+
+        Friction only takes energy and motors push no further than the speed they are told. What is
+        left is speed that turning becomes, or the other way, below as much again.
+        """
+        told = self.bounds
+        if not self.has_wheels:
+            return told
+        return MotionBounds(2.0 * told.speed_mps, math.inf, 2.0 * told.yaw_rate_radps, math.inf)
 
 
 class OmnidirectionalDrive(_TurningDrive):
@@ -174,7 +227,11 @@ def _check_type(data: Any) -> Any:
     kind = _type_of(data)
     if not isinstance(kind, str) or kind not in _KINDS:
         raise ValueError(f"unknown type {kind!r}{nearest_name_hint(kind, _KINDS)}")
-    return data
+    if kind != "differential" and isinstance(data, Mapping) and "physics" in data:
+        raise ValueError(
+            f"physics: only a differential drive has wheels and casters, found type {kind!r}"
+        )
+    return tuples_for_lists(data)
 
 
 Drive = Annotated[

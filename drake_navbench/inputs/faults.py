@@ -56,12 +56,16 @@ class Fault(FrozenModel):
 
 @dataclass(frozen=True)
 class Conditions(Immutable):
-    """What holds for the robot's parts at which time of a trial: their settings and the faults."""
+    """What holds for the robot's parts at which time of a trial: their settings and the faults.
+
+    relocalizes: whether a lift leaves it localized with an error.
+    """
 
     lidar: Timeline[LidarSettings]
     localization: Timeline[LocalizationSettings]
     actuators: Timeline[ActuatorSettings]
     timing: Timeline[TimingSettings]
+    relocalizes: bool = False
 
     @property
     def are_plain(self) -> bool:
@@ -75,7 +79,7 @@ class Conditions(Immutable):
     @property
     def has_frames(self) -> bool:
         """Whether map and odometry ever come apart."""
-        return self.localization.any(lambda settings: settings.has_frames)
+        return self.relocalizes or self.localization.any(lambda settings: settings.has_frames)
 
 
 Part = TypeVar("Part", bound=Any)
@@ -86,9 +90,10 @@ def conditions_of(robot: Robot, faults: Sequence[Fault] = (), source: str = "fau
 
     source: names the faults in errors.
     """
-    return Conditions(
-        **{part: _timeline(getattr(robot, part), faults, part, source) for part in PARTS}
-    )
+    parts: dict[str, Any] = {
+        part: _timeline(getattr(robot, part), faults, part, source) for part in PARTS
+    }
+    return Conditions(**parts)
 
 
 def _timeline(usual: Part, faults: Sequence[Fault], part: str, source: str) -> Timeline[Part]:

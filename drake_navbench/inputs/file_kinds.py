@@ -15,7 +15,7 @@ NAV2: Final = "a Nav2 parameter file"
 # Fields that no other kind has.
 SIGNS: Final[Mapping[str, frozenset[str]]] = {
     SCENARIO: frozenset({"goal", "world", "waypoints", "navigation_mode"}),
-    ROBOT: frozenset({"drive", "lidar", "footprint", "robot_radius", "navigation"}),
+    ROBOT: frozenset({"drive", "lidar", "footprint", "like", "robot_radius", "navigation"}),
     PRESET: frozenset({"controller", "parameters"}),
     "a map file": frozenset({"image", "occupied_thresh"}),
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from hashlib import sha256
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -159,6 +160,12 @@ class Robot(QuietModel):
     quiet: ClassVar = frozenset({"actuators", "timing"})
 
     description: str = Field(min_length=1, description="One line for --list.")
+    like: str | None = Field(
+        None,
+        exclude=True,
+        description="Another robot, by its name or the path of its file from this one; its fields "
+        "hold where this file has none.",
+    )
     model: str | None = Field(
         None,
         description="SDF or URDF file beside this file, for the replay; it gives footprint and "
@@ -169,10 +176,15 @@ class Robot(QuietModel):
     )
     robot_radius: Size | None = Field(None, description="Outline of a round robot [m].")
     mass_kg: Mass | None = Field(
-        None, gt=0.0, description="Mass with its load, for the energy metric only [kg]."
+        None,
+        gt=0.0,
+        description="Mass with its load, for the energy metric and for physics with wheels [kg].",
     )
     rolling_resistance_ratio: float = Field(
-        0.015, ge=0.0, le=1.0, description="Of its wheels on the floor, for the energy metric."
+        0.015,
+        ge=0.0,
+        le=1.0,
+        description="Of its wheels on the floor, for the energy metric; of casters that roll, too.",
     )
     drag_area_m2: float = Field(
         0.0,
@@ -209,6 +221,12 @@ class Robot(QuietModel):
                     f"{name} must be a simple polygon around the base origin (0, 0), got "
                     f"{[list(p) for p in corners]}"
                 )
+        drive = self.drive
+        if isinstance(drive, DifferentialDrive) and drive.has_wheels and self.model is None:
+            raise ValueError(
+                f"drive.physics: {drive.physics} takes the wheels from a model; expected an "
+                "SDF or URDF file in the field model"
+            )
         for costmap in ("local_costmap", "global_costmap"):
             self._check_sources(costmap)
         return self
@@ -271,6 +289,14 @@ class Robot(QuietModel):
         return Path(self.directory) / self.model if self.model else None
 
     @property
+    def file_hashes(self) -> dict[str, str]:
+        """The SHA-256 of each file that a trial depends on besides these fields, by path."""
+        path = self.model_path
+        if path is None or not self.drive.has_wheels:
+            return {}
+        return {str(path): sha256(path.read_bytes()).hexdigest()}
+
+    @property
     def radii(self) -> tuple[float, float]:
         """Inscribed and circumscribed radius of the padded outline, m."""
         return footprint_radii(self.padded_outline)
@@ -298,14 +324,38 @@ def load_robot(
         data: Mapping[str, Any] = {"description": f"robot of {path.name}", "model": path.name}
     else:
         path = ROBOT_FILES.find(name_or_path)
-        data = read_yaml(path)
-        require_kind(data, ROBOT, path)
+        data = _read_robot(path)
     data = _with_model(data, path)
     robot = _robot_of(data, str(path), path.parent)
     if not overrides:
         return robot
     fitting = _fitting(overrides, robot)
     return _robot_of(merged(data, fitting), overrides_source, path.parent)
+
+
+def _read_robot(path: Path, above: tuple[Path, ...] = ()) -> dict[str, Any]:
+    """Returns the fields of a robot file, and of those that it is like.
+
+    above: files that are like this one. A model stands beside the file that names it.
+    """
+    data = read_yaml(path)
+    require_kind(data, ROBOT, path)
+    other = data.pop("like", None)
+    if other is None:
+        return data
+    if not isinstance(other, str) or not other:
+        raise InputError(f"{path}: like: expected the name or file of a robot, got {other!r}")
+    is_name = other in ROBOT_FILES.names
+    try:
+        found = ROBOT_FILES.find(other if is_name else str(path.parent / other))
+    except InputError as error:
+        raise InputError(f"{path}: like: {error}") from error
+    if found in (path, *above):
+        raise InputError(f"{path}: like: {other!r} is like this file itself")
+    fields = _read_robot(found, (path, *above))
+    if isinstance(fields.get("model"), str) and found.parent != path.parent:
+        fields["model"] = str(found.parent / fields["model"])
+    return merged(fields, data)
 
 
 def _with_model(data: Mapping[str, Any], path: Path) -> Mapping[str, Any]:
@@ -344,9 +394,16 @@ def _fitting(overrides: Mapping[str, Any], robot: Robot) -> dict[str, Any]:
 def _robot_of(data: Mapping[str, Any], source: str, directory: Path) -> Robot:
     if "directory" in data:
         raise InputError(f"{source}: directory: unknown field; it follows from where the file is")
+    if "like" in data:
+        raise InputError(f"{source}: like: only a robot file says which other one it is like")
     robot = validate(Robot, data, source).model_copy(update={"directory": str(directory)})
     if robot.model_path is not None and not robot.model_path.is_file():
         raise InputError(f"{source}: model: no such file: {robot.model_path}")
+    if robot.drive.has_wheels:
+        # As with the model's outline: most robots do without.
+        from drake_navbench.inputs.running_gear import running_gear_of
+
+        running_gear_of(robot, source)
     return robot
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
@@ -26,7 +27,15 @@ from drake_navbench.costmaps.map_file import OccupancyMap, load_map
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.inputs.faults import Conditions, Fault, conditions_of
 from drake_navbench.inputs.file_kinds import SCENARIO, require_kind
+from drake_navbench.inputs.floors import (
+    PlacedFloor,
+    floor_scenarios,
+    joined_world,
+    mission_legs,
+    placed_floors,
+)
 from drake_navbench.inputs.map_world import occupied_boxes
+from drake_navbench.inputs.mission import Lift, MissionStep, check_mission, end_of
 from drake_navbench.inputs.moving import MAX_MOVING, MovingObstacle, MovingObstacles
 from drake_navbench.inputs.named_files import NamedFiles
 from drake_navbench.inputs.people import People, WalkingPeople
@@ -52,6 +61,8 @@ SET_BY_LOADING = ("name", "directory")
 # How far masks that are drawn from polygons reach beyond everything else.
 MASK_MARGIN_M = 2.0
 MASK_RESOLUTION_M = 0.05
+# What a mission has on its floors instead.
+ON_FLOORS = ("world", "filters", "waypoints")
 # Of a task that is given by a map, a start and a goal alone.
 TIMEOUT_ON_MAPS_S = 600.0
 
@@ -134,6 +145,28 @@ class WorldDescription(FrozenModel):
         return values
 
 
+class Floor(FrozenModel):
+    """One floor of a building, or one of the maps that a building is split into."""
+
+    name: str = Field(min_length=1, description="What the mission and the lifts call it.")
+    world: WorldDescription = Field(
+        default_factory=WorldDescription, description="What is there, in the frame of its map."
+    )
+    filters: list[FilterDescription] = Field(
+        default_factory=list, description="Areas of keepout, of limited speed or of a binary state."
+    )
+    origin: Point | None = Field(
+        None,
+        description="Where the frame of its map lies in the building [m], for maps of one storey "
+        "that meet; null: a storey of its own.",
+    )
+
+    @field_validator("filters")
+    @classmethod
+    def _check_one_of_each(cls, filters: list[FilterDescription]) -> list[FilterDescription]:
+        return require_one_of_each(filters)
+
+
 class Suite(FrozenModel):
     """Many worlds that belong together: reports tell their totals, by density as well."""
 
@@ -154,15 +187,29 @@ class Variation(FrozenModel):
     start_yaw_std_rad: Angle = Field(0.0, ge=0.0, description="Spread of the start heading [rad].")
 
 
-class Scenario(QuietModel):
-    """One task in one world."""
+def require_one_of_each(filters: list[FilterDescription]) -> list[FilterDescription]:
+    """Returns filters of which none is there twice that may be there once."""
+    names = [entry.filter_name for entry in filters]
+    for name in ("speed_filter", "binary_filter"):
+        if names.count(name) > 1:
+            raise ValueError(
+                f"expected one {name} at most, found {names.count(name)}; give it several areas"
+            )
+    return filters
 
-    quiet: ClassVar = frozenset({"faults", "clean_scenario"})
+
+class Scenario(QuietModel):
+    """One task in one world, or a mission over several floors."""
+
+    quiet: ClassVar = frozenset({"faults", "clean_scenario", "floors", "lifts", "mission"})
 
     description: str = Field(min_length=1, description="One line for --list.")
     world: WorldDescription = Field(default_factory=WorldDescription)
     start: Pose = Field((0.0, 0.0, 0.0), description="x [m], y [m], yaw [rad].")
-    goal: Pose = Field(description="x [m], y [m], yaw [rad].")
+    goal: Pose = Field(
+        (0.0, 0.0, 0.0),
+        description="x [m], y [m], yaw [rad]; required unless a mission tells where to go.",
+    )
     filters: list[FilterDescription] = Field(
         default_factory=list, description="Areas of keepout, of limited speed or of a binary state."
     )
@@ -174,6 +221,13 @@ class Scenario(QuietModel):
         "follow_path",
         description="follow_path: plan once, abort when the controller fails. navigate_to_pose: "
         "Nav2's default behaviour tree, with replanning and recoveries.",
+    )
+    floors: tuple[Floor, ...] = Field(
+        (), description="Of a mission over several; the robot starts on the first one."
+    )
+    lifts: tuple[Lift, ...] = Field((), description="What connects the floors.")
+    mission: tuple[MissionStep, ...] = Field(
+        (), description="Goals and rides in order, in place of world, filters, waypoints and goal."
     )
     timeout_s: Duration = Field(
         120.0, gt=0.0, description="The trial ends as timed_out after this."
@@ -202,16 +256,35 @@ class Scenario(QuietModel):
     @field_validator("filters")
     @classmethod
     def _check_one_of_each(cls, filters: list[FilterDescription]) -> list[FilterDescription]:
-        names = [entry.filter_name for entry in filters]
-        for name in ("speed_filter", "binary_filter"):
-            if names.count(name) > 1:
-                raise ValueError(
-                    f"expected one {name} at most, found {names.count(name)}; give it several areas"
-                )
-        return filters
+        return require_one_of_each(filters)
+
+    @model_validator(mode="after")
+    def _check_task(self) -> Scenario:
+        if not (self.floors or self.lifts or self.mission):
+            if "goal" not in self.model_fields_set:
+                raise ValueError("goal: missing, but required")
+            return self
+        check_mission([floor.name for floor in self.floors], self.lifts, self.mission)
+        for name in ON_FLOORS:
+            usual = Scenario.model_fields[name].get_default(call_default_factory=True)
+            if getattr(self, name) != usual:
+                raise ValueError(f"{name}: has no meaning beside a mission; its floors have them")
+        end = end_of(self.mission, self.lifts)
+        if "goal" in self.model_fields_set and self.goal != end:
+            raise ValueError(
+                f"goal: has no meaning beside a mission, which ends at {list(end)}, got "
+                f"{list(self.goal)}"
+            )
+        # What asks for the end of a task finds it here, on its floor's map.
+        self.__dict__["goal"] = end
+        return self
 
     @model_validator(mode="after")
     def _check_mode(self) -> Scenario:
+        if self.floors and self.navigation_mode == "follow_path":
+            raise ValueError(
+                "navigation_mode: expected navigate_to_pose for a mission, got follow_path"
+            )
         if self.navigation_mode == "follow_path" and self.waypoints:
             raise ValueError(
                 "waypoints: expected navigation_mode navigate_to_pose, got follow_path"
@@ -225,8 +298,25 @@ class Scenario(QuietModel):
 
     @property
     def goals(self) -> tuple[Pose, ...]:
-        """Where to go: the waypoints and then the goal."""
+        """Where to go, in the world: the waypoints and then the goal, or a mission's legs."""
+        if self.floors:
+            return tuple(leg.goal for leg in mission_legs(self))
         return (*self.waypoints, self.goal)
+
+    @property
+    def places(self) -> tuple[Scenario, ...]:
+        """The scenario itself, or its floors in the world, the one where the robot starts first."""
+        return tuple(floor.scenario for floor in self.placed_floors) or (self,)
+
+    @cached_property
+    def floor_scenarios(self) -> tuple[Scenario, ...]:
+        """Each floor of a mission as a scenario of its own, in the frame of its map."""
+        return floor_scenarios(self)
+
+    @cached_property
+    def placed_floors(self) -> tuple[PlacedFloor, ...]:
+        """The floors of a mission as they lie in the world."""
+        return placed_floors(self)
 
     @property
     def is_impossible(self) -> bool:
@@ -251,6 +341,8 @@ class Scenario(QuietModel):
     @property
     def files(self) -> list[Path]:
         """The map and mask files that it refers to, with their images, and the recording."""
+        if self.floors:
+            return [path for floor in self.floor_scenarios for path in floor.files]
         grids = [self.map, *(mask.grid for mask in self.filter_masks)]
         found = [path for grid in grids if grid is not None for path in grid.files]
         return found if self._recording is None else [*found, self._recording]
@@ -286,7 +378,9 @@ class Scenario(QuietModel):
 
     @cached_property
     def true_world(self) -> World:
-        """Everything that is in the world."""
+        """Everything that is in the world, on all floors."""
+        if self.floors:
+            return joined_world(self.placed_floors)
         walls = occupied_boxes(self.map) if self.map is not None else ()
         moving = MovingObstacles(tuple(self.world.moving_obstacles))
         people = self._recorded_people or WalkingPeople(self.world.people)
@@ -314,7 +408,8 @@ class Scenario(QuietModel):
 
     def conditions(self, robot: Robot) -> Conditions:
         """Returns what holds for a robot at which time; raises InputError for a wrong fault."""
-        return conditions_of(robot, self.faults, f"scenario {self.name}: faults")
+        conditions = conditions_of(robot, self.faults, f"scenario {self.name}: faults")
+        return replace(conditions, relocalizes=any(lift.errs for lift in self.lifts))
 
     def start_pose(self, seed: int) -> np.ndarray:
         """Returns (3,) the start pose of the trial with this seed, the same for all controllers."""
@@ -380,5 +475,6 @@ def load_scenario(name_or_path: str) -> Scenario:
             f"{path}: clean_scenario: unknown scenario {scenario.clean_scenario!r}{hint}"
         )
     # Maps and masks are read now, so that a wrong one is found before any trial.
-    _ = scenario.map, scenario.filter_masks
+    for one in (scenario, *scenario.floor_scenarios):
+        _ = one.map, one.filter_masks
     return scenario

@@ -12,6 +12,7 @@ from drake_navbench.costmaps.map_file import OCCUPIED, UNKNOWN
 from drake_navbench.errors import InputError, InputWarning
 from drake_navbench.inputs.drive import DifferentialDrive
 from drake_navbench.inputs.faults import PARTS, Conditions
+from drake_navbench.inputs.floor_check import Place, check_floors, places_of
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.recorded_people import RecordedPeople
 from drake_navbench.inputs.robot import Robot
@@ -26,23 +27,35 @@ def check_task(scenario: Scenario, robot: Robot) -> None:
     On a map the start must not overlap an occupied cell, and the goal must be on the map and known.
     The start is looked at without its variation: a trial that begins in contact ends as collided.
     """
-    body = shapely.Polygon(place_outline(robot.outline, scenario.start))
-    if scenario.true_world.intersects(body):
-        raise InputError(
-            f"scenario {scenario.name}: start: the robot's footprint at {list(scenario.start)} "
-            "overlaps an obstacle; expected free space"
-        )
+    if scenario.floors:
+        check_floors(scenario)
     _check_conditions(scenario, robot)
-    _check_map_for_amcl(scenario, robot)
-    _check_moving(scenario, body)
-    _check_people(scenario, body)
-    _check_recorded_people(scenario, body)
-    names = [*(f"waypoints[{index}]" for index in range(len(scenario.waypoints))), "goal"]
-    for name, goal in zip(names, scenario.goals, strict=True):
-        where = _why_no_goal(scenario, robot, np.array(goal[:2]))
+    for place in places_of(scenario):
+        _check_place(scenario.name, place, robot)
+
+
+def _check_place(name: str, place: Place, robot: Robot) -> None:
+    """Raises InputError where something is wrong on one map; name: of the scenario."""
+    here = place.scenario
+    for field, pose in place.stands.items():
+        if here.true_world.intersects(shapely.Polygon(place_outline(robot.outline, pose))):
+            raise InputError(
+                f"scenario {name}: {field}: the robot's footprint at {list(pose)}{place.named} "
+                "overlaps an obstacle; expected free space"
+            )
+    _check_map_for_amcl(here, robot)
+    body = None
+    if place.holds_start:
+        body = shapely.Polygon(place_outline(robot.outline, here.start))
+    _check_moving(here, body)
+    _check_people(here, body)
+    if body is not None:
+        _check_recorded_people(here, body)
+    for field, goal in place.goals.items():
+        where = _why_no_goal(here, robot, np.array(goal[:2]))
         if where:
             raise InputError(
-                f"scenario {scenario.name}: {name}: {list(goal[:2])} lies {where}; "
+                f"scenario {name}: {field}: {list(goal[:2])} lies {where}{place.named}; "
                 "expected free space"
             )
 
@@ -97,7 +110,7 @@ def _check_actuators(scenario: Scenario, robot: Robot, conditions: Conditions) -
             )
 
 
-def _check_moving(scenario: Scenario, body: shapely.Polygon) -> None:
+def _check_moving(scenario: Scenario, body: shapely.Polygon | None) -> None:
     """Raises InputError where a way leads through what stands, or begins on the robot."""
     world = scenario.true_world
     for index, thing in enumerate(world.moving.things):
@@ -109,20 +122,20 @@ def _check_moving(scenario: Scenario, body: shapely.Polygon) -> None:
                     "expected free space"
                 )
         first = shapely.Polygon(place_outline(thing.outline, thing.pose_at(0.0)))
-        if first.intersects(body):
+        if body is not None and first.intersects(body):
             raise InputError(
                 f"{place}: begins where the robot's footprint is, at {list(scenario.start)}; "
                 "expected free space"
             )
 
 
-def _check_people(scenario: Scenario, body: shapely.Polygon) -> None:
+def _check_people(scenario: Scenario, body: shapely.Polygon | None) -> None:
     """Raises InputError where somebody stands in an obstacle or on the robot, or means to."""
     world = scenario.true_world
     for index, person in enumerate(world.people.persons):
         place = f"scenario {scenario.name}: world.people.persons[{index}]"
         here = shapely.Point(person.start).buffer(person.radius_m)
-        if here.intersects(body):
+        if body is not None and here.intersects(body):
             raise InputError(
                 f"{place}.start: {list(person.start)} is where the robot's footprint is, at "
                 f"{list(scenario.start)}; expected free space"

@@ -36,6 +36,28 @@ class Solids(NamedTuple):
             np.concatenate([self.circle_heights, other.circle_heights]),
         )
 
+    def within(self, bounds: tuple[float, float, float, float]) -> Solids:
+        """Returns those of the shapes that are in a rectangle min_x, min_y, max_x, max_y m.
+
+        A shape is where the first corner of its outline is, a circle where its centre is.
+        """
+        chosen = are_within(self.segments[self.starts[:-1], :2], bounds)
+        lengths = np.diff(self.starts)
+        round_ones = are_within(self.circles[:, :2], bounds)
+        return Solids(
+            self.segments[np.repeat(chosen, lengths)],
+            np.cumsum([0, *lengths[chosen]]),
+            self.heights[chosen],
+            self.circles[round_ones],
+            self.circle_heights[round_ones],
+        )
+
+
+def are_within(points: Array, bounds: tuple[float, float, float, float]) -> NDArray[np.bool_]:
+    """Returns (N,) which of the points (N, 2) are in a rectangle min_x, min_y, max_x, max_y m."""
+    low, high = np.array(bounds[:2]), np.array(bounds[2:])
+    return np.asarray(((points >= low) & (points <= high)).all(axis=1))
+
 
 def cast_cone(
     origin: Array, headings: Array, slopes: Array, solids: Solids, *, sees_floor: bool = False

@@ -61,9 +61,15 @@ class WaypointFollower:
     is the task's.
     """
 
+    noun = "waypoint"
+
     def __init__(self, waypoints: tuple[Pose, ...], parameters: WaypointFollowerParameters) -> None:
         self.waypoints = waypoints
         self._parameters = parameters
+
+    def first_progress(self) -> Progress:
+        """Returns the progress at the start."""
+        return Progress()
 
     def end_leg(
         self, progress: Progress, status: TaskStatus, time_s: float, recovery_count: int
@@ -106,6 +112,6 @@ class WaypointFollower:
         return replace(progress, status=done)
 
     def _failure(self, progress: Progress, status: TaskStatus, time_s: float) -> TaskStatus:
-        where = f"waypoint {progress.index + 1} of {len(self.waypoints)}"
+        where = f"{self.noun} {progress.index + 1} of {len(self.waypoints)}"
         code = status.error_code if status.state is TaskState.ERROR else STOP_ON_MISSED_WAYPOINT
         return replace(status, error_code=code, reason=f"{where}: {status.reason}", time_s=time_s)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
+from pydrake.systems.framework import BasicVector, Context, State
 
 from drake_navbench.costmaps.map_file import OCCUPIED, OccupancyMap
 from drake_navbench.inputs.amcl import OMNIDIRECTIONAL, AmclSettings
@@ -26,7 +28,9 @@ from drake_navbench.kernels.particle_filter import (
 )
 from drake_navbench.kernels.poses import carrier_pose, compose, placed_state
 from drake_navbench.log import Scan
+from drake_navbench.navigation.mission import FloorSwitch
 from drake_navbench.noise import NoiseKey, NoiseStream
+from drake_navbench.systems.floor_aware import FloorAware, FloorClock
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import POSE_SIZE, STATE_SIZE, declare_object_input, value_or_none
 from drake_navbench.systems.scripted_localization import NO_NOISE, SAME_FRAME, jump_of
@@ -37,6 +41,8 @@ Array = NDArray[np.float64]
 PERIOD_S = 0.05
 # Of an occupancy grid.
 FREE = 0
+# Where the numbers of the draws on further floors begin; no trial has as many updates.
+FIRST_OF_FLOORS = 2**31
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +69,16 @@ class Belief(Immutable):
 NOBODY = Belief(np.zeros((1, POSE_SIZE)), np.ones(1), np.zeros(POSE_SIZE))
 
 
-class Amcl(LeafSystem):
+class _KnownMap(NamedTuple):
+    """A map as the filter looks at it: frame of its cells, likelihood field, free cells (F, 2)."""
+
+    frame: tuple[float, float, float]
+    field: Array
+    off_map: float
+    free_cells: NDArray[np.int64]
+
+
+class Amcl(FloorAware):
     """Adaptive Monte Carlo localization on a map, as nav2_amcl does it with the likelihood field.
 
     Input `scan` (Scan or None), which tells where the odometry believed the sensor to be, and
@@ -77,6 +92,10 @@ class Amcl(LeafSystem):
 
     At the settings' `jump_time_s` all particles and the transform are displaced by the jump: the
     robot is forcibly unlocalized, as if it had been carried away.
+
+    floors: the map of each floor, where there are several; their clock comes with them. Then the
+    input `state`, the true one, tells around which pose the particles begin anew on another floor:
+    the true one, off by the error of the lift, spread as at the start.
     """
 
     def __init__(
@@ -86,15 +105,26 @@ class Amcl(LeafSystem):
         grid: OccupancyMap,
         *,
         offset_s: float,
+        floors: Sequence[OccupancyMap] = (),
+        floor_clock: FloorClock | None = None,
     ) -> None:
         super().__init__()
+        if floor_clock is not None:
+            self._declare_floors(floor_clock)
+            self._state_port = self.DeclareVectorInputPort("state", STATE_SIZE)
         at_start = settings.at(0.0)
         assert at_start.amcl is not None
         self._amcl: AmclSettings = at_start.amcl
-        self._settings, self._lidar, self._grid = settings, lidar, grid
+        self._settings, self._lidar = settings, lidar
         self._range_min, self._range_max = _range_limits(self._amcl, lidar)
-        self._field, self._off_map = likelihood_field(self._amcl, grid, self._range_max)
-        self._free_cells = np.argwhere(grid.occupancy == FREE)
+        self._maps = [
+            _KnownMap(
+                one.frame,
+                *likelihood_field(self._amcl, one, self._range_max),
+                np.argwhere(one.occupancy == FREE),
+            )
+            for one in floors or (grid,)
+        ]
         self.seed_parameter = self.DeclareAbstractParameter(AbstractValue.Make(0))
         self.belief_state = self.DeclareAbstractState(AbstractValue.Make(NOBODY))
         self._scan_port = declare_object_input(self, "scan")
@@ -120,12 +150,35 @@ class Amcl(LeafSystem):
     def set_start(self, context: Context, pose: Array, seed: int) -> None:
         """Lets it believe, with the spread of its settings, that the robot starts at pose (3,)."""
         context.get_mutable_abstract_parameter(self.seed_parameter).set_value(seed)
+        particles, weights = self._around(pose, _generator(seed, 0))
+        context.SetAbstractState(self.belief_state, Belief(particles, weights, np.zeros(POSE_SIZE)))
+
+    def _around(self, pose: Array, generator: np.random.Generator) -> tuple[Array, Array]:
+        """Returns particles (N, 3) around a pose (3,), with their weights (N,)."""
         count = self._amcl.max_particles
-        normals = _generator(seed, 0).standard_normal((count, POSE_SIZE))
+        normals = generator.standard_normal((count, POSE_SIZE))
         xy_std, yaw_std = self._amcl.initial_xy_std_m, self._amcl.initial_yaw_std_rad
         particles = pose + normals * (xy_std, xy_std, yaw_std)
-        belief = Belief(particles, np.full(count, 1.0 / count), np.zeros(POSE_SIZE))
-        context.SetAbstractState(self.belief_state, belief)
+        return particles, np.full(count, 1.0 / count)
+
+    def _on_floor(self, context: Context, state: State, switch: FloorSwitch) -> None:
+        before: Belief = context.get_abstract_state(self.belief_state).get_value()
+        seed = context.get_abstract_parameter(self.seed_parameter).get_value()
+        arrival = switch.carried(self._state_port.Eval(context)[:POSE_SIZE])
+        pose = arrival + np.array(switch.error)
+        generator = _generator(seed, FIRST_OF_FLOORS + switch.number)
+        particles, weights = self._around(pose, generator)
+        odometry = self._odometry_port.Eval(context)[:POSE_SIZE]
+        after = replace(
+            before,
+            particles=particles,
+            weights=weights,
+            map_from_odometry=carrier_pose(pose, odometry),
+            slow=0.0,
+            fast=0.0,
+            odometry_pose=None,
+        )
+        state.get_mutable_abstract_state(self.belief_state).set_value(after)
 
     def _on_period(self, context: Context, state: State) -> None:
         before: Belief = context.get_abstract_state(self.belief_state).get_value()
@@ -133,7 +186,7 @@ class Amcl(LeafSystem):
         after = self._displaced(before, context, seed)
         scan: Scan | None = value_or_none(self._scan_port, context)
         if scan is not None and scan.time_s != after.scan_time_s:
-            after = self._after_scan(after, scan, seed)
+            after = self._after_scan(after, scan, seed, self._maps[self._floor(context)])
         if after is not before:
             state.get_mutable_abstract_state(self.belief_state).set_value(after)
 
@@ -154,7 +207,7 @@ class Amcl(LeafSystem):
             has_jumped=True,
         )
 
-    def _after_scan(self, belief: Belief, scan: Scan, seed: int) -> Belief:
+    def _after_scan(self, belief: Belief, scan: Scan, seed: int, known: _KnownMap) -> Belief:
         """Returns the belief after a new scan, updated only if the robot has moved."""
         assert scan.odometry_pose is not None
         pose = carrier_pose(scan.odometry_pose, self._lidar.pose)
@@ -170,10 +223,10 @@ class Amcl(LeafSystem):
             move = move_omnidirectional if is_omnidirectional else move_differential
             normals = generator.standard_normal(particles.shape)
             move(particles, belief.odometry_pose[2], delta, np.array(self._amcl.alphas), normals)
-        belief = self._weighed(replace(belief, particles=particles), weights, scan)
+        belief = self._weighed(replace(belief, particles=particles), weights, scan, known)
         belief = replace(belief, odometry_pose=pose, updates=belief.updates + 1)
         if belief.updates % self._amcl.resample_interval == 0:
-            belief = self._resampled(belief, generator)
+            belief = self._resampled(belief, generator, known)
         elif belief.updates > 1:
             return belief
         found = heaviest_cluster(belief.particles, belief.weights)
@@ -183,7 +236,7 @@ class Amcl(LeafSystem):
         far, turned = self._amcl.update_min_d, self._amcl.update_min_a
         return bool(abs(delta[0]) > far or abs(delta[1]) > far or abs(delta[2]) > turned)
 
-    def _weighed(self, belief: Belief, weights: Array, scan: Scan) -> Belief:
+    def _weighed(self, belief: Belief, weights: Array, scan: Scan, known: _KnownMap) -> Belief:
         """Returns the belief with the weights that a scan gives; weights are changed in place."""
         points = hit_points(
             scan.ranges_m,
@@ -193,22 +246,22 @@ class Amcl(LeafSystem):
             range_min=self._range_min,
             range_max=self._range_max,
         )
-        total = weigh(
-            belief.particles, weights, points, self._field, self._off_map, *self._grid.frame
-        )
+        total = weigh(belief.particles, weights, points, known.field, known.off_map, *known.frame)
         mean = total / weights.size
         slow, fast = belief.slow, belief.fast
         slow += (self._amcl.recovery_alpha_slow if slow else 1.0) * (mean - slow)
         fast += (self._amcl.recovery_alpha_fast if fast else 1.0) * (mean - fast)
         return replace(belief, weights=weights / total, slow=slow, fast=fast)
 
-    def _resampled(self, belief: Belief, generator: np.random.Generator) -> Belief:
+    def _resampled(
+        self, belief: Belief, generator: np.random.Generator, known: _KnownMap
+    ) -> Belief:
         amcl = self._amcl
         random_share = max(1.0 - belief.fast / belief.slow, 0.0)
         draws = generator.random((amcl.max_particles, 2))
         strangers = np.empty((0, POSE_SIZE))
         if random_share > 0.0:
-            strangers = self._anywhere(generator)
+            strangers = self._anywhere(generator, known)
         limits = (amcl.pf_err, amcl.pf_z, amcl.min_particles, amcl.max_particles)
         particles = resample(
             belief.particles, belief.weights, draws, random_share, strangers, *limits
@@ -218,11 +271,11 @@ class Amcl(LeafSystem):
         # As there: the averages begin anew, so that not all becomes random in the end.
         return replace(belief, slow=0.0, fast=0.0) if random_share > 0.0 else belief
 
-    def _anywhere(self, generator: np.random.Generator) -> Array:
+    def _anywhere(self, generator: np.random.Generator, known: _KnownMap) -> Array:
         """Returns (max_particles, 3) poses at lower left corners of free cells, as nav2_amcl's."""
         count = self._amcl.max_particles
-        cells = self._free_cells[generator.integers(len(self._free_cells), size=count)]
-        origin_x, origin_y, resolution = self._grid.frame
+        cells = known.free_cells[generator.integers(len(known.free_cells), size=count)]
+        origin_x, origin_y, resolution = known.frame
         return np.column_stack(
             [
                 origin_x + resolution * cells[:, 1],

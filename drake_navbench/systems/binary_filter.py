@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import Context, LeafSystem, State
+from pydrake.systems.framework import Context, State
 
 from drake_navbench.costmaps.costmap_settings import BinaryFilterSettings
 from drake_navbench.costmaps.filter_masks import FilterMask
 from drake_navbench.kernels.rasterize import MASK_UNKNOWN
+from drake_navbench.navigation.mission import FloorSwitch
+from drake_navbench.systems.floor_aware import FloorAware, FloorClock
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import STATE_SIZE
 from drake_navbench.typed_files.immutable import Immutable
@@ -30,11 +33,14 @@ class BinaryFilterState(Immutable):
         return [{"time_s": time_s, "is_on": is_on} for time_s, is_on in self.changes]
 
 
-class BinaryFilter(LeafSystem):
+class BinaryFilter(FloorAware):
     """Looks the switch up where the robot believes to be, once a period from `offset_s` on.
 
     Input `estimate` [x m, y m, ...]. Output `filter_state` (BinaryFilterState). As in Nav2 it
-    starts switched off, whatever the default state.
+    starts switched off, whatever the default state, and so it does on another floor.
+
+    floors: the mask of each floor, None for one without any, where there are several; their clock
+    comes with them.
     """
 
     def __init__(
@@ -44,9 +50,13 @@ class BinaryFilter(LeafSystem):
         *,
         period_s: float,
         offset_s: float,
+        floors: Sequence[FilterMask | None] = (),
+        floor_clock: FloorClock | None = None,
     ) -> None:
         super().__init__()
-        self._mask = mask
+        self._floors = floors or (mask,)
+        if floor_clock is not None:
+            self._declare_floors(floor_clock)
         self._settings = settings
         self._state = self.DeclareAbstractState(AbstractValue.Make(BinaryFilterState()))
         self._estimate_port = self.DeclareVectorInputPort("estimate", STATE_SIZE)
@@ -56,9 +66,18 @@ class BinaryFilter(LeafSystem):
         )
 
     def _on_update(self, context: Context, state: State) -> None:
-        before = context.get_abstract_state(self._state).get_value()
-        position = self._estimate_port.Eval(context)[:2]
-        is_on = binary_state_at(self._mask, self._settings, position, last=before.is_on)
+        before: BinaryFilterState = context.get_abstract_state(self._state).get_value()
+        mask = self._floors[self._floor(context)]
+        if mask is not None:
+            position = self._estimate_port.Eval(context)[:2]
+            is_on = binary_state_at(mask, self._settings, position, last=before.is_on)
+            self._set(context, state, is_on)
+
+    def _on_floor(self, context: Context, state: State, switch: FloorSwitch) -> None:
+        self._set(context, state, False)
+
+    def _set(self, context: Context, state: State, is_on: bool) -> None:
+        before: BinaryFilterState = context.get_abstract_state(self._state).get_value()
         if is_on != before.is_on:
             changes = (*before.changes, (context.get_time(), is_on))
             after = BinaryFilterState(is_on, changes)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import Context, LeafSystem, State
+from pydrake.systems.framework import Context, State
 
 from drake_navbench.costmaps.layered_costmap import LayeredCostmap, LayersState
+from drake_navbench.navigation.mission import FloorSwitch
 from drake_navbench.navigation.task import ClearRequest
+from drake_navbench.systems.floor_aware import FloorAware, FloorClock
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import (
     POSE_SIZE,
@@ -28,7 +31,7 @@ class _CostmapState(Immutable):
     clear_request: ClearRequest | None = None
 
 
-class CostmapSystem(LeafSystem):
+class CostmapSystem(FloorAware):
     """Updates a layered costmap once a period, the first time at `offset_s`.
 
     Inputs `state` [x m, y m, yaw rad, ...], where the robot believes to be in the costmap's frame,
@@ -41,6 +44,8 @@ class CostmapSystem(LeafSystem):
     is_in_map: whether the costmap lies in the map's frame, else in the odometry's.
     before_first_scan: the layers as they are until there is a scan; they bring a costmap with them,
         or none.
+    floors: the layers of each floor, where there are several; their clock comes with them. On
+        another floor nothing has been seen yet.
     """
 
     def __init__(
@@ -51,9 +56,14 @@ class CostmapSystem(LeafSystem):
         period_s: float,
         offset_s: float,
         is_in_map: bool = False,
+        floors: Sequence[LayeredCostmap] = (),
+        floor_clock: FloorClock | None = None,
     ) -> None:
         super().__init__()
         self._layers = layers
+        self._floors = floors
+        if floor_clock is not None:
+            self._declare_floors(floor_clock)
         self._is_in_map = is_in_map
         first = _CostmapState(before_first_scan)
         self._layers_state = self.DeclareAbstractState(AbstractValue.Make(first))
@@ -76,10 +86,11 @@ class CostmapSystem(LeafSystem):
         before = context.get_abstract_state(self._layers_state).get_value()
         request = value_or_none(self._clear_port, context)
         is_new = request is not None and request != before.clear_request
-        layers = self._layers.cleared(before.layers) if is_new else before.layers
+        own = self._floors[self._floor(context)] if self._floors else self._layers
+        layers = own.cleared(before.layers) if is_new else before.layers
         map_from_odometry = value_or_none(self._map_port, context)
         own_from_odometry = map_from_odometry if self._is_in_map else None
-        updated = self._layers.updated(
+        updated = own.updated(
             layers,
             scan=scan.placed_by_odometry(own_from_odometry),
             pose=self._odometry_port.Eval(context)[:3],
@@ -93,3 +104,12 @@ class CostmapSystem(LeafSystem):
         state.get_mutable_abstract_state(self._layers_state).set_value(
             _CostmapState(updated, request)
         )
+
+    def _on_floor(self, context: Context, state: State, switch: FloorSwitch) -> None:
+        before: _CostmapState = context.get_abstract_state(self._layers_state).get_value()
+        anew = _CostmapState(self._before_first_scan(switch), before.clear_request)
+        state.get_mutable_abstract_state(self._layers_state).set_value(anew)
+
+    def _before_first_scan(self, switch: FloorSwitch) -> LayersState:
+        """Returns the layers of a new floor until there is a scan."""
+        return self._floors[switch.floor].initial_state()

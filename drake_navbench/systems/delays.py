@@ -11,7 +11,9 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Leaf
 
 from drake_navbench.inputs.timeline import SLACK_S, Timeline
 from drake_navbench.inputs.timing import TimingSettings
+from drake_navbench.navigation.mission import FloorSwitch
 from drake_navbench.noise import NoiseKey, NoiseStream
+from drake_navbench.systems.floor_aware import FloorAware, FloorClock
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.mailbox import Mailbox
 from drake_navbench.systems.ports import COMMAND_SIZE, STATE_SIZE
@@ -20,16 +22,26 @@ from drake_navbench.systems.ports import COMMAND_SIZE, STATE_SIZE
 ODOMETRY_MESSAGE_PERIOD_S = 0.025
 
 
-class LateOdometry(LeafSystem):
+class LateOdometry(FloorAware):
     """The newest message of the odometry that has arrived; before any, the first one sent.
 
     Input `estimate` and output `late_estimate` [x m, y m, yaw rad, v m/s, w rad/s, vy m/s]. A
     message is sent every 0.025 s from `offset_s` on; its latency is drawn of the seed and its
     number, so that two of these delay alike. Parameter `seed_parameter` holds the trial's seed.
+
+    floor_clock: where there are several floors; messages of one are forgotten on the next.
     """
 
-    def __init__(self, timing: Timeline[TimingSettings], *, offset_s: float) -> None:
+    def __init__(
+        self,
+        timing: Timeline[TimingSettings],
+        *,
+        offset_s: float,
+        floor_clock: FloorClock | None = None,
+    ) -> None:
         super().__init__()
+        if floor_clock is not None:
+            self._declare_floors(floor_clock)
         self._timing = timing
         self._offset_s = offset_s
         self.seed_parameter = self.DeclareAbstractParameter(AbstractValue.Make(0))
@@ -61,6 +73,9 @@ class LateOdometry(LeafSystem):
         before: Mailbox = context.get_abstract_state(self._mailbox).get_value()
         after = before.with_message(self._estimate_port.Eval(context), now_s + late_s, now_s)
         state.get_mutable_abstract_state(self._mailbox).set_value(after)
+
+    def _on_floor(self, context: Context, state: State, switch: FloorSwitch) -> None:
+        state.get_mutable_abstract_state(self._mailbox).set_value(Mailbox())
 
     def _calc_arrived(self, context: Context, output: BasicVector) -> None:
         mailbox: Mailbox = context.get_abstract_state(self._mailbox).get_value()

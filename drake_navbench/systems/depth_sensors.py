@@ -2,25 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import Context, LeafSystem, State
+from pydrake.systems.framework import Context, State
 
 from drake_navbench.costmaps.point_cloud import PointCloud
 from drake_navbench.inputs.depth_sensor import DepthSensorSettings
+from drake_navbench.inputs.floors import FloorSight
 from drake_navbench.inputs.world import World
 from drake_navbench.kernels.depth_casting import cast_cone
 from drake_navbench.kernels.poses import carrier_pose, compose
+from drake_navbench.navigation.mission import FloorSwitch
+from drake_navbench.systems.floor_aware import FloorAware, FloorClock
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import STATE_SIZE, declare_object_input, value_or_none
 
 Clouds = Mapping[str, PointCloud]
 
 
-class DepthSensors(LeafSystem):
+class DepthSensors(FloorAware):
     """Sees the true world by each sensor once in its period, the first time at t = 0.
 
     Input `state` [x m, y m, yaw rad, ...] of the base, world frame; `odometry`, likewise, where the
@@ -28,10 +31,23 @@ class DepthSensors(LeafSystem):
     connected). Output `clouds`: the newest PointCloud of
     each sensor by its name, in the world frame; empty before the first. Glass it does not see.
     Abstract parameter 0 holds the world as Solids, so that a test can take a thing away.
+
+    floors: what is in sight on each floor, where there are several; their clock comes with them.
+    Clouds of one floor are forgotten on the next.
     """
 
-    def __init__(self, sensors: Mapping[str, DepthSensorSettings], world: World) -> None:
+    def __init__(
+        self,
+        sensors: Mapping[str, DepthSensorSettings],
+        world: World,
+        *,
+        floors: Sequence[FloorSight] = (),
+        floor_clock: FloorClock | None = None,
+    ) -> None:
         super().__init__()
+        self._floors = [(sight.world.visible_from(0.0).solids, sight.bounds) for sight in floors]
+        if floor_clock is not None:
+            self._declare_floors(floor_clock)
         self._sensors = sensors
         self._rays = {name: settings.rays() for name, settings in sensors.items()}
         self.world_parameter = self.DeclareAbstractParameter(
@@ -51,6 +67,10 @@ class DepthSensors(LeafSystem):
         clouds = state.get_mutable_abstract_state(self._clouds)
         clouds.set_value({**clouds.get_value(), name: self._cloud(name, context)})
 
+    def _on_floor(self, context: Context, state: State, switch: FloorSwitch) -> None:
+        none: Clouds = {}
+        state.get_mutable_abstract_state(self._clouds).set_value(none)
+
     def _cloud(self, name: str, context: Context) -> PointCloud:
         settings = self._sensors[name]
         headings, slopes = self._rays[name]
@@ -60,6 +80,9 @@ class DepthSensors(LeafSystem):
         origin = np.array([x, y, settings.height_m])
         solids = context.get_abstract_parameter(self.world_parameter).get_value()
         moving = value_or_none(self._moving_port, context)
+        if self._floors:
+            solids, bounds = self._floors[self._floor(context)]
+            moving = None if moving is None else moving.within(bounds)
         if moving is not None:
             solids = solids.joined(moving)
         along = cast_cone(origin, yaw + headings, slopes, solids, sees_floor=settings.sees_floor)

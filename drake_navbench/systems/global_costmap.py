@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.costmaps.layered_costmap import LayeredCostmap
+from drake_navbench.costmaps.layered_costmap import LayeredCostmap, LayersState
+from drake_navbench.navigation.mission import FloorSwitch
 from drake_navbench.systems.costmap_system import CostmapSystem
+from drake_navbench.systems.floor_aware import FloorClock
 
 
 class GlobalCostmap(CostmapSystem):
     """Nav2's global costmap; before the first scan it shows the map. Ports: see CostmapSystem.
 
     layers: as from `planning.global_layers`. pose: (3,) where the robot starts, x m, y m, yaw rad.
+    floors: the layers of each floor, where there are several.
     """
 
     def __init__(
@@ -22,6 +27,8 @@ class GlobalCostmap(CostmapSystem):
         pose: NDArray[np.float64],
         period_s: float,
         offset_s: float,
+        floors: Sequence[LayeredCostmap] = (),
+        floor_clock: FloorClock | None = None,
     ) -> None:
         super().__init__(
             layers,
@@ -31,4 +38,10 @@ class GlobalCostmap(CostmapSystem):
             period_s=period_s,
             offset_s=offset_s,
             is_in_map=True,
+            floors=floors,
+            floor_clock=floor_clock,
         )
+
+    def _before_first_scan(self, switch: FloorSwitch) -> LayersState:
+        layers, pose = self._floors[switch.floor], np.array(switch.to_pose)
+        return layers.updated(layers.initial_state(), scan=None, pose=pose, time_s=switch.time_s)

@@ -2,23 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import Context, LeafSystem, State
+from pydrake.systems.framework import Context, State
 
+from drake_navbench.inputs.floors import FloorSight
 from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.inputs.timeline import Timeline
 from drake_navbench.inputs.timing import TimingSettings
 from drake_navbench.inputs.world import World
+from drake_navbench.kernels.depth_casting import are_within
 from drake_navbench.kernels.poses import compose
 from drake_navbench.kernels.ray_casting import cast_rays
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.kernels.scan_faults import burst_dropouts, stuck_ranges
 from drake_navbench.log import Scan
+from drake_navbench.navigation.mission import FloorSwitch
 from drake_navbench.noise import NoiseKey, NoiseStream
+from drake_navbench.systems.floor_aware import FloorAware, FloorClock
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.mailbox import Mailbox
 from drake_navbench.systems.ports import (
@@ -32,7 +37,7 @@ from drake_navbench.systems.ports import (
 NO_SCAN = None
 
 
-class Lidar(LeafSystem):
+class Lidar(FloorAware):
     """Scans the true world once a period, the first time at t = 0, by one scanner or several.
 
     Input `state` [x m, y m, yaw rad, ...] of the base, world frame; `odometry`, likewise, where the
@@ -44,6 +49,9 @@ class Lidar(LeafSystem):
 
     What is lower than the scanned plane, or of glass, it does not see. A lost scan leaves the one
     before it. With a latency the output is the newest scan that has arrived.
+
+    floors: what is in sight on each floor, where there are several; their clock comes with them.
+    Scans of one floor are forgotten on the next.
     """
 
     def __init__(
@@ -51,6 +59,9 @@ class Lidar(LeafSystem):
         settings: Timeline[LidarSettings],
         world: World,
         timing: Timeline[TimingSettings] | None = None,
+        *,
+        floors: Sequence[FloorSight] = (),
+        floor_clock: FloorClock | None = None,
     ) -> None:
         super().__init__()
         self._settings = settings
@@ -60,6 +71,11 @@ class Lidar(LeafSystem):
         self._mountings = (first.pose, *first.further_poses)
         self._angles = read_only(first.beam_angles)
         seen = world.visible_from(first.height_m)
+        self._floors = [
+            (sight.world.visible_from(first.height_m), sight.bounds) for sight in floors
+        ]
+        if floor_clock is not None:
+            self._declare_floors(floor_clock)
         self.world_parameter = self.DeclareAbstractParameter(
             AbstractValue.Make((seen.segments, seen.circles))
         )
@@ -152,12 +168,29 @@ class Lidar(LeafSystem):
         return Scan(context.get_time(), read_only(sensor_pose), self._angles, ranges_m)
 
     def _outlines(self, context: Context) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Returns the edges and circles of all that is in the world."""
+        """Returns the edges and circles of all that is in the world, or on the robot's floor."""
+        if self._floors:
+            return self._outlines_on_floor(context)
         segments, circles = context.get_abstract_parameter(self.world_parameter).get_value()
         moving = value_or_none(self._moving_port, context)
         if moving is None:
             return segments, circles
         return np.vstack([segments, moving[0]]), np.vstack([circles, moving[1]])
+
+    def _outlines_on_floor(
+        self, context: Context
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        seen, bounds = self._floors[self._floor(context)]
+        moving = value_or_none(self._moving_port, context)
+        if moving is None:
+            return seen.segments, seen.circles
+        edges, circles = (part[are_within(part[:, :2], bounds)] for part in moving)
+        return np.vstack([seen.segments, edges]), np.vstack([seen.circles, circles])
+
+    def _on_floor(self, context: Context, state: State, switch: FloorSwitch) -> None:
+        state.get_mutable_abstract_state(self._scan).set_value(NO_SCAN)
+        if self._is_late:
+            state.get_mutable_abstract_state(self._coming).set_value(Mailbox())
 
     def _generator(self, context: Context, stream: NoiseStream) -> np.random.Generator:
         """Returns the source of a scan's noise."""

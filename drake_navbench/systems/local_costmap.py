@@ -13,13 +13,14 @@ from drake_navbench.costmaps.layered_costmap import local_layers
 from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.systems.costmap_system import CostmapSystem
+from drake_navbench.systems.floor_aware import FloorClock
 
 
 class LocalCostmap(CostmapSystem):
     """Nav2's local costmap; without a scan there is none yet. Ports: see CostmapSystem.
 
     footprint: (K, 2) padded outline in the base frame, m. static_map: for a static layer.
-    masks: of the scenario's filters.
+    masks: of the scenario's filters. floors: these two of each floor, where there are several.
     """
 
     def __init__(
@@ -31,13 +32,18 @@ class LocalCostmap(CostmapSystem):
         offset_s: float,
         static_map: OccupancyMap | None = None,
         masks: Sequence[FilterMask] = (),
+        floors: Sequence[tuple[OccupancyMap | None, Sequence[FilterMask]]] = (),
+        floor_clock: FloorClock | None = None,
     ) -> None:
-        layers = local_layers(
-            settings, lidar=lidar, footprint=footprint, static_map=static_map, masks=masks
+        layers, *of_floors = (
+            local_layers(settings, lidar=lidar, footprint=footprint, static_map=known, masks=own)
+            for known, own in ((static_map, masks), *floors)
         )
         super().__init__(
             layers,
             before_first_scan=layers.initial_state(),
             period_s=1.0 / settings.update_frequency,
             offset_s=offset_s,
+            floors=of_floors,
+            floor_clock=floor_clock,
         )

@@ -9,24 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake import symbolic
 from pydrake.common.value import AbstractValue
-from pydrake.geometry import (
-    FramePoseVector,
-    GeometryFrame,
-    GeometryInstance,
-    MakePhongIllustrationProperties,
-    SceneGraph,
-)
-from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.geometry import FramePoseVector, SceneGraph
 from pydrake.systems.framework import Context, InputPort, OutputPort
 from pydrake.systems.primitives import SymbolicVectorSystem
 
-from drake_navbench.inputs.world_geometry import convex_pieces, prism
+from drake_navbench.systems.footprint import planar_pose, register_footprint
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import COMMAND_SIZE
-
-# Only to be seen: contact is judged in the plane, whatever the heights.
-FOOTPRINT_HEIGHT_M = 1.0
-FOOTPRINT_COLOR = (0.0, 0.45, 0.7, 0.8)
 
 Vector = NDArray[np.float64]
 
@@ -55,9 +44,7 @@ class MobileBase(SymbolicVectorSystem):
         state: list[Any],
     ) -> None:
         super().__init__(state=own_state, input=command, dynamics=dynamics, output=state)
-        self.source_id = scene_graph.RegisterSource("base")
-        self.frame_id = scene_graph.RegisterFrame(self.source_id, GeometryFrame("base_link"))
-        self._register_footprint(scene_graph, footprint)
+        self.source_id, self.frame_id = register_footprint(scene_graph, footprint)
         self._geometry_pose_port = self.DeclareAbstractOutputPort(
             "geometry_pose",
             lambda: AbstractValue.Make(FramePoseVector()),
@@ -87,19 +74,9 @@ class MobileBase(SymbolicVectorSystem):
         """Puts the robot where the output port `state` then tells `state` (6,)."""
         raise NotImplementedError
 
-    def _register_footprint(self, scene_graph: SceneGraph, footprint: Vector) -> None:
-        for index, piece in enumerate(convex_pieces(footprint)):
-            shape = prism(piece, FOOTPRINT_HEIGHT_M)
-            instance = GeometryInstance(RigidTransform(), shape, f"footprint_{index}")
-            geometry_id = scene_graph.RegisterGeometry(self.source_id, self.frame_id, instance)
-            scene_graph.AssignRole(
-                self.source_id, geometry_id, MakePhongIllustrationProperties(FOOTPRINT_COLOR)
-            )
-
     def _calc_geometry_pose(self, context: Context, output: AbstractValue) -> None:
         x, y, yaw = context.get_continuous_state_vector().CopyToVector()[:3].tolist()
-        pose = RigidTransform(RotationMatrix.MakeZRotation(yaw), np.array([x, y, 0.0]))
-        output.get_mutable_value().set_value(self.frame_id, pose)
+        output.get_mutable_value().set_value(self.frame_id, planar_pose(x, y, yaw))
 
 
 def command_variables() -> NDArray[np.object_]:

@@ -8,13 +8,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
+from pydrake.systems.framework import BasicVector, Context, State
 
 from drake_navbench.inputs.localization import DRIFTS, LocalizationSettings
 from drake_navbench.inputs.timeline import SLACK_S, Timeline
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.poses import carrier_pose, compose, drifted_frame, placed_state
+from drake_navbench.navigation.mission import FloorSwitch
 from drake_navbench.noise import NoiseKey, NoiseStream
+from drake_navbench.systems.floor_aware import FloorAware, FloorClock
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import POSE_SIZE, STATE_SIZE
 from drake_navbench.typed_files.immutable import Immutable
@@ -70,7 +72,7 @@ class _Fixes(Immutable):
     coming: tuple[tuple[float, Array], ...] = ()
 
 
-class ScriptedLocalization(LeafSystem):
+class ScriptedLocalization(FloorAware):
     """Odometry in a frame of its own, and where that frame lies in the map.
 
     Input `state` [x m, y m, yaw rad, v m/s, w rad/s, vy m/s] is the truth, in the world frame,
@@ -85,10 +87,21 @@ class ScriptedLocalization(LeafSystem):
     step, one every 0.05 s from `offset_s` on. A fix finds the true pose, off by its noise, the bias
     and the jump, and sets `map_from_odometry` so that the robot was there; without fixes only a
     change of bias or jump moves it.
+
+    floor_clock: where there are several floors. On another one the odometry goes on as if nothing
+    had happened, and a fix finds the pose there, off by the error of the lift as well.
     """
 
-    def __init__(self, settings: Timeline[LocalizationSettings], *, offset_s: float) -> None:
+    def __init__(
+        self,
+        settings: Timeline[LocalizationSettings],
+        *,
+        offset_s: float,
+        floor_clock: FloorClock | None = None,
+    ) -> None:
         super().__init__()
+        if floor_clock is not None:
+            self._declare_floors(floor_clock)
         self._settings = settings
         self._fixes = self.DeclareAbstractState(AbstractValue.Make(_Fixes()))
         self._odometry_frame = self.DeclareDiscreteState(POSE_SIZE)
@@ -143,6 +156,23 @@ class ScriptedLocalization(LeafSystem):
             fixes = replace(fixes, coming=fixes.coming[len(due) :])
         if fixes is not before:
             state.get_mutable_abstract_state(self._fixes).set_value(fixes)
+
+    def _on_floor(self, context: Context, state: State, switch: FloorSwitch) -> None:
+        pose = self._state_port.Eval(context)[:POSE_SIZE]
+        frame = context.get_discrete_state(self._odometry_frame).value()
+        odometry_pose, arrival = compose(frame, pose), switch.carried(pose)
+        fixes: _Fixes = context.get_abstract_state(self._fixes).get_value()
+        now_s = context.get_time()
+        offset = _offset(self._settings.at(now_s), fixes.draw, now_s)
+        believed = offset.of(arrival) + np.array(switch.error)
+        for index, value in (
+            (self._odometry_frame, carrier_pose(odometry_pose, arrival)),
+            (self._map_frame, carrier_pose(believed, odometry_pose)),
+            (self._last_pose, arrival),
+        ):
+            state.get_mutable_discrete_state(index).SetFromVector(value)
+        after = replace(fixes, offset=offset, coming=())
+        state.get_mutable_abstract_state(self._fixes).set_value(after)
 
     def _drifted(
         self, context: Context, settings: LocalizationSettings, pose: Array

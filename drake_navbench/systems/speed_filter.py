@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import Context, LeafSystem, State
+from pydrake.systems.framework import Context, State
 
 from drake_navbench.controller import SpeedLimit
 from drake_navbench.costmaps.filter_masks import FilterMask
 from drake_navbench.kernels.rasterize import MASK_UNKNOWN
+from drake_navbench.navigation.mission import FloorSwitch
+from drake_navbench.systems.floor_aware import FloorAware, FloorClock
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import STATE_SIZE, declare_state_part_output
 from drake_navbench.typed_files.immutable import Immutable
@@ -39,16 +42,29 @@ class SpeedFilterState(Immutable):
         ]
 
 
-class SpeedFilter(LeafSystem):
+class SpeedFilter(FloorAware):
     """Looks the speed limit up where the robot believes to be, once a period from `offset_s` on.
 
     Input `estimate` [x m, y m, ...]. Outputs `speed_limit` (SpeedLimit or None) and `filter_state`
     (SpeedFilterState). In Nav2 the costmap that lists the filter runs it with each of its updates.
+
+    floors: the mask of each floor, None for one without any, where there are several; their clock
+    comes with them. There is no limit when the robot comes to another floor.
     """
 
-    def __init__(self, mask: FilterMask, *, period_s: float, offset_s: float) -> None:
+    def __init__(
+        self,
+        mask: FilterMask,
+        *,
+        period_s: float,
+        offset_s: float,
+        floors: Sequence[FilterMask | None] = (),
+        floor_clock: FloorClock | None = None,
+    ) -> None:
         super().__init__()
-        self._mask = mask
+        self._floors = floors or (mask,)
+        if floor_clock is not None:
+            self._declare_floors(floor_clock)
         self._state = self.DeclareAbstractState(AbstractValue.Make(SpeedFilterState()))
         self._estimate_port = self.DeclareVectorInputPort("estimate", STATE_SIZE)
         declare_state_part_output(self, "speed_limit", self._state, lambda state: state.limit)
@@ -58,9 +74,17 @@ class SpeedFilter(LeafSystem):
         )
 
     def _on_update(self, context: Context, state: State) -> None:
-        before = context.get_abstract_state(self._state).get_value()
-        position = self._estimate_port.Eval(context)[:2]
-        limit = speed_limit_at(self._mask, position, last=before.limit)
+        before: SpeedFilterState = context.get_abstract_state(self._state).get_value()
+        mask = self._floors[self._floor(context)]
+        if mask is not None:
+            position = self._estimate_port.Eval(context)[:2]
+            self._set(context, state, speed_limit_at(mask, position, last=before.limit))
+
+    def _on_floor(self, context: Context, state: State, switch: FloorSwitch) -> None:
+        self._set(context, state, None)
+
+    def _set(self, context: Context, state: State, limit: SpeedLimit | None) -> None:
+        before: SpeedFilterState = context.get_abstract_state(self._state).get_value()
         if limit != before.limit:
             changes = (*before.changes, (context.get_time(), limit))
             after = SpeedFilterState(limit, changes)

@@ -30,6 +30,7 @@ from drake_navbench.navigation.behavior_tree.snapshot import (
     restore,
     take_snapshot,
 )
+from drake_navbench.navigation.mission import MissionFollower
 from drake_navbench.navigation.task import GlobalPlan, TaskState, TaskStatus
 from drake_navbench.navigation.waypoint_follower import Progress, WaypointFollower
 from drake_navbench.plans import Plan
@@ -73,7 +74,8 @@ class TreeNavigator(LeafSystem):
     Inputs `estimate` [x m, y m, yaw rad, ...], `global_costmap` (Costmap), `controller_status` and
     `behavior_status` (TaskStatus). Outputs `plan` (GlobalPlan or None), `behavior_goal`
     (BehaviorGoal or None), `clear_local` and `clear_global` (ClearRequest or None), `task_status`
-    (TaskStatus of the whole task) and `navigator_state` (NavigatorState).
+    (TaskStatus of the whole task) and `navigator_state` (NavigatorState); for a mission over
+    several floors also `floor_switch` (FloorSwitch or None), the last one, which may be to come.
 
     The tree is ticked when the trial starts, and then once a period from `offset_s` on. The first
     tick sees the true pose: the localization draws its first noise after it. Nav2 ticks it every 10
@@ -103,7 +105,7 @@ class TreeNavigator(LeafSystem):
         start = NavigatorState(
             tree=take_snapshot(self._tree.nodes),
             values=self._with_goal(Blackboard(), 0),
-            progress=Progress(),
+            progress=follower.first_progress(),
         )
         self._estimate_port = self.DeclareVectorInputPort("estimate", STATE_SIZE)
         self._costmap_port = declare_object_input(self, "global_costmap")
@@ -119,6 +121,10 @@ class TreeNavigator(LeafSystem):
         }
         for name, select in parts.items():
             declare_state_part_output(self, name, self._state, select)
+        if isinstance(follower, MissionFollower):
+            declare_state_part_output(
+                self, "floor_switch", self._state, lambda state: state.progress.switch
+            )
         self.DeclareStateOutputPort("navigator_state", self._state)
         self.DeclareInitializationUnrestrictedUpdateEvent(weakly_bound(self._on_tick))
         self.DeclarePeriodicUnrestrictedUpdateEvent(period_s, offset_s, weakly_bound(self._on_tick))
@@ -207,6 +213,8 @@ class _Machine:
             replace_leaves(self._root, self._board, settings)
         self.nodes = nodes_of(self._root)
         self._changes: list[dict[str, Any]] = []
+        # What the nodes stand at; None during a tick. Spares to set them to what they are.
+        self._standing: Snapshot | None = None
         for node in self.nodes:
             node.on_change = self._note_change
 
@@ -218,7 +226,9 @@ class _Machine:
     ) -> tuple[Snapshot, Blackboard, Events, Status]:
         """Ticks the tree once from a snapshot; a tree that ends is made idle."""
         board = self._board
-        restore(self.nodes, tree)
+        if tree is not self._standing:
+            restore(self.nodes, tree)
+        self._standing = None
         self._changes.clear()
         board.values, board.inputs = values, inputs
         self._root.tick_once()
@@ -229,7 +239,8 @@ class _Machine:
         if board.values.plan_count != values.plan_count and board.values.path is not None:
             changes.append({"plan_id": board.values.plan_count, "poses": len(board.values.path)})
         events = tuple((inputs.now_s, change) for change in changes)
-        return take_snapshot(self.nodes), board.values, events, result
+        self._standing = take_snapshot(self.nodes)
+        return self._standing, board.values, events, result
 
     def _halt_all(self) -> None:
         """Makes every node idle, and those that outlive a success begin anew, as Nav2 does."""

@@ -76,12 +76,22 @@ class ContactWatch:
         self.moving = MovingContact(world, self._footprint) if world.moving_count else None
         self._look_ahead_s = STEP_STRETCH * max_step_s
         self._radius_m = float(np.hypot(*footprint.T).max())
-        bounds = drive.bounds
+        bounds = drive.true_bounds
         self._acceleration_mps2 = self._outline_rate(
             bounds.acceleration_mps2, bounds.yaw_acceleration_radps2
         )
         self._top_speed_mps = self._outline_rate(bounds.speed_mps, bounds.yaw_rate_radps)
         self._last: _Look | None = None
+        self._floor_changes = 0
+
+    def come_to_floor(self, number: int) -> None:
+        """Begins anew where a lift has brought the robot since the last look: it took no way there.
+
+        number: of the changes of floor so far.
+        """
+        if number != self._floor_changes:
+            self._floor_changes = number
+            self._last, self.idle_until_s = None, -math.inf
 
     def look(self, time_s: float, state: Array, people: Array | None = None) -> None:
         """Looks at the state (6,) at the end of a step, and back at the step where need be.

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +15,9 @@ from pydrake.geometry import SceneGraph
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPort
 
 from drake_navbench.controller import Controller
+from drake_navbench.costmaps.costmap_settings import FilterName
 from drake_navbench.costmaps.filter_masks import FilterMask
 from drake_navbench.costmaps.map_file import OccupancyMap
-from drake_navbench.inputs.drive import AckermannDrive, OmnidirectionalDrive
 from drake_navbench.inputs.faults import Conditions, conditions_of
 from drake_navbench.inputs.robot import NavigationSettings, Robot
 from drake_navbench.inputs.timeline import Timeline
@@ -26,7 +27,6 @@ from drake_navbench.inputs.world_geometry import register_obstacles
 from drake_navbench.moment import Moment
 from drake_navbench.navigation.checker_settings import make_goal_checker, make_progress_checker
 from drake_navbench.navigation.path_handler import PathHandler
-from drake_navbench.systems.ackermann_base import AckermannBase
 from drake_navbench.systems.actuators import SlippingWheels
 from drake_navbench.systems.binary_filter import BinaryFilter
 from drake_navbench.systems.clearance import Clearance
@@ -34,17 +34,17 @@ from drake_navbench.systems.compute_clock import ComputeTimes
 from drake_navbench.systems.controller_server import ControllerServer
 from drake_navbench.systems.delays import CommandLink
 from drake_navbench.systems.depth_sensors import DepthSensors
+from drake_navbench.systems.floor_transport import FloorTransport
 from drake_navbench.systems.lidar import Lidar
 from drake_navbench.systems.local_costmap import LocalCostmap
-from drake_navbench.systems.mobile_base import MobileBase
 from drake_navbench.systems.moving_world import MovingWorld
 from drake_navbench.systems.navigator import Navigator
-from drake_navbench.systems.omnidirectional_base import OmnidirectionalBase
 from drake_navbench.systems.recorder import Recorder
 from drake_navbench.systems.speed_filter import SpeedFilter
 from drake_navbench.systems.tree_navigator import TreeNavigator
 from drake_navbench.systems.viewer import Viewer
-from drake_navbench.systems.wheelchair import Wheelchair
+from drake_navbench.trial.base_wiring import add_base
+from drake_navbench.trial.floors import TrialFloors, connect_floors
 from drake_navbench.trial.localization_wiring import LocalizationSystem, add_localization
 from drake_navbench.trial.navigation_wiring import (
     Signals,
@@ -58,6 +58,9 @@ from drake_navbench.trial.spec import FollowPlan, NavigateToPoses
 from drake_navbench.trial.timing import CONTROLLER_OFFSET_S, COSTMAP_OFFSET_S
 from drake_navbench.trial.wheel_wiring import add_way_to_wheels
 
+if TYPE_CHECKING:
+    from drake_navbench.trial.base_wiring import Base
+
 CLEARANCE_PERIOD_S = 0.05
 CLEARANCE_OFFSET_S = CONTROLLER_OFFSET_S
 RECORDER_PERIOD_S = 0.02
@@ -68,7 +71,7 @@ class TrialDiagram:
     """A built diagram, and the systems in it that a trial or a test talks to."""
 
     diagram: Diagram
-    base: MobileBase
+    base: Base
     lidar: Lidar
     localization: LocalizationSystem
     local_costmap: LocalCostmap
@@ -80,6 +83,17 @@ class TrialDiagram:
     speed_filter: SpeedFilter | None = None
     binary_filter: BinaryFilter | None = None
     to_wheels: tuple[CommandLink | SlippingWheels, ...] = ()
+    transport: FloorTransport | None = None
+
+    @property
+    def state_system(self) -> Base | FloorTransport:
+        """What tells the true state in the world: the base, or what carries it between floors."""
+        return self.base if self.transport is None else self.transport
+
+    @property
+    def state_port(self) -> OutputPort:
+        """The port of the true state of `state_system`."""
+        return _state_of(self.base, self.transport)
 
     def create_context(self, start_pose: NDArray[np.float64], seed: int) -> Context:
         """Returns a context with the robot at rest at (3,) x m, y m, yaw rad, and the seed set."""
@@ -124,14 +138,23 @@ def build_trial_diagram(
     scene_graph = builder.AddNamedSystem("scene_graph", SceneGraph())
     register_obstacles(scene_graph, world)
 
-    base = add_base(builder, robot, scene_graph)
-    state = base.get_state_output_port()
+    floors = NavigateToPoses.floors_of(task)
+    clock = None if floors is None else floors.clock
+    transport = None
+    if clock is not None:
+        transport = builder.AddNamedSystem("transport", FloorTransport(clock))
+    base = add_base(builder, robot, scene_graph, transport)
+    state = _state_of(base, transport)
 
     conditions = conditions or conditions_of(robot)
-    localization = add_localization(builder, robot, conditions, state, known_map)
+    localization = add_localization(builder, robot, conditions, state, known_map, floors)
     moving_world = _add_moving_world(builder, robot, world, scene_graph, state)
 
-    lidar = builder.AddNamedSystem("lidar", Lidar(conditions.lidar, world, conditions.timing))
+    sights = () if floors is None else floors.sights
+    lidar = builder.AddNamedSystem(
+        "lidar",
+        Lidar(conditions.lidar, world, conditions.timing, floors=sights, floor_clock=clock),
+    )
     scan = lidar.GetOutputPort("scan")
     signals = localization.signals(state, scan)
     localization.connect_scan(builder, scan)
@@ -140,10 +163,10 @@ def build_trial_diagram(
         connect_inputs(builder, lidar, odometry=signals.odometry)
     if moving_world is not None:
         connect_inputs(builder, lidar, moving=moving_world.GetOutputPort("scanned"))
-    clouds = _add_depth_sensors(builder, robot, world, moving_world, signals)
+    clouds = _add_depth_sensors(builder, robot, world, moving_world, signals, floors)
     signals = replace(signals, clouds=clouds)
 
-    local_costmap = _add_local_costmap(builder, robot, static_map, filter_masks)
+    local_costmap = _add_local_costmap(builder, robot, static_map, filter_masks, floors)
     connect_inputs(builder, local_costmap, state=signals.odometry, scan=scan)
     connect_frame(builder, signals, local_costmap)
     if signals.clouds is not None:
@@ -162,7 +185,7 @@ def build_trial_diagram(
     builder.Connect(to_wheels, base.get_command_input_port())
 
     speed_filter, binary_filter = _add_filters(
-        builder, robot.navigation, filter_masks, signals.estimate
+        builder, robot.navigation, filter_masks, signals.estimate, floors
     )
     if speed_filter is not None:
         connect_inputs(builder, server, speed_limit=speed_filter.GetOutputPort("speed_limit"))
@@ -182,6 +205,9 @@ def build_trial_diagram(
         connect_inputs(builder, viewer, costmap=costmap)
         connect_inputs(builder, viewer, server_state=server.GetOutputPort("server_state"))
 
+    if isinstance(navigator, TreeNavigator) and floors is not None:
+        connect_floors(builder, navigator, builder.GetSystems())
+
     diagram = builder.Build()
     diagram.set_name("trial")
     return TrialDiagram(
@@ -198,16 +224,15 @@ def build_trial_diagram(
         speed_filter=speed_filter,
         binary_filter=binary_filter,
         to_wheels=seeded,
+        transport=transport,
     )
 
 
-def add_base(builder: DiagramBuilder, robot: Robot, scene_graph: SceneGraph) -> MobileBase:
-    """Adds the robot's base and carries its outline along in SceneGraph."""
-    base = builder.AddNamedSystem("base", make_base(robot, scene_graph))
-    builder.Connect(
-        base.get_geometry_pose_output_port(), scene_graph.get_source_pose_port(base.source_id)
-    )
-    return base
+def _state_of(base: Base, transport: FloorTransport | None) -> OutputPort:
+    """Returns the port of the true state in the world."""
+    if transport is None:
+        return base.get_state_output_port()
+    return transport.GetOutputPort("state")
 
 
 def _add_moving_world(
@@ -233,21 +258,12 @@ def _add_moving_world(
     return moving
 
 
-def make_base(robot: Robot, scene_graph: SceneGraph) -> MobileBase:
-    """Returns the base that a robot file describes, its footprint registered in SceneGraph."""
-    drive, footprint = robot.drive, robot.outline
-    if isinstance(drive, OmnidirectionalDrive):
-        return OmnidirectionalBase(drive, scene_graph, footprint=footprint)
-    if isinstance(drive, AckermannDrive):
-        return AckermannBase(drive, scene_graph, footprint=footprint)
-    return Wheelchair(drive, scene_graph, footprint=footprint)
-
-
 def _add_local_costmap(
     builder: DiagramBuilder,
     robot: Robot,
     static_map: OccupancyMap | None,
     filter_masks: Sequence[FilterMask],
+    floors: TrialFloors | None,
 ) -> LocalCostmap:
     """Adds the local costmap."""
     return builder.AddNamedSystem(
@@ -259,6 +275,10 @@ def _add_local_costmap(
             offset_s=COSTMAP_OFFSET_S,
             static_map=static_map,
             masks=filter_masks,
+            floors=(
+                () if floors is None else tuple(zip(floors.static_maps, floors.masks, strict=True))
+            ),
+            floor_clock=None if floors is None else floors.clock,
         ),
     )
 
@@ -269,11 +289,20 @@ def _add_depth_sensors(
     world: World,
     moving_world: MovingWorld | None,
     signals: Signals,
+    floors: TrialFloors | None,
 ) -> OutputPort | None:
     """Adds the sensors that send points, and returns the port of their clouds, if there are any."""
     if not robot.depth_sensors:
         return None
-    sensors = builder.AddNamedSystem("depth_sensors", DepthSensors(robot.depth_sensors, world))
+    sensors = builder.AddNamedSystem(
+        "depth_sensors",
+        DepthSensors(
+            robot.depth_sensors,
+            world,
+            floors=() if floors is None else floors.sights,
+            floor_clock=None if floors is None else floors.clock,
+        ),
+    )
     connect_inputs(builder, sensors, state=signals.state)
     if signals.has_frames:
         connect_inputs(builder, sensors, odometry=signals.odometry)
@@ -384,24 +413,35 @@ def _add_filters(
     navigation: NavigationSettings,
     masks: Sequence[FilterMask],
     estimate: OutputPort,
+    floors: TrialFloors | None,
 ) -> tuple[SpeedFilter | None, BinaryFilter | None]:
     """Adds the filters that act elsewhere than in a costmap, where the scenario has any.
 
     Each runs at the rate of the costmap that lists it, the local one where both do.
     """
     speed_filter = binary_filter = None
+    if floors is not None:
+        masks = [mask for of_floor in floors.masks for mask in of_floor]
+    # One of each name: it knows the masks of all floors.
+    first_of_each: dict[FilterName, FilterMask] = {}
     for mask in masks:
-        name = mask.filter_name
+        first_of_each.setdefault(mask.filter_name, mask)
+    for name, mask in first_of_each.items():
         costmaps = (navigation.local_costmap, navigation.global_costmap)
         listing = next((costmap for costmap in costmaps if costmap.is_active(name)), None)
         if listing is None:
             continue
-        timing = {"period_s": 1.0 / listing.update_frequency, "offset_s": COSTMAP_OFFSET_S}
+        options: dict[str, Any] = {
+            "period_s": 1.0 / listing.update_frequency,
+            "offset_s": COSTMAP_OFFSET_S,
+        }
+        if floors is not None:
+            options |= {"floors": floors.masks_named(name), "floor_clock": floors.clock}
         if name == "speed_filter":
-            speed_filter = builder.AddNamedSystem(name, SpeedFilter(mask, **timing))
+            speed_filter = builder.AddNamedSystem(name, SpeedFilter(mask, **options))
         elif name == "binary_filter":
             binary_filter = builder.AddNamedSystem(
-                name, BinaryFilter(mask, listing.binary_filter, **timing)
+                name, BinaryFilter(mask, listing.binary_filter, **options)
             )
     for system in filter(None, (speed_filter, binary_filter)):
         connect_inputs(builder, system, estimate=estimate)

@@ -14,8 +14,10 @@ from drake_navbench.inputs.faults import Conditions
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.systems.amcl import Amcl
 from drake_navbench.systems.delays import LateOdometry
+from drake_navbench.systems.floor_aware import FloorClock
 from drake_navbench.systems.localization import HeldNoise, Localization
 from drake_navbench.systems.scripted_localization import ScriptedLocalization
+from drake_navbench.trial.floors import TrialFloors
 from drake_navbench.trial.navigation_wiring import Signals, connect_inputs
 from drake_navbench.trial.timing import CONTROLLER_OFFSET_S, COSTMAP_OFFSET_S
 
@@ -82,11 +84,13 @@ def add_localization(
     conditions: Conditions,
     state: OutputPort,
     known_map: OccupancyMap | None,
+    floors: TrialFloors | None = None,
 ) -> LocalizationSystem:
     """Adds the localization that a robot's settings ask for, behind the port of the true state.
 
-    known_map: for AMCL, which needs one.
+    known_map: for AMCL, which needs one. floors: of a mission over several.
     """
+    clock = None if floors is None else floors.clock
     moves_sideways = robot.drive.lateral_speed_mps > 0.0
     if not conditions.has_frames:
         exact = Localization(
@@ -94,16 +98,21 @@ def add_localization(
         )
         plain = builder.AddNamedSystem("localization", exact)
         connect_inputs(builder, plain, state=state)
-        return LocalizationSystem(plain, late=_late(builder, conditions, plain, ("estimate",)))
+        return LocalizationSystem(
+            plain, late=_late(builder, conditions, plain, ("estimate",), clock)
+        )
     noise = HeldNoise(
         conditions.localization, offset_s=CONTROLLER_OFFSET_S, moves_sideways=moves_sideways
     )
     held = builder.AddNamedSystem("localization_noise", noise)
     scripted = builder.AddNamedSystem(
-        "localization", ScriptedLocalization(conditions.localization, offset_s=CONTROLLER_OFFSET_S)
+        "localization",
+        ScriptedLocalization(
+            conditions.localization, offset_s=CONTROLLER_OFFSET_S, floor_clock=clock
+        ),
     )
     connect_inputs(builder, scripted, state=state, noise=held.GetOutputPort("noise"))
-    late = _late(builder, conditions, scripted, ("estimate", "odometry_estimate"))
+    late = _late(builder, conditions, scripted, ("estimate", "odometry_estimate"), clock)
     if known_map is None or conditions.localization.at(0.0).amcl is None:
         return LocalizationSystem(held, scripted, late=late)
     amcl = builder.AddNamedSystem(
@@ -113,8 +122,12 @@ def add_localization(
             conditions.lidar.at(0.0),
             known_map,
             offset_s=COSTMAP_OFFSET_S,
+            floors=() if floors is None else floors.known_maps,
+            floor_clock=clock,
         ),
     )
+    if floors is not None:
+        connect_inputs(builder, amcl, state=state)
     system = LocalizationSystem(held, scripted, amcl, late)
     told = system.as_told("odometry_estimate", scripted)
     connect_inputs(builder, amcl, odometry_estimate=told)
@@ -126,6 +139,7 @@ def _late(
     conditions: Conditions,
     system: Localization | ScriptedLocalization,
     names: Sequence[str],
+    clock: FloorClock | None,
 ) -> dict[str, LateOdometry]:
     """Adds what delays these outputs, by name, where the odometry is late."""
     late: dict[str, LateOdometry] = {}
@@ -133,7 +147,8 @@ def _late(
         return late
     for name in names:
         late[name] = builder.AddNamedSystem(
-            f"late_{name}", LateOdometry(conditions.timing, offset_s=CONTROLLER_OFFSET_S)
+            f"late_{name}",
+            LateOdometry(conditions.timing, offset_s=CONTROLLER_OFFSET_S, floor_clock=clock),
         )
         connect_inputs(builder, late[name], estimate=system.GetOutputPort(name))
     return late

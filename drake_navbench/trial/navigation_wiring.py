@@ -18,6 +18,7 @@ from drake_navbench.systems.local_costmap import LocalCostmap
 from drake_navbench.systems.navigator import Navigator
 from drake_navbench.systems.tree_navigator import TreeNavigator
 from drake_navbench.systems.velocity_smoother import VelocitySmootherSystem
+from drake_navbench.trial.floors import mission_follower, tick_period_s
 from drake_navbench.trial.planning import path_smoother_of
 from drake_navbench.trial.spec import FollowPlan, NavigateToPoses
 from drake_navbench.trial.timing import (
@@ -112,7 +113,11 @@ def _add_tree_navigation(
 
     Returns the navigator and the port of the command, the controller's or a behaviour's.
     """
-    navigation = robot.navigation
+    navigation, floors = robot.navigation, task.floors
+    if floors is None:
+        follower = WaypointFollower(task.goals, navigation.waypoint_follower)
+    else:
+        follower = mission_follower(floors, navigation)
     global_costmap = builder.AddNamedSystem(
         "global_costmap",
         GlobalCostmap(
@@ -120,6 +125,8 @@ def _add_tree_navigation(
             pose=task.start_pose,
             period_s=1.0 / navigation.global_costmap.update_frequency,
             offset_s=COSTMAP_OFFSET_S,
+            floors=() if floors is None else floors.layers,
+            floor_clock=None if floors is None else floors.clock,
         ),
     )
     # What white noise there is moves the robot in its costmaps only where it moves the frames too.
@@ -129,13 +136,11 @@ def _add_tree_navigation(
     if signals.clouds is not None:
         connect_inputs(builder, global_costmap, clouds=signals.clouds)
 
-    control_period_s = 1.0 / navigation.controller_server.controller_frequency
-    behavior_period_s = 1.0 / navigation.behavior_server.cycle_frequency
     navigator = builder.AddNamedSystem(
         "navigator",
         TreeNavigator(
             navigation.behavior_tree,
-            WaypointFollower(task.goals, navigation.waypoint_follower),
+            follower,
             make_plan=task.make_plan,
             is_path_valid=partial(
                 is_path_valid,
@@ -143,7 +148,7 @@ def _add_tree_navigation(
                 is_circle=robot.is_circle,
             ),
             smooth_path=path_smoother_of(robot),
-            period_s=navigation.behavior_tree.tick_period_s(control_period_s, behavior_period_s),
+            period_s=tick_period_s(navigation),
             offset_s=NAVIGATOR_OFFSET_S,
         ),
     )

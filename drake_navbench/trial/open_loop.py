@@ -9,7 +9,7 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.systems.ports import COMMAND_SIZE, STATE_SIZE
-from drake_navbench.trial.diagram import make_base
+from drake_navbench.trial.base_wiring import make_base
 from drake_navbench.trial.trial import INTEGRATION
 
 Array = NDArray[np.float64]

@@ -20,6 +20,7 @@ from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.navigation.behavior_tree.board import MakePlan
 from drake_navbench.navigation.waypoint_follower import Pose
+from drake_navbench.trial.floors import TrialFloors
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,11 @@ class TrialSpec:
             "drake_navbench": __version__,
             "scenario": self.scenario.model_dump(mode="json"),
             "files": sorted(
-                [*self.scenario.file_hashes.values(), *self.preset.file_hashes.values()]
+                [
+                    *self.scenario.file_hashes.values(),
+                    *self.preset.file_hashes.values(),
+                    *self.robot.file_hashes.values(),
+                ]
             ),
             "robot": self.preset.robot(self.robot).model_dump(mode="json"),
             "controller": self.preset.controller,
@@ -104,10 +109,17 @@ class NavigateToPoses:
     """A task in the mode navigate_to_pose.
 
     goals: one after another. make_plan: from start, goal and global costmap to a plan.
-    global_layers: of the global costmap. start_pose: (3,) x m, y m, yaw rad.
+    global_layers: of the global costmap. start_pose: (3,) x m, y m, yaw rad. floors: of a mission
+    over several, whose first one all the rest is about; None otherwise.
     """
 
     goals: tuple[Pose, ...]
     make_plan: MakePlan
     global_layers: LayeredCostmap
     start_pose: NDArray[np.float64]
+    floors: TrialFloors | None = None
+
+    @classmethod
+    def floors_of(cls, task: FollowPlan | NavigateToPoses) -> TrialFloors | None:
+        """Returns the floors of a task, None where it has none."""
+        return task.floors if isinstance(task, cls) else None

@@ -55,8 +55,9 @@ def check_cost(scenario: Scenario, robot: Robot) -> None:
     planner = robot.navigation.planner
     if isinstance(planner, SmacPlannerHybridParameters):
         factor = planner.downsampling_factor if planner.downsample_costmap else 1
-        rows, columns = (-(-count // factor) for count in global_grid_shape(scenario, robot))
-        require_few_states(planner, rows, columns)
+        for place in scenario.places:
+            rows, columns = (-(-count // factor) for count in global_grid_shape(place, robot))
+            require_few_states(planner, rows, columns)
     needs = list(_needs(scenario, robot))
     memory = sum(need.memory_bytes for need in needs)
     if memory > MAX_MEMORY_BYTES:
@@ -84,23 +85,28 @@ def _needs(scenario: Scenario, robot: Robot) -> Iterator[Need]:
         BYTES_PER_CELL * cells,
         LOCAL_UPDATE_S_PER_CELL * cells * local.update_frequency * duration_s,
     )
-    rows, columns = global_grid_shape(scenario, robot)
     plans = 1.0
     if scenario.navigation_mode == "navigate_to_pose":
         plans = max(1.0, navigation.global_costmap.update_frequency * duration_s)
-    yield Need(
-        f"the global costmap of {columns} x {rows} cells",
-        BYTES_PER_CELL * rows * columns,
-        PLAN_S_PER_CELL * rows * columns * plans,
-    )
+    places = scenario.places
+    for place in places:
+        rows, columns = global_grid_shape(place, robot)
+        yield Need(
+            f"the global costmap of {columns} x {rows} cells",
+            BYTES_PER_CELL * rows * columns,
+            # Of a mission's floors each is planned on for its part of the time.
+            PLAN_S_PER_CELL * rows * columns * plans / len(places),
+        )
+    finest = min((place.map.resolution for place in places if place.map is not None), default=None)
     for costmap in (local, navigation.global_costmap):
         radius = costmap.inflation_layer.inflation_radius
-        resolution = costmap.resolution if scenario.map is None else scenario.map.resolution
+        resolution = finest or costmap.resolution
         yield Need(
             f"an inflation_radius of {radius:g} m in cells of {resolution:g} m",
             BYTES_PER_CELL * (radius / resolution) ** 2,
         )
-    obstacles, walls = len(scenario.world.obstacles), len(scenario.true_world.walls)
+    obstacles = sum(len(place.world.obstacles) for place in places)
+    walls = len(scenario.true_world.walls)
     yield Need(
         f"{obstacles} obstacles",
         BYTES_PER_OBSTACLE_PAIR * obstacles**2,

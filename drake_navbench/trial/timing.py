@@ -10,6 +10,8 @@ CONTROLLER_OFFSET_S = 0.02
 BEHAVIOR_OFFSET_S = CONTROLLER_OFFSET_S
 # Nav2 ticks the behaviour tree every 10 ms.
 NAVIGATOR_OFFSET_S = CONTROLLER_OFFSET_S + 0.01
+# A floor changes before the navigator's next leg begins, at an instant that no other clock shares.
+FLOOR_OFFSET_S = NAVIGATOR_OFFSET_S - 0.0037
 SMOOTHER_OFFSET_S = CONTROLLER_OFFSET_S + 0.005
 MONITOR_OFFSET_S = CONTROLLER_OFFSET_S + 0.01
 

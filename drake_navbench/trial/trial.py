@@ -33,6 +33,7 @@ from drake_navbench.kernels.moving_bodies import FAR_AWAY_M
 from drake_navbench.log import COLUMNS, LATERAL_COLUMNS, ODOMETRY_COLUMNS, Outcome, TrialLog
 from drake_navbench.logged_people import DECIMALS, LoggedPeople
 from drake_navbench.moment import Moment
+from drake_navbench.navigation.mission import MissionProgress
 from drake_navbench.navigation.task import TaskState, TaskStatus
 from drake_navbench.plans import Plan, as_logged
 from drake_navbench.processes.worker_process import Returned
@@ -43,6 +44,8 @@ from drake_navbench.systems.tree_navigator import TreeNavigator
 from drake_navbench.trial.column_controller import built_controller
 from drake_navbench.trial.contact_watch import Contact, ContactWatch
 from drake_navbench.trial.diagram import TrialDiagram, build_trial_diagram
+from drake_navbench.trial.floors import trial_floors
+from drake_navbench.trial.mission_log import mission_account, mission_columns, mission_events
 from drake_navbench.trial.planning import global_layers, known_map, make_plan
 from drake_navbench.trial.plugin_check import check_plugins
 from drake_navbench.trial.rehearsal import rehearse
@@ -198,7 +201,7 @@ def _simulate_with(
         task=trial_task(spec),
         static_map=_static_map(spec),
         known_map=_known_map(spec),
-        filter_masks=spec.scenario.filter_masks,
+        filter_masks=spec.scenario.places[0].filter_masks,
         conditions=spec.scenario.conditions(spec.robot),
         compute_times_ms=spec.compute_times_ms,
         watch=watch,
@@ -242,32 +245,37 @@ def trial_task(spec: TrialSpec) -> FollowPlan | NavigateToPoses:
     return NavigateToPoses(
         goals=scenario.goals,
         make_plan=plan,
-        global_layers=global_layers(scenario, robot),
+        global_layers=global_layers(scenario.places[0], robot),
         start_pose=scenario.start_pose(spec.seed),
+        floors=trial_floors(scenario, robot, spec.seed),
     )
 
 
 def _static_map(spec: TrialSpec) -> OccupancyMap | None:
     """Returns what a static layer of the local costmap shows, where there is one."""
     settings = spec.robot.navigation.local_costmap
-    return known_map(spec.scenario, spec.robot) if settings.is_active("static_layer") else None
+    return (
+        known_map(spec.scenario.places[0], spec.robot)
+        if settings.is_active("static_layer")
+        else None
+    )
 
 
 def _known_map(spec: TrialSpec) -> OccupancyMap | None:
     """Returns what AMCL knows of the world, where the robot is localized by it."""
     if spec.robot.localization.amcl is None:
         return None
-    return known_map(spec.scenario, spec.robot)
+    return known_map(spec.scenario.places[0], spec.robot)
 
 
 def _end_of_trial(
     trial: TrialDiagram, root_context: Context, contact_watch: ContactWatch
 ) -> Callable[[Context], EventStatus | None]:
     """Returns the monitor that stops the simulation after a contact or when the task is over."""
-    state_port = trial.base.get_state_output_port()
+    state_port, transport = trial.state_port, trial.transport
     status_port = trial.navigator.GetOutputPort("task_status")
     # The simulator hands the same context to every call.
-    base_context = trial.base.GetMyContextFromRoot(root_context)
+    state_context = trial.state_system.GetMyContextFromRoot(root_context)
     navigator_context = trial.navigator.GetMyContextFromRoot(root_context)
     moving_world = trial.moving_world
     moving_context = moving_world and moving_world.GetMyContextFromRoot(root_context)
@@ -277,9 +285,11 @@ def _end_of_trial(
         status = status_port.Eval(navigator_context)
         # A task that ended with the updates before this step was over before what happened in it.
         is_over = status.state.is_final and status.time_s < time_s
+        if transport is not None:
+            contact_watch.come_to_floor(transport.floor_changes(state_context))
         if time_s >= contact_watch.idle_until_s and not is_over:
             people = moving_world.people_at(moving_context)[:, :3] if moving_world else None
-            contact_watch.look(time_s, state_port.Eval(base_context), people)
+            contact_watch.look(time_s, state_port.Eval(state_context), people)
             if contact_watch.contact is not None:
                 return EventStatus.ReachedTermination(trial.diagram, "collided")
         if status.state.is_final:
@@ -306,7 +316,10 @@ def _outcome(trial: TrialDiagram, context: Context, *, touched: str) -> tuple[Ou
 def _put_back_to_contact(trial: TrialDiagram, context: Context, contact: Contact) -> None:
     """Puts a Context at the end of a step, and what was recorded, back to the contact in it."""
     context.SetTime(contact.time_s)
-    trial.base.set_state(trial.base.GetMyMutableContextFromRoot(context), contact.state)
+    state, transport = contact.state, trial.transport
+    if transport is not None:
+        state = transport.base_state(transport.GetMyContextFromRoot(context), state)
+    trial.base.set_state(trial.base.GetMyMutableContextFromRoot(context), state)
     trial.clearance.set_contact(trial.clearance.GetMyMutableContextFromRoot(context))
     recorder_context = trial.recorder.GetMyContextFromRoot(context)
     trial.recorder.find_recording(recorder_context).forget_after(contact.time_s)
@@ -337,21 +350,27 @@ def _make_log(
         info["people"] = {"names": people.names, "groups": people.groups}
     if contact and contact_watch.moving is not None:
         info["contact"] = contact
-    navigator_context = trial.navigator.GetMyContextFromRoot(context)
+    navigator_context, mission = trial.navigator.GetMyContextFromRoot(context), None
     if isinstance(trial.navigator, TreeNavigator):
         navigator = trial.navigator.GetOutputPort("navigator_state").Eval(navigator_context)
         info["legs"] = [leg.as_plain() for leg in navigator.progress.legs]
         plans = navigator.plans
+        if isinstance(navigator.progress, MissionProgress):
+            mission = navigator.progress
     else:
         given = trial.navigator.GetOutputPort("plan").Eval(navigator_context)
         plans = (Plan(0.0, given.poses),) if given is not None else ()
     return TrialLog(
-        samples=_samples(recording, spec.robot),
+        samples=_samples(recording, spec.robot, mission),
         plans=as_logged(plans),
         info=info,
         scans=tuple(recording.scans),
         diagnostics=tuple(recording.diagnostics),
-        events=tuple(recording.events),
+        events=(
+            tuple(recording.events)
+            if mission is None
+            else mission_events(mission, recording.events, status.time_s)
+        ),
         costmaps=tuple(recording.costmaps),
         people=_people(recording),
     )
@@ -392,6 +411,7 @@ def _info(spec: TrialSpec, outcome: Outcome, status: TaskStatus) -> dict[str, An
     plugins = {"plugins": spec.foreign_code} if spec.foreign_code else {}
     return plugins | {
         "scenario": spec.scenario.model_dump(mode="json"),
+        **(mission_account(spec.scenario) if spec.scenario.floors else {}),
         "obstacles": [
             obstacle.model_dump(mode="json") for obstacle in spec.scenario.true_world.shapes
         ],
@@ -421,11 +441,15 @@ def _controller_files(preset: Preset) -> dict[str, Any]:
     return {"controller_files": hashes} if hashes else {}
 
 
-def _samples(recording: Recording, robot: Robot) -> pd.DataFrame:
+def _samples(
+    recording: Recording, robot: Robot, mission: MissionProgress | None = None
+) -> pd.DataFrame:
     """Returns the samples with the columns that a log of the robot has."""
     recorded: dict[str, Any] = recording.columns()
     lateral = LATERAL_COLUMNS if robot.drive.lateral_speed_mps > 0.0 else ()
     own = [name for name in ODOMETRY_COLUMNS if name in recorded]
     columns = {name: recorded[name] for name in (*COLUMNS, *lateral, *own)}
     columns["cycle_count"] = columns["cycle_count"].astype(np.int64)
+    if mission is not None:
+        columns |= mission_columns(mission, columns["time_s"])
     return pd.DataFrame(columns)

@@ -159,6 +159,16 @@ def test_outer_wheel_rolls_farther_in_a_bend(chair):
     assert wheel_angle(last["left_wheel"]) == pytest.approx(inner)
 
 
+def test_casters_that_start_reversed_swing_round():
+    chair = SdfModel(load_robot("wheelchair").model_path, [3.0, -3.0])
+    motion = base_motion(straight_log(speed_mps=0.5, end_time_s=1.0))
+    first, last = chair.link_poses(motion, np.array([0.0, 1.0]))
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        for poses, angle in ((first, sign * 3.0), (last, 0.0)):
+            axis = poses[f"{side}_caster_fork"].rotation().matrix()[:2, 0]
+            np.testing.assert_allclose(axis, [np.cos(angle), np.sin(angle)], atol=1e-3)
+
+
 def test_casters_turn_round_when_the_chair_reverses(chair):
     time_s = log_times(20.0)
     motion = base_motion(make_log(time_s, v_mps=-0.3, w_radps=0.1, yaw_rad=0.1 * time_s))

@@ -58,10 +58,16 @@ def write_everything(folder) -> None:
     (folder / "everything_map.pgm").write_bytes(b"P5\n100 40\n255\n" + bytes([254] * 4000))
 
 
+# What a mission has in place of world, filters, waypoints and goal.
+OF_A_MISSION = {"floors", "lifts", "mission"}
+
+
 def test_the_file_sets_every_field_to_another_value_than_its_default(tmp_path):
     write_everything(tmp_path)
     scenario = load_scenario(str(tmp_path / "everything.yaml"))
     for name, field in Scenario.model_fields.items():
+        if name in OF_A_MISSION:
+            continue
         default = None if field.is_required() else field.get_default(call_default_factory=True)
         assert getattr(scenario, name) != default, name
 
@@ -70,7 +76,7 @@ def test_a_scenario_with_every_field_set_is_the_same_after_a_round_trip(tmp_path
     write_everything(tmp_path)
     scenario = load_scenario(str(tmp_path / "everything.yaml"))
     dumped = scenario.model_dump(mode="json", exclude=set(SET_BY_LOADING))
-    assert set(dumped) == set(Scenario.model_fields) - set(SET_BY_LOADING)
+    assert set(dumped) == set(Scenario.model_fields) - set(SET_BY_LOADING) - OF_A_MISSION
     (tmp_path / "again").mkdir()
     write_everything(tmp_path / "again")
     path = tmp_path / "again" / "everything.yaml"

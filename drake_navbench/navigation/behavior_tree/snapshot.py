@@ -33,10 +33,12 @@ def nodes_of(root: TreeNode) -> tuple[TreeNode, ...]:
 
 def take_snapshot(nodes: Sequence[TreeNode]) -> Snapshot:
     """Returns the memory of the nodes. All values that nodes remember are immutable."""
-    return tuple(
-        NodeSnapshot(node.status, tuple(getattr(node, name) for name in node.MEMORY))
-        for node in nodes
-    )
+    return tuple([NodeSnapshot(node.status, _memory_of(node)) for node in nodes])
+
+
+def _memory_of(node: TreeNode) -> tuple[Any, ...]:
+    names = node.MEMORY
+    return tuple([getattr(node, name) for name in names]) if names else ()
 
 
 def restore(nodes: Sequence[TreeNode], snapshot: Snapshot) -> None:

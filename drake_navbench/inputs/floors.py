@@ -1,0 +1,301 @@
+"""The floors of a mission, side by side in the one plane that a trial simulates.
+
+Each floor is a scenario of its own, with its world, map and masks. Placed, it is the same moved by
+its offset, so that no two storeys are within sight of one another and a position tells its floor.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+from pydantic import BaseModel
+
+from drake_navbench.costmaps.filter_masks import FilterMask
+from drake_navbench.costmaps.map_file import OccupancyMap
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.moving import NOTHING_MOVES, MovingObstacles
+from drake_navbench.inputs.people import NOBODY, People, WalkingPeople
+from drake_navbench.inputs.world import World
+
+if TYPE_CHECKING:
+    from drake_navbench.inputs.mission import Lift
+    from drake_navbench.inputs.scenario import Floor, Scenario
+
+Bounds = tuple[float, float, float, float]
+Offset = tuple[float, float]
+Model = TypeVar("Model", bound=BaseModel)
+Pose = tuple[float, float, float]
+
+# Between two storeys: farther than clearances are measured and than people heed one another.
+STOREY_GAP_M = 10.0
+# Positions in the fields of whatever has a place in a world.
+POINTS = ("min", "max", "start", "end", "centre", "position")
+POINT_LISTS = ("vertices", "goals")
+PARTS = ("waypoints", "persons")
+
+
+@dataclass(frozen=True)
+class PlacedFloor:
+    """A floor as it lies in the world.
+
+    index: among the floors of the file. offset: m, what is at (x, y) on its map is at (x, y) +
+    offset in the world. scenario: in the world. bounds: min_x, min_y, max_x, max_y of it there, m.
+    storey: the same for floors that are parts of one.
+    """
+
+    index: int
+    name: str
+    offset: Offset
+    scenario: Scenario
+    bounds: Bounds
+    storey: int
+
+    def placed(self, pose: Sequence[float]) -> Pose:
+        """Returns where a pose on the floor's map is in the world."""
+        x, y, yaw = pose
+        return x + self.offset[0], y + self.offset[1], yaw
+
+
+@dataclass(frozen=True)
+class PlacedLeg:
+    """A leg of a mission in the world: a goal on a floor, and a ride from there where it has one.
+
+    arrival: where the ride ends, on the floor `to`; both None where there is none.
+    """
+
+    goal: Pose
+    floor: PlacedFloor
+    lift: Lift | None = None
+    to: PlacedFloor | None = None
+    arrival: Pose | None = None
+
+
+@dataclass(frozen=True)
+class FloorSight:
+    """What a sensor may see from a floor: its storey.
+
+    world: what stands there. bounds: min_x, min_y, max_x, max_y m around all that moves there.
+    """
+
+    world: World
+    bounds: Bounds
+
+
+def sight_of(floor: PlacedFloor, floors: Sequence[PlacedFloor]) -> FloorSight:
+    """Returns what may be seen from a floor, one of `floors`."""
+    storey = [other for other in floors if other.storey == floor.storey]
+    world = joined_world(storey)
+    low_x, low_y, high_x, high_y = _joined([other.bounds for other in storey])
+    margin_m = 0.5 * STOREY_GAP_M
+    bounds = low_x - margin_m, low_y - margin_m, high_x + margin_m, high_y + margin_m
+    return FloorSight(replace(world, moving=NOTHING_MOVES, people=NOBODY), bounds)
+
+
+def mission_legs(scenario: Scenario) -> tuple[PlacedLeg, ...]:
+    """Returns the legs of a mission, in order."""
+    floors = {floor.name: floor for floor in scenario.placed_floors}
+    lifts = {lift.name: lift for lift in scenario.lifts}
+    here, legs = scenario.placed_floors[0], []
+    for step in scenario.mission:
+        if step.goal is not None:
+            legs.append(PlacedLeg(here.placed(step.goal), here))
+            continue
+        lift, there = lifts[str(step.lift)], floors[str(step.to)]
+        stops = here.placed(lift.stops[here.name]), there.placed(lift.stops[there.name])
+        legs.append(PlacedLeg(stops[0], here, lift, there, stops[1]))
+        here = there
+    return tuple(legs)
+
+
+def floor_scenarios(scenario: Scenario) -> tuple[Scenario, ...]:
+    """Returns each floor as a scenario of its own, in the frame of its map."""
+    return tuple(_on_its_own(scenario, index) for index in range(len(scenario.floors)))
+
+
+def placed_floors(scenario: Scenario) -> tuple[PlacedFloor, ...]:
+    """Returns the floors as they lie in the world, the first one where its own frame does.
+
+    Those that give their origin are parts of one storey and lie as they say; every other one is a
+    storey and lies to the right of those before. None where the scenario has no floors.
+    """
+    if not scenario.floors:
+        return ()
+    offsets: list[Offset] = []
+    own = floor_scenarios(scenario)
+    limits = [_bounds_of(floor) for floor in own]
+    whole = _joined(
+        [_moved(b, f.origin) for b, f in zip(limits, scenario.floors, strict=True) if f.origin]
+    )
+    right = whole[2]
+    for floor, bounds in zip(scenario.floors, limits, strict=True):
+        if floor.origin is not None:
+            offsets.append(floor.origin)
+            continue
+        if math.isinf(right):
+            offsets.append((0.0, 0.0))
+            right = bounds[2]
+            continue
+        # Whole metres, so that cells lie as they do on the floor's own map, but for rounding.
+        right_m = float(math.ceil(right + STOREY_GAP_M - bounds[0]))
+        offsets.append((right_m, 0.0))
+        right = right_m + bounds[2]
+    first = offsets[0]
+    storeys = [-1 if floor.origin else index for index, floor in enumerate(scenario.floors)]
+    floors = []
+    for index, (floor, one, bounds) in enumerate(zip(scenario.floors, own, limits, strict=True)):
+        offset = offsets[index][0] - first[0], offsets[index][1] - first[1]
+        floors.append(
+            PlacedFloor(
+                index,
+                floor.name,
+                offset,
+                _placed_scenario(one, offset),
+                _moved(bounds, offset),
+                storeys[index],
+            )
+        )
+    return tuple(floors)
+
+
+def joined_world(floors: Sequence[PlacedFloor]) -> World:
+    """Returns the worlds of all floors as one."""
+    worlds = [floor.scenario.true_world for floor in floors]
+    return World(
+        tuple(one for world in worlds for one in world.obstacles),
+        tuple(one for world in worlds for one in world.walls),
+        MovingObstacles(tuple(thing for world in worlds for thing in world.moving.things)),
+        WalkingPeople(_joined_people([floor.scenario.world.people for floor in floors])),
+    )
+
+
+def shifted(model: Model, offset: Offset) -> Model:
+    """Returns a shape, a moving thing or people, with all positions moved by an offset, m."""
+    changes: dict[str, Any] = {}
+    for name in type(model).model_fields:
+        value = getattr(model, name)
+        if name in POINTS:
+            changes[name] = _moved_point(value, offset)
+        elif name in POINT_LISTS:
+            changes[name] = [_moved_point(point, offset) for point in value]
+        elif name in PARTS:
+            changes[name] = [shifted(part, offset) for part in value]
+    return model.model_copy(update=changes)
+
+
+def _on_its_own(scenario: Scenario, index: int) -> Scenario:
+    floor: Floor = scenario.floors[index]
+    poses = _poses_on(scenario, floor.name)
+    if index == 0:
+        poses.insert(0, scenario.start)
+    if not poses:
+        raise InputError(
+            f"scenario {scenario.name}: floors[{index}]: the mission never gets to {floor.name}, "
+            "and no lift stops there"
+        )
+    return type(scenario).model_construct(
+        description=scenario.description,
+        world=floor.world,
+        filters=floor.filters,
+        start=poses[0],
+        waypoints=poses[:-1],
+        goal=poses[-1],
+        plan=scenario.plan,
+        navigation_mode=scenario.navigation_mode,
+        timeout_s=scenario.timeout_s,
+        name=f"{scenario.name}: floors[{index}]",
+        directory=scenario.directory,
+    )
+
+
+def _poses_on(scenario: Scenario, name: str) -> list[Pose]:
+    """Returns where the robot may be sent to on a floor: goals, and stops of lifts."""
+    goals = [step.goal for step in scenario.mission if step.floor == name and step.goal]
+    return goals + [lift.stops[name] for lift in scenario.lifts if name in lift.stops]
+
+
+def _placed_scenario(own: Scenario, offset: Offset) -> Scenario:
+    world = own.world
+    moved = type(own).model_construct(
+        **{name: getattr(own, name) for name in type(own).model_fields}
+        | {
+            "world": world.model_copy(
+                update={
+                    "obstacles": [shifted(one, offset) for one in world.obstacles],
+                    "moving_obstacles": [shifted(one, offset) for one in world.moving_obstacles],
+                    "people": world.people and shifted(world.people, offset),
+                }
+            ),
+            "start": _moved_pose(own.start, offset),
+            "waypoints": [_moved_pose(pose, offset) for pose in own.waypoints],
+            "goal": _moved_pose(own.goal, offset),
+        }
+    )
+    # What the cached properties would read once more, at the map's own place.
+    moved.__dict__["map"] = None if own.map is None else _moved_map(own.map, offset)
+    moved.__dict__["filter_masks"] = tuple(_moved_mask(mask, offset) for mask in own.filter_masks)
+    return moved
+
+
+def _bounds_of(own: Scenario) -> Bounds:
+    """Returns min_x, min_y, max_x, max_y of all that is on a floor, m."""
+    points = [pose[:2] for pose in (own.start, *own.goals)]
+    if own.map is not None:
+        points += [own.map.bounds[:2], own.map.bounds[2:]]
+    for thing in own.true_world.moving.things:
+        points += [*(thing.knots[:, 1:3] - thing.reach_m), *(thing.knots[:, 1:3] + thing.reach_m)]
+    for person in own.true_world.people.persons:
+        points += [person.start, *person.goals]
+    low_x, low_y, high_x, high_y = map(float, own.true_world.bounds(points, 0.0))
+    return low_x, low_y, high_x, high_y
+
+
+def _joined_people(everybody: Sequence[People | None]) -> People | None:
+    """Returns the people of all floors as one crowd, in which no group is on two floors."""
+    crowds = [(index, people) for index, people in enumerate(everybody) if people is not None]
+    if not crowds:
+        return None
+    (_, first), *_ = crowds
+    persons = []
+    for index, people in crowds:
+        # A file's groups end at 1000.
+        for person in people.persons:
+            group = person.group if person.group is None else person.group + 1001 * index
+            persons.append(person.model_copy(update={"group": group}))
+    return first.model_copy(update={"persons": persons})
+
+
+def _moved_map(grid: OccupancyMap, offset: Offset) -> OccupancyMap:
+    return replace(grid, origin_x=grid.origin_x + offset[0], origin_y=grid.origin_y + offset[1])
+
+
+def _moved_mask(mask: FilterMask, offset: Offset) -> FilterMask:
+    return replace(mask, grid=_moved_map(mask.grid, offset))
+
+
+def _moved_point(point: Sequence[float], offset: Offset) -> Offset:
+    return point[0] + offset[0], point[1] + offset[1]
+
+
+def _moved_pose(pose: Pose, offset: Offset) -> Pose:
+    return pose[0] + offset[0], pose[1] + offset[1], pose[2]
+
+
+def _moved(bounds: Bounds, offset: Offset | None) -> Bounds:
+    x, y = offset or (0.0, 0.0)
+    return bounds[0] + x, bounds[1] + y, bounds[2] + x, bounds[3] + y
+
+
+def _joined(all_bounds: Sequence[Bounds]) -> Bounds:
+    if not all_bounds:
+        return math.inf, math.inf, -math.inf, -math.inf
+    low_x, low_y, high_x, high_y = np.array(all_bounds).T
+    return (
+        float(low_x.min()),
+        float(low_y.min()),
+        float(high_x.max()),
+        float(high_y.max()),
+    )

@@ -1,0 +1,323 @@
+"""What a robot's SDF or URDF file tells of its wheels, its casters and its weight."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from pydrake.math import RigidTransform
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import (
+    JointIndex,
+    ModelInstanceIndex,
+    RevoluteJoint,
+    SpatialInertia,
+    UnitInertia,
+)
+
+from drake_navbench.errors import InputError, one_line
+from drake_navbench.inputs.actuators import GRAVITY_MPS2
+from drake_navbench.inputs.drive import DifferentialDrive
+from drake_navbench.inputs.robot import Robot
+from drake_navbench.inputs.robot_model import BASE_LINK
+from drake_navbench.inputs.wheels import MIN_TRAIL_M
+from drake_navbench.typed_files.immutable import Immutable
+
+Array = NDArray[np.float64]
+
+# An axis steeper than 45 degrees is a caster's swivel, any other one a wheel's axle.
+STEEP_AXIS = math.sqrt(0.5)
+# How far the axle of the driven wheels may be from x = 0, and how unlike the two may be, m.
+TOLERANCE_M = 0.01
+LOAD_RADIUS_M = 0.25
+
+
+class Caster(NamedTuple):
+    """A caster: its joints, where its swivel is in the base frame, and its wheel.
+
+    rest_rad: where it points with both joints at zero: from the contact to the swivel. swivel_sign,
+    axle_sign: 1 where the joints turn to the left and roll ahead, -1 where the other way.
+    """
+
+    swivel: str
+    axle: str
+    x_m: float
+    y_m: float
+    trail_m: float
+    radius_m: float
+    rest_rad: float
+    swivel_sign: float
+    axle_sign: float
+
+
+@dataclass(frozen=True)
+class RunningGear(Immutable):
+    """Wheels, casters and weight of a robot; the base frame lies on the floor under the axle.
+
+    model: the file. axles: names of the joints of the left and the right driven wheel. axle_signs:
+    1 where they roll ahead, -1 where the other way. wheel_inertia_kgm2: of one of them about its
+    axle. mass_kg, center_m (3,), yaw_inertia_kgm2 (about the base origin): of all bodies, with the
+    load. load_kg, load_position (3,) m: what is not among the model's bodies.
+    """
+
+    model: Path
+    axles: tuple[str, str]
+    axle_signs: tuple[float, float]
+    wheel_radius_m: float
+    wheel_separation_m: float
+    wheel_inertia_kgm2: float
+    casters: tuple[Caster, ...]
+    mass_kg: float
+    center_m: Array
+    yaw_inertia_kgm2: float
+    load_kg: float = 0.0
+    load_position: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    @property
+    def caster_load_n(self) -> float:
+        """With which each caster stands on the floor: as much on each, with the base in balance."""
+        weight_n = self.mass_kg * GRAVITY_MPS2
+        moment_arm = sum(caster.x_m for caster in self.casters)
+        even_n = weight_n / (2 + len(self.casters))
+        if abs(moment_arm) < TOLERANCE_M:
+            return even_n
+        return float(weight_n * self.center_m[0] / moment_arm)
+
+    @property
+    def wheel_load_n(self) -> float:
+        """With which each driven wheel stands on the floor."""
+        return 0.5 * (self.mass_kg * GRAVITY_MPS2 - len(self.casters) * self.caster_load_n)
+
+
+def load_inertia(mass_kg: float, position: tuple[float, float, float]) -> SpatialInertia:
+    """Returns the inertia of a load, a ball, about the base origin."""
+    center = np.array(position)
+    ball = UnitInertia.SolidSphere(LOAD_RADIUS_M).ShiftFromCenterOfMass(-center)
+    return SpatialInertia(mass_kg, center, ball)
+
+
+def running_gear_of(robot: Robot, source: str) -> RunningGear:
+    """Returns the wheels of a robot whose drive has some, with what its file changes of the model.
+
+    source: names the robot's file in errors. Raises InputError where the model has no such wheels,
+    or the file does not fit it.
+    """
+    path, drive = robot.model_path, robot.drive
+    if not isinstance(drive, DifferentialDrive) or path is None:
+        raise TypeError("expected a differential drive with a model")
+    gear = _read(path, path.stat().st_mtime_ns)
+    gear = replace(gear, casters=_casters(gear, drive, source))
+    gear = _loaded(gear, robot, drive, source)
+    _check_outline(gear, robot, source)
+    _check_stands(gear, source)
+    return gear
+
+
+def _casters(gear: RunningGear, drive: DifferentialDrive, source: str) -> tuple[Caster, ...]:
+    """Returns the casters as the robot file has them."""
+    settings, count = drive.casters, len(gear.casters)
+    for name in ("positions", "start_angles_rad"):
+        given = getattr(settings, name)
+        if given is not None and len(given) != count:
+            raise InputError(
+                f"{source}: drive.casters.{name}: got {len(given)}, the model has {count} casters"
+            )
+    changed = list(gear.casters)
+    if settings.positions is not None:
+        changed = [
+            caster._replace(x_m=x, y_m=y)
+            for caster, (x, y) in zip(changed, settings.positions, strict=True)
+        ]
+    if settings.trail_m is not None:
+        changed = [caster._replace(trail_m=settings.trail_m) for caster in changed]
+    return tuple(changed)
+
+
+def _loaded(gear: RunningGear, robot: Robot, drive: DifferentialDrive, source: str) -> RunningGear:
+    """Returns the running gear with what the robot weighs beyond its model's bodies."""
+    mass_kg = (robot.mass_kg or gear.mass_kg) + robot.actuators.payload_kg
+    load_kg = mass_kg - gear.mass_kg
+    # Sums of decimals: what is a gram less is as much.
+    if load_kg < -1e-3:
+        raise InputError(
+            f"{source}: mass_kg: got {mass_kg:g} kg, the model's bodies alone weigh "
+            f"{gear.mass_kg:g} kg"
+        )
+    if load_kg <= 1e-3:
+        return gear
+    position = drive.load_position or tuple(gear.center_m.tolist())
+    center = (gear.mass_kg * gear.center_m + load_kg * np.array(position)) / mass_kg
+    yaw = load_inertia(load_kg, position).CalcRotationalInertia().get_moments()[2]
+    return replace(
+        gear,
+        mass_kg=mass_kg,
+        center_m=center,
+        yaw_inertia_kgm2=gear.yaw_inertia_kgm2 + float(yaw),
+        load_kg=load_kg,
+        load_position=position,
+    )
+
+
+def _check_outline(gear: RunningGear, robot: Robot, source: str) -> None:
+    """Raises InputError where a caster is not under the robot."""
+    outline = shapely.Polygon(robot.outline)
+    for index, caster in enumerate(gear.casters):
+        if not outline.covers(shapely.Point(caster.x_m, caster.y_m)):
+            raise InputError(
+                f"{source}: drive.casters.positions[{index}]: the swivel {caster.swivel!r} at "
+                f"[{caster.x_m:g}, {caster.y_m:g}] lies outside of the robot's outline"
+            )
+
+
+def _check_stands(gear: RunningGear, source: str) -> None:
+    """Raises InputError where the robot would tip over at once."""
+    half_m = 0.5 * gear.wheel_separation_m
+    contacts = [(0.0, half_m), (0.0, -half_m), *((c.x_m, c.y_m) for c in gear.casters)]
+    stands_on = shapely.MultiPoint(contacts).convex_hull
+    x, y = gear.center_m[:2]
+    if not stands_on.contains(shapely.Point(x, y)):
+        raise InputError(
+            f"{source}: drive.load_position: the robot's centre of mass is at [{x:.3g}, {y:.3g}], "
+            "where no wheel holds it; expected it between driven wheels and casters"
+        )
+
+
+@lru_cache(maxsize=8)
+def _read(path: Path, changed_ns: int) -> RunningGear:
+    """Reads the first model in a file; changed_ns: so that a changed file is read anew."""
+    plant = MultibodyPlant(0.0)
+    try:
+        Parser(plant).AddModels(str(path))
+        base = plant.GetFrameByName(BASE_LINK)
+        plant.Finalize()
+    # Drake reports a failed check as SystemExit.
+    except (RuntimeError, ValueError, SystemExit) as error:
+        raise InputError(f"{path}: cannot be read as a robot's model: {one_line(error)}") from error
+    context = plant.CreateDefaultContext()
+    axles, casters = _sorted_joints(plant, context, base, path)
+    left, right = _driven_pair(axles, path)
+    inertia = plant.CalcSpatialInertia(context, base, [body.index() for body in _own_bodies(plant)])
+    if not inertia.get_mass() > 0.0:
+        raise InputError(f"{path}: expected bodies with a mass, found {inertia.get_mass():g} kg")
+    wheel = left.joint.child_body().default_spatial_inertia()
+    about_axle = left.joint.revolute_axis() @ _matrix(wheel) @ left.joint.revolute_axis()
+    return RunningGear(
+        model=path,
+        axles=(left.joint.name(), right.joint.name()),
+        axle_signs=(float(np.sign(left.axis[1])), float(np.sign(right.axis[1]))),
+        wheel_radius_m=left.position[2],
+        wheel_separation_m=left.position[1] - right.position[1],
+        wheel_inertia_kgm2=float(about_axle),
+        casters=casters,
+        mass_kg=inertia.get_mass(),
+        center_m=np.array(inertia.get_com()),
+        yaw_inertia_kgm2=float(inertia.CalcRotationalInertia().get_moments()[2]),
+    )
+
+
+class _Turning(NamedTuple):
+    """A revolute joint with its place (3,) m and its axis (3,) in the base frame at rest."""
+
+    joint: RevoluteJoint
+    position: Array
+    axis: Array
+
+    @property
+    def swivels(self) -> bool:
+        return bool(abs(self.axis[2]) > STEEP_AXIS)
+
+
+def _sorted_joints(
+    plant: MultibodyPlant, context: Any, base: Any, path: Path
+) -> tuple[list[_Turning], tuple[Caster, ...]]:
+    """Returns the axles that do not swivel, and the casters."""
+    to_base: RigidTransform = base.CalcPoseInWorld(context).inverse()
+    joints = [plant.get_joint(JointIndex(index)) for index in plant.GetJointIndices()]
+    turning = []
+    for joint in joints:
+        if isinstance(joint, RevoluteJoint):
+            pose = to_base @ joint.frame_on_parent().CalcPoseInWorld(context)
+            axis = pose.rotation().matrix() @ joint.revolute_axis()
+            turning.append(_Turning(joint, pose.translation(), axis))
+    axles = [one for one in turning if not one.swivels]
+    casters, carried = [], set()
+    for swivel in (one for one in turning if one.swivels):
+        fork = swivel.joint.child_body().name()
+        own = [axle for axle in axles if axle.joint.parent_body().name() == fork]
+        if len(own) == 1:
+            carried.add(own[0].joint.name())
+            casters.append(_caster(swivel, own[0], path))
+    if not casters:
+        raise InputError(
+            f"{path}: expected casters: joints with an upright axis that carry the axle of a "
+            "wheel, found none"
+        )
+    return [axle for axle in axles if axle.joint.name() not in carried], tuple(casters)
+
+
+def _caster(swivel: _Turning, axle: _Turning, path: Path) -> Caster:
+    ahead = swivel.position[:2] - axle.position[:2]
+    trail_m = float(np.hypot(*ahead))
+    if trail_m < MIN_TRAIL_M or axle.position[2] <= 0.0:
+        raise InputError(
+            f"{path}: {axle.joint.name()}: expected the wheel of a caster at least {MIN_TRAIL_M:g} "
+            f"m behind its swivel and above the floor, found {trail_m:g} m behind and "
+            f"{axle.position[2]:g} m above"
+        )
+    return Caster(
+        swivel=swivel.joint.name(),
+        axle=axle.joint.name(),
+        x_m=float(swivel.position[0]),
+        y_m=float(swivel.position[1]),
+        trail_m=trail_m,
+        radius_m=float(axle.position[2]),
+        rest_rad=float(np.arctan2(ahead[1], ahead[0])),
+        swivel_sign=float(np.sign(swivel.axis[2])),
+        # A wheel on an axis rolls along axis cross up.
+        axle_sign=float(np.sign(axle.axis[1] * ahead[0] - axle.axis[0] * ahead[1])),
+    )
+
+
+def _driven_pair(axles: list[_Turning], path: Path) -> tuple[_Turning, _Turning]:
+    """Returns the left and the right of the two driven wheels; raises InputError."""
+    if len(axles) == 2:
+        right, left = sorted(axles, key=lambda axle: float(axle.position[1]))
+        mirrored = right.position * [1.0, -1.0, 1.0]
+        is_pair = (
+            np.abs(left.position - mirrored).max() < TOLERANCE_M
+            and abs(left.position[0]) < TOLERANCE_M
+            and left.position[1] > TOLERANCE_M
+            and left.position[2] > 0.0
+            and all(abs(axle.axis[1]) > 1.0 - TOLERANCE_M for axle in axles)
+        )
+        if is_pair:
+            return left, right
+    found = [
+        f"{axle.joint.name()} at [{', '.join(f'{value:g}' for value in axle.position.round(4))}]"
+        for axle in axles
+    ]
+    raise InputError(
+        f"{path}: expected two driven wheels, their axles along y through x = 0 of {BASE_LINK} on "
+        f"either side, found {', '.join(found) or 'none'}"
+    )
+
+
+def _own_bodies(plant: MultibodyPlant) -> list[Any]:
+    world = plant.world_body().index()
+    indices = [index for instance in _instances(plant) for index in plant.GetBodyIndices(instance)]
+    return [plant.get_body(index) for index in indices if index != world]
+
+
+def _instances(plant: MultibodyPlant) -> list[Any]:
+    return [ModelInstanceIndex(index) for index in range(plant.num_model_instances())]
+
+
+def _matrix(inertia: SpatialInertia) -> Array:
+    return np.asarray(inertia.CalcRotationalInertia().CopyToFullMatrix3())

@@ -1,0 +1,84 @@
+"""The wiring of a robot's base."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pydrake.geometry import SceneGraph
+from pydrake.systems.framework import DiagramBuilder
+
+from drake_navbench.inputs.drive import AckermannDrive, DifferentialDrive, OmnidirectionalDrive
+from drake_navbench.inputs.robot import Robot
+from drake_navbench.systems.ackermann_base import AckermannBase
+from drake_navbench.systems.floor_transport import FloorTransport
+from drake_navbench.systems.mobile_base import MobileBase
+from drake_navbench.systems.omnidirectional_base import OmnidirectionalBase
+from drake_navbench.systems.wheelchair import Wheelchair
+from drake_navbench.trial.navigation_wiring import connect_inputs
+
+if TYPE_CHECKING:
+    from drake_navbench.systems.caster_base import CasterBase
+    from drake_navbench.systems.multibody_base import MultibodyBase
+
+    Base = MobileBase | CasterBase | MultibodyBase
+
+
+def add_base(
+    builder: DiagramBuilder,
+    robot: Robot,
+    scene_graph: SceneGraph,
+    transport: FloorTransport | None = None,
+) -> Base:
+    """Adds the robot's base and carries its outline along in SceneGraph.
+
+    transport: what carries it between floors, where there are several.
+    """
+    base = builder.AddNamedSystem("base", make_base(robot, scene_graph))
+    pose = base.get_geometry_pose_output_port()
+    if transport is not None:
+        connect_inputs(builder, transport, base_geometry_pose=pose)
+        connect_inputs(builder, transport, base_state=base.get_state_output_port())
+        pose = transport.GetOutputPort("geometry_pose")
+    builder.Connect(pose, scene_graph.get_source_pose_port(base.source_id))
+    return base
+
+
+def make_base(robot: Robot, scene_graph: SceneGraph) -> Base:
+    """Returns the base that a robot file describes, its footprint registered in SceneGraph."""
+    drive, footprint = robot.drive, robot.outline
+    if isinstance(drive, OmnidirectionalDrive):
+        return OmnidirectionalBase(drive, scene_graph, footprint=footprint)
+    if isinstance(drive, AckermannDrive):
+        return AckermannBase(drive, scene_graph, footprint=footprint)
+    if drive.has_wheels:
+        return _base_with_wheels(robot, drive, scene_graph)
+    return Wheelchair(drive, scene_graph, footprint=footprint)
+
+
+def _base_with_wheels(
+    robot: Robot, drive: DifferentialDrive, scene_graph: SceneGraph
+) -> CasterBase | MultibodyBase:
+    # Only who asks for wheels waits for what reads a model.
+    from drake_navbench.inputs.running_gear import running_gear_of
+
+    gear = running_gear_of(robot, "robot")
+    resistance = robot.rolling_resistance_ratio
+    if drive.physics == "planar_casters":
+        from drake_navbench.systems.caster_base import CasterBase
+
+        return CasterBase(
+            drive,
+            gear,
+            scene_graph,
+            footprint=robot.outline,
+            rolling_resistance=resistance,
+        )
+    from drake_navbench.systems.multibody_base import MultibodyBase
+
+    return MultibodyBase(
+        drive,
+        gear,
+        scene_graph,
+        footprint=robot.outline,
+        rolling_resistance=resistance,
+    )
