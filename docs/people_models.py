@@ -70,7 +70,8 @@ model to give Weidmann's curve.
 Half of them walk the other way. The order is that of Nowak and Schadschneider (2012) after Rex and
 Loewen (2007): the mean over people of ((those going one's way - the others) / all)^2 among all
 within {LANE_HALF_WIDTH_M:g} m to the side, less what it is where directions are dealt out at
-random, so that 0 is no lane and 1 are perfect lanes. Mean of the second half of {COUNTERFLOW_S:g} s.
+random, so that 0 is no lane and 1 are perfect lanes. Mean of the second half of
+{COUNTERFLOW_S:g} s.
 """
 LANES_END = """
 Where people by the social force model keep a time gap to those who come towards them as well, they

@@ -98,11 +98,10 @@ def approaches_within(log: TrialLog, distance_m: float) -> Approaches:
         own = bodies.only(np.arange(bodies.count) == body)
 
         def gap_m(of_robot: int, of_person: int, body: int = body, own: Bodies = own) -> float:
-            return float(
-                clearances_of_bodies(
-                    outline, *robot[of_robot], own.edges, own.discs, poses[of_person], np.inf
-                )[body]
-            )
+            x, y, yaw = robot[of_robot]
+            there = poses[of_person]
+            gaps = clearances_of_bodies(outline, x, y, yaw, own.edges, own.discs, there, np.inf)
+            return float(gaps[body])
 
         by_robot += gap_m(row + 1, row) <= gap_m(row, row + 1)
     return Approaches(by_robot, int(comes.sum()) - by_robot)
@@ -118,9 +117,8 @@ def gaps_to_groups_m(log: TrialLog) -> GroupGaps:
     if not members:
         raise Undefined("there were no groups")
     outline = outline_of(log)
-    footprints = shapely.polygons(
-        [place_outline(outline, pose) for pose in robot_poses(log, people.time_s)]
-    )
+    poses = robot_poses(log, people.time_s)
+    footprints = np.array([shapely.Polygon(place_outline(outline, pose)) for pose in poses])
     gaps = GroupGaps(*(np.full((len(footprints), len(members)), np.inf) for _ in range(2)))
     for group, own in enumerate(members):
         there = people.is_there[:, own]
