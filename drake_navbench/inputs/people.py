@@ -129,7 +129,7 @@ class Recording(FrozenModel):
         2.0, gt=0.0, description="Who has no row for longer was away in between [s]."
     )
     max_speed_mps: float = Field(
-        4.0, gt=0.0, le=15.0, description="Who goes faster was not tracked right [m/s]."
+        5.0, gt=0.0, le=15.0, description="Who goes faster was not tracked right [m/s]."
     )
     radius_m: Size = Field(0.3, le=1.0, description="Of the disc that stands for a body [m].")
     groups: tuple[tuple[str, ...], ...] = Field(
