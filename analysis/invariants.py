@@ -146,7 +146,7 @@ def _just_carried(log: TrialLog) -> Flags:
     time_s = _column(log, "time_s")[1:]
     arrivals_s = time_s[is_carried(log)]
     since_s = time_s - arrivals_s[:, None]
-    is_just = (since_s >= 0.0) & (since_s <= CLEARANCE_PERIOD_S + ROUNDING)
+    is_just = (since_s >= 0.0) & (since_s <= 2.0 * CLEARANCE_PERIOD_S)
     return np.asarray(is_just.any(axis=0))
 
 

@@ -24,6 +24,7 @@ from drake_navbench.analysis.html import (
 )
 from drake_navbench.analysis.invariants import warnings_of
 from drake_navbench.analysis.lead import lead_of
+from drake_navbench.analysis.leg_tables import legs_table
 from drake_navbench.analysis.lineups import PUBLISHED_SETTINGS
 from drake_navbench.analysis.many_trials import MOST_LOGS_OPENED
 from drake_navbench.analysis.metrics.definition import Better
@@ -109,6 +110,10 @@ def build_report(
             table = scenario_table(trials, scenario.scenario)
             write_text(results.table_path(scenario.scenario, ".csv"), table.to_csv())
             write_text(results.table_path(scenario.scenario, ".md"), table_to_markdown(table))
+            legs = legs_table(scenario.trials)
+            if len(legs):
+                path = results.table_path(f"{scenario.scenario}_legs", ".csv")
+                write_text(path, legs.to_csv(index=False))
     if told := totals(trials):
         write_text(folder / TOTALS_NAME, totals_csv(told))
     publication = ""
@@ -301,7 +306,11 @@ def _scenario(analysis: FolderAnalysis, scenario: ScenarioAnalysis) -> dict[str,
         "comparisons": [f for f in figures if not f.controller],
         "sheets": [f for f in figures if f.controller],
         "replay": _relative(analysis.path, replay),
-        "journeys": [entry for entry in scenario.trials if len(entry.legs) > 1],
+        "journeys": [
+            entry
+            for entry in scenario.trials
+            if len(entry.legs) > 1 or any(leg.floor for leg in entry.legs)
+        ],
         "has_floors": any(leg.floor for entry in scenario.trials for leg in entry.legs),
         "narrated": [entry for entry in scenario.trials if entry.deeds],
     }

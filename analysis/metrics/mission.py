@@ -92,6 +92,12 @@ def floor_at_end(log: TrialLog) -> str:
     return str(log.info["floors"][int(log.samples["floor"].iloc[-1])]["name"])
 
 
+def floor_of_leg(log: TrialLog, leg: int) -> int:
+    """Returns the index of the floor that a leg of a mission begins on."""
+    names = [floor["name"] for floor in log.info["floors"]]
+    return names.index(_mission_of(log)[leg]["floor"])
+
+
 def ended_on_other_floor(log: TrialLog) -> bool:
     """Returns whether a mission ended on another floor than it should have."""
     last = _mission_of(log)[-1]

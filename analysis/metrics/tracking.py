@@ -15,6 +15,7 @@ import shapely
 from drake_navbench.analysis.metrics.definition import Undefined, metric
 from drake_navbench.analysis.metrics.mission import (
     ended_on_other_floor,
+    floor_of_leg,
     goals,
     leg_lengths_m,
     present_leg,
@@ -190,10 +191,10 @@ def projection_on_plans(log: TrialLog) -> Projection:
     path = positions(log)
     in_force = np.searchsorted([plan.time_s for plan in log.plans], times(log), side="right") - 1
     found = Projection(*np.full((3, len(path)), np.nan))
-    if "leg" in log.samples.columns:
+    if "floor" in log.samples.columns:
         # Until there is a plan on the new floor the one in force lies on another.
-        plan_legs = np.array([plan.leg for plan in log.plans])
-        in_force = np.where(plan_legs[in_force] == column(log, "leg"), in_force, -1)
+        plan_floors = np.array([floor_of_leg(log, plan.leg) for plan in log.plans])
+        in_force = np.where(plan_floors[in_force] == column(log, "floor"), in_force, -1)
     for index in np.unique(in_force[in_force >= 0]):
         line = log.plans[index].poses[:, :2]
         if path_length(line) > 0.0:

@@ -247,12 +247,14 @@ Drive = Annotated[
 def overrides_for(drive: _Drive, overrides: Mapping[str, Any]) -> dict[str, Any]:
     """Returns overrides of a drive without those of what only other kinds of base have.
 
-    A scenario may be for robots of every kind, and takes a limit away from those that have it.
+    A scenario may be for robots of every kind, and takes a limit away from those that have it. Who
+    asks for wheels and casters asks for a base that has some.
     """
     if "type" in overrides:
         return dict(overrides)
     own = type(drive).model_fields
     of_any = {name for kind in _KINDS.values() for name in kind.model_fields}
+    of_any -= DifferentialDrive.quiet
     return {name: value for name, value in overrides.items() if name in own or name not in of_any}
 
 

@@ -55,7 +55,7 @@ class CasterSettings(FrozenModel):
     swivel_friction_nm: float = Field(
         0.5,
         ge=0.0,
-        le=1e3,
+        le=100.0,
         description="Of a swivel's bearing and of the tyre that turns on the spot [N m].",
     )
     start_angles_rad: tuple[Angle, ...] | None = Field(

@@ -6,12 +6,14 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import Context, DiscreteValues, State
 
 from drake_navbench.inputs.world import World
 from drake_navbench.kernels.grid import nearest_distance
 from drake_navbench.kernels.poses import compose
 from drake_navbench.kernels.swept_contact import clearance_at
+from drake_navbench.navigation.mission import FloorSwitch
+from drake_navbench.systems.floor_aware import FloorAware, FloorClock
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import POSE_SIZE, STATE_SIZE, declare_object_input, value_or_none
 
@@ -21,7 +23,7 @@ MAX_DISTANCE_M = 5.0
 DISTANCE_COUNT = 3
 
 
-class Clearance(LeafSystem):
+class Clearance(FloorAware):
     """Measures the distance to obstacles at the start, at `offset_s`, and once a period from then.
 
     Inputs `state` [x m, y m, yaw rad, ...], `costmap` (Costmap or None), `odometry_from_world`
@@ -37,13 +39,22 @@ class Clearance(LeafSystem):
     general algorithm is now and then too large by up to metres (flexible-collision-library/fcl,
     issue 508).
 
-    footprint: (K, 2) true outline, base frame, m.
+    footprint: (K, 2) true outline, base frame, m. floor_clock: where there are several floors; on
+    another one nothing is near until it is measured there.
     """
 
     def __init__(
-        self, world: World, *, footprint: NDArray[np.float64], period_s: float, offset_s: float
+        self,
+        world: World,
+        *,
+        footprint: NDArray[np.float64],
+        period_s: float,
+        offset_s: float,
+        floor_clock: FloorClock | None = None,
     ) -> None:
         super().__init__()
+        if floor_clock is not None:
+            self._declare_floors(floor_clock)
         self._footprint = np.ascontiguousarray(footprint)
         self._edges, self._circles = world.segments, world.circles
         self._state_port = self.DeclareVectorInputPort("state", STATE_SIZE)
@@ -58,6 +69,10 @@ class Clearance(LeafSystem):
     def set_contact(self, context: Context) -> None:
         """Sets the clearance to 0, as it is at a contact."""
         context.get_mutable_discrete_state(self._distances)[0] = 0.0
+
+    def _on_floor(self, context: Context, state: State, switch: FloorSwitch) -> None:
+        nothing = [math.inf] * DISTANCE_COUNT
+        state.get_mutable_discrete_state(self._distances).SetFromVector(nothing)
 
     def _on_period(self, context: Context, discrete_state: DiscreteValues) -> None:
         pose = self._state_port.Eval(context)[:3]

@@ -11,8 +11,10 @@ from pydrake.common.value import AbstractValue
 from pydrake.geometry import (
     AddContactMaterial,
     Box,
+    CollisionFilterDeclaration,
     FrameId,
     FramePoseVector,
+    GeometrySet,
     ProximityProperties,
     SceneGraph,
     Sphere,
@@ -330,9 +332,15 @@ def _add_contact(
     wheels = [(name, gear.wheel_radius_m) for name in gear.axles]
     wheels += [(caster.axle, caster.radius_m) for caster in gear.casters]
     at_origin = RigidTransform()
+    balls = GeometrySet()
     for name, radius_m in wheels:
         body, shape = plant.GetJointByName(name).child_body(), Sphere(radius_m)
-        plant.RegisterCollisionGeometry(body, at_origin, shape, f"{name}_tyre", properties)
+        balls.Add(
+            plant.RegisterCollisionGeometry(body, at_origin, shape, f"{name}_tyre", properties)
+        )
+    # Balls are wider than wheels: where these pass each other, those would touch.
+    within = CollisionFilterDeclaration().ExcludeWithin(balls)
+    scene_graph.collision_filter_manager().Apply(within)
     # Of a half space Drake warns that nothing soft can lie on it.
     top_m = RigidTransform([0.0, 0.0, -0.5 * FLOOR_THICKNESS_M])
     floor_box = Box(FLOOR_SIZE_M, FLOOR_SIZE_M, FLOOR_THICKNESS_M)

@@ -34,6 +34,7 @@ from drake_navbench.systems.compute_clock import ComputeTimes
 from drake_navbench.systems.controller_server import ControllerServer
 from drake_navbench.systems.delays import CommandLink
 from drake_navbench.systems.depth_sensors import DepthSensors
+from drake_navbench.systems.floor_aware import FloorClock
 from drake_navbench.systems.floor_transport import FloorTransport
 from drake_navbench.systems.lidar import Lidar
 from drake_navbench.systems.local_costmap import LocalCostmap
@@ -190,7 +191,7 @@ def build_trial_diagram(
     if speed_filter is not None:
         connect_inputs(builder, server, speed_limit=speed_filter.GetOutputPort("speed_limit"))
 
-    clearance = _add_clearance(builder, robot, world, moving_world, signals)
+    clearance = _add_clearance(builder, robot, world, moving_world, signals, clock)
     connect_inputs(builder, clearance, costmap=costmap)
 
     recorder = _add_recorder(builder, navigator, moving_world, signals)
@@ -317,6 +318,7 @@ def _add_clearance(
     world: World,
     moving_world: MovingWorld | None,
     signals: Signals,
+    floor_clock: FloorClock | None,
 ) -> Clearance:
     """Adds what measures the distance to the obstacles."""
     clearance = builder.AddNamedSystem(
@@ -326,6 +328,7 @@ def _add_clearance(
             footprint=robot.outline,
             period_s=CLEARANCE_PERIOD_S,
             offset_s=CLEARANCE_OFFSET_S,
+            floor_clock=floor_clock,
         ),
     )
     connect_inputs(builder, clearance, state=signals.state)

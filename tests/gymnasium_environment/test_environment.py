@@ -212,6 +212,7 @@ def test_a_random_task_leaves_room_at_both_ends(seed):
     ("given", "told"),
     [
         ({"scenario": "emtpy"}, "scenario 'emtpy' is not known"),
+        ({"scenario": "two_floors"}, "floors: expected a task on one map"),
         ({"tasks": "any"}, "tasks: got 'any', expected 'scenario' or 'random'"),
         ({"frequency": 0.0}, "frequency: got 0.0, expected"),
         ({"timeout_s": -1.0}, "timeout_s: got -1.0, expected"),

@@ -173,6 +173,14 @@ def test_an_override_that_needs_wheels_is_refused_where_there_are_none():
         overridden(load_robot("turtlebot4"), {"drive": {"physics": "multibody"}}, "--sweep")
 
 
+def test_an_override_of_a_base_without_casters_is_refused():
+    overrides = {"drive": {"physics": "planar_casters"}}
+    with pytest.raises(
+        InputError, match=r"physics: only a differential drive .* 'omnidirectional'"
+    ):
+        overridden(load_robot("omni_robot"), overrides, "--sweep")
+
+
 class TestLike:
     """A robot file may say which other one it is like."""
 

@@ -195,6 +195,60 @@ def test_the_wheels_go_on_as_they_were_set_to(name):
         np.testing.assert_allclose(rig.at(time_s)[3:5], [0.3, -0.4], atol=0.05)
 
 
+def test_wheels_do_not_hold_each_other():
+    # The ball of such a caster would reach into that of the driven wheel before it.
+    long_trail = {"trail_m": 0.2}
+    ends = [
+        driven(chair(name, casters=long_trail), [(0.0, 0.4, 0.2)], 4.0)[-1, :3] for name in BOTH
+    ]
+    np.testing.assert_allclose(*ends, atol=0.02)
+    assert np.hypot(*ends[0][:2]) > 1.3
+
+
+# Three wheels: 20 kg, one caster behind, its wheel ahead of the swivel in the file; the axes of the
+# left wheel, of the swivel and of the caster's wheel point the other way.
+TRICYCLE = """<sdf version="1.9"><model name="tricycle">
+<link name="base_link"><inertial><pose>-0.05 0 0.1 0 0 0</pose><mass>20</mass>
+<inertia><ixx>0.4</ixx><iyy>0.5</iyy><izz>0.6</izz></inertia></inertial></link>
+{wheels}
+<link name="fork"><pose relative_to="base_link">-0.25 0 0.12 0 0 0</pose><inertial><mass>0.2</mass>
+<inertia><ixx>0.001</ixx><iyy>0.001</iyy><izz>0.001</izz></inertia></inertial></link>
+<joint name="swivel" type="continuous"><parent>base_link</parent><child>fork</child>
+<axis><xyz>0 0 -1</xyz></axis></joint>
+<link name="roller"><pose relative_to="fork">0.04 0 -0.07 0 0 0</pose>
+<inertial><mass>0.2</mass>
+<inertia><ixx>0.0003</ixx><iyy>0.0003</iyy><izz>0.0003</izz></inertia></inertial></link>
+<joint name="roll" type="continuous"><parent>fork</parent><child>roller</child>
+<axis><xyz>0 -1 0</xyz></axis></joint></model></sdf>"""
+WHEEL = """<link name="{side}"><pose relative_to="base_link">0 {y} 0.1 0 0 0</pose><inertial>
+<mass>1</mass><inertia><ixx>0.003</ixx><iyy>0.005</iyy><izz>0.003</izz></inertia></inertial></link>
+<joint name="{side}_axle" type="continuous"><parent>base_link</parent><child>{side}</child>
+<axis><xyz>0 {axis} 0</xyz></axis></joint>"""
+
+
+def test_any_model_with_such_wheels_drives(tmp_path):
+    wheels = WHEEL.format(side="left", y=0.2, axis=-1) + WHEEL.format(side="right", y=-0.2, axis=1)
+    (tmp_path / "tricycle.sdf").write_text(TRICYCLE.format(wheels=wheels))
+    ends = []
+    for physics in ("multibody", "planar_casters", "ideal"):
+        path = tmp_path / f"{physics}.yaml"
+        path.write_text(
+            "description: tricycle\nmodel: tricycle.sdf\nrobot_radius: 0.4\nmass_kg: 25.0\n"
+            f"drive: {{physics: {physics}, casters: {{swivel_friction_nm: 0.1}}}}\n"
+        )
+        robot = load_robot(str(path))
+        if physics != "ideal":
+            rig = Rig(robot, (0.4, 0.2))
+            assert rig.base.caster_angles(rig.context) == pytest.approx([0.0], abs=1e-3)
+            rig.at(5.0)
+            # A caster behind the axle points out of the bend, and trails by 0.04 m of 2.02 m.
+            trailing = np.arctan2(-0.25, 2.0) - np.arcsin(0.04 / np.hypot(0.25, 2.0))
+            assert rig.base.caster_angles(rig.context) == pytest.approx([trailing], abs=0.01)
+        ends.append(driven(robot, [(0.0, 0.4, 0.2), (3.0, -0.3, 0.2)], 5.0)[-1, :3])
+    np.testing.assert_allclose(ends[0], ends[1], atol=0.02)
+    np.testing.assert_allclose(ends[1], ends[2], atol=0.05)
+
+
 def test_weak_motors_need_longer():
     weak = chair(PLANAR, motors={"max_torque_nm": 6.0})
     weak_body = chair(MULTIBODY, motors={"max_torque_nm": 6.0})

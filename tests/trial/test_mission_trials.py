@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from mission_scenes import EXACT, small_mission
+from mission_scenes import EXACT, SMALL, small_mission
 from pydrake.systems.analysis import Simulator
 
 from drake_navbench.inputs.presets import load_preset
@@ -16,8 +16,6 @@ from drake_navbench.trial.diagram import TrialDiagram, build_trial_diagram
 from drake_navbench.trial.floors import drawn_legs
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import run_trial, trial_task
-
-UPPER_OFFSET_X_M = 13.0
 
 
 def drive(scenario: Scenario, **options) -> TrialLog:
@@ -204,3 +202,58 @@ def test_a_door_between_two_maps_of_one_storey_moves_nothing():
     assert steps.max() < 0.02
     # What stands on the other map of the storey is seen from the first scan on.
     assert log.scans[0].ranges_m.min() == pytest.approx(6.0, abs=0.01)
+
+
+def test_limits_of_speed_hold_on_their_floor_alone():
+    slow = {
+        "type": "speed_absolute",
+        "areas": [
+            {"polygon": [[-1.0, -1.0], [2.0, -1.0], [2.0, 0.9], [-1.0, 0.9]], "value": 20},
+        ],
+        "multiplier": 0.01,
+    }
+    ground, upper = SMALL["floors"]
+    floors = [ground | {"filters": [slow]}, upper]
+    overrides = EXACT | {"navigation": {"local_costmap": {"filters": ["speed_filter"]}}}
+    log = drive(small_mission(floors=floors, robot_overrides=overrides))
+    limits = [(change["limit"], change["time_s"]) for change in log.info["speed_filter"]]
+    assert [limit for limit, _ in limits] == [0.2, None]
+    assert limits[1][1] == pytest.approx(log.info["legs"][0]["ride_end_s"], abs=0.005)
+    assert floor_rows(log, 0)["v_mps"].max() <= 0.25 < floor_rows(log, 1)["v_mps"].max()
+
+
+def test_what_comes_late_from_the_ground_floor_does_not_come_upstairs():
+    timing = {"scan_latency_s": 0.3, "odometry_latency_s": 0.3, "odometry_jitter_s": 0.1}
+    overrides = EXACT | {
+        "timing": timing,
+        "depth_sensors": {"camera": {"height_m": 0.4}},
+        "navigation": {"controller_server": {"costmap_update_timeout": 1.0}},
+    }
+    log = drive(small_mission({"yaw_std_rad": 0.02}, robot_overrides=overrides))
+    assert log.outcome is Outcome.SUCCEEDED
+    change_s = log.info["legs"][0]["ride_end_s"]
+    assert not any(np.isfinite(s.ranges_m).any() for s in log.scans if s.time_s > change_s)
+    upstairs = floor_rows(log, 1)
+    off_m = np.hypot(
+        upstairs["estimated_x_m"] - upstairs["x_m"], upstairs["estimated_y_m"] - upstairs["y_m"]
+    )
+    # Messages are up to 0.4 s old, at half a metre a second; floors are 13 m apart.
+    assert off_m.max() < 0.4
+
+
+def test_people_live_on_all_floors_and_meet_those_of_their_own():
+    walker = {"start": [7.0, 3.5], "goals": [[3.0, 3.5]], "group": 1}
+    people = {"persons": [walker]}
+    ground, upper = SMALL["floors"]
+    floors = [
+        {"name": "ground", "world": ground["world"] | {"people": people}},
+        upper | {"world": {"people": people}},
+    ]
+    log = drive(small_mission(floors=floors))
+    assert log.outcome is Outcome.SUCCEEDED
+    first, second = log.people.poses[0]
+    offset_m = log.info["floors"][1]["offset_m"][0]
+    assert second[0] - first[0] == pytest.approx(offset_m)
+    # Both walk from the beginning on, wherever the robot is.
+    moved = log.people.poses[60] - log.people.poses[0]
+    assert (moved[:, 0] < -0.5).all()
