@@ -160,6 +160,17 @@ class Floor(FrozenModel):
         description="Where the frame of its map lies in the building [m], for maps of one storey "
         "that meet; null: a storey of its own.",
     )
+    storey: str = Field(
+        "", description="Which storey it is a part of, where several are split into maps."
+    )
+
+    @model_validator(mode="after")
+    def _check_storey(self) -> Floor:
+        if self.storey and self.origin is None:
+            raise ValueError(
+                f"storey: expected an origin as well, where in {self.storey} its map lies"
+            )
+        return self
 
     @field_validator("filters")
     @classmethod
@@ -383,7 +394,8 @@ class Scenario(QuietModel):
             return joined_world(self.placed_floors)
         walls = occupied_boxes(self.map) if self.map is not None else ()
         moving = MovingObstacles(tuple(self.world.moving_obstacles))
-        people = self._recorded_people or WalkingPeople(self.world.people)
+        recorded = self._recorded_people
+        people = WalkingPeople(self.world.people) if recorded is None else recorded
         return World(tuple(self.world.obstacles), walls, moving, people)
 
     @cached_property
