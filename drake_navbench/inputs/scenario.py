@@ -402,7 +402,8 @@ class Scenario(QuietModel):
             return joined_world(self.placed_floors)
         walls = occupied_boxes(self.map) if self.map is not None else ()
         moving = MovingObstacles(tuple(self.world.moving_obstacles))
-        people = self._recorded_people or WalkingPeople(self.world.people)
+        recorded = self._recorded_people
+        people = WalkingPeople(self.world.people) if recorded is None else recorded
         return World(tuple(self.world.obstacles), walls, moving, people)
 
     @cached_property
