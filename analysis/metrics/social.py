@@ -6,19 +6,18 @@ None of it is what people feel. docs/living_world.md says what such numbers cann
 from __future__ import annotations
 
 import math
-from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.analysis.metrics.body import outline_of
 from drake_navbench.analysis.metrics.definition import Undefined, metric
-from drake_navbench.analysis.metrics.moving import (
-    clearances_m,
-    collision_times_s,
-    look_times,
-    robot_poses,
+from drake_navbench.analysis.metrics.moving import collision_times_s, robot_poses
+from drake_navbench.analysis.metrics.people import (
+    PeopleLooks,
+    approaches_within,
+    gaps_to_groups_m,
+    people_of,
 )
 from drake_navbench.analysis.metrics.signals import (
     Array,
@@ -43,21 +42,6 @@ NEAR_M = 3.6
 WANTS_TO_WALK_MPS = 0.1
 
 
-class _People(NamedTuple):
-    """The P people at T looks.
-
-    time_s: (T,). gaps_m: (T, P) between footprint and body, inf beyond 5 m. positions_m,
-    velocities_mps: (T, P, 2). wanted_mps: (P,) how fast each means to go, 0 of who stays, and of
-    those of a recording, of whom it is not known.
-    """
-
-    time_s: Array
-    gaps_m: Array
-    positions_m: Array
-    velocities_mps: Array
-    wanted_mps: Array
-
-
 @metric(unit="", better="lower", title="The robot ran into a person")
 def ran_into_person_count(log: TrialLog) -> float:
     """Whether the trial ended at a contact with a person to whom the robot drove.
@@ -66,7 +50,7 @@ def ran_into_person_count(log: TrialLog) -> float:
     both along the line between them, else 0.
     Source: "robot on person collision" of SEAN 2.0 (Tsoi et al. 2022) and HuNavSim.
     """
-    _people(log)
+    people_of(log)
     contact = _contact(log)
     return float(bool(contact) and contact["robot_closing_mps"] >= contact["other_closing_mps"])
 
@@ -78,7 +62,7 @@ def person_ran_into_robot_count(log: TrialLog) -> float:
     Formula: 1 where the person closed the gap faster than the robot did, else 0.
     Source: "person on robot collision" of SEAN 2.0 (Tsoi et al. 2022) and HuNavSim.
     """
-    _people(log)
+    people_of(log)
     contact = _contact(log)
     return float(bool(contact) and contact["robot_closing_mps"] < contact["other_closing_mps"])
 
@@ -91,7 +75,7 @@ def min_person_distance_m(log: TrialLog) -> float:
     trial that ended at such a contact. HuNavSim and SocNavBench take the robot for a disc.
     Source: SocNavBench (Biswas et al. 2022), HuNavSim "minimum distance to people".
     """
-    nearest_m = _people(log).gaps_m.min()
+    nearest_m = people_of(log).gaps_m.min()
     if math.isinf(nearest_m):
         raise Undefined("nobody came within 5 m")
     return 0.0 if _contact(log) else float(nearest_m)
@@ -104,7 +88,7 @@ def mean_closest_person_distance_m(log: TrialLog) -> float:
     Formula: mean over the looks, every 0.1 s, of the least gap between outline and body disc.
     Source: HuNavSim "average distance to the closest person".
     """
-    closest = _people(log).gaps_m.min(axis=1)
+    closest = people_of(log).gaps_m.min(axis=1)
     near = closest[np.isfinite(closest)]
     if not len(near):
         raise Undefined("nobody came within 5 m")
@@ -141,6 +125,72 @@ def social_space_ratio(log: TrialLog) -> float:
     return _share_of_time(log, PERSONAL_M, SOCIAL_M)
 
 
+@metric(unit="", better="neither", title="Share of the time in public space")
+def public_space_ratio(log: TrialLog) -> float:
+    """Share of the time with 3.6 m or more between the footprint and the closest person.
+
+    Formula: time with a least gap of 3.6 m or more, or nobody there / duration.
+    Source: zones of Hall 1966; HuNavSim "social and public space intrusions".
+    """
+    return _share_of_time(log, SOCIAL_M, math.inf)
+
+
+@metric(unit="", better="lower", title="Times that the robot came too near to somebody")
+def robot_intimate_approach_count(log: TrialLog) -> float:
+    """How often the robot came within 0.45 m of somebody.
+
+    Formula: number of looks, every 0.1 s, at which a gap falls below 0.45 m and more of that, since
+    the look before, by the way of the robot than by that of the person; each alone shortens the gap
+    by its own motion between where both were before.
+    Source: "robot on person intimate distance violation" of SEAN 2.0 (Tsoi et al. 2022), which
+    tells the two apart by bearing.
+    """
+    return float(approaches_within(log, INTIMATE_M).by_robot)
+
+
+@metric(unit="", better="lower", title="Times that somebody came too near to the robot")
+def person_intimate_approach_count(log: TrialLog) -> float:
+    """How often somebody came within 0.45 m of the robot.
+
+    Formula: as `robot_intimate_approach_count`, where the person did most of it.
+    Source: "person on robot intimate distance violation" of SEAN 2.0 (Tsoi et al. 2022).
+    """
+    return float(approaches_within(log, INTIMATE_M).by_person)
+
+
+@metric(unit="", better="lower", title="Share of the time inside a group")
+def group_crossing_ratio(log: TrialLog) -> float:
+    """Share of the time in which the footprint was among those of a group.
+
+    Formula: time in which the footprint overlaps the convex hull of the places of a group's
+    members (of two, the line between them), while they are within 3.6 m of their middle / duration.
+    Source: Group Crossing Rate of Roy and Rahman, "TAGA", arXiv 2503.21168v3 (v1: Group Collision
+    Rate), the share of time steps inside any group's convex hull; there the robot is a point.
+    """
+    return _share(log, gaps_to_groups_m(log).to_hulls.min(axis=1) <= 0.0)
+
+
+@metric(unit="", better="lower", title="Groups that the robot drove into")
+def groups_entered_count(log: TrialLog) -> float:
+    """How many groups the footprint was among at some time.
+
+    Formula: number of groups whose hull it overlapped, as in `group_crossing_ratio`.
+    Source: after Roy and Rahman, "TAGA", arXiv 2503.21168.
+    """
+    return float((gaps_to_groups_m(log).to_hulls <= 0.0).any(axis=0).sum())
+
+
+@metric(unit="", better="lower", title="Share of the time in a group's personal space")
+def group_space_ratio(log: TrialLog) -> float:
+    """Share of the time with less than 1.2 m between the footprint and the middle of a group.
+
+    Formula: time with a gap to the mean of the members' places below 1.2 m, while they are within
+    3.6 m of it / duration.
+    Source: HuNavSim "group intimate and personal space intrusions".
+    """
+    return _share(log, gaps_to_groups_m(log).to_middles.min(axis=1) < PERSONAL_M)
+
+
 @metric(unit="", better="higher", title="Personal space compliance")
 def personal_space_compliance_ratio(log: TrialLog) -> float:
     """Share of the time in which the robot kept 0.5 m from everybody.
@@ -159,7 +209,7 @@ def person_time_to_collision_min_s(log: TrialLog) -> float:
     Formula: as `moving_time_to_collision_min_s`, for people alone; up to 10 s.
     Source: Hayward 1972; SocNavBench "time to collision" (Biswas et al. 2022).
     """
-    _people(log)
+    people_of(log)
     shortest_s = collision_times_s(log, first_body=len(movers_of(log).things)).min()
     if math.isinf(shortest_s):
         raise Undefined("no course met a person within 10 s")
@@ -187,7 +237,7 @@ def people_slowdown_ratio(log: TrialLog) -> float:
     people's and the walls' doing: compare controllers, not worlds.
     Source: after "average pedestrian velocity" of SEAN 2.0 (Tsoi et al. 2022).
     """
-    people = _people(log)
+    people = people_of(log)
     speeds = np.hypot(people.velocities_mps[..., 0], people.velocities_mps[..., 1])
     counts = (people.gaps_m < NEAR_M) & (people.wanted_mps > WANTS_TO_WALK_MPS)
     counts &= ~_has_arrived(log, people)
@@ -195,23 +245,6 @@ def people_slowdown_ratio(log: TrialLog) -> float:
         raise Undefined("nobody who walked came near the robot")
     wanted = np.broadcast_to(people.wanted_mps, speeds.shape)
     return float(1.0 - np.mean(np.minimum(speeds[counts] / wanted[counts], 1.0)))
-
-
-@lru_cache(maxsize=1)
-def _people(log: TrialLog) -> _People:
-    """Returns the people of a trial; raises Undefined where there are none."""
-    movers = movers_of(log)
-    first = len(movers.things)
-    if movers.body_count == first:
-        raise Undefined("there were no people")
-    looks = look_times(log)
-    here = movers.poses_at(looks)
-    rates = movers.rates_between(movers.poses_at(looks - 0.1), here, 0.1)
-    positions, velocities = here[:, first:, :2], rates[:, first:, :2]
-    wanted = np.zeros(len(movers.people))
-    for index, person in enumerate(movers.people.persons):
-        wanted[index] = person.speed_mps if person.goals else 0.0
-    return _People(looks, clearances_m(log)[:, first:], positions, velocities, wanted)
 
 
 def _contact(log: TrialLog) -> dict[str, float]:
@@ -223,18 +256,22 @@ def _contact(log: TrialLog) -> dict[str, float]:
 
 def _share_of_time(log: TrialLog, low_m: float, high_m: float) -> float:
     """Returns the share of the time with the least gap from `low_m` up to `high_m`."""
-    people = _people(log)
-    held_s = hold_durations(people.time_s)
-    if held_s.sum() == 0.0:
-        raise Undefined("the trial has no duration")
-    closest = people.gaps_m.min(axis=1)
+    closest = people_of(log).gaps_m.min(axis=1)
     within = (closest >= low_m) & (closest < high_m)
     if math.isinf(high_m):
         within = closest >= low_m
-    return float(held_s[within].sum() / held_s.sum())
+    return _share(log, within)
 
 
-def _has_arrived(log: TrialLog, people: _People) -> NDArray[np.bool_]:
+def _share(log: TrialLog, holds: NDArray[np.bool_]) -> float:
+    """Returns the share of the time for which something (T,) holds at the looks."""
+    held_s = hold_durations(people_of(log).time_s)
+    if held_s.sum() == 0.0:
+        raise Undefined("the trial has no duration")
+    return float(held_s[holds].sum() / held_s.sum())
+
+
+def _has_arrived(log: TrialLog, people: PeopleLooks) -> NDArray[np.bool_]:
     """Returns (T, P) whether somebody who does not turn back is at the end of the way."""
     arrived: NDArray[np.bool_] = np.zeros(people.gaps_m.shape, dtype=bool)
     for index, person in enumerate(movers_of(log).people.persons):
@@ -246,7 +283,7 @@ def _has_arrived(log: TrialLog, people: _People) -> NDArray[np.bool_]:
 
 def _social_forces(log: TrialLog) -> Array:
     """Returns (T, P) the size of the social force of the robot on each person, m/s^2."""
-    people = _people(log)
+    people = people_of(log)
     own = times(log)
     outline = outline_of(log)
     middle = 0.5 * (outline.min(axis=0) + outline.max(axis=0))

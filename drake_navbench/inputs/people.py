@@ -129,7 +129,7 @@ class Recording(FrozenModel):
         2.0, gt=0.0, description="Who has no row for longer was away in between [s]."
     )
     max_speed_mps: float = Field(
-        4.0, gt=0.0, le=15.0, description="Who goes faster was not tracked right [m/s]."
+        5.0, gt=0.0, le=15.0, description="Who goes faster was not tracked right [m/s]."
     )
     radius_m: Size = Field(0.3, le=1.0, description="Of the disc that stands for a body [m].")
     groups: tuple[tuple[str, ...], ...] = Field(
@@ -150,7 +150,7 @@ class Recording(FrozenModel):
 class People(QuietModel):
     """Those who walk by a model, or those of a recording."""
 
-    quiet: ClassVar = frozenset({"model", "orca", "recording"})
+    quiet: ClassVar = frozenset({"model", "orca", "recording", "time_gap_s"})
 
     model: Literal["social_force", "orca"] = Field(
         "social_force", description="By which model they walk; see docs/living_world.md."
@@ -169,6 +169,14 @@ class People(QuietModel):
     )
     speed_std_mps: float = Field(
         0.0, ge=0.0, le=1.0, description="Spread of how fast they want to go [m/s]."
+    )
+
+    time_gap_s: float = Field(
+        0.0,
+        ge=0.0,
+        le=5.0,
+        description="What they keep to whoever walks ahead, so that a crowd is slower the denser "
+        "it is; 0: none, as in HuNavSim [s].",
     )
 
     @field_validator("recording", mode="before")
@@ -202,7 +210,7 @@ class People(QuietModel):
 class Crowd(NamedTuple):
     """People as the kernels take them; see `kernels.walking`.
 
-    state: (P, 8) at the beginning. traits: (P, 8). goals: (G, 2) m, of all persons.
+    state: (P, 8) at the beginning. traits: (P, 9). goals: (G, 2) m, of all persons.
     """
 
     state: Array
@@ -272,7 +280,7 @@ class WalkingPeople:
             traits.append(
                 [
                     *(speed, person.radius_m, REACTIONS[person.reaction], self.groups[index]),
-                    *(first, len(goals), person.repeats, aside),
+                    *(first, len(goals), person.repeats, aside, self.people.time_gap_s),
                 ]
             )
         return Crowd(

@@ -124,19 +124,17 @@ def load_recording(path: Path, settings: Recording, duration_s: float) -> Record
     }
     known = set(tracks)
     there = {name: rows for name, rows in tracks.items() if _is_there(rows, settings, duration_s)}
-    if not there:
-        raise InputError(
-            f"{path}: nobody is there in the {duration_s:g} s after recording.start_time_s "
-            f"{settings.start_time_s:g}"
-        )
     if len(there) > MAX_PEOPLE:
         raise InputError(
             f"{path}: {len(there)} people during the trial, expected at most {MAX_PEOPLE}"
         )
+    groups = _groups(path, known, list(there), settings)
+    if not there:
+        return RecordedPeople.known_by([], [], settings.radius_m)
     knots, lines = zip(*(_knots(rows, settings) for rows in there.values()), strict=True)
     return RecordedPeople(
         list(there),
-        _groups(path, known, list(there), settings),
+        groups,
         settings.radius_m,
         np.vstack(knots),
         np.cumsum([0, *map(len, knots)]).astype(np.int64),

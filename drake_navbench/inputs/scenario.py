@@ -63,6 +63,8 @@ MASK_MARGIN_M = 2.0
 MASK_RESOLUTION_M = 0.05
 # What a mission has on its floors instead.
 ON_FLOORS = ("world", "filters", "waypoints")
+# More would be no building, and no mission.
+MAX_FLOORS, MAX_LEGS = 100, 1000
 # Of a task that is given by a map, a start and a goal alone.
 TIMEOUT_ON_MAPS_S = 600.0
 
@@ -160,6 +162,17 @@ class Floor(FrozenModel):
         description="Where the frame of its map lies in the building [m], for maps of one storey "
         "that meet; null: a storey of its own.",
     )
+    storey: str = Field(
+        "", description="Which storey it is a part of, where several are split into maps."
+    )
+
+    @model_validator(mode="after")
+    def _check_storey(self) -> Floor:
+        if self.storey and self.origin is None:
+            raise ValueError(
+                f"storey: expected an origin as well, where in {self.storey} its map lies"
+            )
+        return self
 
     @field_validator("filters")
     @classmethod
@@ -223,11 +236,17 @@ class Scenario(QuietModel):
         "Nav2's default behaviour tree, with replanning and recoveries.",
     )
     floors: tuple[Floor, ...] = Field(
-        (), description="Of a mission over several; the robot starts on the first one."
+        (),
+        max_length=MAX_FLOORS,
+        description="Of a mission over several; the robot starts on the first one.",
     )
-    lifts: tuple[Lift, ...] = Field((), description="What connects the floors.")
+    lifts: tuple[Lift, ...] = Field(
+        (), max_length=MAX_FLOORS, description="What connects the floors."
+    )
     mission: tuple[MissionStep, ...] = Field(
-        (), description="Goals and rides in order, in place of world, filters, waypoints and goal."
+        (),
+        max_length=MAX_LEGS,
+        description="Goals and rides in order, in place of world, filters, waypoints and goal.",
     )
     timeout_s: Duration = Field(
         120.0, gt=0.0, description="The trial ends as timed_out after this."
@@ -383,7 +402,8 @@ class Scenario(QuietModel):
             return joined_world(self.placed_floors)
         walls = occupied_boxes(self.map) if self.map is not None else ()
         moving = MovingObstacles(tuple(self.world.moving_obstacles))
-        people = self._recorded_people or WalkingPeople(self.world.people)
+        recorded = self._recorded_people
+        people = WalkingPeople(self.world.people) if recorded is None else recorded
         return World(tuple(self.world.obstacles), walls, moving, people)
 
     @cached_property

@@ -162,6 +162,11 @@ def _check_recorded_people(scenario: Scenario, body: shapely.Polygon) -> None:
     if not isinstance(people, RecordedPeople):
         return
     path = scenario.files[-1]
+    if not len(people):
+        raise InputError(
+            f"{path}: nobody is there in the {scenario.timeout_s:g} s of a trial of scenario "
+            f"{scenario.name} from recording.start_time_s on"
+        )
     places = shapely.points(people.people_at(0.0)[:, :2])
     gaps_m = shapely.distance(places, body) - people.radius_m
     for person in np.flatnonzero(gaps_m <= 0.0)[:1]:

@@ -30,6 +30,7 @@ from drake_navbench.kernels.walking import (
     REACTION,
     REGULAR,
     SPEED,
+    TIME_GAP,
     TOP_SPEED_MPS,
     VX,
     VY,
@@ -38,6 +39,7 @@ from drake_navbench.kernels.walking import (
     X,
     Y,
     own_goal,
+    pace_behind_others,
     people_after,
     turned_towards,
 )
@@ -84,7 +86,7 @@ def linked_edges(
 def step_orca(people, traits, goals, edges, discs, robot, settings, step, period):
     """Returns (P, 8) the people `step` s later, with the velocities that they then choose.
 
-    people: (P, 8), traits: (P, 8), goals: (G, 2) m of all. edges: (N, 9) and discs: (M, 5), see the
+    people: (P, 8), traits: (P, 9), goals: (G, 2) m of all. edges: (N, 9) and discs: (M, 5), see the
     module. robot: (5,) x m, y m, vx m/s, vy m/s and radius m of a disc round about it, of which the
     regular expect that it does its half, and the impassive that it does nothing. settings: (6,).
     period: for how long they will keep the velocity that they choose, s.
@@ -94,7 +96,7 @@ def step_orca(people, traits, goals, edges, discs, robot, settings, step, period
     others = people.shape[0] + discs.shape[0] + 1
     planes = np.empty((edges.shape[0] + others, HALF_PLANE_SIZE))
     for i in range(people.shape[0]):
-        wished_x, wished_y, speed = _wished(after[i], traits[i], goals, period)
+        wished_x, wished_y, speed = _wished(i, after, traits[i], goals, period)
         top_speed = min(settings[HASTE] * speed, TOP_SPEED_MPS)
         hard_count = _add_edges(planes, after[i], traits[i, RADIUS], edges, settings, top_speed)
         count = _add_others(planes, hard_count, i, after, traits, discs, robot, settings, period)
@@ -107,15 +109,19 @@ def step_orca(people, traits, goals, edges, discs, robot, settings, step, period
 
 
 @njit(cache=True)
-def _wished(person, traits, goals, period):
+def _wished(index, people, traits, goals, period):
     """Returns (vx, vy, speed) m/s: the velocity that one would like, and how fast one walks."""
+    person = people[index]
     goal_x, goal_y = own_goal(person, traits, goals)
     to_x, to_y = goal_x - person[X], goal_y - person[Y]
     distance = math.hypot(to_x, to_y)
     speed = traits[SPEED]
     if distance <= GOAL_RADIUS_M:
         return 0.0, 0.0, speed
-    pace = min(speed, distance / period) / distance
+    pace = pace_behind_others(
+        index, people, traits[TIME_GAP], to_x / distance, to_y / distance, speed
+    )
+    pace = min(pace, distance / period) / distance
     cos_aside, sin_aside = math.cos(traits[ASIDE]), math.sin(traits[ASIDE])
     wished_x = pace * (to_x * cos_aside - to_y * sin_aside)
     wished_y = pace * (to_x * sin_aside + to_y * cos_aside)

@@ -36,6 +36,7 @@ from drake_navbench.kernels.walking import (
     SPEED,
     SURPRISED,
     THREATENING,
+    TIME_GAP,
     TOP_SPEED_MPS,
     VX,
     VY,
@@ -44,6 +45,7 @@ from drake_navbench.kernels.walking import (
     X,
     Y,
     own_goal,
+    pace_behind_others,
     people_after,
     turned_towards,
 )
@@ -252,7 +254,7 @@ def _add_social_forces(force_x, force_y, index, people, robot, takes_robot_for_o
 def step_people(people, traits, goals, edges, circles, robot, robot_edges, step):
     """Returns (P, 8) the people `step` s later, with the velocities that they then choose.
 
-    people: (P, 8), traits: (P, 8), goals: (G, 2) m of all. edges, circles: what
+    people: (P, 8), traits: (P, 9), goals: (G, 2) m of all. edges, circles: what
     stands, and what moves along given ways. robot: (6,) x m, y m, yaw rad of its outline's centre,
     vx m/s, vy m/s in the world frame, and its half length, m. robot_edges: (K, 4) its outline
     there, m.
@@ -277,6 +279,7 @@ def step_people(people, traits, goals, edges, circles, robot, robot_edges, step)
             to_x, to_y = 0.0, 0.0
         else:
             to_x, to_y = to_x / distance, to_y / distance
+        speed = pace_behind_others(i, after, traits[i, TIME_GAP], to_x, to_y, speed)
 
         force_x, force_y = _desired_force(after[i, VX], after[i, VY], speed, to_x, to_y)
         force_x, force_y = _add_social_forces(

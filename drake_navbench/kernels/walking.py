@@ -15,16 +15,19 @@ from drake_navbench.kernels.angles import wrap
 X, Y, YAW, VX, VY, WALKED, GOAL, REACTED = range(8)
 STATE_SIZE = 8
 # The columns of what each person is like: desired speed m/s, body radius m, reaction, number of
-# the group (-1 none), first and past-the-last row of the goals, whether they repeat, and by what
-# angle the direction that one wishes is off that to the goal, rad.
-SPEED, RADIUS, REACTION, GROUP, FIRST_GOAL, PAST_GOAL, REPEATS, ASIDE = range(8)
-TRAIT_SIZE = 8
+# the group (-1 none), first and past-the-last row of the goals, whether they repeat, by what angle
+# the direction that one wishes is off that to the goal, rad, and the time gap to whoever is ahead,
+# s, 0 where one keeps none.
+SPEED, RADIUS, REACTION, GROUP, FIRST_GOAL, PAST_GOAL, REPEATS, ASIDE, TIME_GAP = range(9)
+TRAIT_SIZE = 9
 REGULAR, IMPASSIVE, SURPRISED, SCARED, CURIOUS, THREATENING, OBLIVIOUS = range(7)
 
 # Nobody walks faster, whatever the model.
 TOP_SPEED_MPS = 2.5
 GOAL_RADIUS_M = 0.3
 TURN_RATE_RADPS = math.pi
+# The length of a person in a queue, and half the width of the way ahead in which others count.
+QUEUE_LENGTH_M = 0.3
 # Slower than this nobody's heading follows the way.
 WALKING_MPS = 0.05
 
@@ -49,6 +52,25 @@ def own_goal(person, traits, goals):
             person[GOAL] = 0
         goal = first + int(person[GOAL])
     return goals[goal, 0], goals[goal, 1]
+
+
+@njit(cache=True)
+def pace_behind_others(index, people, time_gap, to_x, to_y, speed):
+    """Returns the speed m/s at which one keeps a time gap, s, to whoever is ahead.
+
+    The speed of the collision-free speed model of Tordeux, Chraibi, Seyfried 2016: the distance to
+    the nearest centre ahead, less a length, over the time gap. to_x, to_y: where one means to go, a
+    unit vector or zeros. speed: the one that one has without anybody ahead.
+    """
+    if time_gap <= 0.0:
+        return speed
+    nearest = math.inf
+    for other in range(people.shape[0]):
+        off_x, off_y = people[other, X] - people[index, X], people[other, Y] - people[index, Y]
+        ahead = off_x * to_x + off_y * to_y
+        if other != index and ahead > 0.0 and abs(off_x * to_y - off_y * to_x) <= QUEUE_LENGTH_M:
+            nearest = min(nearest, math.hypot(off_x, off_y))
+    return min(speed, max(0.0, (nearest - QUEUE_LENGTH_M) / time_gap))
 
 
 @njit(cache=True)

@@ -304,7 +304,7 @@ class TrialMessages:
             message = self.maker.lines(
                 now,
                 self.world_frame,
-                np.vstack([np.empty((0, 2)), *map(_closed, corners)]),
+                np.vstack([np.empty((0, 4)), *map(_closed, corners)]).reshape(-1, 2),
                 kind=LINE_LIST,
                 width_m=LINE_WIDTH_M,
                 namespace="moving_obstacles",

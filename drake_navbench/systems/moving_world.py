@@ -38,7 +38,7 @@ from drake_navbench.kernels.poses import place_outline
 from drake_navbench.kernels.social_force import nearest_point
 from drake_navbench.kernels.swept_contact import covers
 from drake_navbench.kernels.walking import STATE_SIZE as PERSON_SIZE
-from drake_navbench.kernels.walking import VX, VY, WALKED, YAW
+from drake_navbench.kernels.walking import VX, VY, WALKED, YAW, people_after
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import POSE_SIZE, STATE_SIZE, declare_object_output
 from drake_navbench.systems.walking_people import PEOPLE_PERIOD_S, walk_of
@@ -149,11 +149,8 @@ class MovingWorld(LeafSystem):
         if not len(self._walkers):
             return np.empty((0, PERSON_SIZE))
         held = context.get_discrete_state(self._chosen).value()
-        people = held[1:].reshape(-1, PERSON_SIZE).copy()
-        elapsed_s = context.get_time() - held[0]
-        people[:, :2] += elapsed_s * people[:, [VX, VY]]
-        people[:, WALKED] += elapsed_s * np.hypot(people[:, VX], people[:, VY])
-        return people
+        people = held[1:].reshape(-1, PERSON_SIZE)
+        return people_after(people, context.get_time() - held[0])
 
     def _people_there(self, context: Context) -> Array:
         """Returns (Q, 8) those who are in the world."""

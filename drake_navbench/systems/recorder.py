@@ -85,13 +85,12 @@ class Recording:
         newest_s = self.events[-1][0] if self.events else -math.inf
         self.events.extend(event for event in latest if event[0] > newest_s)
 
-    def add_people(self, time_s: float, poses: np.ndarray) -> None:
-        """Adds where the people are, where it is time again; replaces the same time."""
+    def wants_people(self, time_s: float) -> bool:
+        """Returns whether it is time again for where the people are; forgets the same time."""
         if self.people and self.people[-1][0] == time_s:
             self.people.pop()
         due_s = self.people[-1][0] + PEOPLE_PERIOD_S if self.people else -math.inf
-        if time_s >= due_s - ROUNDING_S:
-            self.people.append((time_s, poses))
+        return time_s >= due_s - ROUNDING_S
 
     def forget_after(self, time_s: float) -> None:
         """Drops the samples after a time; what the last one saw first is of that time."""
@@ -174,8 +173,9 @@ class Recorder(LeafSystem):
         if recording.rows and recording.rows[-1][0] == time_s:
             recording.rows.pop()
         recording.rows.append(row)
-        if self._people_port is not None:
-            recording.add_people(time_s, self._people_port.Eval(context).reshape(-1, POSE_SIZE))
+        if self._people_port is not None and recording.wants_people(time_s):
+            poses = self._people_port.Eval(context).reshape(-1, POSE_SIZE)
+            recording.people.append((time_s, poses))
         scan = self._scan_port.Eval(context)
         if scan is not None and (not recording.scans or recording.scans[-1] is not scan):
             recording.scans.append(scan)

@@ -36,24 +36,31 @@ class SeenRobot(NamedTuple):
     radius_m: float
 
 
-def seen_robot(footprint: Array, state: Array) -> SeenRobot:
-    """Returns what people see of a robot; footprint: (K, 2) base frame, m. state: (6,)."""
-    outline = place_outline(footprint, state[:3])
-    _, _, yaw, v, w, vy = state
-    low, high = footprint.min(axis=0), footprint.max(axis=0)
-    middle = 0.5 * (low + high)
-    # The velocity of the outline's centre.
-    ahead, aside = v - w * middle[1], vy + w * middle[0]
-    cos_yaw, sin_yaw = np.cos(yaw), np.sin(yaw)
-    velocity = (ahead * cos_yaw - aside * sin_yaw, ahead * sin_yaw + aside * cos_yaw)
-    centre = place_outline(middle[None], state[:3])[0]
-    return SeenRobot(
-        np.array([*centre, yaw]),
-        np.array(velocity),
-        outline,
-        0.5 * (high[0] - low[0]),
-        float(np.hypot(*(footprint - middle).T).max()),
-    )
+class Sight:
+    """What people see of a robot; footprint: (K, 2) base frame, m."""
+
+    def __init__(self, footprint: Array) -> None:
+        low, high = footprint.min(axis=0), footprint.max(axis=0)
+        self._middle = 0.5 * (low + high)
+        self._points = np.vstack([footprint, self._middle])
+        self._half_length_m = 0.5 * (high[0] - low[0])
+        self._radius_m = float(np.hypot(*(footprint - self._middle).T).max())
+
+    def of(self, state: Array) -> SeenRobot:
+        """Returns what is seen of the robot in a state, (6,)."""
+        placed = place_outline(self._points, state[:3])
+        _, _, yaw, v, w, vy = state
+        # The velocity of the outline's centre.
+        ahead, aside = v - w * self._middle[1], vy + w * self._middle[0]
+        cos_yaw, sin_yaw = np.cos(yaw), np.sin(yaw)
+        velocity = (ahead * cos_yaw - aside * sin_yaw, ahead * sin_yaw + aside * cos_yaw)
+        return SeenRobot(
+            np.array([*placed[-1], yaw]),
+            np.array(velocity),
+            placed[:-1],
+            self._half_length_m,
+            self._radius_m,
+        )
 
 
 class SocialForceWalk:
@@ -61,7 +68,7 @@ class SocialForceWalk:
 
     def __init__(self, world: World, footprint: Array) -> None:
         self._standing, self._things = (world.segments, world.circles), world.moving
-        self._footprint = footprint
+        self._sight = Sight(footprint)
 
     def step(
         self, people: Array, crowd: Crowd, time_s: float, state: Array, step_s: float
@@ -71,9 +78,11 @@ class SocialForceWalk:
         if len(self._things):
             moving = self._things.bodies.placed(self._things.tracks.poses_at(time_s))
             edges, circles = np.vstack([edges, moving[0]]), np.vstack([circles, moving[1]])
-        seen = seen_robot(self._footprint, state)
+        seen = self._sight.of(state)
         robot = np.array([*seen.centre, *seen.velocity, seen.half_length_m])
-        robot_edges = np.hstack([seen.outline, np.roll(seen.outline, -1, axis=0)])
+        robot_edges = np.empty((len(seen.outline), 4))
+        robot_edges[:, :2] = seen.outline
+        robot_edges[:-1, 2:], robot_edges[-1, 2:] = seen.outline[1:], seen.outline[0]
         return step_people(
             people, crowd.traits, crowd.goals, edges, circles, robot, robot_edges, step_s
         )
@@ -84,14 +93,14 @@ class OrcaWalk:
 
     def __init__(self, world: World, footprint: Array, settings: OrcaSettings) -> None:
         self._standing, self._things = linked_edges(world.free_rings), world.moving
-        self._footprint, self._settings = footprint, settings.as_array
+        self._sight, self._settings = Sight(footprint), settings.as_array
 
     def step(
         self, people: Array, crowd: Crowd, time_s: float, state: Array, step_s: float
     ) -> Array:
         """Returns (P, 8) the people `step_s` later, at time_s; state: (6,) of the robot."""
         edges, discs = self._with_things(time_s)
-        seen = seen_robot(self._footprint, state)
+        seen = self._sight.of(state)
         robot = np.array([*seen.centre[:2], *seen.velocity, seen.radius_m])
         return step_orca(
             people,

@@ -106,7 +106,6 @@ def test_only_those_of_the_trial_are_kept_and_groups_are_by_name(tmp_path):
         (ANNA + "4,anna,1e6,0\n", {"max_gap_s": 0.5}, "line 5: person anna is at [1e+06, 0] m"),
         ("t,x,y\n", {}, "line 1: expected the header time_s,person,x_m,y_m, got 't,x,y'"),
         (HEADER, {}, "expected rows, found none"),
-        (ANNA, {"start_time_s": 100.0}, "nobody is there in the 60 s after recording.start_time_s"),
         (ANNA, {"groups": (("eve",),)}, "recording.groups[0]: nobody is called 'eve'"),
         (ANNA, {"groups": (("anna",), ("anna",))}, "recording.groups: 'anna' is in two of them"),
         ("1 2 3\n", {"format": "eth_ucy", "frame_rate_hz": 25.0}, "line 1: expected 4 columns"),
@@ -150,6 +149,11 @@ def test_somebody_who_stands_on_the_start_is_told_by_file_and_line(tmp_path):
 def test_somebody_who_walks_through_an_obstacle_is_told_by_file_and_line(tmp_path):
     with pytest.raises(InputError, match=r"line 3: person 7 walks through an obstacle of scenario"):
         checked(tmp_path, HEADER + "10,7,3.5,0.5\n11,7,3.5,2.5\n")
+
+
+def test_a_recording_of_nobody_is_refused(tmp_path):
+    with pytest.raises(InputError, match=r"crowd.csv: nobody is there in the 120 s of a trial of"):
+        checked(tmp_path, HEADER + "500,7,3,3\n501,7,3,4\n")
 
 
 def test_the_recording_is_one_of_the_files_of_a_scenario(tmp_path):

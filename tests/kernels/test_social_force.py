@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from drake_navbench.inputs.people import REACTIONS, People, Person, WalkingPeople
 from drake_navbench.kernels.social_force import social_force, step_people
-from drake_navbench.kernels.walking import VX, VY, YAW, X, Y
+from drake_navbench.kernels.walking import TIME_GAP, VX, VY, YAW, X, Y, pace_behind_others
 
 STEP_S = 0.05
 NO_EDGES, NO_CIRCLES = np.empty((0, 4)), np.empty((0, 3))
@@ -184,3 +184,35 @@ def test_who_threatens_stands_in_the_robots_way():
     # 1.1 m ahead of the front, 0.55 m from the centre, which looks along y.
     np.testing.assert_allclose(way[-1, :2], [0.0, 1.65], atol=0.15)
     assert gaps_to_chair(way[:, [1, 0]], robot).min() > 0.0
+
+
+def paced(*others, time_gap_s=1.0):
+    """Returns the pace along x of one at the origin who would like 1.4 m/s behind others."""
+    people = np.zeros((1 + len(others), 8))
+    people[1:, :2] = others
+    return pace_behind_others(0, people, time_gap_s, 1.0, 0.0, 1.4)
+
+
+def test_one_keeps_a_time_gap_to_the_nearest_ahead():
+    # (1 m - 0.3 m) / 1 s; who is aside by more than 0.3 m, or behind, does not count.
+    assert paced((1.0, 0.0), (3.0, 0.0)) == pytest.approx(0.7)
+    assert paced((1.0, 0.0), time_gap_s=2.0) == pytest.approx(0.35)
+    assert paced((1.0, 0.31), (-1.0, 0.0)) == 1.4
+    assert paced((0.2, 0.1)) == 0.0
+    assert paced((1.0, 0.0), time_gap_s=0.0) == 1.4
+
+
+def test_who_follows_somebody_slow_with_a_time_gap_is_as_slow():
+    slow = Person(start=(3.0, 0.0), goals=[(90.0, 0.0)], speed_mps=0.5)
+    fast = Person(start=(0.0, 0.0), goals=[(90.0, 0.0)], speed_mps=1.5)
+    for model in ("social_force", "orca"):
+        people = People(model=model, persons=[fast, slow], time_gap_s=1.0)
+        traits = WalkingPeople(people).crowd(seed=0).traits
+        np.testing.assert_array_equal(traits[:, TIME_GAP], 1.0)
+    crowd = WalkingPeople(People(persons=[fast, slow], time_gap_s=1.0)).crowd(seed=0)
+    people = crowd.state
+    for _ in range(300):
+        people = step_people(
+            people, crowd.traits, crowd.goals, NO_EDGES, NO_CIRCLES, *FAR_AWAY, STEP_S
+        )
+    assert people[0, VX] == pytest.approx(0.5, abs=0.02)

@@ -396,3 +396,29 @@ def seen_from(x, y, yaw, point):
     away = point - np.array([x, y])
     cos, sin = math.cos(yaw), math.sin(yaw)
     return np.array([cos * away[0] + sin * away[1], cos * away[1] - sin * away[0]])
+
+
+def test_of_recorded_people_only_those_are_drawn_who_are_there(tmp_path):
+    (tmp_path / "crowd.csv").write_text(
+        "time_s,person,x_m,y_m\n0,a,3,3\n0.5,a,3,3.5\n0,b,5,3\n2,b,5,4\n", encoding="utf-8"
+    )
+    (tmp_path / "hall.yaml").write_text(
+        "description: a hall\nworld: {people: {recording: crowd.csv}}\n"
+        "goal: [8.0, 0.0, 0.0]\ntimeout_s: 1.0\n",
+        encoding="utf-8",
+    )
+    run_trial(str(tmp_path / "hall.yaml"), "rpp").write(tmp_path / "trial.parquet")
+    out = tmp_path / "out"
+    assert main(["export", str(tmp_path / "trial.parquet"), "--mcap", "--out", str(out)]) == 0
+    with next(out.rglob("*.mcap")).open("rb") as file:
+        decoded = list(
+            make_reader(file, decoder_factories=[DecoderFactory()]).iter_decoded_messages()
+        )
+    drawn = [
+        [(point.x, point.y) for marker in message.markers for point in marker.points]
+        for _, channel, _, message in decoded
+        if channel.topic == "/moving_obstacles"
+    ]
+    counts = [len(points) for points in drawn]
+    assert counts[0] == 2 * counts[-1] > 0
+    assert max(abs(x) for points in drawn for x, _ in points) < 6.0
