@@ -18,8 +18,19 @@ SIGHT_STEP_CELLS = 0.5
 
 
 @njit(cache=True)
+def _is_near(lethal, row, column):
+    """Whether a cell or one of its eight neighbours is occupied: surfaces have gaps askew."""
+    rows, columns = lethal.shape
+    for i in range(max(row - 1, 0), min(row + 2, rows)):
+        for j in range(max(column - 1, 0), min(column + 2, columns)):
+            if lethal[i, j]:
+                return True
+    return False
+
+
+@njit(cache=True)
 def _sees(lethal, corner, robot, row, column, sight):
-    """Whether a cell was free and in sight of the robot; all in cells of the frame."""
+    """Whether a cell was free and in plain sight of the robot; all in cells of the frame."""
     ahead, aside = row + 0.5 - robot[0], column + 0.5 - robot[1]
     distance = math.hypot(ahead, aside)
     if distance > sight:
@@ -30,7 +41,7 @@ def _sees(lethal, corner, robot, row, column, sight):
         share = k / steps
         i = math.floor(robot[0] + share * ahead) - corner[0]
         j = math.floor(robot[1] + share * aside) - corner[1]
-        if not (0 <= i < rows and 0 <= j < columns) or lethal[i, j]:
+        if not (0 <= i < rows and 0 <= j < columns) or _is_near(lethal, i, j):
             return False
     return True
 

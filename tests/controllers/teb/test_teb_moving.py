@@ -21,6 +21,7 @@ from drake_navbench.controllers.teb.curvature import (
 from drake_navbench.controllers.teb.ipopt_program import SolverSettings
 from drake_navbench.controllers.teb.layout import pack_band, row_count
 from drake_navbench.controllers.teb.memory import TebMemory
+from drake_navbench.controllers.teb.motion_of_cells import farthest_free_cell
 from drake_navbench.controllers.teb.moving import Track, Tracking, track_obstacles
 from drake_navbench.controllers.teb.predicted import encounters_of, moving_fields
 from drake_navbench.controllers.teb.program import BandProgram
@@ -227,3 +228,17 @@ def test_what_leaves_the_way_is_not_driven_around():
     # Taken as standing, it is passed on the side that it goes to.
     assert off[-6:, 1].max() > 0.3
     assert np.abs(on[-6:, 1]).max() < 0.5 * off[-6:, 1].max()
+
+
+def test_what_lies_behind_a_slanted_surface_was_not_in_sight():
+    # Cells that meet at their corners alone: a line of sight that is thin enough slips through.
+    lethal = np.zeros((30, 30), dtype=bool)
+    lethal[np.arange(30), np.arange(30)] = True
+    corner, robot = np.zeros(2, dtype=np.int64), np.array([4.5, 25.5])
+    others = np.array([[5, 5]])
+
+    def found(cell):
+        return farthest_free_cell(np.array([cell]), others, lethal, corner, robot, 40.0)[0]
+
+    assert found((24, 5)) == 0.0
+    assert found((5, 20)) == 15.0
