@@ -8,7 +8,7 @@ in both scenarios: that keeps the trials paired.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -59,6 +59,70 @@ class RankChange(NamedTuple):
         if not self.is_shown:
             return "no change shown"
         return "falls" if self.change.low > 0.0 else "rises"
+
+
+class MeanRankChange(NamedTuple):
+    """A controller's rank in the mean over some scenarios and over others.
+
+    arrived, trials: in both, first the ones. change: of the mean rank, 95% interval.
+    """
+
+    controller: str
+    mean_ranks: tuple[float, float]
+    arrived: tuple[int, int]
+    trials: tuple[int, int]
+    change: Interval
+
+    @property
+    def is_shown(self) -> bool:
+        """Whether the trials show that the mean rank changes."""
+        return self.change.excludes(0.0)
+
+
+def mean_rank_changes(
+    trials: pd.DataFrame, scenarios: Sequence[str], others: Sequence[str]
+) -> list[MeanRankChange]:
+    """Returns how each controller's mean rank changes from some scenarios to others.
+
+    trials: rows as in trials.parquet. Counted are the controllers that drove in all of them, and
+    the seeds that all did; the same seeds are drawn in every scenario. Empty where there are none.
+    """
+    names = [*scenarios, *others]
+    driven = trials[trials["scenario"].isin(names)]
+    by_controller = driven.groupby("controller", sort=False)["scenario"].nunique()
+    controllers = [name for name, count in by_controller.items() if count == len(names)]
+    if not controllers:
+        return []
+    tables = [_by_seed(driven[driven["scenario"] == name], controllers) for name in names]
+    seeds = tables[0][0].index
+    for arrived_table, _ in tables[1:]:
+        seeds = seeds.intersection(arrived_table.index)
+    if seeds.empty:
+        return []
+    arrived, times = (
+        np.stack([table[part].loc[seeds].to_numpy(dtype=float) for table in tables])
+        for part in (0, 1)
+    )
+    everyone = np.arange(len(seeds))[None]
+    drawn = everyone
+    if len(seeds) >= MIN_SEEDS:
+        drawn = np.random.default_rng(0).integers(len(seeds), size=(RESAMPLES, len(seeds)))
+    parts = (slice(len(scenarios)), slice(len(scenarios), None))
+    ranks, spread = (_ranks(arrived, times, which) for which in (everyone, drawn))
+    means = [ranks[part, 0].mean(axis=0) for part in parts]
+    changes = spread[parts[1]].mean(axis=0) - spread[parts[0]].mean(axis=0)
+    counts = [arrived[part].sum(axis=(0, 1)) for part in parts]
+    trial_counts = (len(scenarios) * len(seeds), len(others) * len(seeds))
+    return [
+        MeanRankChange(
+            name,
+            (float(means[0][i]), float(means[1][i])),
+            (int(counts[0][i]), int(counts[1][i])),
+            trial_counts,
+            _interval(changes[:, i]),
+        )
+        for i, name in enumerate(controllers)
+    ]
 
 
 def rank_changes(trials: pd.DataFrame, clean_of: Mapping[str, str]) -> list[RankChange]:
@@ -165,7 +229,7 @@ def _ranks(
     return np.asarray(1 + beats.sum(axis=3))
 
 
-def _interval(values: NDArray[np.int64]) -> Interval:
+def _interval(values: NDArray[np.int64] | NDArray[np.float64]) -> Interval:
     tail = 50.0 * (1.0 - CONFIDENCE)
     low, high = np.percentile(values, [tail, 100.0 - tail], method="nearest")
     return Interval(float(low), float(high))
