@@ -10,6 +10,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from drake_navbench.controllers.teb.arcs import band_geometry
@@ -120,24 +121,57 @@ def warm_start(band: Band, elapsed_s: float, start: Array, goal: Array, *, pace:
     The offset of the start fades out over the first poses, that of the goal is spread evenly; the
     duration grows with a goal that moves on. The result has even time steps.
     """
-    times = np.concatenate([[0.0], np.cumsum(band.time_steps)])
-    elapsed = min(elapsed_s, float(times[-1]))
-    here = _interpolate(np.array([elapsed]), times, band.poses)[0]
-    start_offset = _offset(here, start)
-    goal_offset = _offset(band.poses[-1], goal)
-    remaining = float(times[-1]) - elapsed
-    growth = math.hypot(goal_offset[0], goal_offset[1]) / pace.speed
+    total = band.duration_s
+    elapsed = min(elapsed_s, total)
+    remaining = total - elapsed
+    end = band.poses[-1]
+    growth = math.hypot(goal[0] - end[0], goal[1] - end[1]) / pace.speed
     shortest = pace.fewest * (pace.dt_ref - pace.dt_hysteresis)
     duration = max(remaining + growth, shortest)
     count = pace.interval_count(duration, len(band.time_steps))
-    share = np.linspace(0.0, 1.0, count + 1)
-    poses = _interpolate(elapsed + share * remaining, times, band.poses)
-    fading = np.clip(1.0 - np.arange(count + 1) / BLEND_POSE_COUNT, 0.0, 1.0)
-    poses += fading[:, None] * start_offset + share[:, None] * goal_offset
-    poses[:, 2] += start[2] - poses[0, 2] - wrap(start[2] - poses[0, 2])
-    poses[0] = start
-    poses[-1, :2] = goal[:2]
+    poses = _carried_over(band.poses, band.time_steps, elapsed, remaining, count, start, goal)
     return Band(freeze(poses), freeze(np.full(count, duration / count)))
+
+
+@njit(cache=True)
+def _wrapped(angle):
+    """Returns the angle in [-pi, pi], rad."""
+    return angle - 2.0 * math.pi * np.rint(angle / (2.0 * math.pi))
+
+
+@njit(cache=True)
+def _carried_over(poses, time_steps, elapsed, remaining, count, start, goal):
+    """Returns (count + 1, 3) what `warm_start` makes of a band's poses."""
+    result = np.empty((count + 1, 3))
+    here = np.empty(3)
+    last = poses.shape[0] - 1
+    i, begin = 0, 0.0
+    for k in range(count + 1):
+        sample = elapsed + k / count * remaining
+        while i < last - 1 and sample > begin + time_steps[i]:
+            begin += time_steps[i]
+            i += 1
+        share = min((sample - begin) / time_steps[i], 1.0)
+        for axis in range(3):
+            result[k, axis] = poses[i, axis] + share * (poses[i + 1, axis] - poses[i, axis])
+            if k == 0:
+                here[axis] = result[0, axis]
+    for axis in range(3):
+        start_offset, goal_offset = start[axis] - here[axis], goal[axis] - poses[last, axis]
+        if axis == 2:
+            start_offset, goal_offset = _wrapped(start_offset), _wrapped(goal_offset)
+        for k in range(count + 1):
+            fading = max(1.0 - k / BLEND_POSE_COUNT, 0.0)
+            result[k, axis] += fading * start_offset + k / count * goal_offset
+    # Whole turns, so that the yaw begins with that of the start.
+    turns = start[2] - result[0, 2]
+    turns -= _wrapped(turns)
+    for k in range(count + 1):
+        result[k, 2] += turns
+    for axis in range(3):
+        result[0, axis] = start[axis]
+    result[count, 0], result[count, 1] = goal[0], goal[1]
+    return result
 
 
 def unwrapped_goal(goal: Array, guess: Band) -> Array:
@@ -153,13 +187,32 @@ def next_twist(band: Band, twist: Array, period_s: float, look_ahead_poses: int 
     accelerations are meant. look_ahead_poses: the first interval whose speeds count.
     """
     first = min(max(look_ahead_poses, 1), len(band.time_steps)) - 1
-    lengths, _, turns, _, _ = band_geometry(band.poses)
-    middles = np.cumsum(band.time_steps) - 0.5 * band.time_steps
-    times = np.concatenate([[0.0], middles[first:]])
-    rates = np.column_stack([lengths, turns]) / band.time_steps[:, None]
-    return np.array(
-        [np.interp(period_s, times, np.append(twist[i], rates[first:, i])) for i in range(2)]
-    )
+    return _twist_after(band.poses, band.time_steps, twist, period_s, first)
+
+
+@njit(cache=True)
+def _twist_after(poses, time_steps, twist, period_s, first):
+    """Returns (2,) the twist after a period, of speeds from those of interval `first` on."""
+    lengths, _, turns, _, _ = band_geometry(poses)
+    count = time_steps.shape[0]
+    before, after = 0.0, 0.0
+    command = np.array([twist[0], twist[1]])
+    begin = 0.0
+    for k in range(count):
+        middle = begin + 0.5 * time_steps[k]
+        begin += time_steps[k]
+        if k < first:
+            continue
+        speed, rate = lengths[k] / time_steps[k], turns[k] / time_steps[k]
+        after = middle
+        if after >= period_s:
+            share = (period_s - before) / (after - before)
+            command[0] += share * (speed - command[0])
+            command[1] += share * (rate - command[1])
+            return command
+        before = after
+        command[0], command[1] = speed, rate
+    return command
 
 
 def braking_band(
@@ -220,13 +273,6 @@ def _path_knots(path: Array, start: Array, goal: Array, *, pace: Pace) -> Array:
 def _interpolate(samples: Array, times: Array, poses: Array) -> Array:
     """Returns (S, 3) poses at the sample times, linear in time."""
     return np.column_stack([np.interp(samples, times, poses[:, i]) for i in range(3)])
-
-
-def _offset(pose: Array, target: Array) -> Array:
-    """Returns (3,) target minus pose, the yaw wrapped."""
-    difference = target - pose
-    difference[2] = wrap(float(difference[2]))
-    return difference
 
 
 def shift(band: Band, elapsed_s: float) -> Band | None:

@@ -25,16 +25,13 @@ from drake_navbench.kernels.path_geometry import path_length
 
 Array = NDArray[np.float64]
 
-# A band that lost against another class is optimised again only after so long: neither changes
-# much in a cycle.
-REVISIT_PERIOD_S = 0.25
-
 
 class Candidate(NamedTuple):
     """A guess for a band and what is known of its class.
 
     angles: (C,) swept about the clusters, rad. is_driven: it continues the band driven so far.
     follows_plan: it has the class of the global plan. predecessor: the alternative it continues.
+    is_spare: a new guess for the class of the driven band.
     """
 
     guess: Band
@@ -42,16 +39,13 @@ class Candidate(NamedTuple):
     is_driven: bool
     follows_plan: bool
     predecessor: Alternative | None
+    is_spare: bool = False
 
     @property
     def is_cold(self) -> bool:
-        """Whether it has no predecessor."""
-        return self.predecessor is None and not self.is_driven
-
-    def lost_lately(self, time_s: float) -> bool:
-        """Whether it obeyed the limits and was not chosen, less than REVISIT_PERIOD_S ago."""
-        known = self.predecessor
-        return known is not None and known.accepted and time_s - known.stamp_s < REVISIT_PERIOD_S
+        """Whether it is a guess that has not been optimised before."""
+        is_new = self.predecessor is None or self.predecessor.is_queued
+        return is_new and not self.is_driven
 
     @property
     def length_m(self) -> float:
@@ -154,7 +148,9 @@ def gather_candidates(
         add(continued(memory.band, memory.stamp_s), is_driven=True)
     if parameters.enable_homotopy_class_planning:
         for known in memory.alternatives:
-            if not _goal_jumped(known.band, goal, parameters):
+            # A guess that failed tells which class is not worth another try yet, and no more.
+            is_of_use = known.accepted or known.is_queued or known.is_recent(time_s)
+            if is_of_use and not _goal_jumped(known.band, goal, parameters):
                 add(continued(known.band, known.stamp_s), known=known)
     for path, path_angles in zip(paths, plan_angles, strict=True):
         if found and not parameters.enable_homotopy_class_planning:
@@ -162,6 +158,31 @@ def gather_candidates(
         if not any(same_class(path_angles, other.angles) for other in found):
             add(initialise(path, start, goal, pace=pace, speed=speed))
     return found
+
+
+def spare_candidate(
+    candidates: list[Candidate],
+    paths: list[Array],
+    *,
+    start: Array,
+    goal: Array,
+    speed: float,
+    clusters: Clusters,
+    pace: Pace,
+) -> Candidate | None:
+    """Returns a new guess of the driven band's class, for where that band fails; None without one.
+
+    Arguments as for `gather_candidates`.
+    """
+    if not candidates or not candidates[0].is_driven:
+        return None
+    driven = candidates[0]
+    for path in paths:
+        angles = swept_angles(np.vstack([start[:2], path, goal[:2]]), clusters.anchors)
+        if same_class(angles, driven.angles):
+            guess = initialise(path, start, goal, pace=pace, speed=speed)
+            return driven._replace(guess=guess, is_driven=False, is_spare=True)
+    return None
 
 
 def _goal_jumped(band: Band, goal: Array, parameters: TebParameters) -> bool:

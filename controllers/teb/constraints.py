@@ -22,6 +22,7 @@ from drake_navbench.controllers.teb.layout import (
     unpack_poses,
     variable_count,
 )
+from drake_navbench.controllers.teb.predicted import NO_ENCOUNTERS, Encounters, field_of
 from drake_navbench.kernels.distance_field import DistanceField, sample_distance
 
 Array = NDArray[np.float64]
@@ -41,6 +42,7 @@ class BandScene(NamedTuple):
     via_points: (V, 2) m, points that attract the band. via_poses: (V,) index of the attracted pose.
     turning_radius: of a car, m; 0 without a bound. directions: (m,) in which a car drives through
         each interval, 1 forward, -1 backward.
+    encounters: with what moves.
     """
 
     start: Array
@@ -54,6 +56,7 @@ class BandScene(NamedTuple):
     via_poses: NDArray[np.int64]
     turning_radius: float = 0.0
     directions: Array = NO_DIRECTIONS
+    encounters: Encounters = NO_ENCOUNTERS
 
 
 @njit(cache=True)
@@ -107,25 +110,45 @@ def _fill_accelerations(first_row, rates, start, end, slopes, time_steps, values
 
 
 @njit(cache=True)
-def _fill_clearances(first_row, poses, discs, field, shares, slack, values, jacobian):
-    """Fills one row for each inner pose and disc: its distance to obstacles plus its slack."""
-    m = poses.shape[0] - 1
+def _fill_pose_clearances(first_row, i, poses, discs, field, shift, share, slack, values, jacobian):
+    """Fills one row for each disc at pose i: its distance to obstacles plus its slack.
+
+    shift: (x, y) m, by which the obstacles lie farther than their field says.
+    """
     slack_column = jacobian.shape[1] - 1
-    row = first_row
+    x_column, y_column, yaw_column = pose_columns(i, poses.shape[0] - 1)
+    cos_yaw, sin_yaw = math.cos(poses[i, 2]), math.sin(poses[i, 2])
+    for disc in range(discs.shape[0]):
+        row = first_row + disc
+        arm_x, arm_y = discs[disc, 0] * cos_yaw, discs[disc, 0] * sin_yaw
+        distance, slope_x, slope_y = sample_distance(
+            field, poses[i, 0] - shift[0] + arm_x, poses[i, 1] - shift[1] + arm_y
+        )
+        values[row] = distance - discs[disc, 1] + share * slack
+        jacobian[row, x_column] = slope_x
+        jacobian[row, y_column] = slope_y
+        jacobian[row, yaw_column] = slope_y * arm_x - slope_x * arm_y
+        jacobian[row, slack_column] = share
+
+
+@njit(cache=True)
+def _fill_clearances(first_row, poses, scene, slack, values, jacobian):
+    """Fills the rows of all inner poses and discs, then those for what moves."""
+    m, disc_count = poses.shape[0] - 1, scene.discs.shape[0]
     for i in range(1, m):
-        x_column, y_column, yaw_column = pose_columns(i, m)
-        cos_yaw, sin_yaw = math.cos(poses[i, 2]), math.sin(poses[i, 2])
-        for disc in range(discs.shape[0]):
-            arm_x, arm_y = discs[disc, 0] * cos_yaw, discs[disc, 0] * sin_yaw
-            distance, slope_x, slope_y = sample_distance(
-                field, poses[i, 0] + arm_x, poses[i, 1] + arm_y
-            )
-            values[row] = distance - discs[disc, 1] + shares[i - 1] * slack
-            jacobian[row, x_column] = slope_x
-            jacobian[row, y_column] = slope_y
-            jacobian[row, yaw_column] = slope_y * arm_x - slope_x * arm_y
-            jacobian[row, slack_column] = shares[i - 1]
-            row += 1
+        row = first_row + (i - 1) * disc_count
+        share = scene.clearance_shares[i - 1]
+        _fill_pose_clearances(
+            row, i, poses, scene.discs, scene.field, (0.0, 0.0), share, slack, values, jacobian
+        )
+    encounters = scene.encounters
+    for i in range(1, encounters.things.shape[0] + 1):
+        row = first_row + (m - 1 + i - 1) * disc_count
+        field = field_of(encounters.fields, encounters.things[i - 1])
+        shift = (encounters.shifts[i - 1, 0], encounters.shifts[i - 1, 1])
+        _fill_pose_clearances(
+            row, i, poses, scene.discs, field, shift, 1.0, slack, values, jacobian
+        )
 
 
 @njit(cache=True)
@@ -160,7 +183,8 @@ def band_constraints(z, interval_count, scene):
     lengths, offsets, turns, length_slopes, offset_slopes = band_geometry(poses)
     speeds, turn_rates, turn_slopes = band_rates(lengths, turns, time_steps)
     is_car = scene.turning_radius > 0.0
-    values = np.empty(row_count(m, scene.discs.shape[0], is_car))
+    meets_moving = scene.encounters.things.shape[0] > 0
+    values = np.empty(row_count(m, scene.discs.shape[0], is_car, meets_moving))
     jacobian = np.zeros((values.shape[0], variable_count(m)))
     for k in range(m):
         values[k] = offsets[k]
@@ -187,16 +211,7 @@ def band_constraints(z, interval_count, scene):
         values,
         jacobian,
     )
-    _fill_clearances(
-        5 * m + 2,
-        poses,
-        scene.discs,
-        scene.field,
-        scene.clearance_shares,
-        z[-1],
-        values,
-        jacobian,
-    )
+    _fill_clearances(5 * m + 2, poses, scene, z[-1], values, jacobian)
     if is_car:
         _fill_turnings(
             values.shape[0] - 2 * m,
@@ -212,38 +227,54 @@ def band_constraints(z, interval_count, scene):
     return values, jacobian
 
 
-def sparsity_pattern(
-    interval_count: int, disc_count: int, is_car: bool = False
-) -> list[tuple[int, int]]:
-    """Returns the (row, column) pairs of `band_constraints` that may be non-zero."""
+@njit(cache=True)
+def _mark(pattern, count, row, first, last, m, with_time, yaw_only):
+    """Adds the columns of intervals first to last (exclusive) to a row; returns the new count."""
+    for k in range(first, last):
+        if with_time:
+            pattern[count, 0], pattern[count, 1] = row, k
+            count += 1
+    for axis in range(2 if yaw_only else 0, 3):
+        for i in range(first, last + 1):
+            column = pose_columns(i, m)[axis]
+            if column >= 0:
+                pattern[count, 0], pattern[count, 1] = row, column
+                count += 1
+    return count
+
+
+@njit(cache=True)
+def sparsity_pattern(interval_count, disc_count, is_car=False, meets_moving=False):
+    """Returns (K, 2) the rows and columns of `band_constraints` that may be non-zero, by rows.
+
+    The columns of a row ascend.
+    """
     m = interval_count
-    pairs: list[tuple[int, int]] = []
-
-    def add(row: int, intervals: list[int], *, with_time: bool, yaw_only: bool) -> None:
-        columns = set()
-        for k in intervals:
-            if with_time:
-                columns.add(k)
-            for i in (k, k + 1):
-                columns.update(pose_columns(i, m)[2 if yaw_only else 0 :])
-        pairs.extend((row, column) for column in sorted(columns - {-1}))
-
+    rows = row_count(m, disc_count, is_car, meets_moving)
+    # No row has more than the times of two intervals and three poses.
+    pattern = np.empty((11 * rows, 2), dtype=np.int64)
+    count = 0
     for k in range(m):
-        add(k, [k], with_time=False, yaw_only=False)
-        add(m + k, [k], with_time=True, yaw_only=False)
-        add(2 * m + k, [k], with_time=True, yaw_only=True)
+        count = _mark(pattern, count, k, k, k + 1, m, False, False)
+    for k in range(m):
+        count = _mark(pattern, count, m + k, k, k + 1, m, True, False)
+    for k in range(m):
+        count = _mark(pattern, count, 2 * m + k, k, k + 1, m, True, True)
     for k in range(m + 1):
-        neighbours = [j for j in (k - 1, k) if 0 <= j < m]
-        add(3 * m + k, neighbours, with_time=True, yaw_only=False)
-        add(4 * m + 1 + k, neighbours, with_time=True, yaw_only=True)
-    slack_column = variable_count(m) - 1
-    for i in range(1, m):
-        for disc in range(disc_count):
-            row = 5 * m + 2 + (i - 1) * disc_count + disc
-            pairs.extend((row, column) for column in (*pose_columns(i, m), slack_column))
+        count = _mark(pattern, count, 3 * m + k, max(k - 1, 0), min(k + 1, m), m, True, False)
+    for k in range(m + 1):
+        count = _mark(pattern, count, 4 * m + 1 + k, max(k - 1, 0), min(k + 1, m), m, True, True)
+    row = 5 * m + 2
+    for _ in range(2 if meets_moving else 1):
+        for i in range(1, m):
+            for _ in range(disc_count):
+                for column in (*pose_columns(i, m), variable_count(m) - 1):
+                    pattern[count, 0], pattern[count, 1] = row, column
+                    count += 1
+                row += 1
     if is_car:
-        first = row_count(m, disc_count)
         for k in range(m):
-            for way in range(2):
-                add(first + 2 * k + way, [k], with_time=True, yaw_only=False)
-    return pairs
+            for _ in range(2):
+                count = _mark(pattern, count, row, k, k + 1, m, True, False)
+                row += 1
+    return pattern[:count]

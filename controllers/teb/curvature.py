@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from drake_navbench.controllers.teb.arcs import arc_curvature, arc_ratio, band_geometry, band_rates
 from drake_navbench.controllers.teb.layout import pose_columns, unpack_poses, variable_count
+from drake_navbench.controllers.teb.predicted import field_of
 from drake_navbench.kernels.distance_field import sample_curvature, sample_distance
 
 # An acceleration couples two intervals, and so the columns of three poses.
@@ -184,6 +185,25 @@ def _add_pose_terms(poses, scene, weights, positions, matrix):
 
 
 @njit(cache=True)
+def _add_distance_bends(field, x, y, arm_x, arm_y, pull, slope_x, slope_y, places, matrix):
+    """Adds pull times the curvature of the distance at (x, y), by x, y and yaw of the pose.
+
+    arm_x, arm_y: from the pose to (x, y), m.
+    """
+    by_xx, by_xy, by_yy = sample_curvature(field, x, y)
+    x_yaw = -by_xx * arm_y + by_xy * arm_x
+    y_yaw = -by_xy * arm_y + by_yy * arm_x
+    yaw_yaw = -x_yaw * arm_y + y_yaw * arm_x - slope_x * arm_x - slope_y * arm_y
+    matrix[places[0], 0] += pull * by_xx
+    matrix[places[1], 0] += pull * by_yy
+    matrix[places[2], 0] += pull * yaw_yaw
+    # x, y and yaw of a pose lie next to each other.
+    matrix[places[1], 1] += pull * by_xy
+    matrix[places[2], 2] += pull * x_yaw
+    matrix[places[2], 1] += pull * y_yaw
+
+
+@njit(cache=True)
 def _add_clearance_terms(poses, scene, weights, multipliers, positions, matrix):
     """Adds the curvature of the clearance rows, by their multipliers, and of the inflation."""
     places, slopes = np.empty(3, dtype=np.int64), np.zeros(3)
@@ -206,19 +226,34 @@ def _add_clearance_terms(poses, scene, weights, multipliers, positions, matrix):
                 slopes[0], slopes[1] = slope_x, slope_y
                 slopes[2] = slope_y * arm_x - slope_x * arm_y
                 add_outer(matrix, places, slopes, 3, 2.0 * weights.inflation)
+            if abs(pull) >= LEAST_PULL:
+                _add_distance_bends(
+                    scene.field, x, y, arm_x, arm_y, pull, slope_x, slope_y, places, matrix
+                )
+
+
+@njit(cache=True)
+def _add_moving_clearance_terms(poses, scene, multipliers, positions, matrix):
+    """Adds the curvature of the clearance rows of what moves, by their multipliers."""
+    places = np.empty(3, dtype=np.int64)
+    encounters = scene.encounters
+    row = 0
+    for i in range(1, encounters.things.shape[0] + 1):
+        columns = pose_columns(i, poses.shape[0] - 1)
+        for axis in range(3):
+            places[axis] = positions[columns[axis]]
+        field = field_of(encounters.fields, encounters.things[i - 1])
+        cos_yaw, sin_yaw = math.cos(poses[i, 2]), math.sin(poses[i, 2])
+        for k in range(scene.discs.shape[0]):
+            pull = multipliers[row]
+            row += 1
             if abs(pull) < LEAST_PULL:
                 continue
-            by_xx, by_xy, by_yy = sample_curvature(scene.field, x, y)
-            x_yaw = -by_xx * arm_y + by_xy * arm_x
-            y_yaw = -by_xy * arm_y + by_yy * arm_x
-            yaw_yaw = -x_yaw * arm_y + y_yaw * arm_x - slope_x * arm_x - slope_y * arm_y
-            matrix[places[0], 0] += pull * by_xx
-            matrix[places[1], 0] += pull * by_yy
-            matrix[places[2], 0] += pull * yaw_yaw
-            # x, y and yaw of a pose lie next to each other.
-            matrix[places[1], 1] += pull * by_xy
-            matrix[places[2], 2] += pull * x_yaw
-            matrix[places[2], 1] += pull * y_yaw
+            arm_x, arm_y = scene.discs[k, 0] * cos_yaw, scene.discs[k, 0] * sin_yaw
+            x = poses[i, 0] - encounters.shifts[i - 1, 0] + arm_x
+            y = poses[i, 1] - encounters.shifts[i - 1, 1] + arm_y
+            _, slope_x, slope_y = sample_distance(field, x, y)
+            _add_distance_bends(field, x, y, arm_x, arm_y, pull, slope_x, slope_y, places, matrix)
 
 
 @njit(cache=True)
@@ -267,8 +302,11 @@ def add_lagrangian_curvature(z, interval_count, scene, weights, multipliers, pos
         coupled,
     )
     _add_pose_terms(poses, scene, weights, positions, matrix)
-    clearances = multipliers[5 * m + 2 : 5 * m + 2 + scene.discs.shape[0] * (m - 1)]
-    _add_clearance_terms(poses, scene, weights, clearances, positions, matrix)
+    first, count = 5 * m + 2, scene.discs.shape[0] * (m - 1)
+    _add_clearance_terms(
+        poses, scene, weights, multipliers[first : first + count], positions, matrix
+    )
+    _add_moving_clearance_terms(poses, scene, multipliers[first + count :], positions, matrix)
     bends, inner = np.empty((6, 6)), np.empty((3, 7))
     slopes, before = np.zeros((3, 7)), np.zeros((3, 7))
     places, places_before = np.empty(7, dtype=np.int64), np.empty(7, dtype=np.int64)

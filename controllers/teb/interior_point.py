@@ -67,13 +67,16 @@ class DescentSettings(NamedTuple):
     """How far the method goes.
 
     barrier: its parameter, which stays. iterations: at most. error_tolerance: of the slopes of the
-    Lagrangian. violation_tolerance: of rows and slacks.
+    Lagrangian. violation_tolerance: of rows and slacks. It stops after `review` iterations where
+    the slopes are above `hopeless_error` then.
     """
 
     barrier: float = 1e-3
     iterations: int = 60
     error_tolerance: float = 0.03
     violation_tolerance: float = 1e-4
+    review: int = 25
+    hopeless_error: float = math.inf
 
 
 class Descent(NamedTuple):
@@ -91,11 +94,10 @@ class Descent(NamedTuple):
     violation: float
 
 
-def structure_of(pattern: list[tuple[int, int]], rows: int, interval_count: int) -> Structure:
-    """Returns the structure of a program from its sparsity pattern, (row, column) in any order."""
-    ordered = np.array(sorted(pattern), dtype=np.int64)
-    starts = np.searchsorted(ordered[:, 0], np.arange(rows + 1))
-    columns = np.ascontiguousarray(ordered[:, 1])
+def structure_of(pattern: Indices, rows: int, interval_count: int) -> Structure:
+    """Returns the structure of a program from its sparsity pattern (K, 2), by rows."""
+    starts = np.searchsorted(pattern[:, 0], np.arange(rows + 1))
+    columns = np.ascontiguousarray(pattern[:, 1])
     return Structure(starts.astype(np.int64), columns, band_positions(interval_count))
 
 
@@ -313,6 +315,8 @@ def _descend(state, problem, settings):
         if error <= settings.error_tolerance and violation <= settings.violation_tolerance:
             return True, iteration, error, violation
         if iteration >= settings.iterations or not (error < math.inf and violation < math.inf):
+            return False, iteration, error, violation
+        if iteration == settings.review and error > settings.hopeless_error:
             return False, iteration, error, violation
         if not _newton_direction(state, problem, values, jacobian, gradient, steps, targets):
             return False, iteration, error, violation

@@ -3,9 +3,9 @@
 A band of n poses has m = n - 1 intervals; its first and last pose are given. Variables, in order:
 m time steps, then x, y and yaw of the n - 2 inner poses, then one slack of the clearance rows.
 Rows, in order: m arc, m speed, m turn rate, m + 1 acceleration, m + 1 angular acceleration, and
-n - 2 clearance rows for each disc of the robot, and for a car twice m turning rows. Row k of the
-accelerations is the change of speed into interval k: row 0 starts from the twist that the band
-starts with, row m ends in the final one.
+n - 2 clearance rows for each disc of the robot, as many again where something moves, and for a car
+twice m turning rows. Row k of the accelerations is the change of speed into interval k: row 0
+starts from the twist that the band starts with, row m ends in the final one.
 """
 
 from __future__ import annotations
@@ -26,10 +26,11 @@ def variable_count(interval_count):
 
 
 @njit(cache=True)
-def row_count(interval_count, disc_count, is_car=False):
+def row_count(interval_count, disc_count, is_car=False, meets_moving=False):
     """Returns the number of constraint rows of a band with m intervals."""
     m = interval_count
-    return 3 * m + 2 * (m + 1) + disc_count * (m - 1) + (2 * m if is_car else 0)
+    clearances = disc_count * (m - 1) * (2 if meets_moving else 1)
+    return 3 * m + 2 * (m + 1) + clearances + (2 * m if is_car else 0)
 
 
 @njit(cache=True)
@@ -63,7 +64,9 @@ def pack_band(poses: Array, time_steps: Array, slack_m: float) -> Array:
     return np.concatenate([time_steps, poses[1:-1].T.ravel(), [slack_m]])
 
 
-def row_slices(interval_count: int, disc_count: int, is_car: bool = False) -> dict[str, slice]:
+def row_slices(
+    interval_count: int, disc_count: int, is_car: bool = False, meets_moving: bool = False
+) -> dict[str, slice]:
     """Returns the rows of each kind by name, in the order of the constraint vector."""
     m = interval_count
     lengths = {
@@ -73,6 +76,7 @@ def row_slices(interval_count: int, disc_count: int, is_car: bool = False) -> di
         "acceleration": m + 1,
         "angular_acceleration": m + 1,
         "clearance": disc_count * (m - 1),
+        "moving_clearance": disc_count * (m - 1) if meets_moving else 0,
         "turning": 2 * m if is_car else 0,
     }
     slices, first = {}, 0

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from drake_navbench.controller import InvalidPath, Observation
@@ -120,11 +122,16 @@ def via_points(plan: LocalPlan, separation_m: float) -> Array:
     """Returns (V, 2) m: plan points at least `separation_m` apart; none if it is not positive."""
     if separation_m <= 0.0:
         return np.empty((0, 2))
-    points = plan.poses[: plan.goal_index, :2]
-    chosen = [0]
-    while True:
-        offsets = points[chosen[-1] + 1 :] - plan.poses[chosen[-1], :2]
-        far = np.flatnonzero(np.hypot(offsets[:, 0], offsets[:, 1]) >= separation_m)
-        if far.size == 0:
-            return points[chosen[1:]]
-        chosen.append(chosen[-1] + 1 + int(far[0]))
+    return plan.poses[_spaced_indices(plan.poses[: plan.goal_index], separation_m), :2]
+
+
+@njit(cache=True)
+def _spaced_indices(poses, separation_m):
+    """Returns (V,) the indices of poses that are so far from the one before, or from the first."""
+    chosen = np.empty(poses.shape[0], dtype=np.int64)
+    count, last = 0, 0
+    for i in range(1, poses.shape[0]):
+        if math.hypot(poses[i, 0] - poses[last, 0], poses[i, 1] - poses[last, 1]) >= separation_m:
+            chosen[count] = last = i
+            count += 1
+    return chosen[:count]

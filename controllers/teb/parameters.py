@@ -72,7 +72,6 @@ class TebParameters(ControllerParameters):
             "h_signature_prescaler",
             "h_signature_threshold",
             "include_costmap_obstacles",
-            "include_dynamic_obstacles",
             "is_footprint_dynamic",
             "legacy_obstacle_association",
             "length_start_orientation_vector",
@@ -186,6 +185,9 @@ class TebParameters(ControllerParameters):
     # Obstacles
     min_obstacle_dist: Length = Field(
         0.5, ge=0.0, description="Clearance of the circles where there is room for it [m]."
+    )
+    include_dynamic_obstacles: bool = Field(
+        False, description="Keep off where moving obstacles will be, not where they are."
     )
     inflation_dist: Length = Field(0.6, ge=0.0, description="Clearance below which it costs [m].")
 

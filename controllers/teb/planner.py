@@ -12,18 +12,21 @@ from drake_navbench.controller import SpeedLimit
 from drake_navbench.controllers.teb.arcs import band_geometry
 from drake_navbench.controllers.teb.band import Band, Pace, freeze, resampled, unwrapped_goal
 from drake_navbench.controllers.teb.constraints import BandScene
+from drake_navbench.controllers.teb.ipopt_program import SolverSettings
 from drake_navbench.controllers.teb.layout import pack_band
 from drake_navbench.controllers.teb.local_plan import LEAST_CLEARANCE_RATIO
 from drake_navbench.controllers.teb.objective import Weights
 from drake_navbench.controllers.teb.parameters import TebParameters
 from drake_navbench.controllers.teb.passage import Passage
+from drake_navbench.controllers.teb.predicted import clearance_now, encounters_of
 from drake_navbench.controllers.teb.program import (
     BandLimits,
     BandProgram,
     BandSolution,
-    SolverSettings,
+    Lead,
 )
-from drake_navbench.kernels.distance_field import DistanceField, path_clearance
+from drake_navbench.controllers.teb.surroundings import Surroundings
+from drake_navbench.kernels.distance_field import path_clearance
 from drake_navbench.kernels.speed_limit import speed_limit_ratio
 
 Array = NDArray[np.float64]
@@ -32,8 +35,6 @@ SHORTEST_STEP_RATIO = 0.2
 LONGEST_STEP_RATIO = 4.0
 # A band is good enough to drive while no limit is exceeded by more (m, m/s, rad/s, m/s^2, rad/s^2).
 ACCEPTED_VIOLATION = 1e-2
-# A band that is cut anew starts near its solution, and gets so many iterations at least.
-FEWEST_COLD_ITERATIONS = 20
 # Of the braking acceleration, what a stop at the goal may count on.
 BRAKING_RESERVE_RATIO = 0.9
 
@@ -41,14 +42,14 @@ BRAKING_RESERVE_RATIO = 0.9
 class Task(NamedTuple):
     """What the bands of one cycle have in common.
 
-    start (3,), goal (3,), twist (2,) as measured, field, passage: that of the plan,
+    start (3,), goal (3,), twist (2,) as measured, around: obstacles, passage: that of the plan,
     via_points (V, 2) m, limits.
     """
 
     start: Array
     goal: Array
     twist: Array
-    field: DistanceField
+    around: Surroundings
     passage: Passage
     via_points: Array
     limits: BandLimits
@@ -58,13 +59,14 @@ class PlannedBand(NamedTuple):
     """An optimised band and how it came about.
 
     accepted: it obeys the limits. given_up_m: what its narrowest place lacks of min_obstacle_dist,
-    besides the slack.
+    besides the slack. lead: how far Newton's method came.
     """
 
     band: Band
     solution: BandSolution
     accepted: bool
-    given_up_m: float = 0.0
+    given_up_m: float
+    lead: Lead
 
 
 def band_limits(parameters: TebParameters, speed_limit: SpeedLimit | None) -> BandLimits:
@@ -111,7 +113,7 @@ class BandPlanner:
         self._discs = discs
         self._turning_radius = parameters.min_turning_radius
         self._settings = settings or SolverSettings(is_confirmed=parameters.solver == "ipopt")
-        self._programs: dict[int, BandProgram] = {}
+        self._programs: dict[tuple[int, bool], BandProgram] = {}
         self._weights = Weights(
             time=parameters.weight_optimaltime,
             length=parameters.weight_shortest_path,
@@ -123,55 +125,82 @@ class BandPlanner:
             slack=parameters.weight_slack,
         )
 
-    def optimise_cold(self, guess: Band, task: Task, *, pace: Pace, iterations: int) -> PlannedBand:
+    def lead_cold(self, guess: Band, task: Task, *, pace: Pace) -> PlannedBand:
         """Returns the band of a guess whose duration is a guess as well.
 
         Where its time steps come out too long or too short it is cut anew and optimised once more,
-        as teb_local_planner resizes its bands between its rounds; `iterations` is for both.
+        as teb_local_planner resizes its bands between its rounds.
         """
-        planned = self.optimise(guess, task, iterations=iterations)
-        if not np.isfinite(planned.band.time_steps).all():
+        planned = self.lead(guess, task)
+        if not planned.accepted:
             return planned
         current = len(planned.band.time_steps)
         count = pace.interval_count(planned.band.duration_s, current)
         if count == current:
             return planned
-        left = max(iterations - planned.solution.evaluations, FEWEST_COLD_ITERATIONS)
-        again = self.optimise(resampled(planned.band, count), task, iterations=left)
-        return again if again.accepted or not planned.accepted else planned
+        again = self.lead(resampled(planned.band, count), task)
+        return again if again.accepted else planned
 
-    def optimise(self, guess: Band, task: Task, *, iterations: int) -> PlannedBand:
-        """Returns the band that IPOPT makes of a guess in `iterations` at most."""
-        interval_count = len(guess.time_steps)
-        program = self._programs.get(interval_count)
+    def lead(self, guess: Band, task: Task) -> PlannedBand:
+        """Returns the band that Newton's method makes of a guess."""
+        scene = self._scene(guess, task)
+        longest = max(task.limits.longest_step, 2.0 * float(guess.time_steps.max()))
+        clearance = min(
+            float(path_clearance(task.around.field, self._discs, guess.poses[:1])[0]),
+            clearance_now(task.around.moving, self._discs, *guess.poses[0]),
+        )
+        limits = task.limits._replace(
+            longest_step=longest,
+            # A robot that already stands closer may stay as close, not come closer.
+            largest_slack=max(task.limits.largest_slack, task.limits.clearance - clearance),
+        )
+        program = self._program(
+            len(guess.time_steps), meets_moving=len(scene.encounters.things) > 0
+        )
+        lead = program.lead(
+            pack_band(guess.poses, guess.time_steps, 0.0),
+            scene=scene,
+            weights=self._weights,
+            limits=limits,
+        )
+        planned = self._planned(lead, program.led(lead), limits)
+        return planned._replace(accepted=planned.accepted and lead.descent.converged)
+
+    def confirm(self, planned: PlannedBand, task: Task, *, iterations: int) -> PlannedBand:
+        """Returns what IPOPT makes of a band in so many iterations at most.
+
+        It starts where Newton's method ended, or from the guess where that failed.
+        """
+        problem = planned.lead.problem
+        meets_moving = len(problem.scene.encounters.things) > 0
+        program = self._program(problem.interval_count, meets_moving=meets_moving)
+        solution = program.confirm(planned.lead, iterations)
+        return self._planned(planned.lead, solution, task.limits)
+
+    def _planned(self, lead: Lead, solution: BandSolution, limits: BandLimits) -> PlannedBand:
+        finite = bool(np.isfinite(solution.poses).all() and np.isfinite(solution.time_steps).all())
+        least_share = float(lead.problem.scene.clearance_shares.min(initial=1.0))
+        return PlannedBand(
+            Band(freeze(solution.poses), freeze(solution.time_steps)),
+            solution,
+            finite and solution.violation <= ACCEPTED_VIOLATION,
+            (1.0 - least_share) * limits.clearance,
+            lead,
+        )
+
+    def _program(self, interval_count: int, *, meets_moving: bool) -> BandProgram:
+        """Returns the program of a size, built when it is first asked for."""
+        program = self._programs.get((interval_count, meets_moving))
         if program is None:
             program = BandProgram(
                 interval_count,
                 len(self._discs),
                 settings=self._settings,
                 is_car=self._turning_radius > 0.0,
+                meets_moving=meets_moving,
             )
-            self._programs[interval_count] = program
-        scene = self._scene(guess, task)
-        longest = max(task.limits.longest_step, 2.0 * float(guess.time_steps.max()))
-        clearance = float(path_clearance(task.field, self._discs, guess.poses[:1])[0])
-        limits = task.limits._replace(
-            longest_step=longest,
-            # A robot that already stands closer may stay as close, not come closer.
-            largest_slack=max(task.limits.largest_slack, task.limits.clearance - clearance),
-        )
-        solution = program.solve(
-            pack_band(guess.poses, guess.time_steps, 0.0),
-            scene=scene,
-            weights=self._weights,
-            limits=limits,
-            iterations=iterations,
-        )
-        band = Band(freeze(solution.poses), freeze(solution.time_steps))
-        finite = bool(np.isfinite(solution.poses).all() and np.isfinite(solution.time_steps).all())
-        accepted = finite and solution.violation <= ACCEPTED_VIOLATION
-        least_share = float(scene.clearance_shares.min(initial=1.0))
-        return PlannedBand(band, solution, accepted, (1.0 - least_share) * limits.clearance)
+            self._programs[interval_count, meets_moving] = program
+        return program
 
     def _scene(self, guess: Band, task: Task) -> BandScene:
         limits = task.limits
@@ -186,12 +215,15 @@ class BandPlanner:
             start_twist=np.array([speed, turn_rate]),
             goal_twist=np.array([goal_speed, 0.0]),
             discs=self._discs,
-            field=task.field,
+            field=task.around.field,
             clearance_shares=task.passage.shares_at(guess.poses[1:-1]),
             via_points=task.via_points,
             via_poses=_nearest_inner_poses(guess.poses, task.via_points),
             turning_radius=self._turning_radius,
             directions=np.where(band_geometry(guess.poses)[0] < 0.0, -1.0, 1.0),
+            encounters=encounters_of(
+                task.around.moving, self._discs, guess.poses, guess.time_steps
+            ),
         )
 
 

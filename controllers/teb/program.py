@@ -12,16 +12,17 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.solvers import IpoptSolver, MathematicalProgram, SolutionResult, SolverOptions
+from pydrake.solvers import SolutionResult
 
 from drake_navbench.controllers.teb.constraints import BandScene, band_constraints, sparsity_pattern
+from drake_navbench.controllers.teb.continuation import Problem, descend_in_stages
 from drake_navbench.controllers.teb.interior_point import (
     Bounds,
     Descent,
     DescentSettings,
-    descend,
     structure_of,
 )
+from drake_navbench.controllers.teb.ipopt_program import IpoptProgram, SolverSettings
 from drake_navbench.controllers.teb.layout import (
     row_count,
     row_slices,
@@ -29,24 +30,9 @@ from drake_navbench.controllers.teb.layout import (
     variable_count,
 )
 from drake_navbench.controllers.teb.objective import Weights, band_objective
-from drake_navbench.program_function import (
-    constraint_function,
-    cost_function,
-    solver_warnings_off,
-)
 
 Array = NDArray[np.float64]
 
-# An interior-point method pushes its guess away from the bounds; a warm start must stay there.
-BOUND_PUSH = 1e-6
-# IPOPT's own bound on complementarity, 1e-4, would ask for a smaller barrier than the first one.
-COMPLEMENTARITY_TOLERANCE = 1e-2
-# Pairs of steps and gradient changes that the approximated second derivatives are built from. A
-# warm start takes few steps, and each pair costs two more solutions of the linear system in each.
-HISTORY_LENGTH = 2
-# The linear systems are small (300 rows): without scaling and with small supernodes SPRAL, the only
-# linear solver in Drake's IPOPT, takes half the time.
-SPRAL_NODE_SIZE = 4
 # Newton's method leaves so much of what IPOPT takes for zero.
 NEWTON_TOLERANCE_RATIO = 0.1
 
@@ -88,24 +74,18 @@ class BandSolution(NamedTuple):
     newton_steps: int = 0
 
 
-class SolverSettings(NamedTuple):
-    """IPOPT's settings, in its own words: tol, constr_viol_tol and mu_init.
+class Lead(NamedTuple):
+    """A problem and where Newton's method ended on it."""
 
-    The defaults stop about 1 % above the minimum, with the constraints met to 1e-4. That distance
-    is the barrier's, which is never lowered; a smaller barrier also drives harder on the
-    acceleration limits, with twice the jerk in free space. newton_iterations: before IPOPT, at
-    most. is_confirmed: IPOPT has the last word; without, it has what Newton's method fails at.
-    """
-
-    tolerance: float = 0.3
-    violation_tolerance: float = 1e-4
-    barrier_start: float = 1e-3
-    newton_iterations: int = 50
-    is_confirmed: bool = True
+    problem: Problem
+    descent: Descent
 
 
 class BandProgram:
-    """The program of all bands with one number of intervals and of discs, of cars or others."""
+    """The program of all bands with one number of intervals and of discs.
+
+    is_car: it has turning rows. meets_moving: it has rows for what moves.
+    """
 
     def __init__(
         self,
@@ -114,31 +94,18 @@ class BandProgram:
         *,
         settings: SolverSettings,
         is_car: bool = False,
+        meets_moving: bool = False,
     ) -> None:
         self._interval_count, self._disc_count = interval_count, disc_count
         self._scene: BandScene | None = None
         self._weights: Weights | None = None
         self._evaluations = 0
-        self._rows = row_slices(interval_count, disc_count, is_car)
-        size = variable_count(interval_count)
-        rows = row_count(interval_count, disc_count, is_car)
-        self._program = MathematicalProgram()
-        self._variables = self._program.NewContinuousVariables(size, "z")
-        self._bounds = self._program.AddBoundingBoxConstraint(-1.0, 1.0, self._variables)
-        self._program.AddCost(cost_function(self._objective), vars=self._variables)
-        self._constraint = self._program.AddConstraint(
-            constraint_function(self._constraints),
-            np.zeros(rows),
-            np.zeros(rows),
-            self._variables,
-            "band",
-        )
-        pattern = sparsity_pattern(interval_count, disc_count, is_car)
-        self._constraint.evaluator().SetGradientSparsityPattern(pattern)
-        self._structure = structure_of(pattern, rows, interval_count)
+        self._rows = row_slices(interval_count, disc_count, is_car, meets_moving)
+        self._row_count = row_count(interval_count, disc_count, is_car, meets_moving)
+        self._pattern = sparsity_pattern(interval_count, disc_count, is_car, meets_moving)
+        self._structure = structure_of(self._pattern, self._row_count, interval_count)
         self._settings = settings
-        self._solver = IpoptSolver()
-        self._options = ipopt_options(settings)
+        self._ipopt: IpoptProgram | None = None
 
     def solve(
         self,
@@ -153,53 +120,65 @@ class BandProgram:
 
         IPOPT takes `iterations` at most; where Newton's method fails it has the guess itself.
         """
-        self._scene, self._weights, self._evaluations = scene, weights, 0
-        bounds = self._bounds_of(limits, scene.clearance_shares)
-        settings = self._settings
-        descent = self._descend(guess, scene, weights, bounds)
-        if settings.is_confirmed or not descent.converged:
-            self._set_bounds(bounds)
-            self._options.SetOption(IpoptSolver.id(), "max_iter", iterations)
-            # At the barrier's minimum, with the barrier's own multipliers, nothing is left to do.
-            multipliers = "mu-based" if descent.converged else "constant"
-            self._options.SetOption(IpoptSolver.id(), "bound_mult_init_method", multipliers)
-            start = descent.z if descent.converged else guess
-            with solver_warnings_off():
-                result = self._solver.Solve(self._program, start, self._options)
-            z, cost = result.get_x_val(), float(result.get_optimal_cost())
-            status = result.get_solution_result()
-        else:
-            z, cost = descent.z, self._objective(descent.z)[0]
-            status = SolutionResult.kSolutionFound
-        m = self._interval_count
-        return BandSolution(
-            poses=unpack_poses(z, scene.start, scene.goal, m),
-            time_steps=z[:m].copy(),
-            slack=float(z[-1]),
-            cost=cost,
-            violation=self._violation(z, bounds),
-            status=status.name,
-            evaluations=self._evaluations,
-            newton_steps=descent.iterations,
-        )
+        lead = self.lead(guess, scene=scene, weights=weights, limits=limits)
+        if lead.descent.converged and not self._settings.is_confirmed:
+            return self.led(lead)
+        return self.confirm(lead, iterations)
 
-    def _descend(self, guess: Array, scene: BandScene, weights: Weights, bounds: Bounds) -> Descent:
-        """Returns where Newton's method ends, asked for what IPOPT is asked for and less."""
+    def lead(self, guess: Array, *, scene: BandScene, weights: Weights, limits: BandLimits) -> Lead:
+        """Returns how far Newton's method comes, asked for what IPOPT is asked for and less."""
         settings = self._settings
+        problem = Problem(
+            guess,
+            self._interval_count,
+            scene,
+            weights,
+            self._bounds_of(limits, scene.clearance_shares),
+            self._structure,
+        )
         wanted = DescentSettings(
             barrier=settings.barrier_start,
             iterations=settings.newton_iterations,
             error_tolerance=NEWTON_TOLERANCE_RATIO * settings.tolerance,
             violation_tolerance=settings.violation_tolerance,
         )
-        return descend(
-            guess,
-            self._interval_count,
-            scene=scene,
-            weights=weights,
-            bounds=bounds,
-            structure=self._structure,
-            settings=wanted,
+        return Lead(problem, descend_in_stages(problem, wanted))
+
+    def led(self, lead: Lead) -> BandSolution:
+        """Returns where Newton's method ended as it is."""
+        self._scene, self._weights, self._evaluations = lead.problem.scene, lead.problem.weights, 0
+        z = lead.descent.z
+        converged = lead.descent.converged
+        status = SolutionResult.kSolutionFound if converged else SolutionResult.kIterationLimit
+        return self._solution(lead, z, self._objective(z)[0], status)
+
+    def confirm(self, lead: Lead, iterations: int) -> BandSolution:
+        """Returns what IPOPT makes of the end of Newton's method, or of the guess where it failed.
+
+        iterations: of IPOPT, at most.
+        """
+        problem, descent = lead.problem, lead.descent
+        self._scene, self._weights, self._evaluations = problem.scene, problem.weights, 0
+        if self._ipopt is None:
+            self._ipopt = self._ipopt_program()
+        start = descent.z if descent.converged else problem.guess
+        result = self._ipopt.solve(
+            start, problem.bounds, iterations=iterations, is_at_minimum=descent.converged
+        )
+        cost = float(result.get_optimal_cost())
+        return self._solution(lead, result.get_x_val(), cost, result.get_solution_result())
+
+    def _solution(self, lead: Lead, z: Array, cost: float, status: SolutionResult) -> BandSolution:
+        problem, m = lead.problem, self._interval_count
+        return BandSolution(
+            poses=unpack_poses(z, problem.scene.start, problem.scene.goal, m),
+            time_steps=z[:m].copy(),
+            slack=float(z[-1]),
+            cost=cost,
+            violation=self._violation(z, problem.bounds),
+            status=status.name,
+            evaluations=self._evaluations,
+            newton_steps=lead.descent.iterations,
         )
 
     def _violation(self, z: Array, bounds: Bounds) -> float:
@@ -210,7 +189,7 @@ class BandProgram:
 
     def _bounds_of(self, limits: BandLimits, shares: Array) -> Bounds:
         """Returns the limits as bounds of the rows and variables."""
-        lower = np.zeros(self._constraint.evaluator().num_constraints())
+        lower = np.zeros(self._row_count)
         upper = lower.copy()
         symmetric = {
             "turn_rate": limits.turn_rate,
@@ -223,20 +202,29 @@ class BandProgram:
         upper[self._rows["speed"]] = limits.forward_speed
         lower[self._rows["clearance"]] = limits.clearance * np.repeat(shares, self._disc_count)
         upper[self._rows["clearance"]] = np.inf
+        lower[self._rows["moving_clearance"]] = limits.clearance
+        upper[self._rows["moving_clearance"]] = np.inf
         upper[self._rows["turning"]] = np.inf
         if not limits.stops_at_goal:
             for name in ("acceleration", "angular_acceleration"):
                 last = self._rows[name].stop - 1
                 lower[last], upper[last] = -np.inf, np.inf
-        size, m = len(self._variables), self._interval_count
+        m = self._interval_count
+        size = variable_count(m)
         z_lower, z_upper = np.full(size, -np.inf), np.full(size, np.inf)
         z_lower[:m], z_upper[:m] = limits.shortest_step, limits.longest_step
         z_lower[-1], z_upper[-1] = 0.0, limits.largest_slack
         return Bounds(lower, upper, z_lower, z_upper)
 
-    def _set_bounds(self, bounds: Bounds) -> None:
-        self._constraint.evaluator().set_bounds(bounds.row_lower, bounds.row_upper)
-        self._bounds.evaluator().set_bounds(bounds.lower, bounds.upper)
+    def _ipopt_program(self) -> IpoptProgram:
+        return IpoptProgram(
+            variable_count(self._interval_count),
+            self._row_count,
+            pattern=self._pattern,
+            objective=self._objective,
+            constraints=self._constraints,
+            settings=self._settings,
+        )
 
     def _objective(self, z: Array) -> tuple[float, Array]:
         return band_objective(z, self._interval_count, self._scene, self._weights)
@@ -244,31 +232,3 @@ class BandProgram:
     def _constraints(self, z: Array) -> tuple[Array, Array]:
         self._evaluations += 1
         return band_constraints(z, self._interval_count, self._scene)
-
-
-def ipopt_options(settings: SolverSettings) -> SolverOptions:
-    """Returns the options of every solve. Work is bounded by iterations, never by the clock."""
-    options = SolverOptions()
-    for key, value in {
-        # Whole steps: after a jump of the measured pose, a search along each step takes twice the
-        # evaluations and meets the limits less often.
-        "accept_every_trial_step": "yes",
-        "acceptable_iter": 0,
-        "bound_frac": BOUND_PUSH,
-        "bound_push": BOUND_PUSH,
-        "compl_inf_tol": COMPLEMENTARITY_TOLERANCE,
-        "constr_viol_tol": settings.violation_tolerance,
-        "limited_memory_max_history": HISTORY_LENGTH,
-        "mu_init": settings.barrier_start,
-        "mu_strategy": "monotone",
-        # All rows are of the order of one; to find out takes IPOPT an evaluation.
-        "nlp_scaling_method": "none",
-        "print_level": 0,
-        "slack_bound_frac": BOUND_PUSH,
-        "slack_bound_push": BOUND_PUSH,
-        "spral_nemin": SPRAL_NODE_SIZE,
-        "spral_scaling": "none",
-        "tol": settings.tolerance,
-    }.items():
-        options.SetOption(IpoptSolver.id(), key, value)
-    return options

@@ -106,6 +106,8 @@ def _check_storey(scenario: Scenario) -> None:
     floors = [f for f in scenario.placed_floors if scenario.floors[f.index].origin is not None]
     for number, floor in enumerate(floors):
         for other in floors[:number]:
+            if floor.storey != other.storey:
+                continue
             own, others = shapely.box(*floor.bounds), shapely.box(*other.bounds)
             smaller_m2 = min(own.area, others.area)
             if own.intersection(others).area > MOST_SHARED * smaller_m2:

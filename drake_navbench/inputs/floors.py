@@ -119,46 +119,43 @@ def floor_scenarios(scenario: Scenario) -> tuple[Scenario, ...]:
 def placed_floors(scenario: Scenario) -> tuple[PlacedFloor, ...]:
     """Returns the floors as they lie in the world, the first one where its own frame does.
 
-    Those that give their origin are parts of one storey and lie as they say; every other one is a
-    storey and lies to the right of those before. None where the scenario has no floors.
+    Those that give their origin in one storey lie as they say; every other one is a storey. Each
+    storey lies to the right of those before. None where the scenario has no floors.
     """
     if not scenario.floors:
         return ()
-    offsets: list[Offset] = []
     own = floor_scenarios(scenario)
     limits = [_bounds_of(floor) for floor in own]
-    whole = _joined(
-        [_moved(b, f.origin) for b, f in zip(limits, scenario.floors, strict=True) if f.origin]
-    )
-    right = whole[2]
-    for floor, bounds in zip(scenario.floors, limits, strict=True):
-        if floor.origin is not None:
-            offsets.append(floor.origin)
-            continue
-        if math.isinf(right):
-            offsets.append((0.0, 0.0))
-            right = bounds[2]
-            continue
-        # Whole metres, so that cells lie as they do on the floor's own map, but for rounding.
-        right_m = float(math.ceil(right + STOREY_GAP_M - bounds[0]))
-        offsets.append((right_m, 0.0))
-        right = right_m + bounds[2]
-    first = offsets[0]
-    storeys = [-1 if floor.origin else index for index, floor in enumerate(scenario.floors)]
-    floors = []
-    for index, (floor, one, bounds) in enumerate(zip(scenario.floors, own, limits, strict=True)):
-        offset = offsets[index][0] - first[0], offsets[index][1] - first[1]
-        floors.append(
-            PlacedFloor(
-                index,
-                floor.name,
-                offset,
-                _placed_scenario(one, offset),
-                _moved(bounds, offset),
-                storeys[index],
-            )
+    origins = [floor.origin or (0.0, 0.0) for floor in scenario.floors]
+    storeys = _storeys(scenario.floors)
+    right_m = -math.inf
+    shifts_m: dict[int, float] = {}
+    for storey in dict.fromkeys(storeys):
+        low_x, _, high_x, _ = _joined(
+            [_moved(limits[i], origins[i]) for i, its in enumerate(storeys) if its == storey]
         )
-    return tuple(floors)
+        # Whole metres, so that cells lie as they do on the floor's own map, but for rounding.
+        shift_m = 0.0
+        if shifts_m:
+            shift_m = float(math.ceil(right_m + STOREY_GAP_M - low_x))
+        shifts_m[storey], right_m = shift_m, high_x + shift_m
+    placed = []
+    for index, (floor, one) in enumerate(zip(scenario.floors, own, strict=True)):
+        x = origins[index][0] + shifts_m[storeys[index]] - origins[0][0]
+        offset = x, origins[index][1] - origins[0][1]
+        bounds = _moved(limits[index], offset)
+        place = _placed_scenario(one, offset)
+        placed.append(PlacedFloor(index, floor.name, offset, place, bounds, storeys[index]))
+    return tuple(placed)
+
+
+def _storeys(floors: Sequence[Floor]) -> list[int]:
+    """Returns the index of the first floor of the storey that each is a part of."""
+    named: dict[str, int] = {}
+    return [
+        index if floor.origin is None else named.setdefault(floor.storey, index)
+        for index, floor in enumerate(floors)
+    ]
 
 
 def joined_world(floors: Sequence[PlacedFloor]) -> World:
@@ -284,18 +281,11 @@ def _moved_pose(pose: Pose, offset: Offset) -> Pose:
     return pose[0] + offset[0], pose[1] + offset[1], pose[2]
 
 
-def _moved(bounds: Bounds, offset: Offset | None) -> Bounds:
-    x, y = offset or (0.0, 0.0)
+def _moved(bounds: Bounds, offset: Offset) -> Bounds:
+    x, y = offset
     return bounds[0] + x, bounds[1] + y, bounds[2] + x, bounds[3] + y
 
 
 def _joined(all_bounds: Sequence[Bounds]) -> Bounds:
-    if not all_bounds:
-        return math.inf, math.inf, -math.inf, -math.inf
     low_x, low_y, high_x, high_y = np.array(all_bounds).T
-    return (
-        float(low_x.min()),
-        float(low_y.min()),
-        float(high_x.max()),
-        float(high_y.max()),
-    )
+    return float(low_x.min()), float(low_y.min()), float(high_x.max()), float(high_y.max())

@@ -56,7 +56,7 @@ from drake_navbench.inputs.nav2_servers import (
 )
 from drake_navbench.inputs.nav2_substitutions import Substitutions
 from drake_navbench.inputs.presets import Preset
-from drake_navbench.inputs.robot import Robot, merged
+from drake_navbench.inputs.robot import Robot, check_wheels, merged
 from drake_navbench.typed_files.typed_yaml import validate
 
 LOCAL_COSTMAP = "local_costmap/local_costmap"
@@ -172,16 +172,20 @@ class _Files:
         self._note(Status.OTHER_FORM, "robot", "mass, lidar, accelerations, localization", remark)
         body = self._body(navigation)
         if body:
-            for field in ("footprint", "robot_radius", "model"):
+            # Another outline is another robot's, but wheels that are the base's are its model's.
+            looks = () if self._base.drive.has_wheels else ("model",)
+            for field in ("footprint", "robot_radius", *looks):
                 data.pop(field, None)
         data |= body
         data["navigation"] = {**data.get("navigation", {}), **dict.fromkeys(OPTIONAL), **navigation}
         if self._added_sensors:
             data["depth_sensors"] = {**data.get("depth_sensors", {}), **self._added_sensors}
         data["drive"] = self._drive(data.get("drive", {}), presets, navigation)
-        robot = validate(Robot, data, ", ".join(map(str, paths)))
+        source = ", ".join(map(str, paths))
+        robot = validate(Robot, data, source)
         self._note_other_sections()
         robot = robot.model_copy(update={"directory": self._base.directory})
+        check_wheels(robot, source)
         return Nav2Setup(presets, robot, Check(tuple(self._rows.values())), self._places)
 
     def _note_release(self, presets: Collection[Preset]) -> None:

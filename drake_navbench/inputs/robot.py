@@ -399,12 +399,17 @@ def _robot_of(data: Mapping[str, Any], source: str, directory: Path) -> Robot:
     robot = validate(Robot, data, source).model_copy(update={"directory": str(directory)})
     if robot.model_path is not None and not robot.model_path.is_file():
         raise InputError(f"{source}: model: no such file: {robot.model_path}")
+    check_wheels(robot, source)
+    return robot
+
+
+def check_wheels(robot: Robot, source: str) -> None:
+    """Raises InputError where the wheels that a drive asks for are not those of the model."""
     if robot.drive.has_wheels:
         # As with the model's outline: most robots do without.
         from drake_navbench.inputs.running_gear import running_gear_of
 
         running_gear_of(robot, source)
-    return robot
 
 
 def merged(base: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:

@@ -194,12 +194,20 @@ def _read(path: Path, changed_ns: int) -> RunningGear:
     """Reads the first model in a file; changed_ns: so that a changed file is read anew."""
     plant = MultibodyPlant(0.0)
     try:
-        Parser(plant).AddModels(str(path))
+        models = Parser(plant).AddModels(str(path))
         base = plant.GetFrameByName(BASE_LINK)
+        parents = _parents(plant, BASE_LINK)
         plant.Finalize()
     # Drake reports a failed check as SystemExit.
     except (RuntimeError, ValueError, SystemExit) as error:
         raise InputError(f"{path}: cannot be read as a robot's model: {one_line(error)}") from error
+    if len(models) != 1:
+        raise InputError(f"{path}: expected one model, found {len(models)}")
+    if parents:
+        raise InputError(
+            f"{path}: expected {BASE_LINK} to be the first link, on the floor under the driven "
+            f"axle, found it below {parents[0]}"
+        )
     context = plant.CreateDefaultContext()
     axles, casters = _sorted_joints(plant, context, base, path)
     left, right = _driven_pair(axles, path)
@@ -307,6 +315,12 @@ def _driven_pair(axles: list[_Turning], path: Path) -> tuple[_Turning, _Turning]
         f"{path}: expected two driven wheels, their axles along y through x = 0 of {BASE_LINK} on "
         f"either side, found {', '.join(found) or 'none'}"
     )
+
+
+def _parents(plant: MultibodyPlant, link: str) -> list[str]:
+    """Returns the links that a link hangs on."""
+    joints = [plant.get_joint(JointIndex(index)) for index in plant.GetJointIndices()]
+    return [joint.parent_body().name() for joint in joints if joint.child_body().name() == link]
 
 
 def _own_bodies(plant: MultibodyPlant) -> list[Any]:

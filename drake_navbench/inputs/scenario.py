@@ -160,6 +160,17 @@ class Floor(FrozenModel):
         description="Where the frame of its map lies in the building [m], for maps of one storey "
         "that meet; null: a storey of its own.",
     )
+    storey: str = Field(
+        "", description="Which storey it is a part of, where several are split into maps."
+    )
+
+    @model_validator(mode="after")
+    def _check_storey(self) -> Floor:
+        if self.storey and self.origin is None:
+            raise ValueError(
+                f"storey: expected an origin as well, where in {self.storey} its map lies"
+            )
+        return self
 
     @field_validator("filters")
     @classmethod

@@ -146,15 +146,22 @@ def _spline_weights(t):
 
 
 @njit(cache=True)
-def _nearest_sample(coordinate, origin, resolution, count):
-    """Returns (index, offset in cells, whether moved) of the sample next to a coordinate, m.
-
-    A coordinate beyond the outermost but one of `count` samples is moved to the nearest of those.
-    """
+def _nearest_sample(coordinate, origin, resolution):
+    """Returns (index, offset in cells) of the sample next to a coordinate, m; maybe off the map."""
     cells = (coordinate - origin) / resolution - 0.5
-    moved = min(max(cells, 1.0), count - 2.0)
-    index = int(moved + 0.5)
-    return index, moved - index, moved != cells
+    index = math.floor(cells + 0.5)
+    return int(index), cells - index
+
+
+@njit(cache=True)
+def _neighbours(index, count):
+    """Returns the three samples about an index; beyond the border lies the outermost one."""
+    last = count - 1
+    return (
+        min(max(index - 1, 0), last),
+        min(max(index, 0), last),
+        min(max(index + 1, 0), last),
+    )
 
 
 @njit(cache=True)
@@ -162,26 +169,23 @@ def sample_distance(field, x, y):
     """Returns (distance m, d/dx, d/dy) at the point (x, y) m by quadratic B-splines.
 
     Exact on straight walls, with slopes that do not jump, as those of bilinear interpolation do
-    at every line between cell centres. Beyond the outermost but one cell centres the point is
-    moved to the nearest one and the derivative across the edge is zero.
+    at every line between cell centres. Beyond the border the outermost cells repeat: a slope that
+    broke off there would keep Newton's method from ever coming to rest.
     """
     distances = field.distances
     rows, columns = distances.shape
-    column, along_x, is_moved_x = _nearest_sample(x, field.origin_x, field.resolution, columns)
-    row, along_y, is_moved_y = _nearest_sample(y, field.origin_y, field.resolution, rows)
+    column, along_x = _nearest_sample(x, field.origin_x, field.resolution)
+    row, along_y = _nearest_sample(y, field.origin_y, field.resolution)
+    near_rows, near_columns = _neighbours(row, rows), _neighbours(column, columns)
     weights_x, slopes_x = _spline_weights(along_x)
     weights_y, slopes_y = _spline_weights(along_y)
     distance, slope_x, slope_y = 0.0, 0.0, 0.0
     for j in range(3):
         for i in range(3):
-            sample = distances[row + j - 1, column + i - 1]
+            sample = distances[near_rows[j], near_columns[i]]
             distance += weights_x[i] * weights_y[j] * sample
             slope_x += slopes_x[i] * weights_y[j] * sample
             slope_y += weights_x[i] * slopes_y[j] * sample
-    if is_moved_x:
-        slope_x = 0.0
-    if is_moved_y:
-        slope_y = 0.0
     return distance, slope_x / field.resolution, slope_y / field.resolution
 
 
@@ -190,22 +194,19 @@ def sample_curvature(field, x, y):
     """Returns (d2/dx2, d2/dxdy, d2/dy2) of `sample_distance`: they jump between cells."""
     distances = field.distances
     rows, columns = distances.shape
-    column, along_x, is_moved_x = _nearest_sample(x, field.origin_x, field.resolution, columns)
-    row, along_y, is_moved_y = _nearest_sample(y, field.origin_y, field.resolution, rows)
+    column, along_x = _nearest_sample(x, field.origin_x, field.resolution)
+    row, along_y = _nearest_sample(y, field.origin_y, field.resolution)
+    near_rows, near_columns = _neighbours(row, rows), _neighbours(column, columns)
     weights_x, slopes_x = _spline_weights(along_x)
     weights_y, slopes_y = _spline_weights(along_y)
     bends = (1.0, -2.0, 1.0)
     by_xx, by_xy, by_yy = 0.0, 0.0, 0.0
     for j in range(3):
         for i in range(3):
-            sample = distances[row + j - 1, column + i - 1]
+            sample = distances[near_rows[j], near_columns[i]]
             by_xx += bends[i] * weights_y[j] * sample
             by_xy += slopes_x[i] * slopes_y[j] * sample
             by_yy += weights_x[i] * bends[j] * sample
-    if is_moved_x:
-        by_xx, by_xy = 0.0, 0.0
-    if is_moved_y:
-        by_xy, by_yy = 0.0, 0.0
     squared = field.resolution * field.resolution
     return by_xx / squared, by_xy / squared, by_yy / squared
 

@@ -73,6 +73,10 @@ RIDE = {"lift": "main", "to": "upper"}
             "floors[2].name: 'upper' is the name of one before",
         ),
         (
+            {"floors": [SMALL["floors"][0], {"name": "upper", "storey": "first"}]},
+            "floors[1]: storey: expected an origin as well, where in first its map lies",
+        ),
+        (
             {"floors": [*SMALL["floors"], {"name": "cellar"}]},
             "floors[2]: the mission never gets to cellar, and no lift stops there",
         ),
@@ -141,6 +145,21 @@ def test_floors_lie_side_by_side_out_of_sight_of_one_another():
     assert upper.bounds[0] - ground.bounds[2] >= 10.0
     assert upper.offset[1] == 0.0
     assert upper.offset[0] == int(upper.offset[0])
+
+
+def test_maps_of_one_storey_keep_their_places_and_storeys_lie_apart():
+    names = ("west 0", "east 0", "west 1", "east 1")
+    floors = [
+        {"name": name, "origin": [10.0 * name.startswith("east"), 1.0], "storey": name[-1]}
+        for name in names
+    ]
+    stops = {name: [1.0, 0.0, 0.0] for name in names}
+    mission = [{"lift": "main", "to": "east 1"}]
+    placed = small_mission({"stops": stops}, floors=floors, mission=mission).placed_floors
+    assert [floor.offset for floor in placed[:2]] == [(0.0, 0.0), (10.0, 0.0)]
+    assert placed[3].offset[0] - placed[2].offset[0] == 10.0
+    assert placed[2].bounds[0] - placed[1].bounds[2] >= 10.0
+    assert [floor.storey for floor in placed] == [0, 0, 2, 2]
 
 
 def test_a_mission_is_the_same_after_a_round_trip(tmp_path):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.nav2_robot import read_nav2_files
 from drake_navbench.inputs.robot import ROBOT_FILES, load_robot, overridden
 from drake_navbench.inputs.running_gear import running_gear_of
 
@@ -163,6 +164,26 @@ def test_a_caster_without_trail_is_refused(tmp_path):
     assert "left_caster_axle: expected the wheel of a caster at least 0.01 m behind" in line
 
 
+def test_a_base_link_that_hangs_on_another_is_refused(tmp_path):
+    footprint = """<link name="base_footprint"/><joint name="up" type="fixed">
+        <parent>base_footprint</parent><child>base_link</child></joint></model>"""
+    sdf = WHEELCHAIR_SDF.read_text().replace("</model>", footprint)
+    line = refused(tmp_path, "model: chair.sdf\ndrive: {physics: multibody}", sdf=sdf)
+    assert "expected base_link to be the first link" in line
+    assert "below base_footprint" in line
+
+
+def test_a_file_of_several_models_is_refused(tmp_path):
+    sdf = WHEELCHAIR_SDF.read_text()
+    other = "<model name='other'><link name='box'/></model></sdf>"
+    line = refused(
+        tmp_path,
+        "model: chair.sdf\ndrive: {physics: multibody}",
+        sdf=sdf.replace("</sdf>", other),
+    )
+    assert str(tmp_path / "chair.sdf") in line
+
+
 def test_a_model_that_is_none_is_refused(tmp_path):
     line = refused(tmp_path, "model: chair.sdf\ndrive: {physics: multibody}", sdf="<sdf")
     assert "cannot be read as a robot's model" in line
@@ -179,6 +200,30 @@ def test_an_override_of_a_base_without_casters_is_refused():
         InputError, match=r"physics: only a differential drive .* 'omnidirectional'"
     ):
         overridden(load_robot("omni_robot"), overrides, "--sweep")
+
+
+@pytest.mark.parametrize(
+    ("front_m", "fault"), [(0.9, None), (0.4, r"nav2\.yaml: drive\.casters\.positions\[0\]: ")]
+)
+def test_a_nav2_file_with_another_outline_keeps_the_wheels(tmp_path, front_m, fault):
+    path = tmp_path / "nav2.yaml"
+    corners = [[front_m, 0.3], [front_m, -0.3], [-0.25, -0.3], [-0.25, 0.3]]
+    path.write_text(
+        "controller_server:\n  ros__parameters:\n    controller_plugins: [FollowPath]\n"
+        "    FollowPath: {plugin: nav2_regulated_pure_pursuit_controller::"
+        "RegulatedPurePursuitController}\n"
+        "local_costmap:\n  local_costmap:\n    ros__parameters:\n"
+        f'      footprint: "{corners}"\n'
+    )
+    base = load_robot("wheelchair_casters")
+    if fault is not None:
+        with pytest.raises(InputError, match=fault):
+            read_nav2_files([path], base, "wheelchair_casters")
+        return
+    robot = read_nav2_files([path], base, "wheelchair_casters").robot
+    assert robot.drive.physics == "planar_casters"
+    assert robot.model_path == base.model_path
+    assert robot.outline[0, 0] == front_m
 
 
 class TestLike:

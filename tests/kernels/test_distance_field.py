@@ -49,7 +49,7 @@ def test_slopes_agree_with_finite_differences_and_do_not_jump():
     rng = np.random.default_rng(5)
     field = distance_field(costmap_with([tuple(c) for c in rng.integers(0, 40, (15, 2))]))
     step = 1e-7
-    for x, y in rng.uniform(0.1, 1.9, (200, 2)):
+    for x, y in rng.uniform(-0.1, 2.1, (200, 2)):
         _, slope_x, slope_y = sample_distance(field, x, y)
         numeric_x = sample_distance(field, x + step, y)[0] - sample_distance(field, x - step, y)[0]
         numeric_y = sample_distance(field, x, y + step)[0] - sample_distance(field, x, y - step)[0]
@@ -58,10 +58,18 @@ def test_slopes_agree_with_finite_differences_and_do_not_jump():
 
 
 def test_beyond_the_map_the_nearest_value_holds_and_the_slope_across_is_zero():
-    inside = sample_distance(wall(), 0.075, 1.0)
-    outside = sample_distance(wall(), -4.0, 1.0)
-    assert outside[0] == inside[0]
-    assert outside[1] == 0.0
+    border = wall().distances[20, 0]
+    assert sample_distance(wall(), -4.0, 1.0) == pytest.approx((border, 0.0, 0.0), abs=1e-12)
+
+
+def test_slopes_do_not_jump_on_the_way_off_the_map():
+    field = distance_field(costmap_with(SCATTERED[:9]))
+    ways = np.linspace(-0.2, 2.2, 2401)
+    for along in (0.3, 1.1, 1.7):
+        for points in ([(x, along) for x in ways], [(along, y) for y in ways]):
+            slopes = np.array([sample_distance(field, x, y)[1:] for x, y in points])
+            # A millimetre is a fiftieth of a cell, over which no slope changes by more than 2.
+            assert np.abs(np.diff(slopes, axis=0)).max() < 0.1
 
 
 def test_a_map_without_obstacles_is_clear_by_its_diagonal():

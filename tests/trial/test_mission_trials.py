@@ -257,3 +257,33 @@ def test_people_live_on_all_floors_and_meet_those_of_their_own():
     # Both walk from the beginning on, wherever the robot is.
     moved = log.people.poses[60] - log.people.poses[0]
     assert (moved[:, 0] < -0.5).all()
+
+
+def test_who_comes_out_of_the_lift_into_a_cart_has_touched_it():
+    cart = {
+        "type": "box",
+        "name": "cart",
+        "size_m": [0.6, 0.6],
+        "waypoints": [{"time_s": 0.0, "position": [5.0, 2.5]}],
+    }
+    ground, upper = SMALL["floors"]
+    floors = [ground, upper | {"world": {"moving_obstacles": [cart]}}]
+    log = drive(small_mission(floors=floors))
+    assert log.outcome is Outcome.COLLIDED
+    assert log.info["contact"]["name"] == "cart"
+    assert log.end_time_s == pytest.approx(log.info["legs"][0]["ride_end_s"], abs=0.021)
+    assert log.samples["floor"].iloc[-1] == 1
+
+
+def test_the_contact_is_put_back_to_where_it_was_upstairs():
+    wall = {"type": "box", "min": [4.0, 3.2], "max": [6.0, 3.4], "known_to_planner": False}
+    ground, upper = SMALL["floors"]
+    floors = [ground, upper | {"world": {"obstacles": [wall | {"material": "glass"}]}}]
+    mission = [SMALL["mission"][0], {"floor": "upper", "goal": [5.0, 6.0, 1.5]}]
+    log = drive(small_mission(floors=floors, mission=mission))
+    assert log.outcome is Outcome.COLLIDED
+    last = log.samples.iloc[-1]
+    # The front is 0.85 m ahead, and nearly square to the wall.
+    corners_y = last["y_m"] + 0.85 * np.sin(last["yaw_rad"]) + 0.3 * abs(np.cos(last["yaw_rad"]))
+    assert corners_y == pytest.approx(3.2, abs=1e-3)
+    assert last["clearance_m"] == 0.0

@@ -48,7 +48,15 @@ def test_declared_sparsity_holds_every_nonzero_of_the_numeric_jacobian(count):
 
 def test_declared_pairs_are_unique():
     pairs = sparsity_pattern(6, 2)
-    assert len(pairs) == len(set(pairs))
+    assert len(pairs) == len(np.unique(pairs, axis=0))
+
+
+@pytest.mark.parametrize("is_car", [False, True])
+@pytest.mark.parametrize("meets_moving", [False, True])
+def test_declared_pairs_come_row_by_row_with_ascending_columns(is_car, meets_moving):
+    pairs = sparsity_pattern(6, 2, is_car, meets_moving)
+    np.testing.assert_array_equal(pairs, sorted(pairs.tolist()))
+    assert pairs[-1, 0] == row_count(6, 2, is_car, meets_moving) - 1
 
 
 def test_rows_of_a_straight_run_are_the_quantities_they_are_named_after():

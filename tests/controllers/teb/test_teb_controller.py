@@ -10,8 +10,7 @@ from teb_closed_loop import drive, plan_from_elements, wheelchair_setup, window
 from drake_navbench.controller import CONTROLLERS, NoValidControl, Observation, SpeedLimit
 from drake_navbench.controllers.teb import TimedElasticBand
 from drake_navbench.controllers.teb import program as program_module
-from drake_navbench.controllers.teb.candidates import REVISIT_PERIOD_S
-from drake_navbench.controllers.teb.memory import TebMemory
+from drake_navbench.controllers.teb.memory import REVISIT_PERIOD_S, Alternative, TebMemory
 from drake_navbench.controllers.teb.planner import ACCEPTED_VIOLATION
 from drake_navbench.inputs.presets import load_preset
 
@@ -214,19 +213,96 @@ def test_a_band_that_lost_is_optimised_at_once_where_the_driven_one_breaks_a_lim
     controller = make()
     box = observe((0, 0, 0), [(1.0, -0.32, 1.3, 0.3)])
     memory = with_a_lost_alternative(controller, box)
-    solve = program_module.BandProgram.solve
+    led = program_module.BandProgram.led
     violations = iter([1.0])
 
-    def driven_one_fails(self, *args, **kwargs):
-        solution = solve(self, *args, **kwargs)
+    def driven_one_fails(self, lead):
+        solution = led(self, lead)
         return solution._replace(violation=next(violations, solution.violation))
 
-    monkeypatch.setattr(program_module.BandProgram, "solve", driven_one_fails)
+    monkeypatch.setattr(program_module.BandProgram, "led", driven_one_fails)
     decision = controller.step(replace(box, time_s=0.05), memory)
     assert decision.diagnostics["candidate_count"] == 2
     assert not decision.diagnostics["is_fallback"]
     was, now = memory.band.poses[:, 1].sum(), decision.memory.band.poses[:, 1].sum()
     assert was * now < 0.0
+
+
+def watched(monkeypatch, name):
+    """Returns the list that a call of a method of the programs adds to."""
+    calls = []
+    method = getattr(program_module.BandProgram, name)
+
+    def wrapped(self, *args, **kwargs):
+        calls.append(name)
+        return method(self, *args, **kwargs)
+
+    monkeypatch.setattr(program_module.BandProgram, name, wrapped)
+    return calls
+
+
+def test_ipopt_confirms_the_band_that_is_driven_and_no_other(monkeypatch):
+    box = observe((0, 0, 0), [(1.0, -0.32, 1.3, 0.3)])
+    confirmed = watched(monkeypatch, "confirm")
+    assert make().step(box, TebMemory()).diagnostics["candidate_count"] == 2
+    assert len(confirmed) == 1
+    confirmed.clear()
+    make(solver="interior_point").step(box, TebMemory())
+    assert not confirmed
+
+
+def without_bands(monkeypatch):
+    """Lets Newton's method and IPOPT fail at every guess."""
+    for name in ("led", "confirm"):
+        method = getattr(program_module.BandProgram, name)
+        monkeypatch.setattr(program_module.BandProgram, name, _without_a_feasible_iterate(method))
+
+
+def test_a_class_that_failed_is_tried_again_only_after_a_while(monkeypatch):
+    # Two ways past the box fail while the band driven so far goes on.
+    controller = make()
+    box = [(1.6, -0.32, 1.9, 0.3)]
+    memory = controller.step(observe((0, 0, 0), box), TebMemory()).memory
+    memory = memory._replace(alternatives=())
+    without_bands(monkeypatch)
+    leads = watched(monkeypatch, "lead")
+    counts = []
+    for time_s in (0.05, 0.1, 0.05 + REVISIT_PERIOD_S):
+        leads.clear()
+        decision = controller.step(observe((0, 0, 0), box, time_s=time_s), memory)
+        memory = decision.memory
+        assert decision.diagnostics["is_fallback"]
+        counts.append(len(leads))
+    assert counts[1] < counts[0]
+    assert counts[2] == counts[0]
+
+
+def test_what_was_put_off_is_tried_before_the_robot_gives_up(monkeypatch):
+    controller = make()
+    box = [(1.6, -0.32, 1.9, 0.3)]
+    good = controller.step(observe((0, 0, 0), box), TebMemory())
+    failed = [
+        Alternative(good.memory.band, 0.0, accepted=False),
+        *(other._replace(accepted=False) for other in good.memory.alternatives),
+    ]
+    memory = TebMemory(alternatives=tuple(failed))
+    leads = watched(monkeypatch, "lead")
+    again = controller.step(observe((0, 0, 0), box, time_s=0.05), memory)
+    assert leads
+    np.testing.assert_allclose(again.command, good.command, atol=1e-6)
+
+
+def test_a_new_guess_stands_in_for_a_band_that_no_longer_obeys_the_limits():
+    # The band goes around a box that is gone, and the plan straight on: of one class now.
+    controller = make(wants_diagnostics=True)
+    detour = _dense(np.array([[0, 0, 0], [0.8, 1.6, 0.5], [2.2, 1.6, -0.5], [2.5, 0, 0.0]]))
+    first = controller.step(
+        observe((0.0, 0.0, 0.0), [(1.2, -0.9, 1.6, 0.5)], plan=detour), TebMemory()
+    )
+    free = observe((0, 0, 0), [(1.2, 0.35, 1.6, 1.2)], time_s=0.05)
+    second = controller.step(free, first.memory)
+    assert not second.diagnostics["is_fallback"]
+    assert np.abs(second.diagnostics["predicted_trajectory"][:, 1]).max() < 0.35
 
 
 def _dense(corners):
@@ -248,11 +324,9 @@ def test_a_command_is_never_returned_for_a_band_whose_outline_collides():
 def test_the_last_feasible_band_drives_on_when_the_solver_stops_too_early(monkeypatch):
     controller = make()
     first = controller.step(observe((0, 0, 0), twist=(0.4, 0)), TebMemory())
-    monkeypatch.setattr(
-        program_module.BandProgram,
-        "solve",
-        _without_a_feasible_iterate(program_module.BandProgram.solve),
-    )
+    for name in ("led", "confirm"):
+        method = getattr(program_module.BandProgram, name)
+        monkeypatch.setattr(program_module.BandProgram, name, _without_a_feasible_iterate(method))
     second = controller.step(observe((0.02, 0, 0), twist=(0.4, 0), time_s=0.05), first.memory)
     assert second.diagnostics["is_fallback"]
     assert second.diagnostics["solver_status"] == "kIterationLimit"
@@ -262,9 +336,9 @@ def test_the_last_feasible_band_drives_on_when_the_solver_stops_too_early(monkey
     assert second.memory.band.time_steps[0] == pytest.approx(rest)
 
 
-def _without_a_feasible_iterate(solve):
-    def wrapped(self, *args, **kwargs):
-        solution = solve(self, *args, **kwargs)
+def _without_a_feasible_iterate(method):
+    def wrapped(self, *args):
+        solution = method(self, *args)
         return solution._replace(violation=1.0, status="kIterationLimit")
 
     return wrapped

@@ -13,8 +13,11 @@ from teb_bands import (
 )
 
 from drake_navbench.controllers.teb.band import initialise
+from drake_navbench.controllers.teb.continuation import STAGES, descend_from
+from drake_navbench.controllers.teb.interior_point import DescentSettings
+from drake_navbench.controllers.teb.ipopt_program import SolverSettings
 from drake_navbench.controllers.teb.layout import pack_band
-from drake_navbench.controllers.teb.program import BandProgram, SolverSettings
+from drake_navbench.controllers.teb.program import BandProgram
 
 ALONE = SolverSettings(is_confirmed=False)
 ORACLE = SolverSettings(newton_iterations=0)
@@ -111,3 +114,47 @@ def test_ipopt_has_the_guess_where_newtons_method_fails(settings):
 def test_without_confirmation_ipopt_is_spared_what_newtons_method_solves():
     scene, path = random_problem(0)
     assert solve(scene, path, ALONE).evaluations == 0
+
+
+def detour_over(height_m, radius, offset):
+    """Returns (guess, scene) of a way over two round obstacles that lie on the straight one."""
+    field = round_obstacles_field([(1.25, offset, radius), (1.25, offset - 0.5, radius)])
+    scene = make_scene((0, 0, 0), (2.5, 0, 0), field=field)
+    band = initialise(np.array([(1.25, height_m)]), scene.start, scene.goal, pace=PACE)
+    scene = of_size(scene._replace(goal=band.poses[-1].copy()), len(band.time_steps))
+    return pack_band(band.poses, band.time_steps, 0.0), scene
+
+
+@pytest.mark.parametrize(
+    ("height_m", "radius", "offset"), [(0.6, 0.3, 0.3), (0.8, 0.4, 0.3), (1.1, 0.4, 0.2)]
+)
+def test_a_detour_that_newtons_method_fails_at_is_found_by_way_of_higher_barriers(
+    height_m, radius, offset
+):
+    guess, scene = detour_over(height_m, radius, offset)
+    count = len(scene.clearance_shares) + 1
+    program = BandProgram(count, 2, settings=ALONE)
+    lead = program.lead(guess, scene=scene, weights=WEIGHTS, limits=LIMITS)
+    straight = descend_from(
+        lead.problem, guess, DescentSettings(iterations=ALONE.newton_iterations)
+    )
+    assert not straight.converged
+    assert lead.descent.converged
+    solution = program.led(lead)
+    assert solution.violation < 1e-4
+    confirmed = program.confirm(lead, 20)
+    assert confirmed.status == "kSolutionFound"
+    assert confirmed.evaluations <= 6
+    np.testing.assert_allclose(confirmed.poses, solution.poses, atol=1e-3)
+
+
+def test_a_guess_without_a_band_is_given_up_before_the_last_stage():
+    # Three steps of at most 1.2 s cannot cover 10 m.
+    poses = np.column_stack([np.linspace(0, 10, 4), np.zeros(4), np.zeros(4)])
+    scene = of_size(make_scene(poses[0], poses[-1]), 3)
+    program = BandProgram(3, 2, settings=ALONE)
+    guess = pack_band(poses, np.ones(3), 0.0)
+    lead = program.lead(guess, scene=scene, weights=WEIGHTS, limits=LIMITS)
+    assert not lead.descent.converged
+    stages = sum(stage.iterations for stage in STAGES)
+    assert lead.descent.iterations <= ALONE.newton_iterations + stages

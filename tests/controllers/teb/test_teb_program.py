@@ -14,11 +14,12 @@ from teb_bands import (
     round_obstacles_field,
 )
 
-from drake_navbench.controllers.teb import program as program_module
+from drake_navbench.controllers.teb import ipopt_program
 from drake_navbench.controllers.teb.band import initialise
 from drake_navbench.controllers.teb.constraints import band_constraints
+from drake_navbench.controllers.teb.ipopt_program import SolverSettings
 from drake_navbench.controllers.teb.layout import pack_band, row_slices
-from drake_navbench.controllers.teb.program import BandProgram, SolverSettings
+from drake_navbench.controllers.teb.program import BandProgram
 
 # As good as the solver gets: the default stops a little above the minimum, to save time.
 PRECISE = SolverSettings(tolerance=1e-4, violation_tolerance=1e-6, barrier_start=1e-4)
@@ -154,13 +155,13 @@ def test_mirrored_scene_gives_the_mirrored_band():
 def test_the_solver_is_ipopt_and_its_iterations_are_bounded(monkeypatch):
     names = []
 
-    class Watched(program_module.IpoptSolver):
+    class Watched(ipopt_program.IpoptSolver):
         def Solve(self, *args):
             result = super().Solve(*args)
             names.append(result.get_solver_id().name())
             return result
 
-    monkeypatch.setattr(program_module, "IpoptSolver", Watched)
+    monkeypatch.setattr(ipopt_program, "IpoptSolver", Watched)
     solution, _ = solve(make_scene((0, 0, 0), (2, 1, 0)), iterations=2)
     assert names == ["Ipopt"]
     assert solution.status == "kIterationLimit"

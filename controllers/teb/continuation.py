@@ -1,0 +1,83 @@
+"""Newton's method for guesses that it does not converge from: a high barrier first.
+
+With the barrier at once where it is to end, a guess that breaks many limits lets the method run
+from one to the other for ever. A high barrier rounds the corners between them off, and its minimum
+is a start for a lower one (Fiacco, McCormick 1968). Where no band obeys the limits the multipliers
+grow without bound, which shows before the last stage.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.controllers.teb.constraints import BandScene
+from drake_navbench.controllers.teb.interior_point import (
+    Bounds,
+    Descent,
+    DescentSettings,
+    Structure,
+    descend,
+)
+from drake_navbench.controllers.teb.objective import Weights
+
+Array = NDArray[np.float64]
+
+# The first barriers, with loose tolerances, as they are only to start from.
+STAGES = (
+    DescentSettings(barrier=0.1, iterations=20, error_tolerance=1.0, violation_tolerance=1e-2),
+    DescentSettings(barrier=0.01, iterations=15, error_tolerance=0.3, violation_tolerance=1e-3),
+)
+LAST_ITERATIONS = 25
+# Slopes of the Lagrangian after the stages that come of multipliers without bound.
+HOPELESS_ERROR = 1e3
+# Without stages: half-way 99 in 100 that converge have smaller ones, and of the others a third.
+UNPROMISING_ERROR = 20.0
+
+
+class Problem(NamedTuple):
+    """A band's program from a guess (N,), of so many intervals."""
+
+    guess: Array
+    interval_count: int
+    scene: BandScene
+    weights: Weights
+    bounds: Bounds
+    structure: Structure
+
+
+def descend_in_stages(problem: Problem, settings: DescentSettings) -> Descent:
+    """Returns where Newton's method ends: at once, or else by way of higher barriers.
+
+    No iterations allowed at all are no stages either.
+    """
+    straight = descend_from(
+        problem, problem.guess, settings._replace(hopeless_error=UNPROMISING_ERROR)
+    )
+    if straight.converged or settings.iterations == 0:
+        return straight
+    z, taken = problem.guess, straight.iterations
+    for stage in STAGES:
+        descent = descend_from(problem, z, stage)
+        z, taken = descent.z, taken + descent.iterations
+    if descent.error < HOPELESS_ERROR:
+        descent = descend_from(problem, z, settings._replace(iterations=LAST_ITERATIONS))
+        taken += descent.iterations
+    else:
+        descent = descent._replace(converged=False)
+    return descent._replace(iterations=taken)
+
+
+def descend_from(problem: Problem, z: Array, settings: DescentSettings) -> Descent:
+    """Returns where the method ends that starts from z (N,), with one barrier."""
+    return descend(
+        z,
+        problem.interval_count,
+        scene=problem.scene,
+        weights=problem.weights,
+        bounds=problem.bounds,
+        structure=problem.structure,
+        settings=settings,
+    )
