@@ -84,41 +84,42 @@ def mean_rank_changes(
 ) -> list[MeanRankChange]:
     """Returns how each controller's mean rank changes from some scenarios to others.
 
-    trials: rows as in trials.parquet. Counted are the controllers that drove in all of them, and
-    the seeds that all did; the same seeds are drawn in every scenario. Empty where there are none.
+    trials: rows as in trials.parquet. Counted are the controllers that drove in all of them. Each
+    scenario has seeds of its own, so the interval is of a bootstrap over those of each. Empty where
+    there are no such controllers, or a scenario has no seed that all of them drove.
     """
     names = [*scenarios, *others]
     driven = trials[trials["scenario"].isin(names)]
-    by_controller = driven.groupby("controller", sort=False)["scenario"].nunique()
-    controllers = [name for name, count in by_controller.items() if count == len(names)]
+    counts = driven.groupby("controller", sort=False)["scenario"].nunique()
+    controllers = [str(name) for name, count in counts.items() if count == len(names)]
     if not controllers:
         return []
-    tables = [_by_seed(driven[driven["scenario"] == name], controllers) for name in names]
-    seeds = tables[0][0].index
-    for arrived_table, _ in tables[1:]:
-        seeds = seeds.intersection(arrived_table.index)
-    if seeds.empty:
-        return []
-    arrived, times = (
-        np.stack([table[part].loc[seeds].to_numpy(dtype=float) for table in tables])
-        for part in (0, 1)
-    )
-    everyone = np.arange(len(seeds))[None]
-    drawn = everyone
-    if len(seeds) >= MIN_SEEDS:
-        drawn = np.random.default_rng(0).integers(len(seeds), size=(RESAMPLES, len(seeds)))
+    generator = np.random.default_rng(0)
+    ranks, spread, arrivals, trial_counts = [], [], [], []
+    for name in names:
+        tables = _by_seed(driven[driven["scenario"] == name], controllers)
+        arrived, times = (table.to_numpy(dtype=float)[None] for table in tables)
+        count = arrived.shape[1]
+        if count == 0:
+            return []
+        everyone = np.arange(count)[None]
+        drawn = np.broadcast_to(everyone, (RESAMPLES, count))
+        if count >= MIN_SEEDS:
+            drawn = generator.integers(count, size=(RESAMPLES, count))
+        ranks.append(_ranks(arrived, times, everyone)[0, 0])
+        spread.append(_ranks(arrived, times, drawn)[0])
+        arrivals.append(arrived[0].sum(axis=0))
+        trial_counts.append(count)
     parts = (slice(len(scenarios)), slice(len(scenarios), None))
-    ranks, spread = (_ranks(arrived, times, which) for which in (everyone, drawn))
-    means = [ranks[part, 0].mean(axis=0) for part in parts]
-    changes = spread[parts[1]].mean(axis=0) - spread[parts[0]].mean(axis=0)
-    counts = [arrived[part].sum(axis=(0, 1)) for part in parts]
-    trial_counts = (len(scenarios) * len(seeds), len(others) * len(seeds))
+    means = [np.mean(ranks[part], axis=0) for part in parts]
+    changes = np.mean(spread[parts[1]], axis=0) - np.mean(spread[parts[0]], axis=0)
+    came = [np.sum(arrivals[part], axis=0) for part in parts]
     return [
         MeanRankChange(
             name,
             (float(means[0][i]), float(means[1][i])),
-            (int(counts[0][i]), int(counts[1][i])),
-            trial_counts,
+            (int(came[0][i]), int(came[1][i])),
+            (sum(trial_counts[parts[0]]), sum(trial_counts[parts[1]])),
             _interval(changes[:, i]),
         )
         for i, name in enumerate(controllers)

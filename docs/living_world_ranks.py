@@ -25,11 +25,12 @@ LIVING_WORLD = (
 HEADER = """\
 # Ranks in a living world
 
-Made by `python docs/living_world_ranks.py DIR` from a campaign of {seeds} seeds. A controller's
-rank in a scenario is one more than the number of controllers that arrive there in more trials, or
-in as many and are quicker. The mean is over the published five ({published}), and over {living}.
-The change is later minus former, with the 95% interval of a bootstrap over the seeds, the same
-drawn in every scenario; bold where it leaves zero out.
+Made by `python docs/living_world_ranks.py DIR` from a campaign of {seeds} trials each. A
+controller's rank in a scenario is one more than the number of controllers that arrive there in more
+trials, or in as many and are quicker. The mean is over the published five ({published}), and over
+{living}.
+The change is later minus former, with the 95% interval of a bootstrap over the seeds of each
+scenario; bold where it leaves zero out.
 
 | controller | arrived | mean rank | arrived | mean rank | change | 95% interval |
 |---|---:|---:|---:|---:|---:|---|"""
