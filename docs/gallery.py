@@ -140,7 +140,9 @@ def descriptions() -> dict[str, str]:
 def picture(name: str) -> Figure:
     """Returns the picture of a scenario, of a controller or of all robots."""
     if name == ROBOTS:
-        return robots_picture(ROBOT_FILES.names)
+        # From above a robot with wheels looks like the one that it is like.
+        names = [name for name in ROBOT_FILES.names if not load_robot(name).drive.has_wheels]
+        return robots_picture(names)
     if name in SCENARIO_FILES.names:
         return scenario_picture(name)
     return controller_picture(drive(COURSE, name), name)

@@ -20,7 +20,7 @@ PAGE = Path(__file__).with_suffix(".md")
 LIVING_WORLD = (
     *("crossing", "oncoming", "overtaking"),
     *("corridor_passing", "doorway_people", "waiting_group", "ward_nurses"),
-    *("ward_crowd", "crossing_streams", "recorded_crowd"),
+    *("ward_crowd", "crossing_streams", "recorded_crowd", "two_floors"),
 )
 HEADER = """\
 # Ranks in a living world

@@ -18,8 +18,6 @@ from drake_navbench.controllers.teb.layout import pose_columns, unpack_poses, va
 from drake_navbench.controllers.teb.predicted import field_of
 from drake_navbench.kernels.distance_field import sample_curvature, sample_distance
 
-# An acceleration couples two intervals, and so the columns of three poses.
-BANDWIDTH = 10
 # Unknowns that belong to an interval: its time step and the pose at its end.
 STRIDE = 4
 # What an interval's rows are functions of.

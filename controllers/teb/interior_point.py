@@ -15,14 +15,13 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from drake_navbench.controllers.teb.band_cholesky import factorise, substitute
 from drake_navbench.controllers.teb.constraints import BandScene, band_constraints
 from drake_navbench.controllers.teb.curvature import (
-    BANDWIDTH,
     add_lagrangian_curvature,
     band_positions,
 )
 from drake_navbench.controllers.teb.objective import Weights, band_objective
+from drake_navbench.controllers.teb_band_cholesky import BANDWIDTH, factorise, substitute
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -37,6 +36,8 @@ LEAST_ROOM, FIXED_ROOM = 1e-12, 1e-8
 COMPLIANCE = 1e-6
 # Added to the second derivatives where they are not positive: first, then so many times more.
 FIRST_DAMPING, DAMPING_GROWTH, MOST_DAMPING = 1e-3, 10.0, 1e8
+# Second derivatives with a smaller pivot are not taken for positive.
+LEAST_PIVOT = 1e-10
 # A pose moves by so much in one step at most, m or rad.
 LONGEST_MOVE = 0.3
 # A bound's multiplier stays within this factor of the barrier's own, as IPOPT's kappa_sigma.
@@ -204,7 +205,7 @@ def _newton_step(matrix, border, corner, gradient, positions, step):
     across, along = np.empty(size), np.empty(size)
     damping = 0.0
     while True:
-        if factorise(matrix, damping, factor):
+        if factorise(matrix, damping, factor, LEAST_PIVOT):
             for i in range(size):
                 across[i] = border[i]
             substitute(factor, across)

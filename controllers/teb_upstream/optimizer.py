@@ -14,10 +14,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from drake_navbench.controllers.teb_band_cholesky import BANDWIDTH, factorise, substitute
 from drake_navbench.controllers.teb_upstream.association import Association, attach
 from drake_navbench.controllers.teb_upstream.band import resize
 from drake_navbench.controllers.teb_upstream.penalties import (
-    BANDWIDTH,
     COST_KINDS,
     OBSTACLE_COST,
     OTHER_COST,
@@ -88,30 +88,11 @@ def solve_banded(matrix, damping, right, size, factor, solution):
     """
     first = STRIDE - 1
     end = first + size
+    if not factorise(matrix[first:end], damping, factor[first:end], 0.0):
+        return False
     for row in range(first, end):
-        start = max(first, row - BANDWIDTH)
-        for column in range(start, row + 1):
-            value = matrix[row, row - column]
-            if column == row:
-                value += damping
-            for k in range(max(start, column - BANDWIDTH), column):
-                value -= factor[row, row - k] * factor[column, column - k]
-            if column == row:
-                if not value > 0.0:
-                    return False
-                factor[row, 0] = math.sqrt(value)
-            else:
-                factor[row, row - column] = value / factor[column, 0]
-    for row in range(first, end):
-        value = right[row]
-        for k in range(max(first, row - BANDWIDTH), row):
-            value -= factor[row, row - k] * solution[k]
-        solution[row] = value / factor[row, 0]
-    for row in range(end - 1, first - 1, -1):
-        value = solution[row]
-        for k in range(row + 1, min(end, row + BANDWIDTH + 1)):
-            value -= factor[k, k - row] * solution[k]
-        solution[row] = value / factor[row, 0]
+        solution[row] = right[row]
+    substitute(factor[first:end], solution[first:end])
     return True
 
 

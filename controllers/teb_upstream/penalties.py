@@ -22,8 +22,6 @@ Array = NDArray[np.float64]
 
 # Columns of a pose and its time step.
 STRIDE = 4
-# The farthest that two columns of one edge (an acceleration) are apart.
-BANDWIDTH = 10
 # Steepness of the sign of the speed, 1/m.
 SIGN_STEEPNESS = 100.0
 # Rounding of a residual that lies on its kink.

@@ -63,6 +63,8 @@ MASK_MARGIN_M = 2.0
 MASK_RESOLUTION_M = 0.05
 # What a mission has on its floors instead.
 ON_FLOORS = ("world", "filters", "waypoints")
+# More would be no building, and no mission.
+MAX_FLOORS, MAX_LEGS = 100, 1000
 # Of a task that is given by a map, a start and a goal alone.
 TIMEOUT_ON_MAPS_S = 600.0
 
@@ -234,11 +236,17 @@ class Scenario(QuietModel):
         "Nav2's default behaviour tree, with replanning and recoveries.",
     )
     floors: tuple[Floor, ...] = Field(
-        (), description="Of a mission over several; the robot starts on the first one."
+        (),
+        max_length=MAX_FLOORS,
+        description="Of a mission over several; the robot starts on the first one.",
     )
-    lifts: tuple[Lift, ...] = Field((), description="What connects the floors.")
+    lifts: tuple[Lift, ...] = Field(
+        (), max_length=MAX_FLOORS, description="What connects the floors."
+    )
     mission: tuple[MissionStep, ...] = Field(
-        (), description="Goals and rides in order, in place of world, filters, waypoints and goal."
+        (),
+        max_length=MAX_LEGS,
+        description="Goals and rides in order, in place of world, filters, waypoints and goal.",
     )
     timeout_s: Duration = Field(
         120.0, gt=0.0, description="The trial ends as timed_out after this."

@@ -9,6 +9,7 @@ from teb_closed_loop import drive, plan_from_elements, wheelchair_setup, window
 
 from drake_navbench.controller import CONTROLLERS, NoValidControl, Observation, SpeedLimit
 from drake_navbench.controllers.teb import TimedElasticBand
+from drake_navbench.controllers.teb import choice as choice_module
 from drake_navbench.controllers.teb import program as program_module
 from drake_navbench.controllers.teb.memory import REVISIT_PERIOD_S, Alternative, TebMemory
 from drake_navbench.controllers.teb.planner import ACCEPTED_VIOLATION
@@ -275,6 +276,21 @@ def test_a_class_that_failed_is_tried_again_only_after_a_while(monkeypatch):
         counts.append(len(leads))
     assert counts[1] < counts[0]
     assert counts[2] == counts[0]
+
+
+def test_what_takes_long_takes_several_cycles(monkeypatch):
+    monkeypatch.setattr(choice_module, "ENOUGH_WORK", 0)
+    controller = make()
+    box = [(1.0, -0.32, 1.3, 0.3)]
+    first = controller.step(observe((0, 0, 0), box), TebMemory())
+    assert first.diagnostics["candidate_count"] == 1
+    (waiting,) = first.memory.alternatives
+    assert waiting.is_queued
+    # Its turn comes where the band driven so far does not use up the time, and no later than that.
+    monkeypatch.setattr(choice_module, "ENOUGH_WORK", 1000)
+    second = controller.step(observe((0, 0, 0), box, time_s=0.05), first.memory)
+    assert second.diagnostics["candidate_count"] == 2
+    assert not any(other.is_queued for other in second.memory.alternatives)
 
 
 def test_what_was_put_off_is_tried_before_the_robot_gives_up(monkeypatch):

@@ -7,12 +7,12 @@ from teb_bands import WEIGHTS, ZERO_WEIGHTS, numeric_jacobian, random_band
 from drake_navbench.controllers.teb.arcs import arc_curvature, arc_ratio
 from drake_navbench.controllers.teb.constraints import band_constraints
 from drake_navbench.controllers.teb.curvature import (
-    BANDWIDTH,
     add_lagrangian_curvature,
     band_positions,
 )
 from drake_navbench.controllers.teb.layout import row_count
 from drake_navbench.controllers.teb.objective import band_objective
+from drake_navbench.controllers.teb_band_cholesky import BANDWIDTH
 
 INTERVALS = 7
 # The terms whose curvature is taken as a whole, with inflation beyond its kink or not.

@@ -15,7 +15,6 @@ from drake_navbench.controllers.teb import TimedElasticBand
 from drake_navbench.controllers.teb.band import initialise
 from drake_navbench.controllers.teb.constraints import band_constraints, sparsity_pattern
 from drake_navbench.controllers.teb.curvature import (
-    BANDWIDTH,
     add_lagrangian_curvature,
     band_positions,
 )
@@ -25,6 +24,7 @@ from drake_navbench.controllers.teb.memory import TebMemory
 from drake_navbench.controllers.teb.moving import Track, Tracking, track_obstacles
 from drake_navbench.controllers.teb.predicted import encounters_of, moving_fields
 from drake_navbench.controllers.teb.program import BandProgram
+from drake_navbench.controllers.teb_band_cholesky import BANDWIDTH
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.kernels.distance_field import distance_field
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from upstream_scenes import OBSTACLES, around, settings, straight
 
+from drake_navbench.controllers.teb_band_cholesky import BANDWIDTH
 from drake_navbench.controllers.teb_upstream.band import (
     band_command,
     band_from_plan,
@@ -12,7 +13,6 @@ from drake_navbench.controllers.teb_upstream.band import (
     warm_start,
 )
 from drake_navbench.controllers.teb_upstream.optimizer import optimize_band, solve_banded
-from drake_navbench.controllers.teb_upstream.penalties import BANDWIDTH
 from drake_navbench.controllers.teb_upstream.robot_models import outline
 
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from drake_navbench.controllers.teb_band_cholesky import BANDWIDTH
 from drake_navbench.controllers.teb_upstream.optimizer import Rounds
 from drake_navbench.controllers.teb_upstream.parameters import TebUpstreamParameters
 from drake_navbench.controllers.teb_upstream.penalties import (
-    BANDWIDTH,
     COST_KINDS,
     STRIDE,
     Surroundings,

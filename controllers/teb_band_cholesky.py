@@ -1,4 +1,4 @@
-"""Cholesky's method for symmetric band matrices.
+"""Cholesky's method for the band matrices of both TEBs.
 
 A matrix is its lower half, (N, BANDWIDTH + 1): element (row, column) is at [row, row - column].
 """
@@ -7,12 +7,16 @@ import math
 
 from numba import njit
 
-from drake_navbench.controllers.teb.curvature import BANDWIDTH
+# An acceleration couples two intervals, and so the columns of three poses.
+BANDWIDTH = 10
 
 
 @njit(cache=True, error_model="numpy")
-def factorise(matrix, damping, factor):
-    """Fills the lower factor of matrix + damping I by Cholesky's method; False if indefinite."""
+def factorise(matrix, damping, factor, least_pivot):
+    """Fills the lower factor of matrix + damping I by Cholesky's method.
+
+    Returns whether it could: all squared pivots are above the least one.
+    """
     size = matrix.shape[0]
     for row in range(size):
         start = max(0, row - BANDWIDTH)
@@ -24,7 +28,7 @@ def factorise(matrix, damping, factor):
                 value -= factor[row, row - k] * factor[column, column - k]
             if column < row:
                 factor[row, row - column] = value / factor[column, 0]
-            elif value > 1e-10:
+            elif value > least_pivot:
                 factor[row, 0] = math.sqrt(value)
             else:
                 return False
