@@ -8,7 +8,7 @@ in both scenarios: that keeps the trials paired.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -59,6 +59,71 @@ class RankChange(NamedTuple):
         if not self.is_shown:
             return "no change shown"
         return "falls" if self.change.low > 0.0 else "rises"
+
+
+class MeanRankChange(NamedTuple):
+    """A controller's rank in the mean over some scenarios and over others.
+
+    arrived, trials: in both, first the ones. change: of the mean rank, 95% interval.
+    """
+
+    controller: str
+    mean_ranks: tuple[float, float]
+    arrived: tuple[int, int]
+    trials: tuple[int, int]
+    change: Interval
+
+    @property
+    def is_shown(self) -> bool:
+        """Whether the trials show that the mean rank changes."""
+        return self.change.excludes(0.0)
+
+
+def mean_rank_changes(
+    trials: pd.DataFrame, scenarios: Sequence[str], others: Sequence[str]
+) -> list[MeanRankChange]:
+    """Returns how each controller's mean rank changes from some scenarios to others.
+
+    trials: rows as in trials.parquet. Counted are the controllers that drove in all of them. Each
+    scenario has seeds of its own, so the interval is of a bootstrap over those of each. Empty where
+    there are no such controllers, or a scenario has no seed that all of them drove.
+    """
+    names = [*scenarios, *others]
+    driven = trials[trials["scenario"].isin(names)]
+    counts = driven.groupby("controller", sort=False)["scenario"].nunique()
+    controllers = [str(name) for name, count in counts.items() if count == len(names)]
+    if not controllers:
+        return []
+    generator = np.random.default_rng(0)
+    ranks, spread, arrivals, trial_counts = [], [], [], []
+    for name in names:
+        tables = _by_seed(driven[driven["scenario"] == name], controllers)
+        arrived, times = (table.to_numpy(dtype=float)[None] for table in tables)
+        count = arrived.shape[1]
+        if count == 0:
+            return []
+        everyone = np.arange(count)[None]
+        drawn = np.broadcast_to(everyone, (RESAMPLES, count))
+        if count >= MIN_SEEDS:
+            drawn = generator.integers(count, size=(RESAMPLES, count))
+        ranks.append(_ranks(arrived, times, everyone)[0, 0])
+        spread.append(_ranks(arrived, times, drawn)[0])
+        arrivals.append(arrived[0].sum(axis=0))
+        trial_counts.append(count)
+    parts = (slice(len(scenarios)), slice(len(scenarios), None))
+    means = [np.mean(ranks[part], axis=0) for part in parts]
+    changes = np.mean(spread[parts[1]], axis=0) - np.mean(spread[parts[0]], axis=0)
+    came = [np.sum(arrivals[part], axis=0) for part in parts]
+    return [
+        MeanRankChange(
+            name,
+            (float(means[0][i]), float(means[1][i])),
+            (int(came[0][i]), int(came[1][i])),
+            (sum(trial_counts[parts[0]]), sum(trial_counts[parts[1]])),
+            _interval(changes[:, i]),
+        )
+        for i, name in enumerate(controllers)
+    ]
 
 
 def rank_changes(trials: pd.DataFrame, clean_of: Mapping[str, str]) -> list[RankChange]:
@@ -165,7 +230,7 @@ def _ranks(
     return np.asarray(1 + beats.sum(axis=3))
 
 
-def _interval(values: NDArray[np.int64]) -> Interval:
+def _interval(values: NDArray[np.int64] | NDArray[np.float64]) -> Interval:
     tail = 50.0 * (1.0 - CONFIDENCE)
     low, high = np.percentile(values, [tail, 100.0 - tail], method="nearest")
     return Interval(float(low), float(high))

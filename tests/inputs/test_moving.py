@@ -83,3 +83,16 @@ def test_a_way_beside_the_wall_is_fine():
 def test_a_world_that_stands_still_is_told_as_ever():
     """So that logs and identities of trials are what they were."""
     assert set(scenario().model_dump()["world"]) == {"map", "obstacles"}
+
+
+def test_a_lidar_sees_what_moves_where_it_is_solid_and_high_enough():
+    way = (0.0, 3.0, 3.0)
+    hall = scenario(
+        cart(way), cart(way, material="glass"), cart(way, height_m=0.1), cart(way, height_m=0.4)
+    )
+    seen = hall.true_world.moving.seen_at(0.2)
+    # Four edges each of the first and of the last, which keep their numbers.
+    assert seen.edges[:, 0].tolist() == [0.0] * 4 + [3.0] * 4
+    told = hall.model_dump()["world"]["moving_obstacles"]
+    assert ["material" in thing for thing in told] == [False, True, False, False]
+    assert "material: input should be 'solid' or 'glass'" in fault(cart(way, material="wood"))
