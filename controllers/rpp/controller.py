@@ -125,12 +125,8 @@ class RegulatedPurePursuit:
         chosen.flags.writeable = False
         return Decision(
             chosen,
-            memory._replace(
-                last_v=command.v,
-                last_w=command.w,
-                is_cancelling=is_cancelling,
-                has_stopped=has_stopped,
-            ),
+            # In order: `_replace` takes as long as a tenth of the kernel.
+            RppMemory(command.v, command.w, is_cancelling, has_stopped, *memory[4:]),
             self._diagnostics(cycle, observation, has_stopped),
         )
 

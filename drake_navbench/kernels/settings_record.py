@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,7 +15,7 @@ def settings_record(settings: NamedTuple) -> NDArray[np.void]:
     A kernel reads `records[0]` by the same names. numba takes a tuple apart field by field at every
     call, which for forty of them takes longer than the kernel; an array it takes as it is.
     """
-    records = np.array([_values(settings)], dtype=_record_type(settings))
+    records = np.array([_values(settings)], dtype=_record_type(_description(settings)))
     records.flags.writeable = False
     return records
 
@@ -23,9 +24,24 @@ def _values(settings: Any) -> tuple[Any, ...]:
     return tuple(_values(value) if isinstance(value, tuple) else value for value in settings)
 
 
-def _record_type(settings: Any) -> np.dtype[np.void]:
+def _description(settings: Any) -> tuple[tuple[str, Any], ...]:
+    """Returns name and type of each field, in a form that can be a key."""
     types = [
-        _record_type(value) if isinstance(value, tuple) else np.asarray(value).dtype
+        _description(value) if isinstance(value, tuple) else np.asarray(value).dtype
         for value in settings
     ]
-    return np.dtype(list(zip(settings._fields, types, strict=True)))
+    return tuple(zip(settings._fields, types, strict=True))
+
+
+@cache
+def _record_type(description: tuple[tuple[str, Any], ...]) -> np.dtype[np.void]:
+    """Returns one and the same type for equal descriptions.
+
+    numba knows a record by its type object at once; an equal other one it compares field by field.
+    """
+    return np.dtype(
+        [
+            (name, _record_type(type_) if isinstance(type_, tuple) else type_)
+            for name, type_ in description
+        ]
+    )

@@ -13,6 +13,7 @@ from drake_navbench.controller import ControllerSetup, Observation
 from drake_navbench.controllers.rpp import RegulatedPurePursuit, RegulatedPurePursuitParameters
 from drake_navbench.kernels.footprint import footprint_radii
 from drake_navbench.kernels.grid import Costmap
+from drake_navbench.kernels.read_only import read_only
 from drake_navbench.navigation.goal_checkers import SimpleGoalChecker, SimpleGoalCheckerParameters
 from drake_navbench.navigation.path_handler import PathHandler, PathHandlerParameters
 
@@ -42,7 +43,7 @@ def test_bench_rpp_cycle(benchmark, costmap):
         time_s=0.0,
         pose=POSE,
         twist=TWIST,
-        plan=PLAN[:41],
+        plan=read_only(PLAN[:41]),
         plan_id=1,
         costmap=costmap,
         goal=PLAN[-1],

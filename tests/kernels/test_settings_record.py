@@ -37,6 +37,11 @@ def test_other_values_need_no_other_kernel():
     assert len(twice_the_speed_if_on.signatures) == max(before, 1)
 
 
+def test_equal_settings_share_one_type_which_kernels_know_at_once():
+    first, second = (settings_record(Outer(Inner(True, n), 0.75)) for n in (2, 3))
+    assert first.dtype is second.dtype
+
+
 def test_a_record_cannot_be_changed():
     with pytest.raises(ValueError, match="read-only"):
         settings_record(Outer(Inner(True, 2), 0.75))["speed"] = 1.0
