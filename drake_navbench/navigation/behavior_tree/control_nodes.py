@@ -13,7 +13,7 @@ branch lyrical, and BehaviorTree.CPP 4.
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator, Sequence
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -49,6 +49,10 @@ class TreeNode(Behaviour):
         if status != self._status:
             self._status = status
             self.on_change(self.name, status)
+
+    def recall(self) -> tuple[Any, ...]:
+        """Returns the values of `MEMORY`."""
+        return tuple([getattr(self, name) for name in self.MEMORY])
 
     def restore_status(self, status: Status) -> None:
         """Sets the status without reporting it."""

@@ -15,14 +15,14 @@ from py_trees.common import Status
 from drake_navbench.navigation.behavior_tree.control_nodes import TreeNode
 
 
-class NodeSnapshot(NamedTuple):
-    """What one node remembers: its status, and the values of its `MEMORY`."""
+class Snapshot(NamedTuple):
+    """What the nodes of a tree remember.
 
-    status: Status
-    memory: tuple[Any, ...]
+    statuses: of all nodes. memories: what the nodes that have a `MEMORY` keep there.
+    """
 
-
-Snapshot = tuple[NodeSnapshot, ...]
+    statuses: tuple[Status, ...]
+    memories: tuple[tuple[Any, ...], ...]
 
 
 def nodes_of(root: TreeNode) -> tuple[TreeNode, ...]:
@@ -33,17 +33,17 @@ def nodes_of(root: TreeNode) -> tuple[TreeNode, ...]:
 
 def take_snapshot(nodes: Sequence[TreeNode]) -> Snapshot:
     """Returns the memory of the nodes. All values that nodes remember are immutable."""
-    return tuple([NodeSnapshot(node.status, _memory_of(node)) for node in nodes])
-
-
-def _memory_of(node: TreeNode) -> tuple[Any, ...]:
-    names = node.MEMORY
-    return tuple([getattr(node, name) for name in names]) if names else ()
+    return Snapshot(
+        tuple([node.status for node in nodes]),
+        tuple([node.recall() for node in nodes if node.MEMORY]),
+    )
 
 
 def restore(nodes: Sequence[TreeNode], snapshot: Snapshot) -> None:
     """Sets the nodes to a snapshot of the same tree."""
-    for node, saved in zip(nodes, snapshot, strict=True):
-        node.restore_status(saved.status)
-        for name, value in zip(node.MEMORY, saved.memory, strict=True):
+    for node, status in zip(nodes, snapshot.statuses, strict=True):
+        node.restore_status(status)
+    keeping = [node for node in nodes if node.MEMORY]
+    for node, memory in zip(keeping, snapshot.memories, strict=True):
+        for name, value in zip(node.MEMORY, memory, strict=True):
             setattr(node, name, value)
