@@ -321,7 +321,7 @@ def test_a_cloned_context_goes_on_exactly_as_the_one_it_was_cloned_from():
     states = [port.Eval(trial.navigator.GetMyContextFromRoot(c)) for c in (first, second)]
     assert states[0].values.task_count == states[1].values.task_count
     assert states[0].events == states[1].events
-    assert [node.status for node in states[0].tree] == [node.status for node in states[1].tree]
+    assert states[0].tree.statuses == states[1].tree.statuses
 
 
 def test_equal_seeds_give_equal_logs_with_a_behaviour_tree_too(dead_end):
