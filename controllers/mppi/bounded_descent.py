@@ -15,11 +15,10 @@ from numpy.typing import NDArray
 
 from drake_navbench.controllers.mppi.objective import objective
 from drake_navbench.controllers.mppi.objective_curvature import add_pose_curvature
+from drake_navbench.kernels.barrier import barrier_terms, next_multiplier, share_to_bounds
 
 Array = NDArray[np.float64]
 
-# Of the way to a bound, how much a step may take.
-_TO_BOUND_RATIO = 0.99
 # Starts keep so much of the room between the bounds from either.
 _BOUND_PUSH_RATIO = 0.01
 # Of the decrease that the slope promises, how much a step must make (Armijo), or it is halved.
@@ -31,7 +30,7 @@ _ROUNDING = 1e-12
 _FIRST_DAMPING, _DAMPING_GROWTH, _MOST_DAMPING = 1e-3, 4.0, 1e8
 _LEAST_PIVOT = 1e-10
 # A bound's multiplier stays within this factor of the barrier's own, as IPOPT's kappa_sigma.
-_MULTIPLIER_SPREAD = 1e10
+_SPREAD = 1e10
 
 
 class DescentSettings(NamedTuple):
@@ -65,9 +64,10 @@ def descend(situation, weights, spline, start, lower, upper, settings):
     start, lower, upper: (n,), bounds finite and apart.
     """
     barrier = settings.barrier
-    push = _BOUND_PUSH_RATIO * (upper - lower)
-    variables = np.minimum(np.maximum(start, lower + push), upper - push)
+    margin = _BOUND_PUSH_RATIO * (upper - lower)
+    variables = np.minimum(np.maximum(start, lower + margin), upper - margin)
     low, high = barrier / (variables - lower), barrier / (upper - variables)
+    stiffness, push = np.empty_like(variables), np.empty_like(variables)
     sequence = _sequence(spline, variables)
     value, by_sequence = objective(situation, weights, sequence)
     for _ in range(settings.iterations):
@@ -76,27 +76,27 @@ def descend(situation, weights, spline, start, lower, upper, settings):
             return variables, True
         curvature = spline.control_curvature.copy()
         add_pose_curvature(situation, weights, sequence, spline.by_variables, curvature)
-        slopes = gradient - barrier / (variables - lower) + barrier / (upper - variables)
+        barrier_terms(variables, lower, upper, low, high, barrier, stiffness, push)
+        slopes = gradient + push
         for i in range(variables.shape[0]):
-            curvature[i, i] += low[i] / (variables[i] - lower[i])
-            curvature[i, i] += high[i] / (upper[i] - variables[i])
+            curvature[i, i] += stiffness[i]
         step = _newton_step(curvature, slopes)
-        share = _share_to_bounds(variables, step, lower, upper)
+        share = share_to_bounds(variables, step, lower, upper)
         merit = value + _barrier(variables, lower, upper, barrier)
         promised = _ARMIJO_RATIO * (slopes @ step)
-        for _ in range(_MOST_HALVINGS):
+        for halvings in range(_MOST_HALVINGS):
+            if halvings > 0:
+                share *= 0.5
             moved = variables + share * step
             sequence = _sequence(spline, moved)
             value, by_sequence = objective(situation, weights, sequence)
-            if (
-                value + _barrier(moved, lower, upper, barrier)
-                <= merit + share * promised + _ROUNDING
-            ):
+            after = value + _barrier(moved, lower, upper, barrier)
+            if after <= merit + share * promised + _ROUNDING:
                 break
-            share *= 0.5
         for i in range(variables.shape[0]):
-            low[i] = _next_multiplier(low[i], variables[i] - lower[i], step[i], share, barrier)
-            high[i] = _next_multiplier(high[i], upper[i] - variables[i], -step[i], share, barrier)
+            room_below, room_above = variables[i] - lower[i], upper[i] - variables[i]
+            low[i] = next_multiplier(low[i], room_below, step[i], share, barrier, _SPREAD)
+            high[i] = next_multiplier(high[i], room_above, -step[i], share, barrier, _SPREAD)
         variables = moved
     return variables, False
 
@@ -123,28 +123,6 @@ def _barrier(variables, lower, upper, barrier):
     for i in range(variables.shape[0]):
         total -= barrier * math.log((variables[i] - lower[i]) * (upper[i] - variables[i]))
     return total
-
-
-@njit(cache=True, error_model="numpy")
-def _share_to_bounds(variables, step, lower, upper):
-    """Returns the largest share of the step, up to 1, that keeps off all bounds."""
-    share = 1.0
-    for i in range(variables.shape[0]):
-        if step[i] < 0.0:
-            share = min(share, _TO_BOUND_RATIO * (lower[i] - variables[i]) / step[i])
-        if step[i] > 0.0:
-            share = min(share, _TO_BOUND_RATIO * (upper[i] - variables[i]) / step[i])
-    return share
-
-
-@njit(cache=True, error_model="numpy")
-def _next_multiplier(multiplier, room, step, share, barrier):
-    """Returns a bound's multiplier after a step of the room before it, of which `share` is made."""
-    change = (barrier - multiplier * step) / room - multiplier
-    if change < 0.0:
-        change *= min(1.0, _TO_BOUND_RATIO * multiplier / -change)
-    own = barrier / (room + share * step)
-    return min(max(multiplier + change, own / _MULTIPLIER_SPREAD), own * _MULTIPLIER_SPREAD)
 
 
 @njit(cache=True, error_model="numpy")

@@ -73,13 +73,22 @@ def cost_field(grid: Grid, *, tracks_unknown: bool) -> Grid:
 
 
 @njit(cache=True)
+def _between_centres(field, x, y):
+    """Returns (column, row, whether (x, y) lies between cell centres), in columns and rows."""
+    rows, columns = field.costs.shape
+    along_x = (x - field.origin_x) / field.resolution - 0.5
+    along_y = (y - field.origin_y) / field.resolution - 0.5
+    is_between = 0.0 <= along_x < columns - 1 and 0.0 <= along_y < rows - 1
+    return along_x, along_y, is_between
+
+
+@njit(cache=True)
 def interpolate(field, x, y):
     """Returns (value, d/dx, d/dy) of the field between cell centres; flat beyond the outer ones."""
     values, resolution = field.costs, field.resolution
     rows, columns = values.shape
-    along_x = (x - field.origin_x) / resolution - 0.5
-    along_y = (y - field.origin_y) / resolution - 0.5
-    if not (0.0 <= along_x < columns - 1 and 0.0 <= along_y < rows - 1):
+    along_x, along_y, is_between = _between_centres(field, x, y)
+    if not is_between:
         column = int(min(max(along_x + 0.5, 0.0), columns - 1.0))
         row = int(min(max(along_y + 0.5, 0.0), rows - 1.0))
         return values[row, column], 0.0, 0.0
@@ -91,6 +100,19 @@ def interpolate(field, x, y):
     slope_high = values[row + 1, column + 1] - values[row + 1, column]
     slope_x = slope_low + b * (slope_high - slope_low)
     return low + b * (high - low), slope_x / resolution, (high - low) / resolution
+
+
+@njit(cache=True)
+def field_twist(field, x, y):
+    """Returns the one second derivative that the field has within a cell, by x and y."""
+    values, resolution = field.costs, field.resolution
+    along_x, along_y, is_between = _between_centres(field, x, y)
+    if not is_between:
+        return 0.0
+    column, row = int(along_x), int(along_y)
+    low = values[row, column + 1] - values[row, column]
+    high = values[row + 1, column + 1] - values[row + 1, column]
+    return (high - low) / (resolution * resolution)
 
 
 @njit(cache=True)

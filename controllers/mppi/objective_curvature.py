@@ -14,6 +14,7 @@ from numba import njit
 
 from drake_navbench.controllers.mppi.objective import (
     CARROT_SMOOTHING_M,
+    field_twist,
     interpolate,
     pose_terms,
     poses_along,
@@ -78,7 +79,7 @@ def _pose_curvature(situation, weights, t, pose, steps):
     sine, cosine = math.sin(reference[2]), math.cos(reference[2])
     cell, slope_x, slope_y = interpolate(situation.field, pose[0], pose[1])
     path, obstacle = 2.0 * weights.path / steps, 2.0 * weights.obstacle / steps
-    twist = _field_twist(situation.field, pose[0], pose[1])
+    twist = field_twist(situation.field, pose[0], pose[1])
     xx = path * sine * sine + obstacle * slope_x * slope_x
     xy = -path * sine * cosine + obstacle * (slope_x * slope_y + cell * twist)
     yy = path * cosine * cosine + obstacle * slope_y * slope_y
@@ -91,18 +92,3 @@ def _pose_curvature(situation, weights, t, pose, steps):
         xy -= pull * x * y / squared
         yy += pull * (1.0 - y * y / squared)
     return xx, xy, yy, turn
-
-
-@njit(cache=True, error_model="numpy")
-def _field_twist(field, x, y):
-    """Returns the one second derivative that the field has within a cell, by x and y."""
-    values, resolution = field.costs, field.resolution
-    rows, columns = values.shape
-    along_x = (x - field.origin_x) / resolution - 0.5
-    along_y = (y - field.origin_y) / resolution - 0.5
-    if not (0.0 <= along_x < columns - 1 and 0.0 <= along_y < rows - 1):
-        return 0.0
-    column, row = int(along_x), int(along_y)
-    low = values[row, column + 1] - values[row, column]
-    high = values[row + 1, column + 1] - values[row + 1, column]
-    return (high - low) / (resolution * resolution)

@@ -22,12 +22,11 @@ from drake_navbench.controllers.teb.curvature import (
 )
 from drake_navbench.controllers.teb.objective import Weights, band_objective
 from drake_navbench.controllers.teb_band_cholesky import BANDWIDTH, factorise, substitute
+from drake_navbench.kernels.barrier import barrier_terms, next_multiplier, share_to_bounds
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-# Of the way to a bound, how much a step may take.
-TO_BOUND_RATIO = 0.99
 # Starts keep so far from bounds, or half of the room between two.
 BOUND_PUSH = 3e-3
 # What is left before a bound at least, and to either side of a variable that is given.
@@ -103,52 +102,15 @@ def structure_of(pattern: Indices, rows: int, interval_count: int) -> Structure:
 
 
 @njit(cache=True, error_model="numpy")
-def _barrier_terms(quantities, lower, upper, low, high, barrier, stiffness, push):
-    """Fills second derivatives of the barrier, by its multipliers, and first ones."""
-    for i in range(quantities.shape[0]):
-        stiffness[i] = push[i] = 0.0
-        if lower[i] > -math.inf:
-            room = quantities[i] - lower[i]
-            stiffness[i] += low[i] / room
-            push[i] -= barrier / room
-        if upper[i] < math.inf:
-            room = upper[i] - quantities[i]
-            stiffness[i] += high[i] / room
-            push[i] += barrier / room
-
-
-@njit(cache=True, error_model="numpy")
-def _share_to_bounds(quantities, steps, lower, upper):
-    """Returns the largest share of the steps, up to 1, that keeps off all bounds."""
-    share = 1.0
-    for i in range(quantities.shape[0]):
-        if steps[i] < 0.0 and lower[i] > -math.inf:
-            share = min(share, TO_BOUND_RATIO * (quantities[i] - lower[i]) / -steps[i])
-        if steps[i] > 0.0 and upper[i] < math.inf:
-            share = min(share, TO_BOUND_RATIO * (upper[i] - quantities[i]) / steps[i])
-    return share
-
-
-@njit(cache=True, error_model="numpy")
-def _next_multiplier(multiplier, room, step, moved, barrier):
-    """Returns a bound's multiplier after a step of the room before it, of which `moved` is made."""
-    change = (barrier - multiplier * step) / room - multiplier
-    if change < 0.0:
-        change *= min(1.0, TO_BOUND_RATIO * multiplier / -change)
-    own = barrier / (room + moved * step)
-    return min(max(multiplier + change, own / MULTIPLIER_SPREAD), own * MULTIPLIER_SPREAD)
-
-
-@njit(cache=True, error_model="numpy")
 def _advance(quantities, steps, share, lower, upper, low, high, barrier):
     """Makes a share of the steps, and those of the bounds' multipliers."""
     for i in range(quantities.shape[0]):
         if lower[i] > -math.inf:
             room = quantities[i] - lower[i]
-            low[i] = _next_multiplier(low[i], room, steps[i], share, barrier)
+            low[i] = next_multiplier(low[i], room, steps[i], share, barrier, MULTIPLIER_SPREAD)
         if upper[i] < math.inf:
             room = upper[i] - quantities[i]
-            high[i] = _next_multiplier(high[i], room, -steps[i], share, barrier)
+            high[i] = next_multiplier(high[i], room, -steps[i], share, barrier, MULTIPLIER_SPREAD)
         # Off the bounds also where rounding says otherwise.
         moved = max(quantities[i] + share * steps[i], lower[i] + LEAST_ROOM)
         quantities[i] = min(moved, upper[i] - LEAST_ROOM)
@@ -266,7 +228,7 @@ def _newton_direction(state, problem, values, jacobian, gradient, steps, targets
     matrix, border = np.zeros((count - 1, BANDWIDTH + 1)), np.zeros(count - 1)
     positions = structure.positions
     add_lagrangian_curvature(quantities[:count], m, scene, weights, multipliers, positions, matrix)
-    _barrier_terms(quantities, lower, upper, low, high, barrier, stiffness, push)
+    barrier_terms(quantities, lower, upper, low, high, barrier, stiffness, push)
     gaps, pull = np.empty(rows), np.empty(count)
     for r in range(rows):
         gaps[r] = values[r] - quantities[count + r]
@@ -323,7 +285,7 @@ def _descend(state, problem, settings):
             return False, iteration, error, violation
         move = _largest(steps[m : count - 1])
         share = LONGEST_MOVE / move if move > LONGEST_MOVE else 1.0
-        share = min(share, _share_to_bounds(quantities, steps, lower, upper))
+        share = min(share, share_to_bounds(quantities, steps, lower, upper))
         for r in range(rows):
             multipliers[r] += share * (targets[r] - multipliers[r])
         _advance(quantities, steps, share, lower, upper, low, high, barrier)

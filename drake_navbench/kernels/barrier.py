@@ -1,0 +1,54 @@
+"""Bounds of an interior-point method: what their logarithmic barrier adds, and how far a step goes.
+
+Primal-dual, with a barrier parameter that stays (Wächter, Biegler 2006). Quantities lie strictly
+between bounds (N,) that may be infinite; `low` and `high` are the bounds' multipliers.
+"""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+# Of the way to a bound, how much a step may take; likewise of a multiplier to zero.
+TO_BOUND_RATIO = 0.99
+
+
+@njit(cache=True, error_model="numpy")
+def barrier_terms(quantities, lower, upper, low, high, barrier, stiffness, push):
+    """Fills second derivatives of the barrier, by its multipliers, and first ones."""
+    for i in range(quantities.shape[0]):
+        stiffness[i] = push[i] = 0.0
+        if lower[i] > -math.inf:
+            room = quantities[i] - lower[i]
+            stiffness[i] += low[i] / room
+            push[i] -= barrier / room
+        if upper[i] < math.inf:
+            room = upper[i] - quantities[i]
+            stiffness[i] += high[i] / room
+            push[i] += barrier / room
+
+
+@njit(cache=True, error_model="numpy")
+def share_to_bounds(quantities, steps, lower, upper):
+    """Returns the largest share of the steps, up to 1, that keeps off all bounds."""
+    share = 1.0
+    for i in range(quantities.shape[0]):
+        if steps[i] < 0.0 and lower[i] > -math.inf:
+            share = min(share, TO_BOUND_RATIO * (quantities[i] - lower[i]) / -steps[i])
+        if steps[i] > 0.0 and upper[i] < math.inf:
+            share = min(share, TO_BOUND_RATIO * (upper[i] - quantities[i]) / steps[i])
+    return share
+
+
+@njit(cache=True, error_model="numpy")
+def next_multiplier(multiplier, room, step, moved, barrier, spread):
+    """Returns a bound's multiplier after a step of the room before it, of which `moved` is made.
+
+    It stays within a factor `spread` of the barrier's own, as by IPOPT's kappa_sigma.
+    """
+    change = (barrier - multiplier * step) / room - multiplier
+    if change < 0.0:
+        change *= min(1.0, TO_BOUND_RATIO * multiplier / -change)
+    own = barrier / (room + moved * step)
+    return min(max(multiplier + change, own / spread), own * spread)
