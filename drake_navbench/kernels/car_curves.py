@@ -116,10 +116,21 @@ def _total(lengths):
 @njit(cache=True)
 def _bounded(angle):
     """Returns an angle in [-pi, pi)."""
-    value = np.fmod(angle, TWO_PI)
+    value = _remainder(angle)
     if value < -PI:
         return value + TWO_PI
     return value - TWO_PI if value >= PI else value
+
+
+@njit(cache=True)
+def _remainder(angle):
+    """Returns fmod(angle, 2 pi), at once where less than a turn is over: the difference is exact."""
+    size = abs(angle)
+    if size < TWO_PI:
+        return angle
+    if size < 2.0 * TWO_PI:
+        return math.copysign(size - TWO_PI, angle)
+    return np.fmod(angle, TWO_PI)
 
 
 # Dubins: distance in radii, headings alpha and beta against the line between the positions.
@@ -207,7 +218,7 @@ def _dubins_of_arcs(d, alpha, beta, outer):
 @njit(cache=True)
 def _wrapped(angle):
     """Returns an angle in [-pi, pi]."""
-    value = np.fmod(angle, TWO_PI)
+    value = _remainder(angle)
     if value < -PI:
         return value + TWO_PI
     return value - TWO_PI if value > PI else value

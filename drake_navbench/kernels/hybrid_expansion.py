@@ -24,6 +24,7 @@ from drake_navbench.kernels.hybrid_graph import (
     index_of,
     is_free,
     new_state,
+    parent_of,
     set_pose,
     state_at,
 )
@@ -82,8 +83,9 @@ def curve_to(graph, body, motions, rules, state, goal, radius):
     bins = motions.bins
     start, end, pose = np.empty(3), np.empty(3), np.empty(3)
     for node, target in ((state, start), (goal, end)):
-        target[0], target[1] = graph.x[node], graph.y[node]
-        target[2] = float(F32(F32(int(graph.heading[node])) * motions.bin_size))
+        pose_of = graph.states[node]
+        target[0], target[1] = pose_of.x, pose_of.y
+        target[2] = float(F32(F32(int(pose_of.heading)) * motions.bin_size))
     kinds, lengths = np.empty(PIECES, np.int64), np.empty(PIECES)
     length = F32(shortest_curve(start, end, radius, motions.reverses, kinds, lengths))
     if length > rules.max_length or length < SQRT_2:
@@ -102,7 +104,8 @@ def curve_to(graph, body, motions, rules, state, goal, radius):
         if following == NO_STATE:
             fits = False
             break
-        before = graph.x[following], graph.y[following], graph.heading[following]
+        was = graph.states[following]
+        before = was.x, was.y, was.heading
         set_pose(graph, following, x, y, heading)
         fits = is_free(graph, body, following) and following != previous
         if not fits:
@@ -128,7 +131,7 @@ def _is_cheap(graph, motions, rules, states, length):
     """Tells whether a curve keeps out of high costs, but for an end that lies in them."""
     has_left = False
     for k in range(states.size - 1, -1, -1):
-        cost = graph.cost[states[k]]
+        cost = graph.states[states[k]].cost
         if cost <= rules.max_cost:
             has_left = True
         elif has_left:
@@ -147,7 +150,7 @@ def _score(graph, rules, curve):
     distance = F32(math.sqrt(dx * dx + dy * dy))
     score = F32(0.0)
     for state in curve.states:
-        share = F32(graph.cost[state] / F32(252.0))
+        share = F32(graph.states[state].cost / F32(252.0))
         # Nav2 adds the 1 in double precision.
         factor = 1.0 + float(F32(rules.cost_penalty * share))
         score = F32(float(score) + float(distance) * factor)
@@ -166,7 +169,7 @@ def refined(graph, body, motions, rules, state, goal, curve):
         earlier = tried
         for _ in range(EARLIER_STATES):
             if earlier != NO_STATE:
-                earlier = graph.parent[earlier]
+                earlier = parent_of(graph, earlier)
         if earlier == NO_STATE:
             break
         tried = earlier
@@ -196,15 +199,15 @@ def joined(graph, state, goal, curve):
     previous = state
     for k in range(curve.states.size):
         node = curve.states[k]
-        if graph.place[node] == graph.place[goal]:
+        if graph.states[node].place == graph.states[goal].place:
             continue
-        if graph.is_visited[node]:
+        if graph.states[node].is_visited:
             node = new_state(graph, NO_INDEX)
-        graph.parent[node] = previous
         set_pose(graph, node, curve.poses[k, 0], curve.poses[k, 1], curve.poses[k, 2])
-        graph.is_visited[node] = True
+        graph.states[node].parent = previous
+        graph.states[node].is_visited = True
         previous = node
     if goal != previous:
-        graph.parent[goal] = previous
-        graph.is_visited[goal] = True
+        graph.states[goal].parent = previous
+        graph.states[goal].is_visited = True
     return goal
