@@ -145,10 +145,8 @@ def _dequeue(queue, graph):
 
 
 @njit(cache=True)
-def _heuristic(reached, ways, motions, goals, state, columns):
-    """Returns the larger of the way round obstacles and the car's way, from a state's cell."""
-    if not np.isnan(state.ahead):
-        return state.ahead
+def _look_ahead(reached, ways, motions, goals, state, columns):
+    """Writes the larger of the way round obstacles and the car's way, from a state's cell."""
     bins, index = motions.bins, state.place
     column, row, heading = index // bins % columns, index // (bins * columns), index % bins
     around = way_round(reached, column, row)
@@ -156,7 +154,6 @@ def _heuristic(reached, ways, motions, goals, state, columns):
     for k in range(goals.shape[0]):
         free = min(free, free_way(ways, motions, column, row, heading, goals[k], around))
     state.ahead = max(around, free)
-    return state.ahead
 
 
 @njit(cache=True)
@@ -218,7 +215,9 @@ def _neighbours(graph, body, motions, state, columns, neighbours):
         was = graph.states[other]
         before = was.x, was.y, was.heading
         set_pose(graph, other, x, y, turned)
-        if is_free(graph, body, other):
+        if np.isnan(was.cost):
+            was.cost, was.is_free = look_at(body, x, y, turned)
+        if was.is_free:
             graph.states[other].motion = m
             neighbours[count] = other
             count += 1
@@ -316,9 +315,14 @@ def search(body, motions, rules, expansion, reached, ways, start, goal, goal_bin
             continue
         expansions += 1
         graph.states[state].is_visited = True
-        graph, queue = with_room(graph, room), _with_queue_room(queue, neighbours.size)
-        ahead = _heuristic(reached, ways, motions, poses, graph.states[state], columns)
-        least = min(least, int(ahead))
+        if graph.counts[0] + room > graph.states.size:
+            graph = with_room(graph, room)
+        if queue.counts[1] + neighbours.size > queue.entries.size:
+            queue = _with_queue_room(queue, neighbours.size)
+        # Here and below: a call hands on a dozen arrays, which takes longer than the question.
+        if np.isnan(graph.states[state].ahead):
+            _look_ahead(reached, ways, motions, poses, graph.states[state], columns)
+        least = min(least, int(graph.states[state].ahead))
         wanted = max(int(F32(F32(least) / expansion.ratio)), math.ceil(expansion.ratio))
         until_curve = min(until_curve, wanted)
         if until_curve <= 0:
@@ -341,10 +345,11 @@ def search(body, motions, rules, expansion, reached, ways, start, goal, goal_bin
             way = F32(way_here + _step_cost(motions, rules, motion_here, other))
             if way < other.way:
                 other.way, other.parent = way, state
-                left = _heuristic(reached, ways, motions, poses, other, columns)
-                if left < nearest_heuristic:
-                    nearest, nearest_heuristic = neighbours[k], left
-                _enqueue(queue, graph, neighbours[k], F32(way + left))
+                if np.isnan(other.ahead):
+                    _look_ahead(reached, ways, motions, poses, other, columns)
+                if other.ahead < nearest_heuristic:
+                    nearest, nearest_heuristic = neighbours[k], other.ahead
+                _enqueue(queue, graph, neighbours[k], F32(way + other.ahead))
     if nearest_heuristic < rules.tolerance:
         return FOUND, _path(graph, motions, nearest), expansions
     return status, nothing, expansions

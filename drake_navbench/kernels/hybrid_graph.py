@@ -151,13 +151,14 @@ def is_free(graph, body, number):
 @njit(cache=True)
 def look_at(body, x, y, heading):
     """Returns the cost under the centre of a pose, and whether the robot is free there."""
-    grid = body.grid
-    rows, columns = grid.costs.shape
+    rows, columns = body.grid.costs.shape
     if x < 0.0 or x > columns or y < 0.0 or y > rows:
         return F32(LETHAL), False
+    column, row = int(F32(x + HALF)), int(F32(y + HALF))
     # Nav2 reads on into the next row at the right border, and beyond the map at the upper one.
-    flat = int(F32(y + HALF)) * columns + int(F32(x + HALF))
-    centre = int(grid.costs[flat // columns, flat % columns]) if flat < grid.costs.size else LETHAL
+    if column == columns:
+        column, row = 0, row + 1
+    centre = int(body.grid.costs[row, column]) if row < rows else LETHAL
     if body.outlines.shape[1] == 0:
         if centre == NO_INFORMATION and body.allow_unknown:
             return F32(centre), True
@@ -168,11 +169,15 @@ def look_at(body, x, y, heading):
         return F32(centre), False
     if centre in (INSCRIBED, LETHAL):
         return F32(centre), False
-    world_x = grid.origin_x + (int(x) + 0.5) * grid.resolution
-    world_y = grid.origin_y + (int(y) + 0.5) * grid.resolution
+    return F32(centre), _does_outline_fit(body, int(x), int(y), int(heading))
+
+
+@njit(cache=True)
+def _does_outline_fit(body, column, row, heading):
+    """Tells whether the outline about a cell's centre touches nothing."""
+    x = body.grid.origin_x + (column + 0.5) * body.grid.resolution
+    y = body.grid.origin_y + (row + 0.5) * body.grid.resolution
     # A heading just below a full turn is rounded up to it; Nav2 then reads beyond its outlines.
-    outline = body.outlines[int(heading) % body.outlines.shape[0]]
-    worst = footprint_cost(grid, outline, world_x, world_y, 0.0, True)
-    if worst == NO_INFORMATION and body.allow_unknown:
-        return F32(centre), True
-    return F32(centre), worst < LETHAL
+    outline = body.outlines[heading % body.outlines.shape[0]]
+    worst = footprint_cost(body.grid, outline, x, y, 0.0, True)
+    return worst < LETHAL or (worst == NO_INFORMATION and body.allow_unknown)
