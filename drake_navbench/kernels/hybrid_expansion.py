@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from drake_navbench.kernels.car_curves import (
     PIECES,
+    curve_knots,
     direction_changes,
     pose_on_curve,
     shortest_curve,
@@ -75,28 +76,33 @@ def longest_curve(rules):
 
 
 @njit(cache=True)
+def _pose_of(graph, motions, number):
+    """Returns (x, y, yaw) of a state, at the beginning of its bin."""
+    state = graph.states[number]
+    yaw = np.float64(F32(F32(int(state.heading)) * motions.bin_size))
+    return np.float64(state.x), np.float64(state.y), yaw
+
+
+@njit(cache=True)
 def curve_to(graph, body, motions, rules, state, goal, radius):
     """Returns the curve from a state to a goal; none where it is too long, blocked or too costly.
 
     There must be room in the graph for `longest_curve` states.
     """
     bins = motions.bins
-    start, end, pose = np.empty(3), np.empty(3), np.empty(3)
-    for node, target in ((state, start), (goal, end)):
-        pose_of = graph.states[node]
-        target[0], target[1] = pose_of.x, pose_of.y
-        target[2] = float(F32(F32(int(pose_of.heading)) * motions.bin_size))
+    start, end = _pose_of(graph, motions, state), _pose_of(graph, motions, goal)
     kinds, lengths = np.empty(PIECES, np.int64), np.empty(PIECES)
     length = F32(shortest_curve(start, end, radius, motions.reverses, kinds, lengths))
     if length > rules.max_length or length < SQRT_2:
         return no_curve()
     count = math.floor(F32(length / SQRT_2))
+    knots, pose = curve_knots(start[2], kinds, lengths), np.empty(3)
     states = np.empty(count, np.int64)
     own, kept = np.empty((count, 3), np.float32), np.empty((count, 3), np.float32)
     found, previous, fits = 0, state, True
     for k in range(1, count + 1):
         share = float(F32(F32(k) / F32(count)))
-        pose_on_curve(start, end, radius, kinds, lengths, share, pose)
+        pose_on_curve(start, end, radius, kinds, lengths, knots, share, pose)
         angle = pose[2] + 2.0 * math.pi if pose[2] < 0.0 else pose[2]
         angle = angle - 2.0 * math.pi if angle > 2.0 * math.pi else angle
         x, y, heading = F32(pose[0]), F32(pose[1]), F32(angle / float(motions.bin_size))
