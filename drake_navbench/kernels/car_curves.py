@@ -1,9 +1,10 @@
 """Shortest curves of a car between two poses: Dubins' (forward only) and Reeds and Shepp's.
 
-Poses are sequences of x, y and yaw in rad. A curve is up to five arcs of radius 1 and straight lines. Arrays `kinds` (5,) hold LEFT, STRAIGHT,
-RIGHT or NONE, `lengths` (5,) rad of an arc or radii of a line, negative where it is driven
-backwards. Of equally short curves the one that is tried first is taken, in the order of OMPL 1.5,
-and its tolerances hold, so that planners built on it can be compared to the last bit.
+Poses are sequences of x, y and yaw in rad. A curve is up to five arcs of radius 1 and straight
+lines. Arrays `kinds` (5,) hold LEFT, STRAIGHT, RIGHT or NONE, `lengths` (5,) rad of an arc or radii
+of a line, negative where it is driven backwards. Of equally short curves the one that is tried
+first is taken, in the order of OMPL 1.5, and its tolerances hold, so that planners built on it can
+be compared to the last bit.
 Sources: L. E. Dubins, "On curves of minimal length with a constraint on average curvature", 1957;
 A. M. Shkel and V. Lumelsky, "Classification of the Dubins set", 2001; J. A. Reeds and L. A. Shepp,
 "Optimal paths for a car that goes both forwards and backwards", 1990 (formulas 8.1 to 8.11, 8.3 and
@@ -141,7 +142,7 @@ def _bounded(angle):
 
 @njit(cache=True)
 def _remainder(angle):
-    """Returns fmod(angle, 2 pi), at once where less than a turn is over: the difference is exact."""
+    """Returns fmod(angle, 2 pi), at once below two turns, where that is exact."""
     size = abs(angle)
     if size < TWO_PI:
         return angle

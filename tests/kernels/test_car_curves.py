@@ -14,7 +14,6 @@ from drake_navbench.kernels.car_curves import (
     RIGHT,
     STRAIGHT,
     curve_knots,
-    curve_knots,
     direction_changes,
     pose_on_curve,
     shortest_curve,
