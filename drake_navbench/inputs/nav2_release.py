@@ -85,13 +85,6 @@ class Difference(NamedTuple):
 
 # By the name of our controller.
 OF_CONTROLLERS: Mapping[str, tuple[Difference, ...]] = {
-    "graceful": (
-        Difference(
-            Release.KILTED,
-            "the controller cuts the plan itself, drives to its poses beyond min_lookahead, brakes "
-            "without a limit and does not look for a heading before the goal",
-        ),
-    ),
     "vector_pursuit": (
         Difference(Release.KILTED, "the controller cuts the plan itself, at a circle"),
     ),
