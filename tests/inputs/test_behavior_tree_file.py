@@ -172,7 +172,7 @@ SMOOTHING = """<root main_tree_to_execute="Main">
     [
         ("path", "", None),
         ("smoothed_path", 'smoother_id="simple_smoother" max_smoothing_duration="1.0"', None),
-        ("other", "", "unsmoothed_path, smoothed_path: expected path and path, or a name with"),
+        ("other", "", None),
         ("path", 'check_for_collisions="true"', "check_for_collisions: a smoothed path is not"),
     ],
 )
@@ -204,3 +204,29 @@ def test_the_smoother_is_read_where_the_tree_asks_for_one(tmp_path, plugin, kind
     stands_in = [row.text for row in setup.check.stand_ins if "smoother_server" in row.text]
     assert bool(stands_in) == (kind is None)
     assert (smoother.w_smooth == 0.4) == (kind is not None)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ('<FollowPath path="{path}"', '<FollowPath path="{paht}"', "path: no node writes {paht}"),
+        ('<FollowPath path="{path}"', '<FollowPath path="path"', "expected a variable such as"),
+        ('goal="{goal}"', 'goal="{dock}"', "ComputePathToPose: goal: no node writes {dock}"),
+    ],
+)
+def test_a_variable_that_nothing_writes_is_named(tmp_path, old, new, told):
+    assert old in PLAIN
+    tree = read_tree_file(write(tmp_path, PLAIN.replace(old, new)))
+    assert told in str(next(faults_of(tree)))
+
+
+def test_a_tree_follows_the_path_that_it_cuts(tmp_path):
+    text = PLAIN.replace(
+        '<SubTree ID="Following"/>',
+        '<TruncatePath distance="0.5" input_path="{path}" output_path="{short}"/>'
+        '<SubTree ID="Following" path="{short}"/>',
+    )
+    tree = read_tree_file(write(tmp_path, text))
+    assert list(faults_of(tree)) == []
+    follow = next(node for node in tree.iterate() if node.node == "FollowPath")
+    assert follow.attributes["path"] == "{short}"
