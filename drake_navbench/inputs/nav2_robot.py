@@ -63,18 +63,26 @@ LOCAL_COSTMAP = "local_costmap/local_costmap"
 GLOBAL_COSTMAP = "global_costmap/global_costmap"
 PLANNER_SERVER = "planner_server"
 SMOOTHER_SERVER = "smoother_server"
+BT_NAVIGATOR = "bt_navigator"
 # Of a behaviour tree: what asks that server.
 SMOOTHING_NODE = "SmoothPath"
 # By name of the node; some nodes have had two.
 SERVERS: dict[str, Callable[[NodeReader], dict[str, Any]]] = {
     "recoveries_server": read_behavior_server,
     "behavior_server": read_behavior_server,
-    "bt_navigator": read_bt_navigator,
     "waypoint_follower": read_waypoint_follower,
     "velocity_smoother": read_velocity_smoother,
     "collision_monitor": read_collision_monitor,
 }
-READ = (SERVER, LOCAL_COSTMAP, GLOBAL_COSTMAP, PLANNER_SERVER, SMOOTHER_SERVER, *SERVERS)
+READ = (
+    SERVER,
+    LOCAL_COSTMAP,
+    GLOBAL_COSTMAP,
+    PLANNER_SERVER,
+    SMOOTHER_SERVER,
+    BT_NAVIGATOR,
+    *SERVERS,
+)
 # What a robot has only where its file says so.
 OPTIONAL = ("velocity_smoother", "collision_monitor")
 
@@ -222,8 +230,12 @@ class _Files:
             self._rows.update(columns_rows)
         fields = merged(navigation_of(self._release.release), fields)
         fields |= self._costmaps()
-        read_planner = partial(read_planner_server, release=self._release.release)
-        for name, read in (SERVERS | {PLANNER_SERVER: read_planner}).items():
+        release = self._release.release
+        of_release = {
+            PLANNER_SERVER: partial(read_planner_server, release=release),
+            BT_NAVIGATOR: partial(read_bt_navigator, release=release),
+        }
+        for name, read in (SERVERS | of_release).items():
             node = self._find(name)
             if node is not None:
                 fields = merged(fields, read(NodeReader(node, self._rows)))

@@ -148,6 +148,31 @@ def test_a_path_is_valid_up_to_the_cost_of_the_release_or_of_the_tree(
     assert dict(node.attributes) == {"path": "{path}"} | expected
 
 
+def test_a_tree_is_found_by_the_end_of_its_path(tmp_path):
+    # The Nav2 file lies in mine/config, the tree in mine/trees.
+    folder = tmp_path / "mine" / "config"
+    trees = tmp_path / "mine" / "trees"
+    folder.mkdir(parents=True)
+    trees.mkdir()
+    write(trees)
+    setup = setup_with(folder, None)
+    assert setup.robot.navigation.behavior_tree.tree.name == "Drive"
+
+
+def test_a_tree_of_the_installed_nav2_is_taken_and_told(tmp_path, monkeypatch):
+    trees = tmp_path / "opt" / "share" / "nav2_bt_navigator" / "behavior_trees"
+    trees.mkdir(parents=True)
+    write(trees)
+    monkeypatch.setenv("AMENT_PREFIX_PATH", f"/nowhere:{tmp_path / 'opt'}")
+    folder = tmp_path / "mine"
+    folder.mkdir()
+    setup = setup_with(folder, None)
+    assert setup.check.is_whole
+    assert setup.robot.navigation.behavior_tree.tree.name == "Drive"
+    told = [row.remark for row in setup.check.rows if row.parameter.endswith("to_pose_bt_xml")]
+    assert told == [f"that of the installed Nav2, {trees / 'drive.xml'}"]
+
+
 def test_a_tree_that_is_not_there_is_a_stand_in(tmp_path):
     (row,) = setup_with(tmp_path, None).check.stand_ins
     assert row.remark == "drive.xml: not beside the file; Nav2's default tree stands in"
