@@ -409,6 +409,20 @@ def test_a_wrong_value_is_one_line_with_file_line_and_parameter(setup_of, parame
     assert fault in line
 
 
+def test_a_shape_of_the_monitor_that_is_listed_only_is_told_where_it_is_listed(setup_of):
+    monitor = """
+collision_monitor:
+  ros__parameters:
+    observation_sources: [scan]
+    polygons: [Slow]
+    Stop: {type: circle, radius: 0.3, action_type: stop}
+"""
+    with pytest.raises(InputError) as refused:
+        setup_of(COLUMN, monitor)
+    told = "nav2_1.yaml, line 5: collision_monitor.ros__parameters.polygons: 'Slow' is listed, but"
+    assert f"{told} Slow.type is missing" in str(refused.value)
+
+
 def test_two_controllers_of_one_name_are_refused(setup_of):
     with pytest.raises(InputError, match=r"line 4: .*'FollowPath' is listed twice"):
         setup_of(COLUMN.replace("[FollowPath]", "[FollowPath, FollowPath]"))
