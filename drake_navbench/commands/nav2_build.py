@@ -43,6 +43,13 @@ def build_parser() -> argparse.ArgumentParser:
         metavar="LIST",
         help="packages with controllers to build (all for which the system has what they need)",
     )
+    add(
+        "--noise",
+        choices=("own", "benchmark"),
+        default="own",
+        help="whose random numbers MPPI samples with: of its own generator, or the benchmark's, "
+        "which its port draws in the same cycle (own)",
+    )
     add("--jobs", type=positive_number, default=2, metavar="N", help="files compiled at once (2)")
     return parser
 
@@ -57,11 +64,13 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _build(arguments: argparse.Namespace) -> None:
     from drake_navbench.native.build import build_checkout
+    from drake_navbench.native.builds import NoiseSource
 
     build = build_checkout(
         arguments.checkout,
         name=arguments.name,
         wanted=arguments.packages,
+        noise=NoiseSource(arguments.noise),
         jobs=arguments.jobs,
         tell=lambda line: print(printable(line), flush=True),
     )

@@ -12,7 +12,14 @@ from functools import cached_property
 from pathlib import Path
 
 from drake_navbench.errors import InputError, nearest_name_hint
-from drake_navbench.native.builds import Build, builds_folder, require_name, save_build, write_whole
+from drake_navbench.native.builds import (
+    Build,
+    NoiseSource,
+    builds_folder,
+    require_name,
+    save_build,
+    write_whole,
+)
 from drake_navbench.native.checkout import Checkout, Package, read_checkout
 from drake_navbench.native.compiler import (
     FLAGS,
@@ -31,8 +38,11 @@ from drake_navbench.native.headers import (
 )
 
 MAKER = NATIVE / "headers.py"
+BENCHMARK_NOISE = NATIVE / "benchmark_noise"
 PLUGIN_NAMES = "made/plugin_names.hpp"
 HOST_NEEDS = ("nav2_core",)
+# What makes a package's random numbers. A file of ours, named as the package, can stand in for it.
+NOISE_SOURCES: Mapping[str, str] = {"nav2_mppi_controller": "src/noise_generator.cpp"}
 
 
 def build_checkout(
@@ -40,13 +50,15 @@ def build_checkout(
     *,
     name: str | None = None,
     wanted: Sequence[str] = (),
+    noise: NoiseSource = NoiseSource.OWN,
     jobs: int = 2,
     tell: Callable[[str], None] = lambda line: None,
 ) -> Build:
     """Builds the controllers of a checkout and keeps the result under a name.
 
     name: None for the name of the release. wanted: packages to build; all that have controllers
-    where none is named, without those for which the system lacks something.
+    where none is named, without those for which the system lacks something. noise: whose random
+    numbers they sample with: their own, or those that the port draws in the same cycle.
     Raises InputError where there is nothing to build, the compiler or a library that is wanted is
     missing, or something cannot be compiled.
     """
@@ -55,9 +67,14 @@ def build_checkout(
     name = require_name(name or checkout.release)
     compiler = find_compiler()
     chosen, left_out = _chosen(checkout, wanted, compiler)
+    if noise is NoiseSource.BENCHMARK and not NOISE_SOURCES.keys() & set(chosen):
+        raise InputError(
+            f"noise: got {noise.value!r} for {', '.join(chosen)}, "
+            f"expected one of {', '.join(NOISE_SOURCES)} among them: nothing else draws any"
+        )
     for reason in sorted(set(left_out.values())):
         tell(reason)
-    plan = _Plan(checkout, tuple(chosen), compiler)
+    plan = _Plan(checkout, tuple(chosen), compiler, noise)
     host, compiled = plan.build(jobs, builds_folder() / "logs" / f"{name}.log", tell)
     build = Build(
         name=name,
@@ -70,6 +87,7 @@ def build_checkout(
         controllers=tuple(c for package in chosen for c in checkout.packages[package].controllers),
         left_out=left_out,
         seconds=time.monotonic() - start,
+        noise=noise,
     )
     save_build(build)
     tell(f"{compiled} files compiled, {plan.file_count - compiled} taken from the cache")
@@ -117,6 +135,7 @@ class _Plan:
     checkout: Checkout
     chosen: tuple[str, ...]
     compiler: Compiler
+    noise: NoiseSource
 
     @cached_property
     def packages(self) -> dict[str, Package]:
@@ -137,7 +156,9 @@ class _Plan:
         units = []
         for package in self.packages.values():
             own = self.checkout.seen_from([package.name])
-            units += self._units(package.sources, own, headers, root, ours)
+            sources, ours_instead = self._sources(package)
+            units += self._units(sources, own, headers, root, ours)
+            units += self._units(ours_instead, own, headers, root, hosts)
         core = self.checkout.seen_from(HOST_NEEDS)
         units += self._units([HOST / "controller_host.cpp"], core, headers, root, hosts)
         return units + self._units([HOST / "main.cpp"], core, headers, root, mains)
@@ -168,6 +189,16 @@ class _Plan:
         self.compiler.run([*objects, "-pthread", "-o", str(part)], log)
         os.replace(part, host)
         return host, len(missing)
+
+    def _sources(self, package: Package) -> tuple[list[Path], list[Path]]:
+        """Returns what is compiled of a package, and what of ours in place of the rest."""
+        if self.noise is NoiseSource.OWN or package.name not in NOISE_SOURCES:
+            return list(package.sources), []
+        replaced = package.folder / NOISE_SOURCES[package.name]
+        if replaced not in package.sources:
+            raise InputError(f"{replaced}: no such file, expected what makes the noise")
+        others = [path for path in package.sources if path != replaced]
+        return others, [BENCHMARK_NOISE / f"{package.name}.cpp"]
 
     def _units(
         self,

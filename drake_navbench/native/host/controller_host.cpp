@@ -1,5 +1,7 @@
 #include "host/controller_host.hpp"
 
+#include "host/cycle_noise.hpp"
+
 #include <chrono>
 #include <filesystem>
 #include <fstream>
@@ -207,6 +209,7 @@ Value ControllerHost::SetPlan(const Value & request) {
 
 Value ControllerHost::Compute(const Value & request) {
   WaitForThreads();
+  TellNoise(request["noise"]);
   rclcpp::Clock::trial_time() = std::llround(request["time_s"].number() * 1e9);
   const auto pose = StampedPose(request["pose"]);
   tf2::Transform base;
@@ -239,6 +242,16 @@ Value ControllerHost::Compute(const Value & request) {
   }
   if (is_cancelled) answer["is_at_rest"] = Cancel();
   return answer;
+}
+
+void ControllerHost::TellNoise(const Value & key) {
+  CycleNoise & noise = cycle_noise();
+  noise.seed = static_cast<std::uint64_t>(key["seed"].integer());
+  noise.stream = static_cast<std::uint64_t>(key["stream"].integer());
+  noise.step = static_cast<std::uint64_t>(key["step"].integer());
+  noise.passes = 0;
+  // A plugin is also reset before its first task, and between two of them.
+  if (!has_driven_) noise.resets = 0;
 }
 
 void ControllerHost::TellCostmap(const Value & told) {
