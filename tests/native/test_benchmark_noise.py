@@ -3,23 +3,37 @@
 from __future__ import annotations
 
 import shutil
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from drake_navbench.__main__ import main
+from drake_navbench.controller import Observation
 from drake_navbench.controllers.external import ExternalController
 from drake_navbench.controllers.mppi.lanes import unpack
 from drake_navbench.controllers.mppi.noise import Noise
+from drake_navbench.inputs.robot import load_robot
+from drake_navbench.kernels.grid import Costmap
 from drake_navbench.native.build import build_checkout
 from drake_navbench.native.builds import NoiseSource, find_build
 from drake_navbench.noise import NoiseKey
-from tests.native.test_host import OBSERVATION, SETUP
+from drake_navbench.trial.column_controller import controller_setup
 
 KEY = NoiseKey(seed=5, stream=4, step=17)
 SAMPLES, STEPS = 70, 3
+PLAN = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+OBSERVATION = Observation(
+    time_s=0.25,
+    pose=np.zeros(3),
+    twist=np.zeros(2),
+    plan=PLAN,
+    plan_id=1,
+    costmap=Costmap(np.zeros((60, 60), np.uint8), -1.5, -1.5, 0.05),
+    goal=PLAN[-1],
+    global_plan=PLAN,
+    noise_key=KEY,
+)
 
 
 @pytest.fixture
@@ -39,10 +53,9 @@ def commanded(sampling):
         )
         client = {"plugin": "sampling::Controller", "parameters": values}
         parameters = ExternalController.Parameters(command=[str(build.host)], client=client)
-        controller = ExternalController(parameters, SETUP)
-        seen = replace(OBSERVATION, noise_key=KEY)
+        controller = ExternalController(parameters, controller_setup(load_robot("wheelchair")))
         try:
-            return controller.step(seen, controller.initial_memory()).command
+            return controller.step(OBSERVATION, controller.initial_memory()).command
         finally:
             controller.close()
 
