@@ -41,7 +41,8 @@ def build_parser() -> argparse.ArgumentParser:
         type=listed_names,
         default=(),
         metavar="LIST",
-        help="packages with controllers to build (all for which the system has what they need)",
+        help="packages to build, with controllers or planners (all with controllers for which the "
+        "system has what they need)",
     )
     add(
         "--noise",
@@ -75,8 +76,8 @@ def _build(arguments: argparse.Namespace) -> None:
         tell=lambda line: print(printable(line), flush=True),
     )
     print(printable(f"{build.name}: Nav2 {build.where_from}, in {build.seconds:.0f} s"))
-    for controller in build.controllers:
-        print(f"  {controller}")
+    for plugin in (*build.controllers, *build.planners):
+        print(f"  {plugin}")
 
 
 if __name__ == "__main__":

@@ -26,6 +26,7 @@ from drake_navbench.native.compiler import (
     Compiler,
     find_compiler,
     include_arguments,
+    link_arguments,
     missing_libraries,
 )
 from drake_navbench.native.headers import (
@@ -54,10 +55,11 @@ def build_checkout(
     jobs: int = 2,
     tell: Callable[[str], None] = lambda line: None,
 ) -> Build:
-    """Builds the controllers of a checkout and keeps the result under a name.
+    """Builds the plugins of a checkout and keeps the result under a name.
 
-    name: None for the name of the release. wanted: packages to build; all that have controllers
-    where none is named, without those for which the system lacks something. noise: whose random
+    name: None for the name of the release. wanted: packages with controllers or global planners;
+    where none is named, all that have controllers, without those for which the system lacks
+    something. noise: whose random
     numbers they sample with: their own, or those that the port draws in the same cycle.
     Raises InputError where there is nothing to build, the compiler or a library that is wanted is
     missing, or something cannot be compiled.
@@ -84,7 +86,8 @@ def build_checkout(
         commit=checkout.commit,
         checkout=checkout.root,
         compiler=compiler.version,
-        controllers=tuple(c for package in chosen for c in checkout.packages[package].controllers),
+        controllers=tuple(c for name in chosen for c in checkout.packages[name].controllers),
+        planners=tuple(p for name in chosen for p in checkout.packages[name].planners),
         left_out=left_out,
         seconds=time.monotonic() - start,
         noise=noise,
@@ -99,21 +102,24 @@ def _chosen(
 ) -> tuple[list[str], dict[str, str]]:
     """Returns the packages to build, and the controllers that are left out with the reasons."""
     found = checkout.controller_packages
+    known = found | checkout.planner_packages
     for name in wanted:
-        if name not in found:
-            hint = nearest_name_hint(name, found)
-            raise InputError(f"{checkout.root}: no package {name!r} with a controller{hint}")
+        if name not in known:
+            hint = nearest_name_hint(name, known)
+            raise InputError(
+                f"{checkout.root}: no package {name!r} with a controller or planner{hint}"
+            )
     chosen: list[str] = []
     left_out: dict[str, str] = {}
     for name in wanted or found:
-        missing = missing_libraries(found[name].dependencies, compiler)
+        missing = missing_libraries(known[name].dependencies, compiler)
         if not missing:
             chosen.append(name)
             continue
         reason = f"{name} needs what is missing: {', '.join(missing)}"
         if wanted:
             raise InputError(reason)
-        left_out |= dict.fromkeys(found[name].controllers, reason)
+        left_out |= dict.fromkeys(known[name].controllers, reason)
     if not chosen:
         raise InputError("; ".join(sorted(set(left_out.values()))))
     return chosen, left_out
@@ -161,6 +167,8 @@ class _Plan:
             units += self._units(ours_instead, own, headers, root, hosts)
         core = self.checkout.seen_from(HOST_NEEDS)
         units += self._units([HOST / "controller_host.cpp"], core, headers, root, hosts)
+        if any(package.planners for package in self.packages.values()):
+            units += self._units([HOST / "planner_host.cpp"], core, headers, root, hosts)
         return units + self._units([HOST / "main.cpp"], core, headers, root, mains)
 
     @property
@@ -186,7 +194,8 @@ class _Plan:
         host.parent.mkdir(parents=True, exist_ok=True)
         part = host.with_name(f"{host.name}.{os.getpid()}")
         objects = [str(_object(unit)) for unit in self.units]
-        self.compiler.run([*objects, "-pthread", "-o", str(part)], log)
+        libraries = link_arguments(d for p in self.packages.values() for d in p.dependencies)
+        self.compiler.run([*objects, "-pthread", *libraries, "-o", str(part)], log)
         os.replace(part, host)
         return host, len(missing)
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from enum import StrEnum
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -25,6 +24,7 @@ from drake_navbench.log import TrialLog
 from drake_navbench.native.builds import Build
 from drake_navbench.parameter_names import flattened
 from drake_navbench.side_by_side.gate import column_of, split_column
+from drake_navbench.side_by_side.likeness import CLOSE, Likeness, likeness_of
 from drake_navbench.side_by_side.random_scenes import random_scenes
 from drake_navbench.side_by_side.shadowing import Decided, decided, shadowed
 from drake_navbench.trial.column_controller import built_controller, controller_setup
@@ -33,17 +33,8 @@ from drake_navbench.trial.trial import run_trial
 # The presets that are held against their originals, in this order.
 PORTS = ("rpp", "dwb", "mppi_nav2", "graceful", "rotation_shim")
 RELEASE = "nav2_release"
-CLOSE = 1e-5
 COMMANDS = ("command_v_mps", "command_w_radps")
 START_PATIENCE_S = 30.0
-
-
-class Likeness(StrEnum):
-    """How alike two decisions, or all those of two trials, are."""
-
-    EQUAL = "equal to the last bit"
-    CLOSE = "to 1e-5"
-    DIFFERENT = "different"
 
 
 class DecisionResult(NamedTuple):
@@ -180,7 +171,7 @@ def compare_trials(
     times = port.samples["time_s"].to_numpy()
     outcomes = (str(port.outcome), str(original.outcome))
     is_same_end = len(ours) == len(theirs) and outcomes[0] == outcomes[1]
-    likeness = _likeness(largest) if is_same_end else Likeness.DIFFERENT
+    likeness = likeness_of(largest) if is_same_end else Likeness.DIFFERENT
     apart_s = float(times[apart[0]]) if len(apart) else math.nan
     return TrialResult(scenario, seed, cycles, likeness, largest, apart_s, outcomes)
 
@@ -191,19 +182,13 @@ def _compare_decisions(port: Decided, original: Decided) -> DecisionResult:
         told = "" if likeness is Likeness.EQUAL else f"port: {port}; original: {original}"
         return DecisionResult(likeness, math.nan, told)
     difference = float(np.abs(port - original).max())
-    likeness = _likeness(difference)
+    likeness = likeness_of(difference)
     told = f"port: {port}; original: {original}" if likeness is Likeness.DIFFERENT else ""
     return DecisionResult(likeness, difference, told)
 
 
 def _kind(decision: Decided) -> int | None:
     return decision.code if isinstance(decision, ControllerError) else None
-
-
-def _likeness(difference: float) -> Likeness:
-    if difference == 0.0:
-        return Likeness.EQUAL
-    return Likeness.CLOSE if difference <= CLOSE else Likeness.DIFFERENT
 
 
 def _told_by(

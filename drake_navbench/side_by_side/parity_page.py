@@ -8,7 +8,9 @@ from collections.abc import Mapping, Sequence
 from statistics import median
 
 from drake_navbench.native.builds import Build, NoiseSource
-from drake_navbench.side_by_side.parity import DecisionResult, Likeness, Parity, TrialResult
+from drake_navbench.side_by_side.likeness import Likeness
+from drake_navbench.side_by_side.parity import DecisionResult, Parity, TrialResult
+from drake_navbench.side_by_side.planner_parity import PlannerParity, PlanResult
 
 SHOWN = 5
 # What is known of why a port does not drive as the original to the last bit.
@@ -27,18 +29,34 @@ EQUAL_NOISE = (
 )
 
 
-def to_markdown(build: Build, parities: Sequence[Parity]) -> str:
+def to_markdown(
+    build: Build, parities: Sequence[Parity], planners: Sequence[PlannerParity] = ()
+) -> str:
     """Returns the page of a build."""
     lines = [
         f"# Ports and originals: `{build.name}`",
         "",
-        f"Nav2 {build.where_from}, compiled by {build.compiler}. Both of each pair were given the "
-        "parameters of the preset; a port that knows releases drives by the rules of this one, "
-        "another by those of Lyrical. Up to Kilted an original cuts the plan itself.",
-        "",
-        "A scene is one decision from rest. A cycle is one of a trial that the port drives, in "
-        "which the original sees the same. A trial is driven by each, and counts by its commands "
-        f"in all cycles and by how it ends. Each is {', '.join(Likeness)}:",
+        f"Nav2 {build.where_from}, compiled by {build.compiler}. Each cell counts what is "
+        f"{', '.join(Likeness)}.",
+    ]
+    if parities:
+        lines += ["", *_controllers(parities)]
+    if planners:
+        lines += ["", *_planners(planners)]
+    for parity in parities:
+        lines += ["", f"## {parity.preset}", "", *_details(parity, build)]
+    for planner in planners:
+        lines += ["", f"## {_with_values(planner)}", "", *_of_planner(planner)]
+    return "\n".join([*lines, ""])
+
+
+def _controllers(parities: Sequence[Parity]) -> list[str]:
+    lines = [
+        "Both of each pair were given the parameters of the preset; a port that knows releases "
+        "drives by the rules of this one, another by those of Lyrical. Up to Kilted an original "
+        "cuts the plan itself. A scene is one decision from rest. A cycle is one of a trial that "
+        "the port drives, in which the original sees the same. A trial is driven by each, and "
+        "counts by its commands in all cycles and by how it ends.",
         "",
         "| controller | original | scenes | cycles | trials |",
         "|---|---|---:|---:|---:|",
@@ -47,12 +65,36 @@ def to_markdown(build: Build, parities: Sequence[Parity]) -> str:
         cycles = [cycle for trial in parity.trials for cycle in trial.cycles]
         cells = [_counts(results) for results in (parity.scenes, cycles, parity.trials)]
         lines.append(f"| `{parity.preset}` | `{parity.plugin}` | {' | '.join(cells)} |")
-    for parity in parities:
-        lines += ["", f"## {parity.preset}", "", *_details(parity, build)]
-    return "\n".join([*lines, ""])
+    return lines
 
 
-def _counts(results: Sequence[DecisionResult | TrialResult]) -> str:
+def _planners(planners: Sequence[PlannerParity]) -> list[str]:
+    lines = [
+        "Planners find a way over random maps; what is not given has the original's default. A "
+        "port's own switches are as in Nav2.",
+        "",
+        "| planner | plans of both | maps |",
+        "|---|---:|---:|",
+    ]
+    for planner in planners:
+        plans = sum(result.has_plan for result in planner.results)
+        lines.append(f"| {_with_values(planner)} | {plans} | {_counts(planner.results)} |")
+    return lines
+
+
+def _with_values(planner: PlannerParity) -> str:
+    values = ", ".join(f"{name}: {value}" for name, value in planner.values.items())
+    return f"`{planner.plugin}`" + (f" with {values}" if values else "")
+
+
+def _of_planner(planner: PlannerParity) -> list[str]:
+    known = [r.difference for r in planner.results if math.isfinite(r.difference)]
+    lines = [f"The largest difference of a pose is {max(known, default=0.0):.2g} (m, rad)."]
+    different = [result.told for result in planner.results if result.told]
+    return lines + [""] * bool(different) + [f"- {told}" for told in different[:SHOWN]]
+
+
+def _counts(results: Sequence[DecisionResult | TrialResult | PlanResult]) -> str:
     counts = Counter(result.likeness for result in results)
     return " / ".join(str(counts[likeness]) for likeness in Likeness)
 

@@ -12,8 +12,8 @@ from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.native.builds import Build
+from drake_navbench.side_by_side.likeness import Likeness
 from drake_navbench.side_by_side.parity import (
-    Likeness,
     OtherDefault,
     Parity,
     compare_in_scenes,

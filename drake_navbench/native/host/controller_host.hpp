@@ -23,7 +23,6 @@ class ControllerHost {
  private:
   void MakeCostmap(const Value & request);
   void TellNoise(const Value & key);
-  void TellCostmap(const Value & costmap);
   void TellSpeedLimit(const Value & limit);
   bool Cancel();
 
