@@ -50,7 +50,7 @@ def line_of(text: str, location: Sequence[int | str]) -> int | None:
     return line
 
 
-def _nodes_below(node: yaml.Node) -> dict[int | str, tuple[int, yaml.Node]]:
+def _nodes_below(node: yaml.Node | None) -> dict[int | str, tuple[int, yaml.Node]]:
     """Returns the entries of a mapping or a sequence with their lines."""
     if isinstance(node, yaml.MappingNode):
         return {key.value: (key.start_mark.line + 1, value) for key, value in node.value}
