@@ -72,6 +72,9 @@ WAIT_AT_WAYPOINT = "nav2_waypoint_follower::WaitAtWaypoint"
 DEFAULT_PLANNER = "GridBased"
 DEFAULT_GOAL_CHECKER = "general_goal_checker"
 PATH_LENGTH_TOLERANCE = "path_length_tolerance"
+# The parameter that names the tree's file, and what it was called up to foxy.
+TREE_FILE = "default_nav_to_pose_bt_xml"
+OLD_TREE_FILES = ("default_bt_xml_filename", "bt_xml_filename")
 # Names of the default tree in Nav2's releases.
 DEFAULT_TREES = {
     "navigate_w_replanning_and_recovery.xml",
@@ -304,10 +307,13 @@ def _recovery_action(reader: NodeReader, name: str, plugin_type: str) -> str:
 def read_bt_navigator(reader: NodeReader, release: Release) -> Fields:
     """Returns what the navigator says of its tree: the default one, or that of an XML file."""
     values = reader.block(BehaviorTreeSettings, names=("bt_loop_duration",))
-    trees = ("default_nav_to_pose_bt_xml", "default_bt_xml_filename", "bt_xml_filename")
-    for name in trees:
-        if reader.text(name).rpartition("/")[2]:
-            values |= _tree_of(reader, name, release)
+    if reader.text(TREE_FILE).rpartition("/")[2]:
+        values |= _tree_of(reader, TREE_FILE, release)
+    for name in OLD_TREE_FILES:
+        if reader.text(name).rpartition("/")[2] in DEFAULT_TREES:
+            reader.note(Status.NO_MEANING, name)
+        elif reader.given(name):
+            reader.note(Status.UNREAD, name, f"since galactic {TREE_FILE} is read in its place")
     reader.finish(
         {
             "always_reload_bt_xml",

@@ -13,6 +13,7 @@ from drake_navbench.navigation.planner import Planner
 from drake_navbench.navigation.plugin_choice import plugin_choice
 from drake_navbench.navigation.smac_planner_2d import SmacPlanner2D
 from drake_navbench.navigation.smac_planner_hybrid import SmacPlannerHybrid
+from drake_navbench.navigation.straight_line_planner import StraightLine
 from drake_navbench.navigation.theta_star_planner import ThetaStarPlanner
 from drake_navbench.plugin_parameters import PluginParameters
 from drake_navbench.plugins import PluginKind
@@ -25,7 +26,13 @@ PLANNERS = PluginKind(
     parameters=PluginParameters,
     built_in={
         planner.nav2_plugin: planner
-        for planner in (SmacPlanner2D, NavfnPlanner, ThetaStarPlanner, SmacPlannerHybrid)
+        for planner in (
+            SmacPlanner2D,
+            NavfnPlanner,
+            ThetaStarPlanner,
+            SmacPlannerHybrid,
+            StraightLine,
+        )
     },
 )
 """The planners by Nav2's plugin type."""

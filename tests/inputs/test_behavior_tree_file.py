@@ -8,6 +8,7 @@ import pytest
 
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.behavior_tree_file import read_tree_file
+from drake_navbench.inputs.nav2_check import Status
 from drake_navbench.inputs.nav2_robot import Nav2Setup, read_nav2_files
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.navigation.behavior_tree.builder import faults_of
@@ -176,6 +177,24 @@ def test_a_tree_of_the_installed_nav2_is_taken_and_told(tmp_path, monkeypatch):
 def test_a_tree_that_is_not_there_is_a_stand_in(tmp_path):
     (row,) = setup_with(tmp_path, None).check.stand_ins
     assert row.remark == "drive.xml: not beside the file; Nav2's default tree stands in"
+
+
+@pytest.mark.parametrize(
+    ("named", "status"),
+    [
+        ("drive.xml", Status.UNREAD),
+        ("$(find-pkg-share a)/b/navigate_w_replanning_and_recovery.xml", Status.NO_MEANING),
+    ],
+)
+def test_a_tree_that_is_named_as_up_to_foxy_is_not_read(tmp_path, named, status):
+    write(tmp_path)
+    path = tmp_path / "nav2.yaml"
+    old = f"default_bt_xml_filename: {named!r}"
+    path.write_text(JAZZY.read_text().replace("bt_loop_duration: 20", old))
+    setup = read_nav2_files([path], load_robot("round_robot"), "round_robot")
+    assert setup.robot.navigation.behavior_tree.tree is None
+    (row,) = (row for row in setup.check.rows if row.parameter == "default_bt_xml_filename")
+    assert row.status == status
 
 
 SMOOTHING = """<root main_tree_to_execute="Main">
