@@ -119,10 +119,11 @@ def test_the_table_of_nav2s_plugins_names_no_type_twice_and_every_type_that_the_
     assert found - set(types) == set()
 
 
-def test_a_plugin_of_ours_says_whose_rules_it_follows_and_one_that_is_not_says_nothing():
+def test_a_plugin_of_ours_says_whose_rules_it_follows_and_one_that_is_not_only_why():
     for plugin in EVERY_PLUGIN:
         assert (plugin.ours is None) is (plugin.release is None), plugin.type
         assert plugin.ours is not None or plugin.equal is None, plugin.type
+        assert plugin.ours is None or plugin.remark is None, plugin.type
 
 
 def test_the_controllers_of_the_table_are_selected_by_the_types_beside_them():

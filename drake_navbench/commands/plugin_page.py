@@ -29,7 +29,7 @@ class ShippedPlugin(FrozenModel):
 
     since, until: first and last release that ships it; but: releases in between that do not.
     ours: the name here, None where there is none; release: whose rules ours follows; equal: how
-    equal it was found to be.
+    equal it was found to be; remark: of one that is not here.
     """
 
     type: str
@@ -39,6 +39,7 @@ class ShippedPlugin(FrozenModel):
     ours: str | None = None
     release: str | None = None
     equal: str | None = None
+    remark: str | None = None
 
     @property
     def releases(self) -> list[str]:
@@ -74,7 +75,10 @@ def plugin_page(shipped: ShippedPlugins) -> str:
     for sort in shipped.kinds:
         lines += [f"## {sort.kind}", ""]
         lines += [sort.note, ""] if sort.note else []
-        lines += ["| in Nav2 | releases | here | rules of | equality |", "|---|---|---|---|---|"]
+        lines += [
+            "| in Nav2 | releases | here | rules of | equality, or remark |",
+            "|---|---|---|---|---|",
+        ]
         lines += [*_rows(sort), ""]
     return "\n".join(lines)
 
@@ -83,7 +87,7 @@ def _rows(sort: PluginSort) -> Iterator[str]:
     for plugin in sort.plugins:
         here = f"`{plugin.ours}`" if plugin.ours else "–"
         shipped = _span(plugin.releases)
-        equal = plugin.equal or ""
+        equal = plugin.equal or plugin.remark or ""
         yield f"| `{plugin.type}` | {shipped} | {here} | {plugin.release or ''} | {equal} |"
 
 

@@ -109,9 +109,9 @@ def test_a_primary_controller_with_critics_keeps_their_blocks():
 def test_the_base_must_turn_as_fast_as_the_shim_does():
     block = {"plugin": "dwb", "critics": [], "max_vel_x": 0.4, "max_vel_theta": 1.0}
     block["critics"] = ["PathDist"]
-    assert parameters_of({"primary_controller": block}).asked_speeds() == AskedSpeeds(
-        0.4, 0.0, 1.8, 0.0
-    )
+    asked = parameters_of({"primary_controller": block}).asked_speeds()
+    # DWB's limits of acceleration are 0 unless they are given.
+    assert asked == AskedSpeeds(0.4, 0.0, 1.8, 0.0, 0.0, 0.0)
     rpp = parameters_of({"primary_controller": "rpp"})
     assert rpp.asked_speeds() == AskedSpeeds(0.5, None, None)
 
