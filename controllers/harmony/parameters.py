@@ -74,7 +74,7 @@ class HarmonyParameters(ControllerParameters):
     max_wheel_speed: Speed = Field(0.7, gt=0.0, description="Of either drive wheel [m/s].")
     wheel_separation: Length = Field(0.5, gt=0.0, description="Between the drive wheels [m].")
     max_lateral_acceleration: Acceleration = Field(
-        0.18, gt=0.0, description="Speed times turn rate [m/s^2]."
+        0.13, gt=0.0, description="Speed times turn rate [m/s^2]."
     )
     min_obstacle_dist: Length = Field(
         0.0, ge=0.0, description="Clearance of the outline's sides besides the error bound [m]."
@@ -89,10 +89,13 @@ class HarmonyParameters(ControllerParameters):
         0.9, ge=0.0, lt=1.0, description="Part of a limit from which being near it costs [-]."
     )
     inflation_dist: Length = Field(
-        0.7, gt=0.0, description="Clearance of the discs below which it costs [m]."
+        0.35, gt=0.0, description="Clearance of the discs below which it costs [m]."
     )
     curve_speed: Speed = Field(
         0.15, gt=0.0, description="Below it a curve counts as a turn in place [m/s]."
+    )
+    approach_dist: Length = Field(
+        1.0, gt=0.0, description="Before the goal, from which on plans turn to its heading [m]."
     )
 
     # Sampler

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_navbench.controllers.harmony.discs import disc_clearance
 from drake_navbench.controllers.harmony.groups import nearest_anchors
 from drake_navbench.controllers.harmony.interior_point import SolverSettings, solve
 from drake_navbench.controllers.harmony.motion import V, W, plan_of_velocities, shifted
@@ -40,6 +42,9 @@ from drake_navbench.noise import NoiseKey
 
 Array = NDArray[np.float64]
 
+# Plans keep so much more room than what is verified: estimates jump, and the distance field says up
+# to 1 cm too much off a corner, m.
+ROOM_TO_SPARE_M = 0.015
 # Rows of the program may be missed by so much, in parts of their limits.
 TOLERANCE = 1e-2
 WARM_BARRIER, COLD_BARRIER, LAST_BARRIER = 1e-3, 1e-2, 1e-5
@@ -153,18 +158,19 @@ def noise_word(key: NoiseKey) -> np.uint64:
 
 
 class Planner:
-    """Makes the plans of a cycle. discs: (D, 2) of the robot, m. half_width: of its outline, m."""
+    """Makes the plans of a cycle. discs: (D, 2) of the robot, outline: (K, 2), m."""
 
-    def __init__(self, parameters: HarmonyParameters, discs: Array, half_width: float) -> None:
+    def __init__(self, parameters: HarmonyParameters, discs: Array, outline: Array) -> None:
         self._parameters = parameters
         self._discs = discs
-        # The discs reach beyond the sides, which counts as clearance.
-        beyond = float(discs[:, 1].max()) - half_width
-        clearance = parameters.error_bound_m + parameters.min_obstacle_dist
-        self._clearance = max(clearance - beyond, 0.0)
+        gap = parameters.error_bound_m + ROOM_TO_SPARE_M + parameters.min_obstacle_dist
+        self._clearance = disc_clearance(outline, discs, gap)
         self._weights = read_only(parameters.weights.as_array())
         self._shape = Shape(
-            parameters.limit_share, parameters.inflation_dist, parameters.curve_speed
+            parameters.limit_share,
+            parameters.inflation_dist,
+            parameters.curve_speed,
+            parameters.approach_dist,
         )
         self._program = None
         if parameters.solver == "ipopt":
@@ -276,6 +282,20 @@ class Planner:
             )
         return self._ranked(found), Samples(motions, costs)
 
+    def ways_to_stop(
+        self, start: Array, limits: Limits, driven: Array | None, elapsed_s: float
+    ) -> Iterator[tuple[str, Array]]:
+        """Yields names and plans that end at rest and need no room but what was planned for.
+
+        They are the rest of the plan driven so far, which an earlier cycle accepted, and a stop
+        within the limits.
+        """
+        dt = self._parameters.time_step
+        if driven is not None:
+            yield "plan so far", shifted(driven, dt, elapsed_s, start)
+        velocities = stop(start, limits, dt, self.stage_count)
+        yield "gentle stop", plan_of_velocities(velocities, dt, start)
+
     def _window(self, way: Way) -> int:
         spacing = way.length_m / max(len(way.path) - 1, 1)
         reach = 3.0 * self._parameters.max_vel_x * self._parameters.time_step
@@ -328,8 +348,7 @@ class Planner:
     ) -> Candidate:
         """Returns what the program makes of a guess, or the guess where it is switched off."""
         parameters = self._parameters
-        speeds = scene.references[:, 3]
-        scene = with_references(scene, references_along(way.path, guess, speeds, window))
+        scene = with_references(scene, references_along(scene, way.path, guess, window))
         if not parameters.use_program:
             cost = plan_cost(scene, guess)
             return Candidate(guess, cost, group, is_driven, True, 0, 0.0)

@@ -15,7 +15,7 @@ from numba import njit
 
 from drake_navbench.controllers.harmony.groups import group_of
 from drake_navbench.controllers.harmony.motion import STAGE_SIZE, YAW, A, V, W, X, Y
-from drake_navbench.controllers.harmony.scene import REFERENCE_SIZE, nearest_on_path
+from drake_navbench.controllers.harmony.scene import REFERENCE_SIZE, heading_wanted, nearest_on_path
 from drake_navbench.controllers.harmony.seeds import within_limits
 from drake_navbench.controllers.harmony.terms import COSTMAP_COST, stage_cost
 from drake_navbench.kernels.angles import wrap
@@ -114,7 +114,8 @@ def score(scene, path, velocities, start, window, motion, gradient, hessian):
         if k % STRIDE == 0 or k == count - 1:
             index, x, y, yaw = nearest_on_path(path, stage[X], stage[Y], index, window)
             reference[0], reference[1] = x, y
-            reference[2] = stage[YAW] + wrap(yaw - stage[YAW])
+            wanted = heading_wanted(scene, x, y, yaw)
+            reference[2] = stage[YAW] + wrap(wanted - stage[YAW])
             reference[3] = scene.references[k, 3]
             stage[V], stage[W], stage[A] = v, w, (v - before_v) / dt
             share = 1.0 if k == count - 1 else float(STRIDE)

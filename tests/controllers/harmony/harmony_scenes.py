@@ -72,5 +72,4 @@ def problem(
     velocities[:, 0] = np.clip(speed * np.linspace(1.5, 0.0, planner.stage_count), 0.0, speed)
     guess = plan_of_velocities(velocities, scene.dt, first)
     assert guess[0, V] == speed
-    speeds = scene.references[:, 3]
-    return with_references(scene, references_along(way.path, guess, speeds, WINDOW)), guess
+    return with_references(scene, references_along(scene, way.path, guess, WINDOW)), guess
