@@ -104,6 +104,8 @@ class Harmony:
             parameters.response_time,
             parameters.base_acceleration,
             parameters.base_angular_acceleration,
+            setup.max_linear_velocity_mps,
+            setup.max_angular_velocity_radps,
         )
 
     def initial_memory(self) -> HarmonyMemory:
@@ -193,9 +195,9 @@ class Harmony:
     def _start(self, observation: Observation, memory: HarmonyMemory, check: Check) -> Array:
         """Returns (9,) where plans begin: the ideal base that the real one comes after.
 
-        A plan is what an ideal base would do. The real one answers with a time constant, and where
-        the plan goes on at a constant velocity it ends up this far behind; so the ideal base is put
-        ahead by as much as the real one is still slower.
+        A plan is what an ideal base would do. Commands make up for the real one's time constant,
+        as long as its velocities are the plan's; where they are not, it ends up behind by what it
+        is slower times the constant, and the ideal base is put there.
         """
         state = check.state
         v, w, a, alpha = float(state[3]), float(state[4]), 0.0, 0.0
@@ -257,7 +259,7 @@ class Harmony:
         plan: Array,
         notes: dict[str, Any],
     ) -> Decision:
-        v, w = command_of(plan, self._parameters.time_step, check.interval_s, 0)
+        v, w = command_of(self._response, plan, self._parameters.time_step, check.interval_s, 0)
         command = self._command(v, w)
         kept = HarmonyMemory(
             plan=read_only(plan),
