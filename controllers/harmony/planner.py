@@ -44,7 +44,7 @@ Array = NDArray[np.float64]
 
 # Plans keep so much more room than what is verified: estimates jump, and the distance field says up
 # to 1 cm too much off a corner, m.
-ROOM_TO_SPARE_M = 0.015
+ROOM_TO_SPARE_M = 0.025
 # Rows of the program may be missed by so much, in parts of their limits.
 TOLERANCE = 1e-2
 WARM_BARRIER, COLD_BARRIER, LAST_BARRIER = 1e-3, 1e-2, 1e-5
@@ -277,9 +277,12 @@ class Planner:
             is_warm = is_driven and costs[index] > BETTER_GUESS_RATIO * costs[0]
             if is_warm and rest is not None:
                 guess = rest
-            found.append(
-                self._improved(scene, way, guess, int(groups[index]), is_driven, is_warm, window)
-            )
+            group = int(groups[index])
+            candidate = self._improved(scene, way, guess, group, is_driven, is_warm, window)
+            if is_driven and not candidate.solved and not is_warm and rest is not None:
+                # A sample knows no jerk; what was driven so far can at least be driven on.
+                candidate = self._improved(scene, way, rest, group, is_driven, True, window)
+            found.append(candidate)
         return self._ranked(found), Samples(motions, costs)
 
     def ways_to_stop(
