@@ -80,7 +80,7 @@ class HarmonyParameters(ControllerParameters):
         0.0, ge=0.0, description="Clearance of the outline's sides besides the error bound [m]."
     )
     disc_count: Count = Field(
-        4, description="Discs along the axis that cover the outline, 1 to 5; a round robot has one."
+        5, description="Discs along the axis that cover the outline, 1 to 5; a round robot has one."
     )
 
     # Terms

@@ -44,7 +44,7 @@ Array = NDArray[np.float64]
 
 # Plans keep so much more room than what is verified: estimates jump, and the distance field says up
 # to 1 cm too much off a corner, m.
-ROOM_TO_SPARE_M = 0.025
+ROOM_TO_SPARE_M = 0.02
 # Rows of the program may be missed by so much, in parts of their limits.
 TOLERANCE = 1e-2
 WARM_BARRIER, COLD_BARRIER, LAST_BARRIER = 1e-3, 1e-2, 1e-5

@@ -56,9 +56,11 @@ def _normal(key, counter):
 def _room(scene, stage, cosine, sine, required):
     """Returns (whether a stage has the clearance required, its cost of inflation).
 
-    By the distances of the cells that the discs' centres are in.
+    By the distances of the cells that the discs' centres are in, which may be half a cell too
+    short: a gap that the program gets through must not look closed.
     """
     field, reach = scene.field, scene.shape.inflation_dist
+    required -= 0.5 * field.resolution
     rows, columns = field.distances.shape
     cost = 0.0
     for d in range(scene.discs.shape[0]):
