@@ -9,7 +9,6 @@ cluster come from a grid search that may not cross a cut from the anchor to the 
 
 from __future__ import annotations
 
-import heapq
 import math
 from typing import NamedTuple
 
@@ -18,6 +17,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from drake_navbench.kernels.distance_field import DistanceField
+from drake_navbench.kernels.pair_heap import pop_pair, push_pair
 
 Array = NDArray[np.float64]
 
@@ -158,9 +158,11 @@ def _shortest_path(passable, start_row, start_column, goal_row, goal_column):
     parent = np.full(rows * columns, -1)
     start, goal = start_row * columns + start_column, goal_row * columns + goal_column
     cost[start] = 0.0
-    queue = [(0.0, start)]
-    while len(queue) > 0:
-        _, node = heapq.heappop(queue)
+    keys, nodes = np.zeros(rows * columns), np.full(rows * columns, start)
+    size = 1
+    while size > 0:
+        node = pop_pair(keys, nodes, size)
+        size -= 1
         if node == goal:
             break
         row, column = node // columns, node % columns
@@ -174,7 +176,8 @@ def _shortest_path(passable, start_row, start_column, goal_row, goal_column):
                     cost[near] = cost[node] + step
                     parent[near] = node
                     ahead = math.hypot(near_row - goal_row, near_column - goal_column)
-                    heapq.heappush(queue, (cost[near] + ahead, near))
+                    keys, nodes = push_pair(keys, nodes, size, cost[near] + ahead, near)
+                    size += 1
     if not math.isfinite(cost[goal]):
         return np.empty((0, 2), dtype=np.int64)
     length = 1

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from drake_navbench.controllers.teb.moving import Track
 from drake_navbench.kernels.distance_field import DistanceField, pose_clearance, signed_distances
 from drake_navbench.kernels.grid import FREE, LETHAL
+from drake_navbench.kernels.read_only import read_only
 
 Array = NDArray[np.float64]
 
@@ -46,7 +47,9 @@ class Encounters(NamedTuple):
     shifts: Array
 
 
-NOTHING_MOVES = MovingFields(np.empty((0, 1, 1)), np.empty((0, 2)), 1.0, np.empty((0, 2)))
+NOTHING_MOVES = MovingFields(
+    read_only(np.empty((0, 1, 1))), np.empty((0, 2)), 1.0, np.empty((0, 2))
+)
 NO_ENCOUNTERS = Encounters(NOTHING_MOVES, np.empty(0, dtype=np.int64), np.empty((0, 2)))
 
 
@@ -72,7 +75,7 @@ def moving_fields(
         distances[k] = signed_distances(costs, LETHAL, resolution)
         origins[k] = resolution * corner + elapsed_s * track.velocity
     velocities = np.array([track.velocity for track in tracks])
-    return MovingFields(distances, origins, resolution, velocities)
+    return MovingFields(read_only(distances), origins, resolution, velocities)
 
 
 @njit(cache=True)

@@ -33,7 +33,7 @@ from drake_navbench.campaign.request import Request
 from drake_navbench.campaign.run_results import Results
 from drake_navbench.campaign.suite_console import print_rank_changes, print_totals
 from drake_navbench.campaign.warm_up import (
-    kernels_are_cold,
+    cold_columns,
     start_worker_server,
     warm_up,
     warm_up_planners,
@@ -197,9 +197,9 @@ def _run(
 ) -> bool:
     if line := cache_folder.notice():
         console.print(line)
-    if kernels_are_cold():
-        console.print("Compiling the kernels, once for this installation (about half a minute) ...")
-        warm_up()
+    if columns := cold_columns(campaign.specs):
+        console.print("Compiling the kernels, once for this installation (up to a minute) ...")
+        warm_up(columns, jobs=jobs)
     warm_up_planners(campaign.specs)
     started = time.perf_counter()
     start_worker_server()

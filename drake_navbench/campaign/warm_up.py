@@ -2,22 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import gc
+import inspect
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from drake_navbench.kernels.angles import wrap
-from drake_navbench.processes.workers import start_server
+from drake_navbench.processes.compiled_columns import compiled_columns, note_compiled
+from drake_navbench.processes.workers import Task, run_tasks, start_server
 
 if TYPE_CHECKING:
     from drake_navbench.trial.spec import TrialSpec
 
 # Imported by the server from which the workers are forked; see that module.
 PRELOAD_MODULE = "drake_navbench.campaign.worker_preload"
-# One for each built-in controller that no default column drives.
-WARM_UP_PRESETS = ("graceful", "rotation_shim", "vector_pursuit")
 # Together they plan with a smoother and with filters, recover, and begin with a turn.
 WARM_UP_SCENARIOS = ("one_obstacle", "speed_zone", "dead_end")
 WARM_UP_S = 0.1
+# With and without obstacles, on straight and winding plans.
+SCENES = 5
+# The compiler makes millions of objects that live on: to look through them all for garbage every
+# 700 objects takes it an eighth longer.
+OBJECTS_BETWEEN_COLLECTIONS = 100_000
 
 
 def start_worker_server() -> None:
@@ -25,20 +34,69 @@ def start_worker_server() -> None:
     start_server([PRELOAD_MODULE])
 
 
-def kernels_are_cold() -> bool:
-    """Returns whether this installation has not compiled its kernels yet."""
+def cold_columns(specs: Sequence[TrialSpec]) -> list[TrialSpec]:
+    """Returns a specification for each column with a controller of ours that is not compiled yet.
+
+    Others' are left to the trials: they may do anything when they are called.
+    """
     wrap(0.0)
-    return bool(wrap.stats.cache_misses)
+    compiled = set() if wrap.stats.cache_misses else compiled_columns()
+    columns = {_column_name(spec): spec for spec in specs if not spec.code_owner}
+    return [spec for name, spec in columns.items() if name not in compiled]
 
 
-def warm_up() -> None:
-    """Drives every built-in controller for a moment, so that all kernels are compiled."""
-    from drake_navbench.inputs.presets import default_presets
+def warm_up(columns: Sequence[TrialSpec], *, jobs: int) -> None:
+    """Has the kernels compiled that columns need, in up to `jobs` processes side by side.
+
+    Whatever goes wrong is left for the trials to meet.
+    """
+    start_worker_server()
+    for _ in run_tasks(list(_warm_up_tasks(columns)), jobs=jobs):
+        pass
+    note_compiled(map(_column_name, columns))
+
+
+def warm_up_specs(column: TrialSpec) -> list[TrialSpec]:
+    """Returns the short trials that have the kernels compiled that a column needs."""
+    from drake_navbench.inputs.scenario import load_scenario
+    from drake_navbench.trial.trial import DEFAULT_ROBOT
+
+    scenarios = [load_scenario(name) for name in WARM_UP_SCENARIOS]
+    return [
+        replace(
+            column,
+            scenario=scenario.model_copy(update={"timeout_s": WARM_UP_S}),
+            robot=scenario.load_robot(DEFAULT_ROBOT),
+            seed=0,
+            trial=0,
+            compute_times_ms=None,
+        )
+        for scenario in scenarios
+    ]
+
+
+def decide_once(column: TrialSpec) -> None:
+    """Has a column's controller decide in some random scenes, with nothing around it."""
+    from drake_navbench.controller import ControllerError
+    from drake_navbench.trial.column_controller import built_controller, controller_setup
+    from drake_navbench.trial.random_scenes import random_scenes
+
+    _collect_rarely()
+    robot = column.preset.robot(column.robot)
+    with built_controller(column.preset, robot) as controller:
+        memory = controller.initial_memory()
+        for scene in random_scenes(controller_setup(robot), SCENES):
+            with suppress(ControllerError):
+                memory = controller.step(scene, memory).memory
+
+
+def drive_briefly(column: TrialSpec) -> None:
+    """Drives a column for a moment."""
     from drake_navbench.trial.trial import simulate
 
-    for preset in (*default_presets(), *WARM_UP_PRESETS):
-        for spec in warm_up_specs(preset):
-            simulate(spec)
+    _collect_rarely()
+    for spec in warm_up_specs(column):
+        simulate(spec)
 
 
 def warm_up_planners(specs: Sequence[TrialSpec]) -> None:
@@ -52,20 +110,26 @@ def warm_up_planners(specs: Sequence[TrialSpec]) -> None:
         compile_planner(robot)
 
 
-def warm_up_specs(preset: str) -> list[TrialSpec]:
-    """Returns the short trials that have the kernels of a preset compiled."""
-    from drake_navbench.inputs.presets import load_preset
-    from drake_navbench.inputs.scenario import load_scenario
-    from drake_navbench.trial.spec import TrialSpec
-    from drake_navbench.trial.trial import DEFAULT_ROBOT
+def _warm_up_tasks(columns: Sequence[TrialSpec]) -> Iterator[Task]:
+    """Yields what has most to compile first, in an order in which few compile the same."""
+    for column in columns[:1]:
+        yield Task(drive_briefly, (column,))
+    for column in sorted(columns[1:], key=_size_of_code, reverse=True):
+        yield Task(decide_once, (column,))
+    for column in columns[1:]:
+        yield Task(drive_briefly, (column,))
 
-    scenarios = [load_scenario(name) for name in WARM_UP_SCENARIOS]
-    return [
-        TrialSpec(
-            scenario.model_copy(update={"timeout_s": WARM_UP_S}),
-            scenario.load_robot(DEFAULT_ROBOT),
-            load_preset(preset),
-            seed=0,
-        )
-        for scenario in scenarios
-    ]
+
+def _column_name(spec: TrialSpec) -> str:
+    """Returns the name without parameters that were changed for a run: few choose other code."""
+    return spec.preset.name.partition(":")[0]
+
+
+def _size_of_code(column: TrialSpec) -> int:
+    """Returns the bytes of source in the package of a column's controller."""
+    folder = Path(inspect.getfile(column.preset.controller_class)).parent
+    return sum(path.stat().st_size for path in folder.glob("*.py"))
+
+
+def _collect_rarely() -> None:
+    gc.set_threshold(OBJECTS_BETWEEN_COLLECTIONS)

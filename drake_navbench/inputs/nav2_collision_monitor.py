@@ -70,6 +70,8 @@ def _note_sources(reader: NodeReader) -> None:
 
 def _shape(reader: NodeReader, name: str) -> Fields | None:
     """Returns a shape; None where it cannot be had."""
+    if not reader.given(f"{name}.type"):
+        raise reader.fault("polygons", f"{name!r} is listed, but {name}.type is missing")
     kind = reader.text(f"{name}.type")
     model = SHAPES.get(kind)
     if model is None:

@@ -119,7 +119,7 @@ def plugin_type_of(server: Node, plugin: str) -> str:
     plugin_type = server.get(name, DEFAULT_TYPE)
     if name not in server.parameters and not has_default:
         raise InputError(
-            f"{server.where(plugin)}: missing, but listed in {PLUGINS}; "
+            f"{server.where(plugin, PLUGINS)}: missing, but listed in {PLUGINS}; "
             "expected a mapping with a plugin type"
         )
     if not isinstance(plugin_type, str):

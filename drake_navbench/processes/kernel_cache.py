@@ -18,6 +18,8 @@ from pathlib import Path
 # Set for the processes that this one starts: they need not look again.
 CHECKED_VARIABLE = "DRAKE_NAVBENCH_KERNELS_CHECKED"
 TABLE_NAME = "kernel_sources.json"
+# Of the list of columns whose kernels are compiled, see compiled_columns.py.
+COLUMNS_NAME = "compiled_columns.json"
 IMPORT = re.compile(
     r"^\s*(?:from|import)\s+([\w.]+)(?:\s+import\s+(\([^)]*\)|[^\n]*))?", re.MULTILINE
 )
@@ -61,8 +63,8 @@ def forget_stale_kernels(packages: Mapping[str, Path]) -> list[str]:
         stale = _with_importers(changed, modules)
     try:
         cache.mkdir(exist_ok=True)
-        for name in stale & modules.keys():
-            _forget(modules[name])
+        if sum(_forget(modules[name]) for name in stale & modules.keys()):
+            (cache / COLUMNS_NAME).unlink(missing_ok=True)
         _write(table, now)
     except OSError:
         return []
@@ -110,12 +112,18 @@ def _imports(path: Path) -> Iterator[str]:
             yield f"{module}.{name}"
 
 
-def _forget(source: Path) -> None:
-    for kind in ("nbi", "nbc"):
-        for path in (source.parent / "__pycache__").glob(f"{source.stem}.*.{kind}"):
-            # Another process may do the same.
-            with suppress(FileNotFoundError):
-                path.unlink()
+def _forget(source: Path) -> int:
+    """Removes a module's compiled kernels; returns how many files there were."""
+    found = [
+        path
+        for kind in ("nbi", "nbc")
+        for path in (source.parent / "__pycache__").glob(f"{source.stem}.*.{kind}")
+    ]
+    for path in found:
+        # Another process may do the same.
+        with suppress(FileNotFoundError):
+            path.unlink()
+    return len(found)
 
 
 def _read(table: Path) -> dict[str, Stamp] | None:

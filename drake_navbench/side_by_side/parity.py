@@ -19,8 +19,8 @@ from drake_navbench.inputs.robot import Robot, load_robot
 from drake_navbench.log import TrialLog
 from drake_navbench.native.builds import Build
 from drake_navbench.parameter_names import flattened
-from drake_navbench.side_by_side.random_scenes import random_scenes
 from drake_navbench.trial.column_controller import built_controller, controller_setup
+from drake_navbench.trial.random_scenes import random_scenes
 from drake_navbench.trial.trial import run_trial
 
 # The presets that are held against their originals, in this order.

@@ -506,8 +506,8 @@ def test_the_parameters_of_a_users_own_critic_reach_it(form, preset_of):
 def test_a_controller_server_of_another_shape_is_one_line(block, message, presets_of, tmp_path):
     with pytest.raises(InputError) as caught:
         presets_of(f"controller_server: {{ros__parameters: {{{block}}}}}")
-    assert str(caught.value).startswith(str(tmp_path / "nav2_params.yaml"))
-    assert f": controller_server.ros__parameters.{message}" in str(caught.value)
+    place = f"{tmp_path / 'nav2_params.yaml'}, line 1"
+    assert str(caught.value).startswith(f"{place}: controller_server.ros__parameters.{message}")
     assert "\n" not in str(caught.value)
 
 

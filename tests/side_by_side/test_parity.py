@@ -21,8 +21,8 @@ from drake_navbench.side_by_side.parity import (
     port_of_release,
 )
 from drake_navbench.side_by_side.parity_page import to_markdown
-from drake_navbench.side_by_side.random_scenes import random_scenes
 from drake_navbench.trial.column_controller import controller_setup
+from drake_navbench.trial.random_scenes import random_scenes
 
 ROBOT = load_robot("wheelchair")
 SCENARIO = Scenario(

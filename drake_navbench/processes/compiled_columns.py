@@ -1,0 +1,42 @@
+"""Which columns have their kernels compiled, so that a run need not see to it again."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable
+from contextlib import suppress
+from importlib.metadata import version
+from pathlib import Path
+
+from drake_navbench.processes.cache_folder import INSTALLATION, NUMBA_VARIABLE, user_cache_folder
+from drake_navbench.processes.kernel_cache import COLUMNS_NAME
+
+
+def compiled_columns() -> set[str]:
+    """Returns the columns whose kernels were compiled by the numba that is installed."""
+    try:
+        found = json.loads(_file().read_text(encoding="utf-8"))
+        return set(found[version("numba")])
+    except (OSError, ValueError, KeyError, TypeError):
+        return set()
+
+
+def note_compiled(columns: Iterable[str]) -> None:
+    """Keeps that the kernels of columns are compiled, beside what was known."""
+    known = sorted(compiled_columns().union(columns))
+    # Where it cannot be kept, nor can kernels.
+    with suppress(OSError):
+        file = _file()
+        file.parent.mkdir(parents=True, exist_ok=True)
+        unfinished = file.with_suffix(f".{os.getpid()}")
+        unfinished.write_text(json.dumps({version("numba"): known}), encoding="utf-8")
+        unfinished.replace(file)
+
+
+def _file() -> Path:
+    """Returns where the list is: with the kernels, or with what else is kept for the user."""
+    if folder := os.environ.get(NUMBA_VARIABLE):
+        return Path(folder) / COLUMNS_NAME
+    beside = INSTALLATION / "__pycache__"
+    return (beside if os.access(beside, os.W_OK | os.X_OK) else user_cache_folder()) / COLUMNS_NAME
