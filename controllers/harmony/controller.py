@@ -98,7 +98,7 @@ class Harmony:
         self._outline = read_only(setup.footprint)
         self._discs = read_only(covering_discs(setup, parameters.disc_count))
         self._half_width = half_width(setup)
-        self._planner = Planner(parameters, self._discs, self._outline)
+        self._planner = Planner(parameters, self._discs)
         self._pursuit = RegulatedPurePursuit(parameters.rpp, setup)
         self._response = Response(
             parameters.response_time,

@@ -9,8 +9,8 @@ from drake_navbench.controller import ControllerSetup
 
 Array = NDArray[np.float64]
 
-# Points per edge of the outline that discs are measured by, and directions around each of them.
-POINTS_AN_EDGE, DIRECTIONS = 41, 64
+# Points per edge of the outline that discs are measured by.
+POINTS_AN_EDGE = 41
 LEAST_WIDTH_M = 1e-3
 
 
@@ -31,28 +31,12 @@ def covering_discs(setup: ControllerSetup, count: int) -> Array:
         )
     rear, front = float(outline[:, 0].min()), float(outline[:, 0].max())
     offsets = rear + (np.arange(count) + 0.5) * (front - rear) / count
-    return np.column_stack([offsets, np.full(count, _covering_radius(outline, offsets, 0.0))])
-
-
-def disc_clearance(outline: Array, discs: Array, gap: float) -> float:
-    """Returns the clearance, m, that discs (D, 2) need for an outline (K, 2) to have a gap, m.
-
-    The discs reach beyond the sides between corners, where that much of the gap comes with them.
-    """
-    return max(_covering_radius(outline, discs[:, 0], gap) - float(discs[:, 1].max()), 0.0)
-
-
-def _covering_radius(outline: Array, offsets: Array, gap: float) -> float:
-    """Returns the radius, m, of discs on the axis that cover an outline and `gap` m around it."""
     ends = np.roll(outline, -1, axis=0)
     shares = np.linspace(0.0, 1.0, POINTS_AN_EDGE)[:, None, None]
     points = (outline + shares * (ends - outline)).reshape(-1, 2)
-    angles = np.linspace(0.0, 2.0 * np.pi, DIRECTIONS, endpoint=False)
-    around = gap * np.column_stack([np.cos(angles), np.sin(angles)])
-    points = (points[:, None] + around).reshape(-1, 2)
     distances = np.hypot(points[:, :1] - offsets, points[:, 1:])
     # Of each point the nearest disc, of these the farthest.
-    return float(distances.min(axis=1).max())
+    return np.column_stack([offsets, np.full(count, float(distances.min(axis=1).max()))])
 
 
 def half_width(setup: ControllerSetup) -> float:

@@ -77,7 +77,7 @@ class HarmonyParameters(ControllerParameters):
         0.13, gt=0.0, description="Speed times turn rate [m/s^2]."
     )
     min_obstacle_dist: Length = Field(
-        0.0, ge=0.0, description="Clearance of the outline's sides besides the error bound [m]."
+        0.0, ge=0.0, description="Clearance of plans besides the error bound [m]."
     )
     disc_count: Count = Field(
         5, description="Discs along the axis that cover the outline, 1 to 5; a round robot has one."

@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.controllers.harmony.discs import disc_clearance
 from drake_navbench.controllers.harmony.groups import nearest_anchors
 from drake_navbench.controllers.harmony.interior_point import SolverSettings, solve
 from drake_navbench.controllers.harmony.motion import V, W, plan_of_velocities, shifted
@@ -158,13 +157,13 @@ def noise_word(key: NoiseKey) -> np.uint64:
 
 
 class Planner:
-    """Makes the plans of a cycle. discs: (D, 2) of the robot, outline: (K, 2), m."""
+    """Makes the plans of a cycle. discs: (D, 2) of the robot, m."""
 
-    def __init__(self, parameters: HarmonyParameters, discs: Array, outline: Array) -> None:
+    def __init__(self, parameters: HarmonyParameters, discs: Array) -> None:
         self._parameters = parameters
         self._discs = discs
-        gap = parameters.error_bound_m + ROOM_TO_SPARE_M + parameters.min_obstacle_dist
-        self._clearance = disc_clearance(outline, discs, gap)
+        # Corners lie on the rims of the discs: what they are to keep, the discs must.
+        self._clearance = parameters.error_bound_m + ROOM_TO_SPARE_M + parameters.min_obstacle_dist
         self._weights = read_only(parameters.weights.as_array())
         self._shape = Shape(
             parameters.limit_share,
@@ -288,7 +287,7 @@ class Planner:
     def ways_to_stop(
         self, start: Array, limits: Limits, driven: Array | None, elapsed_s: float
     ) -> Iterator[tuple[str, Array]]:
-        """Yields names and plans that end at rest and need no room but what was planned for.
+        """Yields names and plans that end all but at rest, without a program.
 
         They are the rest of the plan driven so far, which an earlier cycle accepted, and a stop
         within the limits.

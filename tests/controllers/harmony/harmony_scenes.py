@@ -19,7 +19,6 @@ from drake_navbench.kernels.read_only import read_only
 
 # The wheelchair's discs by hand: 1.12 m long, four parts of 0.28 m, half of it wide 0.31 m.
 DISCS = np.array([[-0.12, 0.341], [0.16, 0.341], [0.44, 0.341], [0.72, 0.341]])
-OUTLINE = np.array([[0.86, 0.31], [0.86, -0.31], [-0.26, -0.31], [-0.26, 0.31]])
 WINDOW = 20
 
 
@@ -61,7 +60,7 @@ def problem(
     """
     path = straight() if path is None else path
     settings = HarmonyParameters(weights=weights or {}, **parameters)
-    planner = Planner(settings, read_only(DISCS), OUTLINE)
+    planner = Planner(settings, read_only(DISCS))
     first = make_start(np.array(start), speed, turn_rate)
     limits = planner.limits(settings.max_vel_x)
     field = distance_field(costmap_with(*boxes))
