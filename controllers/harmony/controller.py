@@ -36,6 +36,7 @@ from drake_navbench.controllers.harmony.planner import (
     Planner,
     Samples,
     Way,
+    around,
     is_trapped,
     turn_at,
     way_along,
@@ -132,7 +133,17 @@ class Harmony:
         if observation.goal_xy_reached:
             way = turn_at(start, observation.goal)
         else:
-            way = way_along(observation.plan, observation.goal, reach_m, field, self._discs)
+            way = way_along(
+                observation.plan,
+                observation.goal,
+                reach_m,
+                field,
+                self._discs,
+                observation.global_plan,
+            )
+        is_open = self._is_open(observation, way, field)
+        if is_open:
+            way = around(way)
         candidates, samples = self._planner.candidates(
             self._planner.scene(start, way, field, limits),
             start,
@@ -143,7 +154,12 @@ class Harmony:
             noise_key=observation.noise_key,
         )
         notes = self._notes(candidates, way)
-        self._give_up_where_closed(observation, way, field, notes)
+        if not is_open and way.blocked_m <= parameters.give_up_distance:
+            raise CollisionAhead(
+                f"the plan is blocked {way.blocked_m:.2f} m ahead and the map has no way past",
+                details=notes,
+                memory=HarmonyMemory(),
+            )
         for rank, candidate in enumerate(candidates):
             cycles = self._accepted(check, candidate.plan)
             if cycles > 0:
@@ -236,20 +252,13 @@ class Harmony:
             )
         )
 
-    def _give_up_where_closed(
-        self, observation: Observation, way: Way, field: DistanceField, notes: dict[str, Any]
-    ) -> None:
-        """Raises CollisionAhead in front of what blocks the path, where the map has no way past."""
-        if way.blocked_m > self._parameters.give_up_distance or way.behind is None:
-            return
+    def _is_open(self, observation: Observation, way: Way, field: DistanceField) -> bool:
+        """Returns whether the map has a way past what blocks the path, or nothing does."""
+        if way.behind is None:
+            return True
         reach = self._parameters.max_vel_x * self._parameters.horizon
         reach += self._setup.circumscribed_radius_m
-        if not is_connected(field, self._half_width, reach, observation.pose[:2], way.behind):
-            raise CollisionAhead(
-                f"the plan is blocked {way.blocked_m:.2f} m ahead and the map has no way past",
-                details=notes,
-                memory=HarmonyMemory(),
-            )
+        return bool(is_connected(field, self._half_width, reach, observation.pose[:2], way.behind))
 
     def _commit(
         self,

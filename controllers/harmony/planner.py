@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_navbench.controller import NO_PLAN
 from drake_navbench.controllers.harmony.groups import nearest_anchors
 from drake_navbench.controllers.harmony.interior_point import SolverSettings, solve
 from drake_navbench.controllers.harmony.motion import V, W, plan_of_velocities, shifted
@@ -53,6 +54,8 @@ BETTER_GUESS_RATIO = 0.8
 TRAPPED_RATIO = 0.2
 # Segments of the path looked at from stage to stage, as the robot's reach a stage by their length.
 MOST_SEGMENTS_AHEAD = 12
+# Poses of the global plan behind the local one in which room is looked for.
+MOST_POSES_BEHIND = 100
 # A wall is followed with so much room between it and the widest disc, m.
 WALL_ROOM_M = 0.15
 # A plan that ends so near the goal ends in it, m.
@@ -104,10 +107,18 @@ class Samples(NamedTuple):
     costs: Array
 
 
-def way_along(plan: Array, goal: Array, reach_m: float, field: DistanceField, discs: Array) -> Way:
+def way_along(
+    plan: Array,
+    goal: Array,
+    reach_m: float,
+    field: DistanceField,
+    discs: Array,
+    global_plan: Array = NO_PLAN,
+) -> Way:
     """Returns the way along a local plan (M, 3), as far as a horizon's reach.
 
-    field, discs (D, 2): of the obstacles and the robot, to see where it has no room.
+    field, discs (D, 2): of the obstacles and the robot, to see where it has no room. global_plan:
+    (N, 3), to see what is behind where the local plan ends before that.
     """
     path = read_only(plan)
     steps = np.hypot(*np.diff(path[:, :2], axis=0).T)
@@ -123,7 +134,10 @@ def way_along(plan: Array, goal: Array, reach_m: float, field: DistanceField, di
     behind = None
     if len(blocked):
         rest = np.flatnonzero(has_room[blocked[0] :])
-        behind = path[blocked[0] + rest[0] if len(rest) else -1, :2]
+        if len(rest):
+            behind = path[blocked[0] + rest[0], :2]
+        else:
+            behind = _first_room(global_plan, path[-1], field, discs)
     return Way(
         path,
         np.array(goal if nears_goal else target),
@@ -133,6 +147,26 @@ def way_along(plan: Array, goal: Array, reach_m: float, field: DistanceField, di
         float(stations[blocked[0]]) if len(blocked) else np.inf,
         behind,
     )
+
+
+def _first_room(plan: Array, last: Array, field: DistanceField, discs: Array) -> Array:
+    """Returns (2,) the first point of a plan behind a pose (3,) with room, or that of the pose."""
+    if len(plan) == 0:
+        return last[:2]
+    nearest = int(np.argmin(np.hypot(*(plan[:, :2] - last[:2]).T)))
+    ahead = read_only(plan[nearest : nearest + MOST_POSES_BEHIND])
+    room = np.flatnonzero(path_clearance(field, discs, ahead) >= 0.0)
+    return ahead[room[0], :2] if len(room) else last[:2]
+
+
+def around(way: Way) -> Way:
+    """Returns the way that is aimed at the path behind what blocks it, where that is in reach.
+
+    A target inside of what is in the way is as near from in front of it as from beside it.
+    """
+    if way.behind is None or way.nears_goal or way.blocked_m > way.length_m:
+        return way
+    return way._replace(target=np.array([*way.behind, way.target[2]]), beyond=way.behind)
 
 
 def turn_at(start: Array, goal: Array) -> Way:
