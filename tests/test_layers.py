@@ -53,7 +53,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "gymnasium_environment": BELOW_ALL
     | {"controllers", "navigation", "inputs", "systems", "trial"},
     "side_by_side": BELOW_ALL
-    | {"controllers", "native", "inputs", "trial", "analysis", "campaign"},
+    | {"controllers", "native", "navigation", "inputs", "trial", "analysis", "campaign"},
     "commands": BELOW_ALL
     | {
         "inputs",

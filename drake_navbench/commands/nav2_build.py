@@ -41,7 +41,15 @@ def build_parser() -> argparse.ArgumentParser:
         type=listed_names,
         default=(),
         metavar="LIST",
-        help="packages with controllers to build (all for which the system has what they need)",
+        help="packages to build, with controllers or planners (all with controllers for which the "
+        "system has what they need)",
+    )
+    add(
+        "--noise",
+        choices=("own", "benchmark"),
+        default="own",
+        help="whose random numbers MPPI samples with: of its own generator, or the benchmark's, "
+        "which its port draws in the same cycle (own)",
     )
     add("--jobs", type=positive_number, default=2, metavar="N", help="files compiled at once (2)")
     return parser
@@ -57,17 +65,19 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _build(arguments: argparse.Namespace) -> None:
     from drake_navbench.native.build import build_checkout
+    from drake_navbench.native.builds import NoiseSource
 
     build = build_checkout(
         arguments.checkout,
         name=arguments.name,
         wanted=arguments.packages,
+        noise=NoiseSource(arguments.noise),
         jobs=arguments.jobs,
         tell=lambda line: print(printable(line), flush=True),
     )
     print(printable(f"{build.name}: Nav2 {build.where_from}, in {build.seconds:.0f} s"))
-    for controller in build.controllers:
-        print(f"  {controller}")
+    for plugin in (*build.controllers, *build.planners):
+        print(f"  {plugin}")
 
 
 if __name__ == "__main__":

@@ -25,7 +25,7 @@ def build_parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m drake_navbench nav2-parity",
         description="Drives the ports beside the originals of a build of Nav2, over random scenes "
-        "and whole trials, and writes how far they are equal.",
+        "and whole trials, and plans over random maps, and writes how far they are equal.",
     )
     add = parser.add_argument
     add("build", metavar="NAME", help="of nav2-build")
@@ -33,7 +33,7 @@ def build_parser() -> argparse.ArgumentParser:
         "--controllers",
         type=listed_names,
         metavar="LIST",
-        help="presets (all whose originals the build has)",
+        help="presets, or variants of them (all whose originals the build has)",
     )
     add("--scenes", type=positive_number, default=500, metavar="N", help="random scenes (500)")
     add(
@@ -44,6 +44,13 @@ def build_parser() -> argparse.ArgumentParser:
         help="whole trials (one_obstacle,doorway)",
     )
     add("--seeds", type=whole_number, default=2, metavar="N", help="trials a scenario (2)")
+    add(
+        "--maps",
+        type=whole_number,
+        default=200,
+        metavar="N",
+        help="random maps for each planner in the build (200)",
+    )
     add("--out", type=Path, metavar="FILE", help="where the page goes (standard output)")
     return parser
 
@@ -59,6 +66,10 @@ def _compare(arguments: argparse.Namespace) -> None:
     from drake_navbench.results import write_text
     from drake_navbench.side_by_side.parity import compare_port, ports_in
     from drake_navbench.side_by_side.parity_page import to_markdown
+    from drake_navbench.side_by_side.planner_parity import compare_planners
+
+    def tell(line: str) -> None:
+        print(printable(line), file=sys.stderr, flush=True)
 
     build = find_build(arguments.build)
     parities = [
@@ -68,11 +79,12 @@ def _compare(arguments: argparse.Namespace) -> None:
             scenes=arguments.scenes,
             scenarios=arguments.scenarios,
             seeds=arguments.seeds,
-            tell=lambda line: print(printable(line), file=sys.stderr, flush=True),
+            tell=tell,
         )
         for name in arguments.controllers or ports_in(build)
     ]
-    text = to_markdown(build, parities)
+    planners = compare_planners(build, maps=arguments.maps, tell=tell)
+    text = to_markdown(build, parities, planners)
     if arguments.out is None:
         sys.stdout.write(text)
     else:

@@ -52,6 +52,7 @@ from drake_navbench.inputs.nav2_servers import (
 from drake_navbench.inputs.nav2_substitutions import Substitutions
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot, check_wheels, merged
+from drake_navbench.parameter_names import flattened
 from drake_navbench.typed_files.typed_yaml import validate
 
 LOCAL_COSTMAP = "local_costmap/local_costmap"
@@ -198,6 +199,8 @@ class _Files:
         for reader, _ in self._outlines:
             settings = getattr(robot.navigation, reader.node.name.rpartition("/")[2])
             note_small_inflation(reader, settings, robot.radii[0])
+        if robot.is_circle:
+            self._note_outlines_of_a_radius(presets)
         return Nav2Setup(presets, robot, Check(tuple(self._rows.values())), self._places)
 
     def _note_release(self, presets: Collection[Preset]) -> None:
@@ -295,6 +298,16 @@ class _Files:
             return {"footprint": outline.footprint}
         reader.checked(Robot, {"robot_radius": outline.radius_m, "description": "outline"})
         return {"robot_radius": outline.radius_m}
+
+    def _note_outlines_of_a_radius(self, presets: Collection[Preset]) -> None:
+        remark = "the robot has a radius, whose polygon is taken; later releases refuse this"
+        for preset in presets:
+            node, block = self._places[preset.name]
+            for name, value in flattened(preset.values):
+                place = node, f"{block}.{name}"
+                if name.endswith(".consider_footprint") and value is True and place in self._rows:
+                    row = self._rows[place]
+                    self._rows[place] = row._replace(status=Status.DOUBTFUL, remark=remark)
 
     def _note(self, status: Status, node: str, parameter: str, remark: str) -> None:
         self._rows[node, parameter] = CheckRow(status, node, parameter, remark)

@@ -12,13 +12,21 @@ from functools import cached_property
 from pathlib import Path
 
 from drake_navbench.errors import InputError, nearest_name_hint
-from drake_navbench.native.builds import Build, builds_folder, require_name, save_build, write_whole
+from drake_navbench.native.builds import (
+    Build,
+    NoiseSource,
+    builds_folder,
+    require_name,
+    save_build,
+    write_whole,
+)
 from drake_navbench.native.checkout import Checkout, Package, read_checkout
 from drake_navbench.native.compiler import (
     FLAGS,
     Compiler,
     find_compiler,
     include_arguments,
+    link_arguments,
     missing_libraries,
 )
 from drake_navbench.native.headers import (
@@ -31,8 +39,11 @@ from drake_navbench.native.headers import (
 )
 
 MAKER = NATIVE / "headers.py"
+BENCHMARK_NOISE = NATIVE / "benchmark_noise"
 PLUGIN_NAMES = "made/plugin_names.hpp"
 HOST_NEEDS = ("nav2_core",)
+# What makes a package's random numbers. A file of ours, named as the package, can stand in for it.
+NOISE_SOURCES: Mapping[str, str] = {"nav2_mppi_controller": "src/noise_generator.cpp"}
 
 
 def build_checkout(
@@ -40,13 +51,16 @@ def build_checkout(
     *,
     name: str | None = None,
     wanted: Sequence[str] = (),
+    noise: NoiseSource = NoiseSource.OWN,
     jobs: int = 2,
     tell: Callable[[str], None] = lambda line: None,
 ) -> Build:
-    """Builds the controllers of a checkout and keeps the result under a name.
+    """Builds the plugins of a checkout and keeps the result under a name.
 
-    name: None for the name of the release. wanted: packages to build; all that have controllers
-    where none is named, without those for which the system lacks something.
+    name: None for the name of the release. wanted: packages with controllers or global planners;
+    where none is named, all that have controllers, without those for which the system lacks
+    something. noise: whose random
+    numbers they sample with: their own, or those that the port draws in the same cycle.
     Raises InputError where there is nothing to build, the compiler or a library that is wanted is
     missing, or something cannot be compiled.
     """
@@ -55,9 +69,14 @@ def build_checkout(
     name = require_name(name or checkout.release)
     compiler = find_compiler()
     chosen, left_out = _chosen(checkout, wanted, compiler)
+    if noise is NoiseSource.BENCHMARK and not NOISE_SOURCES.keys() & set(chosen):
+        raise InputError(
+            f"noise: got {noise.value!r} for {', '.join(chosen)}, "
+            f"expected one of {', '.join(NOISE_SOURCES)} among them: nothing else draws any"
+        )
     for reason in sorted(set(left_out.values())):
         tell(reason)
-    plan = _Plan(checkout, tuple(chosen), compiler)
+    plan = _Plan(checkout, tuple(chosen), compiler, noise)
     host, compiled = plan.build(jobs, builds_folder() / "logs" / f"{name}.log", tell)
     build = Build(
         name=name,
@@ -67,9 +86,11 @@ def build_checkout(
         commit=checkout.commit,
         checkout=checkout.root,
         compiler=compiler.version,
-        controllers=tuple(c for package in chosen for c in checkout.packages[package].controllers),
+        controllers=tuple(c for name in chosen for c in checkout.packages[name].controllers),
+        planners=tuple(p for name in chosen for p in checkout.packages[name].planners),
         left_out=left_out,
         seconds=time.monotonic() - start,
+        noise=noise,
     )
     save_build(build)
     tell(f"{compiled} files compiled, {plan.file_count - compiled} taken from the cache")
@@ -81,21 +102,24 @@ def _chosen(
 ) -> tuple[list[str], dict[str, str]]:
     """Returns the packages to build, and the controllers that are left out with the reasons."""
     found = checkout.controller_packages
+    known = found | checkout.planner_packages
     for name in wanted:
-        if name not in found:
-            hint = nearest_name_hint(name, found)
-            raise InputError(f"{checkout.root}: no package {name!r} with a controller{hint}")
+        if name not in known:
+            hint = nearest_name_hint(name, known)
+            raise InputError(
+                f"{checkout.root}: no package {name!r} with a controller or planner{hint}"
+            )
     chosen: list[str] = []
     left_out: dict[str, str] = {}
     for name in wanted or found:
-        missing = missing_libraries(found[name].dependencies, compiler)
+        missing = missing_libraries(known[name].dependencies, compiler)
         if not missing:
             chosen.append(name)
             continue
         reason = f"{name} needs what is missing: {', '.join(missing)}"
         if wanted:
             raise InputError(reason)
-        left_out |= dict.fromkeys(found[name].controllers, reason)
+        left_out |= dict.fromkeys(known[name].controllers, reason)
     if not chosen:
         raise InputError("; ".join(sorted(set(left_out.values()))))
     return chosen, left_out
@@ -117,6 +141,7 @@ class _Plan:
     checkout: Checkout
     chosen: tuple[str, ...]
     compiler: Compiler
+    noise: NoiseSource
 
     @cached_property
     def packages(self) -> dict[str, Package]:
@@ -137,9 +162,13 @@ class _Plan:
         units = []
         for package in self.packages.values():
             own = self.checkout.seen_from([package.name])
-            units += self._units(package.sources, own, headers, root, ours)
+            sources, ours_instead = self._sources(package)
+            units += self._units(sources, own, headers, root, ours)
+            units += self._units(ours_instead, own, headers, root, hosts)
         core = self.checkout.seen_from(HOST_NEEDS)
         units += self._units([HOST / "controller_host.cpp"], core, headers, root, hosts)
+        if any(package.planners for package in self.packages.values()):
+            units += self._units([HOST / "planner_host.cpp"], core, headers, root, hosts)
         return units + self._units([HOST / "main.cpp"], core, headers, root, mains)
 
     @property
@@ -165,9 +194,20 @@ class _Plan:
         host.parent.mkdir(parents=True, exist_ok=True)
         part = host.with_name(f"{host.name}.{os.getpid()}")
         objects = [str(_object(unit)) for unit in self.units]
-        self.compiler.run([*objects, "-pthread", "-o", str(part)], log)
+        libraries = link_arguments(d for p in self.packages.values() for d in p.dependencies)
+        self.compiler.run([*objects, "-pthread", *libraries, "-o", str(part)], log)
         os.replace(part, host)
         return host, len(missing)
+
+    def _sources(self, package: Package) -> tuple[list[Path], list[Path]]:
+        """Returns what is compiled of a package, and what of ours in place of the rest."""
+        if self.noise is NoiseSource.OWN or package.name not in NOISE_SOURCES:
+            return list(package.sources), []
+        replaced = package.folder / NOISE_SOURCES[package.name]
+        if replaced not in package.sources:
+            raise InputError(f"{replaced}: no such file, expected what makes the noise")
+        others = [path for path in package.sources if path != replaced]
+        return others, [BENCHMARK_NOISE / f"{package.name}.cpp"]
 
     def _units(
         self,

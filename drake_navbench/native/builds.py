@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,13 @@ MAX_MANIFEST_BYTES = 2**20
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
 
 
+class NoiseSource(StrEnum):
+    """Whose random numbers a controller samples with."""
+
+    OWN = "own"
+    BENCHMARK = "benchmark"
+
+
 class Build(FrozenModel):
     """What was built under a name."""
 
@@ -29,14 +37,18 @@ class Build(FrozenModel):
     commit: str = Field(description="Of git, with a plus where files differed; empty if unknown.")
     checkout: Path = Field(description="Where it was built from.")
     compiler: str = Field(description="What the compiler says of itself.")
-    controllers: tuple[str, ...] = Field(description="The plugins in it.")
+    controllers: tuple[str, ...] = Field(description="The controllers in it.")
+    planners: tuple[str, ...] = Field((), description="The global planners in it.")
     left_out: dict[str, str] = Field(description="The plugins that are not, each with the reason.")
     seconds: float = Field(description="That the build took.")
+    noise: NoiseSource = Field(NoiseSource.OWN, description="Whose random numbers there are in it.")
 
     @property
     def where_from(self) -> str:
-        """The release and the commit, in a few words."""
-        return f"{self.release} {self.version}" + (f" at {self.commit}" if self.commit else "")
+        """The release, the commit, and what is not the checkout's own, in a few words."""
+        commit = f" at {self.commit}" if self.commit else ""
+        noise = " with the benchmark's noise" if self.noise is NoiseSource.BENCHMARK else ""
+        return f"{self.release} {self.version}{commit}{noise}"
 
 
 def builds_folder() -> Path:

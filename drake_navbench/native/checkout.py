@@ -24,6 +24,7 @@ RELEASES: Mapping[tuple[int, int], str] = {
 CORE = "nav2_core"
 PACKAGE_FILE = "package.xml"
 CONTROLLER_BASE = f"{CORE}::Controller"
+PLANNER_BASE = f"{CORE}::GlobalPlanner"
 # What is compiled of packages that hold much besides; of all others it is the whole `src`.
 PARTS: Mapping[str, tuple[str, ...]] = {
     "nav2_costmap_2d": (
@@ -49,6 +50,21 @@ PARTS: Mapping[str, tuple[str, ...]] = {
         "plugins/position_goal_checker.cpp",
         "plugins/simple_goal_checker.cpp",
         "plugins/stopped_goal_checker.cpp",
+    ),
+    # The 2D planner, with what it is linked to: up to Kilted each search is one of all nodes.
+    "nav2_smac_planner": (
+        "src/a_star.cpp",
+        "src/analytic_expansion.cpp",
+        "src/collision_checker.cpp",
+        "src/costmap_downsampler.cpp",
+        "src/distance_heuristic.cpp",
+        "src/node_2d.cpp",
+        "src/node_basic.cpp",
+        "src/node_hybrid.cpp",
+        "src/node_lattice.cpp",
+        "src/obstacle_heuristic.cpp",
+        "src/smac_planner_2d.cpp",
+        "src/smoother.cpp",
     ),
     "nav2_behavior_tree": (),
     "nav2_ros_common": (),
@@ -132,6 +148,11 @@ class Package:
         """The controllers that it exports."""
         return tuple(name for name, base in self.plugins.items() if base == CONTROLLER_BASE)
 
+    @property
+    def planners(self) -> tuple[str, ...]:
+        """The global planners that it exports."""
+        return tuple(name for name, base in self.plugins.items() if base == PLANNER_BASE)
+
 
 @dataclass(frozen=True)
 class Checkout:
@@ -152,6 +173,11 @@ class Checkout:
         """The packages with controllers, by name."""
         return {name: package for name, package in self.packages.items() if package.controllers}
 
+    @property
+    def planner_packages(self) -> dict[str, Package]:
+        """The packages with global planners, by name."""
+        return {name: package for name, package in self.packages.items() if package.planners}
+
     def seen_from(self, names: Iterable[str]) -> dict[str, Package]:
         """Returns packages with all that their package.xml name, and so on: whose headers count."""
         return self._closure(names, lambda package: package.dependencies)
@@ -164,7 +190,7 @@ class Checkout:
         return self._closure(names, self._linked_with)
 
     def _linked_with(self, package: Package) -> Iterable[str]:
-        if package.name in PARTS:
+        if package.name in PARTS and not package.planners:
             return ()
         if not package.controllers:
             return package.dependencies

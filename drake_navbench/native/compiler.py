@@ -17,9 +17,14 @@ from drake_navbench.errors import InputError
 SYSTEM_LIBRARIES: Mapping[str, tuple[str, str]] = {
     "eigen": ("Eigen/Core", "libeigen3-dev"),
     "xtensor": ("xtensor/xtensor.hpp", "libxtensor-dev"),
+    "ompl": ("ompl/config.h", "libompl-dev"),
+    "nlohmann-json-dev": ("nlohmann/json.hpp", "nlohmann-json3-dev"),
 }
+# What is linked for a dependency that is more than headers.
+LINKED: Mapping[str, str] = {"ompl": "-lompl"}
 # Where Debian has headers apart.
-INCLUDE_FOLDERS = ("/usr/include/eigen3",)
+SYSTEM_HEADERS = Path("/usr/include")
+INCLUDE_FOLDERS = ("eigen3", "ompl-*")
 # Floating-point results must not depend on the machine that compiles: nothing is contracted, and
 # nothing is used that only some processors have.
 FLAGS = ("-std=c++20", "-O2", "-DNDEBUG", "-ffp-contract=off", "-fPIC", "-w")
@@ -109,8 +114,13 @@ def missing_libraries(dependencies: Iterable[str], compiler: Compiler) -> list[s
 
 def include_arguments(folders: Iterable[Path]) -> list[str]:
     """Returns the arguments for folders of headers, and for those that Debian has apart."""
-    ours = [f"-I{folder}" for folder in folders]
-    return [*ours, *(f"-isystem{folder}" for folder in INCLUDE_FOLDERS if Path(folder).is_dir())]
+    system = (path for name in INCLUDE_FOLDERS for path in sorted(SYSTEM_HEADERS.glob(name)))
+    return [*(f"-I{folder}" for folder in folders), *(f"-isystem{folder}" for folder in system)]
+
+
+def link_arguments(dependencies: Iterable[str]) -> list[str]:
+    """Returns the arguments for the libraries of some packages' dependencies."""
+    return sorted({LINKED[name] for name in dependencies if name in LINKED})
 
 
 def _version(command: Sequence[str]) -> str:

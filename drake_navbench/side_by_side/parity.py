@@ -1,24 +1,31 @@
-"""How far a port drives as the original of a build: over random scenes, and over whole trials."""
+"""How far a port drives as the original of a build: over random scenes, and over whole trials.
+
+A trial is driven twice. In the first one the port drives, and the original is asked in every cycle
+what it would do: both see the same. In the second the original drives, so that the smallest
+difference changes what is seen next, and can grow.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from enum import StrEnum
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from drake_navbench.controller import Controller, ControllerError, Observation
+from drake_navbench.controller import ControllerError
 from drake_navbench.controllers.external.client_process import ClientProcess
 from drake_navbench.controllers.external.messages import configure_message
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import Preset, load_preset, original_plugin
 from drake_navbench.inputs.robot import Robot, load_robot
+from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.log import TrialLog
 from drake_navbench.native.builds import Build
 from drake_navbench.parameter_names import flattened
+from drake_navbench.side_by_side.gate import column_of, split_column
+from drake_navbench.side_by_side.likeness import CLOSE, Likeness, likeness_of
+from drake_navbench.side_by_side.shadowing import Decided, decided, shadowed
 from drake_navbench.trial.column_controller import built_controller, controller_setup
 from drake_navbench.trial.random_scenes import random_scenes
 from drake_navbench.trial.trial import run_trial
@@ -26,23 +33,15 @@ from drake_navbench.trial.trial import run_trial
 # The presets that are held against their originals, in this order.
 PORTS = ("rpp", "dwb", "mppi_nav2", "graceful", "rotation_shim")
 RELEASE = "nav2_release"
-CLOSE = 1e-5
 COMMANDS = ("command_v_mps", "command_w_radps")
 START_PATIENCE_S = 30.0
 
 
-class Likeness(StrEnum):
-    """How alike two decisions, or all those of two trials, are."""
+class DecisionResult(NamedTuple):
+    """Two decisions of equal observations: of a random scene, or of a trial's cycle.
 
-    EQUAL = "equal to the last bit"
-    CLOSE = "to 1e-5"
-    DIFFERENT = "different"
-
-
-class SceneResult(NamedTuple):
-    """One random scene. difference: the largest of v m/s and w rad/s; NaN where one has failed.
-
-    told: what each of the two said, where they differ.
+    difference: the largest of v m/s and w rad/s; NaN where one has failed. told: what each of the
+    two said, where they differ.
     """
 
     likeness: Likeness
@@ -51,14 +50,15 @@ class SceneResult(NamedTuple):
 
 
 class TrialResult(NamedTuple):
-    """One trial of each. difference: the largest of any cycle's command.
+    """One trial of each. cycles: what both wanted in each cycle of the port's.
 
-    apart_s: when they are first apart by more than 1e-5; NaN where they never are. outcomes: of
-    port and original.
+    difference: the largest of any cycle's command, where each drives. apart_s: when they are first
+    apart by more than 1e-5; NaN where they never are. outcomes: of port and original.
     """
 
     scenario: str
     seed: int
+    cycles: tuple[DecisionResult, ...]
     likeness: Likeness
     difference: float
     apart_s: float
@@ -78,7 +78,7 @@ class Parity(NamedTuple):
 
     preset: str
     plugin: str
-    scenes: tuple[SceneResult, ...]
+    scenes: tuple[DecisionResult, ...]
     trials: tuple[TrialResult, ...]
     defaults: tuple[OtherDefault, ...]
     not_read: tuple[str, ...]
@@ -100,9 +100,9 @@ def compare_port(
     tell: Callable[[str], None] = lambda line: None,
 ) -> Parity:
     """Returns how a preset's port and its original in a build differ; raises InputError."""
-    port, original = port_of_release(name, build), load_preset(f"{name}@{build.name}")
+    port, original = port_of_release(name, build), load_preset(column_of(name, build))
     robot = load_robot(robot_name)
-    plugin = original_plugin(name)
+    plugin = original_plugin(split_column(name)[0])
     if plugin is None:
         raise InputError(f"controller {name!r}: it is no port of Nav2's")
     defaults, not_read = _told_by(original, port, robot)
@@ -112,10 +112,7 @@ def compare_port(
     for scenario in scenarios:
         for seed in range(seeds):
             tell(f"{name}: {scenario}, seed {seed}")
-            logs = [
-                run_trial(scenario, preset, seed, robot=robot_name) for preset in (port, original)
-            ]
-            in_trials.append(compare_trials(logs[0], logs[1], scenario, seed))
+            in_trials.append(compare_in_trial(port, original, scenario, seed, robot_name))
     return Parity(name, plugin, tuple(in_scenes), tuple(in_trials), defaults, not_read)
 
 
@@ -129,7 +126,7 @@ def port_of_release(name: str, build: Build) -> Preset:
 
 def compare_in_scenes(
     port: Preset, original: Preset, robot: Robot, count: int, *, seed: int = 0
-) -> list[SceneResult]:
+) -> list[DecisionResult]:
     """Returns how two columns decide in the first cycle of random scenes."""
     results = []
     for scene in random_scenes(controller_setup(robot), count, seed=seed):
@@ -137,54 +134,61 @@ def compare_in_scenes(
         for preset in (port, original):
             # Both are new in every scene: what an original keeps beyond a task is no difference.
             with built_controller(preset, preset.robot(robot)) as controller:
-                decisions.append(_decided(controller, scene))
+                decisions.append(decided(controller, scene, controller.initial_memory())[0])
         results.append(_compare_decisions(*decisions))
     return results
 
 
-def compare_trials(port: TrialLog, original: TrialLog, scenario: str, seed: int) -> TrialResult:
-    """Returns how the commands of two trials differ, over the cycles that both have."""
+def compare_in_trial(
+    port: Preset, original: Preset, scenario: str | Scenario, seed: int, robot_name: str
+) -> TrialResult:
+    """Returns how two columns decide in a trial of the first, and how a trial of each differs."""
+    scenario = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
+    robot = scenario.load_robot(robot_name)
+    port, original = port.for_robot(robot), original.for_robot(robot)
+    cycles: list[DecisionResult] = []
+    both = shadowed(port, original, lambda *pair: cycles.append(_compare_decisions(*pair)))
+    logs = [run_trial(scenario, preset, seed, robot=robot) for preset in (both, original)]
+    return compare_trials(logs[0], logs[1], scenario.name, seed, tuple(cycles))
+
+
+def compare_trials(
+    port: TrialLog,
+    original: TrialLog,
+    scenario: str,
+    seed: int,
+    cycles: tuple[DecisionResult, ...] = (),
+) -> TrialResult:
+    """Returns how the commands of two trials differ, over the cycles that both have.
+
+    cycles: see TrialResult.
+    """
     ours, theirs = (log.samples[list(COMMANDS)].to_numpy() for log in (port, original))
-    cycles = min(len(ours), len(theirs))
-    differences = np.nan_to_num(np.abs(ours[:cycles] - theirs[:cycles]).max(axis=1), nan=0.0)
-    largest = float(differences.max()) if cycles else 0.0
+    common = min(len(ours), len(theirs))
+    differences = np.nan_to_num(np.abs(ours[:common] - theirs[:common]).max(axis=1), nan=0.0)
+    largest = float(differences.max()) if common else 0.0
     apart = np.flatnonzero(differences > CLOSE)
     times = port.samples["time_s"].to_numpy()
     outcomes = (str(port.outcome), str(original.outcome))
     is_same_end = len(ours) == len(theirs) and outcomes[0] == outcomes[1]
-    likeness = _likeness(largest) if is_same_end else Likeness.DIFFERENT
+    likeness = likeness_of(largest) if is_same_end else Likeness.DIFFERENT
     apart_s = float(times[apart[0]]) if len(apart) else math.nan
-    return TrialResult(scenario, seed, likeness, largest, apart_s, outcomes)
+    return TrialResult(scenario, seed, cycles, likeness, largest, apart_s, outcomes)
 
 
-def _decided(controller: Controller, scene: Observation) -> NDArray[np.float64] | ControllerError:
-    try:
-        return controller.step(scene, controller.initial_memory()).command[:2]
-    except ControllerError as error:
-        return error
-
-
-def _compare_decisions(
-    port: NDArray[np.float64] | ControllerError, original: NDArray[np.float64] | ControllerError
-) -> SceneResult:
+def _compare_decisions(port: Decided, original: Decided) -> DecisionResult:
     if isinstance(port, ControllerError) or isinstance(original, ControllerError):
         likeness = Likeness.EQUAL if _kind(port) == _kind(original) else Likeness.DIFFERENT
         told = "" if likeness is Likeness.EQUAL else f"port: {port}; original: {original}"
-        return SceneResult(likeness, math.nan, told)
+        return DecisionResult(likeness, math.nan, told)
     difference = float(np.abs(port - original).max())
-    likeness = _likeness(difference)
+    likeness = likeness_of(difference)
     told = f"port: {port}; original: {original}" if likeness is Likeness.DIFFERENT else ""
-    return SceneResult(likeness, difference, told)
+    return DecisionResult(likeness, difference, told)
 
 
-def _kind(decision: NDArray[np.float64] | ControllerError) -> int | None:
+def _kind(decision: Decided) -> int | None:
     return decision.code if isinstance(decision, ControllerError) else None
-
-
-def _likeness(difference: float) -> Likeness:
-    if difference == 0.0:
-        return Likeness.EQUAL
-    return Likeness.CLOSE if difference <= CLOSE else Likeness.DIFFERENT
 
 
 def _told_by(

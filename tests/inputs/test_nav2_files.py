@@ -434,18 +434,21 @@ def test_a_wrong_value_is_one_line_with_file_line_and_parameter(setup_of, parame
     assert fault in line
 
 
-def test_a_shape_of_the_monitor_that_is_listed_only_is_told_where_it_is_listed(setup_of):
+def test_a_monitor_that_nav2_could_not_start_is_not_there(setup_of):
     monitor = """
 collision_monitor:
   ros__parameters:
     observation_sources: [scan]
-    polygons: [Slow]
+    polygons: [Stop, Slow]
     Stop: {type: circle, radius: 0.3, action_type: stop}
 """
-    with pytest.raises(InputError) as refused:
-        setup_of(COLUMN, monitor)
-    told = "nav2_1.yaml, line 5: collision_monitor.ros__parameters.polygons: 'Slow' is listed, but"
-    assert f"{told} Slow.type is missing" in str(refused.value)
+    setup = setup_of(COLUMN, monitor)
+    assert setup.robot.navigation.collision_monitor is None
+    (row,) = setup.check.stand_ins
+    assert row.text == (
+        "collision_monitor: polygons (line 5): Slow is listed, but has no type: Nav2's does not "
+        "start, there is none"
+    )
 
 
 def test_two_controllers_of_one_name_are_refused(setup_of):

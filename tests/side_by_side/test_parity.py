@@ -12,11 +12,12 @@ from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.native.builds import Build
+from drake_navbench.side_by_side.likeness import Likeness
 from drake_navbench.side_by_side.parity import (
-    Likeness,
     OtherDefault,
     Parity,
     compare_in_scenes,
+    compare_in_trial,
     compare_trials,
     port_of_release,
 )
@@ -99,11 +100,33 @@ def test_trials_are_apart_from_the_first_cycle_that_differs():
     assert 0.0 <= other.apart_s < 0.5
 
 
+def _in_trial(first: str, second: str):
+    return compare_in_trial(load_preset(first), load_preset(second), SCENARIO, 1, "wheelchair")
+
+
+def test_in_each_cycle_of_a_trial_both_see_the_same():
+    result = _in_trial("rpp:desired_linear_vel=0.3", "rpp:desired_linear_vel=0.3001")
+    alone = run_trial(SCENARIO, "rpp:desired_linear_vel=0.3", seed=1)
+    assert len(result.cycles) == alone.samples["cycle_count"].max()
+    # Asked where the first one is, the second wants 0.0001 m/s more, and turns as much faster as
+    # the curve is tight: by at most 1.2 rad/m. Driving by itself it is soon somewhere else.
+    largest = max(cycle.difference for cycle in result.cycles)
+    assert 0.99e-4 < largest < 1.2e-4
+    assert result.difference > 2.0 * largest
+
+
+def test_a_controller_that_remembers_is_equal_to_itself_in_each_cycle():
+    # Rotation shim over RPP: the memory of each goes back to itself.
+    result = _in_trial("rotation_shim", "rotation_shim")
+    assert {cycle.likeness for cycle in result.cycles} == {Likeness.EQUAL}
+    assert result.likeness is Likeness.EQUAL
+
+
 def test_the_page_counts_and_names_what_differs():
     build = _build("jazzy")
     scenes = tuple(_scenes("rpp", "rpp", 10))
     defaults = (OtherDefault("lookahead_dist", 0.6, 0.7),)
     text = to_markdown(build, [Parity("rpp", "its::Original", scenes, (), defaults, ("new_one",))])
-    assert "| `rpp` | `its::Original` | 10 | 0 | 0 | 0 | 0 | 0 |" in text
+    assert "| `rpp` | `its::Original` | 10 / 0 / 0 | 0 / 0 / 0 | 0 / 0 / 0 |" in text
     assert "| `lookahead_dist` | 0.6 | 0.7 |" in text
     assert "not read by the original: `new_one`" in text

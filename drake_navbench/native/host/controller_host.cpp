@@ -1,5 +1,8 @@
 #include "host/controller_host.hpp"
 
+#include "host/costmap_of_request.hpp"
+#include "host/cycle_noise.hpp"
+
 #include <chrono>
 #include <filesystem>
 #include <fstream>
@@ -7,10 +10,6 @@
 
 #include <unistd.h>
 
-#if __has_include("nav2_costmap_2d/inflation_layer.hpp")
-#include "nav2_costmap_2d/inflation_layer.hpp"
-#define DRAKE_NAVBENCH_HAS_INFLATION_LAYER 1
-#endif
 #if __has_include("nav2_core/controller_exceptions.hpp")
 #include "nav2_core/controller_exceptions.hpp"
 #elif __has_include("nav2_core/exceptions.hpp")
@@ -162,35 +161,10 @@ Value ControllerHost::Configure(const Value & request) {
 }
 
 void ControllerHost::MakeCostmap(const Value & request) {
-  std::optional<double> radius;
-  if (request["footprint_is_circle"].boolean()) {
-    radius = request["circumscribed_radius_m"].number();
-  }
-  costmap_ = std::make_shared<nav2_costmap_2d::Costmap2DROS>(
-      request["tracks_unknown_space"].boolean(), radius);
-  costmap_->set_transforms(transforms_);
-  auto * layers = costmap_->getLayeredCostmap();
-#ifdef DRAKE_NAVBENCH_HAS_INFLATION_LAYER
-  // Controllers ask it how costs fall with the distance; the costs themselves are told.
-  constexpr const char * kLayer = "inflation_layer";
-  auto & overrides = costmap_->get_node_parameters_interface()->overrides();
-  overrides["inflation_layer.inflation_radius"] =
-      rclcpp::ParameterValue(request["inflation_radius_m"].number());
-  overrides["inflation_layer.cost_scaling_factor"] =
-      rclcpp::ParameterValue(request["inflation_cost_scaling_factor"].number());
-  auto layer = std::make_shared<nav2_costmap_2d::InflationLayer>();
-  layers->addPlugin(layer);
-  layer->initialize(layers, kLayer, transforms_.get(), costmap_, nullptr);
-#endif
   const double resolution = request["costmap_resolution_m"].number();
   const auto cells =
       static_cast<unsigned int>(std::lround(request["costmap_size_m"].number() / resolution));
-  layers->resizeMap(cells, cells, resolution, 0.0, 0.0);
-  std::vector<geometry_msgs::msg::Point> footprint;
-  for (const Value & corner : request["footprint"].array()) {
-    footprint.push_back({corner.number_at(0), corner.number_at(1), 0.0});
-  }
-  layers->setFootprint(footprint);
+  costmap_ = CostmapOfRequest(request, {cells, cells, resolution}, transforms_);
 }
 
 Value ControllerHost::Reset() {
@@ -207,13 +181,14 @@ Value ControllerHost::SetPlan(const Value & request) {
 
 Value ControllerHost::Compute(const Value & request) {
   WaitForThreads();
+  TellNoise(request["noise"]);
   rclcpp::Clock::trial_time() = std::llround(request["time_s"].number() * 1e9);
   const auto pose = StampedPose(request["pose"]);
   tf2::Transform base;
   tf2::fromMsg(pose.pose, base);
   transforms_->set_base(base);
   costmap_->set_robot_pose(pose);
-  TellCostmap(request["costmap"]);
+  SetCosts(request["costmap"], *costmap_->getCostmap());
   goal_checker_.Tell(request["goal_xy_tolerance_m"].number(),
                      request["goal_yaw_tolerance_rad"].number(),
                      request["goal_xy_reached"].boolean());
@@ -241,15 +216,14 @@ Value ControllerHost::Compute(const Value & request) {
   return answer;
 }
 
-void ControllerHost::TellCostmap(const Value & told) {
-  const auto rows = static_cast<unsigned int>(told["shape"].array().at(0).integer());
-  const auto columns = static_cast<unsigned int>(told["shape"].array().at(1).integer());
-  const std::string & costs = told["data"].bytes();
-  if (costs.size() != std::size_t{rows} * columns) throw std::runtime_error("a costmap cut off");
-  auto * grid = costmap_->getCostmap();
-  grid->resizeMap(columns, rows, told["resolution"].number(), told["origin"].number_at(0),
-                  told["origin"].number_at(1));
-  std::memcpy(grid->getCharMap(), costs.data(), costs.size());
+void ControllerHost::TellNoise(const Value & key) {
+  CycleNoise & noise = cycle_noise();
+  noise.seed = static_cast<std::uint64_t>(key["seed"].integer());
+  noise.stream = static_cast<std::uint64_t>(key["stream"].integer());
+  noise.step = static_cast<std::uint64_t>(key["step"].integer());
+  noise.passes = 0;
+  // A plugin is also reset before its first task, and between two of them.
+  if (!has_driven_) noise.resets = 0;
 }
 
 void ControllerHost::TellSpeedLimit(const Value & limit) {

@@ -22,7 +22,7 @@ class ControllerHost {
 
  private:
   void MakeCostmap(const Value & request);
-  void TellCostmap(const Value & costmap);
+  void TellNoise(const Value & key);
   void TellSpeedLimit(const Value & limit);
   bool Cancel();
 

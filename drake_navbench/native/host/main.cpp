@@ -1,9 +1,10 @@
-// A controller of Nav2 behind the protocol of docs/external_controllers.md.
+// Plugins of Nav2 behind pipes: a controller by the protocol of docs/external_controllers.md.
 
 #include <exception>
 #include <iostream>
 
 #include "host/controller_host.hpp"
+#include "host/more_calls.hpp"
 #include "host/pipes.hpp"
 #include "made/plugin_names.hpp"
 
@@ -17,6 +18,8 @@ Value Answer(ControllerHost & host, const Value & request) {
     if (call == "reset") return host.Reset();
     if (call == "set_plan") return host.SetPlan(request);
     if (call == "compute") return host.Compute(request);
+    const auto found = more_calls().find(call);
+    if (found != more_calls().end()) return found->second(request);
   } catch (const std::exception & error) {
     return Value::Map{{"error", std::string(error.what())}};
   }

@@ -63,6 +63,11 @@ struct Accel {
   DRAKE_NAVBENCH_MESSAGE(Accel)
 };
 
+struct Wrench {
+  Vector3 force, torque;
+  DRAKE_NAVBENCH_MESSAGE(Wrench)
+};
+
 struct Polygon {
   std::vector<Point32> points;
   DRAKE_NAVBENCH_MESSAGE(Polygon)
@@ -121,6 +126,12 @@ struct AccelStamped {
   std_msgs::msg::Header header;
   Accel accel;
   DRAKE_NAVBENCH_MESSAGE(AccelStamped)
+};
+
+struct WrenchStamped {
+  std_msgs::msg::Header header;
+  Wrench wrench;
+  DRAKE_NAVBENCH_MESSAGE(WrenchStamped)
 };
 
 }  // namespace geometry_msgs::msg

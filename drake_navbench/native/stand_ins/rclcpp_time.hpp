@@ -17,7 +17,9 @@ class Duration {
   Duration() = default;
   Duration(std::int32_t seconds, std::uint32_t nanoseconds)
       : nanoseconds_(seconds * kNanosecondsPerSecond + nanoseconds) {}
-  Duration(std::chrono::nanoseconds span) : nanoseconds_(span.count()) {}
+  template <typename Count, typename Period>
+  Duration(std::chrono::duration<Count, Period> span)
+      : nanoseconds_(std::chrono::duration_cast<std::chrono::nanoseconds>(span).count()) {}
   Duration(const builtin_interfaces::msg::Duration & span) : Duration(span.sec, span.nanosec) {}
 
   static Duration from_seconds(double seconds) {

@@ -87,6 +87,12 @@ class Quaternion {
     *this = {sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy,
              cr * cp * sy - sr * sp * cy, cr * cp * cy + sr * sp * sy};
   }
+  // About the axes as they turn: yaw about y, then pitch about x, then roll about z.
+  void setEuler(double yaw, double pitch, double roll) {
+    *this = Quaternion{0, std::sin(yaw * 0.5), 0, std::cos(yaw * 0.5)} *
+            Quaternion{std::sin(pitch * 0.5), 0, 0, std::cos(pitch * 0.5)} *
+            Quaternion{0, 0, std::sin(roll * 0.5), std::cos(roll * 0.5)};
+  }
   double length2() const { return x_ * x_ + y_ * y_ + z_ * z_ + w_ * w_; }
   Quaternion normalized() const {
     const double length = std::sqrt(length2());

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "nav2_costmap_2d/costmap_2d.hpp"
+#include "nav2_costmap_2d/costmap_2d_publisher.hpp"
 #include "nav2_costmap_2d/footprint.hpp"
 #if __has_include("nav2_costmap_2d/footprint_collision_checker.hpp")
 #include "nav2_costmap_2d/footprint_collision_checker.hpp"
