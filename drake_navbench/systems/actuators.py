@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
@@ -17,6 +16,8 @@ from drake_navbench.noise import NoiseKey, NoiseStream
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import COMMAND_SIZE, STATE_SIZE
 
+# v m/s, w rad/s and vy m/s.
+Velocity = list[float]
 # Every control cycle of 20 Hz falls on a step.
 FORCE_PERIOD_S = 0.025
 SLIP_PERIOD_S = 0.1
@@ -115,19 +116,15 @@ class LimitedForce(LeafSystem):
 
     def _on_step(self, context: Context, discrete_state: DiscreteValues) -> None:
         settings = self._settings.at(context.get_time())
-        command = self._command_port.Eval(context)
-        reached = context.get_discrete_state(self._reached).value()
+        command = self._command_port.Eval(context).tolist()
+        reached = context.get_discrete_state(self._reached).value().tolist()
         yaw = float(self._state_port.Eval(context)[2])
         stepped = self._stepped(settings, command, reached, yaw)
         discrete_state.get_mutable_vector(self._reached).SetFromVector(stepped)
 
     def _stepped(
-        self,
-        settings: ActuatorSettings,
-        command: NDArray[np.float64],
-        reached: NDArray[np.float64],
-        yaw: float,
-    ) -> NDArray[np.float64]:
+        self, settings: ActuatorSettings, command: Velocity, reached: Velocity, yaw: float
+    ) -> Velocity:
         loaded_kg = self._mass_kg + settings.payload_kg
         acceleration = self._bounds.acceleration_mps2
         if settings.force_n is not None:
@@ -136,11 +133,13 @@ class LimitedForce(LeafSystem):
         yaw_acceleration = self._bounds.yaw_acceleration_radps2 * self._mass_kg / loaded_kg
         pull = GRAVITY_MPS2 * math.sin(settings.slope_rad)
         uphill = settings.slope_direction_rad - yaw
-        pulls = np.array([-pull * math.cos(uphill), 0.0, -pull * math.sin(uphill)])
-        limits = np.array([acceleration, yaw_acceleration, acceleration])
-        if command[2] == 0.0 and reached[2] == 0.0:
-            # Wheels that do not roll sideways hold there.
-            pulls[2] = 0.0
-        low = reached + (pulls - limits) * FORCE_PERIOD_S
-        high = reached + (pulls + limits) * FORCE_PERIOD_S
-        return np.asarray(np.clip(command, low, high))
+        # Wheels that do not roll sideways hold there.
+        holds = command[2] == 0.0 and reached[2] == 0.0
+        pulls = (-pull * math.cos(uphill), 0.0, 0.0 if holds else -pull * math.sin(uphill))
+        limits = (acceleration, yaw_acceleration, acceleration)
+        stepped = []
+        for wanted, speed, pulled, limit in zip(command, reached, pulls, limits, strict=True):
+            low = speed + (pulled - limit) * FORCE_PERIOD_S
+            high = speed + (pulled + limit) * FORCE_PERIOD_S
+            stepped.append(min(max(wanted, low), high))
+        return stepped

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem, State
 
@@ -110,8 +109,7 @@ class CommandLink(LeafSystem):
         )
         # Of those on their way and the last one that arrived, the newest first: due s, command. Its
         # state is discrete, for unlike an abstract one that may take what this instant commands.
-        self._slots = math.ceil(longest_s / period_s) + 2
-        none = np.zeros((self._slots, 1 + COMMAND_SIZE))
+        none = np.zeros((math.ceil(longest_s / period_s) + 2, 1 + COMMAND_SIZE))
         none[:, 0] = -math.inf
         self._messages = self.DeclareDiscreteState(none.ravel())
         self.DeclareVectorOutputPort(
@@ -125,10 +123,6 @@ class CommandLink(LeafSystem):
         )
         self.DeclarePeriodicDiscreteUpdateEvent(period_s, offset_s, weakly_bound(self._on_command))
 
-    def _sent(self, context: Context) -> NDArray[np.float64]:
-        values = context.get_discrete_state(self._messages).value()
-        return np.asarray(values).reshape(self._slots, 1 + COMMAND_SIZE)
-
     def _on_command(self, context: Context, discrete_state: DiscreteValues) -> None:
         now_s = context.get_time()
         timing = self._timing.at(now_s)
@@ -139,14 +133,19 @@ class CommandLink(LeafSystem):
             return
         due_s = now_s + timing.command_latency_s + timing.command_jitter_s * drawn
         sent = np.array([due_s, *self._command_port.Eval(context)])
-        messages = np.vstack([sent, self._sent(context)[:-1]])
-        discrete_state.get_mutable_vector(self._messages).SetFromVector(messages.ravel())
+        earlier = context.get_discrete_state(self._messages).value()[: -sent.size]
+        messages = np.concatenate([sent, earlier])
+        discrete_state.get_mutable_vector(self._messages).SetFromVector(messages)
 
     def _calc_arrived(self, context: Context, output: BasicVector) -> None:
+        # The integrator asks several times a step, which is most of what this system costs.
         now_s = context.get_time()
-        sent = self._sent(context)
-        due_s, *command = sent[np.argmax(sent[:, 0] <= now_s + SLACK_S)]
+        messages = context.get_discrete_state(self._messages).value().tolist()
+        place = 0
+        while messages[place] > now_s + SLACK_S:
+            place += 1 + COMMAND_SIZE
+        due_s, *command = messages[place : place + 1 + COMMAND_SIZE]
         timeout_s = self._timing.at(now_s).command_timeout_s
         if timeout_s is not None and now_s - due_s > timeout_s:
             command = [0.0] * COMMAND_SIZE
-        output.SetFromVector(np.array(command))
+        output.SetFromVector(command)
