@@ -24,11 +24,16 @@ LONGEST_STOP_S = 5.0
 
 
 class Response(NamedTuple):
-    """Of the base: time constant s, largest accelerations m/s^2 and rad/s^2."""
+    """Of the base: time constant s, largest accelerations m/s^2 and rad/s^2.
+
+    most_v m/s, most_w rad/s: the largest commands that it is given.
+    """
 
     time_constant_s: float
     acceleration: float
     angular_acceleration: float
+    most_v: float = math.inf
+    most_w: float = math.inf
 
 
 @njit(cache=True)
@@ -71,10 +76,22 @@ def after_latency(response, pose, twist, sent, ages_s):
 
 
 @njit(cache=True)
-def command_of(plan, dt, period_s, cycle):
-    """Returns (v, w) that a plan commands in its so many-th cycle: those of the cycle's middle."""
-    stage = stage_at(plan, dt, (cycle + 0.5) * period_s)
-    return stage[V], stage[W]
+def command_of(response, plan, dt, period_s, cycle):
+    """Returns (v, w) that a plan commands in its so many-th cycle.
+
+    A base that has the plan's velocities when the cycle begins has them again when it ends: the
+    time constant is made up for, so that a plan is driven and not a blunted copy of it.
+    """
+    before, after = stage_at(plan, dt, cycle * period_s), stage_at(plan, dt, (cycle + 1) * period_s)
+    share = 1.0
+    if response.time_constant_s > 0.0:
+        share = 1.0 - math.exp(-period_s / response.time_constant_s)
+    v = before[V] + (after[V] - before[V]) / share
+    w = before[W] + (after[W] - before[W]) / share
+    return (
+        min(max(v, -response.most_v), response.most_v),
+        min(max(w, -response.most_w), response.most_w),
+    )
 
 
 @njit(cache=True)
@@ -91,7 +108,7 @@ def follow_then_brake(response, state, plan, dt, period_s, cycles):
     poses[0] = moving[:3]
     count = 1
     for cycle in range(cycles):
-        v, w = command_of(plan, dt, period_s, cycle)
+        v, w = command_of(response, plan, dt, period_s, cycle)
         for _ in range(steps_a_cycle):
             follow(response, moving, v, w, step_s)
             poses[count] = moving[:3]

@@ -25,7 +25,6 @@ from drake_navbench.controllers.harmony.discs import covering_discs, half_width
 from drake_navbench.controllers.harmony.gatekeeper import (
     accepted_cycles,
     command_is_safe,
-    gap_at,
     lethal_edges,
 )
 from drake_navbench.controllers.harmony.memory import HarmonyMemory
@@ -37,6 +36,7 @@ from drake_navbench.controllers.harmony.planner import (
     Planner,
     Samples,
     Way,
+    around,
     is_trapped,
     turn_at,
     way_along,
@@ -47,7 +47,7 @@ from drake_navbench.controllers.harmony.prediction import (
     predicted,
     with_command,
 )
-from drake_navbench.controllers.harmony.scene import make_start
+from drake_navbench.controllers.harmony.scene import Limits, make_start
 from drake_navbench.controllers.rpp import RegulatedPurePursuit
 from drake_navbench.errors import InputError
 from drake_navbench.kernels.distance_field import DistanceField, distance_field
@@ -63,8 +63,6 @@ FOLLOWING_S, FOLLOWING_MPS, FOLLOWING_RADPS = 0.05, 0.03, 0.05
 LATE_RATIO, LONGEST_INTERVAL_S = 1.5, 0.5
 # Of the samples and of the poses of the stop so many, or every so many-th, are shown.
 SHOWN_SAMPLES, SHOWN_STOP_STRIDE = 60, 10
-# Plans keep a bit more room than what is verified, as far as there is some: estimates jump, m.
-ROOM_TO_SPARE_M = 0.01
 
 
 class Check(NamedTuple):
@@ -101,12 +99,14 @@ class Harmony:
         self._outline = read_only(setup.footprint)
         self._discs = read_only(covering_discs(setup, parameters.disc_count))
         self._half_width = half_width(setup)
-        self._planner = Planner(parameters, self._discs, self._half_width)
+        self._planner = Planner(parameters, self._discs)
         self._pursuit = RegulatedPurePursuit(parameters.rpp, setup)
         self._response = Response(
             parameters.response_time,
             parameters.base_acceleration,
             parameters.base_angular_acceleration,
+            setup.max_linear_velocity_mps,
+            setup.max_angular_velocity_radps,
         )
 
     def initial_memory(self) -> HarmonyMemory:
@@ -133,7 +133,17 @@ class Harmony:
         if observation.goal_xy_reached:
             way = turn_at(start, observation.goal)
         else:
-            way = way_along(observation.plan, observation.goal, reach_m, field, self._discs)
+            way = way_along(
+                observation.plan,
+                observation.goal,
+                reach_m,
+                field,
+                self._discs,
+                observation.global_plan,
+            )
+        is_open = self._is_open(observation, way, field)
+        if is_open:
+            way = around(way)
         candidates, samples = self._planner.candidates(
             self._planner.scene(start, way, field, limits),
             start,
@@ -144,15 +154,22 @@ class Harmony:
             noise_key=observation.noise_key,
         )
         notes = self._notes(candidates, way)
-        self._give_up_where_closed(observation, way, field, notes)
+        if not is_open and way.blocked_m <= parameters.give_up_distance:
+            raise CollisionAhead(
+                f"the plan is blocked {way.blocked_m:.2f} m ahead and the map has no way past",
+                details=notes,
+                memory=HarmonyMemory(),
+            )
         for rank, candidate in enumerate(candidates):
             cycles = self._accepted(check, candidate.plan)
             if cycles > 0:
                 notes.update(accepted=f"group {rank}", follow_s=cycles * check.interval_s)
                 if self._setup.wants_diagnostics:
                     notes.update(self._arrays(check, candidates, candidate, cycles, samples))
-                return self._commit(observation, memory, check, candidate, way, notes)
-        return self._last_resorts(observation, memory, check, notes)
+                decision = self._commit(observation, memory, check, candidate.plan, notes)
+                trapped = not way.nears_goal and is_trapped(way, candidate.plan, start)
+                return decision._replace(memory=decision.memory._replace(is_trapped=trapped))
+        return self._last_resorts(observation, memory, check, start, limits, notes)
 
     def _check(self, observation: Observation, memory: HarmonyMemory) -> Check:
         latency_s = self._parameters.latency
@@ -173,12 +190,9 @@ class Harmony:
             state[1],
             reach + self._setup.circumscribed_radius_m + self._parameters.error_bound_m,
         )
-        bound = self._parameters.error_bound_m
-        placed = np.empty_like(self._outline)
-        here = gap_at(edges, self._outline, state[0], state[1], state[2], placed)
         return Check(
             edges,
-            min(max(here, bound), bound + ROOM_TO_SPARE_M),
+            self._parameters.error_bound_m,
             state,
             self._interval_s(observation, memory),
         )
@@ -197,9 +211,9 @@ class Harmony:
     def _start(self, observation: Observation, memory: HarmonyMemory, check: Check) -> Array:
         """Returns (9,) where plans begin: the ideal base that the real one comes after.
 
-        A plan is what an ideal base would do. The real one answers with a time constant, and where
-        the plan goes on at a constant velocity it ends up this far behind; so the ideal base is put
-        ahead by as much as the real one is still slower.
+        A plan is what an ideal base would do. Commands make up for the real one's time constant,
+        as long as its velocities are the plan's; where they are not, it ends up behind by what it
+        is slower times the constant, and the ideal base is put there.
         """
         state = check.state
         v, w, a, alpha = float(state[3]), float(state[4]), 0.0, 0.0
@@ -238,38 +252,28 @@ class Harmony:
             )
         )
 
-    def _give_up_where_closed(
-        self, observation: Observation, way: Way, field: DistanceField, notes: dict[str, Any]
-    ) -> None:
-        """Raises CollisionAhead in front of what blocks the path, where the map has no way past."""
-        if way.blocked_m > self._parameters.give_up_distance or way.behind is None:
-            return
+    def _is_open(self, observation: Observation, way: Way, field: DistanceField) -> bool:
+        """Returns whether the map has a way past what blocks the path, or nothing does."""
+        if way.behind is None:
+            return True
         reach = self._parameters.max_vel_x * self._parameters.horizon
         reach += self._setup.circumscribed_radius_m
-        if not is_connected(field, self._half_width, reach, observation.pose[:2], way.behind):
-            raise CollisionAhead(
-                f"the plan is blocked {way.blocked_m:.2f} m ahead and the map has no way past",
-                details=notes,
-                memory=HarmonyMemory(),
-            )
+        return bool(is_connected(field, self._half_width, reach, observation.pose[:2], way.behind))
 
     def _commit(
         self,
         observation: Observation,
         memory: HarmonyMemory,
         check: Check,
-        candidate: Candidate,
-        way: Way,
+        plan: Array,
         notes: dict[str, Any],
     ) -> Decision:
-        plan = candidate.plan
-        v, w = command_of(plan, self._parameters.time_step, check.interval_s, 0)
+        v, w = command_of(self._response, plan, self._parameters.time_step, check.interval_s, 0)
         command = self._command(v, w)
         kept = HarmonyMemory(
             plan=read_only(plan),
             time_s=observation.time_s,
             sent=with_command(memory.sent, observation.twist, observation.time_s, command),
-            is_trapped=not way.nears_goal and is_trapped(way, plan, plan[0]),
         )
         return Decision(command, kept, notes)
 
@@ -278,11 +282,14 @@ class Harmony:
         observation: Observation,
         memory: HarmonyMemory,
         check: Check,
+        start: Array,
+        limits: Limits,
         notes: dict[str, Any],
     ) -> Decision:
-        """Returns Regulated Pure Pursuit's command where it is safe, else the stop plan's.
+        """Returns Regulated Pure Pursuit's command where it is safe, else a stop.
 
-        The stop plan, which is to command 0, was verified in the last cycle.
+        That is the plan driven so far, as long as it passes, then a gentle stop where it passes,
+        else the stop plan, which is to command 0 and was verified in the last cycle.
         """
         refusal = f"no command keeps {check.bound:.3f} m away from obstacles"
         try:
@@ -298,6 +305,14 @@ class Harmony:
         since_s = observation.time_s if memory.refused_since_s is None else memory.refused_since_s
         if observation.time_s - since_s >= self._parameters.patience:
             raise CollisionAhead(refusal, details=notes, memory=HarmonyMemory())
+        elapsed_s = observation.time_s - memory.time_s
+        for name, plan in self._planner.ways_to_stop(start, limits, memory.plan, elapsed_s):
+            cycles = self._accepted(check, plan)
+            if cycles > 0:
+                notes.update(accepted=name, follow_s=cycles * check.interval_s)
+                decision = self._commit(observation, memory, check, plan, notes)
+                kept = decision.memory._replace(refused_since_s=since_s)
+                return decision._replace(memory=kept)
         notes.update(accepted="stop", follow_s=0.0)
         command = self._command(0.0, 0.0)
         sent = with_command(memory.sent, observation.twist, observation.time_s, command)

@@ -22,7 +22,7 @@ def covering_discs(setup: ControllerSetup, count: int) -> Array:
     """
     if setup.footprint_is_circle:
         return np.array([[0.0, setup.circumscribed_radius_m]])
-    outline = np.asarray(setup.footprint, dtype=np.float64)
+    outline = setup.footprint
     extent = np.ptp(outline, axis=0) if len(outline) >= 3 else np.zeros(2)
     if float(extent.min()) < LEAST_WIDTH_M:
         raise ValueError(

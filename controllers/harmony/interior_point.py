@@ -27,6 +27,7 @@ from drake_navbench.controllers.harmony.motion import (
 )
 from drake_navbench.controllers.harmony.riccati import feedback_gains
 from drake_navbench.controllers.harmony.rows import (
+    FIRST_DISC_ROW,
     SLOPES_A_ROW,
     is_row_of,
     row_count,
@@ -39,6 +40,8 @@ Array = NDArray[np.float64]
 
 # Of the way to a bound, how much a step may take.
 TO_BOUND_RATIO = 0.99
+# What is missing of a clearance counts by this part: whoever drives a plan checks the outline.
+CLEARANCE_SHARE = 0.1
 # Slacks begin with so much at least, in parts of the limits.
 LEAST_SLACK = 1e-2
 # Price of squared velocities and accelerations at the end, besides their multipliers.
@@ -72,8 +75,8 @@ class Solution(NamedTuple):
     """What the method ends with.
 
     plan: (N + 1, 9). cost: of the terms. violation: the largest of the rows, in parts of their
-    limits, and of the velocities and accelerations at the end. iterations: taken. solved: whether
-    the violation is within the tolerance.
+    limits, a tenth of that for clearances, and of the velocities and accelerations at the end.
+    iterations: taken. solved: whether the violation is within the tolerance.
     """
 
     plan: Array
@@ -217,7 +220,8 @@ def _violation(last, values, plan):
     for k in range(last + 1):
         for row in range(values.shape[1]):
             if is_row_of(k, last, row):
-                worst = max(worst, -values[k, row])
+                share = CLEARANCE_SHARE if row >= FIRST_DISC_ROW else 1.0
+                worst = max(worst, -share * values[k, row])
     for i in range(V, STATE_SIZE):
         worst = max(worst, abs(plan[last, i]))
     return worst

@@ -13,7 +13,11 @@ from numba import njit
 from numpy.typing import NDArray
 from pydrake.solvers import IpoptSolver, MathematicalProgram, SolverOptions
 
-from drake_navbench.controllers.harmony.interior_point import Solution, SolverSettings
+from drake_navbench.controllers.harmony.interior_point import (
+    CLEARANCE_SHARE,
+    Solution,
+    SolverSettings,
+)
 from drake_navbench.controllers.harmony.motion import (
     ALPHA,
     JERK,
@@ -201,6 +205,7 @@ class IpoptProgram:
         worst = float(np.abs(plan[-1, V:STATE_SIZE]).max())
         for k in range(1, len(plan)):
             stage_rows(self._scene, k, plan[k], values, columns, slopes)
+            values[FIRST_DISC_ROW:] *= CLEARANCE_SHARE
             worst = max(worst, -float(values.min()))
         return worst
 

@@ -32,15 +32,15 @@ class Weights(ControllerParameters):
 
     constraints: Weight = Field(0.02, ge=0.0, description="Of being near a limit [1/s].")
     goal_angle: Weight = Field(1.0, ge=0.0, description="Of the heading at the goal [1/rad^2].")
-    goal_position: Weight = Field(2.0, ge=0.0, description="Of the way left at the end [1/m^2].")
+    goal_position: Weight = Field(5.0, ge=0.0, description="Of the way left at the end [1/m^2].")
     costmap_cost: Weight = Field(0.5, ge=0.0, description="Of inflation that discs are in [1/s].")
-    path_alignment: Weight = Field(1.5, ge=0.0, description="Of distance from the path [1/m^2 s].")
+    path_alignment: Weight = Field(0.7, ge=0.0, description="Of distance from the path [1/m^2 s].")
     path_orientation: Weight = Field(0.5, ge=0.0, description="Of heading off it [1/rad^2 s].")
     forward_preference: Weight = Field(20.0, ge=0.0, description="Of driving backwards [s/m^2].")
     twirling: Weight = Field(0.1, ge=0.0, description="Of turning [s/rad^2].")
     energy: Weight = Field(0.5, ge=0.0, description="Of speeding up and braking [s^5/m^4].")
     sharp_curves: Weight = Field(0.01, ge=0.0, description="Of curvature [m^2/s].")
-    linear_jerk: Weight = Field(0.2, ge=0.0, description="Of changes of acceleration [s^5/m^2].")
+    linear_jerk: Weight = Field(0.6, ge=0.0, description="Of changes of acceleration [s^5/m^2].")
     maximum_velocity: Weight = Field(3.0, ge=0.0, description="Of missing speed [1/s].")
 
     def as_array(self) -> NDArray[np.float64]:
@@ -74,13 +74,13 @@ class HarmonyParameters(ControllerParameters):
     max_wheel_speed: Speed = Field(0.7, gt=0.0, description="Of either drive wheel [m/s].")
     wheel_separation: Length = Field(0.5, gt=0.0, description="Between the drive wheels [m].")
     max_lateral_acceleration: Acceleration = Field(
-        0.18, gt=0.0, description="Speed times turn rate [m/s^2]."
+        0.13, gt=0.0, description="Speed times turn rate [m/s^2]."
     )
     min_obstacle_dist: Length = Field(
-        0.0, ge=0.0, description="Clearance of the outline's sides besides the error bound [m]."
+        0.0, ge=0.0, description="Clearance of plans besides the error bound [m]."
     )
     disc_count: Count = Field(
-        4, description="Discs along the axis that cover the outline, 1 to 5; a round robot has one."
+        5, description="Discs along the axis that cover the outline, 1 to 5; a round robot has one."
     )
 
     # Terms
@@ -89,10 +89,13 @@ class HarmonyParameters(ControllerParameters):
         0.9, ge=0.0, lt=1.0, description="Part of a limit from which being near it costs [-]."
     )
     inflation_dist: Length = Field(
-        0.7, gt=0.0, description="Clearance of the discs below which it costs [m]."
+        0.35, gt=0.0, description="Clearance of the discs below which it costs [m]."
     )
     curve_speed: Speed = Field(
         0.15, gt=0.0, description="Below it a curve counts as a turn in place [m/s]."
+    )
+    approach_dist: Length = Field(
+        1.5, gt=0.0, description="Before the goal, from which on plans turn to its heading [m]."
     )
 
     # Sampler

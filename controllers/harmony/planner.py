@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_navbench.controller import NO_PLAN
 from drake_navbench.controllers.harmony.groups import nearest_anchors
 from drake_navbench.controllers.harmony.interior_point import SolverSettings, solve
 from drake_navbench.controllers.harmony.motion import V, W, plan_of_velocities, shifted
@@ -40,6 +42,9 @@ from drake_navbench.noise import NoiseKey
 
 Array = NDArray[np.float64]
 
+# Plans keep so much more room than what is verified: estimates jump, and the distance field says up
+# to 1 cm too much off a corner, m.
+ROOM_TO_SPARE_M = 0.02
 # Rows of the program may be missed by so much, in parts of their limits.
 TOLERANCE = 1e-2
 WARM_BARRIER, COLD_BARRIER, LAST_BARRIER = 1e-3, 1e-2, 1e-5
@@ -49,6 +54,8 @@ BETTER_GUESS_RATIO = 0.8
 TRAPPED_RATIO = 0.2
 # Segments of the path looked at from stage to stage, as the robot's reach a stage by their length.
 MOST_SEGMENTS_AHEAD = 12
+# Poses of the global plan behind the local one in which room is looked for.
+MOST_POSES_BEHIND = 100
 # A wall is followed with so much room between it and the widest disc, m.
 WALL_ROOM_M = 0.15
 # A plan that ends so near the goal ends in it, m.
@@ -100,10 +107,18 @@ class Samples(NamedTuple):
     costs: Array
 
 
-def way_along(plan: Array, goal: Array, reach_m: float, field: DistanceField, discs: Array) -> Way:
+def way_along(
+    plan: Array,
+    goal: Array,
+    reach_m: float,
+    field: DistanceField,
+    discs: Array,
+    global_plan: Array = NO_PLAN,
+) -> Way:
     """Returns the way along a local plan (M, 3), as far as a horizon's reach.
 
-    field, discs (D, 2): of the obstacles and the robot, to see where it has no room.
+    field, discs (D, 2): of the obstacles and the robot, to see where it has no room. global_plan:
+    (N, 3), to see what is behind where the local plan ends before that.
     """
     path = read_only(plan)
     steps = np.hypot(*np.diff(path[:, :2], axis=0).T)
@@ -119,7 +134,10 @@ def way_along(plan: Array, goal: Array, reach_m: float, field: DistanceField, di
     behind = None
     if len(blocked):
         rest = np.flatnonzero(has_room[blocked[0] :])
-        behind = path[blocked[0] + rest[0] if len(rest) else -1, :2]
+        if len(rest):
+            behind = path[blocked[0] + rest[0], :2]
+        else:
+            behind = _first_room(global_plan, path[-1], field, discs)
     return Way(
         path,
         np.array(goal if nears_goal else target),
@@ -129,6 +147,26 @@ def way_along(plan: Array, goal: Array, reach_m: float, field: DistanceField, di
         float(stations[blocked[0]]) if len(blocked) else np.inf,
         behind,
     )
+
+
+def _first_room(plan: Array, last: Array, field: DistanceField, discs: Array) -> Array:
+    """Returns (2,) the first point of a plan behind a pose (3,) with room, or that of the pose."""
+    if len(plan) == 0:
+        return last[:2]
+    nearest = int(np.argmin(np.hypot(*(plan[:, :2] - last[:2]).T)))
+    ahead = read_only(plan[nearest : nearest + MOST_POSES_BEHIND])
+    room = np.flatnonzero(path_clearance(field, discs, ahead) >= 0.0)
+    return ahead[room[0], :2] if len(room) else last[:2]
+
+
+def around(way: Way) -> Way:
+    """Returns the way that is aimed at the path behind what blocks it, where that is in reach.
+
+    A target inside of what is in the way is as near from in front of it as from beside it.
+    """
+    if way.behind is None or way.nears_goal or way.blocked_m > way.length_m:
+        return way
+    return way._replace(target=np.array([*way.behind, way.target[2]]), beyond=way.behind)
 
 
 def turn_at(start: Array, goal: Array) -> Way:
@@ -153,18 +191,19 @@ def noise_word(key: NoiseKey) -> np.uint64:
 
 
 class Planner:
-    """Makes the plans of a cycle. discs: (D, 2) of the robot, m. half_width: of its outline, m."""
+    """Makes the plans of a cycle. discs: (D, 2) of the robot, m."""
 
-    def __init__(self, parameters: HarmonyParameters, discs: Array, half_width: float) -> None:
+    def __init__(self, parameters: HarmonyParameters, discs: Array) -> None:
         self._parameters = parameters
         self._discs = discs
-        # The discs reach beyond the sides, which counts as clearance.
-        beyond = float(discs[:, 1].max()) - half_width
-        clearance = parameters.error_bound_m + parameters.min_obstacle_dist
-        self._clearance = max(clearance - beyond, 0.0)
+        # Corners lie on the rims of the discs: what they are to keep, the discs must.
+        self._clearance = parameters.error_bound_m + ROOM_TO_SPARE_M + parameters.min_obstacle_dist
         self._weights = read_only(parameters.weights.as_array())
         self._shape = Shape(
-            parameters.limit_share, parameters.inflation_dist, parameters.curve_speed
+            parameters.limit_share,
+            parameters.inflation_dist,
+            parameters.curve_speed,
+            parameters.approach_dist,
         )
         self._program = None
         if parameters.solver == "ipopt":
@@ -271,10 +310,27 @@ class Planner:
             is_warm = is_driven and costs[index] > BETTER_GUESS_RATIO * costs[0]
             if is_warm and rest is not None:
                 guess = rest
-            found.append(
-                self._improved(scene, way, guess, int(groups[index]), is_driven, is_warm, window)
-            )
+            group = int(groups[index])
+            candidate = self._improved(scene, way, guess, group, is_driven, is_warm, window)
+            if is_driven and not candidate.solved and not is_warm and rest is not None:
+                # A sample knows no jerk; what was driven so far can at least be driven on.
+                candidate = self._improved(scene, way, rest, group, is_driven, True, window)
+            found.append(candidate)
         return self._ranked(found), Samples(motions, costs)
+
+    def ways_to_stop(
+        self, start: Array, limits: Limits, driven: Array | None, elapsed_s: float
+    ) -> Iterator[tuple[str, Array]]:
+        """Yields names and plans that end all but at rest, without a program.
+
+        They are the rest of the plan driven so far, which an earlier cycle accepted, and a stop
+        within the limits.
+        """
+        dt = self._parameters.time_step
+        if driven is not None:
+            yield "plan so far", shifted(driven, dt, elapsed_s, start)
+        velocities = stop(start, limits, dt, self.stage_count)
+        yield "gentle stop", plan_of_velocities(velocities, dt, start)
 
     def _window(self, way: Way) -> int:
         spacing = way.length_m / max(len(way.path) - 1, 1)
@@ -328,8 +384,7 @@ class Planner:
     ) -> Candidate:
         """Returns what the program makes of a guess, or the guess where it is switched off."""
         parameters = self._parameters
-        speeds = scene.references[:, 3]
-        scene = with_references(scene, references_along(way.path, guess, speeds, window))
+        scene = with_references(scene, references_along(scene, way.path, guess, window))
         if not parameters.use_program:
             cost = plan_cost(scene, guess)
             return Candidate(guess, cost, group, is_driven, True, 0, 0.0)

@@ -15,7 +15,7 @@ from numba import njit
 
 from drake_navbench.controllers.harmony.groups import group_of
 from drake_navbench.controllers.harmony.motion import STAGE_SIZE, YAW, A, V, W, X, Y
-from drake_navbench.controllers.harmony.scene import REFERENCE_SIZE, nearest_on_path
+from drake_navbench.controllers.harmony.scene import REFERENCE_SIZE, heading_wanted, nearest_on_path
 from drake_navbench.controllers.harmony.seeds import within_limits
 from drake_navbench.controllers.harmony.terms import COSTMAP_COST, stage_cost
 from drake_navbench.kernels.angles import wrap
@@ -56,9 +56,11 @@ def _normal(key, counter):
 def _room(scene, stage, cosine, sine, required):
     """Returns (whether a stage has the clearance required, its cost of inflation).
 
-    By the distances of the cells that the discs' centres are in.
+    By the distances of the cells that the discs' centres are in, which may be half a cell too
+    short: a gap that the program gets through must not look closed.
     """
     field, reach = scene.field, scene.shape.inflation_dist
+    required -= 0.5 * field.resolution
     rows, columns = field.distances.shape
     cost = 0.0
     for d in range(scene.discs.shape[0]):
@@ -114,7 +116,8 @@ def score(scene, path, velocities, start, window, motion, gradient, hessian):
         if k % STRIDE == 0 or k == count - 1:
             index, x, y, yaw = nearest_on_path(path, stage[X], stage[Y], index, window)
             reference[0], reference[1] = x, y
-            reference[2] = stage[YAW] + wrap(yaw - stage[YAW])
+            wanted = heading_wanted(scene, x, y, yaw)
+            reference[2] = stage[YAW] + wrap(wanted - stage[YAW])
             reference[3] = scene.references[k, 3]
             stage[V], stage[W], stage[A] = v, w, (v - before_v) / dt
             share = 1.0 if k == count - 1 else float(STRIDE)

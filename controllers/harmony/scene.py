@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -47,12 +48,14 @@ class Shape(NamedTuple):
     """Distances and speeds that terms are shaped by; see the parameters of the same names.
 
     limit_share: of a limit, where the term of constraints begins. inflation_dist m. curve_speed:
-    below it a turn counts as one in place, m/s.
+    below it a turn counts as one in place, m/s. approach_dist: before the goal, where the path's
+    heading begins to become the goal's, m.
     """
 
     limit_share: float
     inflation_dist: float
     curve_speed: float
+    approach_dist: float
 
 
 class Scene(NamedTuple):
@@ -106,7 +109,22 @@ def nearest_on_path(path, x, y, first, window):
 
 
 @njit(cache=True)
-def references_along(path, plan, speeds, window):
+def heading_wanted(scene, x, y, yaw):
+    """Returns the heading wanted at a point of the path: that of the path, near a goal the goal's.
+
+    A planner that knows no headings leads a path to the goal from anywhere; who turns only there
+    must turn at a standstill.
+    """
+    if scene.nears_goal <= 0.0:
+        return yaw
+    left = math.hypot(scene.target[0] - x, scene.target[1] - y)
+    if left >= scene.shape.approach_dist:
+        return yaw
+    return yaw + (1.0 - left / scene.shape.approach_dist) * wrap(scene.target[2] - yaw)
+
+
+@njit(cache=True)
+def references_along(scene, path, plan, window):
     """Returns (N + 1, 4) the references of a plan: the path's points nearest to its stages."""
     count = plan.shape[0]
     references = np.empty((count, REFERENCE_SIZE))
@@ -114,8 +132,9 @@ def references_along(path, plan, speeds, window):
     for k in range(count):
         index, x, y, yaw = nearest_on_path(path, plan[k, X], plan[k, Y], index, window)
         references[k, 0], references[k, 1] = x, y
-        references[k, 2] = plan[k, YAW] + wrap(yaw - plan[k, YAW])
-        references[k, 3] = speeds[k]
+        wanted = heading_wanted(scene, x, y, yaw)
+        references[k, 2] = plan[k, YAW] + wrap(wanted - plan[k, YAW])
+        references[k, 3] = scene.references[k, 3]
     return references
 
 

@@ -19,7 +19,6 @@ from drake_navbench.kernels.read_only import read_only
 
 # The wheelchair's discs by hand: 1.12 m long, four parts of 0.28 m, half of it wide 0.31 m.
 DISCS = np.array([[-0.12, 0.341], [0.16, 0.341], [0.44, 0.341], [0.72, 0.341]])
-HALF_WIDTH_M = 0.31
 WINDOW = 20
 
 
@@ -61,7 +60,7 @@ def problem(
     """
     path = straight() if path is None else path
     settings = HarmonyParameters(weights=weights or {}, **parameters)
-    planner = Planner(settings, read_only(DISCS), HALF_WIDTH_M)
+    planner = Planner(settings, read_only(DISCS))
     first = make_start(np.array(start), speed, turn_rate)
     limits = planner.limits(settings.max_vel_x)
     field = distance_field(costmap_with(*boxes))
@@ -72,5 +71,4 @@ def problem(
     velocities[:, 0] = np.clip(speed * np.linspace(1.5, 0.0, planner.stage_count), 0.0, speed)
     guess = plan_of_velocities(velocities, scene.dt, first)
     assert guess[0, V] == speed
-    speeds = scene.references[:, 3]
-    return with_references(scene, references_along(way.path, guess, speeds, WINDOW)), guess
+    return with_references(scene, references_along(scene, way.path, guess, WINDOW)), guess

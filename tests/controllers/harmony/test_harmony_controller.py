@@ -18,8 +18,11 @@ from drake_navbench.controller import (
 )
 from drake_navbench.controllers.harmony import Harmony, HarmonyParameters
 from drake_navbench.controllers.harmony.discs import covering_discs
+from drake_navbench.controllers.harmony.motion import JERK, A, V
 from drake_navbench.controllers.harmony.parameters import stopping_time
+from drake_navbench.controllers.harmony.planner import Planner
 from drake_navbench.controllers.harmony.prediction import LATENCIES_S
+from drake_navbench.controllers.harmony.scene import make_start
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.kernels.footprint import circle_footprint, footprint_radii
@@ -101,6 +104,12 @@ def test_discs_cover_the_outline():
     np.testing.assert_allclose(discs[:, 1], np.hypot(0.14, 0.31), rtol=1e-3)
 
 
+def test_what_the_discs_keep_clear_of_the_corners_keep_clear_of_too():
+    planner = Planner(HarmonyParameters(), covering_discs(setup_for(), 5))
+    # The default bounds, 5 mm and 25 mm, must be left where a disc touches: it has a corner on it.
+    assert planner.limits(0.5).clearance > 0.03
+
+
 def test_a_round_robot_is_one_disc():
     setup = setup_for(circle_footprint(0.3), footprint_is_circle=True)
     np.testing.assert_allclose(covering_discs(setup, 4), [[0.0, 0.3]])
@@ -128,6 +137,22 @@ def test_a_blocked_way_far_ahead_is_driven_up_to():
 def test_two_ways_past_a_box_are_two_groups():
     decision = decide((1.5, -0.05, 1.6, 0.05), twist=(0.45, 0.0))
     assert decision.diagnostics["group_count"] >= 2
+
+
+def test_before_braking_hard_come_the_plan_so_far_and_a_stop_within_the_limits():
+    parameters = HarmonyParameters()
+    planner = Planner(parameters, covering_discs(setup_for(), 5))
+    limits, start = planner.limits(parameters.max_vel_x), make_start(np.zeros(3), 0.5, 0.2)
+    driven = decide(twist=(0.5, 0.2)).memory.plan
+    ways = dict(planner.ways_to_stop(start, limits, driven, 0.1))
+    assert list(ways) == ["plan so far", "gentle stop"]
+    # What was planned, a step later.
+    np.testing.assert_allclose(ways["plan so far"][1:-1, A], driven[2:, A], atol=1e-9)
+    for plan in ways.values():
+        # The brake that follows takes what is left.
+        np.testing.assert_allclose(plan[-1, V:JERK], 0.0, atol=0.07)
+    assert np.abs(ways["gentle stop"][:, A]).max() <= limits.acceleration
+    assert [name for name, _ in planner.ways_to_stop(start, limits, None, 0.0)] == ["gentle stop"]
 
 
 def test_a_speed_limit_is_braked_for_within_the_limits():

@@ -9,7 +9,11 @@ import pytest
 from harmony_scenes import costmap_with
 from harmony_worlds import drive
 
-from drake_navbench.controllers.harmony.base_response import Response, follow_then_brake
+from drake_navbench.controllers.harmony.base_response import (
+    Response,
+    command_of,
+    follow_then_brake,
+)
 from drake_navbench.controllers.harmony.gatekeeper import (
     accepted_cycles,
     command_is_safe,
@@ -17,7 +21,7 @@ from drake_navbench.controllers.harmony.gatekeeper import (
     is_clear,
     lethal_edges,
 )
-from drake_navbench.controllers.harmony.motion import V
+from drake_navbench.controllers.harmony.motion import ANGULAR_JERK, JERK, A, V, W, roll_out
 
 WHEELCHAIR = Response(0.1, 2.5, 3.0)
 OUTLINE = np.array([[0.85, 0.3], [0.85, -0.3], [-0.25, -0.3], [-0.25, 0.3]])
@@ -56,6 +60,27 @@ def test_braking_takes_the_way_of_a_first_order_response_with_a_limit():
     state = np.array([0.0, 0.0, 0.0, 0.5, 0.0])
     poses = follow_then_brake(WHEELCHAIR, state, straight_plan(0.5), DT, PERIOD_S, 0)
     assert poses[-1, 0] == pytest.approx(0.0625, abs=1e-3)
+
+
+def test_a_base_with_a_time_constant_drives_the_plan_itself():
+    # From a turn to the left to one to the right while speeding up; then on at constant velocity.
+    plan = np.zeros((31, 9))
+    plan[0, V], plan[0, W] = 0.2, 0.4
+    plan[2, JERK], plan[4, JERK] = 2.0, -2.0
+    plan[2, ANGULAR_JERK], plan[12, ANGULAR_JERK] = -8.0, 8.0
+    roll_out(plan, DT)
+    state = np.array([0.0, 0.0, 0.0, 0.2, 0.4])
+    poses = follow_then_brake(WHEELCHAIR, state, plan, DT, PERIOD_S, 60)
+    for stage in (5, 15, 25):
+        np.testing.assert_allclose(poses[10 * stage], plan[stage, :3], atol=4e-3)
+
+
+def test_a_plan_commands_no_more_than_the_base_may_be_told():
+    plan = straight_plan(0.4)
+    plan[:, A] = 0.8
+    response = WHEELCHAIR._replace(most_v=0.42)
+    assert command_of(WHEELCHAIR, plan, DT, PERIOD_S, 0)[0] > 0.45
+    assert command_of(response, plan, DT, PERIOD_S, 0)[0] == 0.42
 
 
 def test_a_way_between_two_poses_counts():

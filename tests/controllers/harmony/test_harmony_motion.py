@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from harmony_scenes import problem, straight
 
 from drake_navbench.controllers.harmony.motion import (
     JERK,
@@ -11,7 +12,7 @@ from drake_navbench.controllers.harmony.motion import (
     stage_at,
 )
 from drake_navbench.controllers.harmony.riccati import feedback_gains
-from drake_navbench.controllers.harmony.scene import make_start, velocity_bounds
+from drake_navbench.controllers.harmony.scene import heading_wanted, make_start, velocity_bounds
 
 DT = 0.1
 
@@ -113,6 +114,16 @@ def test_feedback_gains_solve_the_linear_quadratic_problem():
         np.testing.assert_allclose(inputs, dense[2 * k : 2 * k + 2], atol=1e-9)
         step = slopes[k] @ np.concatenate([step, inputs])
     assert predicted == pytest.approx(0.5 * vector @ dense)
+
+
+def test_a_plan_turns_to_the_goals_heading_on_the_way():
+    scene, _ = problem(goal=(1.2, 0.0, 0.6), path=straight(1.2), approach_dist=0.8)
+    assert heading_wanted(scene, 0.3, 0.0, 0.1) == pytest.approx(0.1)
+    # Half of the last 0.8 m is left: half of the way from 0.1 rad to 0.6 rad.
+    assert heading_wanted(scene, 0.8, 0.0, 0.1) == pytest.approx(0.35)
+    assert heading_wanted(scene, 1.2, 0.0, 0.1) == pytest.approx(0.6)
+    beyond, _ = problem(goal=(9.0, 0.0, 0.6))
+    assert heading_wanted(beyond, 1.4, 0.0, 0.1) == pytest.approx(0.1)
 
 
 def test_bounds_let_a_start_beyond_them_brake(limits):
