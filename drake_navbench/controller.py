@@ -185,12 +185,17 @@ class CollisionAhead(NoValidControl):
 
 
 class AskedSpeeds(NamedTuple):
-    """The speeds that parameters ask of the base; None where they ask for none in particular."""
+    """What parameters ask of the base; None where they ask for nothing in particular.
+
+    The accelerations are those that the controller counts on when it looks ahead.
+    """
 
     max_linear_mps: float | None = None
     min_linear_mps: float | None = None
     max_angular_radps: float | None = None
     max_lateral_mps: float | None = None
+    linear_acceleration_mps2: float | None = None
+    angular_acceleration_radps2: float | None = None
 
 
 class ControllerParameters(BaseModel):

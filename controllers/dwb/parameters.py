@@ -161,7 +161,14 @@ class DynamicWindowApproachParameters(ParametersWithCritics):
     def asked_speeds(self) -> AskedSpeeds:
         """Returns the limits of its samples."""
         lateral = max(abs(self.min_vel_y), abs(self.max_vel_y))
-        return AskedSpeeds(self.max_vel_x, self.min_vel_x, self.max_vel_theta, lateral)
+        return AskedSpeeds(
+            self.max_vel_x,
+            self.min_vel_x,
+            self.max_vel_theta,
+            lateral,
+            self.acc_lim_x,
+            self.acc_lim_theta,
+        )
 
     @classmethod
     def is_without_effect(cls, name: str, values: Mapping[str, Any] | None = None) -> bool:

@@ -286,7 +286,8 @@ class MppiParameters(ParametersWithCritics):
     def asked_speeds(self) -> AskedSpeeds:
         """Returns the limits of its samples."""
         lateral = self.vy_max if self.motion_model == "Omni" else 0.0
-        return AskedSpeeds(self.vx_max, self.vx_min, self.wz_max, lateral)
+        limits = (self.ax_max, self.az_max) if self.is_read("ax_max", self.nav2_release) else ()
+        return AskedSpeeds(self.vx_max, self.vx_min, self.wz_max, lateral, *limits)
 
     @classmethod
     def is_read(cls, name: str, release: Any) -> bool:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from PIL import Image
 from pydantic import Field, field_validator, model_validator
 
-from drake_navbench.costmaps.grid_size import require_grid_size
+from drake_navbench.costmaps.grid_size import MAX_GRID_CELLS, require_grid_size
 from drake_navbench.costmaps.movingai_map import SUFFIX as MOVINGAI_SUFFIX
 from drake_navbench.costmaps.movingai_map import read_movingai_map
 from drake_navbench.costmaps.turned_map import turned_along_axes
@@ -25,7 +25,13 @@ from drake_navbench.errors import InputError, InputWarning, nearest_name_hint
 from drake_navbench.kernels.grid import Grid, cell_at
 from drake_navbench.typed_files.immutable import Immutable
 from drake_navbench.typed_files.quantities import MAX_LENGTH_M, Angle, CellSize, Length
-from drake_navbench.typed_files.typed_yaml import FrozenModel, read_yaml, validate
+from drake_navbench.typed_files.typed_yaml import (
+    FrozenModel,
+    parse_yaml,
+    place_in,
+    read_text,
+    validate,
+)
 
 UNKNOWN = -1
 OCCUPIED = 100
@@ -130,14 +136,16 @@ def load_map(path: str | Path) -> OccupancyMap:
     if path.suffix == MOVINGAI_SUFFIX:
         cells = _read_only(read_movingai_map(path, occupied=OCCUPIED)[::-1])
         return OccupancyMap(cells, MOVINGAI_RESOLUTION_M, 0.0, 0.0, files=(path,))
-    fields = read_yaml(path)
+    text = read_text(path)
+    fields = parse_yaml(text, str(path))
     for name in [name for name in fields if name not in MapMetadata.model_fields]:
         del fields[name]
         hint = nearest_name_hint(name, MapMetadata.model_fields)
         warning = f"{path}: {name}: has no effect, Nav2's map server reads no such field{hint}"
         warnings.warn(warning, InputWarning, stacklevel=2)
-    metadata = validate(MapMetadata, fields, str(path))
-    occupancy = _image_occupancy(path, metadata)
+    metadata = validate(MapMetadata, fields, str(path), text)
+    named_by = place_in(text, str(path), ["image"])
+    occupancy = _image_occupancy(path.parent / metadata.image, metadata, named_by)
     # The top row of an image is the one with the highest y.
     occupancy = occupancy[::-1]
     resolution = float(np.float32(metadata.resolution))
@@ -170,12 +178,14 @@ def load_map(path: str | Path) -> OccupancyMap:
     return grid
 
 
-def _image_occupancy(path: Path, metadata: MapMetadata) -> NDArray[np.int8]:
-    """Returns the occupancy of a map's image, top row first; a MovingAI file tells it itself."""
-    image = path.parent / metadata.image
+def _image_occupancy(image: Path, metadata: MapMetadata, named_by: str) -> NDArray[np.int8]:
+    """Returns the occupancy of a map's image, top row first; a MovingAI file tells it itself.
+
+    named_by: the place of its name, for errors.
+    """
     if image.suffix == MOVINGAI_SUFFIX:
         return read_movingai_map(image, occupied=OCCUPIED)
-    grey, alpha = _read_image(image, named_by=path)
+    grey, alpha = _read_image(image, named_by)
     return occupancy_from_grey(
         grey,
         alpha,
@@ -225,7 +235,7 @@ def occupancy_from_grey(
     return occupancy
 
 
-def _read_image(path: Path, *, named_by: Path) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+def _read_image(path: Path, named_by: str) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
     """Returns grey and alpha of an image, (rows, columns) uint8 each, top row first."""
     if not path.is_file():
         raise InputError(f"{named_by}: image: no such file, got {str(path)!r}")
@@ -240,8 +250,13 @@ def _read_image(path: Path, *, named_by: Path) -> tuple[NDArray[np.uint8], NDArr
                     f"got Pillow's mode {image.mode!r} in {str(path)!r}"
                 )
             pixels = np.asarray(image.convert("LA" if image.mode in GREY_MODES else "RGBA"))
+    except (Image.DecompressionBombError, bomb) as error:
+        raise InputError(
+            f"{named_by}: image: more than {Image.MAX_IMAGE_PIXELS:.3g} pixels are too many, "
+            f"expected at most {MAX_GRID_CELLS:.3g}"
+        ) from error
     # Pillow reports broken files through all of these.
-    except (OSError, SyntaxError, ValueError, Image.DecompressionBombError, bomb) as error:
+    except (OSError, SyntaxError, ValueError) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise InputError(f"{named_by}: image: cannot be read: {reason}") from error
     colour, alpha = pixels[..., :-1], pixels[..., -1]

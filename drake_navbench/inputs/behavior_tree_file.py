@@ -46,7 +46,7 @@ def read_tree_file(path: Path) -> NodeDescription:
             f"found {', '.join(map(repr, trees)) or 'none'}"
         )
     budget = _Budget(path)
-    return budget.described(_only_child(trees[named], path), trees, 0)
+    return budget.described(_only_child(trees[named], path), trees, {}, 0)
 
 
 class _Budget:
@@ -57,27 +57,38 @@ class _Budget:
         self._left = MAX_NODES
 
     def described(
-        self, element: _Element, trees: dict[str, _Element], depth: int
+        self, element: _Element, trees: dict[str, _Element], passed: dict[str, str], depth: int
     ) -> NodeDescription:
-        """Returns an element with all below it, other trees in the places of their names."""
+        """Returns an element with all below it, other trees in the places of their names.
+
+        passed: the attributes of the SubTree that the element is in; its variables of these names
+        are what they say.
+        """
         self._left -= 1
         if self._left < 0 or depth > MAX_DEPTH:
             raise InputError(
                 f"{self._path}, line {element.line}: expected at most {MAX_NODES} nodes, "
                 f"{MAX_DEPTH} deep; does a tree hold itself?"
             )
-        attributes = dict(element.attributes)
+        attributes = {
+            name: passed.get(value[1:-1].strip(), value)
+            if value[:1] + value[-1:] == "{}"
+            else value
+            for name, value in element.attributes.items()
+        }
         if element.tag in SUBTREES:
             name = attributes.get("ID", "")
             if name not in trees:
                 raise InputError(
                     f"{self._path}, line {element.line}: no BehaviorTree is called {name!r}"
                 )
-            return self.described(_only_child(trees[name], self._path), trees, depth + 1)
+            return self.described(
+                _only_child(trees[name], self._path), trees, attributes, depth + 1
+            )
         node = attributes.pop("ID", "") if element.tag in WITH_ID else element.tag
         if not node:
             raise InputError(f"{self._path}, line {element.line}: {element.tag}: expected an ID")
-        children = [self.described(child, trees, depth + 1) for child in element.children]
+        children = [self.described(child, trees, passed, depth + 1) for child in element.children]
         name = attributes.pop("name", "")
         return NodeDescription(
             node=node, name=name, attributes=attributes, children=tuple(children), line=element.line

@@ -46,11 +46,12 @@ class LocalizationSettings(QuietModel):
             "fix_yaw_std_rad",
             "random_drift",
             "random_yaw_drift",
+            "wheel_odometry",
             "amcl",
         }
     )
     # What no fault may change during a trial.
-    constant: ClassVar = frozenset({"period_s", "fix_period_s", "amcl"})
+    constant: ClassVar = frozenset({"period_s", "fix_period_s", "wheel_odometry", "amcl"})
 
     period_s: Period = Field(0.05, description="Time for which a noise sample holds [s].")
     xy_std_m: Length = Field(0.0, ge=0.0, description="Noise on x and on y [m].")
@@ -86,6 +87,11 @@ class LocalizationSettings(QuietModel):
         le=MAX_DRIFT,
         description="Spread of the error of its heading that wheel noise adds over a metre "
         "[rad/m^0.5].",
+    )
+    wheel_odometry: bool = Field(
+        False,
+        description="Whether the odometry believes the wheels: what they slip, and radii that are "
+        "not nominal, then mislead it.",
     )
     x_bias_m: Length = Field(0.0, description="How far ahead of itself it is localized [m].")
     y_bias_m: Length = Field(0.0, description="How far to its left it is localized [m].")
@@ -136,6 +142,7 @@ class LocalizationSettings(QuietModel):
         sources = (*DRIFTS, *BIASES, "jump_m", "jump_yaw_rad")
         return (
             any(getattr(self, name) != 0.0 for name in sources)
+            or self.wheel_odometry
             or self.fix_period_s is not None
             or self.amcl is not None
         )

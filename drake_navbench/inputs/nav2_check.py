@@ -19,6 +19,7 @@ class Status(StrEnum):
     USED = "used"
     OTHER_FORM = "used in another form"
     STAND_IN = "not supported; what stands in"
+    DOUBTFUL = "hardly meant so; as in Nav2"
     UNREAD = "not read by Nav2 either"
     NO_MEANING = "no meaning here"
 
@@ -79,7 +80,13 @@ class Check:
     def as_text(self, width: int = WIDTH) -> str:
         """Returns the table: what needs words first, then lists of names, a paragraph a node."""
         lines = []
-        told = (Status.STAND_IN, Status.OTHER_FORM, Status.UNREAD, *LISTED)
+        told = (
+            Status.STAND_IN,
+            Status.DOUBTFUL,
+            Status.OTHER_FORM,
+            Status.UNREAD,
+            *LISTED,
+        )
         for status in told:
             rows = self.of(status)
             if rows:

@@ -33,13 +33,27 @@ OTHER_SENSORS = ("pointcloud", "range", "polygon", "costmap")
 
 
 def read_collision_monitor(reader: NodeReader) -> Fields:
-    """Returns the collision monitor; None where none of its shapes can be had."""
+    """Returns the collision monitor; None where none of its shapes can be had.
+
+    Some robots start it apart from all else, so that a file may hold one that never runs: with a
+    shape that has no type Nav2's does not start.
+    """
+    listed = reader.names("polygons", [])
+    without_type = [name for name in listed if not reader.given(f"{name}.type")]
+    if without_type:
+        for name in reader.node.parameters:
+            reader.note(Status.NO_MEANING, name)
+        remark = (
+            f"{without_type[0]} is listed, but has no type: Nav2's does not start, there is none"
+        )
+        reader.note(Status.STAND_IN, "polygons", remark)
+        return {"collision_monitor": None}
     names = ("enabled", "source_timeout", "base_shift_correction")
     values = reader.block(CollisionMonitorParameters, names=names)
     if reader.given("enabled"):
         reader.value("enabled")
     _note_sources(reader)
-    shapes = {name: _shape(reader, name) for name in reader.names("polygons", [])}
+    shapes = {name: _shape(reader, name) for name in listed}
     values["polygons"] = {name: shape for name, shape in shapes.items() if shape is not None}
     _note_unlisted(reader, shapes)
     idle = (

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from drake_navbench.controller import RELEASE_FIELD, ControllerParameters
+from drake_navbench.controller import CONTROLLERS, RELEASE_FIELD, ControllerParameters
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.inputs.nav2_parameters import Node, Section, nodes_called
 from drake_navbench.inputs.presets import Preset, installed_controllers
@@ -26,6 +26,18 @@ DEFAULT_TYPE = "dwb_core::DWBLocalPlanner"
 PATH_HANDLERS = "path_handler_plugins"
 # The parameter, ours, of controllers that follow the release.
 RELEASE = RELEASE_FIELD
+
+
+# Our controllers by Nav2's plugin type; each says its own as `nav2_plugin`.
+OUR_CONTROLLERS: Mapping[str, str] = {
+    "dwb_core::DWBLocalPlanner": "dwb",
+    "nav2_graceful_controller::GracefulController": "graceful",
+    "nav2_mppi_controller::MPPIController": "mppi",
+    "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController": "rpp",
+    "nav2_rotation_shim_controller::RotationShimController": "rotation_shim",
+    "teb_local_planner::TebLocalPlannerROS": "teb",
+    "vector_pursuit_controller::VectorPursuitController": "vector_pursuit",
+}
 
 
 class NoCounterpart(InputError):
@@ -119,7 +131,7 @@ def plugin_type_of(server: Node, plugin: str) -> str:
     plugin_type = server.get(name, DEFAULT_TYPE)
     if name not in server.parameters and not has_default:
         raise InputError(
-            f"{server.where(plugin)}: missing, but listed in {PLUGINS}; "
+            f"{server.where(plugin, PLUGINS)}: missing, but listed in {PLUGINS}; "
             "expected a mapping with a plugin type"
         )
     if not isinstance(plugin_type, str):
@@ -129,6 +141,10 @@ def plugin_type_of(server: Node, plugin: str) -> str:
 
 def _counterpart(plugin_type: str, where: str) -> tuple[str, type[ControllerParameters]]:
     """Returns name and parameter model of the controller that a plugin type selects."""
+    ours = OUR_CONTROLLERS.get(plugin_type)
+    if ours is not None and not any(map(CONTROLLERS.origin, CONTROLLERS.names)):
+        # To ask every controller for its type takes half a second: all must be imported for it.
+        return ours, CONTROLLERS.load(ours).Parameters
     controllers = installed_controllers()
     by_type = {c.nav2_plugin: name for name, c in controllers.items() if c.nav2_plugin}
     if plugin_type not in by_type:

@@ -9,6 +9,7 @@ import json
 import re
 from typing import Any, NamedTuple
 
+from drake_navbench.costmaps.costmap_settings import CostmapSettings
 from drake_navbench.inputs.nav2_check import Status
 from drake_navbench.inputs.nav2_node_reader import NodeReader
 
@@ -24,6 +25,22 @@ class Outline(NamedTuple):
     def is_given(self) -> bool:
         """Whether there is one."""
         return self.footprint is not None or self.radius_m is not None
+
+
+def note_small_inflation(
+    reader: NodeReader, costmap: CostmapSettings, inscribed_radius_m: float
+) -> None:
+    """Notes where a costmap's costs do not reach as far as the robot; Nav2 warns of it, too."""
+    radius_m = costmap.inflation_layer.inflation_radius
+    if not costmap.is_active("inflation_layer") or radius_m >= inscribed_radius_m:
+        return
+    given = (name for name in reader.node.parameters if name.endswith(".inflation_radius"))
+    remark = (
+        f"{radius_m:g} is less than the robot's inscribed radius, {inscribed_radius_m:.3g} m: "
+        "plans may touch obstacles"
+    )
+    name = next(given, "inflation_layer.inflation_radius")
+    reader.note(Status.DOUBTFUL, name, remark)
 
 
 def read_outline(reader: NodeReader) -> Outline:

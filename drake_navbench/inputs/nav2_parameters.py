@@ -101,12 +101,21 @@ class Node:
             if name.startswith(start)
         }
 
-    def where(self, name: str) -> str:
-        """Returns the beginning of an error about a parameter: its file, line and place."""
+    def where(self, name: str, listed_in: str = "") -> str:
+        """Returns the beginning of an error about a parameter or block: its file, line and place.
+
+        listed_in: the parameter whose line stands for one that is missing.
+        """
         place = str(self.file)
-        if name in self.parameters:
-            place = f"{self.parameters[name].file}, line {self.parameters[name].line}"
+        found = self.parameters.get(name) or self._first_below(name)
+        found = found or self.parameters.get(listed_in)
+        if found is not None:
+            place = f"{found.file}, line {found.line}"
         return f"{place}: {self.name.lstrip('/')}.{PARAMETERS_KEY}.{name}"
+
+    def _first_below(self, block: str) -> Parameter | None:
+        found = (entry for name, entry in self.parameters.items() if name.startswith(f"{block}."))
+        return next(found, None)
 
 
 def read_parameter_file(path: Path, prepare: Callable[[str], str] | None = None) -> ParameterFile:

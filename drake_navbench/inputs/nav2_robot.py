@@ -7,7 +7,7 @@ a parameter that is missing there has Nav2's default, not the base robot's value
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -15,20 +15,15 @@ from typing import Any
 
 import yaml
 
-from drake_navbench.controller import AskedSpeeds
 from drake_navbench.errors import InputError
-from drake_navbench.inputs.drive import (
-    AckermannDrive,
-    OmnidirectionalDrive,
-    as_omnidirectional,
-)
 from drake_navbench.inputs.nav2_check import Check, CheckRow, Status
 from drake_navbench.inputs.nav2_collision_monitor import read_collision_monitor
 from drake_navbench.inputs.nav2_columns import read_columns
 from drake_navbench.inputs.nav2_controllers import SERVER, has_controllers
 from drake_navbench.inputs.nav2_costmaps import read_global_costmap, read_local_costmap
+from drake_navbench.inputs.nav2_drive import drive_for
 from drake_navbench.inputs.nav2_node_reader import NodeReader, Rows
-from drake_navbench.inputs.nav2_outline import Outline, read_outline
+from drake_navbench.inputs.nav2_outline import Outline, note_small_inflation, read_outline
 from drake_navbench.inputs.nav2_parameters import (
     PARAMETERS_KEY,
     Node,
@@ -57,24 +52,33 @@ from drake_navbench.inputs.nav2_servers import (
 from drake_navbench.inputs.nav2_substitutions import Substitutions
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot, check_wheels, merged
+from drake_navbench.parameter_names import flattened
 from drake_navbench.typed_files.typed_yaml import validate
 
 LOCAL_COSTMAP = "local_costmap/local_costmap"
 GLOBAL_COSTMAP = "global_costmap/global_costmap"
 PLANNER_SERVER = "planner_server"
 SMOOTHER_SERVER = "smoother_server"
+BT_NAVIGATOR = "bt_navigator"
 # Of a behaviour tree: what asks that server.
 SMOOTHING_NODE = "SmoothPath"
 # By name of the node; some nodes have had two.
 SERVERS: dict[str, Callable[[NodeReader], dict[str, Any]]] = {
     "recoveries_server": read_behavior_server,
     "behavior_server": read_behavior_server,
-    "bt_navigator": read_bt_navigator,
     "waypoint_follower": read_waypoint_follower,
     "velocity_smoother": read_velocity_smoother,
     "collision_monitor": read_collision_monitor,
 }
-READ = (SERVER, LOCAL_COSTMAP, GLOBAL_COSTMAP, PLANNER_SERVER, SMOOTHER_SERVER, *SERVERS)
+READ = (
+    SERVER,
+    LOCAL_COSTMAP,
+    GLOBAL_COSTMAP,
+    PLANNER_SERVER,
+    SMOOTHER_SERVER,
+    BT_NAVIGATOR,
+    *SERVERS,
+)
 # What a robot has only where its file says so.
 OPTIONAL = ("velocity_smoother", "collision_monitor")
 
@@ -180,12 +184,23 @@ class _Files:
         data["navigation"] = {**data.get("navigation", {}), **dict.fromkeys(OPTIONAL), **navigation}
         if self._added_sensors:
             data["depth_sensors"] = {**data.get("depth_sensors", {}), **self._added_sensors}
-        data["drive"] = self._drive(data.get("drive", {}), presets, navigation)
+        asked = [preset.parameters.asked_speeds() for preset in presets]
+        spin = navigation.get("behavior_server", {}).get("max_rotational_vel")
+        data["drive"], remarks = drive_for(
+            data.get("drive", {}), asked, self._base, self._base_name, spin_radps=spin or 0.0
+        )
+        for name, remark in remarks.items():
+            self._note(Status.OTHER_FORM, "robot", f"drive.{name}", remark)
         source = ", ".join(map(str, paths))
         robot = validate(Robot, data, source)
         self._note_other_sections()
         robot = robot.model_copy(update={"directory": self._base.directory})
         check_wheels(robot, source)
+        for reader, _ in self._outlines:
+            settings = getattr(robot.navigation, reader.node.name.rpartition("/")[2])
+            note_small_inflation(reader, settings, robot.radii[0])
+        if robot.is_circle:
+            self._note_outlines_of_a_radius(presets)
         return Nav2Setup(presets, robot, Check(tuple(self._rows.values())), self._places)
 
     def _note_release(self, presets: Collection[Preset]) -> None:
@@ -222,8 +237,12 @@ class _Files:
             self._rows.update(columns_rows)
         fields = merged(navigation_of(self._release.release), fields)
         fields |= self._costmaps()
-        read_planner = partial(read_planner_server, release=self._release.release)
-        for name, read in (SERVERS | {PLANNER_SERVER: read_planner}).items():
+        release = self._release.release
+        of_release = {
+            PLANNER_SERVER: partial(read_planner_server, release=release),
+            BT_NAVIGATOR: partial(read_bt_navigator, release=release),
+        }
+        for name, read in (SERVERS | of_release).items():
             node = self._find(name)
             if node is not None:
                 fields = merged(fields, read(NodeReader(node, self._rows)))
@@ -263,7 +282,7 @@ class _Files:
         if "local_costmap" in navigation and self._outlines[0][1].padding_m is not None:
             navigation["local_costmap"]["footprint_padding"] = self._outlines[0][1].padding_m
         if not given:
-            remark = f"not given; that of {self._base_name}"
+            remark = f"not given, where Nav2 takes a radius of 0.1 m; that of {self._base_name}"
             self._note(Status.OTHER_FORM, "robot", "footprint", remark)
             return {}
         reader, outline = given[0]
@@ -280,40 +299,15 @@ class _Files:
         reader.checked(Robot, {"robot_radius": outline.radius_m, "description": "outline"})
         return {"robot_radius": outline.radius_m}
 
-    def _drive(
-        self, data: dict[str, Any], presets: Iterable[Preset], navigation: dict[str, Any]
-    ) -> dict[str, Any]:
-        """Returns the base with what the controllers and the behaviours ask of it.
-
-        data: of the base robot's. It becomes omnidirectional where a controller moves sideways.
-        """
-        base = self._base.drive
-        asked = [preset.parameters.asked_speeds() for preset in presets] or [AskedSpeeds()]
-        spin = navigation.get("behavior_server", {}).get("max_rotational_vel")
-        forward = [s.max_linear_mps or base.max_linear_velocity_mps for s in asked]
-        backward = [s.min_linear_mps or 0.0 for s in asked]
-        turning = [s.max_angular_radps or base.max_angular_velocity_radps for s in asked]
-        sideways = max(s.max_lateral_mps or 0.0 for s in asked)
-        speeds = {
-            "max_linear_velocity_mps": max(forward),
-            "min_linear_velocity_mps": min(base.min_linear_velocity_mps, *backward),
-            "max_angular_velocity_radps": max([*turning, spin or 0.0]),
-        }
-        if sideways > 0.0:
-            if not isinstance(base, OmnidirectionalDrive):
-                data = as_omnidirectional(base)
-                remark = f"omnidirectional, as the controllers ask; {self._base_name} is not"
-                self._note(Status.OTHER_FORM, "robot", "drive.type", remark)
-            speeds["max_lateral_velocity_mps"] = sideways
-        elif isinstance(base, AckermannDrive):
-            del speeds["max_angular_velocity_radps"]
-        for name, value in speeds.items():
-            own = getattr(base, name, None)
-            if value != own:
-                has = "none" if own is None else f"{own:g}"
-                remark = f"{value:g}, as the controllers ask; {self._base_name} has {has}"
-                self._note(Status.OTHER_FORM, "robot", f"drive.{name}", remark)
-        return {**data, **speeds}
+    def _note_outlines_of_a_radius(self, presets: Collection[Preset]) -> None:
+        remark = "the robot has a radius, whose polygon is taken; later releases refuse this"
+        for preset in presets:
+            node, block = self._places[preset.name]
+            for name, value in flattened(preset.values):
+                place = node, f"{block}.{name}"
+                if name.endswith(".consider_footprint") and value is True and place in self._rows:
+                    row = self._rows[place]
+                    self._rows[place] = row._replace(status=Status.DOUBTFUL, remark=remark)
 
     def _note(self, status: Status, node: str, parameter: str, remark: str) -> None:
         self._rows[node, parameter] = CheckRow(status, node, parameter, remark)

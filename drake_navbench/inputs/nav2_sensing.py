@@ -116,7 +116,7 @@ class SensingLayers:
         sources = self._sources(name)
         if not sources:
             remark = "left out; without observation_sources it sees nothing, in Nav2 as well"
-            self._reader.note_block(Status.OTHER_FORM, name, remark)
+            self._reader.note_block(Status.DOUBTFUL, name, remark)
         else:
             self._note_unlisted(f"{name}.", sources)
         return sources
@@ -225,7 +225,7 @@ class SensingLayers:
         if not (self._sees(given) and low <= self._height_m <= high):
             self._note_blindness(place, given)
             remark = "left out; all of its points are too low or too high for it"
-            reader.note_block(Status.OTHER_FORM, name, remark)
+            reader.note_block(Status.DOUBTFUL, name, remark)
             return None
         taken = {k: v for k, v in given.items() if k in ObstacleLayerSettings.model_fields}
         return reader.checked(ObstacleLayerSettings, {**values, **taken}, place)
@@ -243,4 +243,4 @@ class SensingLayers:
             remark = (
                 f"not around {self._height_m:g} m, the lidar's height: it sees nothing, as in Nav2"
             )
-            self._reader.note(Status.OTHER_FORM, f"{place}max_obstacle_height", remark)
+            self._reader.note(Status.DOUBTFUL, f"{place}max_obstacle_height", remark)

@@ -14,6 +14,7 @@ from drake_navbench.inputs.behavior_tree_file import read_tree_file
 from drake_navbench.inputs.nav2_check import Status
 from drake_navbench.inputs.nav2_node_reader import NodeReader
 from drake_navbench.inputs.nav2_release import PORTED, Release
+from drake_navbench.inputs.nav2_tree_files import installed_tree, tree_beside
 from drake_navbench.inputs.robot import ControllerServerSettings
 from drake_navbench.navigation.behavior_tree.settings import (
     RECOVERY_ACTIONS,
@@ -75,8 +76,6 @@ DEFAULT_TREES = {
     "navigate_w_replanning_and_recovery.xml",
     "navigate_to_pose_w_replanning_and_recovery.xml",
 }
-# Where a tree's file is looked for, from the folder of the Nav2 file on.
-TREE_FOLDERS = (".", "behavior_trees", "behavior_tree", "bt", "../behavior_trees", "../bt")
 # Behaviours of Nav2: type without its package -> the default tree's recovery action.
 RECOVERY_OF: Mapping[str, str] = {
     "Spin": "spin",
@@ -301,14 +300,13 @@ def _recovery_action(reader: NodeReader, name: str, plugin_type: str) -> str:
     return ""
 
 
-def read_bt_navigator(reader: NodeReader) -> Fields:
+def read_bt_navigator(reader: NodeReader, release: Release) -> Fields:
     """Returns what the navigator says of its tree: the default one, or that of an XML file."""
     values = reader.block(BehaviorTreeSettings, names=("bt_loop_duration",))
     trees = ("default_nav_to_pose_bt_xml", "default_bt_xml_filename", "bt_xml_filename")
     for name in trees:
-        file_name = reader.text(name).rpartition("/")[2]
-        if file_name:
-            values |= _tree_of(reader, name, file_name)
+        if reader.text(name).rpartition("/")[2]:
+            values |= _tree_of(reader, name, release)
     reader.finish(
         {
             "always_reload_bt_xml",
@@ -337,13 +335,18 @@ def read_bt_navigator(reader: NodeReader) -> Fields:
     return {"behavior_tree": values}
 
 
-def _tree_of(reader: NodeReader, name: str, file_name: str) -> Fields:
-    """Returns the tree of an XML file beside the Nav2 file, nothing where it cannot be used."""
+def _tree_of(reader: NodeReader, name: str, release: Release) -> Fields:
+    """Returns the tree of an XML file, nothing where it cannot be used."""
+    named = reader.text(name)
+    file_name = named.rpartition("/")[2]
     folder = reader.node.parameters[name].file.parent
-    places = [folder / place / file_name for place in TREE_FOLDERS]
-    found = next((place for place in places if place.is_file()), None)
+    found = tree_beside(folder, named)
     if found is None and file_name in DEFAULT_TREES:
         return {}
+    if found is None:
+        found = installed_tree(file_name, release)
+        if found is not None:
+            reader.note(Status.OTHER_FORM, name, f"that of the installed Nav2, {found}")
     if found is None:
         remark = f"{file_name}: not beside the file; Nav2's default tree stands in"
         reader.note(Status.STAND_IN, name, remark)
@@ -355,8 +358,8 @@ def _tree_of(reader: NodeReader, name: str, file_name: str) -> Fields:
     faults = list(faults_of(tree))
     if not faults:
         return {"tree": tree.model_dump(mode="json")}
-    named = "; ".join(f"line {fault.line}, {fault}" for fault in faults)
-    remark = f"{file_name}: {named}; Nav2's default tree stands in"
+    told = "; ".join(f"line {fault.line}, {fault}" for fault in faults)
+    remark = f"{file_name}: {told}; Nav2's default tree stands in"
     reader.note(Status.STAND_IN, name, remark)
     return {}
 

@@ -94,6 +94,11 @@ def _check_map_for_amcl(scenario: Scenario, robot: Robot) -> None:
 def _check_actuators(scenario: Scenario, robot: Robot, conditions: Conditions) -> None:
     """Raises InputError where the robot has not what its actuators' settings are about."""
     place = f"scenario {scenario.name}: actuators"
+    if robot.localization.wheel_odometry and not isinstance(robot.drive, DifferentialDrive):
+        raise InputError(
+            f"scenario {scenario.name}: localization.wheel_odometry: expected a differential "
+            f"drive, got drive.type {robot.drive.type}"
+        )
     for settings in conditions.actuators.settings:
         if settings.touches_wheels and not isinstance(robot.drive, DifferentialDrive):
             raise InputError(

@@ -36,6 +36,7 @@ from drake_navbench.kernels.hybrid_graph import (
     is_free,
     look_at,
     new_graph,
+    parent_of,
     set_pose,
     state_at,
     with_room,
@@ -73,20 +74,29 @@ class SearchRules(NamedTuple):
     coarse_search_resolution: int
 
 
-class Queue(NamedTuple):
-    """Open states; arrays have room for more. keys, entries: a heap, with size: (1,).
+# What a state was when it was queued.
+ENTRY = np.dtype(
+    [
+        ("state", np.int32),
+        ("x", np.float32),
+        ("y", np.float32),
+        ("heading", np.float32),
+        ("motion", np.int8),
+    ],
+    align=True,
+)
 
-    Of each entry, in the order in which they came: its state, and pose and motion at that time.
-    counts: (1,) entries.
+
+class Queue(NamedTuple):
+    """Open states; arrays have room for more. keys, order: a heap of entries, in `counts`.
+
+    entries: in the order in which they came. counts: (2,) entries in the heap, and in all.
     """
 
     keys: NDArray[np.float32]
-    entries: NDArray[np.int64]
-    size: NDArray[np.int64]
+    order: NDArray[np.int64]
     counts: NDArray[np.int64]
-    states: NDArray[np.int64]
-    poses: NDArray[np.float32]
-    motions: NDArray[np.int64]
+    entries: NDArray[np.void]
 
 
 @njit(cache=True)
@@ -94,73 +104,68 @@ def _new_queue(room):
     return Queue(
         np.empty(room, np.float32),
         np.empty(room, np.int64),
-        np.zeros(1, np.int64),
-        np.zeros(1, np.int64),
-        np.empty(room, np.int64),
-        np.empty((room, 3), np.float32),
-        np.empty(room, np.int64),
+        np.zeros(2, np.int64),
+        np.empty(room, ENTRY),
     )
 
 
 @njit(cache=True)
 def _with_queue_room(queue, more):
-    count = queue.counts[0]
-    if count + more <= queue.states.size:
+    count = queue.counts[1]
+    if count + more <= queue.entries.size:
         return queue
-    longer = _new_queue(2 * queue.states.size + more)
-    longer.size[0], longer.counts[0] = queue.size[0], count
-    longer.keys[:count], longer.entries[:count] = queue.keys[:count], queue.entries[:count]
-    longer.states[:count], longer.poses[:count] = queue.states[:count], queue.poses[:count]
-    longer.motions[:count] = queue.motions[:count]
+    longer = _new_queue(2 * queue.entries.size + more)
+    longer.counts[:] = queue.counts
+    longer.keys[:count], longer.order[:count] = queue.keys[:count], queue.order[:count]
+    longer.entries[:count] = queue.entries[:count]
     return longer
 
 
 @njit(cache=True)
-def _enqueue(queue, graph, state, key):
-    entry = queue.counts[0]
-    queue.counts[0] = entry + 1
-    queue.states[entry], queue.motions[entry] = state, graph.motion[state]
-    queue.poses[entry, 0], queue.poses[entry, 1] = graph.x[state], graph.y[state]
-    queue.poses[entry, 2] = graph.heading[state]
-    heap_push(queue.keys, queue.entries, queue.size[0], F32(key), entry)
-    queue.size[0] += 1
+def _enqueue(queue, graph, number, key):
+    entry, state = queue.counts[1], graph.states[number]
+    queue.counts[1] = entry + 1
+    queued = queue.entries[entry]
+    queued.state, queued.motion = number, state.motion
+    queued.x, queued.y, queued.heading = state.x, state.y, state.heading
+    heap_push(queue.keys, queue.order, queue.counts[0], F32(key), entry)
+    queue.counts[0] += 1
 
 
 @njit(cache=True)
 def _dequeue(queue, graph):
     """Returns the state with the least key, in the pose it was queued with, unless visited."""
-    entry = heap_pop(queue.keys, queue.entries, queue.size[0])
-    queue.size[0] -= 1
-    state = queue.states[entry]
-    if not graph.is_visited[state]:
-        set_pose(graph, state, queue.poses[entry, 0], queue.poses[entry, 1], queue.poses[entry, 2])
-        graph.motion[state] = queue.motions[entry]
-    return state
+    queued = queue.entries[heap_pop(queue.keys, queue.order, queue.counts[0])]
+    queue.counts[0] -= 1
+    number = np.int64(queued.state)
+    if not graph.states[number].is_visited:
+        set_pose(graph, number, queued.x, queued.y, queued.heading)
+        graph.states[number].motion = queued.motion
+    return number
 
 
 @njit(cache=True)
-def _heuristic(reached, ways, motions, goals, index, columns):
-    """Returns the larger of the way round obstacles and the car's way, from a state's cell."""
-    bins = motions.bins
+def _look_ahead(reached, ways, motions, goals, state, columns):
+    """Writes the larger of the way round obstacles and the car's way, from a state's cell."""
+    bins, index = motions.bins, state.place
     column, row, heading = index // bins % columns, index // (bins * columns), index % bins
     around = way_round(reached, column, row)
     free = FARTHEST
     for k in range(goals.shape[0]):
         free = min(free, free_way(ways, motions, column, row, heading, goals[k], around))
-    return max(around, free)
+    state.ahead = max(around, free)
 
 
 @njit(cache=True)
-def _step_cost(graph, motions, rules, state, child):
-    """Returns what the motion to a neighbour costs."""
-    share = F32(graph.cost[child] / MAX_COST)
-    motion = graph.motion[child]
+def _step_cost(motions, rules, before, child):
+    """Returns what the motion to a state costs, after the motion `before`."""
+    share = F32(child.cost / MAX_COST)
+    motion = child.motion
     direction = motions.directions[motion]
     penalty = F32(rules.cost_penalty * share)
     if rules.use_quadratic_cost_penalty:
         penalty = F32(penalty * share)
     cost = F32(motions.travel_costs[motion] * F32(rules.travel_distance_reward + penalty))
-    before = graph.motion[state]
     if direction not in (FORWARD, REVERSE) and before != NO_MOTION:
         if motions.directions[before] == direction:
             cost = F32(cost * rules.non_straight_penalty)
@@ -193,22 +198,27 @@ def _is_any_free_near(body, x, y, radius):
 def _neighbours(graph, body, motions, state, columns, neighbours):
     """Writes the free states that one motion leads to and were not visited; returns how many."""
     count = 0
-    heading = int(graph.heading[state])
+    from_x, from_y = float(graph.states[state].x), float(graph.states[state].y)
+    from_heading = graph.states[state].heading
+    heading = int(from_heading)
     for m in range(motions.turn_bins.size):
-        turned = F32(graph.heading[state] + motions.turn_bins[m])
+        turned = F32(from_heading + motions.turn_bins[m])
         if turned < 0.0:
             turned = F32(turned + F32(motions.bins))
         if turned >= F32(motions.bins):
             turned = F32(turned - F32(motions.bins))
-        x = F32(motions.step_x[m, heading] + float(graph.x[state]))
-        y = F32(motions.step_y[m, heading] + float(graph.y[state]))
+        x = F32(motions.step_x[m, heading] + from_x)
+        y = F32(motions.step_y[m, heading] + from_y)
         other = state_at(graph, index_of(x, y, turned, columns, motions.bins))
-        if other == NO_STATE or graph.is_visited[other]:
+        if other == NO_STATE or graph.states[other].is_visited:
             continue
-        before = graph.x[other], graph.y[other], graph.heading[other]
+        was = graph.states[other]
+        before = was.x, was.y, was.heading
         set_pose(graph, other, x, y, turned)
-        if is_free(graph, body, other):
-            graph.motion[other] = m
+        if np.isnan(was.cost):
+            was.cost, was.is_free = look_at(body, x, y, turned)
+        if was.is_free:
+            graph.states[other].motion = m
             neighbours[count] = other
             count += 1
         else:
@@ -220,15 +230,16 @@ def _neighbours(graph, body, motions, state, columns, neighbours):
 def _path(graph, motions, state):
     """Returns (N, 3) float32 the poses from the start to a state: cells and rad, N 0 or above 1."""
     count, node = 1, state
-    while graph.parent[node] != NO_STATE:
-        node = graph.parent[node]
+    while parent_of(graph, node) != NO_STATE:
+        node = parent_of(graph, node)
         count += 1
     path = np.empty((count if count > 1 else 0, 3), np.float32)
     node = state
     for k in range(path.shape[0] - 1, -1, -1):
-        path[k, 0], path[k, 1] = graph.x[node], graph.y[node]
-        path[k, 2] = F32(F32(int(graph.heading[node])) * motions.bin_size)
-        node = graph.parent[node]
+        pose = graph.states[node]
+        path[k, 0], path[k, 1] = pose.x, pose.y
+        path[k, 2] = F32(F32(int(pose.heading)) * motions.bin_size)
+        node = parent_of(graph, node)
     return path
 
 
@@ -283,7 +294,7 @@ def search(body, motions, rules, expansion, reached, ways, start, goal, goal_bin
     if count == 0:
         return GOAL_OCCUPIED, nothing, 0
     queue = _new_queue(INITIAL_QUEUE)
-    graph.way[first] = F32(0.0)
+    graph.states[first].way = F32(0.0)
     _enqueue(queue, graph, first, F32(0.0))
     tries = EARLIER_TRIES + 2 + math.ceil((WIDEST - 1.0) * motions.radius / WIDENING)
     room = (tries * count + 1) * longest_curve(expansion) + motions.turn_bins.size
@@ -291,7 +302,7 @@ def search(body, motions, rules, expansion, reached, ways, start, goal, goal_bin
     nearest, nearest_heuristic = NO_STATE, FARTHEST
     expansions, on_approach, until_curve, least = 0, 0, 0, LARGEST_COUNT
     status = OPEN_SET_EMPTY
-    while queue.size[0] > 0:
+    while queue.counts[0] > 0:
         if expansions >= rules.max_iterations:
             status = ITERATION_LIMIT
             break
@@ -300,13 +311,18 @@ def search(body, motions, rules, expansion, reached, ways, start, goal, goal_bin
             status = EXPANSION_BUDGET_SPENT
             break
         state = _dequeue(queue, graph)
-        if graph.is_visited[state]:
+        if graph.states[state].is_visited:
             continue
         expansions += 1
-        graph.is_visited[state] = True
-        graph, queue = with_room(graph, room), _with_queue_room(queue, neighbours.size)
-        ahead = _heuristic(reached, ways, motions, poses, graph.place[state], columns)
-        least = min(least, int(ahead))
+        graph.states[state].is_visited = True
+        if graph.counts[0] + room > graph.states.size:
+            graph = with_room(graph, room)
+        if queue.counts[1] + neighbours.size > queue.entries.size:
+            queue = _with_queue_room(queue, neighbours.size)
+        # Here and below: a call hands on a dozen arrays, which takes longer than the question.
+        if np.isnan(graph.states[state].ahead):
+            _look_ahead(reached, ways, motions, poses, graph.states[state], columns)
+        least = min(least, int(graph.states[state].ahead))
         wanted = max(int(F32(F32(least) / expansion.ratio)), math.ceil(expansion.ratio))
         until_curve = min(until_curve, wanted)
         if until_curve <= 0:
@@ -323,15 +339,17 @@ def search(body, motions, rules, expansion, reached, ways, start, goal, goal_bin
             if on_approach >= rules.max_on_approach_iterations:
                 return FOUND, _path(graph, motions, nearest), expansions
         found = _neighbours(graph, body, motions, state, columns, neighbours)
+        way_here, motion_here = graph.states[state].way, graph.states[state].motion
         for k in range(found):
-            other = neighbours[k]
-            way = F32(graph.way[state] + _step_cost(graph, motions, rules, state, other))
-            if way < graph.way[other]:
-                graph.way[other], graph.parent[other] = way, state
-                left = _heuristic(reached, ways, motions, poses, graph.place[other], columns)
-                if left < nearest_heuristic:
-                    nearest, nearest_heuristic = other, left
-                _enqueue(queue, graph, other, F32(way + left))
+            other = graph.states[neighbours[k]]
+            way = F32(way_here + _step_cost(motions, rules, motion_here, other))
+            if way < other.way:
+                other.way, other.parent = way, state
+                if np.isnan(other.ahead):
+                    _look_ahead(reached, ways, motions, poses, other, columns)
+                if other.ahead < nearest_heuristic:
+                    nearest, nearest_heuristic = neighbours[k], other.ahead
+                _enqueue(queue, graph, neighbours[k], F32(way + other.ahead))
     if nearest_heuristic < rules.tolerance:
         return FOUND, _path(graph, motions, nearest), expansions
     return status, nothing, expansions

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from drake_navbench.kernels.car_curves import (
     PIECES,
+    curve_knots,
     direction_changes,
     pose_on_curve,
     shortest_curve,
@@ -24,6 +25,7 @@ from drake_navbench.kernels.hybrid_graph import (
     index_of,
     is_free,
     new_state,
+    parent_of,
     set_pose,
     state_at,
 )
@@ -74,27 +76,33 @@ def longest_curve(rules):
 
 
 @njit(cache=True)
+def _pose_of(graph, motions, number):
+    """Returns (x, y, yaw) of a state, at the beginning of its bin."""
+    state = graph.states[number]
+    yaw = np.float64(F32(F32(int(state.heading)) * motions.bin_size))
+    return np.float64(state.x), np.float64(state.y), yaw
+
+
+@njit(cache=True)
 def curve_to(graph, body, motions, rules, state, goal, radius):
     """Returns the curve from a state to a goal; none where it is too long, blocked or too costly.
 
     There must be room in the graph for `longest_curve` states.
     """
     bins = motions.bins
-    start, end, pose = np.empty(3), np.empty(3), np.empty(3)
-    for node, target in ((state, start), (goal, end)):
-        target[0], target[1] = graph.x[node], graph.y[node]
-        target[2] = float(F32(F32(int(graph.heading[node])) * motions.bin_size))
+    start, end = _pose_of(graph, motions, state), _pose_of(graph, motions, goal)
     kinds, lengths = np.empty(PIECES, np.int64), np.empty(PIECES)
     length = F32(shortest_curve(start, end, radius, motions.reverses, kinds, lengths))
     if length > rules.max_length or length < SQRT_2:
         return no_curve()
     count = math.floor(F32(length / SQRT_2))
+    knots, pose = curve_knots(start[2], kinds, lengths), np.empty(3)
     states = np.empty(count, np.int64)
     own, kept = np.empty((count, 3), np.float32), np.empty((count, 3), np.float32)
     found, previous, fits = 0, state, True
     for k in range(1, count + 1):
         share = float(F32(F32(k) / F32(count)))
-        pose_on_curve(start, end, radius, kinds, lengths, share, pose)
+        pose_on_curve(start, end, radius, kinds, lengths, knots, share, pose)
         angle = pose[2] + 2.0 * math.pi if pose[2] < 0.0 else pose[2]
         angle = angle - 2.0 * math.pi if angle > 2.0 * math.pi else angle
         x, y, heading = F32(pose[0]), F32(pose[1]), F32(angle / float(motions.bin_size))
@@ -102,7 +110,8 @@ def curve_to(graph, body, motions, rules, state, goal, radius):
         if following == NO_STATE:
             fits = False
             break
-        before = graph.x[following], graph.y[following], graph.heading[following]
+        was = graph.states[following]
+        before = was.x, was.y, was.heading
         set_pose(graph, following, x, y, heading)
         fits = is_free(graph, body, following) and following != previous
         if not fits:
@@ -128,7 +137,7 @@ def _is_cheap(graph, motions, rules, states, length):
     """Tells whether a curve keeps out of high costs, but for an end that lies in them."""
     has_left = False
     for k in range(states.size - 1, -1, -1):
-        cost = graph.cost[states[k]]
+        cost = graph.states[states[k]].cost
         if cost <= rules.max_cost:
             has_left = True
         elif has_left:
@@ -147,7 +156,7 @@ def _score(graph, rules, curve):
     distance = F32(math.sqrt(dx * dx + dy * dy))
     score = F32(0.0)
     for state in curve.states:
-        share = F32(graph.cost[state] / F32(252.0))
+        share = F32(graph.states[state].cost / F32(252.0))
         # Nav2 adds the 1 in double precision.
         factor = 1.0 + float(F32(rules.cost_penalty * share))
         score = F32(float(score) + float(distance) * factor)
@@ -166,7 +175,7 @@ def refined(graph, body, motions, rules, state, goal, curve):
         earlier = tried
         for _ in range(EARLIER_STATES):
             if earlier != NO_STATE:
-                earlier = graph.parent[earlier]
+                earlier = parent_of(graph, earlier)
         if earlier == NO_STATE:
             break
         tried = earlier
@@ -196,15 +205,15 @@ def joined(graph, state, goal, curve):
     previous = state
     for k in range(curve.states.size):
         node = curve.states[k]
-        if graph.place[node] == graph.place[goal]:
+        if graph.states[node].place == graph.states[goal].place:
             continue
-        if graph.is_visited[node]:
+        if graph.states[node].is_visited:
             node = new_state(graph, NO_INDEX)
-        graph.parent[node] = previous
         set_pose(graph, node, curve.poses[k, 0], curve.poses[k, 1], curve.poses[k, 2])
-        graph.is_visited[node] = True
+        graph.states[node].parent = previous
+        graph.states[node].is_visited = True
         previous = node
     if goal != previous:
-        graph.parent[goal] = previous
-        graph.is_visited[goal] = True
+        graph.states[goal].parent = previous
+        graph.states[goal].is_visited = True
     return goal

@@ -37,91 +37,70 @@ class Body(NamedTuple):
     allow_unknown: bool
 
 
+# One record, so that a state is one place in memory, and one array is handed from kernel to kernel.
+STATE = np.dtype(
+    [
+        ("x", np.float32),
+        ("y", np.float32),
+        ("heading", np.float32),
+        ("cost", np.float32),
+        ("way", np.float32),
+        ("ahead", np.float32),
+        ("parent", np.int32),
+        ("place", np.int32),
+        ("motion", np.int8),
+        ("is_free", np.bool_),
+        ("is_visited", np.bool_),
+    ],
+    align=True,
+)
+
+
 class Graph(NamedTuple):
-    """The states met so far, in the order in which they were met; arrays have room for more.
+    """The states met so far, in the order in which they were met; the array has room for more.
 
     slots: (columns * rows * bins,) int32 number of a state, from 1 on; 0: not met. counts: (1,) how
-    many were. x, y, heading: poses. cost: of the cell under the centre, NaN before it is looked at.
-    is_free. way: cost from the start. parent: state, NO_STATE for none. motion: by which it was
-    come to, NO_MOTION for none. is_visited. place: in `slots`; NO_INDEX for one that has none.
+    many were. states: x, y, heading: the pose; cost: of the cell under the centre, NaN before it is
+    looked at; is_free; way: cost from the start; ahead: what the heuristic tells, NaN before it was
+    asked; parent: state, NO_STATE for none; motion: by which it was come to, NO_MOTION for none;
+    is_visited; place: in `slots`, NO_INDEX for one that has none.
     """
 
     slots: NDArray[np.int32]
     counts: NDArray[np.int64]
-    x: NDArray[np.float32]
-    y: NDArray[np.float32]
-    heading: NDArray[np.float32]
-    cost: NDArray[np.float32]
-    is_free: NDArray[np.bool_]
-    way: NDArray[np.float32]
-    parent: NDArray[np.int64]
-    motion: NDArray[np.int64]
-    is_visited: NDArray[np.bool_]
-    place: NDArray[np.int64]
+    states: NDArray[np.void]
 
 
 @njit(cache=True)
 def new_graph(slots):
     """Returns a graph without states. slots: (columns * rows * bins,) int32, all 0."""
-    n = INITIAL_CAPACITY
-    return Graph(
-        slots,
-        np.zeros(1, np.int64),
-        np.zeros(n, np.float32),
-        np.zeros(n, np.float32),
-        np.zeros(n, np.float32),
-        np.zeros(n, np.float32),
-        np.zeros(n, np.bool_),
-        np.zeros(n, np.float32),
-        np.zeros(n, np.int64),
-        np.zeros(n, np.int64),
-        np.zeros(n, np.bool_),
-        np.zeros(n, np.int64),
-    )
+    return Graph(slots, np.zeros(1, np.int64), np.empty(INITIAL_CAPACITY, STATE))
 
 
 @njit(cache=True)
 def with_room(graph, more):
     """Returns the graph with room for some states more."""
-    capacity, count = graph.x.size, graph.counts[0]
+    capacity, count = graph.states.size, graph.counts[0]
     if count + more <= capacity:
         return graph
-    n = max(2 * capacity, count + more)
-    return Graph(
-        graph.slots,
-        graph.counts,
-        _longer(graph.x, n),
-        _longer(graph.y, n),
-        _longer(graph.heading, n),
-        _longer(graph.cost, n),
-        _longer(graph.is_free, n),
-        _longer(graph.way, n),
-        _longer(graph.parent, n),
-        _longer(graph.motion, n),
-        _longer(graph.is_visited, n),
-        _longer(graph.place, n),
-    )
-
-
-@njit(cache=True)
-def _longer(array, size):
-    longer = np.zeros(size, array.dtype)
-    longer[: array.size] = array
-    return longer
+    states = np.empty(max(2 * capacity, count + more), STATE)
+    states[:count] = graph.states[:count]
+    return Graph(graph.slots, graph.counts, states)
 
 
 @njit(cache=True)
 def new_state(graph, index):
-    """Adds a state at the end and returns it; there must be room."""
-    state = graph.counts[0]
-    graph.counts[0] = state + 1
-    graph.x[state] = graph.y[state] = graph.heading[state] = F32(0.0)
-    graph.cost[state] = F32(np.nan)
-    graph.is_free[state] = graph.is_visited[state] = False
-    graph.way[state] = UNREACHED
-    graph.parent[state], graph.motion[state] = NO_STATE, NO_MOTION
-    graph.place[state] = index
-    return state
+    """Adds a state at the end and returns its number; there must be room."""
+    number = graph.counts[0]
+    graph.counts[0] = number + 1
+    state = graph.states[number]
+    state.x = state.y = state.heading = F32(0.0)
+    state.cost = state.ahead = F32(np.nan)
+    state.is_free = state.is_visited = False
+    state.way = UNREACHED
+    state.parent, state.motion = NO_STATE, NO_MOTION
+    state.place = index
+    return number
 
 
 @njit(cache=True)
@@ -148,31 +127,38 @@ def state_at(graph, index):
 
 
 @njit(cache=True)
-def set_pose(graph, state, x, y, heading):
+def set_pose(graph, number, x, y, heading):
     """Gives a state another pose."""
-    graph.x[state], graph.y[state], graph.heading[state] = x, y, heading
+    state = graph.states[number]
+    state.x, state.y, state.heading = x, y, heading
 
 
 @njit(cache=True)
-def is_free(graph, body, state):
+def parent_of(graph, number):
+    """Returns the state that a state was come to from; NO_STATE for none."""
+    return np.int64(graph.states[number].parent)
+
+
+@njit(cache=True)
+def is_free(graph, body, number):
     """Tells whether a state is free; only its first pose is ever looked at."""
-    if np.isnan(graph.cost[state]):
-        x, y = graph.x[state], graph.y[state]
-        cost, free = look_at(body, x, y, graph.heading[state])
-        graph.cost[state], graph.is_free[state] = cost, free
-    return graph.is_free[state]
+    state = graph.states[number]
+    if np.isnan(state.cost):
+        state.cost, state.is_free = look_at(body, state.x, state.y, state.heading)
+    return state.is_free
 
 
 @njit(cache=True)
 def look_at(body, x, y, heading):
     """Returns the cost under the centre of a pose, and whether the robot is free there."""
-    grid = body.grid
-    rows, columns = grid.costs.shape
+    rows, columns = body.grid.costs.shape
     if x < 0.0 or x > columns or y < 0.0 or y > rows:
         return F32(LETHAL), False
+    column, row = int(F32(x + HALF)), int(F32(y + HALF))
     # Nav2 reads on into the next row at the right border, and beyond the map at the upper one.
-    flat = int(F32(y + HALF)) * columns + int(F32(x + HALF))
-    centre = int(grid.costs.ravel()[flat]) if flat < grid.costs.size else LETHAL
+    if column == columns:
+        column, row = 0, row + 1
+    centre = int(body.grid.costs[row, column]) if row < rows else LETHAL
     if body.outlines.shape[1] == 0:
         if centre == NO_INFORMATION and body.allow_unknown:
             return F32(centre), True
@@ -183,11 +169,15 @@ def look_at(body, x, y, heading):
         return F32(centre), False
     if centre in (INSCRIBED, LETHAL):
         return F32(centre), False
-    world_x = grid.origin_x + (int(x) + 0.5) * grid.resolution
-    world_y = grid.origin_y + (int(y) + 0.5) * grid.resolution
+    return F32(centre), _does_outline_fit(body, int(x), int(y), int(heading))
+
+
+@njit(cache=True)
+def _does_outline_fit(body, column, row, heading):
+    """Tells whether the outline about a cell's centre touches nothing."""
+    x = body.grid.origin_x + (column + 0.5) * body.grid.resolution
+    y = body.grid.origin_y + (row + 0.5) * body.grid.resolution
     # A heading just below a full turn is rounded up to it; Nav2 then reads beyond its outlines.
-    outline = body.outlines[int(heading) % body.outlines.shape[0]]
-    worst = footprint_cost(grid, outline, world_x, world_y, 0.0, True)
-    if worst == NO_INFORMATION and body.allow_unknown:
-        return F32(centre), True
-    return F32(centre), worst < LETHAL
+    outline = body.outlines[heading % body.outlines.shape[0]]
+    worst = footprint_cost(body.grid, outline, x, y, 0.0, True)
+    return worst < LETHAL or (worst == NO_INFORMATION and body.allow_unknown)

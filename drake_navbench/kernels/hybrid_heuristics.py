@@ -205,8 +205,9 @@ def free_way(ways, motions, column, row, heading, goal, way_round_cost):
         return _tabulated(ways, motions, flat)
     if way_round_cost > 0.0:
         return F32(0.0)
-    start = np.array((float(column), float(row), float(heading * motions.bins)))
-    end = np.array((float(goal[0]), float(goal[1]), float(F32(goal[2] * F32(motions.bins)))))
+    turn_there = np.float64(F32(goal[2] * F32(motions.bins)))
+    start = float(column), float(row), float(heading * motions.bins)
+    end = np.float64(goal[0]), np.float64(goal[1]), turn_there
     return _length(motions, start, end)
 
 
@@ -217,9 +218,9 @@ def _tabulated(ways, motions, flat):
         depth = ways.lengths.shape[1]
         x = flat // motions.bins // depth - ways.width // 2
         y = flat // motions.bins % depth
-        angle = float(F32(F32(flat % motions.bins) * F32(2.0 * math.pi / motions.bins)))
-        start = np.array((float(x), float(y), angle))
-        lengths[flat] = _length(motions, start, np.zeros(3))
+        angle = np.float64(F32(F32(flat % motions.bins) * F32(2.0 * math.pi / motions.bins)))
+        start, origin = (float(x), float(y), angle), (0.0, 0.0, 0.0)
+        lengths[flat] = _length(motions, start, origin)
     return lengths[flat]
 
 

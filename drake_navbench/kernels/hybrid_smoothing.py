@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numba import njit
 
-from drake_navbench.kernels.car_curves import PIECES, pose_on_curve, shortest_curve
+from drake_navbench.kernels.car_curves import PIECES, curve_knots, pose_on_curve, shortest_curve
 from drake_navbench.kernels.grid import INSCRIBED, LETHAL, cost_at
 from drake_navbench.kernels.path_smoothing import (
     MIN_SPAN_OF_GRID_PATH,
@@ -147,11 +147,12 @@ def _curve(start, end, count, replaced, grid, radius):
     distance = shortest_curve(start, end, radius, False, kinds, lengths)
     if distance > LOOP_RATIO * replaced:
         return np.empty((0, 3)), 0.0, False
+    knots = curve_knots(start[2], kinds, lengths)
     points = np.empty((count + 1, 3))
     length, is_free = 0.0, True
     x, y = start[0], start[1]
     for i in range(count + 1):
-        pose_on_curve(start, end, radius, kinds, lengths, i / count, points[i])
+        pose_on_curve(start, end, radius, kinds, lengths, knots, i / count, points[i])
         if cost_at(grid, points[i, 0], points[i, 1], LETHAL) >= INSCRIBED:
             is_free = False
         length += math.hypot(points[i, 0] - x, points[i, 1] - y)

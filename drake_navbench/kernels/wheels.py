@@ -30,3 +30,14 @@ def obeyed(v, w, separation, deadband, step, left_gain, right_gain):
     left = left_gain * wheel_speed_obeyed(v - w * half, deadband, step)
     right = right_gain * wheel_speed_obeyed(v + w * half, deadband, step)
     return 0.5 * (left + right), (right - left) / separation
+
+
+@njit(cache=True)
+def turned(v, w, separation, left_gain, right_gain):
+    """Returns (v m/s, w rad/s) as wheels have turned for a motion (v, w) over the floor.
+
+    It is what encoders tell of wheels of nominal radius that do not slip. See `obeyed`.
+    """
+    half = 0.5 * separation
+    left, right = (v - w * half) / left_gain, (v + w * half) / right_gain
+    return 0.5 * (left + right), (right - left) / separation

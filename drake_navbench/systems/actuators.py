@@ -21,12 +21,14 @@ from drake_navbench.systems.ports import COMMAND_SIZE, STATE_SIZE
 FORCE_PERIOD_S = 0.025
 SLIP_PERIOD_S = 0.1
 MAX_SLIP = 0.95
+WHEELS = 2
 
 
 class SlippingWheels(LeafSystem):
     """Deadband, steps, unequal radii and slip of the wheels of a differential base.
 
-    Input `command` and output `obeyed` [v m/s, w rad/s, vy m/s]. Abstract parameter
+    Input `command` and output `obeyed` [v m/s, w rad/s, vy m/s]; output `gains` (2,), the
+    speed over the floor of the left and the right wheel for what it turns. Abstract parameter
     `seed_parameter` holds the trial's seed; noise of the slip is drawn once in 0.1 s.
     """
 
@@ -35,13 +37,14 @@ class SlippingWheels(LeafSystem):
         self._settings = settings
         self.seed_parameter = self.DeclareAbstractParameter(AbstractValue.Make(0))
         self._command_port = self.DeclareVectorInputPort("command", COMMAND_SIZE)
-        self._noise = self.DeclareDiscreteState(2)
-        tickets = {
-            self.input_port_ticket(self._command_port.get_index()),
-            self.discrete_state_ticket(self._noise),
-        }
+        self._noise = self.DeclareDiscreteState(WHEELS)
+        tickets = {self.discrete_state_ticket(self._noise)}
         if len(settings.settings) > 1:
             tickets.add(self.time_ticket())
+        self.DeclareVectorOutputPort(
+            "gains", WHEELS, weakly_bound(self._calc_gains), prerequisites_of_calc=tickets
+        )
+        tickets = tickets | {self.input_port_ticket(self._command_port.get_index())}
         self.DeclareVectorOutputPort(
             "obeyed", COMMAND_SIZE, weakly_bound(self._calc_obeyed), prerequisites_of_calc=tickets
         )
@@ -57,19 +60,24 @@ class SlippingWheels(LeafSystem):
     def _calc_obeyed(self, context: Context, output: BasicVector) -> None:
         settings = self._settings.at(context.get_time())
         v, w, vy = self._command_port.Eval(context).tolist()
-        noise = context.get_discrete_state(self._noise).value()
-        left_slip, right_slip = np.clip(settings.slip + settings.slip_std * noise, 0.0, MAX_SLIP)
-        radius_share = 0.5 * settings.radius_difference
         v, w = obeyed(
             v,
             w,
             settings.wheel_separation_m,
             settings.deadband_mps,
             settings.speed_step_mps,
-            (1.0 + radius_share) * (1.0 - left_slip),
-            (1.0 - radius_share) * (1.0 - right_slip),
+            *self._gains(context, settings),
         )
         output.SetFromVector(np.array([v, w, vy]))
+
+    def _calc_gains(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(self._gains(context, self._settings.at(context.get_time())))
+
+    def _gains(self, context: Context, settings: ActuatorSettings) -> tuple[float, float]:
+        noise = context.get_discrete_state(self._noise).value()
+        left_slip, right_slip = np.clip(settings.slip + settings.slip_std * noise, 0.0, MAX_SLIP)
+        radius_share = 0.5 * settings.radius_difference
+        return (1.0 + radius_share) * (1.0 - left_slip), (1.0 - radius_share) * (1.0 - right_slip)
 
 
 class LimitedForce(LeafSystem):

@@ -8,14 +8,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, State
+from pydrake.systems.framework import BasicVector, Context, InputPort, State
 
 from drake_navbench.inputs.localization import DRIFTS, LocalizationSettings
 from drake_navbench.inputs.timeline import SLACK_S, Timeline
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.poses import carrier_pose, compose, drifted_frame, placed_state
+from drake_navbench.kernels.wheels import turned
 from drake_navbench.navigation.mission import FloorSwitch
 from drake_navbench.noise import NoiseKey, NoiseStream
+from drake_navbench.systems.actuators import WHEELS
 from drake_navbench.systems.floor_aware import FloorAware, FloorClock
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import POSE_SIZE, STATE_SIZE
@@ -88,6 +90,10 @@ class ScriptedLocalization(FloorAware):
     and the jump, and sets `map_from_odometry` so that the robot was there; without fixes only a
     change of bias or jump moves it.
 
+    With `wheel_odometry` the odometry is what the wheels tell, in pose and in speed: input
+    `wheel_gains` (2,), where it is connected, has the speed over the floor of the left and the
+    right wheel, `wheel_separation_m` apart, for what each turns.
+
     floor_clock: where there are several floors. On another one the odometry goes on as if nothing
     had happened, and a fix finds the pose there, off by the error of the lift as well.
     """
@@ -98,8 +104,10 @@ class ScriptedLocalization(FloorAware):
         *,
         offset_s: float,
         floor_clock: FloorClock | None = None,
+        wheel_separation_m: float = 0.0,
     ) -> None:
         super().__init__()
+        self._wheel_separation_m = wheel_separation_m
         if floor_clock is not None:
             self._declare_floors(floor_clock)
         self._settings = settings
@@ -113,14 +121,20 @@ class ScriptedLocalization(FloorAware):
         odometry_frame = self.discrete_state_ticket(self._odometry_frame)
         state = self.input_port_ticket(self._state_port.get_index())
         noise = self.input_port_ticket(self._noise_port.get_index())
+        self._gains_port: InputPort | None = None
+        if settings.at(0.0).wheel_odometry:
+            self._gains_port = self.DeclareVectorInputPort("wheel_gains", WHEELS)
         in_map = {odometry_frame, self.discrete_state_ticket(self._map_frame), state, noise}
+        told = set()
+        if self._gains_port is not None:
+            told.add(self.input_port_ticket(self._gains_port.get_index()))
         for name, calc, tickets in (
             ("odometry", self._calc_odometry, {odometry_frame, state}),
             ("odometry_estimate", self._calc_odometry_estimate, {odometry_frame, state, noise}),
             ("estimate", self._calc_estimate, in_map),
         ):
             self.DeclareVectorOutputPort(
-                name, STATE_SIZE, weakly_bound(calc), prerequisites_of_calc=tickets
+                name, STATE_SIZE, weakly_bound(calc), prerequisites_of_calc=tickets | told
             )
         self.DeclareStateOutputPort("odometry_from_world", self._odometry_frame)
         self.DeclareStateOutputPort("map_from_odometry", self._map_frame)
@@ -178,7 +192,7 @@ class ScriptedLocalization(FloorAware):
         self, context: Context, settings: LocalizationSettings, pose: Array
     ) -> Array | None:
         """Returns odometry_from_world after a step to a true pose (3,); None where it stays."""
-        if not any(getattr(settings, name) for name in DRIFTS):
+        if not (self._believes_wheels or any(getattr(settings, name) for name in DRIFTS)):
             return None
         x, y, yaw = pose.tolist()
         last_x, last_y, last_yaw = context.get_discrete_state(self._last_pose).value().tolist()
@@ -190,10 +204,41 @@ class ScriptedLocalization(FloorAware):
         )
         if settings.random_drift or settings.random_yaw_drift:
             error += self._wheel_noise(context, settings, way_m)
+        if self._believes_wheels:
+            heading = 0.5 * (yaw + last_yaw)
+            ahead_m = (x - last_x) * math.cos(heading) + (y - last_y) * math.sin(heading)
+            error += self._error_of_wheels(context, ahead_m, wrap(yaw - last_yaw))
         if not error.any():
             return None
         frame = context.get_discrete_state(self._odometry_frame).value()
         return np.asarray(drifted_frame(frame, pose, *error.tolist()))
+
+    @property
+    def _believes_wheels(self) -> bool:
+        """Whether there are wheels that mislead the odometry."""
+        return self._gains_port is not None
+
+    def _error_of_wheels(self, context: Context, ahead: float, turn: float) -> Array:
+        """Returns (3,) by how much more wheels have moved than a base by `ahead` and `turn`.
+
+        In m and rad as seen from the base, or in m/s and rad/s for speeds.
+        """
+        assert self._gains_port is not None
+        if not self._gains_port.HasValue(context):
+            return np.zeros(POSE_SIZE)
+        gains = self._gains_port.Eval(context)
+        told_ahead, told_turn = turned(ahead, turn, self._wheel_separation_m, gains[0], gains[1])
+        return np.array([told_ahead - ahead, 0.0, told_turn - turn])
+
+    def _told_state(self, context: Context) -> Array:
+        """Returns the state (6,) with the speeds that the odometry measures."""
+        state = self._state_port.Eval(context)
+        if not self._believes_wheels:
+            return state
+        told = state.copy()
+        error = self._error_of_wheels(context, *state[POSE_SIZE : POSE_SIZE + 2].tolist())
+        told[POSE_SIZE : POSE_SIZE + 2] += error[::2]
+        return told
 
     def _wheel_noise(self, context: Context, settings: LocalizationSettings, way_m: float) -> Array:
         """Returns the error (3,) of a step of this way, m, m and rad, as seen from the base."""
@@ -239,17 +284,17 @@ class ScriptedLocalization(FloorAware):
 
     def _calc_odometry(self, context: Context, output: BasicVector) -> None:
         frame = context.get_discrete_state(self._odometry_frame).value()
-        state = self._state_port.Eval(context)
+        state = self._told_state(context)
         output.SetFromVector(placed_state(state, frame, NO_NOISE, SAME_FRAME))
 
     def _calc_odometry_estimate(self, context: Context, output: BasicVector) -> None:
         frame = context.get_discrete_state(self._odometry_frame).value()
-        state, noise = self._state_port.Eval(context), self._noise_port.Eval(context)
+        state, noise = self._told_state(context), self._noise_port.Eval(context)
         output.SetFromVector(placed_state(state, frame, noise, SAME_FRAME))
 
     def _calc_estimate(self, context: Context, output: BasicVector) -> None:
         frame = context.get_discrete_state(self._odometry_frame).value()
-        state, noise = self._state_port.Eval(context), self._noise_port.Eval(context)
+        state, noise = self._told_state(context), self._noise_port.Eval(context)
         map_frame = context.get_discrete_state(self._map_frame).value()
         output.SetFromVector(placed_state(state, frame, noise, map_frame))
 

@@ -155,7 +155,7 @@ class TreeNavigator(LeafSystem):
             values,
             goal_id=values.goal_id + 1,
             goal=np.array(self._follower.waypoints[index]),
-            path=None,
+            paths={},
             results={},
             recovery_count=0,
         )

@@ -184,6 +184,9 @@ def build_trial_diagram(
     command = add_command_chain(builder, robot, signals, command)
     to_wheels, seeded = add_way_to_wheels(builder, robot, conditions, command, state)
     builder.Connect(to_wheels, base.get_command_input_port())
+    for system in seeded:
+        if isinstance(system, SlippingWheels):
+            localization.connect_wheels(builder, system.GetOutputPort("gains"))
 
     speed_filter, binary_filter = _add_filters(
         builder, robot.navigation, filter_masks, signals.estimate, floors

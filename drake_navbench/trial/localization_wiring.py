@@ -60,6 +60,11 @@ class LocalizationSystem:
         if self.amcl is not None:
             connect_inputs(builder, self.amcl, scan=scan)
 
+    def connect_wheels(self, builder: DiagramBuilder, gains: OutputPort) -> None:
+        """Lets an odometry that believes the wheels be misled by what they do."""
+        if self.scripted is not None and self.scripted.HasInputPort("wheel_gains"):
+            connect_inputs(builder, self.scripted, wheel_gains=gains)
+
     def as_told(self, name: str, system: LeafSystem | Diagram) -> OutputPort:
         """Returns an output of a system, or of what delays it."""
         late = self.late.get(name)
@@ -108,7 +113,10 @@ def add_localization(
     scripted = builder.AddNamedSystem(
         "localization",
         ScriptedLocalization(
-            conditions.localization, offset_s=CONTROLLER_OFFSET_S, floor_clock=clock
+            conditions.localization,
+            offset_s=CONTROLLER_OFFSET_S,
+            floor_clock=clock,
+            wheel_separation_m=conditions.actuators.at(0.0).wheel_separation_m,
         ),
     )
     connect_inputs(builder, scripted, state=state, noise=held.GetOutputPort("noise"))

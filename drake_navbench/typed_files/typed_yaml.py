@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import UnionType
 from typing import Any, ClassVar, TypeVar, Union, get_args, get_origin
@@ -20,7 +20,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from drake_navbench.errors import InputError, nearest_name_hint, one_line
 from drake_navbench.typed_files.input_file import MEGABYTE, read_input_text
-from drake_navbench.typed_files.yaml_loader import load_yaml
+from drake_navbench.typed_files.yaml_loader import line_of, load_yaml
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -90,20 +90,35 @@ def yaml_fault(error: yaml.YAMLError, source: str) -> InputError:
     return InputError(f"{source}{line}: {problem}")
 
 
-def validate(model: type[Model], data: Mapping[str, Any], source: str) -> Model:
+def place_in(text: str, source: str, location: Sequence[int | str]) -> str:
+    """Returns `source` with the line of a field in a YAML text, where it has one.
+
+    location: the names and indices that lead to the field.
+    """
+    line = line_of(text, location)
+    return source if line is None else f"{source}, line {line}"
+
+
+def validate(
+    model: type[Model], data: Mapping[str, Any], source: str, text: str | None = None
+) -> Model:
     """Returns `data` as an instance of `model`; raises InputError, one line a fault.
 
-    Types are taken strictly: text is no number, and neither is true.
+    Types are taken strictly: text is no number, and neither is true. text: the YAML text that
+    `data` came from, of which faults then tell the line.
     """
     try:
-        text = json.dumps(data, default=str)
+        plain = json.dumps(data, default=str)
     except (ValueError, RecursionError) as error:
         raise InputError(f"{source}: {error}; expected plain values") from error
     try:
-        return model.model_validate_json(text, strict=True)
+        return model.model_validate_json(plain, strict=True)
     except ValidationError as error:
         faults = error.errors(include_url=False, include_context=False)
-        lines = [_describe(fault, model, source) for fault in faults[:MAX_FAULTS_SHOWN]]
+        lines = [
+            _describe(fault, model, place_in(text, source, fault["loc"]) if text else source)
+            for fault in faults[:MAX_FAULTS_SHOWN]
+        ]
         if len(faults) > MAX_FAULTS_SHOWN:
             lines.append(f"{source}: and {len(faults) - MAX_FAULTS_SHOWN} faults more")
         raise InputError("\n".join(dict.fromkeys(lines))) from error

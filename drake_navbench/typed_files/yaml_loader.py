@@ -6,6 +6,7 @@ what counts here is the size after that. Tags other than those of plain values a
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import yaml
@@ -32,6 +33,30 @@ def load_yaml(text: str) -> Any:
     """
     require_limits(text)
     return yaml.load(text, Loader=_PlainLoader)
+
+
+def line_of(text: str, location: Sequence[int | str]) -> int | None:
+    """Returns the line of a value in a text that can be loaded; where it is missing, of its block.
+
+    location: the names and indices that lead to the value.
+    """
+    line = None
+    node = yaml.compose(text, Loader=_FastestLoader)
+    for part in location:
+        found = _nodes_below(node).get(part)
+        if found is None:
+            break
+        line, node = found
+    return line
+
+
+def _nodes_below(node: yaml.Node | None) -> dict[int | str, tuple[int, yaml.Node]]:
+    """Returns the entries of a mapping or a sequence with their lines."""
+    if isinstance(node, yaml.MappingNode):
+        return {key.value: (key.start_mark.line + 1, value) for key, value in node.value}
+    if isinstance(node, yaml.SequenceNode):
+        return {i: (entry.start_mark.line + 1, entry) for i, entry in enumerate(node.value)}
+    return {}
 
 
 def require_limits(text: str) -> None:

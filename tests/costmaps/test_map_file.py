@@ -177,8 +177,10 @@ def test_missing_field_is_named(map_yaml, field):
     ],
 )
 def test_wrong_value_is_named(map_yaml, field, value, expected):
-    message = error_of(map_yaml(**{field: value}))
-    assert field in message
+    path = map_yaml(**{field: value})
+    message = error_of(path)
+    line = next(n for n, text in enumerate(path.read_text().split("\n"), 1) if field in text)
+    assert message.startswith(f"{path}, line {line}: {field}")
     assert expected in message
 
 
@@ -214,7 +216,7 @@ def test_image_of_too_many_pixels_is_refused_unread(map_yaml, tmp_path, size):
     # The larger one is beyond what Pillow itself warns of.
     Image.new("1", size).save(tmp_path / "map.png")
     message = error_of(map_yaml(image="map.png"))
-    assert "are too many" in message or "exceeds limit" in message
+    assert "are too many, expected at most" in message
 
 
 def test_map_that_reaches_beyond_all_bounds_is_refused(map_yaml):

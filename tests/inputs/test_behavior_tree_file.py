@@ -148,6 +148,31 @@ def test_a_path_is_valid_up_to_the_cost_of_the_release_or_of_the_tree(
     assert dict(node.attributes) == {"path": "{path}"} | expected
 
 
+def test_a_tree_is_found_by_the_end_of_its_path(tmp_path):
+    # The Nav2 file lies in mine/config, the tree in mine/trees.
+    folder = tmp_path / "mine" / "config"
+    trees = tmp_path / "mine" / "trees"
+    folder.mkdir(parents=True)
+    trees.mkdir()
+    write(trees)
+    setup = setup_with(folder, None)
+    assert setup.robot.navigation.behavior_tree.tree.name == "Drive"
+
+
+def test_a_tree_of_the_installed_nav2_is_taken_and_told(tmp_path, monkeypatch):
+    trees = tmp_path / "opt" / "share" / "nav2_bt_navigator" / "behavior_trees"
+    trees.mkdir(parents=True)
+    write(trees)
+    monkeypatch.setenv("AMENT_PREFIX_PATH", f"/nowhere:{tmp_path / 'opt'}")
+    folder = tmp_path / "mine"
+    folder.mkdir()
+    setup = setup_with(folder, None)
+    assert setup.check.is_whole
+    assert setup.robot.navigation.behavior_tree.tree.name == "Drive"
+    told = [row.remark for row in setup.check.rows if row.parameter.endswith("to_pose_bt_xml")]
+    assert told == [f"that of the installed Nav2, {trees / 'drive.xml'}"]
+
+
 def test_a_tree_that_is_not_there_is_a_stand_in(tmp_path):
     (row,) = setup_with(tmp_path, None).check.stand_ins
     assert row.remark == "drive.xml: not beside the file; Nav2's default tree stands in"
@@ -172,7 +197,7 @@ SMOOTHING = """<root main_tree_to_execute="Main">
     [
         ("path", "", None),
         ("smoothed_path", 'smoother_id="simple_smoother" max_smoothing_duration="1.0"', None),
-        ("other", "", "unsmoothed_path, smoothed_path: expected path and path, or a name with"),
+        ("other", "", None),
         ("path", 'check_for_collisions="true"', "check_for_collisions: a smoothed path is not"),
     ],
 )
@@ -204,3 +229,29 @@ def test_the_smoother_is_read_where_the_tree_asks_for_one(tmp_path, plugin, kind
     stands_in = [row.text for row in setup.check.stand_ins if "smoother_server" in row.text]
     assert bool(stands_in) == (kind is None)
     assert (smoother.w_smooth == 0.4) == (kind is not None)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ('<FollowPath path="{path}"', '<FollowPath path="{paht}"', "path: no node writes {paht}"),
+        ('<FollowPath path="{path}"', '<FollowPath path="path"', "expected a variable such as"),
+        ('goal="{goal}"', 'goal="{dock}"', "ComputePathToPose: goal: no node writes {dock}"),
+    ],
+)
+def test_a_variable_that_nothing_writes_is_named(tmp_path, old, new, told):
+    assert old in PLAIN
+    tree = read_tree_file(write(tmp_path, PLAIN.replace(old, new)))
+    assert told in str(next(faults_of(tree)))
+
+
+def test_a_tree_follows_the_path_that_it_cuts(tmp_path):
+    text = PLAIN.replace(
+        '<SubTree ID="Following"/>',
+        '<TruncatePath distance="0.5" input_path="{path}" output_path="{short}"/>'
+        '<SubTree ID="Following" path="{short}"/>',
+    )
+    tree = read_tree_file(write(tmp_path, text))
+    assert list(faults_of(tree)) == []
+    follow = next(node for node in tree.iterate() if node.node == "FollowPath")
+    assert follow.attributes["path"] == "{short}"

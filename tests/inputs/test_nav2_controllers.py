@@ -7,9 +7,11 @@ from pathlib import Path
 import pytest
 import yaml
 
+from drake_navbench.controller import CONTROLLERS
 from drake_navbench.controllers.critic_parameters import ParametersWithCritics
 from drake_navbench.controllers.rotation_shim import RotationShimParameters
 from drake_navbench.errors import InputError, InputWarning
+from drake_navbench.inputs.nav2_controllers import OUR_CONTROLLERS
 from drake_navbench.inputs.parameter_files import load_parameter_file
 from drake_navbench.inputs.presets import as_yaml, installed_controllers
 from drake_navbench.inputs.robot import load_robot
@@ -506,8 +508,8 @@ def test_the_parameters_of_a_users_own_critic_reach_it(form, preset_of):
 def test_a_controller_server_of_another_shape_is_one_line(block, message, presets_of, tmp_path):
     with pytest.raises(InputError) as caught:
         presets_of(f"controller_server: {{ros__parameters: {{{block}}}}}")
-    assert str(caught.value).startswith(str(tmp_path / "nav2_params.yaml"))
-    assert f": controller_server.ros__parameters.{message}" in str(caught.value)
+    place = f"{tmp_path / 'nav2_params.yaml'}, line 1"
+    assert str(caught.value).startswith(f"{place}: controller_server.ros__parameters.{message}")
     assert "\n" not in str(caught.value)
 
 
@@ -522,3 +524,8 @@ def test_a_file_without_controllers_is_one_line(text, message, presets_of):
     with pytest.raises(InputError, match=message) as caught:
         presets_of(text)
     assert "\n" not in str(caught.value)
+
+
+def test_our_controllers_are_known_by_their_type_without_being_imported():
+    ours = {name: c for name, c in installed_controllers().items() if not CONTROLLERS.origin(name)}
+    assert {c.nav2_plugin: name for name, c in ours.items() if c.nav2_plugin} == OUR_CONTROLLERS

@@ -187,6 +187,29 @@ def test_a_velocity_limit_that_no_controller_uses_makes_no_base_omnidirectional(
     assert setup.robot.drive.lateral_speed_mps == 0.0
 
 
+def test_an_acceleration_that_the_base_does_not_have_is_told(setup_of):
+    # The wheelchair has 2.5 m/s^2 and 3 rad/s^2.
+    diff = COLUMN.replace(RPP, "nav2_mppi_controller::MPPIController\n      ax_max: 4.0")
+    setup = setup_of(diff + "      az_max: 3.0\n      critics: [GoalCritic]\n")
+    row = row_of(setup, "drive.max_linear_acceleration_mps2")
+    assert row.remark == "2.5, that of wheelchair; a controller counts on 4"
+    told = [row.parameter for row in setup.check.rows if row.node == "robot"]
+    assert "drive.max_angular_acceleration_radps2" not in told
+    assert setup.robot.drive.max_linear_acceleration_mps2 == 2.5
+
+
+@pytest.mark.parametrize(("radius_m", "is_small"), [(0.29, True), (0.3, False)])
+def test_costs_that_do_not_reach_as_far_as_the_robot_are_doubtful(setup_of, radius_m, is_small):
+    inflation = (
+        f"inflate: {{plugin: 'nav2_costmap_2d::InflationLayer', inflation_radius: {radius_m}}}"
+    )
+    costmap = f"rolling_window: true, robot_radius: 0.29, plugins: [inflate], {inflation}"
+    # Nav2 makes the circle a polygon of 16 corners and pads it by 0.01 m.
+    row = row_of(setup_of(COLUMN, LOCAL % costmap), "inflate.inflation_radius")
+    assert row.status == (Status.DOUBTFUL if is_small else Status.USED)
+    assert ("less than the robot's inscribed radius, 0.294 m" in row.remark) == is_small
+
+
 def test_a_controller_that_is_not_there_costs_its_column_alone(setup_of):
     more = "controller_plugins: [FollowPath, Mine], Mine: {plugin: my::Own}"
     mine = f"controller_server: {{ros__parameters: {{{more}}}}}"
@@ -353,7 +376,9 @@ def test_a_layer_that_sees_nothing_in_nav2_sees_nothing_here(setup_of):
     scan = "observation_sources: scan, scan: {data_type: LaserScan, clearing: true}"
     setup = setup_of(COLUMN, LOCAL % (SEEING % ("nav2_costmap_2d::ObstacleLayer", scan)))
     assert setup.robot.navigation.local_costmap.plugins == []
-    assert "too low or too high" in row_of(setup, "obstacles").remark
+    row = row_of(setup, "obstacles")
+    assert row.status == Status.DOUBTFUL
+    assert "too low or too high" in row.remark
 
 
 def test_a_spatio_temporal_layer_is_there_with_its_own_parameters(setup_of):
@@ -407,6 +432,23 @@ def test_a_wrong_value_is_one_line_with_file_line_and_parameter(setup_of, parame
     (line,) = str(refused.value).splitlines()
     assert "nav2_1.yaml, line 1: local_costmap/local_costmap.ros__parameters." in line
     assert fault in line
+
+
+def test_a_monitor_that_nav2_could_not_start_is_not_there(setup_of):
+    monitor = """
+collision_monitor:
+  ros__parameters:
+    observation_sources: [scan]
+    polygons: [Stop, Slow]
+    Stop: {type: circle, radius: 0.3, action_type: stop}
+"""
+    setup = setup_of(COLUMN, monitor)
+    assert setup.robot.navigation.collision_monitor is None
+    (row,) = setup.check.stand_ins
+    assert row.text == (
+        "collision_monitor: polygons (line 5): Slow is listed, but has no type: Nav2's does not "
+        "start, there is none"
+    )
 
 
 def test_two_controllers_of_one_name_are_refused(setup_of):

@@ -150,8 +150,8 @@ def test_a_release_without_a_nav2_file_is_refused(capsys):
     assert "--nav2-release: expected a Nav2 file" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("release", ["humble", "iron", "jazzy"])
-def test_iron_alone_lets_mppi_check_the_outline_of_a_round_robot(release, tmp_path):
+@pytest.mark.parametrize("release", ["humble", "iron", "jazzy", "kilted", "lyrical"])
+def test_up_to_jazzy_mppi_checks_the_polygon_of_a_round_robot(release, tmp_path, capsys):
     file = tmp_path / "nav2.yaml"
     file.write_text(
         "controller_server: {ros__parameters: {controller_plugins: [F], F: {plugin: "
@@ -161,4 +161,11 @@ def test_iron_alone_lets_mppi_check_the_outline_of_a_round_robot(release, tmp_pa
         "rolling_window: true, plugins: []}}}\n"
     )
     code = main(["empty", "--nav2", str(file), "--nav2-release", release, "--check"])
-    assert code == (0 if release == "iron" else 2)
+    out, err = capsys.readouterr()
+    if release in ("kilted", "lyrical"):
+        assert code == 2
+        assert "ObstaclesCritic.consider_footprint: got true, expected false for a robot" in err
+    else:
+        assert code == 0
+        doubtful = out.partition("Hardly meant so")[2]
+        assert "F.ObstaclesCritic.consider_footprint (line 1): the robot" in doubtful

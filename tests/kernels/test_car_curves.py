@@ -13,6 +13,7 @@ from drake_navbench.kernels.car_curves import (
     PIECES,
     RIGHT,
     STRAIGHT,
+    curve_knots,
     direction_changes,
     pose_on_curve,
     shortest_curve,
@@ -31,7 +32,8 @@ def pose_at(start, end, share, *, radius=1.0, reverses=False):
     _, kinds, lengths = curve(start, end, radius=radius, reverses=reverses)
     pose = np.empty(3)
     start, end = np.array(start, float), np.array(end, float)
-    pose_on_curve(start, end, radius, kinds, lengths, share, pose)
+    knots = curve_knots(start[2], kinds, lengths)
+    pose_on_curve(start, end, radius, kinds, lengths, knots, share, pose)
     return pose
 
 

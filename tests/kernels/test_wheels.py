@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_navbench.kernels.wheels import obeyed, wheel_speed_obeyed
+from drake_navbench.kernels.wheels import obeyed, turned, wheel_speed_obeyed
 
 SPEED = st.floats(-2.0, 2.0)
 
@@ -36,3 +36,9 @@ def test_a_larger_left_wheel_turns_it_to_the_right():
     # Wheels at 0.5 (1 +- 0.02) on 0.5 m: 0.5 m/s still, and -0.02 / 0.5 rad/s.
     v, w = obeyed(0.5, 0.0, 0.5, 0.0, 0.0, 1.02, 0.98)
     assert (v, w) == pytest.approx((0.5, -0.04))
+
+
+@given(SPEED, SPEED, st.floats(0.1, 1.5), st.floats(0.1, 1.5))
+def test_what_wheels_have_turned_is_what_they_were_told(v, w, left_gain, right_gain):
+    over_floor = obeyed(v, w, 0.5, 0.0, 0.0, left_gain, right_gain)
+    assert turned(*over_floor, 0.5, left_gain, right_gain) == pytest.approx((v, w), abs=1e-9)

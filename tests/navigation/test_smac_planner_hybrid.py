@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from planner_requests import answer, random_requests
 
 from drake_navbench.costmaps.costmap_settings import InflationLayerSettings
 from drake_navbench.errors import InputError
@@ -122,6 +123,21 @@ def test_the_same_request_gives_the_same_path_whatever_was_asked_before():
     first = planner().plan(room(WALL), START, GOAL)
     planner().plan(room(), (1.0, 4.0, 1.0), (5.0, 2.0, -1.0))
     np.testing.assert_array_equal(planner().plan(room(WALL), START, GOAL), first)
+
+
+@pytest.mark.parametrize(
+    ("model", "codes", "poses"),
+    [
+        ("DUBIN", {0: 23, 203: 3, 204: 3, 205: 27, 206: 7, 208: 27}, 670),
+        ("REEDS_SHEPP", {0: 61, 203: 3, 204: 3, 205: 14, 206: 7, 208: 2}, 1199),
+    ],
+)
+def test_random_requests_have_the_same_answers_for_ever(model, codes, poses):
+    car = planner(motion_model_for_search=model, minimum_turning_radius=0.3, max_planning_time=0.3)
+    answers = [answer(car, request) for request in random_requests(90)]
+    found = [code for code, _ in answers]
+    assert {code: found.count(code) for code in sorted(set(found))} == codes
+    assert sum(len(path) for _, path in answers) == poses
 
 
 @pytest.mark.parametrize(

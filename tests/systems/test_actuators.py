@@ -29,7 +29,8 @@ def driven(system, *, command, yaw=0.0, until_s=0.251, seed=0):
     if isinstance(system, SlippingWheels):
         context.get_mutable_abstract_parameter(system.seed_parameter).set_value(seed)
     simulator.AdvanceTo(until_s)
-    return system.get_output_port().Eval(context)
+    name = "obeyed" if isinstance(system, SlippingWheels) else "reached"
+    return system.GetOutputPort(name).Eval(context)
 
 
 def motors(**settings):

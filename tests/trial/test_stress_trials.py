@@ -63,6 +63,34 @@ def test_a_drifting_robot_believes_in_the_goal_and_stands_beside_it():
     assert set(ODOMETRY_COLUMNS) <= set(log.samples.columns)
 
 
+def test_an_odometry_that_believes_slipping_wheels_arrives_too_early():
+    # Wheels that turn 4 m move the robot by 3.6 m.
+    localization = EXACT | {"wheel_odometry": True}
+    log = driven(localization=localization, actuators={"slip": 0.1})
+    samples, last = log.samples, log.samples.iloc[-1]
+    way = np.hypot(np.diff(samples.x_m), np.diff(samples.y_m)).sum()
+    told = np.hypot(np.diff(samples.odometry_x_m), np.diff(samples.odometry_y_m)).sum()
+    assert told == pytest.approx(way / 0.9, rel=2e-3)
+    assert last.odometry_x_m > 3.7 > last.x_m
+    # The speed that it tells is the one that was commanded.
+    under_way = log.samples[log.samples.time_s.between(4.0, 5.0)]
+    np.testing.assert_allclose(under_way.v_mps / 0.9, under_way.command_v_mps, rtol=0.02)
+
+
+def test_an_odometry_that_believes_unequal_wheels_does_not_see_the_robot_turn():
+    # A right wheel larger by 2%, 0.5 m from the left one: 0.04 rad to the left a metre, unseen.
+    localization = EXACT | {"wheel_odometry": True}
+    log = driven(localization=localization, actuators={"radius_difference": -0.02})
+    samples, last = log.samples, log.samples.iloc[-1]
+    way = np.hypot(np.diff(samples.x_m), np.diff(samples.y_m)).sum()
+    assert last.yaw_rad - last.odometry_yaw_rad == pytest.approx(0.04 * way, rel=0.02)
+
+
+def test_an_odometry_that_does_not_believe_wheels_is_right_whatever_they_do():
+    log = driven(localization=EXACT | {"drift": 1e-12}, actuators={"slip": 0.1})
+    assert log.samples.odometry_x_m.to_numpy() == pytest.approx(log.samples.x_m.to_numpy())
+
+
 def test_a_costmap_in_the_odometrys_frame_shows_the_pillar_where_the_odometry_sees_it():
     log = driven(localization={"drift": 0.05, "xy_std_m": 0.0, "yaw_std_rad": 0.0})
     costmap = [c for c in log.costmaps if len(c.lethal_centres)][-1]
@@ -140,6 +168,12 @@ def test_a_part_that_cannot_be_is_one_line(overrides, told):
         driven(**overrides)
     assert told in str(refused.value)
     assert "\n" not in str(refused.value)
+
+
+def test_only_a_base_with_wheels_on_either_side_is_misled_by_them():
+    robot = load_robot("omni_robot", {"localization": {"wheel_odometry": True}})
+    with pytest.raises(InputError, match="wheel_odometry: expected a differential drive, got"):
+        run_trial(Scenario(**SCENE), "dwb_omni", 1, robot=robot)
 
 
 def test_a_late_command_comes_that_late():

@@ -345,8 +345,9 @@ def collision_values(*, consider_footprint: bool, tracks_unknown: bool) -> NDArr
 
 
 def _require_outline(name: str, parameters: Any, context: CriticContext) -> None:
-    # Iron did not ask, and took the polygon that the costmap makes of a radius.
-    refuses = context.setup.footprint_is_circle and context.nav2_release != "iron"
+    # The costmap makes a polygon of a radius. Humble refused it from 1.1.19 on, jazzy from 1.3.6.
+    takes_polygon = context.nav2_release in ("humble", "iron", "jazzy")
+    refuses = context.setup.footprint_is_circle and not takes_polygon
     if parameters.consider_footprint and refuses:
         raise InputError(
             f"{name}.consider_footprint: got true, expected false for a robot given by a radius"

@@ -17,6 +17,9 @@ from drake_navbench.kernels.grid import Costmap
 from drake_navbench.navigation.task import BehaviorGoal, ClearRequest, GlobalPlan, TaskStatus
 from drake_navbench.typed_files.immutable import Immutable
 
+PATH = "path"
+"""The variable in which Nav2's trees keep the planned path."""
+
 Pose = NDArray[np.float64]
 MakePlan = Callable[[Pose, Pose, Costmap], NDArray[np.float64]]
 """From start and goal (3,) and the global costmap to a plan (N, 3); raises PlanningError."""
@@ -30,9 +33,8 @@ SmoothPath = Callable[[NDArray[np.float64], Costmap], NDArray[np.float64]]
 class Blackboard(Immutable):
     """What evolves besides the nodes.
 
-    goal_id, goal: the present goal, (3,) x m, y m, yaw rad. path: (N, 3), None where there is none;
-    remaining_path: the part of it before the robot. smoothed_path: what a smoother made of it,
-    where the tree keeps that apart.
+    goal_id, goal: the present goal, (3,) x m, y m, yaw rad. paths: (N, 3) each, by the names of the
+    tree's variables; one that is missing is empty.
     results: how each action ended last, by its key; what was never tried is missing.
     follow_path, behavior, clear_local, clear_global: what the servers are asked for.
     plan_count, task_count, recovery_count: how often something was begun.
@@ -40,9 +42,7 @@ class Blackboard(Immutable):
 
     goal_id: int = 0
     goal: Pose | None = None
-    path: NDArray[np.float64] | None = None
-    remaining_path: NDArray[np.float64] | None = None
-    smoothed_path: NDArray[np.float64] | None = None
+    paths: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
     results: Mapping[str, TaskStatus] = field(default_factory=dict)
     follow_path: GlobalPlan | None = None
     behavior: BehaviorGoal | None = None
@@ -51,6 +51,11 @@ class Blackboard(Immutable):
     plan_count: int = 0
     task_count: int = 0
     recovery_count: int = 0
+
+    @property
+    def path(self) -> NDArray[np.float64] | None:
+        """The path that Nav2's trees plan, (N, 3); None where it is empty."""
+        return self.paths.get(PATH)
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,6 +91,13 @@ class Board:
     def write(self, **changes: Any) -> None:
         """Changes values of the blackboard."""
         self.values = replace(self.values, **changes)
+
+    def write_path(self, name: str, path: NDArray[np.float64] | None, **changes: Any) -> None:
+        """Changes a path, which None empties, and other values with it."""
+        paths = {key: value for key, value in self.values.paths.items() if key != name}
+        if path is not None:
+            paths[name] = path
+        self.write(paths=paths, **changes)
 
     def write_result(self, key: str, status: TaskStatus) -> None:
         """Keeps how an action ended."""

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from py_trees.common import Status
 
-from drake_navbench.navigation.behavior_tree.board import Board
+from drake_navbench.navigation.behavior_tree.board import PATH, Board
 from drake_navbench.navigation.behavior_tree.control_nodes import NANOSECOND_DIGITS, TreeNode
 from drake_navbench.navigation.behavior_tree.leaves import Leaf
 
@@ -58,7 +58,7 @@ class TimeExpired(Leaf):
 class PathExpiringTimer(Leaf):
     """Success once a path is so old; another path begins the time anew.
 
-    What it remembers survives its being idle, as in Nav2.
+    What it remembers survives its being idle, as in Nav2. source: the path's variable.
     """
 
     MEMORY = ("is_first", "start_s", "path")
@@ -66,13 +66,14 @@ class PathExpiringTimer(Leaf):
     start_s = 0.0
     path: NDArray[np.float64] | None = None
 
-    def __init__(self, name: str, board: Board, *, period_s: float) -> None:
+    def __init__(self, name: str, board: Board, *, period_s: float, source: str = PATH) -> None:
         super().__init__(name, board)
+        self._source = source
         self._period_s = period_s
 
     def update(self) -> Status:
         """Looks at the path and at the clock."""
-        now_s, path = self.board.inputs.now_s, self.board.values.path
+        now_s, path = self.board.inputs.now_s, self.board.values.paths.get(self._source)
         if self.is_first:
             self.is_first, self.start_s, self.path = False, now_s, path
             return Status.FAILURE

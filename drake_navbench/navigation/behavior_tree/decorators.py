@@ -16,7 +16,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from drake_navbench.kernels.path_pruning import arc_length
-from drake_navbench.navigation.behavior_tree.board import Board
+from drake_navbench.navigation.behavior_tree.board import PATH, Board
 from drake_navbench.navigation.behavior_tree.control_nodes import (
     NANOSECOND_DIGITS,
     ControlNode,
@@ -65,7 +65,7 @@ class DistanceController(ControlNode):
 class SpeedController(ControlNode):
     """Ticks its child at first, while it runs, and at a rate that grows with the robot's speed.
 
-    The speed is the mean of what the ticks of the last 0.3 s saw. A new goal begins anew.
+    The speed is the mean of what the ticks of the last `window_s` saw. A new goal begins anew.
     """
 
     MEMORY = ("is_first", "goal_id", "period_s", "start_s", "speeds")
@@ -78,11 +78,13 @@ class SpeedController(ControlNode):
         *,
         rates_hz: tuple[float, float],
         speeds_mps: tuple[float, float],
+        window_s: float = ODOMETRY_WINDOW_S,
     ) -> None:
         super().__init__(name, [child])
         self._board = board
         self._rates_hz = rates_hz
         self._speeds_mps = speeds_mps
+        self._window_s = window_s
         self.is_first = False
         self.goal_id = 0
         self.period_s = 1.0
@@ -93,7 +95,7 @@ class SpeedController(ControlNode):
         (child,) = self.children
         inputs = self._board.inputs
         entry = (inputs.now_s, float(inputs.twist[0]), float(inputs.twist[1]))
-        recent = [e for e in self.speeds if inputs.now_s - e[0] <= ODOMETRY_WINDOW_S]
+        recent = [e for e in self.speeds if inputs.now_s - e[0] <= self._window_s]
         self.speeds = (*recent, entry)
         goal_id = self._board.values.goal_id
         if not self.is_active or goal_id != self.goal_id:
@@ -141,16 +143,25 @@ class PathLongerOnApproach(ControlNode):
     """Ticks its child where, near the goal, a new path to the same goal is much longer.
 
     Near is where the path before was shorter than `near_m`, much longer `factor` times as long.
-    Succeeds otherwise. What it remembers survives its being idle, as in Nav2.
+    Succeeds otherwise. What it remembers survives its being idle, as in Nav2. source: the path's
+    variable.
     """
 
     MEMORY = ("path", "is_first")
 
     def __init__(
-        self, name: str, child: TreeNode, board: Board, *, near_m: float, factor: float
+        self,
+        name: str,
+        child: TreeNode,
+        board: Board,
+        *,
+        near_m: float,
+        factor: float,
+        source: str = PATH,
     ) -> None:
         super().__init__(name, [child])
         self._board = board
+        self._source = source
         self._near_m = near_m
         self._factor = factor
         self.path: NDArray[np.float64] | None = None
@@ -158,7 +169,7 @@ class PathLongerOnApproach(ControlNode):
 
     def _run(self) -> Run:
         (child,) = self.children
-        before, path = self.path, self._board.values.path
+        before, path = self.path, self._board.values.paths.get(self._source)
         if before is None or path is None or not np.array_equal(before[-1], path[-1]):
             self.is_first = True
         elif not self.is_first and self._is_much_longer(before, path):

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from py_trees.common import Status
 
 from drake_navbench.kernels.read_only import read_only
-from drake_navbench.navigation.behavior_tree.board import Board
+from drake_navbench.navigation.behavior_tree.board import PATH, Board
 from drake_navbench.navigation.behavior_tree.control_nodes import TreeNode
 from drake_navbench.navigation.planner import PlanningError
 from drake_navbench.navigation.smoother import SmoothingError
@@ -27,6 +27,8 @@ from drake_navbench.navigation.task import (
     TaskStatus,
 )
 
+REMAINING_PATH = "remaining_path"
+"""The variable in which Nav2's default tree keeps what of the path lies before the robot."""
 COMPUTE_PATH = "compute_path"
 SMOOTH_PATH = "smooth_path"
 FOLLOW_PATH = "follow_path"
@@ -34,8 +36,10 @@ INVALID_PATH = 103
 RECOVERABLE_CODES: Mapping[str, frozenset[int]] = {
     COMPUTE_PATH: frozenset({200, 207, 208}),
     FOLLOW_PATH: frozenset({100, 104, 105, 106}),
+    SMOOTH_PATH: frozenset({500, 502, 503, 504}),
 }
-"""Codes of planner and controller after which Nav2 deems a recovery useful, unknown ones first."""
+"""Codes of planner, controller and smoother after which Nav2 deems a recovery useful, unknown ones
+first."""
 
 
 class Leaf(TreeNode):
@@ -81,9 +85,16 @@ class IsGoalNearby(Leaf):
     MEMORY = ("path", "begin")
 
     def __init__(
-        self, name: str, board: Board, *, threshold_m: float, search_distance_m: float
+        self,
+        name: str,
+        board: Board,
+        *,
+        threshold_m: float,
+        search_distance_m: float,
+        source: str = PATH,
     ) -> None:
         super().__init__(name, board)
+        self._source = source
         self._threshold_m = threshold_m
         self._search_distance_m = search_distance_m
         self.path: NDArray[np.float64] | None = None
@@ -91,7 +102,7 @@ class IsGoalNearby(Leaf):
 
     def update(self) -> Status:
         """Finds the robot on the path and measures the rest."""
-        path = self.board.values.path
+        path = self.board.values.paths.get(self._source)
         if path is None:
             return Status.FAILURE
         if path is not self.path:
@@ -104,36 +115,23 @@ class IsGoalNearby(Leaf):
         return Status.SUCCESS if is_near else Status.FAILURE
 
 
-class TruncatePathLocal(Leaf):
-    """Cuts off the part of the path that the robot has passed."""
-
-    def update(self) -> Status:
-        """Writes the remaining path."""
-        path = self.board.values.path
-        if path is not None:
-            path = path[nearest_index(path, self.board.inputs.pose) :]
-        self.board.write(remaining_path=path)
-        return Status.SUCCESS
-
-
 class ValidatePath(Leaf):
     """Success when a path is free of collisions on the global costmap.
 
-    remaining: whether the part of it before the robot is looked at, or all of it. limits: what the
-    validity service is asked for besides, as of `is_path_valid`.
+    source: its variable. limits: what the validity service is asked for besides, as of
+    `is_path_valid`.
     """
 
     def __init__(
-        self, name: str, board: Board, *, remaining: bool = True, **limits: int | bool
+        self, name: str, board: Board, *, source: str = REMAINING_PATH, **limits: int | bool
     ) -> None:
         super().__init__(name, board)
-        self._remaining = remaining
+        self._source = source
         self._limits = limits
 
     def update(self) -> Status:
         """Asks the planner's validity service; an empty path is not valid."""
-        values = self.board.values
-        path = values.remaining_path if self._remaining else values.path
+        path = self.board.values.paths.get(self._source)
         is_valid = path is not None and self.board.is_path_valid(
             path, self.board.inputs.global_costmap, **self._limits
         )
@@ -141,7 +139,14 @@ class ValidatePath(Leaf):
 
 
 class ComputePathToPose(Leaf):
-    """Asks the planner for a path from the robot to the goal; failure empties the path."""
+    """Asks the planner for a path from the robot to the goal; failure empties the path.
+
+    result: the path's variable.
+    """
+
+    def __init__(self, name: str, board: Board, *, result: str = PATH) -> None:
+        super().__init__(name, board)
+        self._result = result
 
     def update(self) -> Status:
         """Plans."""
@@ -151,33 +156,35 @@ class ComputePathToPose(Leaf):
         try:
             path = board.make_plan(board.inputs.pose, goal, board.inputs.global_costmap)
         except PlanningError as error:
-            board.write(path=None)
+            board.write_path(self._result, None)
             board.write_result(COMPUTE_PATH, TaskStatus(TaskState.ABORTED, error.code, str(error)))
             return Status.FAILURE
-        path = read_only(path)
-        board.write(path=path, plan_count=board.values.plan_count + 1)
+        plan_count = board.values.plan_count + 1
+        board.write_path(self._result, read_only(path), plan_count=plan_count)
         board.write_result(COMPUTE_PATH, TaskStatus(TaskState.SUCCEEDED))
         return Status.SUCCESS
 
 
 class SmoothPath(Leaf):
-    """Has the path smoothed. keeps_path: the smoothed one is kept apart, else it takes its place.
+    """Has a path smoothed. source, result: variables of the path and of the smoothed one.
 
-    An empty path, and one that the smoother fails at, is a failure. A path that is kept is smoothed
-    once: again it would be the same.
+    An empty path, and one that the smoother fails at, is a failure. A path that is kept apart from
+    the smoothed one is smoothed once: again it would be the same.
     """
 
     MEMORY = ("smoothed",)
     smoothed: NDArray[np.float64] | None = None
 
-    def __init__(self, name: str, board: Board, *, keeps_path: bool) -> None:
+    def __init__(self, name: str, board: Board, *, source: str = PATH, result: str) -> None:
         super().__init__(name, board)
-        self._keeps_path = keeps_path
+        self._source = source
+        self._result = result
 
     def update(self) -> Status:
         """Asks the smoother."""
-        board, path = self.board, self.board.values.path
-        if self._keeps_path and path is not None and path is self.smoothed:
+        board, path = self.board, self.board.values.paths.get(self._source)
+        is_kept = self._result != self._source
+        if is_kept and path is not None and path is self.smoothed:
             return Status.SUCCESS
         try:
             if path is None:
@@ -187,8 +194,7 @@ class SmoothPath(Leaf):
             board.write_result(SMOOTH_PATH, TaskStatus(TaskState.ABORTED, error.code, str(error)))
             return Status.FAILURE
         self.smoothed = path
-        field = "smoothed_path" if self._keeps_path else "path"
-        board.write(**{field: smoothed}, plan_count=board.values.plan_count + 1)
+        board.write_path(self._result, smoothed, plan_count=board.values.plan_count + 1)
         board.write_result(SMOOTH_PATH, TaskStatus(TaskState.SUCCEEDED))
         return Status.SUCCESS
 
@@ -196,19 +202,18 @@ class SmoothPath(Leaf):
 class FollowPath(Leaf):
     """Has the controller server follow the path; a path that replaces it preempts the task.
 
-    Halting it cancels the task. follows_smoothed: it is the one that the smoother keeps apart.
+    Halting it cancels the task. source: the path's variable.
     """
 
     MEMORY = ("task_id",)
     task_id = 0
 
-    def __init__(self, name: str, board: Board, *, follows_smoothed: bool = False) -> None:
+    def __init__(self, name: str, board: Board, *, source: str = PATH) -> None:
         super().__init__(name, board)
-        self._follows_smoothed = follows_smoothed
+        self._source = source
 
     def _path(self) -> NDArray[np.float64] | None:
-        values = self.board.values
-        return values.smoothed_path if self._follows_smoothed else values.path
+        return self.board.values.paths.get(self._source)
 
     def initialise(self) -> None:
         """Sends a new task."""
@@ -232,9 +237,19 @@ class FollowPath(Leaf):
             board.write_result(FOLLOW_PATH, status)
             has_failed = status.state is TaskState.ABORTED
             return Status.FAILURE if has_failed else Status.SUCCESS
-        if path is not None and path is not task.poses:
-            board.write(follow_path=replace(task, plan_id=board.values.plan_count, poses=path))
+        if path is not None and self._is_new(path, task):
+            plan_id = max(board.values.plan_count, task.plan_id + 1)
+            board.write(follow_path=replace(task, plan_id=plan_id, poses=path), plan_count=plan_id)
         return Status.RUNNING
+
+    def _is_new(self, path: NDArray[np.float64], task: GlobalPlan) -> bool:
+        """Tells whether a path was planned or changed since the task got its own.
+
+        One that is cut anew from the same plan may be alike. Nav2 compares paths with their
+        stamps, which are those of the plan.
+        """
+        is_planned = self.board.values.plan_count != task.plan_id
+        return path is not task.poses and (is_planned or not np.array_equal(path, task.poses))
 
     def terminate(self, new_status: Status) -> None:
         """Cancels the task where it is halted."""
@@ -257,8 +272,8 @@ class CancelControl(Leaf):
 class WouldRecoveryHelp(Leaf):
     """Success when an action's last error code is one after which a recovery is useful.
 
-    key: COMPUTE_PATH (Nav2's WouldAPlannerRecoveryHelp) or FOLLOW_PATH
-    (WouldAControllerRecoveryHelp).
+    key: COMPUTE_PATH (Nav2's WouldAPlannerRecoveryHelp), FOLLOW_PATH
+    (WouldAControllerRecoveryHelp) or SMOOTH_PATH (WouldASmootherRecoveryHelp).
     """
 
     def __init__(self, name: str, board: Board, *, key: str) -> None:

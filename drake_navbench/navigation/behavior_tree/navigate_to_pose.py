@@ -31,10 +31,10 @@ from drake_navbench.navigation.behavior_tree.leaves import (
     IsGoalNearby,
     Leaf,
     RunBehavior,
-    TruncatePathLocal,
     ValidatePath,
     WouldRecoveryHelp,
 )
+from drake_navbench.navigation.behavior_tree.path_leaves import TruncatePathLocal
 from drake_navbench.navigation.behavior_tree.settings import TREE_NODES, BehaviorTreeSettings
 from drake_navbench.navigation.behavior_tree.snapshot import nodes_of
 

@@ -12,7 +12,7 @@ from scenes import straight_plan
 from test_control_nodes import Script, ticked
 
 from drake_navbench.navigation.behavior_tree.board import Board, TickInputs
-from drake_navbench.navigation.behavior_tree.builder import NotOurs, build_tree
+from drake_navbench.navigation.behavior_tree.builder import build_tree
 from drake_navbench.navigation.behavior_tree.conditions import (
     AlwaysEnds,
     DistanceTraveled,
@@ -34,6 +34,7 @@ from drake_navbench.navigation.behavior_tree.decorators import (
 )
 from drake_navbench.navigation.behavior_tree.description import NodeDescription
 from drake_navbench.navigation.behavior_tree.leaves import CancelControl
+from drake_navbench.navigation.behavior_tree.node_attributes import NotOurs
 from drake_navbench.navigation.behavior_tree.snapshot import nodes_of, restore, take_snapshot
 from drake_navbench.navigation.task import GlobalPlan
 
@@ -116,7 +117,7 @@ def test_a_path_that_gets_much_longer_near_the_goal_ticks_the_child():
     def with_path(length_m, spacing_m=0.1):
         path = straight_plan(length_m, spacing_m)
         path[:, 0] -= path[-1, 0]
-        shared.write(path=path)
+        shared.write_path("path", path)
         return ticked(node, 1)
 
     assert with_path(2.0) == "S"
@@ -134,7 +135,7 @@ def test_a_path_to_another_goal_is_not_compared():
     shared, child = board(), Script("")
     node = PathLongerOnApproach("n", child, shared, near_m=3.0, factor=2.0)
     for length_m in (1.0, 2.9):
-        shared.write(path=straight_plan(length_m, 0.1))
+        shared.write_path("path", straight_plan(length_m, 0.1))
         assert ticked(node, 1) == "S"
 
 
@@ -177,12 +178,12 @@ def test_time_expires_once_a_period():
 def test_a_path_expires_unless_there_is_another_one():
     shared = board()
     node = PathExpiringTimer("n", shared, period_s=1.0)
-    shared.write(path=straight_plan(1.0, 0.1))
+    shared.write_path("path", straight_plan(1.0, 0.1))
     assert [at(shared, node, now_s=t) for t in (0.0, 0.9)] == list("FF")
     # An equal path is none.
-    shared.write(path=straight_plan(1.0, 0.1))
+    shared.write_path("path", straight_plan(1.0, 0.1))
     assert at(shared, node, now_s=1.0) == "S"
-    shared.write(path=straight_plan(2.0, 0.1))
+    shared.write_path("path", straight_plan(2.0, 0.1))
     assert [at(shared, node, now_s=t) for t in (1.9, 2.8, 2.9)] == list("FFS")
     # Being idle does not begin the time anew.
     node.stop(Status.INVALID)
@@ -211,7 +212,7 @@ def test_control_is_cancelled_where_there_is_any():
 
 def test_a_snapshot_holds_all_that_they_remember():
     shared = board()
-    shared.write(path=straight_plan(1.0, 0.1))
+    shared.write_path("path", straight_plan(1.0, 0.1))
 
     def tree():
         leaf = NodeDescription(node="PathExpiringTimer", attributes={"seconds": "0.3"})

@@ -11,6 +11,8 @@ from drake_navbench.navigation.behavior_tree.board import Board, TickInputs
 from drake_navbench.navigation.behavior_tree.leaves import (
     COMPUTE_PATH,
     FOLLOW_PATH,
+    REMAINING_PATH,
+    SMOOTH_PATH,
     ComputePathToPose,
     FollowPath,
     GlobalUpdatedGoal,
@@ -18,7 +20,6 @@ from drake_navbench.navigation.behavior_tree.leaves import (
     IsGoalNearby,
     RunBehavior,
     SmoothPath,
-    TruncatePathLocal,
     ValidatePath,
     WouldRecoveryHelp,
     nearest_index,
@@ -39,10 +40,10 @@ def smooth(path, costmap):
     return path + np.array([0.0, 1.0, 0.0])
 
 
-def board(**values) -> Board:
+def board(path=None, **values) -> Board:
     made = Board(plan_straight, lambda path, costmap: True, smooth)
     made.inputs = TickInputs(now_s=0.0, pose=np.zeros(3), global_costmap=None)
-    made.write(goal_id=1, goal=np.array([6.0, 0.0, 0.0]), **values)
+    made.write_path("path", path, goal_id=1, goal=np.array([6.0, 0.0, 0.0]), **values)
     return made
 
 
@@ -101,13 +102,6 @@ def test_without_a_path_the_goal_is_not_nearby():
     assert tick(node) == Status.FAILURE
 
 
-def test_the_remaining_path_begins_at_the_pose_nearest_to_the_robot():
-    shared = board(path=straight_plan(6.0, 0.1))
-    see(shared, pose=np.array([2.04, 0.5, 0.0]))
-    assert tick(TruncatePathLocal("n", shared)) == Status.SUCCESS
-    np.testing.assert_allclose(shared.values.remaining_path[0], [2.0, 0.0, 0.0])
-
-
 def test_of_equally_near_poses_the_last_one_counts():
     path = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 0.0]])
     assert nearest_index(path, np.array([0.3, 0.0, 0.0])) == 3
@@ -116,7 +110,7 @@ def test_of_equally_near_poses_the_last_one_counts():
 def test_only_a_path_that_is_there_and_free_is_valid():
     shared = board()
     assert tick(ValidatePath("n", shared)) == Status.FAILURE
-    shared.write(remaining_path=straight_plan(1.0, 0.1))
+    shared.write_path(REMAINING_PATH, straight_plan(1.0, 0.1))
     assert tick(ValidatePath("n", shared)) == Status.SUCCESS
     shared.is_path_valid = lambda path, costmap, **limits: False
     assert tick(ValidatePath("n", shared)) == Status.FAILURE
@@ -147,6 +141,8 @@ def test_a_failed_plan_empties_the_path_and_keeps_the_code():
         (COMPUTE_PATH, 207, Status.SUCCESS),
         (COMPUTE_PATH, 206, Status.FAILURE),
         (COMPUTE_PATH, 0, Status.FAILURE),
+        (SMOOTH_PATH, 504, Status.SUCCESS),
+        (SMOOTH_PATH, 501, Status.FAILURE),
     ],
 )
 def test_a_recovery_helps_after_nav2s_recoverable_codes_only(key, code, status):
@@ -162,7 +158,7 @@ def test_a_new_path_preempts_the_task_and_the_same_path_does_not():
     first = shared.values.follow_path
     assert tick(node) == Status.RUNNING
     assert shared.values.follow_path is first
-    shared.write(path=straight_plan(6.0, 0.1), plan_count=2)
+    shared.write_path("path", straight_plan(6.0, 0.1), plan_count=2)
     tick(node)
     assert (shared.values.follow_path.task_id, shared.values.follow_path.plan_id) == (1, 2)
 
@@ -192,23 +188,23 @@ def test_halting_cancels_what_runs_at_a_server():
 def test_a_path_is_smoothed_in_place_or_beside_itself():
     path = straight_plan(2.0, 0.1)
     shared = board(path=path)
-    node = SmoothPath("n", shared, keeps_path=False)
+    node = SmoothPath("n", shared, result="path")
     assert [tick(node), tick(node)] == [Status.SUCCESS, Status.SUCCESS]
     # Ticked again it is smoothed again, as in Nav2.
     assert shared.values.path[0].tolist() == [0.0, 2.0, 0.0]
     shared = board(path=path)
-    node = SmoothPath("n", shared, keeps_path=True)
+    node = SmoothPath("n", shared, result="mine")
     assert tick(node) == Status.SUCCESS
-    first = shared.values.smoothed_path
+    first = shared.values.paths["mine"]
     assert (shared.values.path is path, first[0, 1]) == (True, 1.0)
     assert tick(node) == Status.SUCCESS
-    assert shared.values.smoothed_path is first
+    assert shared.values.paths["mine"] is first
 
 
 @pytest.mark.parametrize("path", [None, straight_plan(10.0, 1.0)[9:]])
 def test_what_cannot_be_smoothed_is_a_failure(path):
     shared = board(path=path)
-    assert tick(SmoothPath("n", shared, keeps_path=False)) == Status.FAILURE
+    assert tick(SmoothPath("n", shared, result="path")) == Status.FAILURE
     assert shared.values.results["smooth_path"].error_code == SmoothingError.code
     assert shared.values.path is path
 
@@ -216,8 +212,21 @@ def test_what_cannot_be_smoothed_is_a_failure(path):
 def test_the_robot_follows_the_path_that_the_tree_names():
     path = straight_plan(2.0, 0.1)
     shared = board(path=path)
-    SmoothPath("n", shared, keeps_path=True).tick_once()
-    assert tick(FollowPath("n", shared, follows_smoothed=True)) == Status.RUNNING
-    assert shared.values.follow_path.poses is shared.values.smoothed_path
+    SmoothPath("n", shared, result="mine").tick_once()
+    assert tick(FollowPath("n", shared, source="mine")) == Status.RUNNING
+    assert shared.values.follow_path.poses is shared.values.paths["mine"]
     assert tick(FollowPath("n", shared)) == Status.RUNNING
     assert shared.values.follow_path.poses is path
+
+
+def test_a_path_that_is_cut_anew_is_a_new_plan_only_where_it_changed():
+    shared = board(path=straight_plan(6.0, 0.1), plan_count=1)
+    node = FollowPath("n", shared)
+    tick(node)
+    shared.write_path("path", straight_plan(6.0, 0.1))
+    tick(node)
+    assert shared.values.follow_path.plan_id == 1
+    shared.write_path("path", straight_plan(5.0, 0.1))
+    tick(node)
+    assert (shared.values.follow_path.plan_id, shared.values.plan_count) == (2, 2)
+    assert shared.values.follow_path.poses is shared.values.path

@@ -1,0 +1,73 @@
+"""The base that drives what the controllers of a Nav2 file ask of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from drake_navbench.controller import AskedSpeeds
+from drake_navbench.inputs.drive import AckermannDrive, OmnidirectionalDrive, as_omnidirectional
+from drake_navbench.inputs.robot import Robot
+
+Fields = dict[str, Any]
+
+
+def drive_for(
+    data: Fields,
+    asked: Sequence[AskedSpeeds],
+    base: Robot,
+    base_name: str,
+    *,
+    spin_radps: float = 0.0,
+) -> tuple[Fields, dict[str, str]]:
+    """Returns the fields of a base robot's drive with the speeds asked for, and what differs.
+
+    data: the base robot's fields. asked: by each controller. spin_radps: by the spin. It becomes
+    omnidirectional where a controller moves sideways. What differs is a remark by the name of the
+    field.
+    """
+    drive = base.drive
+    remarks = {}
+    speeds = _speeds(asked, spin_radps, base)
+    if "max_lateral_velocity_mps" in speeds and not isinstance(drive, OmnidirectionalDrive):
+        data = as_omnidirectional(drive)
+        remarks["type"] = f"omnidirectional, as the controllers ask; {base_name} is not"
+    for name, value in speeds.items():
+        own = getattr(drive, name, None)
+        if value != own:
+            has = "none" if own is None else f"{own:g}"
+            remarks[name] = f"{value:g}, as the controllers ask; {base_name} has {has}"
+    for name, most in _accelerations(asked).items():
+        own = getattr(drive, name, None)
+        if own is not None and most > own:
+            remarks[name] = f"{own:g}, that of {base_name}; a controller counts on {most:g}"
+    return {**data, **speeds}, remarks
+
+
+def _speeds(asked: Sequence[AskedSpeeds], spin_radps: float, base: Robot) -> dict[str, float]:
+    """Returns the largest limits by the drive's names; by who asks for none, the base's."""
+    drive = base.drive
+    asked = asked or [AskedSpeeds()]
+    forward = [s.max_linear_mps or drive.max_linear_velocity_mps for s in asked]
+    backward = [s.min_linear_mps or 0.0 for s in asked]
+    turning = [s.max_angular_radps or drive.max_angular_velocity_radps for s in asked]
+    sideways = max(s.max_lateral_mps or 0.0 for s in asked)
+    speeds = {
+        "max_linear_velocity_mps": max(forward),
+        "min_linear_velocity_mps": min(drive.min_linear_velocity_mps, *backward),
+        "max_angular_velocity_radps": max(*turning, spin_radps),
+    }
+    if sideways > 0.0:
+        speeds["max_lateral_velocity_mps"] = sideways
+    elif isinstance(drive, AckermannDrive):
+        del speeds["max_angular_velocity_radps"]
+    return speeds
+
+
+def _accelerations(asked: Sequence[AskedSpeeds]) -> dict[str, float]:
+    linear = [s.linear_acceleration_mps2 or 0.0 for s in asked]
+    angular = [s.angular_acceleration_radps2 or 0.0 for s in asked]
+    return {
+        "max_linear_acceleration_mps2": max(linear, default=0.0),
+        "max_angular_acceleration_radps2": max(angular, default=0.0),
+    }

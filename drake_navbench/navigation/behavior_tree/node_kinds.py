@@ -1,0 +1,331 @@
+"""How each node of a tree's file is made, by Nav2's name of it.
+
+Attributes have the names and defaults of Nav2's nodes. Source: nav2_behavior_tree, branches humble
+to lyrical.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from py_trees.common import Status
+
+from drake_navbench.kernels.grid import LETHAL
+from drake_navbench.navigation.behavior_tree.board import Board
+from drake_navbench.navigation.behavior_tree.conditions import (
+    AlwaysEnds,
+    DistanceTraveled,
+    GoalReached,
+    PathExpiringTimer,
+    TimeExpired,
+)
+from drake_navbench.navigation.behavior_tree.control_nodes import (
+    FallbackNode,
+    GoalUpdatedController,
+    InverterNode,
+    PipelineSequence,
+    RateController,
+    ReactiveFallbackNode,
+    ReactiveSequenceNode,
+    RecoveryNode,
+    RoundRobinNode,
+    SequenceNode,
+    TreeNode,
+)
+from drake_navbench.navigation.behavior_tree.decorators import (
+    FOR_EVER,
+    ODOMETRY_WINDOW_S,
+    DistanceController,
+    ForceFailure,
+    ForceSuccess,
+    KeepRunningUntilFailure,
+    PassedOn,
+    PathLongerOnApproach,
+    Repeat,
+    RetryUntilSuccessful,
+    SequenceWithMemory,
+    SingleTrigger,
+    SpeedController,
+)
+from drake_navbench.navigation.behavior_tree.leaves import (
+    COMPUTE_PATH,
+    FOLLOW_PATH,
+    SMOOTH_PATH,
+    CancelControl,
+    ClearEntireCostmap,
+    ComputePathToPose,
+    FollowPath,
+    GlobalUpdatedGoal,
+    GoalUpdated,
+    IsGoalNearby,
+    RunBehavior,
+    SmoothPath,
+    ValidatePath,
+    WouldRecoveryHelp,
+)
+from drake_navbench.navigation.behavior_tree.node_attributes import GOAL, Attributes
+from drake_navbench.navigation.behavior_tree.path_leaves import TruncatePath, TruncatePathLocal
+
+COSTMAPS = ("local", "global")
+
+
+@dataclass(frozen=True)
+class NodeKind:
+    """How a node is made. children: how many it takes; None stands for any from one on."""
+
+    make: Callable[[str, Attributes, Sequence[TreeNode], Board], TreeNode]
+    children: int | None = 0
+
+
+def _recovery(name: str, a: Attributes, children: Sequence[TreeNode], _: Board) -> TreeNode:
+    return RecoveryNode(name, children, number_of_retries=a.count("number_of_retries", 1))
+
+
+def _rate(name: str, a: Attributes, children: Sequence[TreeNode], board: Board) -> TreeNode:
+    hz = a.number("hz", 10.0)
+    if hz <= 0.0:
+        raise a.fault(f"hz: expected a number above 0, got {hz:g}")
+    return RateController(name, children[0], hz=hz, now_s=lambda: board.inputs.now_s)
+
+
+def _goal_updated_controller(
+    name: str, _: Attributes, children: Sequence[TreeNode], board: Board
+) -> TreeNode:
+    return GoalUpdatedController(name, children[0], goal_id=lambda: board.values.goal_id)
+
+
+def _distance_controller(
+    name: str, a: Attributes, children: Sequence[TreeNode], board: Board
+) -> TreeNode:
+    distance_m = a.number("distance", 1.0)
+    return DistanceController(name, children[0], board, distance_m=distance_m)
+
+
+def _speed_controller(
+    name: str, a: Attributes, children: Sequence[TreeNode], board: Board
+) -> TreeNode:
+    rates_hz = a.number("min_rate", 0.1), a.number("max_rate", 1.0)
+    speeds_mps = a.number("min_speed", 0.0), a.number("max_speed", 0.5)
+    if min(rates_hz) <= 0.0:
+        raise a.fault(f"min_rate and max_rate: expected rates above 0, got {rates_hz}")
+    if speeds_mps[0] == speeds_mps[1]:
+        raise a.fault(f"min_speed and max_speed: expected two speeds, got {speeds_mps[0]:g} twice")
+    return SpeedController(
+        name,
+        children[0],
+        board,
+        rates_hz=rates_hz,
+        speeds_mps=speeds_mps,
+        window_s=a.number("filter_duration", ODOMETRY_WINDOW_S),
+    )
+
+
+def _path_longer(name: str, a: Attributes, children: Sequence[TreeNode], board: Board) -> TreeNode:
+    near_m, factor = a.number("prox_len", 3.0), a.number("length_factor", 2.0)
+    return PathLongerOnApproach(
+        name, children[0], board, near_m=near_m, factor=factor, source=a.source("path")
+    )
+
+
+def _goal_updater(name: str, a: Attributes, children: Sequence[TreeNode], board: Board) -> TreeNode:
+    a.source("input_goal", GOAL)
+    a.result("output_goal", GOAL)
+    for attribute in ("input_goals", "output_goals"):
+        a.text(attribute)
+    return PassedOn(name, children)
+
+
+def _again(node: Callable[..., TreeNode], attribute: str) -> NodeKind:
+    """Returns how a node that ticks its child again is made. attribute: with how often."""
+
+    def make(name: str, a: Attributes, children: Sequence[TreeNode], _: Board) -> TreeNode:
+        limit = a.count(attribute, 0)
+        if limit < FOR_EVER or limit == 0:
+            raise a.fault(f"{attribute}: expected -1 or at least 1, got {limit}")
+        return node(name, children[0], limit=limit)
+
+    return NodeKind(make, 1)
+
+
+def _time_expired(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
+    return TimeExpired(name, board, period_s=a.number("seconds", 1.0))
+
+
+def _path_expired(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
+    period_s = a.number("seconds", 1.0)
+    return PathExpiringTimer(name, board, period_s=period_s, source=a.source("path"))
+
+
+def _distance_traveled(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
+    return DistanceTraveled(name, board, distance_m=a.number("distance", 1.0))
+
+
+def _always(result: Status) -> NodeKind:
+    return NodeKind(lambda name, a, _, board: AlwaysEnds(name, result))
+
+
+def _round_robin(name: str, a: Attributes, children: Sequence[TreeNode], _: Board) -> TreeNode:
+    return RoundRobinNode(name, children, wrap_around=a.flag("wrap_around", False))
+
+
+def _is_goal_nearby(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
+    threshold_m = a.number("proximity_threshold", 1.0)
+    search_distance_m = a.number("max_robot_pose_search_dist", -1.0)
+    if search_distance_m <= 0.0:
+        raise a.fault("max_robot_pose_search_dist: expected a number above 0")
+    return IsGoalNearby(
+        name,
+        board,
+        threshold_m=threshold_m,
+        search_distance_m=search_distance_m,
+        source=a.source("path"),
+    )
+
+
+def _truncate(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
+    return TruncatePath(
+        name,
+        board,
+        distance_m=a.number("distance", 1.0),
+        source=a.source("input_path"),
+        result=a.result("output_path"),
+    )
+
+
+def _truncate_local(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
+    for attribute in ("robot_frame", "robot_base_frame", "transform_tolerance"):
+        a.text(attribute)
+    return TruncatePathLocal(
+        name,
+        board,
+        forward_m=a.number("distance_forward", 8.0),
+        backward_m=a.number("distance_backward", 4.0),
+        angle_weight_m=a.number("angular_distance_weight", 0.0),
+        search_distance_m=a.number("max_robot_pose_search_dist", math.inf),
+        source=a.source("input_path"),
+        result=a.result("output_path"),
+    )
+
+
+def _compute_path(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
+    a.source("goal", GOAL)
+    return ComputePathToPose(name, board, result=a.result("path"))
+
+
+def _smooth(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
+    if a.flag("check_for_collisions", False):
+        raise a.fault("check_for_collisions: a smoothed path is not looked at here")
+    source, result = a.source("unsmoothed_path"), a.result("smoothed_path")
+    return SmoothPath(name, board, source=source, result=result)
+
+
+def _follow(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
+    a.text("goal")
+    return FollowPath(name, board, source=a.source("path"))
+
+
+def _goal_reached(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
+    a.source("goal", GOAL)
+    return GoalReached(name, board)
+
+
+def _validate(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
+    return ValidatePath(
+        name,
+        board,
+        source=a.source("path"),
+        max_cost=a.count("max_cost", LETHAL),
+        consider_unknown_as_obstacle=a.flag("consider_unknown_as_obstacle", False),
+    )
+
+
+def _clear(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
+    service = a.text("service_name")
+    for costmap in COSTMAPS:
+        if f"{costmap}_costmap" in service:
+            return ClearEntireCostmap(name, board, field=f"clear_{costmap}")
+    raise a.fault(f"service_name: expected the local or the global costmap's, got {service!r}")
+
+
+def _would_help(key: str) -> NodeKind:
+    return NodeKind(lambda name, a, _, board: WouldRecoveryHelp(name, board, key=key))
+
+
+def _behavior(behavior: str, names: Mapping[str, tuple[str, float]]) -> NodeKind:
+    """Returns how a behaviour is made. names: of its attributes -> our argument and the default."""
+
+    def make(name: str, a: Attributes, _: Sequence[TreeNode], board: Board) -> TreeNode:
+        arguments = {ours: a.number(theirs, default) for theirs, (ours, default) in names.items()}
+        if a.flag("disable_collision_checks", False):
+            raise a.fault("disable_collision_checks: collisions are always looked for")
+        return RunBehavior(name, board, behavior=behavior, arguments=arguments)
+
+    return NodeKind(make)
+
+
+def _plain(node: Callable[[str, Sequence[TreeNode]], TreeNode], children: int | None) -> NodeKind:
+    return NodeKind(lambda name, a, below, board: node(name, below), children)
+
+
+def _leaf(node: Callable[[str, Board], TreeNode]) -> NodeKind:
+    return NodeKind(lambda name, a, below, board: node(name, board))
+
+
+_ALLOWANCE = {"time_allowance": ("time_allowance", 10.0)}
+NODE_KINDS: Mapping[str, NodeKind] = {
+    "Sequence": _plain(SequenceNode, None),
+    "Fallback": _plain(FallbackNode, None),
+    "ReactiveSequence": _plain(ReactiveSequenceNode, None),
+    "ReactiveFallback": _plain(ReactiveFallbackNode, None),
+    "PipelineSequence": _plain(PipelineSequence, None),
+    "Inverter": _plain(InverterNode, 1),
+    "RecoveryNode": NodeKind(_recovery, 2),
+    "RoundRobin": NodeKind(_round_robin, None),
+    "RateController": NodeKind(_rate, 1),
+    "DistanceController": NodeKind(_distance_controller, 1),
+    "SpeedController": NodeKind(_speed_controller, 1),
+    "SingleTrigger": NodeKind(lambda name, a, below, board: SingleTrigger(name, below[0]), 1),
+    "PathLongerOnApproach": NodeKind(_path_longer, 1),
+    "GoalUpdater": NodeKind(_goal_updater, 1),
+    "KeepRunningUntilFailure": _plain(KeepRunningUntilFailure, 1),
+    "ForceSuccess": _plain(ForceSuccess, 1),
+    "ForceFailure": _plain(ForceFailure, 1),
+    "Repeat": _again(Repeat, "num_cycles"),
+    "RetryUntilSuccessful": _again(RetryUntilSuccessful, "num_attempts"),
+    "SequenceWithMemory": _plain(SequenceWithMemory, None),
+    "SequenceStar": _plain(SequenceWithMemory, None),
+    "AlwaysSuccess": _always(Status.SUCCESS),
+    "AlwaysFailure": _always(Status.FAILURE),
+    "TimeExpired": NodeKind(_time_expired),
+    "PathExpiringTimer": NodeKind(_path_expired),
+    "DistanceTraveled": NodeKind(_distance_traveled),
+    "GoalReached": NodeKind(_goal_reached),
+    "GoalUpdatedController": NodeKind(_goal_updated_controller, 1),
+    "ComputePathToPose": NodeKind(_compute_path),
+    "SmoothPath": NodeKind(_smooth),
+    "FollowPath": NodeKind(_follow),
+    "CancelControl": _leaf(CancelControl),
+    "GoalUpdated": _leaf(GoalUpdated),
+    "GlobalUpdatedGoal": _leaf(GlobalUpdatedGoal),
+    "IsGoalNearby": NodeKind(_is_goal_nearby),
+    "TruncatePath": NodeKind(_truncate),
+    "TruncatePathLocal": NodeKind(_truncate_local),
+    "ValidatePath": NodeKind(_validate),
+    "IsPathValid": NodeKind(_validate),
+    "ClearEntireCostmap": NodeKind(_clear),
+    "WouldAPlannerRecoveryHelp": _would_help(COMPUTE_PATH),
+    "WouldAControllerRecoveryHelp": _would_help(FOLLOW_PATH),
+    "WouldASmootherRecoveryHelp": _would_help(SMOOTH_PATH),
+    "Spin": _behavior("spin", {"spin_dist": ("target_yaw", 1.57)} | _ALLOWANCE),
+    "Wait": _behavior("wait", {"wait_duration": ("time", 1.0)}),
+    "DriveOnHeading": _behavior(
+        "drive_on_heading",
+        {"dist_to_travel": ("target_x", 0.15), "speed": ("speed", 0.025)} | _ALLOWANCE,
+    ),
+    "BackUp": _behavior(
+        "backup",
+        {"backup_dist": ("target_x", 0.15), "backup_speed": ("speed", 0.025)} | _ALLOWANCE,
+    ),
+}

@@ -1,0 +1,124 @@
+"""Leaves that cut paths.
+
+Source: nav2_behavior_tree (TruncatePath, TruncatePathLocal), branches humble to lyrical.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from py_trees.common import Status
+
+from drake_navbench.kernels.read_only import read_only
+from drake_navbench.navigation.behavior_tree.board import PATH, Board
+from drake_navbench.navigation.behavior_tree.leaves import REMAINING_PATH, Leaf, nearest_index
+
+Path = NDArray[np.float64]
+
+
+class TruncatePath(Leaf):
+    """Cuts off the end of a path, up to the last pose that is a distance from the goal.
+
+    That pose then looks at the goal. Two poses stay in any case. source, result: variables of the
+    path and of what is left.
+    """
+
+    def __init__(
+        self, name: str, board: Board, *, distance_m: float, source: str, result: str
+    ) -> None:
+        super().__init__(name, board)
+        self._distance_m = distance_m
+        self._source = source
+        self._result = result
+
+    def update(self) -> Status:
+        """Writes what is left; an empty path stays empty."""
+        path = self.board.values.paths.get(self._source)
+        self.board.write_path(self._result, None if path is None else self._cut(path))
+        return Status.SUCCESS
+
+    def _cut(self, path: Path) -> Path:
+        goal = path[-1]
+        to_goal_m = np.hypot(path[:, 0] - goal[0], path[:, 1] - goal[1])
+        count = len(path)
+        while to_goal_m[count - 1] < self._distance_m and count > 2:
+            count -= 1
+        left = path[:count].copy()
+        left[-1, 2] = math.atan2(goal[1] - left[-1, 1], goal[0] - left[-1, 0])
+        return read_only(left)
+
+
+class TruncatePathLocal(Leaf):
+    """Leaves of a path what lies around the robot: some way before and behind it.
+
+    forward_m: negative for all that lies before it. angle_weight_m: what a radian of difference in
+    heading counts for where the pose nearest to the robot is looked for. search_distance_m: how far
+    along the path, from where the robot was last found; infinity looks at all of it. source,
+    result: variables of the path and of what is left.
+    """
+
+    MEMORY = ("path", "begin")
+
+    def __init__(
+        self,
+        name: str,
+        board: Board,
+        *,
+        forward_m: float = -1.0,
+        backward_m: float = 0.0,
+        angle_weight_m: float = 0.0,
+        search_distance_m: float = math.inf,
+        source: str = PATH,
+        result: str = REMAINING_PATH,
+    ) -> None:
+        super().__init__(name, board)
+        self._reach_m = (math.inf if forward_m < 0.0 else forward_m, backward_m)
+        self._angle_weight_m = angle_weight_m
+        self._search_distance_m = search_distance_m
+        self._source = source
+        self._result = result
+        self.path: Path | None = None
+        self.begin = 0
+
+    def update(self) -> Status:
+        """Writes what is left; an empty path stays empty."""
+        path = self.board.values.paths.get(self._source)
+        self.board.write_path(self._result, None if path is None else self._cut(path))
+        return Status.SUCCESS
+
+    def _cut(self, path: Path) -> Path:
+        if math.isinf(self._search_distance_m):
+            nearest = self._nearest(path)
+        else:
+            if path is not self.path:
+                self.path, self.begin = path, 0
+            end = self.begin + _count_within(path[self.begin :], self._search_distance_m)
+            nearest = self.begin + self._nearest(path[self.begin : end])
+            self.begin = nearest
+        forward_m, backward_m = self._reach_m
+        end = nearest + _count_within(path[nearest:], forward_m)
+        begin = nearest + 1 - _count_within(path[nearest::-1], backward_m)
+        return path[begin:end]
+
+    def _nearest(self, path: Path) -> int:
+        pose = self.board.inputs.pose
+        if self._angle_weight_m == 0.0:
+            return nearest_index(path, pose)
+        turns = self._angle_weight_m * _turns_between(path[:, 2], pose[2])
+        offsets = np.hypot(path[:, 0] - pose[0], path[:, 1] - pose[1])
+        return len(path) - 1 - int(np.argmin(np.hypot(offsets, turns)[::-1]))
+
+
+def _turns_between(headings: NDArray[np.float64], heading: float) -> NDArray[np.float64]:
+    """Returns the shortest turns between headings, rad, without their sign."""
+    return np.abs(np.remainder(headings - heading + math.pi, 2.0 * math.pi) - math.pi)
+
+
+def _count_within(path: Path, distance_m: float) -> int:
+    """Returns how many poses a path begins with before one lies more than a distance along it."""
+    if math.isinf(distance_m):
+        return len(path)
+    steps_m = np.hypot(*np.diff(path[:, :2], axis=0).T)
+    return 1 + int(np.count_nonzero(np.cumsum(steps_m) <= distance_m))
