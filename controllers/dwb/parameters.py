@@ -185,8 +185,8 @@ class DynamicWindowApproachParameters(ParametersWithCritics):
 
     @property
     def compares_plain_headings(self) -> bool:
-        """Whether a turn by 2 pi is one, as up to Jazzy."""
-        return self.nav2_release in ("humble", "iron", "jazzy")
+        """Whether a turn by 2 pi is one, as up to Kilted."""
+        return self.nav2_release != NEWEST_RELEASE
 
     @property
     def uses_standard_generator(self) -> bool:

@@ -6,8 +6,10 @@ import math
 from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drake_navbench.controller import (
+    ControllerError,
     ControllerSetup,
     Decision,
     InvalidPath,
@@ -19,25 +21,37 @@ from drake_navbench.controllers.graceful.cycle import (
     BLOCKED,
     FOLLOW,
     ROTATE_TO_GOAL,
+    ROTATE_TO_TARGET,
     Cycle,
     run_cycle,
 )
+from drake_navbench.controllers.graceful.earlier_cycles import run_humble_cycle, run_kilted_cycle
 from drake_navbench.controllers.graceful.memory import GracefulMemory
 from drake_navbench.controllers.graceful.parameters import GracefulParameters
+from drake_navbench.controllers.graceful.releases import RELEASES
 from drake_navbench.controllers.graceful.simulation import Scene, Settings
 from drake_navbench.kernels.grid import MAX_NON_OBSTACLE
+from drake_navbench.kernels.path_pruning import range_in_circle
 from drake_navbench.kernels.poses import compose
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.kernels.settings_record import settings_record
 from drake_navbench.kernels.speed_limit import NO_SPEED_LIMIT, limited_speed, speed_limit_ratio
 
-BRANCH_NAMES = {FOLLOW: "follow", ROTATE_TO_GOAL: "rotate_to_goal"}
+Array = NDArray[np.float64]
+
+BRANCH_NAMES = {
+    FOLLOW: "follow",
+    ROTATE_TO_GOAL: "rotate_to_goal",
+    ROTATE_TO_TARGET: "rotate_to_target",
+}
+# So large that no drive is slower for it: before Lyrical nothing limits how fast it brakes.
+NO_DECELERATION_LIMIT = 1e300
 
 
 class Graceful:
-    """Nav2's Graceful Controller, branch lyrical, number for number.
+    """Nav2's Graceful Controller, number for number, of each release that has it.
 
-    Without `use_collision_detection` Nav2 crashes where it approaches the goal with
+    In Lyrical, without `use_collision_detection` Nav2 crashes where it approaches the goal with
     `prefer_final_rotation`; this reads the costs along the approach all the same.
     """
 
@@ -45,6 +59,8 @@ class Graceful:
     nav2_plugin: ClassVar[str] = "nav2_graceful_controller::GracefulController"
 
     def __init__(self, parameters: GracefulParameters, setup: ControllerSetup) -> None:
+        parameters = parameters.as_read()
+        self._release = RELEASES[parameters.nav2_release]
         margin = parameters.obstacle_cost_margin
         if setup.footprint_is_circle and margin > MAX_NON_OBSTACLE:
             raise ValueError(
@@ -61,28 +77,33 @@ class Graceful:
         """Returns the memory at the start of a goal."""
         return GracefulMemory()
 
+    @property
+    def cuts_plan(self) -> bool:
+        """Whether it cuts the plan itself, as up to Kilted."""
+        return self._release.cuts_plan
+
     def step(self, observation: Observation, memory: GracefulMemory) -> Decision:
         """Returns the command of one cycle.
 
         Raises InvalidPath for a plan without poses; NoValidControl where no target on the plan can
-        be reached, or the only one left is where the robot stands.
+        be reached, or the only one left is where the robot stands. In Humble all are the latter.
         """
-        if len(observation.plan) == 0:
-            raise InvalidPath("plan: got no poses, expected at least one")
         if observation.plan_id != memory.plan_id:
             memory = GracefulMemory(observation.plan_id)
-        cycle = run_cycle(
-            self._settings_record,
-            self._scene(observation),
-            read_only(observation.plan),
-            observation.goal_xy_reached,
-            memory.may_turn_first,
-            math.nan if memory.safe_angle is None else memory.safe_angle,
-        )
+        plan, begin = self._local_plan(observation, memory.plan_begin)
+        if len(plan) == 0:
+            text = "plan: got no poses, expected at least one"
+            error: type[ControllerError] = (
+                NoValidControl if self._release.is_patient else InvalidPath
+            )
+            raise error(text, memory=memory._replace(plan_begin=begin))
+        cycle = self._run(observation, read_only(plan), memory)
         memory = GracefulMemory(
             observation.plan_id,
             cycle.may_turn_first,
             None if math.isnan(cycle.safe_angle) else cycle.safe_angle,
+            begin,
+            cycle.near_goal,
         )
         if cycle.branch == BLOCKED:
             raise NoValidControl("collision on the way to every target", memory=memory)
@@ -92,6 +113,55 @@ class Graceful:
         command = np.array([cycle.v, cycle.w])
         command.flags.writeable = False
         return Decision(command, memory, self._diagnostics(cycle, observation))
+
+    def _local_plan(self, observation: Observation, begin: int) -> tuple[Array, int]:
+        """Returns the local plan (M, 3), and where what is left of the whole one begins."""
+        if not self._release.cuts_plan:
+            return observation.plan, 0
+        whole = observation.global_plan if len(observation.global_plan) else observation.plan
+        if len(whole) == 0:
+            return whole, 0
+        size_m = observation.costmap.nav2_size_m
+        searched_m = self._parameters.max_robot_pose_search_dist
+        if searched_m is None:
+            searched_m = 0.5 * size_m[0]
+        first, stop = range_in_circle(
+            read_only(whole),
+            begin,
+            float(observation.pose[0]),
+            float(observation.pose[1]),
+            searched_m if searched_m >= 0.0 else math.inf,
+            0.5 * max(size_m),
+            self._release.takes_first_of_equals,
+            False,
+        )
+        return whole[first:stop], first
+
+    def _run(self, observation: Observation, plan: Array, memory: GracefulMemory) -> Cycle:
+        scene = self._scene(observation)
+        if not self._release.cuts_plan:
+            safe_angle = math.nan if memory.safe_angle is None else memory.safe_angle
+            return run_cycle(
+                self._settings_record,
+                scene,
+                plan,
+                observation.goal_xy_reached,
+                memory.may_turn_first,
+                safe_angle,
+            )
+        tolerance_m = float(observation.goal_xy_tolerance_m)
+        if self._release.aims_once:
+            return run_humble_cycle(
+                self._settings_record, scene, plan, memory.near_goal, tolerance_m
+            )
+        return run_kilted_cycle(
+            self._settings_record,
+            scene,
+            plan,
+            memory.near_goal,
+            tolerance_m,
+            memory.may_turn_first,
+        )
 
     def _scene(self, observation: Observation) -> Scene:
         parameters, limit = self._parameters, observation.speed_limit
@@ -107,7 +177,7 @@ class Graceful:
                 parameters.beta,
                 parameters.lambda_,
                 parameters.slowdown_radius,
-                parameters.deceleration_max,
+                NO_DECELERATION_LIMIT if self._release.cuts_plan else parameters.deceleration_max,
                 parameters.v_linear_min,
                 parameters.v_angular_max * ratio,
             ),
@@ -141,4 +211,10 @@ def _kernel_settings(parameters: GracefulParameters, setup: ControllerSetup) -> 
         name: value for name, value in parameters.model_dump().items() if name in Settings._fields
     }
     values["allow_backward"] = parameters.drives_backward
+    release = RELEASES[parameters.nav2_release]
+    if release.cuts_plan:
+        # The outline is not widened, so no drive is tried again more slowly.
+        values["footprint_scaling_linear_vel"] = math.inf
+    if release.aims_once:
+        values["v_angular_min_in_place"] = 0.0
     return Settings(is_circle=setup.footprint_is_circle, **values)

@@ -1,4 +1,4 @@
-"""One cycle of the Graceful Controller as a single kernel."""
+"""One cycle of the Graceful Controller in Lyrical as a single kernel."""
 
 from __future__ import annotations
 
@@ -22,14 +22,15 @@ from drake_navbench.kernels.path_pruning import arc_length
 from drake_navbench.kernels.poses import to_robot_frame
 
 # What a cycle did: the values of `Cycle.branch`.
-FOLLOW, ROTATE_TO_GOAL, BLOCKED = range(3)
+FOLLOW, ROTATE_TO_GOAL, BLOCKED, ROTATE_TO_TARGET = range(4)
 
 
 class Cycle(NamedTuple):
     """The outcome of one cycle.
 
-    v m/s, w rad/s; branch: FOLLOW, ROTATE_TO_GOAL or BLOCKED. target_x, target_y m, target_yaw rad,
-    and the trajectory (N, 3) to it: in the base frame. may_turn_first, safe_angle: as in
+    v m/s, w rad/s; branch: FOLLOW, ROTATE_TO_GOAL, BLOCKED or, in
+    Humble, ROTATE_TO_TARGET. target_x, target_y m, target_yaw rad,
+    and the trajectory (N, 3) to it: in the base frame. may_turn_first, safe_angle, near_goal: as in
     `GracefulMemory`, not a number for None.
     """
 
@@ -42,6 +43,7 @@ class Cycle(NamedTuple):
     trajectory: NDArray[np.float64]
     may_turn_first: bool
     safe_angle: float
+    near_goal: bool
 
 
 @njit(cache=True)
@@ -72,7 +74,7 @@ def run_cycle(settings_record, scene, plan, goal_xy_reached, may_turn_first, saf
         w = turn_rate_to(settings, scene, poses[-1, 2])
         still = np.zeros((1, 3))
         return Cycle(
-            0.0, w, ROTATE_TO_GOAL, 0.0, 0.0, poses[-1, 2], still, may_turn_first, safe_angle
+            0.0, w, ROTATE_TO_GOAL, 0.0, 0.0, poses[-1, 2], still, may_turn_first, safe_angle, False
         )
     distances = distances_along(poses)
     is_approaching = plan_length < settings.max_lookahead and settings.prefer_final_rotation
@@ -102,6 +104,7 @@ def run_cycle(settings_record, scene, plan, goal_xy_reached, may_turn_first, saf
                     drive.trajectory,
                     may_turn_first,
                     safe_angle,
+                    False,
                 )
             # As in Nav2 the second attempt starts from the heading of the first one.
             yaw = drive.target_yaw
@@ -118,5 +121,8 @@ def run_cycle(settings_record, scene, plan, goal_xy_reached, may_turn_first, saf
                 drive.trajectory,
                 may_turn_first,
                 safe_angle,
+                False,
             )
-    return Cycle(0.0, 0.0, BLOCKED, 0.0, 0.0, 0.0, np.zeros((1, 3)), may_turn_first, safe_angle)
+    return Cycle(
+        0.0, 0.0, BLOCKED, 0.0, 0.0, 0.0, np.zeros((1, 3)), may_turn_first, safe_angle, False
+    )

@@ -10,9 +10,12 @@ class GracefulMemory(NamedTuple):
 
     plan_id: of the last cycle. may_turn_first: the robot has not faced a target of this plan yet.
     safe_angle: the heading, in the base frame, at which it last arrived without coming near an
-    obstacle, rad; None where it did not have to look for one.
+    obstacle, rad; None where it did not have to look for one. plan_begin, near_goal: up to Kilted,
+    where what is left of the plan begins, and whether the robot was near its end.
     """
 
     plan_id: int | None = None
     may_turn_first: bool = True
     safe_angle: float | None = None
+    plan_begin: int = 0
+    near_goal: bool = False

@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import Any, ClassVar
 
-from pydantic import ConfigDict, Field, model_serializer
+from pydantic import ConfigDict, Field, model_serializer, model_validator
 
-from drake_navbench.controller import AskedSpeeds, ControllerParameters
+from drake_navbench.controller import (
+    NEWEST_RELEASE,
+    RELEASE_FIELD,
+    AskedSpeeds,
+    ControllerParameters,
+    Nav2Release,
+)
 from drake_navbench.kernels.grid import INSCRIBED
 from drake_navbench.typed_files.quantities import (
     Acceleration,
@@ -19,30 +26,62 @@ from drake_navbench.typed_files.quantities import (
 )
 
 LAMBDA = "lambda"
+MIN_LOOKAHEAD = "min_lookahead"
+# The search distance is the path handler's since the controllers do not cut the plan any more.
+SEARCH_DISTANCE = "max_robot_pose_search_dist"
+HUMBLE_DEFAULTS = MappingProxyType({"k_phi": 3.0, "k_delta": 2.0, "beta": 0.2})
 
 
 class GracefulParameters(ControllerParameters):
-    """Parameters of nav2_graceful_controller, branch lyrical.
+    """Parameters of nav2_graceful_controller, of all releases that have it.
 
     Nav2 drops `allow_backward` with a warning where `initial_rotation` is on, and so does this.
     `min_lookahead` is a parameter in Lyrical, too, but nothing reads it. In this model `lambda` is
     called `lambda_`.
     """
 
-    WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset({"min_lookahead"})
-    PATH_HANDLER_NAMES: ClassVar[frozenset[str]] = frozenset({"max_robot_pose_search_dist"})
+    PATH_HANDLER_NAMES: ClassVar[frozenset[str]] = frozenset({SEARCH_DISTANCE})
+    READ_FROM: ClassVar[Mapping[str, str]] = MappingProxyType(
+        {
+            MIN_LOOKAHEAD: "iron",
+            "max_lookahead": "iron",
+            "v_angular_min_in_place": "iron",
+            "initial_rotation_tolerance": "iron",
+            "prefer_final_rotation": "iron",
+            "in_place_collision_resolution": "iron",
+            "use_collision_detection": "kilted",
+            "deceleration_max": "lyrical",
+            "footprint_scaling_linear_vel": "lyrical",
+            "footprint_scaling_factor": "lyrical",
+            "footprint_scaling_step": "lyrical",
+            "obstacle_cost_margin": "lyrical",
+            "final_rotation_search_step": "lyrical",
+        }
+    )
+    READ_UNTIL: ClassVar[Mapping[str, str]] = MappingProxyType(
+        {
+            "motion_target_dist": "humble",
+            "initial_rotation_min_angle": "humble",
+            "final_rotation": "humble",
+            SEARCH_DISTANCE: "kilted",
+        }
+    )
 
     model_config = ConfigDict(populate_by_name=True)
 
-    min_lookahead: Length = Field(0.25, ge=0.0, description="Before Lyrical; no effect here [m].")
+    min_lookahead: Length = Field(
+        0.25, ge=0.0, description="Up to Kilted: nearest target before the plan's end [m]."
+    )
     max_lookahead: Length = Field(
         1.0, ge=0.0, le=100.0, description="Farthest target along the plan [m]."
     )
     k_phi: Number = Field(
-        2.0, ge=0.0, description="How soon to turn to the target's heading; 0: drive straight [-]."
+        2.0,
+        ge=0.0,
+        description="How soon to turn to the target's heading; 0: drive straight; Humble: 3 [-].",
     )
-    k_delta: Number = Field(1.0, ge=0.0, description="How fast to turn to it [-].")
-    beta: Number = Field(0.4, ge=0.0, description="How much a curve slows down [-].")
+    k_delta: Number = Field(1.0, ge=0.0, description="How fast to turn to it; Humble: 2 [-].")
+    beta: Number = Field(0.4, ge=0.0, description="How much a curve slows down; Humble: 0.2 [-].")
     lambda_: Number = Field(
         2.0, ge=0.0, alias=LAMBDA, description="How sharply: exponent of the curvature [-]."
     )
@@ -94,6 +133,22 @@ class GracefulParameters(ControllerParameters):
         0.1, ge=0.001, description="Step at which headings are tried [rad]."
     )
 
+    nav2_release: Nav2Release = Field(
+        "lyrical", description="Release whose rules hold; Iron has no such controller: Jazzy's."
+    )
+    motion_target_dist: Length = Field(
+        0.6, ge=0.0, description="Humble: straight distance of the target [m]."
+    )
+    initial_rotation_min_angle: Angle = Field(
+        0.75, ge=0.0, description="Humble: angle to the target beyond which to turn in place [rad]."
+    )
+    final_rotation: bool = Field(True, description="Humble: turn to the goal's heading there.")
+    max_robot_pose_search_dist: Length | None = Field(
+        None,
+        description="Up to Kilted: arc length searched for the closest pose [m]; null: half the "
+        "local costmap's side; negative: all of the plan.",
+    )
+
     def asked_speeds(self) -> AskedSpeeds:
         """Returns the largest speed, backwards too where it may, and the largest turn rate."""
         backward = -self.v_linear_max if self.drives_backward else None
@@ -106,9 +161,33 @@ class GracefulParameters(ControllerParameters):
 
     @classmethod
     def keys_not_read(cls, values: Mapping[str, Any]) -> list[str]:
-        """Returns `allow_backward` where a robot that turns first is asked to drive backwards."""
+        """Returns also `allow_backward` where a robot that turns first is asked to drive so."""
+        not_read = super().keys_not_read(values)
         turns_first = values.get("initial_rotation", True) is True
-        return ["allow_backward"] if turns_first and values.get("allow_backward") is True else []
+        if turns_first and values.get("allow_backward") is True:
+            not_read.append("allow_backward")
+        return not_read
+
+    @classmethod
+    def is_without_effect(cls, name: str, values: Mapping[str, Any] | None = None) -> bool:
+        """Tells also of the least lookahead, which Lyrical reads for nothing."""
+        release = (values or {}).get(RELEASE_FIELD, NEWEST_RELEASE)
+        is_idle = name == MIN_LOOKAHEAD and release == NEWEST_RELEASE
+        return is_idle or super().is_without_effect(name, values)
+
+    @classmethod
+    def path_handler_fields(cls, given: Mapping[str, Any]) -> dict[str, str]:
+        """See the base class; up to Kilted the controller has no path handler before it."""
+        if given.get(RELEASE_FIELD, NEWEST_RELEASE) != NEWEST_RELEASE:
+            return {}
+        return super().path_handler_fields(given)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _with_defaults_of_release(cls, data: Any) -> Any:
+        if isinstance(data, Mapping) and data.get(RELEASE_FIELD) == "humble":
+            return {**HUMBLE_DEFAULTS, **data}
+        return data
 
     @model_serializer(mode="wrap")
     def _under_nav2_names(self, dump: Callable[[Any], dict[str, Any]]) -> dict[str, Any]:

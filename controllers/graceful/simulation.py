@@ -39,7 +39,8 @@ LEAST_SPEED_MPS = 1e-3
 class Settings(NamedTuple):
     """What the kernels need of the parameters (Nav2's names) and of the setup.
 
-    allow_backward: off with `initial_rotation`. is_circle: the robot is given by a radius.
+    allow_backward: off with `initial_rotation`. is_circle: the robot is given by a radius. The last
+    four only earlier releases have.
     """
 
     max_lookahead: float
@@ -57,6 +58,10 @@ class Settings(NamedTuple):
     obstacle_cost_margin: int
     final_rotation_search_step: float
     is_circle: bool
+    min_lookahead: float
+    motion_target_dist: float
+    initial_rotation_min_angle: float
+    final_rotation: bool
 
 
 class Scene(NamedTuple):

@@ -118,12 +118,13 @@ class RotationShimParameters(ControllerParameters):
     def primary_model(cls, values: Mapping[str, Any]) -> type[ControllerParameters] | None:
         """Returns the parameter model of the primary controller of values, None without one.
 
-        values: nested, or with dotted names.
+        values: nested, or with dotted names. Another shim, which is refused, counts as none.
         """
         block = values.get(PRIMARY)
         given = block.get(PLUGIN) if isinstance(block, Mapping) else block
         name = registered_name(given if given is not None else values.get(f"{PRIMARY}.{PLUGIN}"))
-        return CONTROLLERS.load(name).Parameters if name is not None else None
+        model = CONTROLLERS.load(name).Parameters if name is not None else None
+        return None if model is not None and issubclass(model, cls) else model
 
     @classmethod
     def is_without_effect(cls, name: str, values: Mapping[str, Any] | None = None) -> bool:

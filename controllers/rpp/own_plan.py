@@ -10,13 +10,12 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from drake_navbench.controllers.rpp.parameters import RegulatedPurePursuitParameters
 from drake_navbench.controllers.rpp.releases import RELEASES
 from drake_navbench.kernels.grid import Costmap
-from drake_navbench.kernels.path_pruning import closest_pose, first_closest_pose, first_pose_beyond
+from drake_navbench.kernels.path_pruning import range_in_circle
 
 Array = NDArray[np.float64]
 
@@ -41,8 +40,8 @@ class OwnPlan:
 
         plan: (N, 3) the whole plan. begin: of what was left of it. pose: (3,) of the robot.
         """
-        reach_m = 0.5 * max(costmap.size_x_m, costmap.size_y_m)
-        first, stop = own_plan_range(
+        reach_m = 0.5 * max(costmap.nav2_size_m)
+        first, stop = range_in_circle(
             plan,
             begin,
             float(pose[0]),
@@ -56,29 +55,7 @@ class OwnPlan:
 
     def _search_distance_m(self, costmap: Costmap, reach_m: float) -> float:
         if self._searched_m is None:
-            return reach_m if self._is_humble else 0.5 * costmap.size_x_m
+            return reach_m if self._is_humble else 0.5 * costmap.nav2_size_m[0]
         if self._searched_m < 0.0 and not self._is_humble:
             return math.inf
         return self._searched_m
-
-
-@njit(cache=True)
-def own_plan_range(plan, begin, x, y, searched, reach, takes_first, keeps_two):
-    """Returns (first, stop): the poses plan[first:stop] that make the local plan.
-
-    The first is the closest to the robot (x, y), m, within the arc length `searched` m from `begin`
-    on; takes_first: of equals the first. keeps_two: the last one of these does not begin it. It
-    stops before the first pose from there on that is farther than `reach` m from the robot.
-    """
-    count = plan.shape[0]
-    end = first_pose_beyond(plan, begin, count, searched)
-    if takes_first:
-        first = first_closest_pose(plan, begin, end, x, y)
-    else:
-        first = closest_pose(plan, begin, end, x, y)
-    if keeps_two and first == end - 1 and first > begin:
-        first -= 1
-    for i in range(first, count):
-        if math.hypot(plan[i, 0] - x, plan[i, 1] - y) > reach:
-            return first, i
-    return first, count

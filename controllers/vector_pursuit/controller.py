@@ -6,9 +6,11 @@ import math
 from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drake_navbench.controller import (
     CollisionAhead,
+    ControllerError,
     ControllerSetup,
     Decision,
     InvalidPath,
@@ -27,11 +29,15 @@ from drake_navbench.controllers.vector_pursuit.cycle import (
 )
 from drake_navbench.controllers.vector_pursuit.memory import VectorPursuitMemory
 from drake_navbench.controllers.vector_pursuit.parameters import VectorPursuitParameters
+from drake_navbench.controllers.vector_pursuit.releases import RELEASES
 from drake_navbench.kernels.command_arc import project_arc
+from drake_navbench.kernels.path_pruning import range_in_circle
 from drake_navbench.kernels.poses import compose
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.kernels.settings_record import settings_record
 from drake_navbench.kernels.speed_limit import limited_speed
+
+Array = NDArray[np.float64]
 
 BRANCH_NAMES = {
     TRACK: "track",
@@ -41,13 +47,12 @@ BRANCH_NAMES = {
 
 
 class VectorPursuit:
-    """Black Coffee Robotics' Vector Pursuit for Nav2, branch master, number for number.
+    """Black Coffee Robotics' Vector Pursuit for Nav2, number for number.
 
     Wit, Crane, Armstrong: Autonomous Ground Vehicle Path Tracking (2004).
-    The original cuts the plan for itself, where it leaves a circle; here Nav2's path handler does,
-    after its prune distance. Its last command outlives the goal; here each goal starts at rest.
-    As in Nav2's release Humble, for which it is made, the controller server is patient with all
-    that it raises.
+    The original is made for Humble, Jazzy and Kilted. For Lyrical it is that of Humble, but on what
+    Nav2's path handler leaves of the plan. Its last command outlives the goal; here each goal
+    starts at rest.
     """
 
     Parameters: ClassVar[type[VectorPursuitParameters]] = VectorPursuitParameters
@@ -55,6 +60,7 @@ class VectorPursuit:
 
     def __init__(self, parameters: VectorPursuitParameters, setup: ControllerSetup) -> None:
         self._parameters = parameters
+        self._release = RELEASES[parameters.nav2_release]
         self._settings = _kernel_settings(parameters, setup)
         self._settings_record = settings_record(self._settings)
         self._wants_diagnostics = setup.wants_diagnostics
@@ -64,19 +70,34 @@ class VectorPursuit:
         """Returns the memory at the start of a goal: at rest."""
         return VectorPursuitMemory()
 
+    @property
+    def cuts_plan(self) -> bool:
+        """Whether it cuts the plan itself, as up to Kilted."""
+        return self._release.cuts_plan
+
     def step(self, observation: Observation, memory: VectorPursuitMemory) -> Decision:
         """Returns the command of one cycle.
 
         Raises InvalidPath for a plan without poses, or of one pose where a heading is taken from
         its segments; CollisionAhead where the command collides; NoValidControl where the robot's
-        centre is off the costmap while tracking, or the turn rate is without bound.
+        centre is off the costmap while tracking, or the turn rate is without bound. From Iron to
+        Kilted all of these are ControllerError: the server knows none of the original's.
         """
-        self._check_plan(len(observation.plan))
+        try:
+            return self._step(observation, memory)
+        except ControllerError as error:
+            if self._release.is_patient:
+                raise
+            raise ControllerError(str(error), details=error.details, memory=error.memory) from error
+
+    def _step(self, observation: Observation, memory: VectorPursuitMemory) -> Decision:
+        plan, memory = self._local_plan(observation, memory)
+        self._check_plan(len(plan), memory)
         x, y, yaw = observation.pose.tolist()
         costmap = observation.costmap
         cycle = run_cycle(
             self._settings_record,
-            read_only(observation.plan),
+            read_only(plan),
             x,
             y,
             yaw,
@@ -92,34 +113,63 @@ class VectorPursuit:
         if command.branch == CENTRE_OFF_MAP:
             raise NoValidControl(
                 f"local costmap: the robot's centre ({x:.3f}, {y:.3f}) m lies outside, "
-                "expected inside"
+                "expected inside",
+                memory=memory,
             )
         if cycle.collision != NO_COLLISION:
-            raise self._collision_ahead(cycle)
+            raise self._collision_ahead(cycle, memory)
         if not math.isfinite(command.w):
-            raise NoValidControl(f"turn rate: got {command.w} at a radius of {command.radius} m")
+            text = f"turn rate: got {command.w} at a radius of {command.radius} m"
+            raise NoValidControl(text, memory=memory)
         chosen = np.array([command.v, command.w])
         chosen.flags.writeable = False
         return Decision(
             chosen,
-            VectorPursuitMemory(command.v, command.w),
+            VectorPursuitMemory(command.v, command.w, memory.plan_id, memory.plan_begin),
             self._diagnostics(cycle, observation),
         )
 
-    def _check_plan(self, count: int) -> None:
+    def _local_plan(
+        self, observation: Observation, memory: VectorPursuitMemory
+    ) -> tuple[Array, VectorPursuitMemory]:
+        """Returns the local plan (M, 3), and the memory with where the rest of the whole begins."""
+        if not self._release.cuts_plan:
+            return observation.plan, memory
+        whole = observation.global_plan if len(observation.global_plan) else observation.plan
+        if observation.plan_id != memory.plan_id:
+            memory = memory._replace(plan_id=observation.plan_id, plan_begin=0)
+        if len(whole) == 0:
+            return whole, memory
+        reach_m = 0.5 * max(observation.costmap.nav2_size_m)
+        searched_m = self._parameters.max_robot_pose_search_dist
+        first, stop = range_in_circle(
+            read_only(whole),
+            memory.plan_begin,
+            float(observation.pose[0]),
+            float(observation.pose[1]),
+            reach_m if searched_m is None else searched_m,
+            reach_m,
+            self._release.takes_first_of_equals,
+            False,
+        )
+        return whole[first:stop], memory._replace(plan_begin=first)
+
+    def _check_plan(self, count: int, memory: VectorPursuitMemory) -> None:
         if count == 0:
-            raise InvalidPath("plan: got no poses, expected at least one")
+            raise InvalidPath("plan: got no poses, expected at least one", memory=memory)
         if count == 1 and not self._settings.use_heading_from_path:
-            raise InvalidPath("plan: got one pose, expected two or more (use_heading_from_path)")
+            text = "plan: got one pose, expected two or more (use_heading_from_path)"
+            raise InvalidPath(text, memory=memory)
 
     @staticmethod
-    def _collision_ahead(cycle: Cycle) -> CollisionAhead:
+    def _collision_ahead(cycle: Cycle, memory: VectorPursuitMemory) -> CollisionAhead:
         # At rest the period is infinite, and the collision is at the present pose.
         time_to_collision_s = cycle.collision * cycle.period if cycle.collision > 0 else 0.0
         v, w = cycle.command.v, cycle.command.w
         return CollisionAhead(
             f"collision ahead in {time_to_collision_s:.2f} s with v {v:.3f} m/s, w {w:.3f} rad/s",
             details={"time_to_collision_s": time_to_collision_s, "v_mps": v, "w_radps": w},
+            memory=memory,
         )
 
     def _diagnostics(self, cycle: Cycle, observation: Observation) -> dict[str, Any]:
@@ -157,5 +207,6 @@ def _kernel_settings(parameters: VectorPursuitParameters, setup: ControllerSetup
         control_period_s=setup.control_period_s,
         inscribed_radius_m=setup.inscribed_radius_m,
         circumscribed_radius_m=setup.circumscribed_radius_m,
+        is_mirrored=RELEASES[parameters.nav2_release].is_mirrored,
         **values,
     )

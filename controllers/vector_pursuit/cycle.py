@@ -1,6 +1,7 @@
 """One cycle of Vector Pursuit as a single kernel, and the screw that it steers by.
 
-Source: vector_pursuit_controller, branch master at 3f1b30a. v is in m/s, w in rad/s.
+Source: vector_pursuit_controller, branches master at 3f1b30a and jazzy-devel at 1285f07. v is in
+m/s, w in rad/s.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ STRAIGHT_RADIUS_M = sys.float_info.max
 
 
 class Settings(NamedTuple):
-    """What the kernels need of the parameters (the original's names) and of the setup."""
+    """What the kernels need of the parameters (the original's names), setup and `Release`."""
 
     control_period_s: float
     inscribed_radius_m: float
@@ -60,6 +61,7 @@ class Settings(NamedTuple):
     max_allowed_time_to_collision_up_to_target: float
     use_interpolation: bool
     use_heading_from_path: bool
+    is_mirrored: bool
 
 
 class Command(NamedTuple):
@@ -98,8 +100,8 @@ def turning_radius(settings, x, y, yaw):
 
     Two screws are added: one that moves the robot onto the target, one that turns it to the
     target's heading, k times as slowly (Wit, Crane, Armstrong: Autonomous Ground Vehicle Path
-    Tracking, 2004). As in the original the angle of the first counts from 0 to 2 pi on either side,
-    so that curves to the right come out wider than the same ones to the left.
+    Tracking, 2004). In Humble the angle of the first counts from 0 to 2 pi on either side, so that
+    curves to the right come out wider than the same ones to the left.
     """
     if not (settings.allow_reversing or x >= 0.0):
         return settings.min_turning_radius
@@ -108,12 +110,16 @@ def turning_radius(settings, x, y, yaw):
         distance = math.hypot(x, y)
         squared_distance = distance * distance
         circle = squared_distance / (2.0 * y)
-        angle = math.atan2(2.0 * (y * y) - squared_distance, 2.0 * x * y) - math.atan2(circle, 0.0)
-        if angle < 0.0:
-            angle += TWO_PI
-        angle = max(angle, LEAST_SCREW_ANGLE)
+        angle = math.atan2(2.0 * (y * y) - squared_distance, 2.0 * x * y)
+        if settings.is_mirrored:
+            angle = wrap(angle - math.atan2(squared_distance, 2.0 * y))
+        else:
+            angle -= math.atan2(circle, 0.0)
+            if angle < 0.0:
+                angle += TWO_PI
+            angle = max(angle, LEAST_SCREW_ANGLE)
         radius = abs(settings.k * angle / ((settings.k - 1.0) * angle + wrap(yaw)) * circle)
-    return max(radius, settings.min_turning_radius)
+    return settings.min_turning_radius if radius < settings.min_turning_radius else radius
 
 
 @njit(cache=True)

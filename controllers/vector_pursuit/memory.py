@@ -6,7 +6,14 @@ from typing import NamedTuple
 
 
 class VectorPursuitMemory(NamedTuple):
-    """The last command, which it takes for the speed at which the robot moves: m/s, rad/s."""
+    """What evolves.
+
+    last_v m/s, last_w rad/s: the last command, which it takes for the speed at which the robot
+    moves. plan_id, plan_begin: up to Kilted, the plan of the last cycle, and where what is left of
+    it begins.
+    """
 
     last_v: float = 0.0
     last_w: float = 0.0
+    plan_id: int | None = None
+    plan_begin: int = 0

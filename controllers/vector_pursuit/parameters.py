@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Self
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any, ClassVar, Self
 
 from pydantic import Field, model_validator
 
-from drake_navbench.controller import AskedSpeeds, ControllerParameters
+from drake_navbench.controller import (
+    NEWEST_RELEASE,
+    RELEASE_FIELD,
+    AskedSpeeds,
+    ControllerParameters,
+    Nav2Release,
+)
 from drake_navbench.typed_files.quantities import (
     Acceleration,
     Angle,
@@ -18,16 +26,20 @@ from drake_navbench.typed_files.quantities import (
     Speed,
 )
 
+# The search distance is the path handler's where the controller does not cut the plan.
+SEARCH_DISTANCE = "max_robot_pose_search_dist"
+
 
 class VectorPursuitParameters(ControllerParameters):
-    """Parameters of vector_pursuit_controller, branch master at 3f1b30a.
+    """Parameters of vector_pursuit_controller, branches master at 3f1b30a and jazzy-devel.
 
     `use_rotate_to_heading` is on where `min_turning_radius` is 0, and cost regulation off where
     `inflation_cost_scaling_factor` is 0 or less, as in the original.
     """
 
     WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset({"transform_tolerance"})
-    PATH_HANDLER_NAMES: ClassVar[frozenset[str]] = frozenset({"max_robot_pose_search_dist"})
+    PATH_HANDLER_NAMES: ClassVar[frozenset[str]] = frozenset({SEARCH_DISTANCE})
+    READ_UNTIL: ClassVar[Mapping[str, str]] = MappingProxyType({SEARCH_DISTANCE: "kilted"})
 
     k: Number = Field(
         8.0, gt=0.0, description="How much sooner to be at the target than to face as it does [-]."
@@ -93,6 +105,14 @@ class VectorPursuitParameters(ControllerParameters):
         1.0, ge=0.0, description="Time for which a command is checked [s]."
     )
     transform_tolerance: Duration = Field(0.1, description="No effect here [s].")
+    nav2_release: Nav2Release = Field(
+        "lyrical", description="Release whose rules hold; for Lyrical: those of Humble, mostly."
+    )
+    max_robot_pose_search_dist: Length | None = Field(
+        None,
+        description="Up to Kilted: arc length searched for the closest pose [m]; null: half the "
+        "local costmap's side.",
+    )
 
     def asked_speeds(self) -> AskedSpeeds:
         """Returns the cruise speed, as far back where it reverses; its turn rate has no limit."""
@@ -102,6 +122,13 @@ class VectorPursuitParameters(ControllerParameters):
     def turns_in_place(self) -> bool:
         """Returns whether it turns in place towards the plan and at the goal."""
         return self.use_rotate_to_heading or self.min_turning_radius == 0.0
+
+    @classmethod
+    def path_handler_fields(cls, given: Mapping[str, Any]) -> dict[str, str]:
+        """See the base class; up to Kilted the controller has no path handler before it."""
+        if given.get(RELEASE_FIELD, NEWEST_RELEASE) != NEWEST_RELEASE:
+            return {}
+        return super().path_handler_fields(given)
 
     @model_validator(mode="after")
     def _check_lookahead(self) -> Self:

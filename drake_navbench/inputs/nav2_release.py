@@ -76,28 +76,6 @@ TREES: Mapping[Release, Mapping[str, Any]] = {
 WITHOUT_COSTMAP_TIMEOUT = (Release.HUMBLE, Release.IRON)
 
 
-class Difference(NamedTuple):
-    """What a release up to `until` does otherwise and is not ported."""
-
-    until: Release
-    text: str
-
-
-# By the name of our controller.
-OF_CONTROLLERS: Mapping[str, tuple[Difference, ...]] = {
-    "graceful": (
-        Difference(
-            Release.KILTED,
-            "the controller cuts the plan itself, drives to its poses beyond min_lookahead, brakes "
-            "without a limit and does not look for a heading before the goal",
-        ),
-    ),
-    "vector_pursuit": (
-        Difference(Release.KILTED, "the controller cuts the plan itself, at a circle"),
-    ),
-}
-
-
 class Found(NamedTuple):
     """A release, and by what it was told."""
 
@@ -168,20 +146,6 @@ def has_node(tree: Mapping[str, Any], node: str) -> bool:
     return tree["node"] == node or any(has_node(child, node) for child in tree.get("children", ()))
 
 
-def release_rows(found: Found, controllers: Iterable[str]) -> list[CheckRow]:
-    """Returns what the release means: by what it was told, and what of it is not ported.
-
-    controllers: our names of those that drive.
-    """
-    rows = [CheckRow(Status.OTHER_FORM, "nav2_release", found.release, f"told by {found.mark}")]
-    for controller in dict.fromkeys(controllers):
-        rows += _not_ported(found.release, controller, OF_CONTROLLERS.get(controller, ()))
-    return rows
-
-
-def _not_ported(release: Release, what: str, differences: Iterable[Difference]) -> list[CheckRow]:
-    texts = [entry.text for entry in differences if entry.until.age >= release.age]
-    if not texts:
-        return []
-    remark = f"as in {PORTED}; of {release} not ported yet: {'; '.join(texts)}"
-    return [CheckRow(Status.OTHER_FORM, "nav2_release", what, remark)]
+def release_row(found: Found) -> CheckRow:
+    """Returns what the release is, and by what it was told."""
+    return CheckRow(Status.OTHER_FORM, "nav2_release", found.release, f"told by {found.mark}")

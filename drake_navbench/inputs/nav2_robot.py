@@ -36,7 +36,7 @@ from drake_navbench.inputs.nav2_release import (
     has_node,
     navigation_of,
     release_of,
-    release_rows,
+    release_row,
     tree_of,
 )
 from drake_navbench.inputs.nav2_sensors import Nav2Sensors
@@ -168,7 +168,8 @@ class _Files:
     def setup(self, paths: Sequence[Path]) -> Nav2Setup:
         """Returns what the files make."""
         presets = tuple(preset for node in self._servers for preset in self._columns(node))
-        self._note_release(presets)
+        row = release_row(self._release)
+        self._rows[row.node, row.parameter] = row
         navigation = self._navigation()
         data = self._base.model_dump(mode="json", exclude_unset=True)
         data["description"] = f"from {', '.join(p.name for p in paths)}, drive of {self._base_name}"
@@ -202,13 +203,6 @@ class _Files:
         if robot.is_circle:
             self._note_outlines_of_a_radius(presets)
         return Nav2Setup(presets, robot, Check(tuple(self._rows.values())), self._places)
-
-    def _note_release(self, presets: Collection[Preset]) -> None:
-        names = [preset.controller for preset in presets]
-        for preset in presets:
-            names += preset.parameters.inner_controllers()
-        for row in release_rows(self._release, names):
-            self._rows[row.node, row.parameter] = row
 
     def _columns(self, node: Node) -> list[Preset]:
         presets, rows = read_columns(node, self._release.release)

@@ -65,6 +65,7 @@ DEFAULT_SMOOTHER = "simple_smoother"
 SMOOTHER_OF: Mapping[str, str] = {
     SIMPLE_SMOOTHER: "simple",
     "nav2_constrained_smoother::ConstrainedSmoother": "constrained",
+    "nav2_smoother::SavitzkyGolaySmoother": "savitzky_golay",
 }
 WAIT_AT_WAYPOINT = "nav2_waypoint_follower::WaitAtWaypoint"
 # The plugins that Nav2's default behaviour tree asks for by name, where there are several.

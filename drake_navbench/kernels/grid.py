@@ -91,6 +91,12 @@ class Costmap:
         """Extent along y, m."""
         return self.costs.shape[0] * self.resolution
 
+    @property
+    def nav2_size_m(self) -> tuple[float, float]:
+        """Extents along x and y as Nav2 tells them: half a cell short, m."""
+        rows, columns = self.costs.shape
+        return (columns - 1 + 0.5) * self.resolution, (rows - 1 + 0.5) * self.resolution
+
 
 def _lethal_centres(grid: Grid) -> NDArray[np.float64]:
     # Searching the flat array is several times as fast as searching two axes.

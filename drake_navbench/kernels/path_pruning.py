@@ -112,6 +112,28 @@ def local_plan_range(
 
 
 @njit(cache=True)
+def range_in_circle(plan, begin, x, y, searched, reach, takes_first, keeps_two):
+    """Returns (first, stop): the poses plan[first:stop] that controllers up to Kilted follow.
+
+    The first is the closest to the robot (x, y), m, within the arc length `searched` m from `begin`
+    on; takes_first: of equals the first. keeps_two: the last one of these does not begin it. It
+    stops before the first pose from there on that is farther than `reach` m from the robot.
+    """
+    count = plan.shape[0]
+    end = first_pose_beyond(plan, begin, count, searched)
+    if takes_first:
+        first = first_closest_pose(plan, begin, end, x, y)
+    else:
+        first = closest_pose(plan, begin, end, x, y)
+    if keeps_two and first == end - 1 and first > begin:
+        first -= 1
+    for i in range(first, count):
+        if math.hypot(plan[i, 0] - x, plan[i, 1] - y) > reach:
+            return first, i
+    return first, count
+
+
+@njit(cache=True)
 def _turn_in_place_end(plan, start, threshold):
     """Returns the pose after which a turn in place exceeds `threshold` rad, or -1.
 

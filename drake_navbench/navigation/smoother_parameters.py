@@ -1,4 +1,4 @@
-"""Parameters of Nav2's simple smoother and constrained smoother, with its names and defaults."""
+"""Parameters of Nav2's smoothers, with its names and defaults."""
 
 from __future__ import annotations
 
@@ -29,6 +29,31 @@ class SimpleSmootherParameters(BaseModel):
     enforce_path_inversion: bool = Field(
         True, description="Smooth forward and reverse parts apart, keep the poses between [-]"
     )
+
+
+class SavitzkyGolaySmootherParameters(BaseModel):
+    """Parameters of SavitzkyGolaySmoother, with Nav2's names and defaults."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    window_size: Count = Field(7, ge=3, le=1001, description="Points in a window; odd [poses]")
+    poly_order: Count = Field(3, ge=0, le=20, description="Order of the polynomial in it [-]")
+    do_refinement: bool = Field(True, description="Smooth the smoothed path again [-]")
+    refinement_num: Count = Field(2, ge=0, description="How many times again [passes]")
+    enforce_path_inversion: bool = Field(
+        True, description="Smooth forward and reverse parts apart, keep the poses between [-]"
+    )
+
+    @model_validator(mode="after")
+    def _check_window(self) -> Self:
+        if self.window_size % 2 == 0:
+            raise ValueError(f"window_size: got {self.window_size}, expected an odd number")
+        if self.poly_order >= self.window_size:
+            raise ValueError(
+                f"poly_order: got {self.poly_order}, expected less than window_size "
+                f"{self.window_size}"
+            )
+        return self
 
 
 class OptimizerParameters(BaseModel):

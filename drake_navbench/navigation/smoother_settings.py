@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.kernels.grid import Costmap
-from drake_navbench.navigation import simple_smoother
+from drake_navbench.navigation import savitzky_golay_smoother, simple_smoother
 from drake_navbench.navigation.plugin_choice import plugin_choice
 from drake_navbench.navigation.smoother import Smoother, SmootherParameters, SmoothingError
 from drake_navbench.navigation.smoother_parameters import (
     ConstrainedSmootherParameters,
+    SavitzkyGolaySmootherParameters,
     SimpleSmootherParameters,
 )
 from drake_navbench.plugins import PluginKind
@@ -30,6 +31,12 @@ class ConstrainedSmoothing(ConstrainedSmootherParameters):
     """Nav2's constrained smoother."""
 
     type: Literal["constrained"]
+
+
+class SavitzkyGolaySmoothing(SavitzkyGolaySmootherParameters):
+    """Nav2's Savitzky-Golay smoother."""
+
+    type: Literal["savitzky_golay"]
 
 
 class SimpleSmoother:
@@ -64,13 +71,30 @@ class ConstrainedSmoother:
             raise SmoothingError(str(error)) from error
 
 
+class SavitzkyGolaySmoother:
+    """Nav2's Savitzky-Golay smoother."""
+
+    Parameters = SavitzkyGolaySmoothing
+
+    def __init__(self, parameters: SavitzkyGolaySmoothing) -> None:
+        self._parameters = parameters
+
+    def smooth(self, path: Array, costmap: Costmap) -> Array:
+        """Returns the smoothed path (N, 3) x m, y m, yaw rad; looks at no costmap."""
+        return savitzky_golay_smoother.smooth_path(path, self._parameters)
+
+
 SMOOTHERS = PluginKind(
     noun="smoother",
     group="drake_navbench.smoothers",
     members=("Parameters", "smooth"),
     guide="docs/plugins.md",
     parameters=SmootherParameters,
-    built_in={"simple": SimpleSmoother, "constrained": ConstrainedSmoother},
+    built_in={
+        "simple": SimpleSmoother,
+        "constrained": ConstrainedSmoother,
+        "savitzky_golay": SavitzkyGolaySmoother,
+    },
 )
 """The smoothers by the names that a scenario gives them."""
 

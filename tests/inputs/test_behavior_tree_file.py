@@ -212,7 +212,8 @@ def test_a_tree_may_smooth_its_path(tmp_path, result, check, told):
     [
         ("nav2_smoother::SimpleSmoother", "simple"),
         ("nav2_constrained_smoother/ConstrainedSmoother", "constrained"),
-        ("nav2_smoother::SavitzkyGolaySmoother", None),
+        ("nav2_smoother::SavitzkyGolaySmoother", "savitzky_golay"),
+        ("my_smoother::Smoother", None),
     ],
 )
 def test_the_smoother_is_read_where_the_tree_asks_for_one(tmp_path, plugin, kind):
@@ -221,14 +222,17 @@ def test_the_smoother_is_read_where_the_tree_asks_for_one(tmp_path, plugin, kind
     own.write_text(
         "bt_navigator: {ros__parameters: {default_nav_to_pose_bt_xml: drive.xml}}\n"
         "smoother_server: {ros__parameters: {smoother_plugins: [mine], mine: {plugin: "
-        f"'{plugin}', w_smooth: 0.4}}}}}}\n"
+        f"'{plugin}', w_smooth: 0.4, refinement_num: 5}}}}}}\n"
     )
     setup = read_nav2_files([JAZZY, own], load_robot("wheelchair"), "wheelchair")
     smoother = setup.robot.navigation.smoother
     assert smoother.type == (kind or "simple")
     stands_in = [row.text for row in setup.check.stand_ins if "smoother_server" in row.text]
     assert bool(stands_in) == (kind is None)
-    assert (smoother.w_smooth == 0.4) == (kind is not None)
+    if kind in ("simple", "constrained"):
+        assert smoother.w_smooth == 0.4
+    if kind == "savitzky_golay":
+        assert smoother.refinement_num == 5
 
 
 @pytest.mark.parametrize(

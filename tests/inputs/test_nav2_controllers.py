@@ -107,10 +107,20 @@ OTHER_VALUES = {
         "CostCritic.inflation_layer_name": "my_layer",
         "ObstaclesCritic.inflation_layer_name": "my_layer",
     },
-    "graceful": {"initial_rotation": False, "allow_backward": True},
-    "rotation_shim": {"nav2_release": "jazzy", "primary_controller.plugin": VECTOR_PURSUIT},
+    "graceful": {
+        "nav2_release": "lyrical",
+        "initial_rotation": False,
+        "allow_backward": True,
+        "max_robot_pose_search_dist": 3.5,
+    },
+    "rotation_shim": {
+        "nav2_release": "jazzy",
+        "primary_controller.plugin": VECTOR_PURSUIT,
+        "primary_controller.nav2_release": "jazzy",
+        "primary_controller.max_robot_pose_search_dist": 3.5,
+    },
     "rpp": {"nav2_release": "lyrical", "max_robot_pose_search_dist": 3.5},
-    "vector_pursuit": {},
+    "vector_pursuit": {"nav2_release": "lyrical", "max_robot_pose_search_dist": 3.5},
     "teb": {
         "footprint_model.type": "two_circles",
         "footprint_model.line_start": [-0.25, 0.125],

@@ -7,9 +7,8 @@ from pathlib import Path
 import pytest
 
 from drake_navbench.errors import InputError
-from drake_navbench.inputs.nav2_check import CheckRow
 from drake_navbench.inputs.nav2_parameters import read_parameter_file
-from drake_navbench.inputs.nav2_release import Found, Release, release_of, release_rows
+from drake_navbench.inputs.nav2_release import Found, Release, release_of, release_row
 from drake_navbench.inputs.nav2_robot import read_nav2_files
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.run import main
@@ -75,22 +74,9 @@ def test_the_tree_and_the_waiting_are_those_of_the_release():
     assert not lyrical.behavior_tree.wrap_around
 
 
-def rows_of(release: str, controller: str = "graceful") -> list[CheckRow]:
-    return release_rows(Found(Release(release), "a mark"), [controller])
-
-
-def test_what_is_not_ported_is_named_for_the_controllers_that_drive():
-    names = [row.parameter for row in rows_of("jazzy")]
-    assert names == ["jazzy", "graceful"]
-    humble = next(row for row in rows_of("humble") if row.parameter == "graceful")
-    assert "not ported yet" in humble.remark
-    assert "cuts the plan itself" in humble.remark
-
-
-@pytest.mark.parametrize("controller", ["dwb", "rpp"])
-def test_a_controller_that_follows_the_release_needs_no_word(controller):
-    assert [row.parameter for row in rows_of("humble", controller)] == ["humble"]
-    assert [row.parameter for row in rows_of("lyrical")] == ["lyrical"]
+def test_the_release_is_told_with_its_mark():
+    row = release_row(Found(Release("humble"), "a mark"))
+    assert (row.node, row.parameter, row.remark) == ("nav2_release", "humble", "told by a mark")
 
 
 def test_the_length_of_the_plan_keeps_no_goal_from_being_reached_before_lyrical():

@@ -98,7 +98,13 @@ def test_a_keepout_before_the_inflation_is_given_as_much_room_as_an_obstacle():
 
 
 @pytest.mark.parametrize(
-    "smoother", ["simple", "constrained", {"type": "constrained", "path_downsampling_factor": 2}]
+    "smoother",
+    [
+        "simple",
+        "constrained",
+        "savitzky_golay",
+        {"type": "constrained", "path_downsampling_factor": 2},
+    ],
 )
 def test_a_smoother_takes_the_kinks_out_of_the_planners_path(smoother):
     robot = Robot(

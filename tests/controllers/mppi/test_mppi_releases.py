@@ -222,6 +222,52 @@ def test_up_to_iron_a_sample_aligns_with_the_first_point_that_is_as_far():
     assert cost_of(critic, still) == pytest.approx(10.0 * 0.3, rel=1e-4)
 
 
+LEGACY = {"trajectory_point_step": 2, "offset_from_furthest": 1}
+
+
+def legacy_scene(**fields):
+    """Returns a scene with seven path points each 0.1 m, far from the goal."""
+    plan = [[0.1 * k, 0.0, 0.2 * k] for k in range(7)]
+    return replace(scene_of(plan, **fields), straight_goal=np.array([9.0, 0, 0]))
+
+
+def test_the_legacy_critic_takes_the_closest_point_whatever_the_way_there():
+    # Columns 2 and 4 count: (0.12, 0.05) is 0.02, 0.05 from point 1; (0.6, 0.05) is nearest to the
+    # last but two, point 4 at 0.4 m. Two of them, as 5 // 2, divide the sum.
+    critic = critic_of("humble", "PathAlignLegacyCritic", steps=5, **LEGACY)
+    batch = batch_of(legacy_scene(), x=[0.0, 9.0, 0.12, 9.0, 0.6], y=0.05, furthest=5)
+    mean = (math.hypot(0.02, 0.05) + math.hypot(0.2, 0.05)) / 2.0
+    assert cost_of(critic, batch) == pytest.approx(10.0 * mean, rel=1e-4)
+    # With headings (0.12, 0.05) at 0.4 rad is nearest to point 2: 0.08, 0.05 and 0 rad; the end to
+    # point 3: 0.3, 0.05 and -0.2 rad, which is 0.3640, before point 4 with 0.4 rad, 0.4500.
+    turned = critic_of(
+        "humble", "PathAlignLegacyCritic", steps=5, **LEGACY, use_path_orientations=True
+    )
+    batch = batch_of(legacy_scene(), x=[0.0, 9.0, 0.12, 9.0, 0.6], y=0.05, yaw=0.4, furthest=5)
+    mean = (math.hypot(0.08, 0.05) + math.hypot(0.3, 0.05, 0.2)) / 2.0
+    assert cost_of(turned, batch) == pytest.approx(10.0 * mean, rel=1e-4)
+
+
+def test_columns_nearest_to_the_first_point_or_an_occupied_one_do_not_count():
+    critic = critic_of("iron", "PathAlignLegacyCritic", steps=5, **LEGACY)
+    still = batch_of(legacy_scene(), x=[0.0, 0.0, 0.04, 0.0, 0.02], y=0.05, furthest=5)
+    assert cost_of(critic, still) == 0.0
+    costs = np.zeros((60, 60), np.uint8)
+    costs[:, 32] = 254  # x in [0.10, 0.15): point 1 alone
+    scene = legacy_scene(costs=costs)
+    batch = batch_of(scene, x=[0.0, 9.0, 0.12, 9.0, 0.3], y=0.05, furthest=5)
+    assert cost_of(critic, batch) == pytest.approx(10.0 * 0.05 / 2.0, rel=1e-4)
+
+
+def test_the_legacy_critic_is_off_before_it_has_a_bearing():
+    critic = critic_of(
+        "humble", "PathAlignLegacyCritic", steps=3, **{**LEGACY, "offset_from_furthest": 4}
+    )
+    x = {"x": [0.0, 0.2, 0.3], "y": 0.1}
+    assert cost_of(critic, batch_of(legacy_scene(), **x, furthest=3)) == 0.0
+    assert cost_of(critic, batch_of(legacy_scene(), **x, furthest=4)) > 0.0
+
+
 def test_how_a_sequence_obeys_the_limits():
     # Speeds to 0.5; from the first column on steps of at most 0.15 up and 0.3 down.
     controls = np.array([0.9, 0.1, 0.4, -0.2], F32)

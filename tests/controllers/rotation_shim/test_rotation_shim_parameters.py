@@ -114,3 +114,11 @@ def test_the_base_must_turn_as_fast_as_the_shim_does():
     )
     rpp = parameters_of({"primary_controller": "rpp"})
     assert rpp.asked_speeds() == AskedSpeeds(0.5, None, None)
+
+
+@pytest.mark.parametrize("nested", [True, False])
+def test_a_shim_over_itself_has_no_parameters_of_a_primary_controller(nested):
+    plugin = "nav2_rotation_shim_controller::RotationShimController"
+    values = {"primary_controller": {"plugin": plugin} if nested else plugin, "lookahead_dist": 1.0}
+    assert RotationShimParameters.primary_model(values) is None
+    assert RotationShimParameters.path_handler_fields(values) == {}

@@ -156,15 +156,18 @@ def cut(release, plan, make_costmap, *, x=0.0, begin=0, **fields):
 
 
 def test_the_plan_reaches_to_half_the_costmap(make_costmap):
+    # Of 4 m, less half a cell as Nav2 has it: 1.9875 m.
     plan = line(-1.0, 5.0, 0.25)
-    assert cut("humble", plan, make_costmap) == (0.0, 2.0, 4)
+    assert cut("humble", plan, make_costmap) == (0.0, 1.75, 4)
     # What was passed is gone.
-    assert cut("humble", plan, make_costmap, begin=8) == (1.0, 2.0, 8)
+    assert cut("humble", plan, make_costmap, begin=8) == (1.0, 1.75, 8)
 
 
 def test_of_equally_close_poses(make_costmap):
     plan = line(0.0, 3.0, 1.0)
-    assert [cut(r, plan, make_costmap, x=0.5)[2] for r in ("humble", "iron", "jazzy")] == [0, 1, 1]
+    far = {"x": 0.5, "max_robot_pose_search_dist": 2.5}
+    firsts = [cut(r, plan, make_costmap, **far)[2] for r in ("humble", "iron", "jazzy")]
+    assert firsts == [0, 1, 1]
 
 
 def test_two_poses_are_left_since_jazzy(make_costmap):

@@ -214,6 +214,7 @@ SCENES = {
     "coarse curve": lambda: observe(CURVE[::8]),
     "askew": lambda: observe(CURVE + np.array([0.0, 0.0, 0.3])),
     "side": lambda: observe(SIDE),
+    "back again": lambda: observe(np.concatenate([CURVE, AHEAD]), pose=(0.8, 0.5, 0.0)),
     "end": lambda: observe(turned_plan(0.0, 0.4)),
     "near end": lambda: observe(turned_plan(0.0, 0.1), goal_xy_tolerance_m=0.05),
     "near": lambda: observe(AHEAD, costmap=make_costmap(240)),
@@ -250,6 +251,8 @@ CHANGES = {
     "allow_reversing": (True, "behind", STRAIGHT_ON),
     "use_collision_detection": (False, "wall", {}),
     "max_allowed_time_to_collision_up_to_target": (0.3, "wall", {}),
+    "nav2_release": ("jazzy", "curve", {"min_turning_radius": 0.1}),
+    "max_robot_pose_search_dist": (0.3, "back again", {"nav2_release": "jazzy"} | STRAIGHT_ON),
 }
 
 
@@ -264,3 +267,39 @@ def test_every_parameter_changes_a_command(name):
 def test_the_changes_name_every_parameter_that_has_an_effect():
     resolved = set(VectorPursuitParameters().model_dump())
     assert resolved - VectorPursuitParameters.WITHOUT_EFFECT == set(CHANGES)
+
+
+@pytest.mark.parametrize(
+    ("release", "left", "right"),
+    [("jazzy", 1.5631, 1.5631), ("kilted", 1.5631, 1.5631), ("humble", 1.3836, 1.4648)],
+)
+def test_since_jazzy_curves_to_either_side_are_alike(release, left, right):
+    # Along the circle to (1, 0.5), of 1.25 m: atan2(-0.75, 1) - atan2(1.25, 1) = -1.5396 rad, in
+    # Humble atan2(-0.75, 1) - pi/2 + 2 pi = 4.0689; 8 a / (7 a + 0.9273) times 1.25 m.
+    # To (1, -0.5), in Humble: atan2(-0.75, -1) + pi/2 + 2 pi = 5.3559.
+    fields = {"nav2_release": release, "min_turning_radius": 0.1}
+    assert radius_to(1.0, 0.5, 0.9273, **fields) == pytest.approx(left, abs=1e-4)
+    assert radius_to(1.0, -0.5, -0.9273, **fields) == pytest.approx(right, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("release", "error"), [("humble", "CollisionAhead"), ("jazzy", "ControllerError")]
+)
+def test_since_jazzy_a_collision_ends_the_task(release, error):
+    pursuit = make_pursuit(nav2_release=release)
+    walled = observe(AHEAD, costmap=make_costmap(cells=WALL))
+    assert command_of(pursuit, walled, CRUISING) == error
+
+
+def test_up_to_kilted_it_cuts_the_plan_itself_and_forgets_what_it_has_passed():
+    pursuit = make_pursuit(nav2_release="jazzy", max_robot_pose_search_dist=1.0)
+    long = turned_plan(0.0, 4.0)
+    first = pursuit.step(observe(long, pose=(0.5, 0.0, 0.0)), pursuit.initial_memory())
+    assert first.memory.plan_begin == 10
+    assert pursuit.step(observe(long), first.memory).memory.plan_begin == 10
+    other = pursuit.step(observe(long, plan_id=2), first.memory)
+    assert other.memory.plan_begin == 0
+    with pytest.raises(InvalidPath, match="no poses"):
+        make_pursuit(nav2_release="humble").step(
+            observe(AHEAD + np.array([9.0, 0.0, 0.0])), pursuit.initial_memory()
+        )

@@ -1,0 +1,89 @@
+"""PathAlignLegacyCritic: the path alignment before that by arc length, in Humble and Iron.
+
+Source: nav2_mppi_controller, branches humble and iron. Jazzy and later ones do not have it.
+"""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+from numba import njit
+
+from drake_navbench.controllers.mppi.critics.base import (
+    CriticContext,
+    CriticParameters,
+    PathCritic,
+)
+from drake_navbench.controllers.mppi.critics.batch import Float32Array, Reach, Scene
+from drake_navbench.controllers.mppi.critics.path import (
+    PathAlignParameters,
+    closest_to_first_sample,
+    is_path_blocked,
+)
+from drake_navbench.controllers.mppi.float32_math import F32, ZERO
+from drake_navbench.controllers.mppi.lanes import LANES
+from drake_navbench.kernels.angles import wrap
+
+FARTHEST = F32(np.finfo(np.float32).max)
+
+
+class PathAlignLegacyCritic(PathCritic):
+    """Keeps samples on the path: every q-th column near the path point closest to it."""
+
+    Parameters: ClassVar[type[CriticParameters]] = PathAlignParameters
+
+    def __init__(self, parameters: Any, context: CriticContext) -> None:
+        super().__init__(parameters, context)
+        self.column_step = parameters.trajectory_point_step
+
+    def score_reach(self, scene: Scene, reach: Reach, furthest: int) -> Float32Array | None:
+        p = self.parameters
+        if furthest < p.offset_from_furthest or len(scene.path) < 2:
+            return None
+        begin = closest_to_first_sample(scene, reach)
+        valid = scene.path_valid[begin:]
+        if is_path_blocked(valid, max(0, furthest - begin), p.max_path_occupancy_ratio):
+            return None
+        costs = np.empty_like(reach.end_x)
+        closest_point_costs(
+            scene.path_x,
+            scene.path_y,
+            scene.path_yaw,
+            scene.path_valid,
+            p.use_path_orientations,
+            # Nav2 divides by this many, however many of the columns counted.
+            F32(self.context.time_steps // p.trajectory_point_step),
+            reach,
+            costs,
+        )
+        return costs
+
+
+@njit(cache=True, error_model="numpy")
+def closest_point_costs(path_x, path_y, path_yaw, valid, use_yaw, divisor, reach, costs):
+    """Writes (blocks, LANES) the distances of a sample's columns to the path, summed, over divisor.
+
+    The last two path points do not count, nor does a column whose closest point is the first one or
+    is occupied.
+    """
+    for block in range(costs.shape[0]):
+        x, y, yaw = reach.column_x[block], reach.column_y[block], reach.column_yaw[block]
+        costs[block] = ZERO
+        for t in range(1, x.shape[0]):
+            least = np.full(LANES, FARTHEST)
+            closest = np.zeros(LANES, np.int64)
+            for s in range(path_x.size - 2):
+                for lane in range(LANES):
+                    dx, dy = path_x[s] - x[t, lane], path_y[s] - y[t, lane]
+                    squared = dx * dx + dy * dy
+                    if use_yaw:
+                        turn = F32(wrap(np.float64(yaw[t, lane]) - np.float64(path_yaw[s])))
+                        squared += turn * turn
+                    if squared < least[lane]:
+                        least[lane], closest[lane] = squared, s
+            for lane in range(LANES):
+                if closest[lane] != 0 and valid[closest[lane]]:
+                    costs[block, lane] += np.sqrt(least[lane])
+        for lane in range(LANES):
+            costs[block, lane] = costs[block, lane] / divisor

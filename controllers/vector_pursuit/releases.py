@@ -1,0 +1,37 @@
+"""How Vector Pursuit differs between Nav2's releases.
+
+Source: vector_pursuit_controller, branches master (1.0, for Humble) and jazzy-devel (1.1, for Jazzy
+and later). There is none for Lyrical, whose controllers do not cut the plan: there it is the
+first one's arithmetic on what the path handler leaves.
+"""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+from typing import NamedTuple
+
+
+class Release(NamedTuple):
+    """What the controller does in a release.
+
+    cuts_plan: takes the whole plan, and cuts it at a circle.
+    takes_first_of_equals: among equally close poses; else the last one.
+    is_mirrored: the screw's angle counts to either side alike; else from 0 to 2 pi.
+    is_patient: the server's patience applies to all that it raises; else each ends the task.
+    """
+
+    cuts_plan: bool = True
+    takes_first_of_equals: bool = False
+    is_mirrored: bool = True
+    is_patient: bool = False
+
+
+RELEASES = MappingProxyType(
+    {
+        "humble": Release(takes_first_of_equals=True, is_mirrored=False, is_patient=True),
+        "iron": Release(),
+        "jazzy": Release(),
+        "kilted": Release(),
+        "lyrical": Release(cuts_plan=False, is_mirrored=False, is_patient=True),
+    }
+)
