@@ -22,9 +22,9 @@ from drake_navbench.native.builds import (
 )
 from drake_navbench.native.checkout import Checkout, Package, read_checkout
 from drake_navbench.native.compiler import (
-    FLAGS,
     Compiler,
     find_compiler,
+    flags_for,
     include_arguments,
     link_arguments,
     missing_libraries,
@@ -127,10 +127,11 @@ def _chosen(
 
 @dataclass(frozen=True)
 class _Unit:
-    """One file to compile: with which folders of headers, and the digest of all that it is of."""
+    """One file to compile: with which folders of headers and flags, and the digest of all of it."""
 
     source: Path
     folders: tuple[Path, ...]
+    flags: tuple[str, ...]
     digest: str
 
 
@@ -163,13 +164,15 @@ class _Plan:
         for package in self.packages.values():
             own = self.checkout.seen_from([package.name])
             sources, ours_instead = self._sources(package)
-            units += self._units(sources, own, headers, root, ours)
-            units += self._units(ours_instead, own, headers, root, hosts)
+            flags = flags_for(package.dependencies)
+            units += self._units(sources, own, headers, root, ours, flags)
+            units += self._units(ours_instead, own, headers, root, hosts, flags)
         core = self.checkout.seen_from(HOST_NEEDS)
-        units += self._units([HOST / "controller_host.cpp"], core, headers, root, hosts)
+        flags = flags_for(())
+        units += self._units([HOST / "controller_host.cpp"], core, headers, root, hosts, flags)
         if any(package.planners for package in self.packages.values()):
-            units += self._units([HOST / "planner_host.cpp"], core, headers, root, hosts)
-        return units + self._units([HOST / "main.cpp"], core, headers, root, mains)
+            units += self._units([HOST / "planner_host.cpp"], core, headers, root, hosts, flags)
+        return units + self._units([HOST / "main.cpp"], core, headers, root, mains, flags)
 
     @property
     def file_count(self) -> int:
@@ -216,6 +219,7 @@ class _Plan:
         headers: Mapping[str, str],
         made: Path,
         ours: str,
+        flags: tuple[str, ...],
     ) -> list[_Unit]:
         own = tuple(
             folder
@@ -225,11 +229,12 @@ class _Plan:
         )
         folders = (REPLACEMENTS, made, NATIVE, *own)
         seen = "".join(headers[name] for name in needed)
-        common = f"{self.compiler.version} {' '.join(self.compiler.words)} {FLAGS} {ours} {seen}"
+        common = f"{self.compiler.version} {' '.join(self.compiler.words)} {flags} {ours} {seen}"
         return [
             _Unit(
                 path,
                 folders,
+                flags,
                 hashlib.sha256(f"{common} {path.name} ".encode() + path.read_bytes()).hexdigest(),
             )
             for path in sources
@@ -239,7 +244,7 @@ class _Plan:
         target = _object(unit)
         target.parent.mkdir(parents=True, exist_ok=True)
         part = target.with_name(f"{target.name}.{os.getpid()}")
-        arguments = [*FLAGS, *include_arguments(unit.folders), "-c", str(unit.source)]
+        arguments = [*unit.flags, *include_arguments(unit.folders), "-c", str(unit.source)]
         self.compiler.run([*arguments, "-o", str(part)], log)
         os.replace(part, target)
 

@@ -27,7 +27,12 @@ SYSTEM_HEADERS = Path("/usr/include")
 INCLUDE_FOLDERS = ("eigen3", "ompl-*")
 # Floating-point results must not depend on the machine that compiles: nothing is contracted, and
 # nothing is used that only some processors have.
-FLAGS = ("-std=c++20", "-O2", "-DNDEBUG", "-ffp-contract=off", "-fPIC", "-w")
+FLAGS = ("-O2", "-DNDEBUG", "-ffp-contract=off", "-fPIC", "-w")
+STANDARD = "-std=c++20"
+# What computes with xtensor is compiled as the releases that use it do: up to 0.24 it takes other
+# types for its temporaries in later standards, and throws.
+OLDER_STANDARD = "-std=c++17"
+NEEDS_OLDER_STANDARD = frozenset({"xtensor"})
 # A controller may be large: MPPI's takes a minute for one file on a slow machine.
 PATIENCE_S = 1200.0
 
@@ -46,7 +51,7 @@ class Compiler:
 
     def has_header(self, header: str) -> bool:
         """Returns whether a header of the system is found."""
-        command = [*self.words, *FLAGS, *include_arguments(()), "-x", "c++", "-E", "-"]
+        command = [*self.words, STANDARD, *FLAGS, *include_arguments(()), "-x", "c++", "-E", "-"]
         text = f"#if !__has_include(<{header}>)\n#error\n#endif\n"
         done = subprocess.run(command, input=text, capture_output=True, text=True, check=False)
         return done.returncode == 0
@@ -116,6 +121,12 @@ def include_arguments(folders: Iterable[Path]) -> list[str]:
     """Returns the arguments for folders of headers, and for those that Debian has apart."""
     system = (path for name in INCLUDE_FOLDERS for path in sorted(SYSTEM_HEADERS.glob(name)))
     return [*(f"-I{folder}" for folder in folders), *(f"-isystem{folder}" for folder in system)]
+
+
+def flags_for(dependencies: Iterable[str]) -> tuple[str, ...]:
+    """Returns the flags for the sources of a package."""
+    is_older = not NEEDS_OLDER_STANDARD.isdisjoint(dependencies)
+    return (OLDER_STANDARD if is_older else STANDARD, *FLAGS)
 
 
 def link_arguments(dependencies: Iterable[str]) -> list[str]:

@@ -9,7 +9,7 @@ import pytest
 
 from drake_navbench.controllers.mppi.lanes import LANES, unpack
 from drake_navbench.controllers.mppi.noise import fill_normal
-from drake_navbench.native.compiler import FLAGS, find_compiler
+from drake_navbench.native.compiler import FLAGS, OLDER_STANDARD, find_compiler
 from drake_navbench.native.headers import NATIVE
 
 # Writes the normals of a key. It is given: seed, deviation, samples, steps and names.
@@ -41,7 +41,8 @@ def program(tmp_path_factory):
     source.write_text(PROGRAM)
     compiler = find_compiler()
     compiler.run(
-        [*FLAGS, f"-I{NATIVE}", str(source), "-o", str(folder / "normals")], folder / "log"
+        [OLDER_STANDARD, *FLAGS, f"-I{NATIVE}", str(source), "-o", str(folder / "normals")],
+        folder / "log",
     )
     return folder / "normals"
 

@@ -85,7 +85,9 @@ def test_scenes_tell_how_far_two_are_apart(change, likeness):
 def test_a_port_drives_by_the_rules_of_the_builds_release():
     build = _build("jazzy")
     assert port_of_release("rpp", build).parameters.nav2_release == "jazzy"
-    assert port_of_release("graceful", build).name == "graceful"
+    assert port_of_release("graceful", build).parameters.nav2_release == "jazzy"
+    # It is of no release.
+    assert port_of_release("teb", build).name == "teb"
 
 
 def test_trials_are_apart_from_the_first_cycle_that_differs():

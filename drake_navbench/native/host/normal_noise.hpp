@@ -2,10 +2,10 @@
 #pragma once
 
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <vector>
 
 namespace drake_navbench {
@@ -82,20 +82,24 @@ class RowOfUniforms {
     Row row;
     for (std::size_t lane = 0; lane < kWidth; ++lane) {
       auto & [a, b, c, d] = state_;
-      const std::uint32_t output = std::rotl(a[lane] + d[lane], 7) + a[lane];
+      const std::uint32_t output = RotatedLeft(a[lane] + d[lane], 7) + a[lane];
       const std::uint32_t shifted = b[lane] << 9;
       c[lane] ^= a[lane];
       d[lane] ^= b[lane];
       b[lane] ^= c[lane];
       a[lane] ^= d[lane];
       c[lane] ^= shifted;
-      d[lane] = std::rotl(d[lane], 11);
+      d[lane] = RotatedLeft(d[lane], 11);
       row[lane] = static_cast<float>(output >> 8) * 0x1p-24f + 0x1p-25f;
     }
     return row;
   }
 
  private:
+  static std::uint32_t RotatedLeft(std::uint32_t word, int count) {
+    return word << count | word >> (32 - count);
+  }
+
   std::array<std::array<std::uint32_t, kWidth>, 4> state_;
 };
 
@@ -103,9 +107,12 @@ class RowOfUniforms {
 inline float LogOf(float number) {
   constexpr float kLn2 = 0.69314718055994530942f;
   constexpr float kSqrt2 = 1.41421356237309504880f;
-  const auto bits = std::bit_cast<std::uint32_t>(number);
+  std::uint32_t bits;
+  std::memcpy(&bits, &number, sizeof bits);
   auto exponent = static_cast<float>(static_cast<std::int32_t>(bits >> 23) - 127);
-  float mantissa = std::bit_cast<float>((bits & 0x007fffffu) | 0x3f800000u);
+  bits = (bits & 0x007fffffu) | 0x3f800000u;
+  float mantissa;
+  std::memcpy(&mantissa, &bits, sizeof mantissa);
   if (mantissa > kSqrt2) {
     mantissa *= 0.5f;
     exponent += 1.0f;

@@ -24,6 +24,11 @@
   using ConstUniquePtr = std::unique_ptr<const Type>;  \
   using WeakPtr = std::weak_ptr<Type>;
 
+// What is compiled as C++17 compares no messages.
+#if __cplusplus >= 202002L
 #define DRAKE_NAVBENCH_MESSAGE(Type) \
   DRAKE_NAVBENCH_POINTERS(Type)      \
   bool operator==(const Type &) const = default;
+#else
+#define DRAKE_NAVBENCH_MESSAGE(Type) DRAKE_NAVBENCH_POINTERS(Type)
+#endif

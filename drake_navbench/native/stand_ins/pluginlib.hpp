@@ -48,7 +48,7 @@ inline std::string class_name(const std::string & text) {
       name += character;
     }
   }
-  return name.starts_with("::") ? name.substr(2) : name;
+  return name.rfind("::", 0) == 0 ? name.substr(2) : name;
 }
 
 template <typename Class, typename Base>

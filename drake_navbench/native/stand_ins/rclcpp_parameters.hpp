@@ -64,12 +64,11 @@ class ParameterValue {
 
   ParameterValue() = default;
   explicit ParameterValue(bool value) : content_(value) {}
-  template <typename Whole>
-    requires(std::is_integral_v<Whole> && !std::is_same_v<Whole, bool>)
-  explicit ParameterValue(Whole value) : content_(static_cast<std::int64_t>(value)) {}
-  template <typename Real>
-    requires std::is_floating_point_v<Real>
-  explicit ParameterValue(Real value) : content_(static_cast<double>(value)) {}
+  template <typename Number, typename = std::enable_if_t<std::is_arithmetic_v<Number> &&
+                                                         !std::is_same_v<Number, bool>>>
+  explicit ParameterValue(Number value)
+      : content_(static_cast<std::conditional_t<std::is_integral_v<Number>, std::int64_t, double>>(
+            value)) {}
   explicit ParameterValue(const char * value) : content_(std::string(value)) {}
   explicit ParameterValue(const std::string & value) : content_(value) {}
   explicit ParameterValue(const std::vector<std::uint8_t> & value) : content_(value) {}
@@ -109,7 +108,7 @@ class ParameterValue {
   decltype(auto) get() const {
     return stored<std::variant_alternative_t<kType, Content>>();
   }
-  bool operator==(const ParameterValue &) const = default;
+  bool operator==(const ParameterValue & other) const { return content_ == other.content_; }
 
  private:
   template <typename Value>
@@ -152,7 +151,9 @@ class Parameter {
   auto as_integer_array() const { return value_.get<std::vector<std::int64_t>>(); }
   auto as_double_array() const { return value_.get<std::vector<double>>(); }
   auto as_string_array() const { return value_.get<std::vector<std::string>>(); }
-  bool operator==(const Parameter &) const = default;
+  bool operator==(const Parameter & other) const {
+    return name_ == other.name_ && value_ == other.value_;
+  }
 
  private:
   std::string name_;
@@ -181,7 +182,7 @@ class NodeParametersInterface {
   Overrides & overrides() { return overrides_; }
   const Overrides & get_parameter_overrides() const { return overrides_; }
   const Overrides & defaults() const { return defaults_; }
-  bool has_parameter(const std::string & name) const { return values_.contains(name); }
+  bool has_parameter(const std::string & name) const { return values_.count(name) > 0; }
 
   const ParameterValue & declare_parameter(const std::string & name, const ParameterValue & value,
                                            const Descriptor & = {}, bool ignore_override = false) {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <chrono>
-#include <compare>
 
 #include "stand_ins/builtin_interfaces.hpp"
 
@@ -51,7 +50,12 @@ class Duration {
     return from_nanoseconds(
         static_cast<std::int64_t>(static_cast<long double>(nanoseconds_) * factor));
   }
-  auto operator<=>(const Duration &) const = default;
+  bool operator==(const Duration & other) const { return nanoseconds_ == other.nanoseconds_; }
+  bool operator!=(const Duration & other) const { return nanoseconds_ != other.nanoseconds_; }
+  bool operator<(const Duration & other) const { return nanoseconds_ < other.nanoseconds_; }
+  bool operator<=(const Duration & other) const { return nanoseconds_ <= other.nanoseconds_; }
+  bool operator>(const Duration & other) const { return nanoseconds_ > other.nanoseconds_; }
+  bool operator>=(const Duration & other) const { return nanoseconds_ >= other.nanoseconds_; }
 
  private:
   std::int64_t nanoseconds_ = 0;
@@ -78,7 +82,12 @@ class Time {
   }
   Time operator+(const Duration & span) const { return Time(nanoseconds_ + span.nanoseconds()); }
   Time operator-(const Duration & span) const { return Time(nanoseconds_ - span.nanoseconds()); }
-  auto operator<=>(const Time &) const = default;
+  bool operator==(const Time & other) const { return nanoseconds_ == other.nanoseconds_; }
+  bool operator!=(const Time & other) const { return nanoseconds_ != other.nanoseconds_; }
+  bool operator<(const Time & other) const { return nanoseconds_ < other.nanoseconds_; }
+  bool operator<=(const Time & other) const { return nanoseconds_ <= other.nanoseconds_; }
+  bool operator>(const Time & other) const { return nanoseconds_ > other.nanoseconds_; }
+  bool operator>=(const Time & other) const { return nanoseconds_ >= other.nanoseconds_; }
 
  private:
   std::int64_t nanoseconds_ = 0;

@@ -19,8 +19,8 @@ Value declare_or_get_parameter(NodePointer node, const std::string & name,
                                const ParameterDescriptor & = {}) {
   return node->template declare_or_get_parameter<Value>(name);
 }
-template <typename Value, typename NodePointer>
-  requires(!std::is_same_v<Value, ParameterDescriptor>)
+template <typename Value, typename NodePointer,
+          typename = std::enable_if_t<!std::is_same_v<Value, ParameterDescriptor>>>
 Value declare_or_get_parameter(NodePointer node, const std::string & name, const Value & value,
                                const ParameterDescriptor & = {}) {
   return node->declare_or_get_parameter(name, value);
