@@ -3,7 +3,7 @@
 Drives the default controllers through one scenario, clean and with one field of the robot changed
 at a time, 32 seeds each, and compares pair by pair: seed 7 of a controller with the field against
 seed 7 of it without. FOLDER keeps the trials, so that the command goes on where it stopped. Writes
-docs/stress_slopes.md. It takes about twenty minutes on two cores.
+docs/stress_slopes.md. It takes half an hour on two cores.
 """
 
 from __future__ import annotations
@@ -27,18 +27,25 @@ SCENARIO, SEEDS = "doorway", 32
 CLEAN = "clean"
 AXES = {
     "localization.drift": 0.05,
+    "localization.yaw_drift": 0.05,
+    "localization.jump_m": 0.2,
     "localization.y_bias_m": 0.05,
     "localization.xy_std_m": 0.03,
     "lidar.range_std_m": 0.03,
+    "lidar.range_bias_m": 0.05,
     "lidar.dropout_probability": 0.5,
     "lidar.scan_loss_probability": 0.5,
+    "lidar.stuck_beam_share": 0.05,
     "actuators.deadband_mps": 0.05,
     "actuators.slip_std": 0.1,
     "actuators.radius_difference": 0.03,
     "actuators.payload_kg": 60.0,
+    "actuators.slope_rad": 0.05,
     "timing.scan_latency_s": 0.3,
     "timing.odometry_latency_s": 0.15,
     "timing.command_latency_s": 0.15,
+    "timing.command_loss_probability": 0.3,
+    "timing.compute_time": 60.0,
 }
 
 
