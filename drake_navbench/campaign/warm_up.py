@@ -10,7 +10,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from drake_navbench.kernels.angles import wrap
 from drake_navbench.processes.compiled_columns import compiled_columns, note_compiled
 from drake_navbench.processes.workers import Task, run_tasks, start_server
 
@@ -39,8 +38,7 @@ def cold_columns(specs: Sequence[TrialSpec]) -> list[TrialSpec]:
 
     Others' are left to the trials: they may do anything when they are called.
     """
-    wrap(0.0)
-    compiled = set() if wrap.stats.cache_misses else compiled_columns()
+    compiled = compiled_columns()
     columns = {_column_name(spec): spec for spec in specs if not spec.code_owner}
     return [spec for name, spec in columns.items() if name not in compiled]
 

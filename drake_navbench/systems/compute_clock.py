@@ -30,6 +30,15 @@ class ComputeClock:
         """Whether any cycle takes time."""
         return self._timing.any(lambda timing: timing.compute_time != 0.0)
 
+    def ticks_a_period(self, period_s: float) -> int:
+        """Returns how often a period to look whether a cycle may begin: once where none is late."""
+
+        def is_short(timing: TimingSettings) -> bool:
+            given = timing.compute_time
+            return not isinstance(given, str) and 1e-3 * given < period_s
+
+        return TICKS_A_PERIOD if self._timing.any(lambda timing: not is_short(timing)) else 1
+
     def known(self, cycle: int, measured: tuple[float, float]) -> tuple[float, float]:
         """Returns the times, ms, that count for a cycle, the first being 0; raises InputError."""
         if self._logged is None:

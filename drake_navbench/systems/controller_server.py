@@ -34,7 +34,7 @@ from drake_navbench.navigation.path_handler import PathHandler
 from drake_navbench.navigation.progress_checkers import ProgressChecker
 from drake_navbench.navigation.task import ClearRequest, GlobalPlan, TaskState, TaskStatus
 from drake_navbench.noise import NoiseKey, NoiseStream
-from drake_navbench.systems.compute_clock import TICKS_A_PERIOD, ComputeClock, ComputeTimes
+from drake_navbench.systems.compute_clock import ComputeClock, ComputeTimes
 from drake_navbench.systems.controller_call import (
     PluginBroke,
     Stopwatch,
@@ -163,7 +163,7 @@ class ControllerServer(LeafSystem):
         self.DeclareStateOutputPort("server_state", self._state)
         declare_state_part_output(self, "status", self._state, lambda server: server.status)
         self.DeclarePeriodicUnrestrictedUpdateEvent(
-            self._period_s / (TICKS_A_PERIOD if self._takes_time else 1),
+            self._period_s / self._clock.ticks_a_period(self._period_s),
             offset_s,
             weakly_bound(self._on_tick),
         )

@@ -126,9 +126,11 @@ class CommandLink(LeafSystem):
     def _on_command(self, context: Context, discrete_state: DiscreteValues) -> None:
         now_s = context.get_time()
         timing = self._timing.at(now_s)
-        seed = context.get_abstract_parameter(self.seed_parameter).get_value()
-        step = round((now_s - self._offset_s) / self._period_s)
-        lost, drawn = NoiseKey(seed, NoiseStream.COMMAND_DELAY, step).generator().random(2)
+        lost = drawn = 0.0
+        if timing.command_loss_probability > 0.0 or timing.command_jitter_s > 0.0:
+            seed = context.get_abstract_parameter(self.seed_parameter).get_value()
+            step = round((now_s - self._offset_s) / self._period_s)
+            lost, drawn = NoiseKey(seed, NoiseStream.COMMAND_DELAY, step).generator().random(2)
         if lost < timing.command_loss_probability:
             return
         due_s = now_s + timing.command_latency_s + timing.command_jitter_s * drawn
