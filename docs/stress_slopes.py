@@ -25,6 +25,8 @@ PAGE = Path(__file__).with_suffix(".md")
 PICTURE = Path(__file__).parent / "images" / "stress_slopes"
 SCENARIO, SEEDS = "doorway", 32
 CLEAN = "clean"
+# Fewer pairs tell nothing of an interval.
+FEWEST_PAIRS = 5
 AXES = {
     "localization.drift": 0.05,
     "localization.yaw_drift": 0.05,
@@ -72,7 +74,7 @@ Made by `python docs/stress_slopes.py FOLDER`: `{scenario}`, {seeds} seeds, one 
 at a time. A number is the mean over the seeds of the metric with the field minus the metric without
 it, in the same seed, with Student's 95% interval; bold: the interval leaves zero out. Divided by
 the field's value it is the slope. A time counts where both trials arrive. Who does not arrive in
-the clean world cannot get worse there.
+the clean world cannot get worse there. A dash: fewer than {pairs} pairs.
 
 ![differences](images/stress_slopes.svg)
 """
@@ -94,24 +96,28 @@ def compare(clean: pd.DataFrame, stressed: pd.DataFrame, metric: str) -> PairedC
     return paired_comparison(clean.set_index("seed")[metric], stressed.set_index("seed")[metric])
 
 
+def _tells(found: PairedComparison) -> bool:
+    return found.pairs >= FEWEST_PAIRS and found.interval.excludes(0.0)
+
+
 def cell(found: PairedComparison, digits: int) -> str:
     """Returns a cell of a table."""
-    if found.pairs < 2:
+    if found.pairs < FEWEST_PAIRS:
         return "–"
     low, high = found.interval
     text = f"{found.difference:+.{digits}f} [{low:.{digits}f}, {high:.{digits}f}]"
-    return f"**{text}**" if found.interval.excludes(0.0) else text
+    return f"**{text}**" if _tells(found) else text
 
 
 def picture(found: dict[tuple[str, str, str], PairedComparison], controllers: list[str]) -> Figure:
     """Returns a panel a metric: differences with intervals, a row a field."""
-    figure = Figure(figsize=(11.0, 6.0), layout="constrained")
+    figure = Figure(figsize=(11.0, 8.0), layout="constrained")
     panels = figure.subplots(1, len(METRICS), sharey=True)
     for panel, metric in zip(panels, METRICS, strict=True):
         for row, field in enumerate(AXES):
             for place, controller in enumerate(controllers):
                 own = found[metric.column, field, controller]
-                if own.pairs < 2:
+                if own.pairs < FEWEST_PAIRS:
                     continue
                 y = row + 0.12 * (place - (len(controllers) - 1) / 2)
                 color = controller_color(controller)
@@ -130,7 +136,7 @@ def picture(found: dict[tuple[str, str, str], PairedComparison], controllers: li
 
 def page(found: dict[tuple[str, str, str], PairedComparison], controllers: list[str]) -> str:
     """Returns the page: a table a metric, and the fields in which no controller answers."""
-    lines = [INTRODUCTION.format(scenario=SCENARIO, seeds=SEEDS)]
+    lines = [INTRODUCTION.format(scenario=SCENARIO, seeds=SEEDS, pairs=FEWEST_PAIRS)]
     for metric in METRICS:
         lines += [f"## {metric.heading[0].upper()}{metric.heading[1:]}", ""]
         lines += [f"| field | {' | '.join(f'`{name}`' for name in controllers)} |"]
@@ -141,7 +147,7 @@ def page(found: dict[tuple[str, str, str], PairedComparison], controllers: list[
         silent = [
             f"`{field}`"
             for field in AXES
-            if not any(found[metric.column, field, c].interval.excludes(0.0) for c in controllers)
+            if not any(_tells(found[metric.column, field, c]) for c in controllers)
         ]
         told = ", ".join(silent) or "none"
         lines += ["", f"No controller is shown to answer to: {told}.", ""]
