@@ -28,10 +28,9 @@ FOLLOW, ROTATE_TO_GOAL, BLOCKED, ROTATE_TO_TARGET = range(4)
 class Cycle(NamedTuple):
     """The outcome of one cycle.
 
-    v m/s, w rad/s; branch: FOLLOW, ROTATE_TO_GOAL, BLOCKED or, in
-    Humble, ROTATE_TO_TARGET. target_x, target_y m, target_yaw rad,
-    and the trajectory (N, 3) to it: in the base frame. may_turn_first, safe_angle, near_goal: as in
-    `GracefulMemory`, not a number for None.
+    v m/s, w rad/s; branch: FOLLOW, ROTATE_TO_GOAL, BLOCKED or, in Humble, ROTATE_TO_TARGET.
+    target_x, target_y m, target_yaw rad, and the trajectory (N, 3) to it: in the base frame.
+    may_turn_first, safe_angle, near_goal: as in `GracefulMemory`, not a number for None.
     """
 
     v: float
@@ -60,6 +59,39 @@ def can_turn(settings, scene, angle):
 
 
 @njit(cache=True)
+def following(drive, x, y, may_turn_first, safe_angle, near_goal):
+    """Returns the Cycle that begins a free drive to (x, y), m, base frame."""
+    return Cycle(
+        drive.v,
+        drive.w,
+        FOLLOW,
+        x,
+        y,
+        drive.target_yaw,
+        drive.trajectory,
+        may_turn_first,
+        safe_angle,
+        near_goal,
+    )
+
+
+@njit(cache=True)
+def turning(w, yaw, may_turn_first, safe_angle, near_goal):
+    """Returns the Cycle that turns in place to the goal's yaw, rad, base frame."""
+    still = np.zeros((1, 3))
+    return Cycle(
+        0.0, w, ROTATE_TO_GOAL, 0.0, 0.0, yaw, still, may_turn_first, safe_angle, near_goal
+    )
+
+
+@njit(cache=True)
+def blocked(may_turn_first, safe_angle, near_goal):
+    """Returns the Cycle in which there is no way."""
+    still = np.zeros((1, 3))
+    return Cycle(0.0, 0.0, BLOCKED, 0.0, 0.0, 0.0, still, may_turn_first, safe_angle, near_goal)
+
+
+@njit(cache=True)
 def run_cycle(settings_record, scene, plan, goal_xy_reached, may_turn_first, safe_angle):
     """Returns the Cycle for one observation.
 
@@ -72,10 +104,7 @@ def run_cycle(settings_record, scene, plan, goal_xy_reached, may_turn_first, saf
     plan_length = arc_length(poses)
     if goal_xy_reached and can_turn(settings, scene, poses[-1, 2]):
         w = turn_rate_to(settings, scene, poses[-1, 2])
-        still = np.zeros((1, 3))
-        return Cycle(
-            0.0, w, ROTATE_TO_GOAL, 0.0, 0.0, poses[-1, 2], still, may_turn_first, safe_angle, False
-        )
+        return turning(w, poses[-1, 2], may_turn_first, safe_angle, False)
     distances = distances_along(poses)
     is_approaching = plan_length < settings.max_lookahead and settings.prefer_final_rotation
     for i in range(poses.shape[0] - 1, -1, -1):
@@ -94,35 +123,11 @@ def run_cycle(settings_record, scene, plan, goal_xy_reached, may_turn_first, saf
                     drive, may_turn_first, safe_angle = best_approach(
                         settings, scene, x, y, distance, drive, safe_angle
                     )
-                return Cycle(
-                    drive.v,
-                    drive.w,
-                    FOLLOW,
-                    x,
-                    y,
-                    drive.target_yaw,
-                    drive.trajectory,
-                    may_turn_first,
-                    safe_angle,
-                    False,
-                )
+                return following(drive, x, y, may_turn_first, safe_angle, False)
             # As in Nav2 the second attempt starts from the heading of the first one.
             yaw = drive.target_yaw
         drive = drive_to(settings, scene, x, y, yaw, distance, may_turn_first)
         may_turn_first = drive.may_turn_first
         if drive.is_free:
-            return Cycle(
-                drive.v,
-                drive.w,
-                FOLLOW,
-                x,
-                y,
-                drive.target_yaw,
-                drive.trajectory,
-                may_turn_first,
-                safe_angle,
-                False,
-            )
-    return Cycle(
-        0.0, 0.0, BLOCKED, 0.0, 0.0, 0.0, np.zeros((1, 3)), may_turn_first, safe_angle, False
-    )
+            return following(drive, x, y, may_turn_first, safe_angle, False)
+    return blocked(may_turn_first, safe_angle, False)

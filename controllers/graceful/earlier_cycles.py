@@ -14,12 +14,14 @@ from numba import njit
 
 from drake_navbench.controllers.graceful.control_law import velocity_to
 from drake_navbench.controllers.graceful.cycle import (
-    BLOCKED,
     FOLLOW,
     ROTATE_TO_GOAL,
     ROTATE_TO_TARGET,
     Cycle,
+    blocked,
     can_turn,
+    following,
+    turning,
 )
 from drake_navbench.controllers.graceful.simulation import drive_to, touches, turn_rate_to
 from drake_navbench.controllers.graceful.targets import distances_along, orient
@@ -45,7 +47,7 @@ def run_kilted_cycle(settings_record, scene, plan, near_goal, goal_tolerance, ma
     near_goal = near_goal or plan_length < goal_tolerance
     if near_goal and can_turn(settings, scene, poses[-1, 2]):
         w = turn_rate_to(settings, scene, poses[-1, 2])
-        return _turning(w, ROTATE_TO_GOAL, poses[-1], may_turn_first, near_goal)
+        return turning(w, poses[-1, 2], may_turn_first, math.nan, near_goal)
     distances = distances_along(poses)
     for i in range(poses.shape[0] - 1, -1, -1):
         x, y, yaw = poses[i, 0], poses[i, 1], poses[i, 2]
@@ -59,19 +61,8 @@ def run_kilted_cycle(settings_record, scene, plan, near_goal, goal_tolerance, ma
         drive = drive_to(settings, scene, x, y, yaw, distances[i], may_turn_first)
         may_turn_first = drive.may_turn_first
         if drive.is_free:
-            return Cycle(
-                drive.v,
-                drive.w,
-                FOLLOW,
-                x,
-                y,
-                drive.target_yaw,
-                drive.trajectory,
-                may_turn_first,
-                math.nan,
-                near_goal,
-            )
-    return _blocked(may_turn_first, near_goal)
+            return following(drive, x, y, may_turn_first, math.nan, near_goal)
+    return blocked(may_turn_first, math.nan, near_goal)
 
 
 @njit(cache=True)
@@ -109,7 +100,7 @@ def run_humble_cycle(settings_record, scene, plan, near_goal, goal_tolerance):
     # Also of a turn in place it is the drive to the target that is looked at.
     is_free, trajectory = _humble_drive(settings, scene, x, y, yaw, backward)
     if not is_free:
-        return _blocked(False, near_goal)
+        return blocked(False, math.nan, near_goal)
     return Cycle(v, w, branch, x, y, yaw, trajectory, False, math.nan, near_goal)
 
 
@@ -140,16 +131,3 @@ def _humble_drive(settings, scene, target_x, target_y, target_yaw, backward):
         distance = math.hypot(target_x - x, target_y - y)
         if not (distance > resolution and count < most):
             return True, trajectory[:count]
-
-
-@njit(cache=True)
-def _turning(w, branch, target, may_turn_first, near_goal):
-    still = np.zeros((1, 3))
-    return Cycle(0.0, w, branch, 0.0, 0.0, target[2], still, may_turn_first, math.nan, near_goal)
-
-
-@njit(cache=True)
-def _blocked(may_turn_first, near_goal):
-    return Cycle(
-        0.0, 0.0, BLOCKED, 0.0, 0.0, 0.0, np.zeros((1, 3)), may_turn_first, math.nan, near_goal
-    )

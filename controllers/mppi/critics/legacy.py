@@ -5,22 +5,11 @@ Source: nav2_mppi_controller, branches humble and iron. Jazzy and later ones do 
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
-
 import numpy as np
 from numba import njit
 
-from drake_navbench.controllers.mppi.critics.base import (
-    CriticContext,
-    CriticParameters,
-    PathCritic,
-)
 from drake_navbench.controllers.mppi.critics.batch import Float32Array, Reach, Scene
-from drake_navbench.controllers.mppi.critics.path import (
-    PathAlignParameters,
-    closest_to_first_sample,
-    is_path_blocked,
-)
+from drake_navbench.controllers.mppi.critics.path import PathAlignCritic, closest_to_first_sample
 from drake_navbench.controllers.mppi.float32_math import F32, ZERO
 from drake_navbench.controllers.mppi.lanes import LANES
 from drake_navbench.kernels.angles import wrap
@@ -28,22 +17,14 @@ from drake_navbench.kernels.angles import wrap
 FARTHEST = F32(np.finfo(np.float32).max)
 
 
-class PathAlignLegacyCritic(PathCritic):
+class PathAlignLegacyCritic(PathAlignCritic):
     """Keeps samples on the path: every q-th column near the path point closest to it."""
-
-    Parameters: ClassVar[type[CriticParameters]] = PathAlignParameters
-
-    def __init__(self, parameters: Any, context: CriticContext) -> None:
-        super().__init__(parameters, context)
-        self.column_step = parameters.trajectory_point_step
 
     def score_reach(self, scene: Scene, reach: Reach, furthest: int) -> Float32Array | None:
         p = self.parameters
         if furthest < p.offset_from_furthest or len(scene.path) < 2:
             return None
-        begin = closest_to_first_sample(scene, reach)
-        valid = scene.path_valid[begin:]
-        if is_path_blocked(valid, max(0, furthest - begin), p.max_path_occupancy_ratio):
+        if self.is_off(scene, closest_to_first_sample(scene, reach), furthest):
             return None
         costs = np.empty_like(reach.end_x)
         closest_point_costs(

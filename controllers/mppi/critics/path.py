@@ -71,8 +71,7 @@ class PathAlignCritic(PathCritic):
             return None
         aligns_onward = self.context.release.aligns_onward
         begin = 0 if aligns_onward else closest_to_first_sample(scene, reach)
-        valid = scene.path_valid[begin:]
-        if is_path_blocked(valid, max(0, furthest - begin), p.max_path_occupancy_ratio):
+        if self.is_off(scene, begin, furthest):
             return None
         costs = np.empty_like(reach.end_x)
         path_align_costs(
@@ -88,6 +87,12 @@ class PathAlignCritic(PathCritic):
             costs,
         )
         return costs
+
+    def is_off(self, scene: Scene, begin: int, furthest: int) -> bool:
+        """Returns whether too many of the path points from `begin` to `furthest` are occupied."""
+        valid = scene.path_valid[begin:]
+        ratio = self.parameters.max_path_occupancy_ratio
+        return is_path_blocked(valid, max(0, furthest - begin), ratio)
 
 
 def closest_to_first_sample(scene: Scene, reach: Reach) -> int:
