@@ -73,19 +73,25 @@ def warm_up_specs(column: TrialSpec) -> list[TrialSpec]:
     ]
 
 
-def decide_once(column: TrialSpec) -> None:
-    """Has a column's controller decide in some random scenes, with nothing around it."""
+def decide_in_scenes(column: TrialSpec) -> int:
+    """Has a column's controller decide in some random scenes, with nothing around it.
+
+    Returns in how many of them it found a command.
+    """
     from drake_navbench.controller import ControllerError
     from drake_navbench.trial.column_controller import built_controller, controller_setup
     from drake_navbench.trial.random_scenes import random_scenes
 
     _collect_rarely()
     robot = column.preset.robot(column.robot)
+    found = 0
     with built_controller(column.preset, robot) as controller:
         memory = controller.initial_memory()
         for scene in random_scenes(controller_setup(robot), SCENES):
             with suppress(ControllerError):
                 memory = controller.step(scene, memory).memory
+                found += 1
+    return found
 
 
 def drive_briefly(column: TrialSpec) -> None:
@@ -113,7 +119,7 @@ def _warm_up_tasks(columns: Sequence[TrialSpec]) -> Iterator[Task]:
     for column in columns[:1]:
         yield Task(drive_briefly, (column,))
     for column in sorted(columns[1:], key=_size_of_code, reverse=True):
-        yield Task(decide_once, (column,))
+        yield Task(decide_in_scenes, (column,))
     for column in columns[1:]:
         yield Task(drive_briefly, (column,))
 

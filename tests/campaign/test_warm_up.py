@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from drake_navbench.campaign.warm_up import cold_columns, decide_once, warm_up, warm_up_specs
+from drake_navbench.campaign.warm_up import cold_columns, decide_in_scenes, warm_up, warm_up_specs
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import load_scenario
@@ -37,7 +37,7 @@ def test_the_rotation_shim_is_warmed_up_turning_too():
 
 @pytest.mark.parametrize("name", ["rpp", "dwb", "rotation_shim", "vector_pursuit", "mppi_nav2"])
 def test_a_controller_decides_in_scenes_with_nothing_around_it(name):
-    decide_once(column(name))
+    assert decide_in_scenes(column(name)) > 0
 
 
 def test_a_column_is_compiled_once(nothing_is_known):

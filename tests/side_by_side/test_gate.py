@@ -11,7 +11,6 @@ import pytest
 
 from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.analysis.statistics import trials_needed
-from drake_navbench.native.builds import Build
 from drake_navbench.side_by_side.gate import (
     ALARM_RATE,
     GateResult,
@@ -26,21 +25,6 @@ from drake_navbench.side_by_side.gate_report import to_junit, to_markdown
 PAIRS = 64
 
 
-def _build(name: str, host: str) -> Build:
-    return Build(
-        name=name,
-        host=host,
-        release="jazzy",
-        version="1.3.7",
-        commit="abc",
-        checkout="/nowhere",
-        compiler="c++ 12",
-        controllers=(),
-        left_out={},
-        seconds=1.0,
-    )
-
-
 def _trials(**values) -> pd.DataFrame:
     """Returns PAIRS trials of one controller; a metric that is not given is 1 in all."""
     rows = {metric.name: np.ones(PAIRS) for metric in all_metrics()}
@@ -53,9 +37,9 @@ def _verdicts(before: pd.DataFrame, after: pd.DataFrame) -> dict[str, Verdict]:
     return {finding.metric.name: finding.verdict for finding in findings}
 
 
-def _result(before: pd.DataFrame, after: pd.DataFrame) -> GateResult:
+def _result(build_of, before: pd.DataFrame, after: pd.DataFrame) -> GateResult:
     findings, equal = judge_trials(before, after)
-    base, head = _build("base", "/base"), _build("head", "/head")
+    base, head = build_of("base"), build_of("head", "/head")
     folder = base.checkout
     return GateResult(
         base, head, ("doorway",), PAIRS, tuple(findings), equal, folder, pd.DataFrame()
@@ -119,8 +103,8 @@ def test_what_could_be_seen_is_what_so_many_pairs_are_needed_for():
     assert math.isnan(detectable_difference(2.0, 1, 0.01))
 
 
-def test_a_red_gate_says_what_became_worse():
-    result = _result(_trials(), _trials(time_to_goal_s=np.full(PAIRS, 1.5)))
+def test_a_red_gate_says_what_became_worse(build_of):
+    result = _result(build_of, _trials(), _trials(time_to_goal_s=np.full(PAIRS, 1.5)))
     text = to_markdown(result)
     assert text.startswith("# Nav2 gate: red\n")
     assert "`base`, Nav2 jazzy 1.3.7 at abc" in text
@@ -132,10 +116,10 @@ def test_a_red_gate_says_what_became_worse():
     assert (failed.get("classname"), failed.get("name")) == ("doorway.rpp", "time_to_goal_s")
 
 
-def test_a_green_gate_says_what_it_would_have_seen():
+def test_a_green_gate_says_what_it_would_have_seen(build_of):
     random = np.random.default_rng(2)
     noisy = _trials(time_to_goal_s=random.normal(1.0, 0.1, PAIRS))
-    result = _result(_trials(), noisy)
+    result = _result(build_of, _trials(), noisy)
     (finding,) = (f for f in result.findings if f.metric.name == "time_to_goal_s")
     text = to_markdown(result)
     assert text.startswith("# Nav2 gate: green\n")
@@ -152,19 +136,19 @@ def test_a_green_gate_says_what_it_would_have_seen():
         ("my::Controller:speed=1", "my::Controller@base:speed=1"),
     ],
 )
-def test_a_column_is_the_original_of_a_variant(controller, column):
-    assert column_of(controller, _build("base", "/base")) == column
+def test_a_column_is_the_original_of_a_variant(controller, column, build_of):
+    assert column_of(controller, build_of("base")) == column
 
 
 @pytest.mark.parametrize(("trials", "is_told"), [(12, True), (20, False)])
-def test_too_few_trials_for_any_alarm_are_told(trials, is_told):
+def test_too_few_trials_for_any_alarm_are_told(trials, is_told, build_of):
     # Some 60 tests: 60 * 2^-11 is above 0.01, 60 * 2^-19 below.
-    result = _result(_trials(), _trials())._replace(trials=trials)
+    result = _result(build_of, _trials(), _trials())._replace(trials=trials)
     assert ("too few for any alarm" in to_markdown(result)) is is_told
 
 
-def test_two_builds_of_the_same_program_are_not_driven(tmp_path):
-    base, head = _build("base", "/same"), _build("head", "/same")
+def test_two_builds_of_the_same_program_are_not_driven(tmp_path, build_of):
+    base, head = build_of("base"), build_of("head")
     result = drive_gate(base, head, ["rpp"], tmp_path / "out")
     assert result.trials == 0
     assert "nothing was driven" in to_markdown(result)

@@ -11,7 +11,6 @@ from drake_navbench import run_trial
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import Scenario
-from drake_navbench.native.builds import Build
 from drake_navbench.side_by_side.likeness import Likeness
 from drake_navbench.side_by_side.parity import (
     OtherDefault,
@@ -33,21 +32,6 @@ SCENARIO = Scenario(
     goal=(1.5, 0.5, 0.8),
     timeout_s=8.0,
 )
-
-
-def _build(release: str) -> Build:
-    return Build(
-        name="mine",
-        host="/host",
-        release=release,
-        version="1.3.7",
-        commit="",
-        checkout="/nowhere",
-        compiler="c++ 12",
-        controllers=(),
-        left_out={},
-        seconds=1.0,
-    )
 
 
 def _scenes(first: str, second: str, count: int = 50):
@@ -82,8 +66,8 @@ def test_scenes_tell_how_far_two_are_apart(change, likeness):
     )
 
 
-def test_a_port_drives_by_the_rules_of_the_builds_release():
-    build = _build("jazzy")
+def test_a_port_drives_by_the_rules_of_the_builds_release(build_of):
+    build = build_of()
     assert port_of_release("rpp", build).parameters.nav2_release == "jazzy"
     assert port_of_release("graceful", build).parameters.nav2_release == "jazzy"
     # It is of no release.
@@ -124,8 +108,8 @@ def test_a_controller_that_remembers_is_equal_to_itself_in_each_cycle():
     assert result.likeness is Likeness.EQUAL
 
 
-def test_the_page_counts_and_names_what_differs():
-    build = _build("jazzy")
+def test_the_page_counts_and_names_what_differs(build_of):
+    build = build_of()
     scenes = tuple(_scenes("rpp", "rpp", 10))
     defaults = (OtherDefault("lookahead_dist", 0.6, 0.7),)
     text = to_markdown(build, [Parity("rpp", "its::Original", scenes, (), defaults, ("new_one",))])

@@ -9,7 +9,6 @@ import pytest
 
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.kernels.grid import INSCRIBED, NO_INFORMATION
-from drake_navbench.native.builds import Build
 from drake_navbench.navigation.planner import PlanningError
 from drake_navbench.side_by_side.likeness import Likeness
 from drake_navbench.side_by_side.parity_page import to_markdown
@@ -80,21 +79,9 @@ def test_most_requests_can_be_planned(plugin):
     assert found > 6
 
 
-def test_the_page_has_a_row_a_variant():
-    build = Build(
-        name="mine",
-        host="/host",
-        release="jazzy",
-        version="1.3.7",
-        commit="",
-        checkout="/nowhere",
-        compiler="c++ 12",
-        controllers=(),
-        left_out={},
-        seconds=1.0,
-    )
+def test_the_page_has_a_row_a_variant(build_of):
     results = (compare_plans(PLAN, PLAN), compare_plans(PLAN, "GoalOccupied"))
-    text = to_markdown(build, [], [PlannerParity("a::Planner", {"tolerance": 0.1}, results)])
+    text = to_markdown(build_of(), [], [PlannerParity("a::Planner", {"tolerance": 0.1}, results)])
     assert "| `a::Planner` with tolerance: 0.1 | 1 | 1 / 0 / 1 |" in text
     assert "- port: 2 poses, 1.0000 m; original: GoalOccupied" in text
     assert "| controller |" not in text
