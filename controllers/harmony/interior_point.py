@@ -35,11 +35,10 @@ from drake_navbench.controllers.harmony.rows import (
 )
 from drake_navbench.controllers.harmony.scene import Scene
 from drake_navbench.controllers.harmony.terms import stage_cost
+from drake_navbench.kernels.barrier import TO_BOUND_RATIO
 
 Array = NDArray[np.float64]
 
-# Of the way to a bound, how much a step may take.
-TO_BOUND_RATIO = 0.99
 # What is missing of a clearance counts by this part: whoever drives a plan checks the outline.
 CLEARANCE_SHARE = 0.1
 # Slacks begin with so much at least, in parts of the limits.
@@ -86,22 +85,49 @@ class Solution(NamedTuple):
     solved: bool
 
 
+class Expansion(NamedTuple):
+    """Rows and derivatives at a plan of N + 1 stages.
+
+    values: (N + 1, R) of the rows; columns, slopes: (N + 1, R, S) of each, which variables of its
+    stage it depends on and how. gradients: (N + 1, 9), hessians: (N + 1, 9, 9) of the cost.
+    """
+
+    values: Array
+    columns: NDArray[np.int64]
+    slopes: Array
+    gradients: Array
+    hessians: Array
+
+
 @njit(cache=True, error_model="numpy")
-def _evaluate(scene, plan, values, columns, slopes, gradients, hessians):
-    """Fills rows and derivatives of all stages; returns the cost."""
+def _new_expansion(count, rows):
+    return Expansion(
+        np.empty((count, rows)),
+        np.zeros((count, rows, SLOPES_A_ROW), dtype=np.int64),
+        np.empty((count, rows, SLOPES_A_ROW)),
+        np.empty((count, STAGE_SIZE)),
+        np.empty((count, STAGE_SIZE, STAGE_SIZE)),
+    )
+
+
+@njit(cache=True, error_model="numpy")
+def _evaluate(scene, plan, at):
+    """Fills the expansion at a plan; returns the cost."""
     last = plan.shape[0] - 1
-    gradients[:] = 0.0
-    hessians[:] = 0.0
+    at.gradients[:] = 0.0
+    at.hessians[:] = 0.0
     cost = 0.0
     for k in range(last + 1):
-        cost += stage_cost(scene, k, last, plan[k], scene.references[k], gradients[k], hessians[k])
-        stage_rows(scene, k, plan[k], values[k], columns[k], slopes[k])
+        reference = scene.references[k]
+        cost += stage_cost(scene, k, last, plan[k], reference, at.gradients[k], at.hessians[k])
+        stage_rows(scene, k, plan[k], at.values[k], at.columns[k], at.slopes[k])
     return cost
 
 
 @njit(cache=True, error_model="numpy")
-def _add_barrier(last, values, columns, slopes, slacks, multipliers, barrier, gradients, hessians):
+def _add_barrier(last, at, slacks, multipliers, barrier):
     """Adds to the derivatives what the rows' slacks and multipliers stand for, once eliminated."""
+    values, columns, slopes = at.values, at.columns, at.slopes
     for k in range(last + 1):
         for row in range(values.shape[1]):
             if not is_row_of(k, last, row):
@@ -114,20 +140,20 @@ def _add_barrier(last, values, columns, slopes, slacks, multipliers, barrier, gr
                 if slope == 0.0:
                     continue
                 column = columns[k, row, i]
-                gradients[k, column] -= slope * force
+                at.gradients[k, column] -= slope * force
                 for j in range(SLOPES_A_ROW):
                     other = slopes[k, row, j]
                     if other != 0.0:
-                        hessians[k, column, columns[k, row, j]] += stiffness * slope * other
+                        at.hessians[k, column, columns[k, row, j]] += stiffness * slope * other
 
 
 @njit(cache=True, error_model="numpy")
-def _add_rest(plan, rest_multipliers, gradients, hessians):
+def _add_rest(plan, rest_multipliers, at):
     """Adds the terms of rest at the end."""
     last = plan.shape[0] - 1
     for i in range(STATE_SIZE - V):
-        gradients[last, V + i] += rest_multipliers[i] + REST_PRICE * plan[last, V + i]
-        hessians[last, V + i, V + i] += REST_PRICE
+        at.gradients[last, V + i] += rest_multipliers[i] + REST_PRICE * plan[last, V + i]
+        at.hessians[last, V + i, V + i] += REST_PRICE
 
 
 @njit(cache=True, error_model="numpy")
@@ -162,10 +188,9 @@ def _log_slacks(last, slacks):
 
 
 @njit(cache=True, error_model="numpy")
-def _row_steps(
-    last, steps, values, columns, slopes, slacks, multipliers, barrier, slack_steps, dual_steps
-):
+def _row_steps(last, steps, at, slacks, multipliers, barrier, slack_steps, dual_steps):
     """Fills the steps of slacks and multipliers; returns how much of each may be taken."""
+    values, columns, slopes = at.values, at.columns, at.slopes
     primal, dual = 1.0, 1.0
     for k in range(last + 1):
         for row in range(values.shape[1]):
@@ -234,51 +259,34 @@ def minimise(scene, guess, iterations, first_barrier, last_barrier, tolerance):
     last, dt = count - 1, scene.dt
     plan, moved = guess.copy(), guess.copy()
     roll_out(plan, dt)
-    shape = (count, rows)
-    values, columns = np.empty(shape), np.zeros((count, rows, SLOPES_A_ROW), dtype=np.int64)
-    slopes = np.empty((count, rows, SLOPES_A_ROW))
-    new_values, new_columns = np.empty(shape), columns.copy()
-    new_slopes = np.empty_like(slopes)
-    gradients, hessians = np.empty((count, STAGE_SIZE)), np.empty((count, STAGE_SIZE, STAGE_SIZE))
-    new_gradients, new_hessians = np.empty_like(gradients), np.empty_like(hessians)
+    here, there = _new_expansion(count, rows), _new_expansion(count, rows)
     step_slopes = np.empty((last, STATE_SIZE, STAGE_SIZE))
     offsets, gains = np.zeros((last, 2)), np.zeros((last, 2, STATE_SIZE))
     steps = np.zeros((count, STAGE_SIZE))
-    slack_steps, dual_steps = np.zeros(shape), np.zeros(shape)
+    slack_steps, dual_steps = np.zeros((count, rows)), np.zeros((count, rows))
     rest_multipliers = np.zeros(STATE_SIZE - V)
-    cost = _evaluate(scene, plan, values, columns, slopes, gradients, hessians)
+    cost = _evaluate(scene, plan, here)
     barrier = first_barrier
-    slacks = np.maximum(values, LEAST_SLACK)
+    slacks = np.maximum(here.values, LEAST_SLACK)
     multipliers = barrier / slacks
     price = 1.0
     taken = 0
     for _ in range(iterations):
         taken += 1
-        _add_barrier(
-            last, values, columns, slopes, slacks, multipliers, barrier, gradients, hessians
-        )
-        _add_rest(plan, rest_multipliers, gradients, hessians)
+        _add_barrier(last, here, slacks, multipliers, barrier)
+        _add_rest(plan, rest_multipliers, here)
         for k in range(last):
             slopes_of_advance(plan[k], dt, step_slopes[k])
         predicted, is_convex = feedback_gains(
-            hessians, gradients, step_slopes, DAMPING, offsets, gains
+            here.hessians, here.gradients, step_slopes, DAMPING, offsets, gains
         )
         if not is_convex:
             break
         _linear_steps(step_slopes, offsets, gains, steps)
         primal, dual = _row_steps(
-            last,
-            steps,
-            values,
-            columns,
-            slopes,
-            slacks,
-            multipliers,
-            barrier,
-            slack_steps,
-            dual_steps,
+            last, steps, here, slacks, multipliers, barrier, slack_steps, dual_steps
         )
-        gap = _infeasibility(last, values, slacks)
+        gap = _infeasibility(last, here.values, slacks)
         if gap > STILL:
             price = max(price, 1.5 * np.max(multipliers))
         before = cost + _rest_cost(plan, rest_multipliers) - barrier * _log_slacks(last, slacks)
@@ -289,34 +297,28 @@ def minimise(scene, guess, iterations, first_barrier, last_barrier, tolerance):
         new_slacks = slacks
         for _cut in range(MOST_CUTS):
             _rolled_step(plan, offsets, gains, share, dt, moved)
-            new_cost = _evaluate(
-                scene, moved, new_values, new_columns, new_slopes, new_gradients, new_hessians
-            )
+            new_cost = _evaluate(scene, moved, there)
             new_slacks = slacks + share * slack_steps
             after = new_cost + _rest_cost(moved, rest_multipliers)
-            after += price * _infeasibility(last, new_values, new_slacks)
+            after += price * _infeasibility(last, there.values, new_slacks)
             after -= barrier * _log_slacks(last, new_slacks)
             expected = SUFFICIENT_DECREASE * share * (2.0 * predicted - price * gap)
             if after <= before + min(expected, 0.0) + STILL:
                 break
             share *= 0.5
         plan, moved = moved, plan
-        values, new_values = new_values, values
-        columns, new_columns = new_columns, columns
-        slopes, new_slopes = new_slopes, slopes
-        gradients, new_gradients = new_gradients, gradients
-        hessians, new_hessians = new_hessians, hessians
+        here, there = there, here
         cost, slacks = new_cost, new_slacks
         multipliers = multipliers + dual * dual_steps
         is_still = abs(before - after) < 1e-6 * (1.0 + abs(after))
         for i in range(STATE_SIZE - V):
             rest_multipliers[i] += share * REST_PRICE * plan[last, V + i]
         is_last = barrier <= last_barrier and is_still and share > 0.5
-        if is_last and _violation(last, values, plan) <= tolerance:
+        if is_last and _violation(last, here.values, plan) <= tolerance:
             break
         if share > FULL_ENOUGH or is_still:
             barrier = max(last_barrier, BARRIER_CUT * barrier)
-    return plan, cost, _violation(last, values, plan), taken
+    return plan, cost, _violation(last, here.values, plan), taken
 
 
 def solve(scene: Scene, guess: Array, settings: SolverSettings) -> Solution:

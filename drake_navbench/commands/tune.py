@@ -39,6 +39,14 @@ def build_parser() -> argparse.ArgumentParser:
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
+    _add_subject(parser)
+    _add_budget(parser)
+    _add_running(parser)
+    return parser
+
+
+def _add_subject(parser: argparse.ArgumentParser) -> None:
+    """Adds what says what is searched, where, and for what."""
     add = parser.add_argument
     add("preset", metavar="PRESET", help="the baseline, such as rpp, or a variant of it")
     add("--scenarios", required=True, type=listed_names, metavar="LIST", help="where to search")
@@ -63,6 +71,11 @@ def build_parser() -> argparse.ArgumentParser:
         metavar="NAME=VALUES",
         help="LOW:HIGH, LOW:HIGH:log or A,B,C; searches these instead of the controller's own list",
     )
+
+
+def _add_budget(parser: argparse.ArgumentParser) -> None:
+    """Adds what says how much is driven."""
+    add = parser.add_argument
     add(
         "--configurations",
         type=positive_number,
@@ -91,6 +104,11 @@ def build_parser() -> argparse.ArgumentParser:
         metavar="N",
         help="most points of the front judged (8)",
     )
+
+
+def _add_running(parser: argparse.ArgumentParser) -> None:
+    """Adds what says how, with what and into which folder."""
+    add = parser.add_argument
     add("--seed", type=whole_number, default=0, help="of the whole tuning (0)")
     add("--sampler", choices=("tpe", "nsga2", "random"), default="tpe", help="what proposes (tpe)")
     add("--robot", default="wheelchair", help="robot by name, or a YAML file (wheelchair)")
@@ -109,7 +127,6 @@ def build_parser() -> argparse.ArgumentParser:
         help="where the study is, or will be; more processes with the same command join it",
     )
     add("--search-only", action="store_true", help="join the search, and judge nothing")
-    return parser
 
 
 def main(argv: Sequence[str] | None = None) -> int:

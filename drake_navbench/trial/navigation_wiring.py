@@ -118,24 +118,7 @@ def _add_tree_navigation(
         follower = WaypointFollower(task.goals, navigation.waypoint_follower)
     else:
         follower = mission_follower(floors, navigation)
-    global_costmap = builder.AddNamedSystem(
-        "global_costmap",
-        GlobalCostmap(
-            task.global_layers,
-            pose=task.start_pose,
-            period_s=1.0 / navigation.global_costmap.update_frequency,
-            offset_s=COSTMAP_OFFSET_S,
-            floors=() if floors is None else floors.layers,
-            floor_clock=None if floors is None else floors.clock,
-        ),
-    )
-    # What white noise there is moves the robot in its costmaps only where it moves the frames too.
-    position = signals.estimate if signals.has_frames else signals.state
-    connect_inputs(builder, global_costmap, state=position, scan=signals.scan)
-    connect_frame(builder, signals, global_costmap)
-    if signals.clouds is not None:
-        connect_inputs(builder, global_costmap, clouds=signals.clouds)
-
+    global_costmap = _add_global_costmap(builder, robot, task, signals)
     navigator = builder.AddNamedSystem(
         "navigator",
         TreeNavigator(
@@ -181,6 +164,31 @@ def _add_tree_navigation(
     connect_inputs(builder, local_costmap, clear_request=clear_local)
     connect_inputs(builder, global_costmap, clear_request=navigator.GetOutputPort("clear_global"))
     return navigator, behaviors.GetOutputPort("command")
+
+
+def _add_global_costmap(
+    builder: DiagramBuilder, robot: Robot, task: NavigateToPoses, signals: Signals
+) -> GlobalCostmap:
+    """Adds the global costmap, all but what clears it."""
+    floors = task.floors
+    costmap = builder.AddNamedSystem(
+        "global_costmap",
+        GlobalCostmap(
+            task.global_layers,
+            pose=task.start_pose,
+            period_s=1.0 / robot.navigation.global_costmap.update_frequency,
+            offset_s=COSTMAP_OFFSET_S,
+            floors=() if floors is None else floors.layers,
+            floor_clock=None if floors is None else floors.clock,
+        ),
+    )
+    # What white noise there is moves the robot in its costmaps only where it moves the frames too.
+    position = signals.estimate if signals.has_frames else signals.state
+    connect_inputs(builder, costmap, state=position, scan=signals.scan)
+    connect_frame(builder, signals, costmap)
+    if signals.clouds is not None:
+        connect_inputs(builder, costmap, clouds=signals.clouds)
+    return costmap
 
 
 def add_command_chain(
