@@ -25,14 +25,8 @@ from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.inputs.world import Obstacle
 from drake_navbench.kernels.grid import LETHAL, Costmap
-from drake_navbench.log import (
-    COLUMNS,
-    LATERAL_COLUMNS,
-    UNREPEATABLE_COLUMNS,
-    Outcome,
-    Scan,
-    TrialLog,
-)
+from drake_navbench.log import COLUMNS, LATERAL_COLUMNS, UNREPEATABLE_COLUMNS, Outcome, TrialLog
+from drake_navbench.logged_scans import Scan
 from drake_navbench.plans import Plan, as_logged
 from drake_navbench.recordings.heard import Beams, Cells, Column, Poses
 from drake_navbench.recordings.occupancy import costs_from_occupancy
