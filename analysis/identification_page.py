@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -159,6 +159,7 @@ def _how(result: Result) -> Iterator[str]:
     yield "## How"
     yield ""
     sobol_points, rounds = result["sobol_points"], result["rounds"]
+    evaluations = of_seeds([_range_of_evaluations(run) for run in result["runs"]])
     yield (
         "Each block of unknowns is a search of its own: the layout of every scenario by that "
         "scenario's cells, what all have in common (base) by all cells, each controller's own "
@@ -166,7 +167,7 @@ def _how(result: Result) -> Iterator[str]:
         "none begins at what is shipped. Searched is the mean of the cells' relative errors, of "
         "which none counts more than 100%. What a search does not vary is what the searches before "
         "it found; layouts come first, and in the first round see base and controllers as they are "
-        f"shipped. Rounds: {rounds}."
+        f"shipped. Rounds: {rounds}. Evaluations a search, of the fit to all cells: {evaluations}."
     )
     yield ""
     yield (
@@ -188,6 +189,11 @@ def _how(result: Result) -> Iterator[str]:
     yield ""
 
 
+def _range_of_evaluations(run: Result) -> str:
+    counts = [block["evaluations"] for block in run["blocks"]]
+    return f"{min(counts)} to {max(counts)}"
+
+
 def _by_part(runs: Sequence[Result], kinds: Sequence[str], part: str, title: str) -> Iterator[str]:
     yield f"### By {title}: median relative error, same order"
     yield ""
@@ -195,17 +201,16 @@ def _by_part(runs: Sequence[Result], kinds: Sequence[str], part: str, title: str
     with_ceiling = part == "scenarios"
     header = [title, *(KINDS[kind] for kind in kinds), *(["ceiling"] if with_ceiling else [])]
 
-    def row_of(name: str, scores_of: Callable[[Result, str], Result | None]) -> list[str]:
-        cells = [of_seeds([_short(scores_of(run, kind)) for run in runs]) for kind in kinds]
-        ceilings = [_ceiling(run["ceilings"].get(name)) for run in runs]
-        return [*cells, *([of_seeds(ceilings)] if with_ceiling else [])]
-
     rows = []
-    for name in names:
-        own = row_of(name, lambda run, kind, name=name: run["scores"][kind][part].get(name))
-        rows.append((f"`{name}`", *own))
-    if with_ceiling:
-        rows.append(("together", *row_of("together", _together)))
+    for name in (*names, *(["together"] if with_ceiling else [])):
+        cells = []
+        for kind in kinds:
+            scores = [run["scores"][kind] for run in runs]
+            own = [s["together"] if name == "together" else s[part].get(name) for s in scores]
+            cells.append(of_seeds([_short(score) for score in own]))
+        if with_ceiling:
+            cells.append(of_seeds([_ceiling(run["ceilings"].get(name)) for run in runs]))
+        rows.append((name if name == "together" else f"`{name}`", *cells))
     yield from table(header, rows)
 
 

@@ -7,13 +7,16 @@ experiments only those; four trials each, as published.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from drake_navbench.analysis.findings import findings
+from drake_navbench.analysis.judgement import judge
+from drake_navbench.analysis.lineups import Lineup
 from drake_navbench.analysis.published import published_metrics, published_samples
 from drake_navbench.campaign.campaign import DEFAULT_TRIALS, trial_seed
 from drake_navbench.controller import Controller, Decision, Observation
@@ -103,6 +106,24 @@ def means(
     return {"scenario": scenario.name, "": title, **values, "end": driven[0].info["reason"]}
 
 
+def verdicts(numbers: Collection[int], columns: Mapping[str, str]) -> list[dict[str, object]]:
+    """Returns rows of the table: how findings are judged; columns: published controller, preset."""
+    wanted = [finding for finding in findings() if finding.number in numbers]
+    rows = [
+        {"scenario": scenario, "controller": preset, "trial": trial, **published_metrics(log)}
+        for scenario in dict.fromkeys(finding.scenario for finding in wanted)
+        for preset in columns.values()
+        for trial, log in enumerate(logs(load_scenario(scenario), preset))
+    ]
+    trials, lineup = pd.DataFrame(rows), Lineup("experiment", "", columns)
+    return [
+        {"finding": finding.number, "": finding.text, "verdict": judgement.verdict.value,
+         "because": judgement.note}
+        for finding in wanted
+        for judgement in [judge(finding, trials, lineup)]
+    ]  # fmt: skip
+
+
 def turning() -> pd.DataFrame:
     """Findings 17 and 26: what decides whose centripetal acceleration is the largest."""
     metrics = ("max_centripetal_acceleration", "rms_linear_jerk", "max_path_error")
@@ -147,6 +168,14 @@ def teb_classes() -> pd.DataFrame:
     presets = ("teb_upstream", one_class, f"{one_class}:global_plan_viapoint_sep=0.5")
     compared = ("dwb", "rpp", "mppi_nav2")
     return pd.DataFrame([means(p, s, p, metrics) for s in BENDS for p in (*presets, *compared)])
+
+
+def teb_classes_findings() -> pd.DataFrame:
+    """The findings that the experiment before is about, and those it could cost, judged by it."""
+    teb = "teb_upstream:enable_homotopy_class_planning=false:global_plan_viapoint_sep=0.5"
+    columns = {"dwb": "dwb", "rpp": "rpp", "teb": teb, "mppi": "mppi_nav2"}
+    numbers = [f.number for f in findings() if f.scenario in BENDS and "teb" in f.controllers_text]
+    return pd.DataFrame(verdicts(numbers, columns))
 
 
 def hidden_wall() -> pd.DataFrame:
@@ -206,6 +235,7 @@ EXPERIMENTS: dict[str, Callable[[], pd.DataFrame]] = {
         teb_acceleration,
         teb_via_points,
         teb_classes,
+        teb_classes_findings,
         hidden_wall,
         open_box,
         latency,
