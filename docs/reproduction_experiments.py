@@ -7,6 +7,7 @@ experiments only those; four trials each, as published.
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any
@@ -38,6 +39,9 @@ BLIND_FROM_S = {"restricted_small": 4.8, "restricted_large": 11.3}
 BLIND_FOR_S = 0.3
 # The side walls of restricted_small are longer than this along x, m; the others are not.
 SHORTEST_SIDE_WALL_M = 1.0
+# Of the goal, where RPP's heading error is the published one.
+BEARING_BY_RPP_DEG = {"restricted_small": 2.18, "restricted_large": 0.52}
+OTHER_BEARINGS_DEG = (-2.0, -1.0, -0.5, 0.5, 1.0, 2.0, 3.0)
 # Another reading of the publication's sample times, within what its numbers allow, s.
 OTHER_FIRST_SAMPLE_S = 0.08
 OTHER_PERIOD_S = 0.12
@@ -201,6 +205,36 @@ def open_box() -> pd.DataFrame:
     )
 
 
+def with_bearing(scenario: str, bearing_deg: float) -> Scenario:
+    """Returns a published scenario whose goal lies not straight ahead but at a bearing."""
+    loaded = load_scenario(scenario)
+    reach_m, bearing_rad = loaded.goal[0], math.radians(bearing_deg)
+    goal = (reach_m * math.cos(bearing_rad), reach_m * math.sin(bearing_rad), bearing_rad)
+    return loaded.model_copy(update={"goal": goal})
+
+
+def bearing() -> pd.DataFrame:
+    """Findings 37, 64 and 65: the plan to the wall does not begin along the robot's heading.
+
+    The bearing is chosen by RPP's published heading error alone; the others are for comparison.
+    """
+    metrics = ("time_taken", "path_length", "avg_linear_speed", "min_obstacle_distance",
+               "abort_time", "avg_heading_error")  # fmt: skip
+    rows = []
+    for scenario in RESTRICTED:
+        told = BEARING_BY_RPP_DEG[scenario]
+        for preset in ("rpp", "dwb", "mppi_nav2"):
+            rows += [
+                means(f"{preset}, {angle:g} deg", with_bearing(scenario, angle), preset, metrics)
+                for angle in (0.0, told)
+            ]
+        rows += [
+            means(f"dwb, {angle:g} deg", with_bearing(scenario, angle), "dwb", metrics)
+            for angle in OTHER_BEARINGS_DEG
+        ]
+    return pd.DataFrame(rows)
+
+
 def latency() -> pd.DataFrame:
     """What a slower base changes in the bend."""
     metrics = ("max_centripetal_acceleration", "max_path_error", "time_taken")
@@ -238,6 +272,7 @@ EXPERIMENTS: dict[str, Callable[[], pd.DataFrame]] = {
         teb_classes_findings,
         hidden_wall,
         open_box,
+        bearing,
         latency,
         sampling,
     )
