@@ -110,22 +110,31 @@ def means(
     return {"scenario": scenario.name, "": title, **values, "end": driven[0].info["reason"]}
 
 
-def verdicts(numbers: Collection[int], columns: Mapping[str, str]) -> list[dict[str, object]]:
-    """Returns rows of the table: how findings are judged; columns: published controller, preset."""
+def verdicts(
+    numbers: Collection[int], lineups: Mapping[str, Mapping[str, str]]
+) -> list[dict[str, object]]:
+    """Returns rows of the table: how findings are judged in several lineups.
+
+    lineups: by title, the preset of each published controller.
+    """
     wanted = [finding for finding in findings() if finding.number in numbers]
+    presets = dict.fromkeys(preset for columns in lineups.values() for preset in columns.values())
     rows = [
         {"scenario": scenario, "controller": preset, "trial": trial, **published_metrics(log)}
         for scenario in dict.fromkeys(finding.scenario for finding in wanted)
-        for preset in columns.values()
+        for preset in presets
         for trial, log in enumerate(logs(load_scenario(scenario), preset))
     ]
-    trials, lineup = pd.DataFrame(rows), Lineup("experiment", "", columns)
+    trials = pd.DataFrame(rows)
+    judged = {
+        title: {f.number: judge(f, trials, Lineup(title, "", columns)).verdict for f in wanted}
+        for title, columns in lineups.items()
+    }
     return [
-        {"finding": finding.number, "": finding.text, "verdict": judgement.verdict.value,
-         "because": judgement.note}
-        for finding in wanted
-        for judgement in [judge(finding, trials, lineup)]
-    ]  # fmt: skip
+        {"finding": f.number, "": f"{f.metric} {f.text}"}
+        | {title: own[f.number].value for title, own in judged.items()}
+        for f in wanted
+    ]
 
 
 def turning() -> pd.DataFrame:
@@ -175,11 +184,15 @@ def teb_classes() -> pd.DataFrame:
 
 
 def teb_classes_findings() -> pd.DataFrame:
-    """The findings that the experiment before is about, and those it could cost, judged by it."""
-    teb = "teb_upstream:enable_homotopy_class_planning=false:global_plan_viapoint_sep=0.5"
-    columns = {"dwb": "dwb", "rpp": "rpp", "teb": teb, "mppi": "mppi_nav2"}
-    numbers = [f.number for f in findings() if f.scenario in BENDS and "teb" in f.controllers_text]
-    return pd.DataFrame(verdicts(numbers, columns))
+    """The findings in the slalom and the bend, with TEB as it ships and as in `teb_classes`."""
+    others = {"dwb": "dwb", "rpp": "rpp", "mppi": "mppi_nav2"}
+    changed = "teb_upstream:enable_homotopy_class_planning=false:global_plan_viapoint_sep=0.5"
+    lineups = {
+        "as it ships": others | {"teb": "teb_upstream"},
+        "one class, via-points": others | {"teb": changed},
+    }
+    numbers = [finding.number for finding in findings() if finding.scenario in BENDS]
+    return pd.DataFrame(verdicts(numbers, lineups))
 
 
 def hidden_wall() -> pd.DataFrame:
