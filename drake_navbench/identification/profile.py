@@ -8,7 +8,7 @@ dimension (C. E. Rasmussen, C. K. I. Williams, "Gaussian Processes for Machine L
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -40,7 +40,8 @@ class Profile(NamedTuple):
     """What is known of one value.
 
     found: of the best evaluation. low, high: between which the others are as good; of one of
-    several choices the first and last as good in `as_good`. share: of the range that is as good.
+    several choices the first and last as good in `as_good`. share: of the range that lies between,
+    of choices those that are as good.
     """
 
     name: str
@@ -86,17 +87,23 @@ def profiles(dimensions: Sequence[Dimension], evaluations: list[Evaluation]) -> 
         good = [value for value, chosen in zip(values, is_good, strict=True) if chosen]
         here = best.values[dimension.name]
         low, high = (here, here) if dimension.choices else (min(*good, here), max(*good, here))
-        found.append(
-            Profile(
-                dimension.name,
-                here,
-                low,
-                high,
-                tuple(good) if dimension.choices else (),
-                float(is_good.mean()),
-            )
-        )
+        as_good = tuple(good) if dimension.choices else ()
+        share = _share(dimension, low, high, as_good)
+        found.append(Profile(dimension.name, here, low, high, as_good, share))
     return found
+
+
+def share_of_all(dimension: Dimension, found: Sequence[Profile]) -> float:
+    """Returns the share of a dimension's range that several profiles of it take together."""
+    good = {value for profile in found for value in profile.as_good}
+    low, high = min(profile.low for profile in found), max(profile.high for profile in found)
+    return _share(dimension, low, high, good)
+
+
+def _share(dimension: Dimension, low: Any, high: Any, as_good: Collection[Any]) -> float:
+    if dimension.choices:
+        return len(as_good) / len(dimension.choices)
+    return place_of(dimension, high) - place_of(dimension, low)
 
 
 @dataclass(frozen=True)

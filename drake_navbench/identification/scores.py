@@ -65,12 +65,7 @@ def score(
         for cell in cells
         if targets.values[cell] != 0.0 and math.isfinite(ours.get(cell, math.nan))
     ]
-    everyone = dict(others or {}) | {cell: ours.get(cell, math.nan) for cell in cells}
-    counted = [
-        _agreement(first, second, everyone, targets)
-        for first, second in _orderings(everyone, targets)
-        if first in cells or second in cells
-    ]
+    counted = agreements(cells, ours, targets, others).values()
     known = [agreement for agreement in counted if math.isfinite(agreement)]
     return Score(
         cells=len(errors),
@@ -79,6 +74,24 @@ def score(
         orderings=len(known),
         agreeing=float(sum(known)),
     )
+
+
+def agreements(
+    cells: Collection[Cell],
+    ours: Mapping[Cell, float],
+    targets: Targets,
+    others: Mapping[Cell, float] | None = None,
+) -> dict[tuple[Cell, Cell], float]:
+    """Returns of every ordering that `score` counts how far ours agrees.
+
+    1 for the same order, 0 for the other, one half for an exact tie; NaN where there is none.
+    """
+    everyone = dict(others or {}) | {cell: ours.get(cell, math.nan) for cell in cells}
+    return {
+        (first, second): _agreement(first, second, everyone, targets)
+        for first, second in _orderings(everyone, targets)
+        if first in cells or second in cells
+    }
 
 
 def ceiling(

@@ -76,10 +76,11 @@ def test_a_planted_wall_is_found_again_from_what_rpp_did_before_it(tmp_path, dri
     status = command.main([*arguments, "--trials", "1", "--jobs", "1", "--out", str(out)])
     assert status == 0
     result = json.loads((out / "identification.json").read_text(encoding="utf-8"))
-    ((found,),) = (block["values"] for block in result["blocks"])
+    (run,) = result["runs"]
+    ((found,),) = (block["values"] for block in run["blocks"])
     # A control cycle at full speed is 2.5 cm, half a cell of the costmap.
     assert found["found"] == pytest.approx(TRUE_FRONT_M, abs=0.026)
-    assert result["scores"]["fitted"]["together"]["median_error"] == pytest.approx(0.0, abs=1e-3)
-    assert result["scores"]["shipped"]["together"]["median_error"] > 0.05
+    assert run["scores"]["fitted"]["together"]["median_error"] == pytest.approx(0.0, abs=1e-3)
+    assert run["scores"]["shipped"]["together"]["median_error"] > 0.05
     page = (out / "identification.md").read_text(encoding="utf-8")
     assert "Nothing was held out: what agrees here is fitted, and confirms nothing." in page

@@ -17,11 +17,11 @@ from planted import (
 
 from drake_navbench.command_line import EXIT_INTERRUPTED
 from drake_navbench.commands import identify as command
-from drake_navbench.identification import driving
+from drake_navbench.identification import driving, search
 from drake_navbench.inputs.presets import load_preset_file
 
 # With two controllers, and with one, who cannot be held out.
-SEARCHES_IN_TWO_ROUNDS, SEARCHES_OF_ONE = 33, 7
+SEARCHES_IN_TWO_ROUNDS, SEARCHES_IN_ONE_ROUND, SEARCHES_OF_ONE = 33, 14, 7
 
 
 @pytest.fixture
@@ -34,8 +34,12 @@ def problem(tmp_path, monkeypatch):
     return ["--tables", str(tables), "--unknowns", str(unknowns), "--jobs", "1"]
 
 
-def found_values(result) -> dict[str, dict]:
-    return {value["name"]: value for block in result["blocks"] for value in block["values"]}
+def found_values(run) -> dict[str, dict]:
+    return {value["name"]: value for block in run["blocks"] for value in block["values"]}
+
+
+def result_in(folder) -> dict:
+    return json.loads((folder / "identification.json").read_text(encoding="utf-8"))
 
 
 def test_planted_settings_are_found_again_and_predict_what_was_held_out(problem, tmp_path, capsys):
@@ -43,8 +47,9 @@ def test_planted_settings_are_found_again_and_predict_what_was_held_out(problem,
     budget = ["--budget", str(SEARCHES_IN_TWO_ROUNDS * 16), "--rounds", "2"]
     arguments = [*problem, *budget, "--trials", "2", "--out", str(out)]
     assert command.main(arguments) == 0
-    result = json.loads((out / "identification.json").read_text(encoding="utf-8"))
-    found = found_values(result)
+    result = result_in(out)
+    (run,) = result["runs"]
+    found = found_values(run)
     truth = {
         "goal_m": (TRUE_GOAL_M, 0.02),
         "drive.response_time_constant_s": (TRUE_LAG_S, 0.04),
@@ -57,21 +62,18 @@ def test_planted_settings_are_found_again_and_predict_what_was_held_out(problem,
         assert found[name]["is_told"], name
     # No metric of the planted trials depends on it.
     assert not found["desired_linear_vel"]["is_told"]
-    both = result["scores"]["both"]["together"]
+    both = run["scores"]["both"]["together"]
     assert both["cells"] == 24
     assert both["median_error"] < 0.05
-    assert both["median_error"] < result["scores"]["shipped"]["together"]["median_error"]
+    assert both["median_error"] < run["scores"]["shipped"]["together"]["median_error"]
     page = (out / "identification.md").read_text(encoding="utf-8")
     assert "`desired_linear_vel` (rpp)" in page.split("do not tell:")[1].splitlines()[0]
     proposed = load_preset_file(out / "proposed" / "rpp_identified.yaml")
     assert proposed.parameters.lookahead_dist == found["lookahead_dist"]["found"]
     capsys.readouterr()
     # The same command finds everything done, and drives nothing.
-    evaluations = result["evaluations"]
     assert command.main(arguments) == 0
-    again = json.loads((out / "identification.json").read_text(encoding="utf-8"))
-    assert again["evaluations"] == evaluations
-    assert again == result
+    assert result_in(out) == result
 
 
 def test_an_interrupted_run_goes_on_and_comes_to_the_same_end(problem, tmp_path, monkeypatch):
@@ -89,10 +91,7 @@ def test_an_interrupted_run_goes_on_and_comes_to_the_same_end(problem, tmp_path,
     cut = [*problem, *budget, "--out", str(tmp_path / "cut")]
     assert command.main(cut) == EXIT_INTERRUPTED
     assert command.main(cut) == 0
-    results = [
-        json.loads((tmp_path / name / "identification.json").read_text(encoding="utf-8"))
-        for name in ("whole", "cut")
-    ]
+    results = [result_in(tmp_path / name) for name in ("whole", "cut")]
     for result in results:
         del result["command"]
     assert results[0] == results[1]
@@ -103,10 +102,40 @@ def test_cells_left_out_are_fitted_by_nobody_and_judged_apart(problem, tmp_path)
     arguments = [*problem, "--budget", str(SEARCHES_OF_ONE * 8), "--controllers", "rpp"]
     left_out = ["--leave-out", "*/time_taken/*", "--trials", "1", "--out", str(out)]
     assert command.main([*arguments, *left_out]) == 0
-    result = json.loads((out / "identification.json").read_text(encoding="utf-8"))
+    result = result_in(out)
+    (run,) = result["runs"]
     assert result["fitted_cells"] == 10
-    assert result["scores"]["left_out"]["together"]["cells"] == 2
-    assert all(row["is_fitted"] is (row["metric"] != "time_taken") for row in result["table"])
+    assert run["scores"]["left_out"]["together"]["cells"] == 2
+    assert all(row["is_fitted"] is (row["metric"] != "time_taken") for row in run["table"])
+
+
+def test_two_seeds_are_side_by_side_and_go_on_with_what_runs_of_one_have_left(
+    problem, tmp_path, monkeypatch
+):
+    out = tmp_path / "out"
+    budget = ["--budget", str(SEARCHES_IN_ONE_ROUND * 12), "--trials", "1", "--out", str(out)]
+    alone = []
+    for seed in ("0", "1"):
+        assert command.main([*problem, *budget, "--seed", seed]) == 0
+        alone += result_in(out)["runs"]
+    assert alone[0] != alone[1]
+    # Nothing is left to search, and a seed comes to the same beside another one.
+    monkeypatch.setattr(search.Searches, "_evaluate_some", None)
+    assert command.main([*problem, *budget, "--seed", "0,1"]) == 0
+    result = result_in(out)
+    assert result["seeds"] == [0, 1]
+    assert result["runs"] == alone
+    told = {value["name"]: value for value in result["agreement"]["values"]}
+    assert told["goal_m"]["is_told"]
+    # No metric depends on it: that two seeds find something says nothing.
+    assert not told["desired_linear_vel"]["is_told"]
+    both = result["agreement"]["predictions"]["both"]
+    assert both["all"] + both["some"] + both["none"] == 8
+    page = (out / "identification.md").read_text(encoding="utf-8")
+    found = [found_values(run)["goal_m"]["found"] for run in alone]
+    assert f"| layout of empty | `goal_m` | 7.5 | {found[0]:.4g} / {found[1]:.4g} | " in page
+    assert "| goal | found, seed 0 | found, seed 1 |  |" in page
+    assert "- Told, with every seed alike: `goal_m` (layout of empty)" in page
 
 
 @pytest.mark.parametrize(
@@ -125,6 +154,10 @@ def test_cells_left_out_are_fitted_by_nobody_and_judged_apart(problem, tmp_path)
         (["--scenarios", "slalom"], "--scenarios slalom: is not in the tables"),
         (["--controllers", "drw"], "--controllers drw: is not in the tables"),
         (["--robot", "hovercraft"], "hovercraft"),
+        (["--seed", "one"], "--seed 'one': expected whole numbers such as 0, or 0,1"),
+        (["--seed", "-1"], "--seed '-1': expected whole numbers such as 0, or 0,1"),
+        (["--seed", "0,"], "--seed '0,': expected whole numbers such as 0, or 0,1"),
+        (["--seed", "1,1"], "--seed '1,1': expected each seed once"),
     ],
 )
 def test_wrong_input_is_one_line_and_nothing_is_written(problem, tmp_path, capsys, arguments, line):

@@ -11,10 +11,11 @@ from drake_navbench.errors import InputError
 from drake_navbench.identification.budget import Budget, parse_budget, shares
 from drake_navbench.identification.folds import Fold, folds_of, tasks_of
 from drake_navbench.identification.layouts import LAYOUTS, with_layout
-from drake_navbench.identification.profile import profiles
+from drake_navbench.identification.profile import Profile, profiles
 from drake_navbench.identification.ranges import grid_of, place_of, value_at
 from drake_navbench.identification.scores import ceiling, mean_error, score
 from drake_navbench.identification.search import Evaluation
+from drake_navbench.identification.seeds import is_told
 from drake_navbench.identification.targets import Cell, Pair, Targets, published_targets
 from drake_navbench.identification.unknowns import Settings, load_unknowns
 from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, load_scenario
@@ -208,3 +209,22 @@ def test_a_profile_of_mere_chance_tells_nothing():
         for error in generator.normal(1.0, 0.1, size=32)
     ]
     assert not any(profile.is_told for profile in profiles(DIMENSIONS, evaluations))
+
+
+def test_several_seeds_tell_a_value_where_all_that_is_as_good_lies_within_half_of_the_range():
+    length = DIMENSIONS[0]
+    # Of 2 m: 0.1, 0.2 and 0.5 of the range.
+    first = Profile("length", 1.0, 0.9, 1.1, (), 0.1)
+    second = Profile("length", 1.3, 1.2, 1.6, (), 0.2)
+    far = Profile("length", 0.2, 0.0, 1.0, (), 0.5)
+    assert is_told(length, [first])
+    # 0.9 to 1.6 m; then 0 to 1.1 m, which is more than half.
+    assert is_told(length, [first, second])
+    assert not is_told(length, [first, far])
+    blank = Profile("length", 1.0, 0.0, 2.0, (), 1.0)
+    assert not is_told(length, [first, blank])
+    way = DIMENSIONS[4]
+    left = Profile("way", "left", "left", "left", ("left",), 1 / 3)
+    right = Profile("way", "right", "right", "right", ("right",), 1 / 3)
+    assert is_told(way, [left, left])
+    assert not is_told(way, [left, right])
