@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -159,14 +159,14 @@ def _how(result: Result) -> Iterator[str]:
     yield "## How"
     yield ""
     yield (
-        "What a controller does in a scenario is a function of what all have in common (base), the "
-        "scenario's layout and its own settings. Driven are first settings all over the ranges, the "
-        "same for every fit (Sobol's points, which know no table). From these an emulator of every "
-        "cell learns how far the cell is off its number (a Gaussian process). Then each "
-        f"fit has {result['rounds']} settings of its own driven, one after the other: where the "
-        "emulators expect the least mean error of the cells that are not held out; they learn from "
-        "each. Found is what was driven with the least. An error is relative, and none counts more "
-        "than 100%. No search begins at what is shipped."
+        "What a controller does in a scenario is a function of what all have in common (base), "
+        "the scenario's layout and its own settings. Driven are first settings all over the "
+        "ranges, the same for every fit (Sobol's points, which know no table). From these an "
+        "emulator of every cell learns how far the cell is off its number (a Gaussian process). "
+        f"Then each fit has {result['rounds']} settings of its own driven, one after the other: "
+        "where the emulators expect the least mean error of the cells that are not held out; they "
+        "learn from each. Found is what was driven with the least. An error is relative, and none "
+        "counts more than 100%. No search begins at what is shipped."
     )
     yield ""
     yield (
@@ -195,17 +195,16 @@ def _by_part(runs: Sequence[Result], kinds: Sequence[str], part: str, title: str
     with_ceiling = part == "scenarios"
     header = [title, *(KINDS[kind] for kind in kinds), *(["ceiling"] if with_ceiling else [])]
 
-    def row_of(name: str, scores_of: Callable[[Result, str], Result | None]) -> list[str]:
-        cells = [of_seeds([_short(scores_of(run, kind)) for run in runs]) for kind in kinds]
-        ceilings = [_ceiling(run["ceilings"].get(name)) for run in runs]
-        return [*cells, *([of_seeds(ceilings)] if with_ceiling else [])]
-
     rows = []
-    for name in names:
-        own = row_of(name, lambda run, kind, name=name: run["scores"][kind][part].get(name))
-        rows.append((f"`{name}`", *own))
-    if with_ceiling:
-        rows.append(("together", *row_of("together", _together)))
+    for name in (*names, *(["together"] if with_ceiling else [])):
+        cells = []
+        for kind in kinds:
+            scores = [run["scores"][kind] for run in runs]
+            own = [s["together"] if name == "together" else s[part].get(name) for s in scores]
+            cells.append(of_seeds([_short(score) for score in own]))
+        if with_ceiling:
+            cells.append(of_seeds([_ceiling(run["ceilings"].get(name)) for run in runs]))
+        rows.append((name if name == "together" else f"`{name}`", *cells))
     yield from table(header, rows)
 
 

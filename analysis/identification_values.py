@@ -25,7 +25,7 @@ def settings_lines(result: Result) -> Iterator[str]:
         "or a controller held out."
     )
     yield ""
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for number, block in enumerate(runs[0]["blocks"]):
         for place, value in enumerate(block["values"]):
             here = [run["blocks"][number]["values"][place] for run in runs]
