@@ -73,10 +73,10 @@ def page_lines(result: Result) -> Iterator[str]:
 
 def _made_by(result: Result) -> Iterator[str]:
     runs = result["runs"]
-    evaluations = SEEDS_APART.join(str(run["evaluations"]) for run in runs)
+    driven = SEEDS_APART.join(str(run["driven_settings"]) for run in runs)
     yield (
         f"Made by `{result['command']}` (version {result['drake_navbench']}): "
-        f"{evaluations} evaluations, {result['fitted_cells']} of {result['cells']} cells "
+        f"{driven} settings driven for a fit, {result['fitted_cells']} of {result['cells']} cells "
         f"fitted to, {result['trials']} trials a prediction."
     )
     yield ""
@@ -158,16 +158,15 @@ def _how(result: Result) -> Iterator[str]:
     blind = ", ".join(f"`{preset}`" for preset in result["blind"].values())
     yield "## How"
     yield ""
-    sobol_points, rounds = result["sobol_points"], result["rounds"]
-    evaluations = of_seeds([_range_of_evaluations(run) for run in result["runs"]])
     yield (
-        "Each block of unknowns is a search of its own: the layout of every scenario by that "
-        "scenario's cells, what all have in common (base) by all cells, each controller's own "
-        f"settings by its column. The first {sobol_points} points are Sobol's, the others TPE's; "
-        "none begins at what is shipped. Searched is the mean of the cells' relative errors, of "
-        "which none counts more than 100%. What a search does not vary is what the searches before "
-        "it found; layouts come first, and in the first round see base and controllers as they are "
-        f"shipped. Rounds: {rounds}. Evaluations a search, of the fit to all cells: {evaluations}."
+        "What a controller does in a scenario is a function of what all have in common (base), "
+        "the scenario's layout and its own settings. Driven are first settings all over the "
+        "ranges, the same for every fit (Sobol's points, which know no table). From these an "
+        "emulator of every cell learns how far the cell is off its number (a Gaussian process). "
+        f"Then each fit has {result['rounds']} settings of its own driven, one after the other: "
+        "where the emulators expect the least mean error of the cells that are not held out; they "
+        "learn from each. Found is what was driven with the least. An error is relative, and none "
+        "counts more than 100%. No search begins at what is shipped."
     )
     yield ""
     yield (
@@ -187,11 +186,6 @@ def _how(result: Result) -> Iterator[str]:
         "imply no order."
     )
     yield ""
-
-
-def _range_of_evaluations(run: Result) -> str:
-    counts = [block["evaluations"] for block in run["blocks"]]
-    return f"{min(counts)} to {max(counts)}"
 
 
 def _by_part(runs: Sequence[Result], kinds: Sequence[str], part: str, title: str) -> Iterator[str]:

@@ -18,8 +18,8 @@ def settings_lines(result: Result) -> Iterator[str]:
     yield "## Settings found"
     yield ""
     yield (
-        "*As good*: where a surrogate of the search's error (a Gaussian process), minimised over "
-        "all other values of the block, is no more than two left-out residuals above its least. "
+        "*As good*: where the emulated error of the cells that tell of the block, minimised over "
+        "its other values, is no more than two left-out residuals above its least. "
         f"*Told* is a value where all that is as good{by_any} lies within half of the searched "
         f"range.{apart_means} *Without a part*: what the searches found with a scenario "
         "or a controller held out."

@@ -22,7 +22,7 @@ EPILOG = """\
 examples:
   python -m drake_navbench identify --budget 4h --out identification
   python -m drake_navbench identify --budget 2h --seed 0,1 --out identification
-  python -m drake_navbench identify --controllers rpp,dwb --budget 600 --out identification
+  python -m drake_navbench identify --controllers rpp,dwb --budget 200 --out identification
 
 exit status: 0 done, 1 a trial came to no end, 2 wrong input, 130 interrupted (the same command goes
 on)
@@ -44,7 +44,7 @@ def build_parser() -> argparse.ArgumentParser:
         "--budget",
         required=True,
         metavar="N|TIME",
-        help="of all searches of a seed: evaluations (600), or time (90s, 40min, 4h)",
+        help="of the search of a seed: evaluations (200), or time (40min, 4h)",
     )
     add("--scenarios", type=listed_names, default=(), metavar="LIST", help="of the tables (all)")
     add("--controllers", type=listed_names, default=(), metavar="LIST", help="of the tables (all)")
@@ -67,9 +67,9 @@ def build_parser() -> argparse.ArgumentParser:
     add(
         "--rounds",
         type=positive_number,
-        default=1,
+        default=6,
         metavar="N",
-        help="that all is searched in, each beside what the one before has found (1)",
+        help="in which each fit has settings of its own driven, after those that all share (6)",
     )
     add(
         "--seed",

@@ -11,17 +11,16 @@ from pathlib import Path
 from drake_navbench import __version__
 from drake_navbench.analysis.identification_page import RESULT_NAME, write_identification_page
 from drake_navbench.errors import InputError
-from drake_navbench.identification.budget import parse_budget
+from drake_navbench.identification.budget import check_budget, drive_design, parse_budget
+from drake_navbench.identification.design import design_points, settings_at
 from drake_navbench.identification.driving import Driver
-from drake_navbench.identification.folds import Fitter, folds_of, shares_of
+from drake_navbench.identification.folds import SEARCH_TRIALS, Fit, Fold, fits_of, folds_of
 from drake_navbench.identification.outcome import Identified, outcome, problem, propose
 from drake_navbench.identification.prediction import Predictor
-from drake_navbench.identification.search import SOBOL_POINTS, Searches
 from drake_navbench.identification.seeds import agreement, parse_seeds
-from drake_navbench.identification.targets import published_targets, read_targets
-from drake_navbench.identification.unknowns import load_unknowns
+from drake_navbench.identification.targets import Targets, pairs_of, published_targets, read_targets
+from drake_navbench.identification.unknowns import Unknowns, load_unknowns
 from drake_navbench.results import only_run_in, write_text
-from drake_navbench.tuning.study import import_optuna
 
 LOGS, PROPOSED = "logs", "proposed"
 
@@ -31,8 +30,8 @@ class IdentificationRequest:
     """What is asked for; `command` is what the files say they were made by.
 
     tables, unknowns: files, None for the published and the shipped one. leave_out: patterns of
-    cells that nothing is fitted to. budget: of each seed. trials: of each prediction. rounds: in
-    which all is searched. seeds: 0, or 0,1: everything once with each.
+    cells that nothing is fitted to. budget: of each seed. trials: of each prediction. rounds: of
+    settings that each fit has driven for itself. seeds: 0, or 0,1: everything once with each.
     """
 
     tables: Path | None
@@ -55,32 +54,22 @@ def identify(request: IdentificationRequest, tell: Callable[[str], None]) -> Non
 
     What is in the folder already is gone on with. Raises InputError.
     """
-    import_optuna()
-    budget, seeds = parse_budget(request.budget), parse_seeds(request.seeds)
+    seeds = parse_seeds(request.seeds)
     source = published_targets() if request.tables is None else read_targets(request.tables)
     targets = source.only(request.scenarios, request.controllers)
     fit_cells = targets.without(request.leave_out)
     if not fit_cells.values:
         raise InputError("identify: every cell is left out; expected some to fit to")
     unknowns = load_unknowns(request.unknowns, targets, request.robot)
-    shares = shares_of(unknowns, fit_cells, budget, rounds=request.rounds)
+    if not any(block.is_told_by(cell) for block in unknowns.blocks for cell in fit_cells.values):
+        raise InputError("identify: nothing to fit: expected an unknown with cells that tell of it")
+    check_budget(parse_budget(request.budget), len(folds_of(fit_cells)), request.rounds)
     with only_run_in(request.out):
         driver = Driver(unknowns, request.out / LOGS, jobs=request.jobs)
         runs = []
         for seed in seeds:
             said = partial(_tell_of_seed, tell, seed) if len(seeds) > 1 else tell
-            fitter = Fitter(
-                unknowns,
-                fit_cells,
-                targets,
-                driver,
-                Searches(request.out, seed),
-                shares=shares,
-                rounds=request.rounds,
-                seed=seed,
-                tell=said,
-            )
-            fits = {fold: fitter.fit(fold) for fold in folds_of(fit_cells)}
+            fits = _fits(request, unknowns, fit_cells, driver, seed, said)
             said("Driving what was found ...")
             predictor = Predictor(
                 unknowns, targets, fit_cells, driver, trials=request.trials, seed=seed
@@ -90,6 +79,30 @@ def identify(request: IdentificationRequest, tell: Callable[[str], None]) -> Non
         _write(request, runs)
         tell(f"{driver.driven_count} trials driven")
         tell(f"Open {write_identification_page(request.out)}")
+
+
+def _fits(
+    request: IdentificationRequest,
+    unknowns: Unknowns,
+    fit_cells: Targets,
+    driver: Driver,
+    seed: int,
+    tell: Callable[[str], None],
+) -> dict[Fold, Fit]:
+    """Returns what one seed finds, by what was held out."""
+    blocks, pairs = unknowns.blocks, pairs_of(fit_cells.values)
+
+    def drive(first: int, last: int) -> None:
+        points = design_points(blocks, last, seed)[first:]
+        tried = [(settings_at(blocks, point), pairs) for point in points]
+        driver.means_of_each(tried, trials=SEARCH_TRIALS, seed=seed)
+        tell(f"{last} settings are driven in {len(pairs)} columns of {len(fit_cells.values)} cells")
+
+    folds = len(folds_of(fit_cells))
+    notes = request.out / f"driven_seed{seed}.json"
+    count = drive_design(parse_budget(request.budget), folds, request.rounds, drive, notes)
+    points = design_points(blocks, count, seed)
+    return fits_of(unknowns, fit_cells, driver, points, rounds=request.rounds, seed=seed, tell=tell)
 
 
 def _tell_of_seed(tell: Callable[[str], None], seed: int, line: str) -> None:
@@ -112,7 +125,6 @@ def _write(request: IdentificationRequest, runs: Sequence[Identified]) -> None:
         "seeds": [run.seed for run in runs],
         "trials": request.trials,
         "rounds": request.rounds,
-        "sobol_points": SOBOL_POINTS,
         **problem(first.unknowns, first.targets, first.fit_cells),
         "runs": outcomes,
         "agreement": agreement(runs),

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from drake_navbench.analysis.statistics import mean_interval
-from drake_navbench.identification.folds import Fit, Fold, Searched
+from drake_navbench.identification.folds import Fit, Fold
 from drake_navbench.identification.prediction import (
     BOTH,
     CONTROLLER_PLACE,
@@ -54,8 +54,9 @@ class Identified:
 
     @cached_property
     def profiles(self) -> list[list[Profile]]:
-        """What is known of every value of every search of the whole fit, in their order."""
-        return [profiles(s.block.dimensions, s.evaluations) for s in self.whole.searched]
+        """What is known of every value of every block of the whole fit, in their order."""
+        blocks = self.unknowns.blocks
+        return [profiles(blocks, block, self.whole) for block in self.whole.blocks]
 
 
 def problem(unknowns: Unknowns, targets: Targets, fit_cells: Targets) -> Data:
@@ -76,12 +77,11 @@ def outcome(identified: Identified) -> Data:
     data: Data = as_plain(
         {
             "seed": identified.seed,
-            "evaluations": _evaluation_count(fits),
+            "driven_settings": len(identified.whole.emulator.driven.points),
+            "mean_error": identified.whole.error,
             "blocks": [
-                _block(searched, known, fits)
-                for searched, known in zip(
-                    identified.whole.searched, identified.profiles, strict=True
-                )
+                _block(block, known, fits)
+                for block, known in zip(identified.whole.blocks, identified.profiles, strict=True)
             ],
             "scores": {kind: _scores(identified, kind) for kind in identified.found.numbers},
             "ceilings": _by_name(ceilings(identified.found, targets)),
@@ -156,18 +156,7 @@ def as_plain(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def _evaluation_count(fits: Mapping[Fold, Fit]) -> int:
-    """Counts those of the last round; a search that folds have in common counts once."""
-    searches = {
-        (s.block.kind, s.block.name, s.cells, tuple(e.error for e in s.evaluations))
-        for fit in fits.values()
-        for s in fit.searched
-    }
-    return sum(len(errors) for *_, errors in searches)
-
-
-def _block(searched: Searched, known: list[Profile], fits: Mapping[Fold, Fit]) -> Data:
-    block = searched.block
+def _block(block: Block, known: list[Profile], fits: Mapping[Fold, Fit]) -> Data:
     in_folds = [
         values
         for fold, fit in fits.items()
@@ -176,7 +165,6 @@ def _block(searched: Searched, known: list[Profile], fits: Mapping[Fold, Fit]) -
     return {
         "title": block.title,
         "kind": block.kind,
-        "evaluations": len(searched.evaluations),
         "values": [
             _value(block, dimension, profile, in_folds)
             for dimension, profile in zip(block.dimensions, known, strict=True)

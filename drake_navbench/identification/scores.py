@@ -39,9 +39,15 @@ class Score(NamedTuple):
 
 def error_of(cell: Cell, ours: float, targets: Targets) -> float:
     """Returns how far off a number is, relative to the table's, not above `MOST_ERROR`."""
+    return abs(deviation_of(cell, ours, targets))
+
+
+def deviation_of(cell: Cell, ours: float, targets: Targets) -> float:
+    """Returns by how much a number is too large, relative to the table's, within `MOST_ERROR`."""
     if not math.isfinite(ours):
         return MOST_ERROR
-    return min(abs(ours - targets.values[cell]) / targets.scales[cell], MOST_ERROR)
+    deviation = (ours - targets.values[cell]) / targets.scales[cell]
+    return min(max(deviation, -MOST_ERROR), MOST_ERROR)
 
 
 def mean_error(cells: Collection[Cell], ours: Mapping[Cell, float], targets: Targets) -> float:

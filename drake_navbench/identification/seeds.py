@@ -44,8 +44,7 @@ def is_told(dimension: Dimension, found: Sequence[Profile]) -> bool:
 
 def _values(runs: Sequence[Identified]) -> Iterator[Data]:
     """Yields of every value whether the seeds tell it, and how far apart what they find is."""
-    for number, searched in enumerate(runs[0].whole.searched):
-        block = searched.block
+    for number, block in enumerate(runs[0].whole.blocks):
         for place, dimension in enumerate(block.dimensions):
             found = [run.profiles[number][place] for run in runs]
             yield {

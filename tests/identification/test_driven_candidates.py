@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 
+import numpy as np
 import pytest
 
 from drake_navbench.commands import identify as command
@@ -38,8 +39,8 @@ def driven(unknowns, folder):
 def test_a_trial_is_driven_once_and_then_read(unknowns, folder, driven):
     settings, rows = driven
     driver = Driver(unknowns, folder, jobs=1)
-    (again,) = driver.means_of_each([settings], [PAIR], trials=(0,), seed=0)
-    assert again == means_of(rows)
+    (again,) = driver.means_of_each([(settings, [PAIR])], trials=(0,), seed=0)
+    np.testing.assert_equal(again, means_of(rows))
     assert driver.driven_count == 0
 
 
@@ -56,7 +57,7 @@ def test_settings_that_cannot_be_driven_have_no_numbers(unknowns, folder):
     # The wall would stand in the robot.
     inside = Settings(layouts={PAIR.scenario: {"front_m": 0.3}})
     driver = Driver(unknowns, folder, jobs=1)
-    assert driver.means_of_each([inside], [PAIR], trials=(0,), seed=0) == [None]
+    assert driver.means_of_each([(inside, [PAIR])], trials=(0,), seed=0) == [{}]
 
 
 def test_a_planted_wall_is_found_again_from_what_rpp_did_before_it(tmp_path, driven):
@@ -72,7 +73,16 @@ def test_a_planted_wall_is_found_again_from_what_rpp_did_before_it(tmp_path, dri
         "controllers: {rpp: {preset: rpp, blind: rpp_bringup}}\n",
         encoding="utf-8",
     )
-    arguments = ["--tables", str(tables), "--unknowns", str(unknowns), "--budget", "16"]
+    arguments = [
+        "--tables",
+        str(tables),
+        "--unknowns",
+        str(unknowns),
+        "--budget",
+        "22",
+        "--rounds",
+        "6",
+    ]
     status = command.main([*arguments, "--trials", "1", "--jobs", "1", "--out", str(out)])
     assert status == 0
     result = json.loads((out / "identification.json").read_text(encoding="utf-8"))
