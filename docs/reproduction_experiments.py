@@ -7,7 +7,6 @@ experiments only those; four trials each, as published.
 from __future__ import annotations
 
 import argparse
-import math
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any
@@ -22,6 +21,7 @@ from drake_navbench.analysis.published import published_metrics, published_sampl
 from drake_navbench.campaign.campaign import DEFAULT_TRIALS, trial_seed
 from drake_navbench.controller import Controller, Decision, Observation
 from drake_navbench.controllers.mppi import ModelPredictivePathIntegral
+from drake_navbench.identification.layouts import with_layout
 from drake_navbench.inputs.presets import Preset, load_preset
 from drake_navbench.inputs.robot import merged
 from drake_navbench.inputs.scenario import Scenario, load_scenario
@@ -218,14 +218,6 @@ def open_box() -> pd.DataFrame:
     )
 
 
-def with_bearing(scenario: str, bearing_deg: float) -> Scenario:
-    """Returns a published scenario whose goal lies not straight ahead but at a bearing."""
-    loaded = load_scenario(scenario)
-    reach_m, bearing_rad = loaded.goal[0], math.radians(bearing_deg)
-    goal = (reach_m * math.cos(bearing_rad), reach_m * math.sin(bearing_rad), bearing_rad)
-    return loaded.model_copy(update={"goal": goal})
-
-
 def bearing() -> pd.DataFrame:
     """Findings 37, 64 and 65: the plan to the wall does not begin along the robot's heading.
 
@@ -234,17 +226,14 @@ def bearing() -> pd.DataFrame:
     metrics = ("time_taken", "path_length", "avg_linear_speed", "min_obstacle_distance",
                "abort_time", "avg_heading_error")  # fmt: skip
     rows = []
-    for scenario in RESTRICTED:
-        told = BEARING_BY_RPP_DEG[scenario]
-        for preset in ("rpp", "dwb", "mppi_nav2"):
-            rows += [
-                means(f"{preset}, {angle:g} deg", with_bearing(scenario, angle), preset, metrics)
-                for angle in (0.0, told)
-            ]
-        rows += [
-            means(f"dwb, {angle:g} deg", with_bearing(scenario, angle), "dwb", metrics)
-            for angle in OTHER_BEARINGS_DEG
+    for name in RESTRICTED:
+        box, told = load_scenario(name), BEARING_BY_RPP_DEG[name]
+        wanted = [
+            (preset, angle) for preset in ("rpp", "dwb", "mppi_nav2") for angle in (0.0, told)
         ]
+        for preset, angle in (*wanted, *(("dwb", angle) for angle in OTHER_BEARINGS_DEG)):
+            turned = with_layout(box, {"bearing_deg": angle})
+            rows.append(means(f"{preset}, {angle:g} deg", turned, preset, metrics))
     return pd.DataFrame(rows)
 
 
