@@ -48,7 +48,9 @@ class UpstreamTimedElasticBand:
     """
 
     Parameters: ClassVar[type[TebUpstreamParameters]] = TebUpstreamParameters
+    # A Nav2 parameter file with this plugin selects `teb`.
     nav2_plugin: ClassVar[str | None] = None
+    original_plugin: ClassVar[str] = "teb_local_planner::TebLocalPlannerROS"
 
     def __init__(self, parameters: TebUpstreamParameters, setup: ControllerSetup) -> None:
         self._parameters = parameters

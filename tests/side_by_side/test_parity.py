@@ -18,6 +18,7 @@ from drake_navbench.side_by_side.parity import (
     compare_in_scenes,
     compare_in_trial,
     compare_trials,
+    other_defaults,
     port_of_release,
 )
 from drake_navbench.side_by_side.parity_page import to_markdown
@@ -116,3 +117,11 @@ def test_the_page_counts_and_names_what_differs(build_of):
     assert "| `rpp` | `its::Original` | 10 / 0 / 0 | 0 / 0 / 0 | 0 / 0 / 0 |" in text
     assert "| `lookahead_dist` | 0.6 | 0.7 |" in text
     assert "not read by the original: `new_one`" in text
+
+
+def test_defaults_are_those_of_the_ports_release():
+    older = load_preset("mppi_nav2:nav2_release=humble").parameters
+    name = "ObstaclesCritic.collision_cost"
+    assert other_defaults(older, {name: 1e4}, ()) == ()
+    assert other_defaults(older, {name: 1e5}, ()) == (OtherDefault(name, 1e4, 1e5),)
+    assert other_defaults(older, {name: 1e5}, {name}) == ()
