@@ -185,7 +185,13 @@ def robot_model(parameters: TebUpstreamParameters, setup: ControllerSetup) -> Ro
     """Returns the robot's shape for the optimiser."""
     model = parameters.footprint_model
     discs = model.circles()
-    return circles(discs) if discs is not None else outline(model.outline(setup.footprint))
+    if discs is not None:
+        return circles(discs)
+    corners = model.outline(setup.footprint)
+    if model.type == "polygon":
+        # So the original reads them, and the last bits can decide which edge is the nearest.
+        corners = corners.astype(np.float32).astype(np.float64)
+    return outline(corners)
 
 
 def saturated(speed: float, rate: float, terms: Terms, proportionally: bool) -> tuple[float, float]:

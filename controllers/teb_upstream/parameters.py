@@ -265,10 +265,15 @@ class TebUpstreamParameters(ControllerParameters):
 
     @classmethod
     def for_original(cls, values: Mapping[str, Any], release: str) -> dict[str, Any]:
-        """Returns values with the robot's shape as the original has it: all corners in one text."""
+        """Returns values in the form in which the original declares them.
+
+        All corners of the robot's shape are one text, and a flag is a number.
+        """
         own = super().for_original(values, release)
         if "footprint_model" in own:
             own["footprint_model"] = footprint_of_original(own["footprint_model"])
+        if "teb_autosize" in own:
+            own["teb_autosize"] = float(own["teb_autosize"])
         return own
 
     @model_validator(mode="before")

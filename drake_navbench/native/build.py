@@ -42,6 +42,8 @@ MAKER = NATIVE / "headers.py"
 BENCHMARK_NOISE = NATIVE / "benchmark_noise"
 PLUGIN_NAMES = "made/plugin_names.hpp"
 HOST_NEEDS = ("nav2_core",)
+# Where the compiler looks for headers besides.
+HEADER_SEARCH = ("CPATH", "CPLUS_INCLUDE_PATH")
 # What makes a package's random numbers. A file of ours, named as the package, can stand in for it.
 NOISE_SOURCES: Mapping[str, str] = {"nav2_mppi_controller": "src/noise_generator.cpp"}
 
@@ -224,7 +226,9 @@ class _Plan:
         )
         folders = (REPLACEMENTS, made, NATIVE, *own)
         seen = "".join(headers[name] for name in needed)
-        common = f"{self.compiler.version} {' '.join(self.compiler.words)} {flags} {ours} {seen}"
+        search = [os.environ.get(name, "") for name in HEADER_SEARCH]
+        words = " ".join(self.compiler.words)
+        common = f"{self.compiler.version} {words} {search} {flags} {ours} {seen}"
         return [
             Unit(
                 path,

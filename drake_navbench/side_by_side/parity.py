@@ -149,7 +149,9 @@ def compare_in_trial(
     cycles: list[DecisionResult] = []
     both = shadowed(port, original, lambda *pair: cycles.append(_compare_decisions(*pair)))
     logs = [run_trial(scenario, preset, seed, robot=robot) for preset in (both, original)]
-    return compare_trials(logs[0], logs[1], scenario.name, seed, tuple(cycles))
+    # Cycles of a rehearsal come before those of the trial.
+    own = cycles[len(cycles) - int(logs[0].samples["cycle_count"].max()) :]
+    return compare_trials(logs[0], logs[1], scenario.name, seed, tuple(own))
 
 
 def compare_trials(

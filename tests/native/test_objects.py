@@ -1,51 +1,88 @@
-"""What of the system an object is compiled with: it is compiled again where that has changed."""
+"""What of the system an object is compiled with: it serves as long as that is the same."""
 
 from __future__ import annotations
 
+import json
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
 
-from drake_navbench.native.build import build_checkout
-from drake_navbench.native.objects import system_headers
+from drake_navbench.native.objects import Objects, Unit, system_headers
+
+
+class _Compiler:
+    """Compiles nothing, and says that a source includes its neighbour and one other header."""
+
+    def __init__(self, header: Path) -> None:
+        self.header = header
+
+    def run(self, arguments: Sequence[str], log: Path) -> None:
+        places = dict(zip(arguments, arguments[1:], strict=False))
+        source = Path(places["-c"])
+        Path(places["-o"]).write_text("compiled")
+        rule = f"a.o: {source} {source.with_suffix('.hpp')} \\\n {self.header}\n"
+        Path(places["-MF"]).write_text(rule)
 
 
 @pytest.fixture
-def library(copied, tmp_path, monkeypatch) -> Path:
-    """The header of a library of the system, which one source of the checkout includes."""
-    header = tmp_path / "library" / "vendor" / "vendor.hpp"
-    header.parent.mkdir(parents=True)
-    header.write_text("#define VENDOR 1\n")
-    monkeypatch.setenv("CPATH", str(tmp_path / "library"))
-    source = copied / "tiny_controller" / "src" / "tiny_controller.cpp"
-    lines = "#include <vendor/vendor.hpp>\nextern const int vendor; const int vendor = VENDOR;\n"
-    source.write_text(lines + source.read_text())
-    return header
+def unit(tmp_path, monkeypatch) -> Unit:
+    """A source of a checkout with a header beside it."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    for name in ("a.cpp", "a.hpp"):
+        (tmp_path / "src" / name).parent.mkdir(exist_ok=True)
+        (tmp_path / "src" / name).write_text("")
+    return Unit(tmp_path / "src" / "a.cpp", (), ("-O2",), "ab" + 62 * "0")
 
 
-def _compiled(checkout: Path) -> tuple[list[str], Path]:
-    told: list[str] = []
-    build = build_checkout(checkout, name="vendors", tell=told.append)
-    return told, build.host
+@pytest.fixture
+def header(tmp_path) -> Path:
+    """A header of a library of the system."""
+    path = tmp_path / "library" / "vendor.hpp"
+    path.parent.mkdir()
+    path.write_text("one")
+    return path
 
 
-def test_another_header_of_the_system_compiles_what_includes_it(tiny, copied, library):
-    first, host = _compiled(copied)
-    assert first[0] == "[1/1] tiny_controller.cpp"
-    assert _compiled(copied) == (["0 files compiled, 3 taken from the cache"], host)
-    library.write_text("#define VENDOR 2\n")
-    again, other = _compiled(copied)
-    assert again == ["[1/1] tiny_controller.cpp", "1 files compiled, 2 taken from the cache"]
-    assert other != host
+def _compile(unit: Unit, header: Path) -> str:
+    objects = Objects()
+    assert objects.system_digest(unit) is None
+    objects.compile(unit, _Compiler(header), Path("log"))
+    digest = objects.system_digest(unit)
+    assert digest is not None
+    return digest
 
 
-def test_a_header_that_is_gone_counts_as_another(tiny, copied, library, monkeypatch):
-    _compiled(copied)
-    moved = library.parents[2] / "newer" / "vendor" / "vendor.hpp"
-    moved.parent.mkdir(parents=True)
-    library.rename(moved)
-    monkeypatch.setenv("CPATH", str(moved.parents[1]))
-    assert _compiled(copied)[0][0] == "[1/1] tiny_controller.cpp"
+def test_an_object_serves_as_long_as_the_systems_headers_are_the_same(unit, header):
+    first = _compile(unit, header)
+    assert Objects().system_digest(unit) == first
+    header.write_text("two")
+    second = _compile(unit, header)
+    assert second != first
+    header.unlink()
+    assert Objects().system_digest(unit) is None
+
+
+def test_the_checkouts_own_headers_are_not_the_systems(unit, header):
+    first = _compile(unit, header)
+    # They are in the unit's own digest.
+    unit.source.with_suffix(".hpp").write_text("another")
+    assert Objects().system_digest(unit) == first
+
+
+def test_nothing_is_left_beside_an_object_and_its_record(unit, header):
+    _compile(unit, header)
+    assert sorted(p.suffix for p in unit.object.parent.iterdir()) == [".json", ".o"]
+    unit.object.with_suffix(".json").write_text("[1, 2")
+    assert Objects().system_digest(unit) is None
+
+
+def test_the_compiler_tells_the_systems_headers_and_none_of_ours(tiny, builds):
+    folder = builds / "drake_navbench" / "native" / "objects"
+    for record in folder.rglob("*.json"):
+        headers = json.loads(record.read_text())["headers"]
+        assert any(path.endswith("/cmath") for path in headers)
+        assert not any("drake_navbench" in path or "tiny" in path for path in headers)
 
 
 def test_headers_of_the_system_are_those_in_no_folder_of_ours():

@@ -94,6 +94,12 @@ def test_tebs_original_has_given_corners_in_one_text():
     assert literal_eval(model["vertices"]) == corners
 
 
+def test_tebs_original_has_the_resizing_as_a_number():
+    assert TebUpstreamParameters.for_original({"teb_autosize": False}, "humble") == {
+        "teb_autosize": 0.0
+    }
+
+
 def test_the_port_of_teb_names_its_original_and_a_nav2_file_selects_the_other_one():
     assert original_plugin("teb_upstream") == "teb_local_planner::TebLocalPlannerROS"
     assert CONTROLLERS.load("teb_upstream").nav2_plugin is None
