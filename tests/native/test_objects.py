@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -18,7 +19,7 @@ class _Compiler:
         self.header = header
 
     def run(self, arguments: Sequence[str], log: Path) -> None:
-        places = dict(zip(arguments, arguments[1:], strict=False))
+        places = dict(pairwise(arguments))
         source = Path(places["-c"])
         Path(places["-o"]).write_text("compiled")
         rule = f"a.o: {source} {source.with_suffix('.hpp')} \\\n {self.header}\n"
