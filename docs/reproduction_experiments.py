@@ -7,13 +7,17 @@ experiments only those; four trials each, as published.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from drake_navbench.analysis.findings import findings
+from drake_navbench.analysis.judgement import judge
+from drake_navbench.analysis.lineups import Lineup
 from drake_navbench.analysis.published import published_metrics, published_samples
 from drake_navbench.campaign.campaign import DEFAULT_TRIALS, trial_seed
 from drake_navbench.controller import Controller, Decision, Observation
@@ -35,6 +39,9 @@ BLIND_FROM_S = {"restricted_small": 4.8, "restricted_large": 11.3}
 BLIND_FOR_S = 0.3
 # The side walls of restricted_small are longer than this along x, m; the others are not.
 SHORTEST_SIDE_WALL_M = 1.0
+# Of the goal, where RPP's heading error is the published one.
+BEARING_BY_RPP_DEG = {"restricted_small": 2.18, "restricted_large": 0.52}
+OTHER_BEARINGS_DEG = (-2.0, -1.0, -0.5, 0.5, 1.0, 2.0, 3.0)
 # Another reading of the publication's sample times, within what its numbers allow, s.
 OTHER_FIRST_SAMPLE_S = 0.08
 OTHER_PERIOD_S = 0.12
@@ -103,6 +110,24 @@ def means(
     return {"scenario": scenario.name, "": title, **values, "end": driven[0].info["reason"]}
 
 
+def verdicts(numbers: Collection[int], columns: Mapping[str, str]) -> list[dict[str, object]]:
+    """Returns rows of the table: how findings are judged; columns: published controller, preset."""
+    wanted = [finding for finding in findings() if finding.number in numbers]
+    rows = [
+        {"scenario": scenario, "controller": preset, "trial": trial, **published_metrics(log)}
+        for scenario in dict.fromkeys(finding.scenario for finding in wanted)
+        for preset in columns.values()
+        for trial, log in enumerate(logs(load_scenario(scenario), preset))
+    ]
+    trials, lineup = pd.DataFrame(rows), Lineup("experiment", "", columns)
+    return [
+        {"finding": finding.number, "": finding.text, "verdict": judgement.verdict.value,
+         "because": judgement.note}
+        for finding in wanted
+        for judgement in [judge(finding, trials, lineup)]
+    ]  # fmt: skip
+
+
 def turning() -> pd.DataFrame:
     """Findings 17 and 26: what decides whose centripetal acceleration is the largest."""
     metrics = ("max_centripetal_acceleration", "rms_linear_jerk", "max_path_error")
@@ -149,6 +174,14 @@ def teb_classes() -> pd.DataFrame:
     return pd.DataFrame([means(p, s, p, metrics) for s in BENDS for p in (*presets, *compared)])
 
 
+def teb_classes_findings() -> pd.DataFrame:
+    """The findings that the experiment before is about, and those it could cost, judged by it."""
+    teb = "teb_upstream:enable_homotopy_class_planning=false:global_plan_viapoint_sep=0.5"
+    columns = {"dwb": "dwb", "rpp": "rpp", "teb": teb, "mppi": "mppi_nav2"}
+    numbers = [f.number for f in findings() if f.scenario in BENDS and "teb" in f.controllers_text]
+    return pd.DataFrame(verdicts(numbers, columns))
+
+
 def hidden_wall() -> pd.DataFrame:
     """Findings 32, 33, 44 and 45: MPPI loses the wall from sight for a moment."""
     metrics = ("time_taken", "avg_linear_speed", "abort_time", "rms_linear_jerk")
@@ -170,6 +203,36 @@ def open_box() -> pd.DataFrame:
             means("teb, no side walls", without_side_walls(), "teb", metrics),
         ]
     )
+
+
+def with_bearing(scenario: str, bearing_deg: float) -> Scenario:
+    """Returns a published scenario whose goal lies not straight ahead but at a bearing."""
+    loaded = load_scenario(scenario)
+    reach_m, bearing_rad = loaded.goal[0], math.radians(bearing_deg)
+    goal = (reach_m * math.cos(bearing_rad), reach_m * math.sin(bearing_rad), bearing_rad)
+    return loaded.model_copy(update={"goal": goal})
+
+
+def bearing() -> pd.DataFrame:
+    """Findings 37, 64 and 65: the plan to the wall does not begin along the robot's heading.
+
+    The bearing is chosen by RPP's published heading error alone; the others are for comparison.
+    """
+    metrics = ("time_taken", "path_length", "avg_linear_speed", "min_obstacle_distance",
+               "abort_time", "avg_heading_error")  # fmt: skip
+    rows = []
+    for scenario in RESTRICTED:
+        told = BEARING_BY_RPP_DEG[scenario]
+        for preset in ("rpp", "dwb", "mppi_nav2"):
+            rows += [
+                means(f"{preset}, {angle:g} deg", with_bearing(scenario, angle), preset, metrics)
+                for angle in (0.0, told)
+            ]
+        rows += [
+            means(f"dwb, {angle:g} deg", with_bearing(scenario, angle), "dwb", metrics)
+            for angle in OTHER_BEARINGS_DEG
+        ]
+    return pd.DataFrame(rows)
 
 
 def latency() -> pd.DataFrame:
@@ -206,8 +269,10 @@ EXPERIMENTS: dict[str, Callable[[], pd.DataFrame]] = {
         teb_acceleration,
         teb_via_points,
         teb_classes,
+        teb_classes_findings,
         hidden_wall,
         open_box,
+        bearing,
         latency,
         sampling,
     )

@@ -63,35 +63,41 @@ def same_sides(first, second, threshold):
 
 
 @njit(cache=True, error_model="numpy")
-def add_interval(x0, y0, x1, y1, start_time, end_time, obstacles, fields):
-    """Adds to fields (N,) what one straight interval contributes; not yet divided by 4 pi."""
+def add_interval(x0, y0, x1, y1, start_time, end_time, xs, ys, totals, fields):
+    """Adds to fields (N,) what one straight interval contributes; not yet divided by 4 pi.
+
+    xs, ys: (N,) of the obstacles, each side by side so that several are computed at once.
+    totals: (N,) for its own use.
+    """
     dx, dy, dt = x1 - x0, y1 - y0, end_time - start_time
     if math.sqrt(dx * dx + dy * dy + dt * dt) < COINCIDENT_M:
         return
     share = 1.0 / FIELD_SAMPLES
     step_x, step_y, step_t = share * dx, share * dy, share * dt
-    for k in range(obstacles.shape[0]):
-        x, y, t = x0, y0, start_time
-        total = 0.0
-        for _ in range(FIELD_SAMPLES):
-            a_x, a_y = obstacles[k, 0] - x, obstacles[k, 1] - y
+    x, y, t = x0, y0, start_time
+    totals[:] = 0.0
+    for _ in range(FIELD_SAMPLES):
+        left = CONDUCTOR_END_S - t
+        for k in range(xs.shape[0]):
+            a_x, a_y = xs[k] - x, ys[k] - y
             squared = a_x * a_x + a_y * a_y
-            left = CONDUCTOR_END_S - t
-            total += (
+            totals[k] += (
                 (a_y * step_x - a_x * step_y)
                 / squared
                 * (left / math.sqrt(squared + left * left) + t / math.sqrt(squared + t * t))
             )
-            x += step_x
-            y += step_y
-            t += step_t
-        fields[k] += total
+        x += step_x
+        y += step_y
+        t += step_t
+    for k in range(xs.shape[0]):
+        fields[k] += totals[k]
 
 
 @njit(cache=True, error_model="numpy")
 def signature_in_time(poses, steps, obstacles):
     """Returns (N,): positive where the obstacle lies to the left of the trajectory."""
-    fields = np.zeros(obstacles.shape[0])
+    xs, ys = obstacles[:, 0].copy(), obstacles[:, 1].copy()
+    fields, totals = np.zeros(xs.shape[0]), np.empty(xs.shape[0])
     time = 0.0
     for i in range(poses.shape[0] - 1):
         later = time + steps[i]
@@ -102,7 +108,9 @@ def signature_in_time(poses, steps, obstacles):
             poses[i + 1, 1],
             time,
             later,
-            obstacles,
+            xs,
+            ys,
+            totals,
             fields,
         )
         time = later

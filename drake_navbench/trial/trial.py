@@ -402,8 +402,7 @@ def _filter_changes(trial: TrialDiagram, context: Context) -> dict[str, Any]:
         system.get_name(): system.GetOutputPort("filter_state")
         .Eval(system.GetMyContextFromRoot(context))
         .as_plain()
-        for system in (trial.speed_filter, trial.binary_filter)
-        if system is not None
+        for system in trial.filters
     }
 
 
