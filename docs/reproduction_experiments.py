@@ -7,7 +7,6 @@ experiments only those; four trials each, as published.
 from __future__ import annotations
 
 import argparse
-import math
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any
@@ -22,6 +21,7 @@ from drake_navbench.analysis.published import published_metrics, published_sampl
 from drake_navbench.campaign.campaign import DEFAULT_TRIALS, trial_seed
 from drake_navbench.controller import Controller, Decision, Observation
 from drake_navbench.controllers.mppi import ModelPredictivePathIntegral
+from drake_navbench.identification.layouts import with_layout
 from drake_navbench.inputs.presets import Preset, load_preset
 from drake_navbench.inputs.robot import merged
 from drake_navbench.inputs.scenario import Scenario, load_scenario
@@ -110,22 +110,31 @@ def means(
     return {"scenario": scenario.name, "": title, **values, "end": driven[0].info["reason"]}
 
 
-def verdicts(numbers: Collection[int], columns: Mapping[str, str]) -> list[dict[str, object]]:
-    """Returns rows of the table: how findings are judged; columns: published controller, preset."""
+def verdicts(
+    numbers: Collection[int], lineups: Mapping[str, Mapping[str, str]]
+) -> list[dict[str, object]]:
+    """Returns rows of the table: how findings are judged in several lineups.
+
+    lineups: by title, the preset of each published controller.
+    """
     wanted = [finding for finding in findings() if finding.number in numbers]
+    presets = dict.fromkeys(preset for columns in lineups.values() for preset in columns.values())
     rows = [
         {"scenario": scenario, "controller": preset, "trial": trial, **published_metrics(log)}
         for scenario in dict.fromkeys(finding.scenario for finding in wanted)
-        for preset in columns.values()
+        for preset in presets
         for trial, log in enumerate(logs(load_scenario(scenario), preset))
     ]
-    trials, lineup = pd.DataFrame(rows), Lineup("experiment", "", columns)
+    trials = pd.DataFrame(rows)
+    judged = {
+        title: {f.number: judge(f, trials, Lineup(title, "", columns)).verdict for f in wanted}
+        for title, columns in lineups.items()
+    }
     return [
-        {"finding": finding.number, "": finding.text, "verdict": judgement.verdict.value,
-         "because": judgement.note}
-        for finding in wanted
-        for judgement in [judge(finding, trials, lineup)]
-    ]  # fmt: skip
+        {"finding": f.number, "": f"{f.metric} {f.text}"}
+        | {title: own[f.number].value for title, own in judged.items()}
+        for f in wanted
+    ]
 
 
 def turning() -> pd.DataFrame:
@@ -175,11 +184,15 @@ def teb_classes() -> pd.DataFrame:
 
 
 def teb_classes_findings() -> pd.DataFrame:
-    """The findings that the experiment before is about, and those it could cost, judged by it."""
-    teb = "teb_upstream:enable_homotopy_class_planning=false:global_plan_viapoint_sep=0.5"
-    columns = {"dwb": "dwb", "rpp": "rpp", "teb": teb, "mppi": "mppi_nav2"}
-    numbers = [f.number for f in findings() if f.scenario in BENDS and "teb" in f.controllers_text]
-    return pd.DataFrame(verdicts(numbers, columns))
+    """The findings in the slalom and the bend, with TEB as it ships and as in `teb_classes`."""
+    others = {"dwb": "dwb", "rpp": "rpp", "mppi": "mppi_nav2"}
+    changed = "teb_upstream:enable_homotopy_class_planning=false:global_plan_viapoint_sep=0.5"
+    lineups = {
+        "as it ships": others | {"teb": "teb_upstream"},
+        "one class, via-points": others | {"teb": changed},
+    }
+    numbers = [finding.number for finding in findings() if finding.scenario in BENDS]
+    return pd.DataFrame(verdicts(numbers, lineups))
 
 
 def hidden_wall() -> pd.DataFrame:
@@ -205,14 +218,6 @@ def open_box() -> pd.DataFrame:
     )
 
 
-def with_bearing(scenario: str, bearing_deg: float) -> Scenario:
-    """Returns a published scenario whose goal lies not straight ahead but at a bearing."""
-    loaded = load_scenario(scenario)
-    reach_m, bearing_rad = loaded.goal[0], math.radians(bearing_deg)
-    goal = (reach_m * math.cos(bearing_rad), reach_m * math.sin(bearing_rad), bearing_rad)
-    return loaded.model_copy(update={"goal": goal})
-
-
 def bearing() -> pd.DataFrame:
     """Findings 37, 64 and 65: the plan to the wall does not begin along the robot's heading.
 
@@ -221,17 +226,14 @@ def bearing() -> pd.DataFrame:
     metrics = ("time_taken", "path_length", "avg_linear_speed", "min_obstacle_distance",
                "abort_time", "avg_heading_error")  # fmt: skip
     rows = []
-    for scenario in RESTRICTED:
-        told = BEARING_BY_RPP_DEG[scenario]
-        for preset in ("rpp", "dwb", "mppi_nav2"):
-            rows += [
-                means(f"{preset}, {angle:g} deg", with_bearing(scenario, angle), preset, metrics)
-                for angle in (0.0, told)
-            ]
-        rows += [
-            means(f"dwb, {angle:g} deg", with_bearing(scenario, angle), "dwb", metrics)
-            for angle in OTHER_BEARINGS_DEG
+    for name in RESTRICTED:
+        box, told = load_scenario(name), BEARING_BY_RPP_DEG[name]
+        wanted = [
+            (preset, angle) for preset in ("rpp", "dwb", "mppi_nav2") for angle in (0.0, told)
         ]
+        for preset, angle in (*wanted, *(("dwb", angle) for angle in OTHER_BEARINGS_DEG)):
+            turned = with_layout(box, {"bearing_deg": angle})
+            rows.append(means(f"{preset}, {angle:g} deg", turned, preset, metrics))
     return pd.DataFrame(rows)
 
 

@@ -12,24 +12,29 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.controllers.teb_upstream.band import (
-    band_from_plan,
-    band_from_points,
-    normalize,
+from drake_navbench.controllers.teb_upstream.band import band_from_plan, normalize
+from drake_navbench.controllers.teb_upstream.exploration import (
+    Graph,
+    keypoint_graph,
+    roadmap,
+    walk_of,
 )
-from drake_navbench.controllers.teb_upstream.exploration import Graph, keypoint_graph, roadmap
 from drake_navbench.controllers.teb_upstream.memory import PlannerState, Trajectory
+from drake_navbench.controllers.teb_upstream.new_classes import PathBand, next_wanted_band
 from drake_navbench.controllers.teb_upstream.parameters import TebUpstreamParameters
 from drake_navbench.controllers.teb_upstream.signatures import (
-    Signature,
-    signature_in_plane,
-    signature_in_time,
+    ClassRules,
+    is_wanted,
+    same_class,
+    signature,
 )
 
 Array = NDArray[np.float64]
 
 # A best band that takes less than this counts as taking it, where others are compared with it, s.
 SHORTEST_DURATION_S = 1.0
+
+NO_CLASSES = np.empty((0, 0))
 
 
 class ClassSearch:
@@ -47,13 +52,19 @@ class ClassSearch:
         self._parameters = parameters
         self._obstacles = obstacles
         self._bands = list(bands)
-        self._classes: list[Signature] = []
+        self._classes: list[Array] = []
         self._next_number = state.next_number
         self._switched_s = state.switched_s
         self._best_class = state.best_class
-        self._plan_class: Signature | None = None
+        self._plan_class: Array | None = None
         self._plan_number = -1
         self._max_speed = max_speed
+        self._rules = ClassRules(
+            in_time=parameters.include_dynamic_obstacles,
+            prescaler=parameters.h_signature_prescaler,
+            threshold=parameters.h_signature_threshold,
+            most_of_best=parameters.max_number_plans_in_current_class,
+        )
         numbers = [band.number for band in bands]
         self.previous_best = state.best if state.best in numbers else -1
 
@@ -129,30 +140,26 @@ class ClassSearch:
         if math.hypot(ahead[0], ahead[1]) < goal_tolerance_m:
             if not self._bands:
                 ends = np.array([start, goal])
-                self._add_new(
-                    *band_from_plan(ends, True, False, parameters.min_samples, self._max_speed, 0.0)
+                poses, time_steps = band_from_plan(
+                    ends, True, False, parameters.min_samples, self._max_speed, 0.0
                 )
+                self._add_new(poses, time_steps, self._signature(poses, time_steps))
             return
-        graph = self._graph(start, goal, samples)
-        for path in graph.paths():
-            if self._is_full():
-                return
-            self._add_new(
-                *band_from_points(
-                    graph.points[path],
-                    start[2],
-                    goal[2],
-                    backwards,
-                    parameters.min_samples,
-                    self._max_speed,
-                    parameters.acc_lim_x,
-                )
-            )
+        band = PathBand(
+            start[2],
+            goal[2],
+            backwards,
+            parameters.min_samples,
+            self._max_speed,
+            parameters.acc_lim_x,
+        )
+        self._add_from_paths(self._graph(start, goal, samples), band)
 
     def candidates(self) -> Iterator[tuple[Trajectory, bool]]:
         """Yields each band and whether it has the class of the global plan."""
-        for band, signature in zip(self._bands, self._classes, strict=True):
-            yield band, self._plan_class is not None and self._equal(signature, self._plan_class)
+        plan_class = self._plan_class
+        for band, values in zip(self._bands, self._classes, strict=True):
+            yield band, plan_class is not None and same_class(values, plan_class, self._rules)
 
     def plan_number(self) -> int:
         """Returns the number of the band of the global plan's class, or -1."""
@@ -169,6 +176,23 @@ class ClassSearch:
             next_number=self._next_number,
             switched_s=self._switched_s,
         )
+
+    def _add_from_paths(self, graph: Graph, band: PathBand) -> None:
+        walk, length = walk_of(graph), 0
+        while not self._is_full():
+            length, poses, time_steps, values = next_wanted_band(
+                graph.points,
+                graph.edges,
+                walk,
+                length,
+                band,
+                self._obstacles,
+                *self._compared(),
+                self._rules,
+            )
+            if length == 0:
+                return
+            self._add_new(poses, time_steps, values)
 
     def _is_full(self) -> bool:
         return len(self._bands) >= self._parameters.max_number_classes
@@ -191,24 +215,21 @@ class ClassSearch:
             least_cosine=cosine,
         )
 
-    def _add_new(self, poses: Array, time_steps: Array) -> None:
-        band = Trajectory(self._next_number, poses, time_steps)
-        if self._add_if_new(band, self._signature(poses, time_steps)):
+    def _add_new(self, poses: Array, time_steps: Array, values: Array) -> None:
+        if self._add_if_new(Trajectory(self._next_number, poses, time_steps), values):
             self._next_number += 1
 
-    def _add_if_new(self, band: Trajectory, signature: Signature) -> bool:
-        if not signature.is_valid:
+    def _add_if_new(self, band: Trajectory, values: Array) -> bool:
+        if not is_wanted(values, *self._compared(), self._rules):
             return False
-        if any(self._equal(signature, known) for known in self._classes):
-            best = self._best_class
-            allowed = self._parameters.max_number_plans_in_current_class
-            if best is None or not self._equal(best, signature):
-                return False
-            if sum(self._equal(best, known) for known in self._classes) >= allowed:
-                return False
         self._bands.append(band)
-        self._classes.append(signature)
+        self._classes.append(values)
         return True
+
+    def _compared(self) -> tuple[Array, Array]:
+        """Returns the known classes (C, N) and the best band's (1, M); (0, 0) where none is."""
+        best = NO_CLASSES if self._best_class is None else self._best_class[None]
+        return np.array(self._classes) if self._classes else NO_CLASSES, best
 
     def _keep(self, wanted: list[bool]) -> None:
         pairs = [
@@ -217,18 +238,10 @@ class ClassSearch:
             if keep
         ]
         self._bands = [band for band, _ in pairs]
-        self._classes = [signature for _, signature in pairs]
+        self._classes = [values for _, values in pairs]
 
-    def _signature(self, poses: Array, time_steps: Array) -> Signature:
-        if self._parameters.include_dynamic_obstacles:
-            return Signature(True, signature_in_time(poses, time_steps, self._obstacles))
-        prescaler = self._parameters.h_signature_prescaler
-        return Signature(False, signature_in_plane(poses, self._obstacles, prescaler))
-
-    def _equal(self, first: Signature, second: Signature) -> bool:
-        if len(first.values) != len(second.values):
-            return False
-        return first.equals(second, self._parameters.h_signature_threshold)
+    def _signature(self, poses: Array, time_steps: Array) -> Array:
+        return signature(poses, time_steps, self._obstacles, self._rules)
 
 
 def _start_direction(poses: Array, length_m: float) -> float | None:

@@ -1,4 +1,4 @@
-"""Ways past obstacles: a graph of points between start and goal, and all its simple paths.
+"""Ways past obstacles: a graph of points between start and goal, and a walk of its simple paths.
 
 The points are drawn at random in a box (a roadmap) or lie beside every obstacle (keypoints). As
 teb_local_planner's ProbRoadmapGraph and lrKeyPointGraph (ros2-master).
@@ -7,7 +7,6 @@ teb_local_planner's ProbRoadmapGraph and lrKeyPointGraph (ros2-master).
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -27,28 +26,6 @@ class Graph(NamedTuple):
 
     points: Array
     edges: NDArray[np.bool_]
-
-    def paths(self) -> Iterator[list[int]]:
-        """Yields the indices of all simple paths from start to goal, depth first.
-
-        At each point the goal comes first, if it can be reached, then the others in order.
-        """
-        goal = len(self.points) - 1
-        neighbours = [[int(j) for j in np.flatnonzero(row)] for row in self.edges]
-        visited: list[int] = [0]
-        pending = [iter(neighbours[0])]
-        if self.edges[0, goal]:
-            yield [0, goal]
-        while pending:
-            following = next((j for j in pending[-1] if j != goal and j not in visited), None)
-            if following is None:
-                pending.pop()
-                visited.pop()
-                continue
-            visited.append(following)
-            pending.append(iter(neighbours[following]))
-            if self.edges[following, goal]:
-                yield [*visited, goal]
 
 
 def roadmap(
@@ -132,3 +109,48 @@ def forward_edges(points, obstacles, ahead, clearance, least_cosine):
                     break
             edges[i, j] = is_free
     return edges
+
+
+class Walk(NamedTuple):
+    """A walk through all simple paths of a graph of K points, depth first; `walk_on` moves it.
+
+    path: (K,) points it is on, the start first. following: (K,) what each point leads to next.
+    visited: (K,) whether a point is on the path.
+    """
+
+    path: NDArray[np.int64]
+    following: NDArray[np.int64]
+    visited: NDArray[np.bool_]
+
+
+def walk_of(graph: Graph) -> Walk:
+    """Returns a walk that has not begun; the length of its path is 0."""
+    count = len(graph.points)
+    return Walk(np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count, np.bool_))
+
+
+@njit(cache=True, error_model="numpy")
+def walk_on(edges, walk, length):
+    """Puts the next point on the path, if need be behind an earlier one.
+
+    edges: (K, K) as a graph's; the path may end at each point that leads to the goal, but does not
+    contain that. length: of the path so far. Returns its new length, 0 at the end of the walk.
+    """
+    path, following, visited = walk.path, walk.following, walk.visited
+    goal = path.shape[0] - 1
+    if not visited[0]:
+        visited[0] = True
+        return 1
+    while length > 0:
+        here = path[length - 1]
+        for point in range(following[here], goal):
+            if edges[here, point] and not visited[point]:
+                following[here] = point + 1
+                following[point] = 0
+                visited[point] = True
+                path[length] = point
+                return length + 1
+        if length > 1:
+            visited[here] = False
+        length -= 1
+    return 0

@@ -8,8 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.controllers.teb_upstream.signatures import Signature
-
 Array = NDArray[np.float64]
 
 
@@ -44,7 +42,7 @@ class PlannerState(NamedTuple):
 
     trajectories: tuple[Trajectory, ...] = ()
     best: int = -1
-    best_class: Signature | None = None
+    best_class: Array | None = None
     next_number: int = 0
     switched_s: float = 0.0
 

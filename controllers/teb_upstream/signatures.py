@@ -28,25 +28,61 @@ LEAST_REGION_M = 3.0
 FEWEST_OBSTACLES = 5
 
 
-class Signature(NamedTuple):
-    """in_time: whether `values` (N,) are one number an obstacle; else real and imaginary part."""
+class ClassRules(NamedTuple):
+    """How signatures are made and compared, and how many bands may be of the best one's class.
+
+    in_time: signatures in x, y and time, else in the plane, where `prescaler` is theirs.
+    """
 
     in_time: bool
-    values: Array
+    prescaler: float
+    threshold: float
+    most_of_best: int
 
-    @property
-    def is_valid(self) -> bool:
-        """Whether all numbers are finite."""
-        return bool(np.isfinite(self.values).all())
 
-    def equals(self, other: Signature, threshold: float) -> bool:
-        """Whether two trajectories are of one class.
+@njit(cache=True, error_model="numpy")
+def signature(poses, steps, obstacles, rules):
+    """Returns one number an obstacle (N, 2) m, or real and imaginary part, of a trajectory."""
+    if rules.in_time:
+        return signature_in_time(poses, steps, obstacles)
+    return signature_in_plane(poses, obstacles, rules.prescaler)
 
-        In time: unless they pass an obstacle that matters to both on different sides.
-        """
-        if not self.in_time:
-            return bool(np.all(np.abs(self.values - other.values) <= threshold))
-        return same_sides(self.values, other.values, threshold)
+
+@njit(cache=True, error_model="numpy")
+def same_class(first, second, rules):
+    """Whether two trajectories with these signatures are of one class.
+
+    In time: unless they pass an obstacle that matters to both on different sides. Signatures of
+    different numbers of obstacles are of different classes.
+    """
+    if first.shape[0] != second.shape[0]:
+        return False
+    if rules.in_time:
+        return same_sides(first, second, rules.threshold)
+    return np.all(np.abs(first - second) <= rules.threshold)
+
+
+@njit(cache=True, error_model="numpy")
+def is_wanted(values, known, best, rules):
+    """Whether a band with a signature (N,) is kept beside those with signatures `known` (C, N).
+
+    best: (1, M) that of the best band's class, or (0, 0). One band is kept of each class, and of
+    the best one's as many as the rules allow; one whose numbers are not finite never.
+    """
+    for value in values:
+        if not math.isfinite(value):
+            return False
+    is_known = False
+    for k in range(known.shape[0]):
+        is_known = is_known or same_class(values, known[k], rules)
+    if not is_known:
+        return True
+    if best.shape[0] == 0 or not same_class(best[0], values, rules):
+        return False
+    count = 0
+    for k in range(known.shape[0]):
+        count += same_class(best[0], known[k], rules)
+    return count < rules.most_of_best
 
 
 @njit(cache=True, error_model="numpy")

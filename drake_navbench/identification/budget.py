@@ -15,6 +15,8 @@ from drake_navbench.results import write_text
 # With fewer settings an emulator foretells nothing; with more it takes longer than driving them.
 LEAST_POINTS, MOST_POINTS = 16, 400
 BATCH = 8
+# Of all controllers in all scenarios nobody drives one setting sooner.
+LEAST_SECONDS = 1.0
 UNITS_S = {"s": 1.0, "min": 60.0, "h": 3600.0}
 OPTION = "--budget"
 
@@ -45,12 +47,16 @@ def parse_budget(text: str) -> Budget:
 
 
 def check_budget(budget: Budget, folds: int, rounds: int) -> None:
-    """Raises InputError where a number of evaluations is too small."""
+    """Raises InputError where a budget is too small for the least that has to be driven."""
     least = LEAST_POINTS + folds * rounds
+    what = f"{LEAST_POINTS} to learn from, and {rounds} rounds of {folds} fits"
     if budget.evaluations is not None and budget.evaluations < least:
+        raise InputError(f"{OPTION} {budget.evaluations}: expected at least {least}: {what}")
+    least_s = least * LEAST_SECONDS
+    if budget.seconds is not None and budget.seconds < least_s:
         raise InputError(
-            f"{OPTION} {budget.evaluations}: expected at least {least}: {LEAST_POINTS} to learn "
-            f"from, and {rounds} rounds of {folds} fits"
+            f"{OPTION} {budget.seconds:g}s: expected at least {least_s:g}s, {LEAST_SECONDS:g} s "
+            f"for each of {least} settings: {what}"
         )
 
 

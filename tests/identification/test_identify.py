@@ -142,6 +142,7 @@ def test_two_seeds_are_side_by_side_and_come_to_the_same_as_alone(problem, tmp_p
             ["--budget", "45"],
             "--budget 45: expected at least 46: 16 to learn from, and 6 rounds of 5 fits",
         ),
+        (["--budget", "45s"], "--budget 45s: expected at least 46s, 1 s for each of 46 settings"),
         (["--budget", "soon"], "--budget 'soon': expected a number of evaluations such as 600"),
         (["--budget", "0"], "--budget '0': expected a number of evaluations such as 600"),
         (

@@ -147,6 +147,14 @@ def test_a_wall_is_moved_and_the_box_stays_closed():
         assert side[:, 0].max() == pytest.approx(4.125)
 
 
+def test_a_goal_at_a_bearing_is_as_far_and_faces_away_from_the_start():
+    shipped = load_scenario("restricted_small")
+    scenario = with_layout(shipped, {"bearing_deg": 30.0})
+    assert scenario.goal == pytest.approx((8.8 * math.sqrt(0.75), 4.4, math.pi / 6.0))
+    for ours, theirs in zip(scenario.world.obstacles, shipped.world.obstacles, strict=True):
+        assert np.allclose(ours.outline, theirs.outline, atol=1e-6)
+
+
 def test_noise_at_the_wall_is_a_share_of_the_noise_elsewhere():
     unknowns = load_unknowns(None, published_targets(), "wheelchair")
     settings = Settings(base={"localization.xy_std_m": 0.01, "wall_noise_ratio": 0.25})

@@ -2,11 +2,19 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from upstream_scenes import POINT, straight
 
 from drake_navbench.controllers.teb_upstream.band import band_command
 from drake_navbench.controllers.teb_upstream.classes import ClassSearch
-from drake_navbench.controllers.teb_upstream.exploration import Graph, keypoint_graph, roadmap
+from drake_navbench.controllers.teb_upstream.exploration import (
+    Graph,
+    keypoint_graph,
+    roadmap,
+    walk_of,
+    walk_on,
+)
 from drake_navbench.controllers.teb_upstream.memory import PlannerState, Trajectory
 from drake_navbench.controllers.teb_upstream.parameters import TebUpstreamParameters
 from drake_navbench.controllers.teb_upstream.planner import (
@@ -16,8 +24,10 @@ from drake_navbench.controllers.teb_upstream.planner import (
     penalty_terms,
 )
 from drake_navbench.controllers.teb_upstream.signatures import (
-    Signature,
-    signature_in_plane,
+    ClassRules,
+    is_wanted,
+    same_class,
+    signature,
     signature_in_time,
 )
 
@@ -33,18 +43,12 @@ def past(side_m: float):
 
 @pytest.mark.parametrize("in_time", [True, False])
 def test_signatures_tell_the_sides_of_an_obstacle(in_time):
-    obstacle = np.array([[1.0, 0.0]])
-
-    def signature(side_m):
-        poses, steps = past(side_m)
-        if in_time:
-            return Signature(True, signature_in_time(poses, steps, obstacle))
-        return Signature(False, signature_in_plane(poses, obstacle, 1.0))
-
-    left, farther_left, right = signature(0.5), signature(0.7), signature(-0.5)
-    assert left.equals(farther_left, 0.1)
-    assert not left.equals(right, 0.1)
-    assert left.is_valid
+    rules = ClassRules(in_time, prescaler=1.0, threshold=0.1, most_of_best=1)
+    left, farther_left, right = (
+        signature(*past(side_m), np.array([[1.0, 0.0]]), rules) for side_m in (0.5, 0.7, -0.5)
+    )
+    assert same_class(left, farther_left, rules)
+    assert not same_class(left, right, rules)
 
 
 def test_an_obstacle_to_the_left_has_a_positive_signature():
@@ -56,11 +60,52 @@ def test_an_obstacle_to_the_left_has_a_positive_signature():
     assert 0.0 < far < 0.1
 
 
+def test_one_band_is_wanted_of_each_class_and_several_of_the_best_ones():
+    rules = ClassRules(True, prescaler=1.0, threshold=0.1, most_of_best=2)
+    left, right, between = np.array([0.5, 0.5]), np.array([-0.5, -0.5]), np.array([0.5, -0.5])
+    nothing = np.empty((0, 0))
+    assert is_wanted(left, nothing, nothing, rules)
+    assert is_wanted(between, np.array([left, right]), nothing, rules)
+    assert not is_wanted(left, np.array([right, left]), nothing, rules)
+    assert not is_wanted(left, np.array([right, left]), right[None], rules)
+    assert is_wanted(left, np.array([right, left]), left[None], rules)
+    assert not is_wanted(left, np.array([left, right, left]), left[None], rules)
+    # The best one's class is of a cycle with another number of obstacles: none is like it.
+    assert not is_wanted(left, np.array([left]), np.array([[0.5]]), rules)
+    assert not is_wanted(np.array([0.5, np.nan]), nothing, nothing, rules)
+
+
+def paths_of(graph):
+    """Returns all paths from the start to the goal as the walk finds them."""
+    walk, length, goal, paths = walk_of(graph), 0, len(graph.points) - 1, []
+    while length := walk_on(graph.edges, walk, length):
+        if graph.edges[walk.path[length - 1], goal]:
+            paths.append([*walk.path[:length].tolist(), goal])
+    return paths
+
+
+def simple_paths(edges, path):
+    """Yields the same by the definition: the goal first, then on from each point not visited."""
+    goal = len(edges) - 1
+    if edges[path[-1], goal]:
+        yield [*path, goal]
+    for point in range(goal):
+        if edges[path[-1], point] and point not in path:
+            yield from simple_paths(edges, [*path, point])
+
+
 def test_paths_come_depth_first_and_the_goal_first_at_each_point():
     edges = np.zeros((4, 4), dtype=bool)
     edges[0, 1] = edges[0, 2] = edges[1, 2] = edges[1, 3] = edges[2, 3] = edges[2, 1] = True
     graph = Graph(np.zeros((4, 2)), edges)
-    assert list(graph.paths()) == [[0, 1, 3], [0, 1, 2, 3], [0, 2, 3], [0, 2, 1, 3]]
+    assert paths_of(graph) == [[0, 1, 3], [0, 1, 2, 3], [0, 2, 3], [0, 2, 1, 3]]
+
+
+@given(st.integers(2, 6), st.integers(0, 2**36 - 1))
+def test_a_walk_finds_every_simple_path_once(count, bits):
+    edges = np.array([bits >> k & 1 for k in range(count * count)], dtype=bool)
+    graph = Graph(np.zeros((count, 2)), edges.reshape(count, count))
+    assert paths_of(graph) == list(simple_paths(graph.edges, [0]))
 
 
 def test_a_roadmap_leads_ahead_and_keeps_its_distance():
@@ -96,7 +141,7 @@ def test_keypoints_lie_beside_obstacles_ahead():
         least_cosine=0.45,
     )
     np.testing.assert_allclose(graph.points, [[0, 0], [1, 0.4], [1, -0.4], [2, 0]], atol=1e-12)
-    assert list(graph.paths()) == [[0, 1, 3], [0, 2, 3]]
+    assert paths_of(graph) == [[0, 1, 3], [0, 2, 3]]
 
 
 def scene(obstacles, *, time_s=0.0, samples=NOTHING):
@@ -156,7 +201,7 @@ def test_detours_are_dropped_and_the_best_band_stays():
             TebUpstreamParameters(), NOTHING, bands, PlannerState(bands, best=0), max_speed=0.4
         )
         found._bands = list(bands)
-        found._classes = [Signature(True, np.empty(0)) for _ in bands]
+        found._classes = [np.empty(0) for _ in bands]
         found.drop_detours()
         return [band.number for band, _ in found.candidates()]
 
