@@ -3,16 +3,26 @@
 from __future__ import annotations
 
 import json
-import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
+from drake_navbench.analysis.identification_text import (
+    SEEDS_APART,
+    Result,
+    of_seeds,
+    percent,
+    table,
+)
+from drake_navbench.analysis.identification_values import (
+    cells_lines,
+    presets_lines,
+    settings_lines,
+)
 from drake_navbench.results import write_text
 
 RESULT_NAME = "identification.json"
 PAGE_NAME = "identification.md"
-PERCENT = 100.0
 # The goals: of the orderings, in every scenario too, and of the relative error.
 GOAL_CONCORDANCE, GOAL_IN_SCENARIO, GOAL_ERROR = 0.9, 0.8, 0.1
 
@@ -27,7 +37,6 @@ KINDS = {
 }
 # In the order of what they are worth: whose goals are judged.
 STRICTEST = ("both", "scenario", "controller_blind", "left_out")
-Result = Mapping[str, Any]
 
 
 def write_identification_page(folder: Path) -> Path:
@@ -40,86 +49,124 @@ def write_identification_page(folder: Path) -> Path:
 
 def page_lines(result: Result) -> Iterator[str]:
     """Yields the lines of the page."""
-    kinds = [kind for kind in KINDS if kind in result["scores"]]
+    runs = result["runs"]
+    kinds = [kind for kind in KINDS if kind in runs[0]["scores"]]
     yield "# What the published tables tell of layout and settings"
     yield ""
-    yield (
-        f"Made by `{result['command']}` (version {result['drake_navbench']}): "
-        f"{result['evaluations']} evaluations, {result['fitted_cells']} of {result['cells']} cells "
-        f"fitted to, {result['trials']} trials a prediction."
-    )
-    yield ""
-    yield from _verdict(result)
+    yield from _made_by(result)
+    yield from _verdict(runs)
     yield from _how(result)
     yield "## Fitted and predicted"
     yield ""
-    yield from _table(
+    yield from table(
         ("found without", "numbers", "median relative error", "orderings", "same order"),
-        [(KINDS[kind], *_score_cells(result["scores"][kind]["together"])) for kind in kinds],
+        [(KINDS[kind], *_score_cells([_together(run, kind) for run in runs])) for kind in kinds],
     )
-    yield from _by_part(result, kinds, "scenarios", "scenario")
-    yield from _by_part(result, kinds, "controllers", "controller")
-    yield from _settings(result)
-    yield from _proposals(result)
-    yield from _cells(result, kinds)
+    yield from _by_part(runs, kinds, "scenarios", "scenario")
+    yield from _by_part(runs, kinds, "controllers", "controller")
+    if len(runs) > 1:
+        yield from _between_seeds(result, kinds)
+    yield from settings_lines(result)
+    yield from presets_lines(result)
+    yield from cells_lines(result, {kind: KINDS[kind] for kind in kinds})
 
 
-def _verdict(result: Result) -> Iterator[str]:
+def _made_by(result: Result) -> Iterator[str]:
+    runs = result["runs"]
+    driven = SEEDS_APART.join(str(run["driven_settings"]) for run in runs)
+    yield (
+        f"Made by `{result['command']}` (version {result['drake_navbench']}): "
+        f"{driven} settings driven for a fit, {result['fitted_cells']} of {result['cells']} cells "
+        f"fitted to, {result['trials']} trials a prediction."
+    )
+    yield ""
+    if len(runs) > 1:
+        yield (
+            f"All was done once with each of the seeds {_named_seeds(runs)}, and none knew of the "
+            f"others. What they come to stands side by side in this order, with "
+            f"{SEEDS_APART.strip()} between; where it is the same for all, once."
+        )
+        yield ""
+
+
+def _verdict(runs: Sequence[Result]) -> Iterator[str]:
     yield "## Verdict"
     yield ""
-    judged = [kind for kind in STRICTEST if kind in result["scores"]]
+    judged = [kind for kind in STRICTEST if kind in runs[0]["scores"]]
     if not judged:
         yield "Nothing was held out: what agrees here is fitted, and confirms nothing."
         yield ""
         return
     kind = judged[0]
-    scores = result["scores"][kind]
-    together = scores["together"]
-    highest = result["ceilings"].get("together", {}).get("concordance")
-    goal = min(GOAL_CONCORDANCE, 1.0 if highest is None else highest)
-    worst = min(
-        (
-            (score["concordance"], name)
-            for name, score in scores["scenarios"].items()
-            if score["concordance"] is not None
-        ),
-        default=(None, ""),
-    )
-    rows = [
-        (
-            f"{_percent(goal)} of the orderings, or the ceiling",
-            _percent(together["concordance"]),
-            _is_met(together["concordance"], goal),
-        ),
-        (
-            f"no scenario below {_percent(GOAL_IN_SCENARIO)}",
-            f"{_percent(worst[0])} ({worst[1]})" if worst[1] else "–",
-            _is_met(worst[0], GOAL_IN_SCENARIO),
-        ),
-        (
-            f"median relative error below {_percent(GOAL_ERROR)}",
-            _percent(together["median_error"]),
-            _is_met(GOAL_ERROR, together["median_error"]),
-        ),
-    ]
     yield f"Judged on cells that nothing was fitted to ({KINDS[kind]}):"
     yield ""
-    yield from _table(("goal", "found", ""), rows)
+    goals = [_goals(run, kind) for run in runs]
+    rows = [
+        (here[0].goal, *(goal.found for goal in here), _is_met([goal.is_met for goal in here]))
+        for here in zip(*goals, strict=True)
+    ]
+    names = [f"found, seed {run['seed']}" for run in runs] if len(runs) > 1 else ["found"]
+    yield from table(("goal", *names, ""), rows)
+
+
+class _Goal(NamedTuple):
+    """What was aimed at, what was found, and whether that is it; None where it has no value."""
+
+    goal: str
+    found: str
+    is_met: bool | None
+
+
+def _goals(run: Result, kind: str) -> list[_Goal]:
+    scores = run["scores"][kind]
+    together = scores["together"]
+    highest = run["ceilings"].get("together", {}).get("concordance")
+    least = min(GOAL_CONCORDANCE, 1.0 if highest is None else highest)
+    known = [
+        (score["concordance"], name)
+        for name, score in scores["scenarios"].items()
+        if score["concordance"] is not None
+    ]
+    worst, where = min(known, default=(None, ""))
+    concordance, error = together["concordance"], together["median_error"]
+    return [
+        _Goal(
+            f"{percent(GOAL_CONCORDANCE)} of the orderings, or the ceiling",
+            f"{percent(concordance)} (ceiling {percent(highest)})",
+            None if concordance is None else concordance >= least,
+        ),
+        _Goal(
+            f"no scenario below {percent(GOAL_IN_SCENARIO)}",
+            f"{percent(worst)} ({where})" if where else percent(None),
+            None if worst is None else worst >= GOAL_IN_SCENARIO,
+        ),
+        _Goal(
+            f"median relative error below {percent(GOAL_ERROR)}",
+            percent(error),
+            None if error is None else error < GOAL_ERROR,
+        ),
+    ]
+
+
+def _is_met(found: Sequence[bool | None]) -> str:
+    if any(entry is None for entry in found):
+        return "–"
+    return "met" if all(found) else "not met by all" if any(found) else "not met"
 
 
 def _how(result: Result) -> Iterator[str]:
     blind = ", ".join(f"`{preset}`" for preset in result["blind"].values())
     yield "## How"
     yield ""
-    sobol_points, rounds = result["sobol_points"], result["rounds"]
     yield (
-        "Each block of unknowns is a search of its own: the layout of every scenario by that "
-        "scenario's cells, what all have in common (base) by all cells, each controller's own "
-        f"settings by its column. The first {sobol_points} points are Sobol's, the others TPE's; "
-        "none begins at what is shipped. Searched is the mean of the cells' relative errors, of "
-        "which none counts more than 100%. What a search does not vary is what the searches before "
-        "it found; layouts come first, and in the first round see base and controllers as they are "
-        f"shipped. Rounds: {rounds}."
+        "What a controller does in a scenario is a function of what all have in common (base), "
+        "the scenario's layout and its own settings. Driven are first settings all over the "
+        "ranges, the same for every fit (Sobol's points, which know no table). From these an "
+        "emulator of every cell learns how far the cell is off its number (a Gaussian process). "
+        f"Then each fit has {result['rounds']} settings of its own driven, one after the other: "
+        "where the emulators expect the least mean error of the cells that are not held out; they "
+        "learn from each. Found is what was driven with the least. An error is relative, and none "
+        "counts more than 100%. No search begins at what is shipped."
     )
     yield ""
     yield (
@@ -141,184 +188,75 @@ def _how(result: Result) -> Iterator[str]:
     yield ""
 
 
-def _by_part(result: Result, kinds: Sequence[str], part: str, title: str) -> Iterator[str]:
+def _by_part(runs: Sequence[Result], kinds: Sequence[str], part: str, title: str) -> Iterator[str]:
     yield f"### By {title}: median relative error, same order"
     yield ""
-    names = list(dict.fromkeys(n for kind in kinds for n in result["scores"][kind][part]))
+    names = list(dict.fromkeys(n for kind in kinds for n in runs[0]["scores"][kind][part]))
     with_ceiling = part == "scenarios"
     header = [title, *(KINDS[kind] for kind in kinds), *(["ceiling"] if with_ceiling else [])]
+
     rows = []
-    for name in names:
-        cells = [
-            _short(found) if (found := result["scores"][kind][part].get(name)) else "–"
-            for kind in kinds
-        ]
-        ceiling = [_ceiling(result["ceilings"].get(name))] if with_ceiling else []
-        rows.append((f"`{name}`", *cells, *ceiling))
-    if with_ceiling:
-        own = [_short(result["scores"][kind]["together"]) for kind in kinds]
-        rows.append(("together", *own, _ceiling(result["ceilings"].get("together"))))
-    yield from _table(header, rows)
+    for name in (*names, *(["together"] if with_ceiling else [])):
+        cells = []
+        for kind in kinds:
+            scores = [run["scores"][kind] for run in runs]
+            own = [s["together"] if name == "together" else s[part].get(name) for s in scores]
+            cells.append(of_seeds([_short(score) for score in own]))
+        if with_ceiling:
+            cells.append(of_seeds([_ceiling(run["ceilings"].get(name)) for run in runs]))
+        rows.append((name if name == "together" else f"`{name}`", *cells))
+    yield from table(header, rows)
 
 
-def _settings(result: Result) -> Iterator[str]:
-    yield "## Settings found"
+def _between_seeds(result: Result, kinds: Sequence[str]) -> Iterator[str]:
+    yield "## What the seeds agree on"
     yield ""
     yield (
-        "*As good*: where a surrogate of the search's error (a Gaussian process), minimised over "
-        "all other values of the block, is no more than two left-out residuals above its least. "
-        "*Told* is a value of which at most half of the searched range is as good. *Without a "
-        "part*: what the searches found with a scenario or a controller held out."
+        "Of the orderings, how many come out with every seed, with some and with none; and how far "
+        "apart two seeds' numbers for a cell are, relative to the published one. Those that "
+        "come out with some hang on chance."
     )
     yield ""
-    rows, untold = [], []
-    for block in result["blocks"]:
-        for value in block["values"]:
-            rows.append(
-                (
-                    block["title"],
-                    f"`{value['name']}`",
-                    _value(value["shipped"]),
-                    _value(value["found"]),
-                    _as_good(value),
-                    _searched(value),
-                    _in_folds(value),
-                    "yes" if value["is_told"] else "no",
-                )
-            )
-            if not value["is_told"]:
-                untold.append(f"`{value['name']}` ({block['title']})")
-    yield from _table(
-        ("block", "value", "shipped", "found", "as good", "searched", "without a part", "told"),
-        rows,
-    )
-    if untold:
-        yield f"What the tables, with these searches, do not tell: {', '.join(untold)}."
-    else:
-        yield "All of them are told."
-    yield ""
-
-
-def _proposals(result: Result) -> Iterator[str]:
-    yield "## Shipped presets against identified ones"
-    yield ""
-    rows = result["proposed"]
-    if not rows:
-        yield "Without a scenario and a controller to hold out there is nothing to compare them by."
-        yield ""
-        return
-    yield (
-        "On the cells of *both held out*; the shipped presets were fitted by hand to these very "
-        "cells, which is to their advantage. Proposed is what is shown to be better: the 95% "
-        "interval of the difference of the errors, over the cells, is below 0."
-    )
-    yield ""
-    yield from _table(
-        (
-            "preset",
-            "mean error: shipped, identified",
-            "difference",
-            "median: shipped, identified",
-            "proposed",
-        ),
+    found = result["agreement"]["predictions"]
+    yield from table(
+        ("found without", "every seed", "some", "none", "apart, median"),
         [
             (
-                f"`{row['preset']}`",
-                f"{_percent(row['shipped']['mean_error'])}, "
-                f"{_percent(row['identified']['mean_error'])}",
-                " to ".join(f"{PERCENT * bound:+.1f}%" for bound in row["difference"]),
-                f"{_percent(row['shipped']['median_error'])}, "
-                f"{_percent(row['identified']['median_error'])}",
-                "; ".join(f"`{name}` {_value(value)}" for name, value in row["values"].items())
-                if row["is_better"]
-                else "no: stays as it is",
+                KINDS[kind],
+                *(str(found[kind][name]) for name in ("all", "some", "none")),
+                percent(found[kind]["apart"]),
             )
-            for row in rows
+            for kind in kinds
         ],
     )
 
 
-def _cells(result: Result, kinds: Sequence[str]) -> Iterator[str]:
-    yield "## Every cell"
-    yield ""
-    yield "Published number; ours, with its relative error, by what was held out."
-    yield ""
-    rows = []
-    for row in result["table"]:
-        place = f"{row['scenario']}, {row['metric']}, {row['controller']}"
-        numbers = [_number(row["ours"].get(kind), row["target"]) for kind in kinds]
-        rows.append((place, f"{row['target']:g}", *numbers))
-    yield from _table(("cell", "published", *(KINDS[kind] for kind in kinds)), rows)
+def _together(run: Result, kind: str) -> Result:
+    together: Result = run["scores"][kind]["together"]
+    return together
 
 
-def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:
-    yield f"| {' | '.join(header)} |"
-    yield f"|{'---|' * len(header)}"
-    for row in rows:
-        yield f"| {' | '.join(row)} |"
-    yield ""
+def _named_seeds(runs: Sequence[Result]) -> str:
+    *most, last = [str(run["seed"]) for run in runs]
+    return f"{', '.join(most)} and {last}"
 
 
-def _score_cells(score: Result) -> tuple[str, ...]:
+def _score_cells(scores: Sequence[Result]) -> tuple[str, ...]:
     return (
-        str(score["cells"]),
-        _percent(score["median_error"]),
-        str(score["orderings"]),
-        _percent(score["concordance"]),
+        of_seeds([str(score["cells"]) for score in scores]),
+        of_seeds([percent(score["median_error"]) for score in scores]),
+        of_seeds([str(score["orderings"]) for score in scores]),
+        of_seeds([percent(score["concordance"]) for score in scores]),
     )
 
 
-def _short(score: Result) -> str:
-    return f"{_percent(score['median_error'])}, {_percent(score['concordance'])}"
+def _short(score: Result | None) -> str:
+    if score is None:
+        return "–"
+    return f"{percent(score['median_error'])}, {percent(score['concordance'])}"
 
 
 def _ceiling(score: Result | None) -> str:
     if score is None or score["concordance"] is None:
         return "–"
-    return f"{_percent(score['concordance'])} of {score['orderings']}"
-
-
-def _is_met(found: float | None, least: float | None) -> str:
-    if found is None or least is None:
-        return "–"
-    return "met" if found >= least else "not met"
-
-
-def _percent(share: float | None) -> str:
-    if share is None or not math.isfinite(share):
-        return "–"
-    percent = PERCENT * share
-    return f"{percent:.1f}%" if percent < 9.95 else f"{percent:.0f}%"
-
-
-def _value(value: Any) -> str:
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
-
-
-def _as_good(value: Result) -> str:
-    if value["is_choice"]:
-        return ", ".join(map(_value, value["as_good"]))
-    return f"{_value(value['low'])} to {_value(value['high'])}"
-
-
-def _searched(value: Result) -> str:
-    if value["is_choice"]:
-        return ", ".join(map(_value, value["searched"]))
-    return f"{_value(value['searched'][0])} to {_value(value['searched'][1])}"
-
-
-def _in_folds(value: Result) -> str:
-    found = value["in_folds"]
-    if not found:
-        return "–"
-    if value["is_choice"]:
-        return ", ".join(f"{_value(v)} ({found.count(v)})" for v in dict.fromkeys(found))
-    return f"{_value(min(found))} to {_value(max(found))}"
-
-
-def _number(ours: float | None, published: float) -> str:
-    if ours is None:
-        return "–"
-    if published == 0.0:
-        return f"{ours:.3g}"
-    return f"{ours:.3g} ({PERCENT * (ours / published - 1.0):+.0f}%)"
+    return f"{percent(score['concordance'])} of {score['orderings']}"

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 
 DIGITS = 4
+SHORT_DIGITS = 3
+NARROW_SPACE = "\u202f"
 # Between these, numbers are written without an exponent; below ROUNDING they are 0.
 PLAIN_FROM, PLAIN_BELOW = 1e-3, 1e6
 ROUNDING = 1e-12
@@ -31,3 +33,10 @@ def number(value: float | None, digits: int = DIGITS) -> str:
         exponent = int(f"{value:.{digits - 1}e}".partition("e")[2])
         return f"{value:.{max(digits - 1 - exponent, 0)}f}"
     return f"{value:.{digits - 1}e}"
+
+
+def short_number(value: float | None) -> str:
+    """Returns a value with 3 significant digits, thousands apart; a dash where it is undefined."""
+    if value is None or not 10.0**SHORT_DIGITS <= abs(value) < PLAIN_BELOW:
+        return number(value, SHORT_DIGITS)
+    return f"{float(f'{value:.{SHORT_DIGITS - 1}e}'):,.0f}".replace(",", NARROW_SPACE)

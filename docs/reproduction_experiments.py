@@ -7,17 +7,21 @@ experiments only those; four trials each, as published.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from drake_navbench.analysis.findings import findings
+from drake_navbench.analysis.judgement import judge
+from drake_navbench.analysis.lineups import Lineup
 from drake_navbench.analysis.published import published_metrics, published_samples
 from drake_navbench.campaign.campaign import DEFAULT_TRIALS, trial_seed
 from drake_navbench.controller import Controller, Decision, Observation
 from drake_navbench.controllers.mppi import ModelPredictivePathIntegral
+from drake_navbench.identification.layouts import with_layout
 from drake_navbench.inputs.presets import Preset, load_preset
 from drake_navbench.inputs.robot import merged
 from drake_navbench.inputs.scenario import Scenario, load_scenario
@@ -35,6 +39,9 @@ BLIND_FROM_S = {"restricted_small": 4.8, "restricted_large": 11.3}
 BLIND_FOR_S = 0.3
 # The side walls of restricted_small are longer than this along x, m; the others are not.
 SHORTEST_SIDE_WALL_M = 1.0
+# Of the goal, where RPP's heading error is the published one.
+BEARING_BY_RPP_DEG = {"restricted_small": 2.18, "restricted_large": 0.52}
+OTHER_BEARINGS_DEG = (-2.0, -1.0, -0.5, 0.5, 1.0, 2.0, 3.0)
 # Another reading of the publication's sample times, within what its numbers allow, s.
 OTHER_FIRST_SAMPLE_S = 0.08
 OTHER_PERIOD_S = 0.12
@@ -103,6 +110,33 @@ def means(
     return {"scenario": scenario.name, "": title, **values, "end": driven[0].info["reason"]}
 
 
+def verdicts(
+    numbers: Collection[int], lineups: Mapping[str, Mapping[str, str]]
+) -> list[dict[str, object]]:
+    """Returns rows of the table: how findings are judged in several lineups.
+
+    lineups: by title, the preset of each published controller.
+    """
+    wanted = [finding for finding in findings() if finding.number in numbers]
+    presets = dict.fromkeys(preset for columns in lineups.values() for preset in columns.values())
+    rows = [
+        {"scenario": scenario, "controller": preset, "trial": trial, **published_metrics(log)}
+        for scenario in dict.fromkeys(finding.scenario for finding in wanted)
+        for preset in presets
+        for trial, log in enumerate(logs(load_scenario(scenario), preset))
+    ]
+    trials = pd.DataFrame(rows)
+    judged = {
+        title: {f.number: judge(f, trials, Lineup(title, "", columns)).verdict for f in wanted}
+        for title, columns in lineups.items()
+    }
+    return [
+        {"finding": f.number, "": f"{f.metric} {f.text}"}
+        | {title: own[f.number].value for title, own in judged.items()}
+        for f in wanted
+    ]
+
+
 def turning() -> pd.DataFrame:
     """Findings 17 and 26: what decides whose centripetal acceleration is the largest."""
     metrics = ("max_centripetal_acceleration", "rms_linear_jerk", "max_path_error")
@@ -149,6 +183,18 @@ def teb_classes() -> pd.DataFrame:
     return pd.DataFrame([means(p, s, p, metrics) for s in BENDS for p in (*presets, *compared)])
 
 
+def teb_classes_findings() -> pd.DataFrame:
+    """The findings in the slalom and the bend, with TEB as it ships and as in `teb_classes`."""
+    others = {"dwb": "dwb", "rpp": "rpp", "mppi": "mppi_nav2"}
+    changed = "teb_upstream:enable_homotopy_class_planning=false:global_plan_viapoint_sep=0.5"
+    lineups = {
+        "as it ships": others | {"teb": "teb_upstream"},
+        "one class, via-points": others | {"teb": changed},
+    }
+    numbers = [finding.number for finding in findings() if finding.scenario in BENDS]
+    return pd.DataFrame(verdicts(numbers, lineups))
+
+
 def hidden_wall() -> pd.DataFrame:
     """Findings 32, 33, 44 and 45: MPPI loses the wall from sight for a moment."""
     metrics = ("time_taken", "avg_linear_speed", "abort_time", "rms_linear_jerk")
@@ -170,6 +216,25 @@ def open_box() -> pd.DataFrame:
             means("teb, no side walls", without_side_walls(), "teb", metrics),
         ]
     )
+
+
+def bearing() -> pd.DataFrame:
+    """Findings 37, 64 and 65: the plan to the wall does not begin along the robot's heading.
+
+    The bearing is chosen by RPP's published heading error alone; the others are for comparison.
+    """
+    metrics = ("time_taken", "path_length", "avg_linear_speed", "min_obstacle_distance",
+               "abort_time", "avg_heading_error")  # fmt: skip
+    rows = []
+    for name in RESTRICTED:
+        box, told = load_scenario(name), BEARING_BY_RPP_DEG[name]
+        wanted = [
+            (preset, angle) for preset in ("rpp", "dwb", "mppi_nav2") for angle in (0.0, told)
+        ]
+        for preset, angle in (*wanted, *(("dwb", angle) for angle in OTHER_BEARINGS_DEG)):
+            turned = with_layout(box, {"bearing_deg": angle})
+            rows.append(means(f"{preset}, {angle:g} deg", turned, preset, metrics))
+    return pd.DataFrame(rows)
 
 
 def latency() -> pd.DataFrame:
@@ -206,8 +271,10 @@ EXPERIMENTS: dict[str, Callable[[], pd.DataFrame]] = {
         teb_acceleration,
         teb_via_points,
         teb_classes,
+        teb_classes_findings,
         hidden_wall,
         open_box,
+        bearing,
         latency,
         sampling,
     )

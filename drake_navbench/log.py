@@ -9,14 +9,13 @@ metadata. docs/log_format.md is generated from `COLUMNS`, `PLAN_COLUMNS` and `CO
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
 from enum import StrEnum
 from html import escape
 from importlib import import_module
-from itertools import pairwise
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -27,9 +26,9 @@ from pydantic import ConfigDict, Field
 
 from drake_navbench.errors import InputError, as_line, one_line, printable
 from drake_navbench.kernels.grid import Costmap
-from drake_navbench.kernels.poses import compose
 from drake_navbench.logged_costmaps import costmap_columns, read_costmaps
 from drake_navbench.logged_people import LoggedPeople, people_columns, read_people
+from drake_navbench.logged_scans import SCAN_LEAVES, Scan, read_scans, scan_columns
 from drake_navbench.plans import (
     PLAN_COLUMNS,
     PLAN_ENCODINGS,
@@ -38,7 +37,6 @@ from drake_navbench.plans import (
     plan_columns,
     read_plans,
 )
-from drake_navbench.typed_files.immutable import Immutable
 from drake_navbench.typed_files.typed_yaml import FrozenModel, validate
 
 SCHEMA_VERSION = 2
@@ -109,51 +107,6 @@ class Outcome(StrEnum):
     COLLIDED = "collided"
     TIMED_OUT = "timed_out"
     ERROR = "error"
-
-
-@dataclass(frozen=True, eq=False)
-class Scan(Immutable):
-    """One lidar scan as it was recorded.
-
-    time_s: when it was taken. sensor_pose: (3,) x m, y m, yaw rad in the world frame.
-    angles_rad: (B,) beam angles in the sensor frame. ranges_m: (B,) inf where nothing was hit.
-    further: what the robot's other scanners saw at the same time; a log does not keep them.
-    odometry_pose: (3,) the sensor's in the frame of the odometry then; None where that is the
-        world's. A log does not keep it.
-    """
-
-    time_s: float
-    sensor_pose: NDArray[np.float64]
-    angles_rad: NDArray[np.float64]
-    ranges_m: NDArray[np.float32]
-    further: tuple[Scan, ...] = ()
-    odometry_pose: NDArray[np.float64] | None = None
-
-    def placed_by_odometry(self, frame_from_odometry: NDArray[np.float64] | None = None) -> Scan:
-        """Returns the scan as the robot places it, in the odometry's frame or another one.
-
-        frame_from_odometry: (3,) where the odometry's frame lies in the other one.
-        """
-        if self.odometry_pose is None:
-            return self
-        pose = self.odometry_pose
-        if frame_from_odometry is not None:
-            pose = compose(frame_from_odometry, pose)
-        further = tuple(scan.placed_by_odometry(frame_from_odometry) for scan in self.further)
-        return replace(self, sensor_pose=pose, further=further, odometry_pose=None)
-
-    @property
-    def of_all_scanners(self) -> tuple[Scan, ...]:
-        """This scan and those of the other scanners."""
-        return (self, *self.further)
-
-    @property
-    def hits(self) -> NDArray[np.float64]:
-        """(H, 2) points hit, world frame, m."""
-        valid = np.isfinite(self.ranges_m)
-        bearing = self.sensor_pose[2] + self.angles_rad[valid]
-        direction = np.column_stack([np.cos(bearing), np.sin(bearing)])
-        return self.sensor_pose[:2] + self.ranges_m[valid, None] * direction
 
 
 class _HeaderScenario(FrozenModel):
@@ -299,15 +252,8 @@ class TrialLog:
         times = self.samples["time_s"].to_numpy()
         names = [*COLUMNS, *self._own_columns]
         columns = {name: pa.array(self.samples[name].to_numpy()) for name in names}
-        scans: list[Any] = [None] * len(times)
-        for scan in self.scans:
-            row = _first_row_at(times, scan.time_s)
-            scans[row] = {
-                "time_s": scan.time_s,
-                "sensor_pose": scan.sensor_pose,
-                "ranges_m": scan.ranges_m,
-            }
-        columns["scan"] = pa.array(scans, type=_SCAN_TYPE)
+        rows = [_first_row_at(times, scan.time_s) for scan in self.scans]
+        columns |= scan_columns(self.scans, rows, len(times))
         notes: list[str | None] = [None] * len(times)
         for time_s, diagnostics in self.diagnostics:
             row = _first_row_at(times, time_s)
@@ -396,7 +342,7 @@ class TrialLog:
             samples=samples,
             plans=read_plans(table),
             info=info,
-            scans=tuple(_read_scans(table["scan"].drop_null(), angles)),
+            scans=tuple(read_scans(table["scan"].drop_null(), angles)),
             diagnostics=tuple((float(n.pop("time_s")), n) for n in notes),
             events=tuple((float(event.pop("time_s")), event) for event in events),
             costmaps=read_costmaps(table),
@@ -417,22 +363,11 @@ def _analysis() -> Any:
     return import_module("drake_navbench.analysis.notebook")
 
 
-Number = TypeVar("Number", bound=np.floating[Any])
-
-_SCAN_TYPE = pa.struct(
-    [
-        ("time_s", pa.float64()),
-        ("sensor_pose", pa.list_(pa.float64())),
-        ("ranges_m", pa.list_(pa.float32())),
-    ]
-)
 # Parquet takes no encoding for a column that may have a dictionary, so these are named, by leaf.
 _WITH_DICTIONARY = [
     *COLUMNS,
     "diagnostics",
-    "scan.time_s",
-    "scan.sensor_pose.list.element",
-    "scan.ranges_m.list.element",
+    *SCAN_LEAVES,
 ]
 
 
@@ -442,28 +377,6 @@ def _read_notes(texts: Sequence[str]) -> list[dict[str, Any]]:
     if len(notes) != len(texts):
         raise ValueError("diagnostics: expected a JSON object a row")
     return notes
-
-
-def _read_scans(column: pa.ChunkedArray, angles_rad: NDArray[np.float64]) -> Iterator[Scan]:
-    """Yields the scans of a column without nulls."""
-    # Number by number it would take four times as long.
-    rows = pa.concat_arrays(column.chunks) if column.num_chunks else pa.array([], _SCAN_TYPE)
-    times, poses, ranges = (rows.field(name) for name in ("time_s", "sensor_pose", "ranges_m"))
-    if times.null_count or poses.null_count or ranges.null_count:
-        raise ValueError("scan: a field is missing")
-    parts = zip(
-        times.to_pylist(), _rows_of(poses, np.float64), _rows_of(ranges, np.float32), strict=True
-    )
-    for time_s, sensor_pose, ranges_m in parts:
-        yield Scan(time_s, sensor_pose, angles_rad, ranges_m)
-
-
-def _rows_of(lists: pa.ListArray, kind: type[Number]) -> Iterator[NDArray[Number]]:
-    """Yields each list of numbers as an array."""
-    values = lists.values.to_numpy(zero_copy_only=False).astype(kind, copy=False)
-    offsets = lists.offsets.to_pylist()
-    for first, last in pairwise(offsets):
-        yield values[first:last]
 
 
 def as_json(values: Mapping[str, Any]) -> str:

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from numpy.typing import NDArray
 
 from drake_navbench.kernels.grid import Costmap
-from drake_navbench.log import Scan
+from drake_navbench.logged_scans import Scan
 
 
 class Moment(NamedTuple):

@@ -18,6 +18,7 @@ CONTRACTS = {
     "log",
     "logged_costmaps",
     "logged_people",
+    "logged_scans",
     "moment",
     "noise",
     "parameter_names",

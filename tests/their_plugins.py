@@ -12,7 +12,7 @@ from pydantic import Field
 from drake_navbench.costmaps.layer_plugin import LayerParameters, Observed
 from drake_navbench.navigation.behavior_tree.leaves import Leaf
 from drake_navbench.navigation.behaviors import Step
-from drake_navbench.navigation.goal_checkers import GoalCheck
+from drake_navbench.navigation.goal_check import GoalCheck
 from drake_navbench.navigation.progress_checkers import ProgressCheck
 from drake_navbench.navigation.smoother import SmootherParameters
 from drake_navbench.plugin_parameters import PluginParameters

@@ -255,6 +255,78 @@ def _add_moving_clearance_terms(poses, scene, multipliers, positions, matrix):
 
 
 @njit(cache=True)
+def _rate_pulls(multipliers, scene, m):
+    """Returns (m,) and (m,) by how much the rows that bound rates grow with speed and turn rate."""
+    speed_pulls = multipliers[m : 2 * m].copy()
+    turn_pulls = multipliers[2 * m : 3 * m].copy()
+    if scene.turning_radius > 0.0:
+        first = multipliers.shape[0] - 2 * m
+        for k in range(m):
+            left, right = multipliers[first + 2 * k], multipliers[first + 2 * k + 1]
+            speed_pulls[k] += scene.directions[k] * (left + right)
+            turn_pulls[k] += scene.turning_radius * (right - left)
+    return speed_pulls, turn_pulls
+
+
+@njit(cache=True)
+def _add_interval_terms(
+    poses,
+    length_slopes,
+    speed_pulls,
+    offset_multipliers,
+    time_weight,
+    own,
+    coupled,
+    positions,
+    matrix,
+):
+    """Adds what the intervals' paths and times bring, `own` and `coupled`, by the unknowns.
+
+    speed_pulls, offset_multipliers: (m,) by how much the Lagrangian grows with arc length and
+    offset, which are bent themselves.
+    """
+    m = own.shape[0]
+    bends, inner = np.empty((6, 6)), np.empty((3, 7))
+    slopes, before = np.zeros((3, 7)), np.zeros((3, 7))
+    places, places_before = np.empty(7, dtype=np.int64), np.empty(7, dtype=np.int64)
+    for k in range(m):
+        _interval_places(k, m, positions, places)
+        own[k, TIME, LENGTH], own[k, TIME, TURN] = own[k, LENGTH, TIME], own[k, TURN, TIME]
+        own[k, TIME, TIME] += 2.0 * time_weight
+        for i in range(6):
+            slopes[LENGTH, i] = length_slopes[k, i]
+        slopes[TURN, 2], slopes[TURN, 5], slopes[TIME, 6] = -1.0, 1.0, 1.0
+        _arc_bends(poses[k], poses[k + 1], speed_pulls[k], offset_multipliers[k], bends)
+        _multiply(own[k], slopes, inner)
+        for i in range(7):
+            for j in range(7):
+                if places[j] < 0 or places[i] < places[j]:
+                    continue
+                value = bends[i, j] if i < 6 and j < 6 else 0.0
+                for a in range(3):
+                    value += slopes[a, i] * inner[a, j]
+                matrix[places[i], places[i] - places[j]] += value
+        if k > 0:
+            _multiply(coupled[k], slopes, inner)
+            for i in range(7):
+                for j in range(7):
+                    row, column = places_before[i], places[j]
+                    if row < 0 or column < 0:
+                        continue
+                    value = 0.0
+                    for a in range(3):
+                        value += before[a, i] * inner[a, j]
+                    if row == column:
+                        matrix[row, 0] += 2.0 * value
+                    else:
+                        matrix[max(row, column), abs(row - column)] += value
+        for i in range(7):
+            places_before[i] = places[i]
+            for a in range(3):
+                before[a, i] = slopes[a, i]
+
+
+@njit(cache=True)
 def add_lagrangian_curvature(z, interval_count, scene, weights, multipliers, positions, matrix):
     """Adds the second derivatives of objective + multipliers . rows to the lower band matrix.
 
@@ -267,14 +339,7 @@ def add_lagrangian_curvature(z, interval_count, scene, weights, multipliers, pos
     lengths, _, turns, length_slopes, _ = band_geometry(poses)
     speeds, turn_rates, _ = band_rates(lengths, turns, steps)
     own, coupled = np.zeros((m, 3, 3)), np.zeros((m, 3, 3))
-    speed_pulls = multipliers[m : 2 * m].copy()
-    turn_pulls = multipliers[2 * m : 3 * m].copy()
-    if scene.turning_radius > 0.0:
-        first = multipliers.shape[0] - 2 * m
-        for k in range(m):
-            left, right = multipliers[first + 2 * k], multipliers[first + 2 * k + 1]
-            speed_pulls[k] += scene.directions[k] * (left + right)
-            turn_pulls[k] += scene.turning_radius * (right - left)
+    speed_pulls, turn_pulls = _rate_pulls(multipliers, scene, m)
     _rate_curvature(
         LENGTH,
         speeds,
@@ -305,41 +370,14 @@ def add_lagrangian_curvature(z, interval_count, scene, weights, multipliers, pos
         poses, scene, weights, multipliers[first : first + count], positions, matrix
     )
     _add_moving_clearance_terms(poses, scene, multipliers[first + count :], positions, matrix)
-    bends, inner = np.empty((6, 6)), np.empty((3, 7))
-    slopes, before = np.zeros((3, 7)), np.zeros((3, 7))
-    places, places_before = np.empty(7, dtype=np.int64), np.empty(7, dtype=np.int64)
-    for k in range(m):
-        _interval_places(k, m, positions, places)
-        own[k, TIME, LENGTH], own[k, TIME, TURN] = own[k, LENGTH, TIME], own[k, TURN, TIME]
-        own[k, TIME, TIME] += 2.0 * weights.time
-        for i in range(6):
-            slopes[LENGTH, i] = length_slopes[k, i]
-        slopes[TURN, 2], slopes[TURN, 5], slopes[TIME, 6] = -1.0, 1.0, 1.0
-        _arc_bends(poses[k], poses[k + 1], speed_pulls[k], multipliers[k], bends)
-        _multiply(own[k], slopes, inner)
-        for i in range(7):
-            for j in range(7):
-                if places[j] < 0 or places[i] < places[j]:
-                    continue
-                value = bends[i, j] if i < 6 and j < 6 else 0.0
-                for a in range(3):
-                    value += slopes[a, i] * inner[a, j]
-                matrix[places[i], places[i] - places[j]] += value
-        if k > 0:
-            _multiply(coupled[k], slopes, inner)
-            for i in range(7):
-                for j in range(7):
-                    row, column = places_before[i], places[j]
-                    if row < 0 or column < 0:
-                        continue
-                    value = 0.0
-                    for a in range(3):
-                        value += before[a, i] * inner[a, j]
-                    if row == column:
-                        matrix[row, 0] += 2.0 * value
-                    else:
-                        matrix[max(row, column), abs(row - column)] += value
-        for i in range(7):
-            places_before[i] = places[i]
-            for a in range(3):
-                before[a, i] = slopes[a, i]
+    _add_interval_terms(
+        poses,
+        length_slopes,
+        speed_pulls,
+        multipliers[:m],
+        weights.time,
+        own,
+        coupled,
+        positions,
+        matrix,
+    )

@@ -17,18 +17,16 @@ from numpy.typing import NDArray
 from drake_navbench.controllers.teb_band_cholesky import BANDWIDTH, factorise, substitute
 from drake_navbench.controllers.teb_upstream.association import Association, attach
 from drake_navbench.controllers.teb_upstream.band import resize
-from drake_navbench.controllers.teb_upstream.penalties import (
+from drake_navbench.controllers.teb_upstream.normal_equations import (
     COST_KINDS,
     OBSTACLE_COST,
     OTHER_COST,
     STRIDE,
     TIME_COST,
     VIA_POINT_COST,
-    Surroundings,
     System,
-    Terms,
-    add_edges,
 )
+from drake_navbench.controllers.teb_upstream.penalties import Surroundings, Terms, add_edges
 
 Array = NDArray[np.float64]
 

@@ -3,22 +3,16 @@
 from __future__ import annotations
 
 import argparse
-import platform
 import tempfile
 import time
 from collections.abc import Sequence
 from datetime import datetime
-from hashlib import sha256
-from importlib.metadata import version
 from itertools import chain, count
 from pathlib import Path
-from typing import Any
 
-import yaml
-from pydantic import ConfigDict
+import pandas as pd
 from rich.console import Console
 
-from drake_navbench import __version__
 from drake_navbench.analysis.rank_changes import rank_changes
 from drake_navbench.analysis.sweeps import SUCCEEDED, long_table, response_table
 from drake_navbench.analysis.tables import scenario_table
@@ -28,6 +22,14 @@ from drake_navbench.campaign.campaign import DEFAULT_TRIALS, Campaign, plan_camp
 from drake_navbench.campaign.cluster import require_cluster
 from drake_navbench.campaign.console import CampaignProgress, print_scenario, terminal
 from drake_navbench.campaign.driving import Undriven, run_campaign
+from drake_navbench.campaign.manifest import (
+    Begun,
+    add_cluster,
+    add_wall_clock,
+    begin,
+    complete,
+    require_same_inputs,
+)
 from drake_navbench.campaign.replays import write_replays
 from drake_navbench.campaign.request import Request
 from drake_navbench.campaign.run_results import Results
@@ -38,37 +40,16 @@ from drake_navbench.campaign.warm_up import (
     warm_up,
     warm_up_planners,
 )
-from drake_navbench.errors import InputError, NavbenchError, printable
-from drake_navbench.inputs.presets import Preset, as_yaml, resolved_parameters
+from drake_navbench.errors import NavbenchError, printable
+from drake_navbench.inputs.presets import Preset, resolved_parameters
 from drake_navbench.log import Outcome
 from drake_navbench.processes import cache_folder
-from drake_navbench.processes.fingerprint import Fingerprint
-from drake_navbench.processes.machine import available_cores, circumstances
-from drake_navbench.results import (
-    ResultsFolder,
-    file_name,
-    only_run_in,
-    remove_unfinished,
-    require_writable,
-    write_text,
-)
+from drake_navbench.processes.machine import available_cores
+from drake_navbench.results import ResultsFolder, only_run_in, require_writable
 from drake_navbench.trial.trial import DEFAULT_ROBOT
-from drake_navbench.typed_files.typed_yaml import FrozenModel, validate
+from drake_navbench.typed_files.typed_yaml import validate
 
 PRINTED_IN_SWEEP = {SUCCEEDED: "share", "time_to_goal_s": "s", "min_clearance_m": "m"}
-PACKAGES_IN_MANIFEST = ("drake", "numba", "numpy", "pandas", "pyarrow", "scipy")
-
-
-class _Begun(FrozenModel):
-    """What a manifest must tell of a run that is to be resumed."""
-
-    model_config = ConfigDict(extra="ignore")
-
-    request: Request
-    inputs: dict[str, str]
-    identity: str
-    drake_navbench: str
-    wall_clock_s: float = 0.0
 
 
 def run_benchmark(
@@ -118,7 +99,7 @@ def run_benchmark(
     with only_run_in(folder.path):
         require_writable(folder.path)
         jobs = jobs or available_cores()
-        _begin(folder, campaign, request if names == list(controllers) else None, jobs)
+        begin(folder, campaign, request if names == list(controllers) else None, jobs)
         table, undriven, _ = run_campaign(campaign, folder, jobs=jobs)
     if undriven:
         raise NavbenchError("\n".join(map(_undriven_line, undriven)))
@@ -136,10 +117,10 @@ def run_from_command_line(arguments: argparse.Namespace) -> bool:
     path = (arguments.resume or arguments.out or default_results_path()).absolute()
     folder = ResultsFolder(path)
     if resumed:
-        begun = validate(_Begun, folder.read_manifest(), str(folder.manifest_path))
+        begun = validate(Begun, folder.read_manifest(), str(folder.manifest_path))
         request = begun.request
         campaign = request.campaign()
-        _require_same_inputs(folder, campaign, begun)
+        require_same_inputs(folder, campaign, begun)
     else:
         request = request_from_arguments(arguments)
         campaign = request.campaign()
@@ -163,10 +144,10 @@ def run_from_command_line(arguments: argparse.Namespace) -> bool:
     try:
         with only_run_in(folder.path):
             if resumed:
-                _complete(folder, campaign, jobs)
+                complete(folder, campaign, jobs)
             else:
                 require_writable(folder.path)
-                _begin(folder, campaign, request, jobs)
+                begin(folder, campaign, request, jobs)
             return _run(
                 request, campaign, folder, jobs=jobs, console=console, cluster=arguments.cluster
             )
@@ -218,35 +199,18 @@ def _run(
             on_refused_worker=_print_error,
         )
     wall_s = time.perf_counter() - started
-    _add_wall_clock(folder, wall_s)
-    if machines:
-        _add_cluster(folder, machines)
+    add_wall_clock(folder, wall_s)
+    if machines and (warning := add_cluster(folder, machines)):
+        _print_error(warning)
     for entry in undriven:
         _print_error(_undriven_line(entry))
     if undriven:
         _print_error(f"{len(undriven)} trials were not driven; --resume {folder.path} drives them")
     if trials.empty:
         return True
-    impossible = {spec.scenario.name for spec in campaign.specs if spec.scenario.is_impossible}
     told = told_by_totals(campaign.suites)
-    if campaign.sweep:
-        for scenario, rows in long_table(trials, campaign.sweep).groupby("scenario", sort=False):
-            print_scenario(console, response_table(rows, PRINTED_IN_SWEEP), str(scenario))
-    else:
-        for scenario in dict.fromkeys(trials["scenario"]):
-            if scenario not in told:
-                table = scenario_table(trials, scenario)
-                print_scenario(console, table, scenario, is_impossible=scenario in impossible)
-    print_totals(console, totals(trials))
-    print_rank_changes(console, rank_changes(trials, campaign.clean_of))
-    if request.replay == "each" or (request.replay == "race" and set(campaign.scenarios) - told):
-        console.print("Writing the replays ...")
-        left_out = told if request.replay == "race" else frozenset()
-        failures = write_replays(
-            folder, campaign, each=request.replay == "each", jobs=jobs, left_out=left_out
-        )
-        for scenario, reason in failures.items():
-            _print_error(f"no replay: {scenario}: {reason}")
+    _print_tables(console, campaign, trials, told)
+    _write_wanted_replays(console, request, campaign, folder, told, jobs)
     console.print("Writing the report ...")
     build_report(
         folder.path,
@@ -268,6 +232,42 @@ def _run(
     return bool(undriven) or not errors.empty
 
 
+def _print_tables(
+    console: Console, campaign: Campaign, trials: pd.DataFrame, told: frozenset[str]
+) -> None:
+    """Prints a table a scenario, but for those that the totals tell of, and the totals."""
+    impossible = {spec.scenario.name for spec in campaign.specs if spec.scenario.is_impossible}
+    if campaign.sweep:
+        for scenario, rows in long_table(trials, campaign.sweep).groupby("scenario", sort=False):
+            print_scenario(console, response_table(rows, PRINTED_IN_SWEEP), str(scenario))
+    else:
+        for scenario in dict.fromkeys(trials["scenario"]):
+            if scenario not in told:
+                table = scenario_table(trials, scenario)
+                print_scenario(console, table, scenario, is_impossible=scenario in impossible)
+    print_totals(console, totals(trials))
+    print_rank_changes(console, rank_changes(trials, campaign.clean_of))
+
+
+def _write_wanted_replays(
+    console: Console,
+    request: Request,
+    campaign: Campaign,
+    folder: ResultsFolder,
+    told: frozenset[str],
+    jobs: int,
+) -> None:
+    """Writes the replays that were asked for; no race of scenarios that the totals tell of."""
+    is_each, is_race = request.replay == "each", request.replay == "race"
+    if not is_each and not (is_race and set(campaign.scenarios) - told):
+        return
+    console.print("Writing the replays ...")
+    left_out = told if is_race else frozenset()
+    failures = write_replays(folder, campaign, each=is_each, jobs=jobs, left_out=left_out)
+    for scenario, reason in failures.items():
+        _print_error(f"no replay: {scenario}: {reason}")
+
+
 def _undriven_line(entry: Undriven) -> str:
     spec = entry.spec
     where = f"{spec.scenario.name}, {spec.preset.name}, trial {spec.trial}"
@@ -277,124 +277,3 @@ def _undriven_line(entry: Undriven) -> str:
 def _print_error(text: str) -> None:
     """Prints a line that may hold anything, as it is, however quiet the run is."""
     terminal(stderr=True).print(text, soft_wrap=True)
-
-
-def _add_wall_clock(folder: ResultsFolder, wall_s: float) -> None:
-    """Adds the time that the trials took to the manifest; a resumed run took both times."""
-    manifest = folder.read_manifest()
-    manifest["wall_clock_s"] = manifest.get("wall_clock_s", 0.0) + wall_s
-    folder.write_manifest(manifest)
-
-
-def _add_cluster(folder: ResultsFolder, machines: Sequence[tuple[Fingerprint, int]]) -> None:
-    """Adds to the manifest who drove how many trials; warns where processors differ.
-
-    Compiled kernels round as the processor does: only trials of equal ones are equal to the bit.
-    """
-    manifest = folder.read_manifest()
-    driven = [{"trials": count, **found._asdict()} for found, count in machines]
-    manifest["cluster"] = [*manifest.get("cluster", []), *driven]
-    folder.write_manifest(manifest)
-    kinds = {entry["features"]: entry["processor"] for entry in manifest["cluster"]}
-    if len(kinds) > 1:
-        _print_error(
-            f"driven on {len(kinds)} kinds of processors, which may round differently: "
-            f"{', '.join(kinds.values())}; manifest.json tells"
-        )
-
-
-def _begin(folder: ResultsFolder, campaign: Campaign, request: Request | None, jobs: int) -> None:
-    """Writes the manifest and the resolved inputs; without a request it cannot be resumed."""
-    inputs = _inputs(campaign)
-    remove_unfinished(folder.path)
-    asked = {} if request is None else {"request": request.model_dump(mode="json")}
-    machines = {"machines": [circumstances(jobs)]}
-    folder.write_manifest(asked | machines | _manifest(campaign, inputs))
-    _write_inputs(folder, inputs)
-
-
-def _complete(folder: ResultsFolder, campaign: Campaign, jobs: int) -> None:
-    """Makes up for what the end of a run, at any moment, may have kept it from writing.
-
-    The manifest tells of every machine, or number of workers, with which the run went on.
-    """
-    remove_unfinished(folder.path)
-    manifest = folder.read_manifest()
-    manifest["machines"] = [*manifest.get("machines", []), circumstances(jobs)]
-    folder.write_manifest(manifest)
-    _write_inputs(folder, _inputs(campaign))
-
-
-def _write_inputs(folder: ResultsFolder, inputs: dict[str, str]) -> None:
-    for name, text in inputs.items():
-        write_text(folder.path / "inputs" / name, text)
-
-
-def _manifest(campaign: Campaign, inputs: dict[str, str]) -> dict[str, Any]:
-    nav2 = campaign.nav2
-    own = {} if nav2 is None else {name: nav2.stand_ins_of(name) for name in campaign.columns}
-    return {
-        "stand_ins": [] if nav2 is None else nav2.stand_ins_of_all(),
-        "stand_ins_of_columns": {name: lines for name, lines in own.items() if lines},
-        "scenarios": campaign.scenarios,
-        "suites": campaign.suites,
-        "controllers": campaign.columns,
-        "controller_files": {
-            preset.name: preset.file_hashes for preset in campaign.presets if preset.file_hashes
-        },
-        "sweep": campaign.sweep,
-        "inputs": _hashes(inputs),
-        "identity": campaign.identity,
-        "drake_navbench": __version__,
-        "python": platform.python_version(),
-        "packages": {name: version(name) for name in PACKAGES_IN_MANIFEST},
-        **({"plugins": campaign.foreign_code} if campaign.foreign_code else {}),
-        "platform": f"{platform.system()} {platform.machine()}",
-        "created": datetime.now().astimezone().isoformat(timespec="seconds"),
-    }
-
-
-def _inputs(campaign: Campaign) -> dict[str, str]:
-    """Returns every resolved input file of a campaign: name in inputs/ -> text.
-
-    Of maps and masks, and of files that controllers consist of or read, there are hashes only.
-    """
-    texts = {}
-    for spec in {spec.scenario.name: spec for spec in campaign.specs}.values():
-        scenario, name = spec.scenario, file_name(spec.scenario.name)
-        texts[f"scenarios/{name}.yaml"] = _dump(scenario.model_dump(mode="json", exclude={"name"}))
-        if scenario.files:
-            texts[f"scenarios/{name}.maps.yaml"] = _dump(scenario.file_hashes)
-        texts[f"robots/{name}.yaml"] = _dump(spec.robot.model_dump(mode="json"))
-    for preset in campaign.presets:
-        texts[f"controllers/{file_name(preset.name)}.yaml"] = as_yaml(preset)
-        if hashes := preset.file_hashes:
-            texts[f"controllers/{file_name(preset.name)}.files.yaml"] = _dump(hashes)
-    if campaign.nav2 is not None:
-        texts["nav2_robot.yaml"] = campaign.nav2.robot_file()
-        texts["nav2_check.txt"] = campaign.nav2.check.as_text() + "\n"
-    return texts
-
-
-def _dump(data: dict[str, Any]) -> str:
-    return yaml.safe_dump(data, sort_keys=False)
-
-
-def _hashes(inputs: dict[str, str]) -> dict[str, str]:
-    return {name: sha256(text.encode()).hexdigest() for name, text in inputs.items()}
-
-
-def _require_same_inputs(folder: ResultsFolder, campaign: Campaign, begun: _Begun) -> None:
-    for name, digest in _hashes(_inputs(campaign)).items():
-        if begun.inputs.get(name) != digest:
-            raise InputError(
-                f"--resume {folder.path}: inputs/{name} is no longer what the run began with; "
-                "expected unchanged scenarios, robots and parameters"
-            )
-    if begun.drake_navbench != __version__:
-        raise InputError(
-            f"--resume {folder.path}: begun with version {begun.drake_navbench}, "
-            f"this is {__version__}"
-        )
-    if begun.identity != campaign.identity:
-        raise InputError(f"--resume {folder.path}: its trials are no longer those that it began")

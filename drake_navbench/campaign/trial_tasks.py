@@ -11,7 +11,8 @@ from drake_navbench.processes.workers import Task
 from drake_navbench.results import ResultsFolder
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.task_cost import wall_clock_limit_s
-from drake_navbench.trial.trial import drive, failed_log
+from drake_navbench.trial.trial import drive
+from drake_navbench.trial.trial_log import failed_log
 
 # Trials are freed when they are over, but what others' code leaves behind is not. A new worker has
 # to load the kernels again, and to rehearse what it drives.

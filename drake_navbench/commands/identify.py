@@ -16,13 +16,13 @@ from drake_navbench.command_line import (
     exit_status_of,
     listed_names,
     positive_number,
-    whole_number,
 )
 
 EPILOG = """\
 examples:
   python -m drake_navbench identify --budget 4h --out identification
-  python -m drake_navbench identify --controllers rpp,dwb --budget 600 --out identification
+  python -m drake_navbench identify --budget 2h --seed 0,1 --out identification
+  python -m drake_navbench identify --controllers rpp,dwb --budget 200 --out identification
 
 exit status: 0 done, 1 a trial came to no end, 2 wrong input, 130 interrupted (the same command goes
 on)
@@ -44,7 +44,7 @@ def build_parser() -> argparse.ArgumentParser:
         "--budget",
         required=True,
         metavar="N|TIME",
-        help="of all searches: evaluations (600), or time (90s, 40min, 4h)",
+        help="of the search of a seed: evaluations (200), or time (40min, 4h)",
     )
     add("--scenarios", type=listed_names, default=(), metavar="LIST", help="of the tables (all)")
     add("--controllers", type=listed_names, default=(), metavar="LIST", help="of the tables (all)")
@@ -67,11 +67,17 @@ def build_parser() -> argparse.ArgumentParser:
     add(
         "--rounds",
         type=positive_number,
-        default=1,
+        default=6,
         metavar="N",
-        help="that all is searched in, each beside what the one before has found (1)",
+        help="in which each fit has settings of its own driven, after those that all share (6)",
     )
-    add("--seed", type=whole_number, default=0, help="of searches and trials (0)")
+    add(
+        "--seed",
+        default="0",
+        metavar="N[,N...]",
+        help="of searches and trials (0); with several all is done once with each, as if alone, "
+        "and the page holds them side by side",
+    )
     add("--robot", default="wheelchair", help="robot by name, or a YAML file (wheelchair)")
     add("--jobs", type=positive_number, default=None, metavar="N", help="workers (all cores)")
     add("--out", type=Path, required=True, metavar="DIR", help="where logs and page go")
@@ -102,7 +108,7 @@ def _identify(arguments: argparse.Namespace, command: str) -> None:
         budget=arguments.budget,
         trials=arguments.trials,
         rounds=arguments.rounds,
-        seed=arguments.seed,
+        seeds=arguments.seed,
         robot=arguments.robot,
         jobs=arguments.jobs or available_cores(),
         out=arguments.out.absolute(),

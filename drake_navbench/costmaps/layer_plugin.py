@@ -17,7 +17,7 @@ from pydantic import Field
 
 from drake_navbench.costmaps.sensor import RangeSensor
 from drake_navbench.kernels.grid import Grid
-from drake_navbench.log import Scan
+from drake_navbench.logged_scans import Scan
 from drake_navbench.plugin_parameters import PluginParameters
 from drake_navbench.plugins import PluginKind
 

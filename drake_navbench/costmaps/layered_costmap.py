@@ -39,7 +39,7 @@ from drake_navbench.kernels.layer_grid import (
 from drake_navbench.kernels.poses import compose, place_outline
 from drake_navbench.kernels.rasterize import MASK_UNKNOWN, apply_keepout, mask_costs
 from drake_navbench.kernels.static_layer import sample_static, static_costs
-from drake_navbench.log import Scan
+from drake_navbench.logged_scans import Scan
 from drake_navbench.typed_files.immutable import Immutable
 
 Costs = NDArray[np.uint8]

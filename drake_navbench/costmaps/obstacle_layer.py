@@ -15,7 +15,7 @@ from drake_navbench.kernels.obstacle_layer import (
     ObstacleLayerUpdate,
     update_obstacle_layer,
 )
-from drake_navbench.log import Scan
+from drake_navbench.logged_scans import Scan
 
 Array = NDArray[np.float64]
 Costs = NDArray[np.uint8]

@@ -19,7 +19,7 @@ from drake_navbench.costmaps.point_cloud import PointCloud
 from drake_navbench.costmaps.sensor import RangeSensor
 from drake_navbench.kernels.observation import Observation
 from drake_navbench.kernels.voxel_layer import UNKNOWN_COLUMN, update_voxel_layer
-from drake_navbench.log import Scan
+from drake_navbench.logged_scans import Scan
 from drake_navbench.typed_files.immutable import Immutable
 
 Array = NDArray[np.float64]

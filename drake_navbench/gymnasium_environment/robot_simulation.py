@@ -15,7 +15,7 @@ from drake_navbench.inputs.timeline import Timeline
 from drake_navbench.inputs.world import World
 from drake_navbench.inputs.world_geometry import register_obstacles
 from drake_navbench.kernels.swept_contact import clearance_at
-from drake_navbench.log import Scan
+from drake_navbench.logged_scans import Scan
 from drake_navbench.systems.lidar import Lidar
 from drake_navbench.systems.lifetime import release, weakly_bound
 from drake_navbench.systems.localization import Localization

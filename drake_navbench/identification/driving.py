@@ -44,15 +44,24 @@ class Driver:
         self.driven_count = 0
 
     def means_of_each(
-        self, tried: Sequence[Settings], pairs: Sequence[Pair], *, trials: Sequence[int], seed: int
-    ) -> list[dict[Cell, float] | None]:
-        """Returns the means over some trials of each settings, by cell; without a value none.
+        self, tried: Sequence[tuple[Settings, Sequence[Pair]]], *, trials: Sequence[int], seed: int
+    ) -> list[dict[Cell, float]]:
+        """Returns the means over some trials of each settings in its pairs, by cell.
 
-        trials: their numbers. None for settings that cannot be driven. All are driven together.
+        trials: their numbers. A cell without a value is NaN; those of a scenario that the settings
+        cannot be driven in are left out. All are driven together.
         """
-        specs = [self._specs_or_none(settings, pairs, trials, seed) for settings in tried]
-        self._drive_missing([spec for found in specs if found for _, spec in found])
-        return [None if found is None else means_of(self._rows(found)) for found in specs]
+        specs = [
+            [
+                self._specs_if_possible(
+                    settings, [p for p in pairs if p.scenario == name], trials, seed
+                )
+                for name in dict.fromkeys(pair.scenario for pair in pairs)
+            ]
+            for settings, pairs in tried
+        ]
+        self._drive_missing([spec for parts in specs for part in parts for _, spec in part])
+        return [means_of(self._rows([pair for part in parts for pair in part])) for parts in specs]
 
     def rows(
         self, settings: Settings, pairs: Sequence[Pair], *, trials: Sequence[int], seed: int
@@ -71,13 +80,14 @@ class Driver:
             rows[pair].append(self._known[spec.identity])
         return dict(rows)
 
-    def _specs_or_none(
+    def _specs_if_possible(
         self, settings: Settings, pairs: Sequence[Pair], trials: Sequence[int], seed: int
-    ) -> list[tuple[Pair, TrialSpec]] | None:
+    ) -> list[tuple[Pair, TrialSpec]]:
+        """Returns none for settings that cannot be driven."""
         try:
             return self._specs(settings, pairs, trials, seed)
         except InputError:
-            return None
+            return []
 
     def _specs(
         self, settings: Settings, pairs: Sequence[Pair], trials: Sequence[int], seed: int
@@ -153,7 +163,7 @@ class Driver:
 
 
 def means_of(rows: Mapping[Pair, Sequence[Metrics]]) -> dict[Cell, float]:
-    """Returns the means over trials that have a value, by cell; cells without any are left out."""
+    """Returns the means over trials that have a value, by cell; NaN for cells without any."""
     values = {
         Cell(pair.scenario, metric, pair.controller): [
             row[metric] for row in found if math.isfinite(row[metric])
@@ -161,7 +171,7 @@ def means_of(rows: Mapping[Pair, Sequence[Metrics]]) -> dict[Cell, float]:
         for pair, found in rows.items()
         for metric in found[0]
     }
-    return {cell: float(np.mean(known)) for cell, known in values.items() if known}
+    return {cell: float(np.mean(known)) if known else math.nan for cell, known in values.items()}
 
 
 def _write_and_measure(log: TrialLog, folder: Path) -> Metrics:

@@ -1,25 +1,35 @@
-"""What is fitted, and on which cells: the searches of a fit, also of one with cells held out."""
+"""What is held out in turn, and the fits without it, all from the same trials."""
 
 from __future__ import annotations
 
-import hashlib
-import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import product
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from drake_navbench import __version__
-from drake_navbench.errors import InputError
-from drake_navbench.identification.budget import Budget, Share, shares
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.identification.design import point_of, settings_at
 from drake_navbench.identification.driving import Driver
-from drake_navbench.identification.scores import mean_error
-from drake_navbench.identification.search import Evaluation, Searches, best_of
+from drake_navbench.identification.emulator import (
+    Driven,
+    Emulator,
+    Places,
+    driven_of,
+    emulator_of,
+    kernels_of,
+    places_of,
+)
+from drake_navbench.identification.gaussian_process import Kernel
+from drake_navbench.identification.minimum import least_error_point
 from drake_navbench.identification.targets import Cell, Pair, Targets, pairs_of
-from drake_navbench.identification.unknowns import OWN, Block, Settings, Unknowns
+from drake_navbench.identification.unknowns import Block, Settings, Unknowns
 
-# Of a search: the same for all its evaluations, so that they differ by their values alone.
+Array = NDArray[np.float64]
+
+# Of a search: the same for all that it drives, so that they differ by their values alone.
 SEARCH_TRIALS = (0,)
+FIRST_SWEEPS, SWEEPS = 3, 1
 
 
 class Fold(NamedTuple):
@@ -33,46 +43,21 @@ class Fold(NamedTuple):
         return cell.scenario == self.scenario or cell.controller == self.controller
 
 
-class Searched(NamedTuple):
-    """A search that is over."""
-
-    block: Block
-    cells: int
-    evaluations: list[Evaluation]
-
-
 @dataclass(frozen=True)
 class Fit:
     """Settings that were found without the cells that were held out.
 
-    searched: the searches that found them, those of the last round.
+    blocks: that some of its cells tell of; the settings have values for these alone. cells: that
+    counted. error: their mean error, as driven. point: (D,) of all unknowns, where that was.
+    emulator: of all that it knows.
     """
 
     settings: Settings
-    searched: list[Searched]
-
-
-class Task(NamedTuple):
-    """A search that will be done: a block, and the cells that count for it.
-
-    round: that it is done in, from 0 on. fold: whose it is alone; in the first round, in which
-    nothing was found before, nobody's.
-    """
-
-    block: Block
+    blocks: tuple[Block, ...]
     cells: tuple[Cell, ...]
-    round: int
-    fold: Fold
-
-
-class Signature(NamedTuple):
-    """What tells a task from others before anything is driven."""
-
-    kind: str
-    name: str
-    cells: tuple[Cell, ...]
-    round: int
-    fold: Fold
+    error: float
+    point: Array
+    emulator: Emulator
 
 
 def folds_of(targets: Targets) -> list[Fold]:
@@ -89,124 +74,118 @@ def folds_of(targets: Targets) -> list[Fold]:
     ]
 
 
-def tasks_of(
-    fold: Fold, unknowns: Unknowns, fit_cells: Targets, *, rounds: int = 1
-) -> Iterator[Task]:
-    """Yields the searches of a fold in their order.
+class Context(NamedTuple):
+    """What the searches have in common; kernels, places: by cell, see the emulator."""
 
-    Layouts come first, each by the cells of its scenario; then the base by all; last each
-    controller's own by its column. A controller that is held out has no cell for its own. A further
-    round searches all of them again, now beside what the others have come to.
-    """
-    cells = [cell for cell in fit_cells.values if not fold.is_held_out(cell)]
-    for number, block in product(range(rounds), unknowns.blocks):
-        # Where a controller is held out, layouts and base are wanted: the others' own settings
-        # count for a further round only.
-        if fold.controller and block.kind == OWN and number == rounds - 1:
-            continue
-        chosen = tuple(filter(block.is_told_by, cells))
-        if chosen:
-            # Of own settings the cells do not tell whose layouts they were found beside.
-            is_shared = number == 0 and not (fold.controller and block.kind == OWN)
-            yield Task(block, chosen, number, Fold() if is_shared else fold)
+    kernels: Mapping[Cell, Kernel]
+    places: Mapping[Cell, Places]
+    targets: Targets
+    seed: int
 
 
-def shares_of(
-    unknowns: Unknowns, fit_cells: Targets, budget: Budget, *, rounds: int = 1
-) -> dict[Signature, Share]:
-    """Returns the share of every search; one that two folds have in common counts once.
+class Search:
+    """Of one fold: what it may know, and where the error of its cells is least by that.
 
-    Raises InputError where the budget is too small or there is nothing to search.
-    """
-    weights: dict[Signature, int] = {}
-    for fold in folds_of(fit_cells):
-        for task in tasks_of(fold, unknowns, fit_cells, rounds=rounds):
-            weights[_signature(task)] = len(pairs_of(task.cells))
-    if not weights:
-        raise InputError("identify: nothing to fit: expected an unknown with cells that tell of it")
-    return dict(zip(weights, shares(budget, list(weights.values())), strict=True))
-
-
-class Fitter:
-    """Fits folds; a search that two of them have in common is done once.
-
-    fit_cells: those that may be fitted to at all. shares: as from `shares_of`.
+    cells: that may be fitted to at all. design: what was driven for all folds.
     """
 
     def __init__(
         self,
-        unknowns: Unknowns,
-        fit_cells: Targets,
-        targets: Targets,
-        driver: Driver,
-        searches: Searches,
-        *,
-        shares: Mapping[Signature, Share],
-        rounds: int,
-        seed: int,
-        tell: Callable[[str], None],
+        fold: Fold,
+        blocks: Sequence[Block],
+        cells: Sequence[Cell],
+        design: Driven,
+        context: Context,
     ) -> None:
-        self._unknowns, self._fit_cells, self._targets = unknowns, fit_cells, targets
-        self._driver, self._searches = driver, searches
-        self._shares, self._seed, self._tell = shares, seed, tell
-        self._rounds = rounds
-        self._done: set[str] = set()
-
-    def fit(self, fold: Fold) -> Fit:
-        """Returns what is found without the fold's cells."""
-        settings = Settings()
-        searched = {}
-        tasks = tasks_of(fold, self._unknowns, self._fit_cells, rounds=self._rounds)
-        for task in tasks:
-            found = self._search(task, settings)
-            searched[task.block.kind, task.block.name] = found
-            settings = settings.with_block(task.block, best_of(found.evaluations).values)
-        return Fit(settings, list(searched.values()))
-
-    def _search(self, task: Task, settings: Settings) -> Searched:
-        block, cells = task.block, task.cells
-        pairs = pairs_of(cells)
-
-        def errors_of(candidates: Sequence[Mapping[str, Any]]) -> list[float | None]:
-            tried = [settings.with_block(block, values) for values in candidates]
-            found = self._driver.means_of_each(tried, pairs, trials=SEARCH_TRIALS, seed=self._seed)
-            return [
-                None if ours is None else mean_error(cells, ours, self._targets) for ours in found
-            ]
-
-        share = self._shares[_signature(task)]
-        key = self._key(task, settings)
-        evaluations = self._searches.run(key, block, share, errors_of)
-        if key not in self._done:
-            self._done.add(key)
-            self._tell(
-                f"{len(self._done)} of {len(self._shares)}: {block.title}, {len(cells)} cells of "
-                f"{len(pairs)} columns: mean error {best_of(evaluations).error:.3f} after "
-                f"{len(evaluations)} evaluations"
-            )
-        return Searched(block, len(cells), evaluations)
-
-    def _key(self, task: Task, settings: Settings) -> str:
-        """Returns what tells a search from all that could go otherwise."""
-        pairs = pairs_of(task.cells)
-        data = settings.as_data()
-        own = {c: v for c, v in data["own"].items() if any(p.controller == c for p in pairs)}
-        layouts = {s: v for s, v in data["layouts"].items() if any(p.scenario == s for p in pairs)}
-        everything = {
-            "drake_navbench": __version__,
-            "block": [task.block.kind, task.block.name, *map(str, task.block.dimensions)],
-            "cells": [[*cell, self._targets.values[cell]] for cell in task.cells],
-            "settings": {"base": data["base"], "layouts": layouts, "own": own},
-            "presets": {c: told.preset for c, told in self._unknowns.file.controllers.items()},
-            "robot": self._unknowns.robot_name,
-            "seed": self._seed,
-            "round": task.round,
+        self.fold = fold
+        self.cells = tuple(cell for cell in cells if not fold.is_held_out(cell))
+        self.pairs = pairs_of(self.cells)
+        self.blocks = tuple(b for b in blocks if any(map(b.is_told_by, self.cells)))
+        self._all_blocks = tuple(blocks)
+        self._context = context
+        self._told = {
+            (block.kind, block.name): [cell for cell in self.cells if block.is_told_by(cell)]
+            for block in blocks
         }
-        text = json.dumps(everything, sort_keys=True)
-        return (
-            f"{task.block.kind}-{task.block.name}-{hashlib.sha256(text.encode()).hexdigest()[:16]}"
+        own = {cell: design.deviations[cell] for cell in self.cells}
+        self._driven = Driven(design.points, own)
+        self._emulator = emulator_of(self._driven, context.kernels, context.places)
+        self._round = 0
+
+    def proposal(self) -> Settings:
+        """Returns the settings that it would have driven next."""
+        errors = self._emulator.expected_errors(self._driven.points, self.cells)
+        point = least_error_point(
+            self._errors_in_block,
+            self._all_blocks,
+            self._driven.points[int(np.argmin(errors))],
+            sweeps=SWEEPS if self._round else FIRST_SWEEPS,
+            seed=self._context.seed + 1000 * self._round,
         )
+        self._round += 1
+        return settings_at(self._all_blocks, point)
+
+    def learn(self, settings: Settings, numbers: Mapping[Cell, float]) -> None:
+        """Takes note of what its proposal has come to."""
+        context = self._context
+        point = point_of(self._all_blocks, settings)[None]
+        self._driven = self._driven.and_also(
+            driven_of(point, [numbers], self.cells, context.targets)
+        )
+        self._emulator = emulator_of(self._driven, context.kernels, context.places)
+
+    def fit(self) -> Fit:
+        """Returns the best that was driven; of unknowns that no cell tells of it has no value."""
+        errors = self._driven.errors(self.cells)
+        best = int(np.nanargmin(errors))
+        everything = settings_at(self._all_blocks, self._driven.points[best])
+        settings = Settings()
+        for block in self.blocks:
+            settings = settings.with_block(block, everything.of_block(block))
+        point, error = self._driven.points[best], float(errors[best])
+        return Fit(settings, self.blocks, self.cells, error, point, self._emulator)
+
+    def _errors_in_block(self, points: Array, block: Block) -> Array:
+        told = self._told[block.kind, block.name]
+        return self._emulator.expected_errors(points, told) if told else np.zeros(len(points))
 
 
-def _signature(task: Task) -> Signature:
-    return Signature(task.block.kind, task.block.name, task.cells, task.round, task.fold)
+def fits_of(
+    unknowns: Unknowns,
+    fit_cells: Targets,
+    driver: Driver,
+    points: Array,
+    *,
+    rounds: int,
+    seed: int,
+    tell: Callable[[str], None],
+) -> dict[Fold, Fit]:
+    """Returns the fit of every fold.
+
+    points: (N, D) that all folds learn from, see the design; then each has `rounds` settings of its
+    own driven, which the others do not hear of: they were chosen by cells that may be held out
+    there. tell: is given each line for the user.
+    """
+    blocks, cells = unknowns.blocks, tuple(fit_cells.values)
+    places = places_of(blocks, cells)
+    settings = [settings_at(blocks, point) for point in points]
+    found = driver.means_of_each(
+        [(s, pairs_of(cells)) for s in settings], trials=SEARCH_TRIALS, seed=seed
+    )
+    driven_points = np.array([point_of(blocks, s) for s in settings])
+    design = driven_of(driven_points, found, cells, fit_cells)
+    tell(f"{len(points)} settings are driven; learning what each cell hangs on ...")
+    context = Context(kernels_of(design, places), places, fit_cells, seed)
+    searches = [Search(fold, blocks, cells, design, context) for fold in folds_of(fit_cells)]
+    for number in range(rounds):
+        proposals = [search.proposal() for search in searches]
+        found = driver.means_of_each(
+            [(s, search.pairs) for s, search in zip(proposals, searches, strict=True)],
+            trials=SEARCH_TRIALS,
+            seed=seed,
+        )
+        for search, proposed, numbers in zip(searches, proposals, found, strict=True):
+            search.learn(proposed, numbers)
+        whole = searches[0].fit()
+        tell(f"round {number + 1} of {rounds}: mean error {whole.error:.3f} of all cells")
+    return {search.fold: search.fit() for search in searches}

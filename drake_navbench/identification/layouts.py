@@ -18,9 +18,11 @@ Values = Mapping[str, float]
 Fields = dict[str, Any]
 
 WALL_M = 0.125
-# Of the boxes that the restricted scenarios are closed by: how far the other walls are.
-SMALL_BOX = {"front_m": 1.605, "back_m": 0.805, "side_m": 1.225}
-LARGE_BOX = {"front_m": 4.755, "back_m": 3.175, "side_m": 3.175}
+# Of the boxes that the restricted scenarios are closed by: how far the walls are, and where behind
+# them the goal lies, seen from the start.
+SMALL_BOX = {"front_m": 1.605, "back_m": 0.805, "side_m": 1.225, "bearing_deg": 0.0}
+LARGE_BOX = {"front_m": 4.755, "back_m": 3.175, "side_m": 3.175, "bearing_deg": 0.0}
+GOAL_BEHIND_WALL_M = 8.8
 CORNER = {"leg_m": 8.342, "clearance_m": 1.225, "bevel_m": 1.19}
 # The edge of the keepout lies beside the plan that it makes by this much.
 KEEPOUT_OFFSET_M = 0.032
@@ -79,7 +81,10 @@ def _empty(values: Values) -> Fields:
 
 
 def _closed_box(values: Values) -> Fields:
-    """Four walls around the start, given by their faces."""
+    """Four walls around the start, given by their faces, and a goal behind them."""
+    bearing_rad = math.radians(values["bearing_deg"])
+    goal_x = GOAL_BEHIND_WALL_M * math.cos(bearing_rad)
+    goal_y = GOAL_BEHIND_WALL_M * math.sin(bearing_rad)
     front, back, side = values["front_m"], values["back_m"], values["side_m"]
     left, right = -back - WALL_M, front + WALL_M
     outside = side + WALL_M
@@ -89,7 +94,10 @@ def _closed_box(values: Values) -> Fields:
         ((left, side), (right, outside)),
         ((left, -outside), (right, -side)),
     )
-    return {"world": {"obstacles": [_box(*wall) | {"known_to_planner": False} for wall in walls]}}
+    return {
+        "world": {"obstacles": [_box(*wall) | {"known_to_planner": False} for wall in walls]},
+        "goal": [goal_x, goal_y, bearing_rad],
+    }
 
 
 def _corner(values: Values) -> Fields:

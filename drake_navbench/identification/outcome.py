@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from drake_navbench.analysis.statistics import mean_interval
-from drake_navbench.identification.folds import Fit, Fold, Searched
+from drake_navbench.identification.folds import Fit, Fold
 from drake_navbench.identification.prediction import (
     BOTH,
     CONTROLLER_PLACE,
@@ -34,11 +35,12 @@ Data = dict[str, Any]
 
 @dataclass(frozen=True)
 class Identified:
-    """Everything that was found.
+    """Everything that was found with one seed.
 
     fit_cells: of the targets those that may be fitted to. fits: by what was held out.
     """
 
+    seed: int
     unknowns: Unknowns
     targets: Targets
     fit_cells: Targets
@@ -50,20 +52,37 @@ class Identified:
         """The fit without anything held out."""
         return self.fits[Fold()]
 
+    @cached_property
+    def profiles(self) -> list[list[Profile]]:
+        """What is known of every value of every block of the whole fit, in their order."""
+        blocks = self.unknowns.blocks
+        return [profiles(blocks, block, self.whole) for block in self.whole.blocks]
+
+
+def problem(unknowns: Unknowns, targets: Targets, fit_cells: Targets) -> Data:
+    """Returns what is the same for every seed, as JSON can hold it."""
+    told = unknowns.file.controllers
+    return {
+        "scenarios": list(targets.scenarios),
+        "controllers": {name: told[name].preset for name in targets.controllers},
+        "blind": {name: told[name].blind for name in targets.controllers},
+        "cells": len(targets.values),
+        "fitted_cells": len(fit_cells.values),
+    }
+
 
 def outcome(identified: Identified) -> Data:
-    """Returns what the page tells, as JSON can hold it."""
+    """Returns what a seed comes to, as JSON can hold it."""
     targets, fits = identified.targets, identified.fits
-    told = identified.unknowns.file.controllers
     data: Data = as_plain(
         {
-            "scenarios": list(targets.scenarios),
-            "controllers": {name: told[name].preset for name in targets.controllers},
-            "blind": {name: told[name].blind for name in targets.controllers},
-            "cells": len(targets.values),
-            "fitted_cells": len(identified.fit_cells.values),
-            "evaluations": _evaluation_count(fits),
-            "blocks": [_block(searched, fits) for searched in identified.whole.searched],
+            "seed": identified.seed,
+            "driven_settings": len(identified.whole.emulator.driven.points),
+            "mean_error": identified.whole.error,
+            "blocks": [
+                _block(block, known, fits)
+                for block, known in zip(identified.whole.blocks, identified.profiles, strict=True)
+            ],
             "scores": {kind: _scores(identified, kind) for kind in identified.found.numbers},
             "ceilings": _by_name(ceilings(identified.found, targets)),
             "table": [_cell(identified, cell) for cell in targets.values],
@@ -71,19 +90,34 @@ def outcome(identified: Identified) -> Data:
                 f"{fold.scenario}{fold.controller}": fit.settings.as_data()
                 for fold, fit in fits.items()
             },
+            "presets": _judged_presets(identified),
         }
     )
     return data
 
 
-def propose(identified: Identified, folder: Path, remarks: list[str]) -> list[Data]:
-    """Compares the shipped presets with what was found, on cells that the latter was not fitted to.
-
-    Where that is shown to be the better one, over the cells as a sample, its preset is written into
-    the folder; nothing that ships changes.
-    """
+def propose(
+    identified: Identified, controllers: Sequence[str], folder: Path, remarks: list[str]
+) -> None:
+    """Writes what was found for some controllers as presets; nothing that ships changes."""
     for path in folder.glob("*_identified.yaml"):
         path.unlink()
+    for controller in controllers:
+        preset = identified.unknowns.file.controllers[controller].preset
+        name = f"{file_name(preset)}_identified"
+        column = replace(
+            identified.unknowns.preset(controller, identified.whole.settings),
+            name=name,
+            description=f"{preset} with what the published tables tell",
+        )
+        write_preset_file(column, folder / f"{name}.yaml", remarks)
+
+
+def _judged_presets(identified: Identified) -> list[Data]:
+    """Compares the shipped presets with what was found, on cells that the latter was not fitted to.
+
+    That is better where it is shown to be, over the cells as a sample.
+    """
     found, targets = identified.found, identified.targets
     settings = identified.whole.settings
     rows = []
@@ -99,24 +133,14 @@ def propose(identified: Identified, folder: Path, remarks: list[str]) -> list[Da
             for cell in cells
         ]
         difference = mean_interval(np.array(differences))
-        is_better = difference.high < 0.0
-        preset = identified.unknowns.file.controllers[controller].preset
-        if is_better:
-            name = f"{file_name(preset)}_identified"
-            column = replace(
-                identified.unknowns.preset(controller, settings),
-                name=name,
-                description=f"{preset} with what the published tables tell",
-            )
-            write_preset_file(column, folder / f"{name}.yaml", remarks)
         rows.append(
             {
                 "controller": controller,
-                "preset": preset,
+                "preset": identified.unknowns.file.controllers[controller].preset,
                 "identified": _score(ours),
                 "shipped": _score(shipped),
                 "difference": list(difference),
-                "is_better": is_better,
+                "is_better": difference.high < 0.0,
                 "values": dict(settings.own[controller]),
             }
         )
@@ -132,31 +156,18 @@ def as_plain(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def _evaluation_count(fits: Mapping[Fold, Fit]) -> int:
-    """Counts those of the last round; a search that folds have in common counts once."""
-    searches = {
-        (s.block.kind, s.block.name, s.cells, tuple(e.error for e in s.evaluations))
-        for fit in fits.values()
-        for s in fit.searched
-    }
-    return sum(len(errors) for *_, errors in searches)
-
-
-def _block(searched: Searched, fits: Mapping[Fold, Fit]) -> Data:
-    block = searched.block
+def _block(block: Block, known: list[Profile], fits: Mapping[Fold, Fit]) -> Data:
     in_folds = [
         values
         for fold, fit in fits.items()
         if fold != Fold() and (values := fit.settings.of_block(block))
     ]
-    found = profiles(block.dimensions, searched.evaluations)
     return {
         "title": block.title,
         "kind": block.kind,
-        "evaluations": len(searched.evaluations),
         "values": [
             _value(block, dimension, profile, in_folds)
-            for dimension, profile in zip(block.dimensions, found, strict=True)
+            for dimension, profile in zip(block.dimensions, known, strict=True)
         ],
     }
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from drake_navbench.identification.driving import Driver, Metrics, means_of
 from drake_navbench.identification.folds import Fit, Fold
-from drake_navbench.identification.scores import Score, ceiling, score
+from drake_navbench.identification.scores import Score, agreements, ceiling, score
 from drake_navbench.identification.targets import Cell, Pair, Targets, pairs_of
 from drake_navbench.identification.unknowns import Settings, Unknowns
 
@@ -110,13 +110,9 @@ def scores_by(
     others = found.others.get(kind, {}) or (numbers if place == CONTROLLER_PLACE else {})
     names = [TOGETHER] if place is None else list(dict.fromkeys(cell[place] for cell in numbers))
     return {
-        name: _score_of(
-            [cell for cell in numbers if place is None or cell[place] == name],
-            numbers,
-            targets,
-            others,
-        )
+        name: score(cells, numbers, targets, _beside(cells, others))
         for name in names
+        for cells in [[cell for cell in numbers if place is None or cell[place] == name]]
     }
 
 
@@ -137,13 +133,18 @@ def ceilings(found: Predictions, targets: Targets) -> dict[str, Score]:
     }
 
 
-def _score_of(
-    cells: list[Cell], numbers: Numbers, targets: Targets, others: Mapping[Cell, float]
-) -> Score:
-    """Scores some cells; others: of their rows, for orderings with what is not among them."""
+def agreements_of(
+    found: Predictions, kind: str, targets: Targets
+) -> dict[tuple[Cell, Cell], float]:
+    """Returns of every ordering that counts for a kind how far it agrees, as `agreements` does."""
+    numbers = found.numbers[kind]
+    return agreements(numbers, numbers, targets, _beside(numbers, found.others.get(kind, {})))
+
+
+def _beside(cells: Collection[Cell], others: Mapping[Cell, float]) -> Numbers:
+    """Returns numbers of the others, for orderings with what is not among some cells."""
     own = set(cells)
-    beside = {cell: value for cell, value in others.items() if cell not in own}
-    return score(cells, numbers, targets, beside)
+    return {cell: value for cell, value in others.items() if cell not in own}
 
 
 def _without_both(pair: Pair, by_scenario: Fit, by_controller: Fit) -> Settings:

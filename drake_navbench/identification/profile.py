@@ -1,46 +1,37 @@
-"""What a search tells of each value: a profile of a surrogate of its error.
-
-The surrogate is a Gaussian process with a squared exponential kernel and a length scale for every
-dimension (C. E. Rasmussen, C. K. I. Williams, "Gaussian Processes for Machine Learning", 2006, eq.
-2.25, 5.8 and 5.9; left-out residuals: eq. 5.12).
-"""
+"""What the tables tell of each value: a profile of the emulated error."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import LinAlgError, cho_factor, cho_solve
-from scipy.optimize import minimize
 from scipy.stats import qmc
 
+from drake_navbench.identification.folds import Fit
+from drake_navbench.identification.minimum import slices_of, snapped
 from drake_navbench.identification.ranges import grid_of, place_of
-from drake_navbench.identification.search import Evaluation, best_of
+from drake_navbench.identification.unknowns import Block
 from drake_navbench.tuning.search_space import Dimension
 
 Array = NDArray[np.float64]
 
-OTHERS_LOG2 = 9
+OTHERS_LOG2 = 7
+# Besides, values within this much of those found, as a share of their ranges.
+NEAR = 0.15
 # An error no farther above the least than this many left-out residuals is as good.
 RESIDUALS = 2.0
 # A value is found where no more than this share of the searched range is as good.
 FOUND_SHARE = 0.5
-# Of a surrogate that tells nothing: its left-out residuals are as large as the errors' own spread.
-LEAST_EXPLAINED = 0.25
-# Beliefs about length scales, in widths of the range, and about noise, as a share of the spread.
-LENGTH, LENGTH_FACTOR, NOISE, NOISE_FACTOR = 0.6, 3.0, 0.1, 5.0
-JITTER = 1e-8
 
 
 class Profile(NamedTuple):
     """What is known of one value.
 
-    found: of the best evaluation. low, high: between which the others are as good; of one of
-    several choices the first and last as good in `as_good`. share: of the range that is as good.
+    found: of the best settings that were driven. low, high: between which the others are as good;
+    of one of several choices the first and last as good in `as_good`. share: of the range that lies
+    between, of choices those that are as good.
     """
 
     name: str
@@ -56,120 +47,59 @@ class Profile(NamedTuple):
         return self.share <= FOUND_SHARE
 
 
-def profiles(dimensions: Sequence[Dimension], evaluations: list[Evaluation]) -> list[Profile]:
-    """Returns what is known of every dimension.
+def profiles(blocks: Sequence[Block], block: Block, fit: Fit) -> list[Profile]:
+    """Returns what is known of every unknown of a block; blocks: all, in the order of a point.
 
-    A value is as good as the best where the surrogate's error, minimised over all other
-    dimensions, is at most two left-out residuals above its least. Where the surrogate cannot
-    foretell the evaluations, everything is as good.
+    A value is as good as the best where the emulated error of the cells that tell of the block,
+    minimised over its other unknowns, is at most two left-out residuals above its least. Where the
+    emulator cannot foretell errors, everything is as good.
     """
-    best = best_of(evaluations)
-    points = np.array(
-        [[place_of(d, e.values[d.name]) for d in dimensions] for e in evaluations], dtype=float
-    )
-    errors = np.array([evaluation.error for evaluation in evaluations])
-    surrogate = fit_surrogate(points, errors)
-    others = np.vstack([_sobol(len(dimensions)), points])
+    told = [cell for cell in fit.cells if block.is_told_by(cell)]
+    part = slices_of(blocks)[list(blocks).index(block)]
+    residual = fit.emulator.left_out_residual(told)
+    candidates = _candidates(fit.point, part)
     found = []
-    for index, dimension in enumerate(dimensions):
+    for index, dimension in enumerate(block.dimensions, start=part.start):
         values = grid_of(dimension)
-        if surrogate is None:
-            is_good = np.full(len(values), True)
-        else:
-            least = np.array(
-                [
-                    surrogate.mean(_with(others, index, place_of(dimension, value))).min()
-                    for value in values
-                ]
-            )
-            is_good = least <= least.min() + RESIDUALS * surrogate.residual
+        is_good = np.full(len(values), True)
+        if residual is not None:
+            least = np.empty(len(values))
+            for number, value in enumerate(values):
+                candidates[:, index] = place_of(dimension, value)
+                errors = fit.emulator.expected_errors(snapped(blocks, candidates), told)
+                least[number] = errors.min()
+            candidates = _candidates(fit.point, part)
+            is_good = least <= least.min() + RESIDUALS * residual
         good = [value for value, chosen in zip(values, is_good, strict=True) if chosen]
-        here = best.values[dimension.name]
-        low, high = (here, here) if dimension.choices else (min(*good, here), max(*good, here))
-        found.append(
-            Profile(
-                dimension.name,
-                here,
-                low,
-                high,
-                tuple(good) if dimension.choices else (),
-                float(is_good.mean()),
-            )
-        )
+        found.append(_profile(dimension, fit.settings.of_block(block)[dimension.name], good))
     return found
 
 
-@dataclass(frozen=True)
-class Surrogate:
-    """A Gaussian process. residual: root mean square of its left-out residuals."""
-
-    points: Array
-    weights: Array
-    lengths: Array
-    offset: float
-    scale: float
-    residual: float
-
-    def mean(self, points: Array) -> Array:
-        """Returns its mean at (K, D) points of the unit cube, (K,)."""
-        kernel = _kernel(points, self.points, self.lengths)
-        return np.asarray(self.offset + self.scale * kernel @ self.weights)
+def share_of_all(dimension: Dimension, found: Sequence[Profile]) -> float:
+    """Returns the share of a dimension's range that several profiles of it take together."""
+    good = {value for profile in found for value in profile.as_good}
+    low, high = min(profile.low for profile in found), max(profile.high for profile in found)
+    return _share(dimension, low, high, good)
 
 
-def fit_surrogate(points: Array, errors: Array) -> Surrogate | None:
-    """Fits (N, D) points of the unit cube and their (N,) errors; None where it foretells nothing.
-
-    Length scales and noise are the most probable ones.
-    """
-    offset, scale = float(errors.mean()), float(errors.std())
-    if scale == 0.0:
-        return None
-    targets = (errors - offset) / scale
-    count = points.shape[1]
-    centre = np.array([math.log(LENGTH)] * count + [math.log(NOISE)])
-    width = np.array([math.log(LENGTH_FACTOR)] * count + [math.log(NOISE_FACTOR)])
-
-    def improbability(logs: Array) -> float:
-        solved = _solved(points, targets, logs)
-        if solved is None:
-            return 1e6
-        factor, weights = solved
-        evidence = 0.5 * targets @ weights + np.log(np.diag(factor)).sum()
-        return float(evidence + 0.5 * (((logs - centre) / width) ** 2).sum())
-
-    logs = minimize(improbability, centre, method="L-BFGS-B", bounds=[(-5.0, 3.0)] * (count + 1)).x
-    solved = _solved(points, targets, logs)
-    if solved is None:
-        return None
-    factor, weights = solved
-    inverse = cho_solve((factor, True), np.eye(len(targets)))
-    residual = float(np.sqrt(np.mean((weights / np.diag(inverse)) ** 2)))
-    if residual**2 > 1.0 - LEAST_EXPLAINED:
-        return None
-    return Surrogate(points, weights, np.exp(logs[:-1]), offset, scale, residual * scale)
+def _share(dimension: Dimension, low: Any, high: Any, as_good: Collection[Any]) -> float:
+    if dimension.choices:
+        return len(as_good) / len(dimension.choices)
+    return place_of(dimension, high) - place_of(dimension, low)
 
 
-def _solved(points: Array, targets: Array, logs: Array) -> tuple[Array, Array] | None:
-    """Returns the kernel's Cholesky factor and the weights of the points; None where singular."""
-    kernel = _kernel(points, points, np.exp(logs[:-1]))
-    kernel[np.diag_indices_from(kernel)] += math.exp(2.0 * logs[-1]) + JITTER
-    try:
-        factor, _ = cho_factor(kernel, lower=True)
-    except LinAlgError:
-        return None
-    return np.tril(factor), cho_solve((factor, True), targets)
+def _candidates(point: Array, part: slice) -> Array:
+    """Returns points that differ from one in a part: all over the range, and near it."""
+    count = part.stop - part.start
+    places = np.asarray(qmc.Sobol(count, seed=0).random_base2(OTHERS_LOG2))
+    candidates = np.repeat(point[None], 1 + 2 * len(places), axis=0)
+    candidates[1 : 1 + len(places), part] = places
+    near = point[part] + NEAR * (2.0 * places - 1.0)
+    candidates[1 + len(places) :, part] = near.clip(0.0, 1.0)
+    return candidates
 
 
-def _kernel(first: Array, second: Array, lengths: Array) -> Array:
-    apart = (first[:, None, :] - second[None, :, :]) / lengths
-    return np.asarray(np.exp(-0.5 * (apart**2).sum(axis=2)))
-
-
-def _sobol(count: int) -> Array:
-    return np.asarray(qmc.Sobol(count, seed=0).random_base2(OTHERS_LOG2))
-
-
-def _with(points: Array, index: int, place: float) -> Array:
-    changed = points.copy()
-    changed[:, index] = place
-    return changed
+def _profile(dimension: Dimension, here: Any, good: Sequence[Any]) -> Profile:
+    low, high = (here, here) if dimension.choices else (min(*good, here), max(*good, here))
+    as_good = tuple(good) if dimension.choices else ()
+    return Profile(dimension.name, here, low, high, as_good, _share(dimension, low, high, as_good))

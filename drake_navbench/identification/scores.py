@@ -39,9 +39,15 @@ class Score(NamedTuple):
 
 def error_of(cell: Cell, ours: float, targets: Targets) -> float:
     """Returns how far off a number is, relative to the table's, not above `MOST_ERROR`."""
+    return abs(deviation_of(cell, ours, targets))
+
+
+def deviation_of(cell: Cell, ours: float, targets: Targets) -> float:
+    """Returns by how much a number is too large, relative to the table's, within `MOST_ERROR`."""
     if not math.isfinite(ours):
         return MOST_ERROR
-    return min(abs(ours - targets.values[cell]) / targets.scales[cell], MOST_ERROR)
+    deviation = (ours - targets.values[cell]) / targets.scales[cell]
+    return min(max(deviation, -MOST_ERROR), MOST_ERROR)
 
 
 def mean_error(cells: Collection[Cell], ours: Mapping[Cell, float], targets: Targets) -> float:
@@ -65,12 +71,7 @@ def score(
         for cell in cells
         if targets.values[cell] != 0.0 and math.isfinite(ours.get(cell, math.nan))
     ]
-    everyone = dict(others or {}) | {cell: ours.get(cell, math.nan) for cell in cells}
-    counted = [
-        _agreement(first, second, everyone, targets)
-        for first, second in _orderings(everyone, targets)
-        if first in cells or second in cells
-    ]
+    counted = agreements(cells, ours, targets, others).values()
     known = [agreement for agreement in counted if math.isfinite(agreement)]
     return Score(
         cells=len(errors),
@@ -79,6 +80,24 @@ def score(
         orderings=len(known),
         agreeing=float(sum(known)),
     )
+
+
+def agreements(
+    cells: Collection[Cell],
+    ours: Mapping[Cell, float],
+    targets: Targets,
+    others: Mapping[Cell, float] | None = None,
+) -> dict[tuple[Cell, Cell], float]:
+    """Returns of every ordering that `score` counts how far ours agrees.
+
+    1 for the same order, 0 for the other, one half for an exact tie; NaN where there is none.
+    """
+    everyone = dict(others or {}) | {cell: ours.get(cell, math.nan) for cell in cells}
+    return {
+        (first, second): _agreement(first, second, everyone, targets)
+        for first, second in _orderings(everyone, targets)
+        if first in cells or second in cells
+    }
 
 
 def ceiling(

@@ -23,7 +23,8 @@ from drake_navbench.inputs.world import World
 
 if TYPE_CHECKING:
     from drake_navbench.inputs.mission import Lift
-    from drake_navbench.inputs.scenario import Floor, Scenario
+    from drake_navbench.inputs.scenario import Scenario
+    from drake_navbench.inputs.scenario_world import Floor
 
 Bounds = tuple[float, float, float, float]
 Offset = tuple[float, float]

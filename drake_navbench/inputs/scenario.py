@@ -6,14 +6,12 @@ from dataclasses import replace
 from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import (
     Field,
-    SerializerFunctionWrapHandler,
     field_validator,
-    model_serializer,
     model_validator,
 )
 
@@ -36,15 +34,16 @@ from drake_navbench.inputs.floors import (
 )
 from drake_navbench.inputs.map_world import occupied_boxes
 from drake_navbench.inputs.mission import Lift, MissionStep, check_mission, end_of
-from drake_navbench.inputs.moving import MAX_MOVING, MovingObstacle, MovingObstacles
+from drake_navbench.inputs.moving import MovingObstacles
 from drake_navbench.inputs.named_files import NamedFiles
-from drake_navbench.inputs.people import People, WalkingPeople
+from drake_navbench.inputs.people import WalkingPeople
 from drake_navbench.inputs.recorded_people import RecordedPeople, load_recording
 from drake_navbench.inputs.robot import Robot, load_robot, overridden
-from drake_navbench.inputs.world import Obstacle, Point, World
-from drake_navbench.navigation.smoother_settings import SmootherSettings
+from drake_navbench.inputs.scenario_plan import GridPlan, Plan
+from drake_navbench.inputs.scenario_world import Floor, WorldDescription, require_one_of_each
+from drake_navbench.inputs.world import World
 from drake_navbench.noise import NoiseKey, NoiseStream
-from drake_navbench.typed_files.quantities import Angle, CellSize, Duration, Length
+from drake_navbench.typed_files.quantities import Angle, Duration, Length
 from drake_navbench.typed_files.typed_yaml import FrozenModel, QuietModel, read_yaml, validate
 
 SCENARIO_FILES = NamedFiles(kind="scenario", package="drake_navbench.scenarios")
@@ -71,115 +70,6 @@ TIMEOUT_ON_MAPS_S = 600.0
 Pose = tuple[Length, Length, Angle]
 
 
-class Straight(FrozenModel):
-    """A straight piece of a given plan."""
-
-    straight_m: Length = Field(gt=0.0, description="Length [m].")
-
-
-class Arc(FrozenModel):
-    """A circular piece of a given plan."""
-
-    arc_deg: float = Field(ge=-360.0, le=360.0, description="Turn, positive to the left [deg].")
-    radius_m: Length = Field(gt=0.0, description="Radius [m].")
-
-
-class GridPlan(FrozenModel):
-    """The plan comes from the global planner, whose settings are the robot's."""
-
-    type: Literal["planner"]
-    smoother: SmootherSettings | None = Field(
-        None, description="What smooths the planner's path; null leaves it as it is."
-    )
-
-    @field_validator("smoother", mode="before")
-    @classmethod
-    def _accept_name(cls, value: Any) -> Any:
-        """Takes a smoother's name alone, or 'none'."""
-        if value == "none":
-            return None
-        return {"type": value} if isinstance(value, str) else value
-
-
-class ElementsPlan(FrozenModel):
-    """The plan is given as straights and arcs from the start pose."""
-
-    type: Literal["elements"]
-    elements: list[Straight | Arc] = Field(min_length=1, description="Pieces in order.")
-    spacing_m: CellSize = Field(0.05, description="Distance between plan poses [m].")
-
-
-class PolylinePlan(FrozenModel):
-    """The plan is given as corner points; the first should be the start."""
-
-    type: Literal["polyline"]
-    points: list[Point] = Field(min_length=2, description="Corners [m].")
-    spacing_m: CellSize = Field(0.05, description="Distance between plan poses [m].")
-
-
-Plan = Annotated[GridPlan | ElementsPlan | PolylinePlan, Field(discriminator="type")]
-
-
-class WorldDescription(FrozenModel):
-    """What is in the world: the occupied cells of a map, shapes, and what moves."""
-
-    map: str | None = Field(
-        None, description="Map file of Nav2's map_server, relative to the scenario's folder."
-    )
-    obstacles: list[Obstacle] = Field(default_factory=list, description="Shapes in the world.")
-    moving_obstacles: list[MovingObstacle] = Field(
-        default_factory=list,
-        max_length=MAX_MOVING,
-        description="What moves along timed waypoints, whatever the robot does; no map shows it.",
-    )
-    people: People | None = Field(
-        None, description="Those who walk, by a model or as they were recorded."
-    )
-
-    @model_serializer(mode="wrap")
-    def _as_plain(self, plain: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leaves out what moves where nothing does."""
-        values: dict[str, Any] = plain(self)
-        if not self.moving_obstacles:
-            values.pop("moving_obstacles", None)
-        if self.people is None:
-            values.pop("people", None)
-        return values
-
-
-class Floor(FrozenModel):
-    """One floor of a building, or one of the maps that a building is split into."""
-
-    name: str = Field(min_length=1, description="What the mission and the lifts call it.")
-    world: WorldDescription = Field(
-        default_factory=WorldDescription, description="What is there, in the frame of its map."
-    )
-    filters: list[FilterDescription] = Field(
-        default_factory=list, description="Areas of keepout, of limited speed or of a binary state."
-    )
-    origin: Point | None = Field(
-        None,
-        description="Where the frame of its map lies in the building [m], for maps of one storey "
-        "that meet; null: a storey of its own.",
-    )
-    storey: str = Field(
-        "", description="Which storey it is a part of, where several are split into maps."
-    )
-
-    @model_validator(mode="after")
-    def _check_storey(self) -> Floor:
-        if self.storey and self.origin is None:
-            raise ValueError(
-                f"storey: expected an origin as well, where in {self.storey} its map lies"
-            )
-        return self
-
-    @field_validator("filters")
-    @classmethod
-    def _check_one_of_each(cls, filters: list[FilterDescription]) -> list[FilterDescription]:
-        return require_one_of_each(filters)
-
-
 class Suite(FrozenModel):
     """Many worlds that belong together: reports tell their totals, by density as well."""
 
@@ -198,17 +88,6 @@ class Variation(FrozenModel):
 
     start_xy_std_m: Length = Field(0.0, ge=0.0, description="Spread of the start position [m].")
     start_yaw_std_rad: Angle = Field(0.0, ge=0.0, description="Spread of the start heading [rad].")
-
-
-def require_one_of_each(filters: list[FilterDescription]) -> list[FilterDescription]:
-    """Returns filters of which none is there twice that may be there once."""
-    names = [entry.filter_name for entry in filters]
-    for name in ("speed_filter", "binary_filter"):
-        if names.count(name) > 1:
-            raise ValueError(
-                f"expected one {name} at most, found {names.count(name)}; give it several areas"
-            )
-    return filters
 
 
 class Scenario(QuietModel):

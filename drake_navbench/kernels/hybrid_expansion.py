@@ -13,12 +13,12 @@ from numba import njit
 from numpy.typing import NDArray
 
 from drake_navbench.kernels.car_curves import (
-    PIECES,
     curve_knots,
     direction_changes,
     pose_on_curve,
     shortest_curve,
 )
+from drake_navbench.kernels.curve_pieces import PIECES
 from drake_navbench.kernels.hybrid_graph import (
     NO_INDEX,
     NO_STATE,

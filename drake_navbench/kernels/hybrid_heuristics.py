@@ -14,7 +14,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from drake_navbench.kernels.binary_heap import heap_make, heap_pop, heap_push
-from drake_navbench.kernels.car_curves import PIECES, shortest_curve
+from drake_navbench.kernels.car_curves import shortest_curve
+from drake_navbench.kernels.curve_pieces import PIECES
 from drake_navbench.kernels.grid import INSCRIBED
 
 F32 = np.float32

@@ -10,7 +10,8 @@ import math
 import numpy as np
 from numba import njit
 
-from drake_navbench.kernels.car_curves import PIECES, curve_knots, pose_on_curve, shortest_curve
+from drake_navbench.kernels.car_curves import curve_knots, pose_on_curve, shortest_curve
+from drake_navbench.kernels.curve_pieces import PIECES
 from drake_navbench.kernels.grid import INSCRIBED, LETHAL, cost_at
 from drake_navbench.kernels.path_smoothing import (
     MIN_SPAN_OF_GRID_PATH,

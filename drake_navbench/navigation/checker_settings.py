@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from drake_navbench.navigation.goal_checkers import GOAL_CHECKERS, GoalChecker, SimpleGoalChecker
+from drake_navbench.navigation.goal_check import GoalChecker
+from drake_navbench.navigation.goal_checkers import GOAL_CHECKERS, SimpleGoalChecker
 from drake_navbench.navigation.plugin_choice import plugin_choice
 from drake_navbench.navigation.progress_checkers import (
     PROGRESS_CHECKERS,

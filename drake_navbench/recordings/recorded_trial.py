@@ -7,7 +7,6 @@ A signal that the recording does not have leaves its columns empty, and the log 
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
@@ -24,39 +23,18 @@ from drake_navbench.inputs.map_world import occupied_boxes
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.inputs.world import Obstacle
-from drake_navbench.kernels.grid import LETHAL, Costmap
-from drake_navbench.log import (
-    COLUMNS,
-    LATERAL_COLUMNS,
-    UNREPEATABLE_COLUMNS,
-    Outcome,
-    Scan,
-    TrialLog,
-)
+from drake_navbench.log import Outcome, TrialLog
 from drake_navbench.plans import Plan, as_logged
-from drake_navbench.recordings.heard import Beams, Cells, Column, Poses
-from drake_navbench.recordings.occupancy import costs_from_occupancy
-from drake_navbench.recordings.planar_transforms import composed, inverted
+from drake_navbench.recordings.heard import Column
 from drake_navbench.recordings.recorded_motion import RecordedMotion
+from drake_navbench.recordings.recorded_piece import POSE_COLUMNS, RecordedPiece
 from drake_navbench.recordings.recorded_tasks import RecordedTask
-from drake_navbench.recordings.topics import SCALAR_COLUMNS
 from drake_navbench.typed_files.quantities import MAX_LENGTH_M
 
 Array = NDArray[np.float64]
 
-POSE_COLUMNS = ("x_m", "y_m", "yaw_rad")
-TWIST_COLUMNS = ("v_mps", "w_radps", "vy_mps")
-ESTIMATE_COLUMNS = ("estimated_x_m", "estimated_y_m", "estimated_yaw_rad")
-# Of the sun's angle and the like a scanner leans a little; more is no planar scan.
-LEAST_UPRIGHT = 0.9
-# A costmap that is turned less in the world than this lies along its axes.
-TURN_TOLERANCE_RAD = 1e-6
-# Of local costmaps kept of one task, uncompressed; of more, every second one, and so on.
-MAX_COSTMAP_BYTES = 40_000_000
 # Walls farther from the way are left out of the log.
 MAP_REACH_M = 6.0
-# A goal may come a little before it is known to be worked on, or after.
-GOAL_LEAD_S = 1.0
 
 
 @dataclass(frozen=True)
@@ -88,7 +66,7 @@ def recorded_trial(
 
     told: what a bag of ours tells of the trial that it was made of. notes: to be kept in the log.
     """
-    piece = _Piece(columns, motion, task)
+    piece = RecordedPiece(columns, motion, task)
     if len(piece.time_s) < 2:
         raise InputError(
             f"{path}: the task from {task.begin_s:.3f} to {task.end_s:.3f} s has "
@@ -137,269 +115,8 @@ def recorded_trial(
     )
 
 
-class _Piece:
-    """The piece of a recording that one task is, on its own clock."""
-
-    def __init__(
-        self, columns: Mapping[str, Column], motion: RecordedMotion, task: RecordedTask
-    ) -> None:
-        self._columns, self._motion, self._task = columns, motion, task
-        times = motion.time_s
-        first = int(np.searchsorted(times, task.begin_s, side="left"))
-        # The end of a task takes effect after it.
-        past = int(np.searchsorted(times, task.end_s, side="right")) + 1
-        self._rows = slice(first, past)
-        self._stamps = times[self._rows]
-        self.time_s = self._stamps - task.begin_s
-        self.scanner_place: list[float] | None = None
-
-    def samples(
-        self, distances: Mapping[str, Array], missing: dict[str, str], *, moves_sideways: bool
-    ) -> pd.DataFrame:
-        """Returns the rows of the log; what is not known is NaN."""
-        motion, rows = self._motion, self._rows
-        values: dict[str, Any] = {"time_s": self.time_s}
-        values |= zip(POSE_COLUMNS, motion.pose[rows].T, strict=True)
-        values |= zip(ESTIMATE_COLUMNS, motion.estimated_pose[rows].T, strict=True)
-        values |= zip(TWIST_COLUMNS, motion.twist[rows].T, strict=True)
-        measured = [f"measured_{name}" for name in TWIST_COLUMNS]
-        values |= zip(measured, motion.measured_twist[rows].T, strict=True)
-        commands = self._held("command", np.zeros(len(TWIST_COLUMNS)))
-        names = [*COLUMNS, *(LATERAL_COLUMNS if moves_sideways else ())]
-        for index, name in enumerate(f"command_{name}" for name in TWIST_COLUMNS):
-            if commands is None and name in names:
-                missing[name] = "the recording has no commands"
-            values[name] = self._unknown if commands is None else commands[:, index]
-        for name in SCALAR_COLUMNS:
-            held = self._held(name, np.array([math.nan]))
-            if held is not None:
-                values[name] = held[:, 0]
-            elif name in distances:
-                values[name] = distances[name]
-            else:
-                values[name] = self._unknown
-                missing[name] = _why_missing(name)
-        if "cycle_count" in missing:
-            values["cycle_count"] = np.zeros(len(self.time_s))
-        values["cycle_count"] = np.nan_to_num(values["cycle_count"]).astype(np.int64)
-        return pd.DataFrame({name: np.ascontiguousarray(values[name]) for name in names})
-
-    def plans(self, missing: dict[str, str]) -> list[Plan]:
-        """Returns the plans of the task in the frame of its poses."""
-        column = self._columns.get("plan")
-        if column is None or not column.values:
-            missing["plan"] = "the recording has no plan"
-            return []
-        times = self._motion.clock.times(column)
-        task = self._task
-        chosen = np.flatnonzero((times >= task.begin_s) & (times <= task.end_s))
-        if not len(chosen):
-            chosen = np.flatnonzero(times < task.begin_s)[-1:]
-        plans = []
-        for row in chosen:
-            path: Poses = column.values[row]
-            place = self._motion.in_world(path.frame, times[row : row + 1])
-            if place is None:
-                missing["plan"] = (
-                    f"the plans are in the frame {path.frame}, which no transform joins to "
-                    f"{self._motion.world}"
-                )
-                return []
-            if len(path.poses):
-                poses = composed(np.broadcast_to(place[0], path.poses.shape), path.poses)
-                plans.append(Plan(max(0.0, float(times[row]) - task.begin_s), poses))
-        return plans
-
-    def goal(self, plans: Sequence[Plan], missing: dict[str, str]) -> Array:
-        """Returns (3,) the goal: the end of the last plan, else what was asked for."""
-        if plans:
-            return plans[-1].poses[-1]
-        column = self._columns.get("goal")
-        if column is not None and column.values:
-            times = self._motion.clock.times(column)
-            rows = np.flatnonzero(times <= self._task.begin_s + GOAL_LEAD_S)
-            if len(rows):
-                asked: Poses = column.values[rows[-1]]
-                place = self._motion.in_world(asked.frame, times[rows[-1:]])
-                if place is not None:
-                    return composed(place[0], asked.poses[0])
-        missing["goal"] = "the recording has neither a plan nor a goal"
-        return self._motion.pose[self._rows][-1]
-
-    def scans(self, missing: dict[str, str]) -> tuple[Scan, ...]:
-        """Returns the scans with the sensor where it was; all on the angles of the first."""
-        column = self._columns.get("scan")
-        rows = self._rows_within("scan")
-        if column is None or not len(rows):
-            missing["scan"] = "the recording has no scan"
-            return ()
-        first: Beams = column.values[rows[0]]
-        mounting = self._motion.mounting(first.frame)
-        if mounting is None:
-            missing["scan"] = f"no fixed transform tells where {first.frame} is on the robot"
-            return ()
-        upright = float(mounting.rotation[2, 2])
-        if abs(upright) < LEAST_UPRIGHT:
-            missing["scan"] = f"{first.frame} is tilted: its scans are not of the plane"
-            return ()
-        self.scanner_place = [float(value) for value in mounting.pose]
-        # Upside down, beams are counted the other way round.
-        side = 1.0 if upright > 0.0 else -1.0
-        times = self._motion.clock.times(column)[rows]
-        places = composed(self._motion.track.at(times), np.tile(mounting.pose, (len(times), 1)))
-        beams: Array = first.angle_min + first.increment * np.arange(
-            len(first.ranges_m), dtype=np.float64
-        )
-        return tuple(
-            Scan(
-                float(time_s - self._task.begin_s),
-                np.ascontiguousarray(place),
-                side * beams,
-                _on_beams(column.values[row], beams),
-            )
-            for row, time_s, place in zip(rows, times, places, strict=True)
-        )
-
-    def costmaps(self, missing: dict[str, str]) -> tuple[tuple[Costmap, ...], dict[str, Array]]:
-        """Returns the local costmaps, and by column the distances to their lethal cells.
-
-        The distances are those that a trial logs: (N,) from the robot's reference point to the
-        centre, and to the lower left corner, of the nearest lethal cell of the costmap at the time.
-        """
-        column = self._columns.get("costmap")
-        rows = self._rows_within("costmap")
-        if column is None or not len(rows):
-            return (), {}
-        frame = column.values[rows[0]].frame
-        seen = self._motion.base_in(frame, self._stamps)
-        if seen is None:
-            missing["costmap"] = f"no transform tells where the robot is in {frame}"
-            return (), {}
-        times = self._motion.clock.times(column)[rows]
-        places = self._motion.in_world(frame, times)
-        size = int(np.prod(column.values[rows[0]].shape))
-        stride = max(1, -(-size * len(rows) // MAX_COSTMAP_BYTES))
-        nearest = {
-            name: np.full(len(self._stamps), np.inf)
-            for name in ("obstacle_cell_distance_m", "obstacle_corner_distance_m")
-        }
-        kept = []
-        until = [*times[1:], np.inf]
-        for count, (row, time_s) in enumerate(zip(rows, times, strict=True)):
-            cells: Cells = column.values[row]
-            costs = costs_from_occupancy(cells.occupancy)
-            held = (self._stamps >= time_s) & (self._stamps < until[count])
-            _note_distances(nearest, held, seen, cells, costs)
-            if count % stride == 0 and places is not None:
-                stamp_s = float(time_s - self._task.begin_s)
-                kept.append(_placed(cells, costs, places[count], stamp_s))
-        return tuple(kept), nearest
-
-    @property
-    def _unknown(self) -> Array:
-        return np.full(len(self.time_s), math.nan)
-
-    def _rows_within(self, role: str) -> NDArray[np.int64]:
-        """Returns the messages of a role in this piece."""
-        column = self._columns.get(role)
-        if column is None or not column.values:
-            return np.empty(0, dtype=np.int64)
-        times = self._motion.clock.times(column)
-        return np.flatnonzero((times >= self._task.begin_s) & (times <= self._stamps[-1]))
-
-    def _held(self, role: str, before: Array) -> Array | None:
-        """Returns (N, K) the last value of a role at each sample; None where it has none.
-
-        before: (K,) what holds until the first.
-        """
-        column = self._columns.get(role)
-        if column is None or not column.values:
-            return None
-        times = self._motion.clock.times(column)
-        order = np.argsort(times, kind="stable")
-        values = np.array(column.values, dtype=float).reshape(len(times), -1)[order]
-        last = np.searchsorted(times[order], self._stamps, side="right") - 1
-        return np.where(last[:, None] >= 0, values[np.maximum(last, 0)], before)
-
-
-def _why_missing(column: str) -> str:
-    if column in ("cycle_count", *UNREPEATABLE_COLUMNS):
-        return "a recording does not tell how long the controller computed"
-    if column == "clearance_m":
-        return (
-            "a recording does not tell where all obstacles truly were; see min_scan_clearance_m "
-            "and min_map_clearance_m"
-        )
-    return "the recording has no local costmap"
-
-
-def _on_beams(beams: Beams, angles_rad: Array) -> NDArray[np.float32]:
-    """Returns the ranges of a scan at the angles of another: some scanners vary in both."""
-    own = beams.angle_min + beams.increment * np.arange(len(beams.ranges_m))
-    if len(own) == len(angles_rad) and np.allclose(own, angles_rad, atol=1e-6):
-        return beams.ranges_m
-    if len(own) == 0:
-        return np.full(len(angles_rad), np.inf, dtype=np.float32)
-    if beams.increment == 0.0:
-        return np.full(len(angles_rad), beams.ranges_m[0], dtype=np.float32)
-    nearest = np.rint((angles_rad - beams.angle_min) / beams.increment).astype(int)
-    is_seen = (nearest >= 0) & (nearest < len(own))
-    ranges = beams.ranges_m[np.clip(nearest, 0, len(own) - 1)]
-    return np.where(is_seen, ranges, np.float32(np.inf)).astype(np.float32)
-
-
-def _note_distances(
-    nearest: Mapping[str, Array],
-    held: NDArray[np.bool_],
-    seen: Array,
-    cells: Cells,
-    costs: NDArray[np.uint8],
-) -> None:
-    """Fills in the distances at the samples at which a costmap held."""
-    rows, columns = np.divmod(np.flatnonzero(costs == LETHAL), costs.shape[1])
-    if not len(rows) or not held.any():
-        return
-    # In the grid's own frame, which may be turned.
-    own = composed(inverted(np.array(cells.origin)), seen[held])[:, :2]
-    for name, offset in (("obstacle_cell_distance_m", 0.5), ("obstacle_corner_distance_m", 0.0)):
-        x, y = (columns + offset) * cells.resolution, (rows + offset) * cells.resolution
-        gaps = np.hypot(own[:, :1] - x, own[:, 1:] - y)
-        nearest[name][held] = gaps.min(axis=1)
-
-
-def _placed(cells: Cells, costs: NDArray[np.uint8], place: Array, stamp_s: float) -> Costmap:
-    """Returns a costmap in the world, along its axes; place: (3,) of the costmap's frame there."""
-    origin = composed(place, np.array(cells.origin))
-    turn = math.remainder(float(origin[2]), 2.0 * math.pi)
-    x, y = float(origin[0]), float(origin[1])
-    if abs(turn) > TURN_TOLERANCE_RAD:
-        costs, x, y = _turned(costs, cells.resolution, origin)
-    return Costmap(costs, x, y, cells.resolution, stamp_s=stamp_s)
-
-
-def _turned(
-    costs: NDArray[np.uint8], resolution: float, origin: Array
-) -> tuple[NDArray[np.uint8], float, float]:
-    """Returns a turned grid on one of the same size along the axes: each cell's nearest."""
-    rows, columns = costs.shape
-    half = 0.5 * resolution * np.array([columns, rows])
-    middle = composed(origin, np.array([*half, 0.0]))[:2]
-    low = middle - half
-    y, x = np.mgrid[0:rows, 0:columns]
-    centres = np.stack(
-        [low[0] + (x + 0.5) * resolution, low[1] + (y + 0.5) * resolution, np.zeros(x.shape)],
-        axis=-1,
-    )
-    own = composed(np.broadcast_to(inverted(origin), centres.shape), centres)
-    column = np.floor(own[..., 0] / resolution).astype(int)
-    row = np.floor(own[..., 1] / resolution).astype(int)
-    is_inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
-    found = costs[np.clip(row, 0, rows - 1), np.clip(column, 0, columns - 1)]
-    return np.where(is_inside, found, 0).astype(np.uint8), float(low[0]), float(low[1])
-
-
 def _info(
-    piece: _Piece,
+    piece: RecordedPiece,
     subject: Subject,
     plans: Sequence[Plan],
     missing: dict[str, str],
@@ -453,9 +170,9 @@ def _told_info(
 
 
 def _outcome(
-    piece: _Piece, robot: Robot, end: Array, goal: Array, missing: Mapping[str, str]
+    piece: RecordedPiece, robot: Robot, end: Array, goal: Array, missing: Mapping[str, str]
 ) -> tuple[Outcome, str]:
-    task = piece._task
+    task = piece.task
     if task.outcome is not None:
         return task.outcome, task.reason
     if "goal" in missing:

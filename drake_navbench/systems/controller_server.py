@@ -29,7 +29,7 @@ from drake_navbench.inputs.timing import TimingSettings
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.kernels.poses import to_robot_frame
 from drake_navbench.kernels.read_only import read_only
-from drake_navbench.navigation.goal_checkers import GoalChecker
+from drake_navbench.navigation.goal_check import GoalChecker
 from drake_navbench.navigation.path_handler import PathHandler
 from drake_navbench.navigation.progress_checkers import ProgressChecker
 from drake_navbench.navigation.task import ClearRequest, GlobalPlan, TaskState, TaskStatus

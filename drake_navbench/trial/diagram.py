@@ -6,8 +6,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,11 +15,10 @@ from pydrake.geometry import SceneGraph
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPort
 
 from drake_navbench.controller import Controller
-from drake_navbench.costmaps.costmap_settings import FilterName
 from drake_navbench.costmaps.filter_masks import FilterMask
 from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.inputs.faults import Conditions, conditions_of
-from drake_navbench.inputs.robot import NavigationSettings, Robot
+from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.timeline import Timeline
 from drake_navbench.inputs.timing import TimingSettings
 from drake_navbench.inputs.world import World
@@ -33,8 +32,6 @@ from drake_navbench.systems.clearance import Clearance
 from drake_navbench.systems.compute_clock import ComputeTimes
 from drake_navbench.systems.controller_server import ControllerServer
 from drake_navbench.systems.delays import CommandLink
-from drake_navbench.systems.depth_sensors import DepthSensors
-from drake_navbench.systems.floor_aware import FloorClock
 from drake_navbench.systems.floor_transport import FloorTransport
 from drake_navbench.systems.lidar import Lidar
 from drake_navbench.systems.local_costmap import LocalCostmap
@@ -43,8 +40,8 @@ from drake_navbench.systems.navigator import Navigator
 from drake_navbench.systems.recorder import Recorder
 from drake_navbench.systems.speed_filter import SpeedFilter
 from drake_navbench.systems.tree_navigator import TreeNavigator
-from drake_navbench.systems.viewer import Viewer
 from drake_navbench.trial.base_wiring import add_base
+from drake_navbench.trial.filter_wiring import add_filters
 from drake_navbench.trial.floors import TrialFloors, connect_floors
 from drake_navbench.trial.localization_wiring import LocalizationSystem, add_localization
 from drake_navbench.trial.navigation_wiring import (
@@ -53,18 +50,15 @@ from drake_navbench.trial.navigation_wiring import (
     add_navigation,
     connect_frame,
     connect_inputs,
-    connect_world,
 )
+from drake_navbench.trial.recording_wiring import add_clearance, add_recorder, add_viewer
+from drake_navbench.trial.sensor_wiring import add_moving_world, add_sensors
 from drake_navbench.trial.spec import FollowPlan, NavigateToPoses
 from drake_navbench.trial.timing import CONTROLLER_OFFSET_S, COSTMAP_OFFSET_S
 from drake_navbench.trial.wheel_wiring import add_way_to_wheels
 
 if TYPE_CHECKING:
     from drake_navbench.trial.base_wiring import Base
-
-CLEARANCE_PERIOD_S = 0.05
-CLEARANCE_OFFSET_S = CONTROLLER_OFFSET_S
-RECORDER_PERIOD_S = 0.02
 
 
 @dataclass(frozen=True)
@@ -81,8 +75,7 @@ class TrialDiagram:
     clearance: Clearance
     recorder: Recorder
     moving_world: MovingWorld | None = None
-    speed_filter: SpeedFilter | None = None
-    binary_filter: BinaryFilter | None = None
+    filters: tuple[SpeedFilter | BinaryFilter, ...] = ()
     to_wheels: tuple[CommandLink | SlippingWheels, ...] = ()
     transport: FloorTransport | None = None
 
@@ -135,7 +128,6 @@ def build_trial_diagram(
     keeps_costmaps: whether the recorder keeps the local costmaps.
     """
     builder = DiagramBuilder()
-
     scene_graph = builder.AddNamedSystem("scene_graph", SceneGraph())
     register_obstacles(scene_graph, world)
 
@@ -149,66 +141,43 @@ def build_trial_diagram(
 
     conditions = conditions or conditions_of(robot)
     localization = add_localization(builder, robot, conditions, state, known_map, floors)
-    moving_world = _add_moving_world(builder, robot, world, scene_graph, state)
-
-    sights = () if floors is None else floors.sights
-    lidar = builder.AddNamedSystem(
-        "lidar",
-        Lidar(conditions.lidar, world, conditions.timing, floors=sights, floor_clock=clock),
+    moving_world = add_moving_world(builder, robot, world, scene_graph, state)
+    lidar, signals = add_sensors(
+        builder,
+        robot,
+        world,
+        conditions=conditions,
+        state=state,
+        localization=localization,
+        moving_world=moving_world,
+        floors=floors,
     )
-    scan = lidar.GetOutputPort("scan")
-    signals = localization.signals(state, scan)
-    localization.connect_scan(builder, scan)
-    connect_inputs(builder, lidar, state=state)
-    if signals.has_frames:
-        connect_inputs(builder, lidar, odometry=signals.odometry)
-    if moving_world is not None:
-        connect_inputs(builder, lidar, moving=moving_world.GetOutputPort("scanned"))
-    clouds = _add_depth_sensors(builder, robot, world, moving_world, signals, floors)
-    signals = replace(signals, clouds=clouds)
 
-    local_costmap = _add_local_costmap(builder, robot, static_map, filter_masks, floors)
-    connect_inputs(builder, local_costmap, state=signals.odometry, scan=scan)
-    connect_frame(builder, signals, local_costmap)
-    if signals.clouds is not None:
-        connect_inputs(builder, local_costmap, clouds=signals.clouds)
+    local_costmap = _add_local_costmap(builder, robot, signals, static_map, filter_masks, floors)
     costmap = local_costmap.GetOutputPort("costmap")
-
-    server = _add_controller_server(builder, robot, controller, conditions.timing, compute_times_ms)
-    connect_inputs(builder, server, estimate=signals.odometry_estimate, costmap=costmap)
-    connect_frame(builder, signals, server)
-
+    server = _add_controller_server(
+        builder, robot, controller, signals, costmap, conditions.timing, compute_times_ms
+    )
     navigator, command = add_navigation(
         builder, robot, task, signals, local_costmap=local_costmap, server=server
     )
     command = add_command_chain(builder, robot, signals, command)
-    to_wheels, seeded = add_way_to_wheels(builder, robot, conditions, command, state)
-    builder.Connect(to_wheels, base.get_command_input_port())
-    for system in seeded:
-        if isinstance(system, SlippingWheels):
-            localization.connect_wheels(builder, system.GetOutputPort("gains"))
+    to_wheels = _add_way_to_base(builder, robot, conditions, command, base, localization, state)
+    filters = add_filters(builder, robot.navigation, filter_masks, signals.estimate, floors, server)
 
-    speed_filter, binary_filter = _add_filters(
-        builder, robot.navigation, filter_masks, signals.estimate, floors
+    clearance = add_clearance(builder, robot, world, moving_world, signals, costmap, clock)
+    recorder = add_recorder(
+        builder,
+        navigator,
+        server,
+        moving_world,
+        signals,
+        command=command,
+        distances=clearance.GetOutputPort("distances"),
+        costmap=costmap if keeps_costmaps else None,
     )
-    if speed_filter is not None:
-        connect_inputs(builder, server, speed_limit=speed_filter.GetOutputPort("speed_limit"))
-
-    clearance = _add_clearance(builder, robot, world, moving_world, signals, clock)
-    connect_inputs(builder, clearance, costmap=costmap)
-
-    recorder = _add_recorder(builder, navigator, moving_world, signals)
-    connect_inputs(builder, recorder, command=command)
-    connect_inputs(builder, recorder, distances=clearance.GetOutputPort("distances"))
-    connect_inputs(builder, recorder, server_state=server.GetOutputPort("server_state"))
-    if keeps_costmaps:
-        connect_inputs(builder, recorder, costmap=costmap)
-
     if watch is not None:
-        viewer = _add_viewer(builder, watch, navigator, moving_world, signals)
-        connect_inputs(builder, viewer, costmap=costmap)
-        connect_inputs(builder, viewer, server_state=server.GetOutputPort("server_state"))
-
+        add_viewer(builder, watch, navigator, server, moving_world, signals, costmap)
     if isinstance(navigator, TreeNavigator) and floors is not None:
         connect_floors(builder, navigator, builder.GetSystems())
 
@@ -225,9 +194,8 @@ def build_trial_diagram(
         clearance=clearance,
         recorder=recorder,
         moving_world=moving_world,
-        speed_filter=speed_filter,
-        binary_filter=binary_filter,
-        to_wheels=seeded,
+        filters=filters,
+        to_wheels=to_wheels,
         transport=transport,
     )
 
@@ -239,38 +207,34 @@ def _state_of(base: Base, transport: FloorTransport | None) -> OutputPort:
     return transport.GetOutputPort("state")
 
 
-def _add_moving_world(
+def _add_way_to_base(
     builder: DiagramBuilder,
     robot: Robot,
-    world: World,
-    scene_graph: SceneGraph,
+    conditions: Conditions,
+    command: OutputPort,
+    base: Base,
+    localization: LocalizationSystem,
     state: OutputPort,
-) -> MovingWorld | None:
-    """Adds what moves in the world, if anything does, and shows it in SceneGraph."""
-    if not world.moving_count:
-        return None
-    moving = builder.AddNamedSystem(
-        "moving_world",
-        MovingWorld(
-            world, scene_graph, footprint=robot.outline, scan_height_m=robot.lidar.height_m
-        ),
-    )
-    connect_inputs(builder, moving, state=state)
-    builder.Connect(
-        moving.get_geometry_pose_output_port(), scene_graph.get_source_pose_port(moving.source_id)
-    )
-    return moving
+) -> tuple[CommandLink | SlippingWheels, ...]:
+    """Adds what a command goes through on its way to the base; returns what draws with a seed."""
+    obeyed, seeded = add_way_to_wheels(builder, robot, conditions, command, state)
+    builder.Connect(obeyed, base.get_command_input_port())
+    for system in seeded:
+        if isinstance(system, SlippingWheels):
+            localization.connect_wheels(builder, system.GetOutputPort("gains"))
+    return seeded
 
 
 def _add_local_costmap(
     builder: DiagramBuilder,
     robot: Robot,
+    signals: Signals,
     static_map: OccupancyMap | None,
     filter_masks: Sequence[FilterMask],
     floors: TrialFloors | None,
 ) -> LocalCostmap:
     """Adds the local costmap."""
-    return builder.AddNamedSystem(
+    local_costmap = builder.AddNamedSystem(
         "local_costmap",
         LocalCostmap(
             robot.navigation.local_costmap,
@@ -285,120 +249,25 @@ def _add_local_costmap(
             floor_clock=None if floors is None else floors.clock,
         ),
     )
-
-
-def _add_depth_sensors(
-    builder: DiagramBuilder,
-    robot: Robot,
-    world: World,
-    moving_world: MovingWorld | None,
-    signals: Signals,
-    floors: TrialFloors | None,
-) -> OutputPort | None:
-    """Adds the sensors that send points, and returns the port of their clouds, if there are any."""
-    if not robot.depth_sensors:
-        return None
-    sensors = builder.AddNamedSystem(
-        "depth_sensors",
-        DepthSensors(
-            robot.depth_sensors,
-            world,
-            floors=() if floors is None else floors.sights,
-            floor_clock=None if floors is None else floors.clock,
-        ),
-    )
-    connect_inputs(builder, sensors, state=signals.state)
-    if signals.has_frames:
-        connect_inputs(builder, sensors, odometry=signals.odometry)
-    if moving_world is not None:
-        connect_inputs(builder, sensors, moving=moving_world.GetOutputPort("solids"))
-    return sensors.GetOutputPort("clouds")
-
-
-def _add_clearance(
-    builder: DiagramBuilder,
-    robot: Robot,
-    world: World,
-    moving_world: MovingWorld | None,
-    signals: Signals,
-    floor_clock: FloorClock | None,
-) -> Clearance:
-    """Adds what measures the distance to the obstacles."""
-    clearance = builder.AddNamedSystem(
-        "clearance",
-        Clearance(
-            world,
-            footprint=robot.outline,
-            period_s=CLEARANCE_PERIOD_S,
-            offset_s=CLEARANCE_OFFSET_S,
-            floor_clock=floor_clock,
-        ),
-    )
-    connect_inputs(builder, clearance, state=signals.state)
-    connect_world(builder, signals, clearance)
-    if moving_world is not None:
-        connect_inputs(builder, clearance, moving=moving_world.GetOutputPort("outlines"))
-    return clearance
-
-
-def _add_recorder(
-    builder: DiagramBuilder,
-    navigator: Navigator | TreeNavigator,
-    moving_world: MovingWorld | None,
-    signals: Signals,
-) -> Recorder:
-    """Adds the recorder, which listens to a behaviour tree and to people where there are any."""
-    person_count = 0 if moving_world is None else moving_world.person_count
-    recorder = builder.AddNamedSystem(
-        "recorder", Recorder(period_s=RECORDER_PERIOD_S, person_count=person_count)
-    )
-    connect_inputs(
-        builder, recorder, state=signals.state, scan=signals.scan, estimate=signals.estimate
-    )
-    connect_world(builder, signals, recorder)
-    if isinstance(navigator, TreeNavigator):
-        navigator_state = navigator.GetOutputPort("navigator_state")
-        connect_inputs(builder, recorder, navigator_state=navigator_state)
-    if moving_world is not None and person_count:
-        connect_inputs(builder, recorder, people=moving_world.GetOutputPort("people"))
-    return recorder
-
-
-def _add_viewer(
-    builder: DiagramBuilder,
-    watch: Callable[[Moment], None],
-    navigator: Navigator | TreeNavigator,
-    moving_world: MovingWorld | None,
-    signals: Signals,
-) -> Viewer:
-    """Adds what hands each sample to `watch`."""
-    moving_count = 0 if moving_world is None else moving_world.body_count
-    viewer = builder.AddNamedSystem(
-        "viewer", Viewer(watch, period_s=RECORDER_PERIOD_S, moving_count=moving_count)
-    )
-    connect_inputs(
-        builder,
-        viewer,
-        state=signals.state,
-        scan=signals.scan,
-        plan=navigator.GetOutputPort("plan"),
-    )
-    connect_world(builder, signals, viewer)
-    if moving_world is not None:
-        connect_inputs(builder, viewer, moving_poses=moving_world.GetOutputPort("poses"))
-    return viewer
+    connect_inputs(builder, local_costmap, state=signals.odometry, scan=signals.scan)
+    connect_frame(builder, signals, local_costmap)
+    if signals.clouds is not None:
+        connect_inputs(builder, local_costmap, clouds=signals.clouds)
+    return local_costmap
 
 
 def _add_controller_server(
     builder: DiagramBuilder,
     robot: Robot,
     controller: Controller,
+    signals: Signals,
+    costmap: OutputPort,
     timing: Timeline[TimingSettings],
     compute_times_ms: ComputeTimes | None,
 ) -> ControllerServer:
     """Adds the server that hosts the controller."""
     navigation = robot.navigation
-    return builder.AddNamedSystem(
+    server = builder.AddNamedSystem(
         "controller_server",
         ControllerServer(
             controller,
@@ -412,43 +281,6 @@ def _add_controller_server(
             compute_times_ms=compute_times_ms,
         ),
     )
-
-
-def _add_filters(
-    builder: DiagramBuilder,
-    navigation: NavigationSettings,
-    masks: Sequence[FilterMask],
-    estimate: OutputPort,
-    floors: TrialFloors | None,
-) -> tuple[SpeedFilter | None, BinaryFilter | None]:
-    """Adds the filters that act elsewhere than in a costmap, where the scenario has any.
-
-    Each runs at the rate of the costmap that lists it, the local one where both do.
-    """
-    speed_filter = binary_filter = None
-    if floors is not None:
-        masks = [mask for of_floor in floors.masks for mask in of_floor]
-    # One of each name: it knows the masks of all floors.
-    first_of_each: dict[FilterName, FilterMask] = {}
-    for mask in masks:
-        first_of_each.setdefault(mask.filter_name, mask)
-    for name, mask in first_of_each.items():
-        costmaps = (navigation.local_costmap, navigation.global_costmap)
-        listing = next((costmap for costmap in costmaps if costmap.is_active(name)), None)
-        if listing is None:
-            continue
-        options: dict[str, Any] = {
-            "period_s": 1.0 / listing.update_frequency,
-            "offset_s": COSTMAP_OFFSET_S,
-        }
-        if floors is not None:
-            options |= {"floors": floors.masks_named(name), "floor_clock": floors.clock}
-        if name == "speed_filter":
-            speed_filter = builder.AddNamedSystem(name, SpeedFilter(mask, **options))
-        elif name == "binary_filter":
-            binary_filter = builder.AddNamedSystem(
-                name, BinaryFilter(mask, listing.binary_filter, **options)
-            )
-    for system in filter(None, (speed_filter, binary_filter)):
-        connect_inputs(builder, system, estimate=estimate)
-    return speed_filter, binary_filter
+    connect_inputs(builder, server, estimate=signals.odometry_estimate, costmap=costmap)
+    connect_frame(builder, signals, server)
+    return server

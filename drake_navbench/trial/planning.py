@@ -13,13 +13,8 @@ from drake_navbench.costmaps.grid_size import require_grid_size
 from drake_navbench.costmaps.layered_costmap import FIRST_ORIGIN, GridGeometry, LayeredCostmap
 from drake_navbench.costmaps.map_file import OCCUPIED, OccupancyMap
 from drake_navbench.inputs.robot import Robot
-from drake_navbench.inputs.scenario import (
-    Arc,
-    ElementsPlan,
-    PolylinePlan,
-    Scenario,
-    Straight,
-)
+from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.inputs.scenario_plan import Arc, ElementsPlan, PolylinePlan, Straight
 from drake_navbench.kernels.grid import FREE, LETHAL, Costmap, Grid
 from drake_navbench.kernels.path_geometry import path_from_elements, path_from_polyline
 from drake_navbench.kernels.rasterize import mark_polygon

@@ -7,7 +7,8 @@ import numpy as np
 from drake_navbench.costmaps.layered_costmap import local_layers
 from drake_navbench.inputs.foreign_code import has_foreign_plugins
 from drake_navbench.inputs.robot import Robot
-from drake_navbench.inputs.scenario import GridPlan, Scenario
+from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.inputs.scenario_plan import GridPlan
 from drake_navbench.navigation.behavior_tree.board import Board
 from drake_navbench.navigation.behavior_tree.navigate_to_pose import navigate_to_pose_tree
 from drake_navbench.navigation.behaviors import make_behaviors

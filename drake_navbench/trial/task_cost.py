@@ -14,7 +14,8 @@ import numpy as np
 
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.robot import Robot
-from drake_navbench.inputs.scenario import ElementsPlan, PolylinePlan, Scenario, Straight
+from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.inputs.scenario_plan import ElementsPlan, PolylinePlan, Straight
 from drake_navbench.kernels.path_geometry import path_length
 from drake_navbench.navigation.smac_planner_hybrid import require_few_states
 from drake_navbench.navigation.smac_planner_hybrid_parameters import SmacPlannerHybridParameters

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 from results_folders import CONTROLLERS, SCENARIOS, write_folder
 
-from drake_navbench.analysis import many_trials, report
+from drake_navbench.analysis import many_trials, report_sections
 from drake_navbench.analysis.folder_analysis import analyse_folder
 from drake_navbench.analysis.report import build_report
 from drake_navbench.log import TrialLog
@@ -88,7 +88,7 @@ def test_without_a_table_that_fits_the_logs_are_measured(folder, opened, damage)
 
 
 def test_the_page_lists_the_failed_trials_and_tells_of_the_others(folder, monkeypatch):
-    monkeypatch.setattr(report, "MOST_TRIALS_LISTED", 4)
+    monkeypatch.setattr(report_sections, "MOST_TRIALS_LISTED", 4)
     text = build_report(folder.path, jobs=1).path.read_text(encoding="utf-8")
     listed = re.findall(r"<code>(trials/[^<]*parquet)</code></td></tr>", text)
     assert len(listed) == 4

@@ -20,7 +20,8 @@ from drake_navbench.analysis.figures.album import FigureChoice
 from drake_navbench.analysis.folder_analysis import analyse_folder
 from drake_navbench.analysis.html import relative_change
 from drake_navbench.analysis.metrics.definition import Metric
-from drake_navbench.analysis.report import build_report, number, render, short_number
+from drake_navbench.analysis.numbers import number, short_number
+from drake_navbench.analysis.report import build_report, render
 from drake_navbench.analysis.statistics import Interval
 from drake_navbench.errors import InputError
 from drake_navbench.results import ResultsFolder

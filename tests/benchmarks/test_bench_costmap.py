@@ -21,7 +21,7 @@ from drake_navbench.kernels.voxel_layer import (
     Observation,
     update_voxel_layer,
 )
-from drake_navbench.log import Scan
+from drake_navbench.logged_scans import Scan
 
 BEAMS = np.linspace(-np.pi, np.pi, 360, endpoint=False)
 FOOTPRINT = circle_footprint(0.3)

@@ -17,7 +17,8 @@ from drake_navbench.log import Outcome, TrialLog
 from drake_navbench.processes.worker_process import Raised, TaskFailed
 from drake_navbench.processes.workers import Died, TimedOut
 from drake_navbench.results import ResultsFolder
-from drake_navbench.trial.trial import NotDriven, failed_log
+from drake_navbench.trial.trial import NotDriven
+from drake_navbench.trial.trial_log import failed_log
 
 SCENARIO = "description: nothing in the way\ngoal: [0.6, 0.0, 0.0]\ntimeout_s: 20.0\n"
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 
+import numpy as np
 import pytest
 
 from drake_navbench.commands import identify as command
@@ -38,8 +39,8 @@ def driven(unknowns, folder):
 def test_a_trial_is_driven_once_and_then_read(unknowns, folder, driven):
     settings, rows = driven
     driver = Driver(unknowns, folder, jobs=1)
-    (again,) = driver.means_of_each([settings], [PAIR], trials=(0,), seed=0)
-    assert again == means_of(rows)
+    (again,) = driver.means_of_each([(settings, [PAIR])], trials=(0,), seed=0)
+    np.testing.assert_equal(again, means_of(rows))
     assert driver.driven_count == 0
 
 
@@ -56,7 +57,7 @@ def test_settings_that_cannot_be_driven_have_no_numbers(unknowns, folder):
     # The wall would stand in the robot.
     inside = Settings(layouts={PAIR.scenario: {"front_m": 0.3}})
     driver = Driver(unknowns, folder, jobs=1)
-    assert driver.means_of_each([inside], [PAIR], trials=(0,), seed=0) == [None]
+    assert driver.means_of_each([(inside, [PAIR])], trials=(0,), seed=0) == [{}]
 
 
 def test_a_planted_wall_is_found_again_from_what_rpp_did_before_it(tmp_path, driven):
@@ -72,14 +73,24 @@ def test_a_planted_wall_is_found_again_from_what_rpp_did_before_it(tmp_path, dri
         "controllers: {rpp: {preset: rpp, blind: rpp_bringup}}\n",
         encoding="utf-8",
     )
-    arguments = ["--tables", str(tables), "--unknowns", str(unknowns), "--budget", "16"]
+    arguments = [
+        "--tables",
+        str(tables),
+        "--unknowns",
+        str(unknowns),
+        "--budget",
+        "22",
+        "--rounds",
+        "6",
+    ]
     status = command.main([*arguments, "--trials", "1", "--jobs", "1", "--out", str(out)])
     assert status == 0
     result = json.loads((out / "identification.json").read_text(encoding="utf-8"))
-    ((found,),) = (block["values"] for block in result["blocks"])
+    (run,) = result["runs"]
+    ((found,),) = (block["values"] for block in run["blocks"])
     # A control cycle at full speed is 2.5 cm, half a cell of the costmap.
     assert found["found"] == pytest.approx(TRUE_FRONT_M, abs=0.026)
-    assert result["scores"]["fitted"]["together"]["median_error"] == pytest.approx(0.0, abs=1e-3)
-    assert result["scores"]["shipped"]["together"]["median_error"] > 0.05
+    assert run["scores"]["fitted"]["together"]["median_error"] == pytest.approx(0.0, abs=1e-3)
+    assert run["scores"]["shipped"]["together"]["median_error"] > 0.05
     page = (out / "identification.md").read_text(encoding="utf-8")
     assert "Nothing was held out: what agrees here is fitted, and confirms nothing." in page

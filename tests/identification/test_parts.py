@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import math
+import time
 
 import numpy as np
 import pytest
 
 from drake_navbench.errors import InputError
-from drake_navbench.identification.budget import Budget, parse_budget, shares
-from drake_navbench.identification.folds import Fold, folds_of, tasks_of
+from drake_navbench.identification.budget import Budget, drive_design, parse_budget
+from drake_navbench.identification.design import design_points, point_of, settings_at
+from drake_navbench.identification.emulator import Driven, emulator_of, kernels_of, places_of
+from drake_navbench.identification.folds import Context, Fit, Fold, Search, folds_of
+from drake_navbench.identification.gaussian_process import GaussianProcess, Kernel, fit_kernel
 from drake_navbench.identification.layouts import LAYOUTS, with_layout
-from drake_navbench.identification.profile import profiles
+from drake_navbench.identification.minimum import snapped
+from drake_navbench.identification.profile import Profile, profiles
 from drake_navbench.identification.ranges import grid_of, place_of, value_at
 from drake_navbench.identification.scores import ceiling, mean_error, score
-from drake_navbench.identification.search import Evaluation
+from drake_navbench.identification.seeds import is_told
 from drake_navbench.identification.targets import Cell, Pair, Targets, published_targets
-from drake_navbench.identification.unknowns import Settings, load_unknowns
+from drake_navbench.identification.unknowns import Block, Settings, load_unknowns
 from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, load_scenario
 from drake_navbench.tuning.search_space import Dimension
 
@@ -78,12 +83,31 @@ def test_other_budgets_are_refused(text):
         parse_budget(text)
 
 
-def test_time_is_shared_by_what_has_to_be_driven_but_nobody_gets_less_than_the_least():
-    first, second = shares(Budget(seconds=100.0), [1, 3])
-    assert (first.seconds, second.seconds) == (25.0, 75.0)
-    assert not first.is_used_up(7, 1000.0)
-    assert first.is_used_up(8, 25.0)
-    assert not first.is_used_up(8, 24.0)
+def test_of_a_time_as_much_is_driven_as_leaves_the_rest_for_the_folds(tmp_path, monkeypatch):
+    """Each setting takes 2 s; 100 s are 50 settings, of which 3 folds need 10 each."""
+    clock = [0.0]
+    monkeypatch.setattr(time, "monotonic", lambda: clock[0])
+    driven = []
+
+    def drive(first: int, last: int) -> None:
+        driven.append((first, last))
+        clock[0] += 2.0 * (last - first)
+
+    notes = tmp_path / "driven.json"
+    assert drive_design(Budget(seconds=100.0), 3, 10, drive, notes) == 16
+    assert driven == [(0, 8), (8, 16)]
+    # With twice the time a run goes on from there: 100 settings, of which 70 are left.
+    assert drive_design(Budget(seconds=200.0), 3, 10, drive, notes) == 64
+    assert driven[2:] == [(first, first + 8) for first in range(16, 64, 8)]
+
+
+def test_of_a_number_the_folds_own_settings_are_taken_off(tmp_path):
+    driven = []
+    count = drive_design(
+        Budget(evaluations=50), 3, 10, lambda *ends: driven.append(ends), tmp_path / "driven.json"
+    )
+    assert count == 20
+    assert driven == [(0, 8), (8, 16), (16, 20)]
 
 
 @pytest.mark.parametrize("name", PUBLISHED_SCENARIOS)
@@ -123,6 +147,14 @@ def test_a_wall_is_moved_and_the_box_stays_closed():
         assert side[:, 0].max() == pytest.approx(4.125)
 
 
+def test_a_goal_at_a_bearing_is_as_far_and_faces_away_from_the_start():
+    shipped = load_scenario("restricted_small")
+    scenario = with_layout(shipped, {"bearing_deg": 30.0})
+    assert scenario.goal == pytest.approx((8.8 * math.sqrt(0.75), 4.4, math.pi / 6.0))
+    for ours, theirs in zip(scenario.world.obstacles, shipped.world.obstacles, strict=True):
+        assert np.allclose(ours.outline, theirs.outline, atol=1e-6)
+
+
 def test_noise_at_the_wall_is_a_share_of_the_noise_elsewhere():
     unknowns = load_unknowns(None, published_targets(), "wheelchair")
     settings = Settings(base={"localization.xy_std_m": 0.01, "wall_noise_ratio": 0.25})
@@ -136,29 +168,76 @@ def test_noise_at_the_wall_is_a_share_of_the_noise_elsewhere():
     assert noise_m("restricted_small") == 0.0025
 
 
+def planted_deviation(places):
+    """Of a cell: right in the middle of its unknowns, wrong altogether where all are at an end."""
+    return 2.0 * places.mean(axis=-1) - 1.0
+
+
+def planted_context(blocks, targets, points):
+    """What searches have in common, and what was driven: see `planted_deviation`."""
+    places = places_of(blocks, targets.values)
+    deviations = {cell: points[:, places[cell]].mean(axis=1) - 0.5 for cell in list(targets.values)}
+    kernel = {cell: Kernel(np.full(len(places[cell]), 1.5), 0.1) for cell in targets.values}
+    return Context(kernel, places, targets, seed=0), Driven(points, deviations)
+
+
 def test_no_search_of_a_fold_sees_a_cell_that_is_held_out():
     targets = published_targets()
     unknowns = load_unknowns(None, targets, "wheelchair")
+    points = design_points(unknowns.blocks, 16, seed=0)
+    context, design = planted_context(unknowns.blocks, targets, points)
     folds = folds_of(targets)
     assert len(folds) == 1 + 5 + 4
     for fold in folds:
-        tasks = list(tasks_of(fold, unknowns, targets))
-        assert tasks
-        for task in tasks:
-            for cell in task.cells:
-                assert cell.scenario != fold.scenario
-                assert cell.controller != fold.controller
-        if fold.controller:
-            assert "own" not in {task.block.kind for task in tasks}
+        search = Search(fold, unknowns.blocks, targets.values, design, context)
+        fit = search.fit()
+        assert len(fit.cells) == len(fit.emulator.driven.deviations) == len(fit.emulator.processes)
+        assert not any(fold.is_held_out(cell) for cell in fit.emulator.processes)
+        assert not any(fold.is_held_out(pair) for pair in search.pairs)
+        # Of what only held-out cells tell nothing is found.
+        assert fold.scenario not in fit.settings.layouts
+        assert fold.controller not in fit.settings.own
+        assert len(fit.settings.layouts) + len(fit.settings.own) == (9 if fold == Fold() else 8)
 
 
-def test_a_layout_is_searched_by_its_scenario_and_own_settings_by_their_column():
+def test_a_fold_finds_the_settings_where_its_cells_are_right():
+    targets = published_targets().only(["empty", "restricted_small"], ["rpp", "dwb"])
+    unknowns = load_unknowns(None, targets, "wheelchair")
+    points = design_points(unknowns.blocks, 64, seed=0)
+    context, design = planted_context(unknowns.blocks, targets, points)
+    search = Search(Fold(), unknowns.blocks, targets.values, design, context)
+    before = search.fit().error
+    for _ in range(3):
+        proposed = search.proposal()
+        point = point_of(unknowns.blocks, proposed)
+        numbers = {
+            cell: value + targets.scales[cell] * planted_deviation(point[context.places[cell]])
+            for cell, value in targets.values.items()
+        }
+        search.learn(proposed, numbers)
+    assert before > 0.01
+    assert search.fit().error < 0.4 * before
+
+
+def test_a_layout_is_told_by_its_scenario_and_own_settings_by_their_column():
     targets = published_targets()
-    for task in tasks_of(Fold(), load_unknowns(None, targets, "wheelchair"), targets):
-        if task.block.kind == "layouts":
-            assert {cell.scenario for cell in task.cells} == {task.block.name}
-        if task.block.kind == "own":
-            assert {cell.controller for cell in task.cells} == {task.block.name}
+    blocks = load_unknowns(None, targets, "wheelchair").blocks
+    owners = [block for block in blocks for _ in block.dimensions]
+    for cell, places in places_of(blocks, targets.values).items():
+        names = {owners[place].name for place in places}
+        assert names == {"base", cell.scenario, cell.controller}
+
+
+def test_more_points_of_a_design_begin_with_the_same_ones_and_are_found_again_from_settings():
+    blocks = load_unknowns(None, published_targets(), "wheelchair").blocks
+    few, many = design_points(blocks, 8, seed=1), design_points(blocks, 24, seed=1)
+    assert (many[:8] == few).all()
+    assert not (design_points(blocks, 8, seed=2) == few).all()
+    settings = settings_at(blocks, few[3])
+    point = point_of(blocks, settings)
+    assert settings_at(blocks, point) == settings
+    # What was rounded moved by no more than half a choice of two.
+    assert np.abs(point - few[3]).max() <= 0.5
 
 
 DIMENSIONS = (
@@ -178,19 +257,33 @@ def test_places_of_values_are_found_again(dimension):
     assert [value_at(dimension, place_of(dimension, value)) for value in values] == values
 
 
+BLOCK = Block("base", "base", DIMENSIONS, {})
+CELL = Cell("empty", "time_taken", "rpp")
+
+
+def fit_of(points, deviations) -> Fit:
+    """What is known of one cell that hangs on one block."""
+    places = places_of([BLOCK], [CELL])
+    driven = Driven(points, {CELL: deviations})
+    emulator = emulator_of(driven, kernels_of(driven, places), places)
+    best = int(np.argmin(np.abs(deviations)))
+    settings = settings_at([BLOCK], points[best])
+    return Fit(settings, (BLOCK,), (CELL,), abs(deviations[best]), points[best], emulator)
+
+
 def test_a_profile_tells_what_matters_and_says_of_the_rest_that_it_does_not():
+    points = snapped([BLOCK], design_points([BLOCK], 96, seed=0))
     generator = np.random.default_rng(0)
-    evaluations = []
-    for _ in range(48):
-        values = {d.name: value_at(d, float(generator.random())) for d in DIMENSIONS}
-        error = (
-            (values["length"] - 1.3) ** 2
-            + math.log10(values["weight"] / 10.0) ** 2
-            + (0.3 if values["way"] == "left" else 0.0)
-            + generator.normal(0.0, 0.003)
-        )
-        evaluations.append(Evaluation(values, error))
-    found = {profile.name: profile for profile in profiles(DIMENSIONS, evaluations)}
+    length, weight, way = points[:, 0], points[:, 1], points[:, 4]
+    deviations = (
+        2.0 * (length - 0.65) ** 2
+        + 2.0 * (weight - 0.5) ** 2
+        + np.where(way == 0.0, 0.3, 0.0)
+        + generator.normal(0.0, 0.003, size=len(points))
+    )
+    fit = fit_of(points, deviations)
+    found = {profile.name: profile for profile in profiles([BLOCK], BLOCK, fit)}
+    # 0.65 of the range from 0 to 2, and the middle between 1 and 100 by factors.
     assert found["length"].low <= 1.3 <= found["length"].high
     assert found["length"].high - found["length"].low < 1.0
     assert found["weight"].low <= 10.0 <= found["weight"].high
@@ -202,9 +295,55 @@ def test_a_profile_tells_what_matters_and_says_of_the_rest_that_it_does_not():
 
 
 def test_a_profile_of_mere_chance_tells_nothing():
-    generator = np.random.default_rng(1)
-    evaluations = [
-        Evaluation({d.name: value_at(d, float(generator.random())) for d in DIMENSIONS}, error)
-        for error in generator.normal(1.0, 0.1, size=32)
-    ]
-    assert not any(profile.is_told for profile in profiles(DIMENSIONS, evaluations))
+    points = snapped([BLOCK], design_points([BLOCK], 32, seed=0))
+    deviations = np.random.default_rng(1).normal(0.5, 0.05, size=len(points))
+    assert not any(p.is_told for p in profiles([BLOCK], BLOCK, fit_of(points, deviations)))
+
+
+def test_a_gaussian_process_foretells_a_smooth_function_and_knows_how_well():
+    generator = np.random.default_rng(0)
+    points, others = generator.random((60, 3)), generator.random((200, 3))
+
+    def function(at):
+        return np.sin(3.0 * at[:, 0]) + at[:, 1] ** 2
+
+    process = GaussianProcess(fit_kernel(points, function(points)), points, function(points))
+    foretold = process.foretell(others)
+    errors = foretold.means - function(others)
+    assert np.abs(errors).max() < 0.05
+    # The third dimension does not matter: its length scale is the longest.
+    assert np.argmax(process.kernel.lengths) == 2
+    assert np.mean(np.abs(errors) < 3.0 * foretold.deviations) > 0.95
+    left_out = process.foretell_left_out()
+    by_hand = GaussianProcess(process.kernel, points[1:], function(points[1:])).foretell(points[:1])
+    assert left_out.means[0] == pytest.approx(by_hand.means[0], abs=2e-3)
+
+
+def test_an_expected_error_counts_what_is_not_known():
+    """Far from all that was driven a deviation of 0 +- s is off by s sqrt(2 / pi)."""
+    kernel = Kernel(np.array([0.01]), 0.001)
+    points, deviations = np.array([[0.2], [0.4]]), np.array([-0.1, 0.1])
+    driven = Driven(points, {CELL: deviations})
+    emulator = emulator_of(driven, {CELL: kernel}, {CELL: np.array([0])})
+    near, far = emulator.expected_errors(np.array([[0.2], [0.9]]), [CELL])
+    assert near == pytest.approx(0.1, abs=1e-3)
+    assert far == pytest.approx(0.1 * math.sqrt(2.0 / math.pi), abs=1e-3)
+
+
+def test_several_seeds_tell_a_value_where_all_that_is_as_good_lies_within_half_of_the_range():
+    length = DIMENSIONS[0]
+    # Of 2 m: 0.1, 0.2 and 0.5 of the range.
+    first = Profile("length", 1.0, 0.9, 1.1, (), 0.1)
+    second = Profile("length", 1.3, 1.2, 1.6, (), 0.2)
+    far = Profile("length", 0.2, 0.0, 1.0, (), 0.5)
+    assert is_told(length, [first])
+    # 0.9 to 1.6 m; then 0 to 1.1 m, which is more than half.
+    assert is_told(length, [first, second])
+    assert not is_told(length, [first, far])
+    blank = Profile("length", 1.0, 0.0, 2.0, (), 1.0)
+    assert not is_told(length, [first, blank])
+    way = DIMENSIONS[4]
+    left = Profile("way", "left", "left", "left", ("left",), 1 / 3)
+    right = Profile("way", "right", "right", "right", ("right",), 1 / 3)
+    assert is_told(way, [left, left])
+    assert not is_told(way, [left, right])

@@ -8,16 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_navbench.kernels.car_curves import (
-    LEFT,
-    NONE,
-    PIECES,
-    RIGHT,
-    STRAIGHT,
     curve_knots,
     direction_changes,
     pose_on_curve,
     shortest_curve,
 )
+from drake_navbench.kernels.curve_pieces import LEFT, NONE, PIECES, RIGHT, STRAIGHT
 
 
 def curve(start, end, *, radius=1.0, reverses=False):

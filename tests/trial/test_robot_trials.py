@@ -16,7 +16,8 @@ from drake_navbench.inputs.robot import ROBOT_FILES, load_robot
 from drake_navbench.inputs.timeline import Timeline
 from drake_navbench.inputs.world import Box, World
 from drake_navbench.kernels.grid import FREE, LETHAL, cost_at
-from drake_navbench.log import Outcome, Scan
+from drake_navbench.log import Outcome
+from drake_navbench.logged_scans import Scan
 from drake_navbench.run import build_parser
 from drake_navbench.systems.lidar import Lidar
 from drake_navbench.systems.ports import STATE_SIZE

@@ -20,7 +20,8 @@ from drake_navbench.kernels.path_geometry import path_length
 from drake_navbench.log import UNREPEATABLE_COLUMNS, Outcome, TrialLog
 from drake_navbench.trial.column_controller import make_controller
 from drake_navbench.trial.spec import TrialSpec
-from drake_navbench.trial.trial import failed_log, simulate
+from drake_navbench.trial.trial import simulate
+from drake_navbench.trial.trial_log import failed_log
 from drake_navbench.typed_files.typed_yaml import validate
 
 PUBLISHED_RPP = {

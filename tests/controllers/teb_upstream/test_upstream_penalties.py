@@ -7,7 +7,7 @@ import pytest
 from upstream_scenes import OBSTACLES, around, evaluate, settings, straight
 
 from drake_navbench.controllers.teb_upstream.association import attach
-from drake_navbench.controllers.teb_upstream.penalties import (
+from drake_navbench.controllers.teb_upstream.normal_equations import (
     OBSTACLE_COST,
     OTHER_COST,
     STRIDE,

@@ -3,15 +3,10 @@
 import numpy as np
 
 from drake_navbench.controllers.teb_band_cholesky import BANDWIDTH
+from drake_navbench.controllers.teb_upstream.normal_equations import COST_KINDS, STRIDE, System
 from drake_navbench.controllers.teb_upstream.optimizer import Rounds
 from drake_navbench.controllers.teb_upstream.parameters import TebUpstreamParameters
-from drake_navbench.controllers.teb_upstream.penalties import (
-    COST_KINDS,
-    STRIDE,
-    Surroundings,
-    System,
-    add_edges,
-)
+from drake_navbench.controllers.teb_upstream.penalties import Surroundings, add_edges
 from drake_navbench.controllers.teb_upstream.planner import association, penalty_terms, rounds
 from drake_navbench.controllers.teb_upstream.robot_models import RobotModel, circles
 

@@ -1,0 +1,159 @@
+"""What a results folder tells of its run: the manifest and the resolved inputs."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Sequence
+from datetime import datetime
+from hashlib import sha256
+from importlib.metadata import version
+from typing import Any
+
+import yaml
+from pydantic import ConfigDict
+
+from drake_navbench import __version__
+from drake_navbench.campaign.campaign import Campaign
+from drake_navbench.campaign.request import Request
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.presets import as_yaml
+from drake_navbench.processes.fingerprint import Fingerprint
+from drake_navbench.processes.machine import circumstances
+from drake_navbench.results import ResultsFolder, file_name, remove_unfinished, write_text
+from drake_navbench.typed_files.typed_yaml import FrozenModel
+
+PACKAGES_IN_MANIFEST = ("drake", "numba", "numpy", "pandas", "pyarrow", "scipy")
+
+
+class Begun(FrozenModel):
+    """What a manifest must tell of a run that is to be resumed."""
+
+    model_config = ConfigDict(extra="ignore")
+
+    request: Request
+    inputs: dict[str, str]
+    identity: str
+    drake_navbench: str
+    wall_clock_s: float = 0.0
+
+
+def begin(folder: ResultsFolder, campaign: Campaign, request: Request | None, jobs: int) -> None:
+    """Writes the manifest and the resolved inputs; without a request it cannot be resumed."""
+    inputs = _inputs(campaign)
+    remove_unfinished(folder.path)
+    asked = {} if request is None else {"request": request.model_dump(mode="json")}
+    machines = {"machines": [circumstances(jobs)]}
+    folder.write_manifest(asked | machines | _manifest(campaign, inputs))
+    _write_inputs(folder, inputs)
+
+
+def complete(folder: ResultsFolder, campaign: Campaign, jobs: int) -> None:
+    """Makes up for what the end of a run, at any moment, may have kept it from writing.
+
+    The manifest tells of every machine, or number of workers, with which the run went on.
+    """
+    remove_unfinished(folder.path)
+    manifest = folder.read_manifest()
+    manifest["machines"] = [*manifest.get("machines", []), circumstances(jobs)]
+    folder.write_manifest(manifest)
+    _write_inputs(folder, _inputs(campaign))
+
+
+def require_same_inputs(folder: ResultsFolder, campaign: Campaign, begun: Begun) -> None:
+    for name, digest in _hashes(_inputs(campaign)).items():
+        if begun.inputs.get(name) != digest:
+            raise InputError(
+                f"--resume {folder.path}: inputs/{name} is no longer what the run began with; "
+                "expected unchanged scenarios, robots and parameters"
+            )
+    if begun.drake_navbench != __version__:
+        raise InputError(
+            f"--resume {folder.path}: begun with version {begun.drake_navbench}, "
+            f"this is {__version__}"
+        )
+    if begun.identity != campaign.identity:
+        raise InputError(f"--resume {folder.path}: its trials are no longer those that it began")
+
+
+def add_wall_clock(folder: ResultsFolder, wall_s: float) -> None:
+    """Adds the time that the trials took to the manifest; a resumed run took both times."""
+    manifest = folder.read_manifest()
+    manifest["wall_clock_s"] = manifest.get("wall_clock_s", 0.0) + wall_s
+    folder.write_manifest(manifest)
+
+
+def add_cluster(folder: ResultsFolder, machines: Sequence[tuple[Fingerprint, int]]) -> str:
+    """Adds to the manifest who drove how many trials; returns a warning where processors differ.
+
+    Compiled kernels round as the processor does: only trials of equal ones are equal to the bit.
+    """
+    manifest = folder.read_manifest()
+    driven = [{"trials": count, **found._asdict()} for found, count in machines]
+    manifest["cluster"] = [*manifest.get("cluster", []), *driven]
+    folder.write_manifest(manifest)
+    kinds = {entry["features"]: entry["processor"] for entry in manifest["cluster"]}
+    if len(kinds) == 1:
+        return ""
+    return (
+        f"driven on {len(kinds)} kinds of processors, which may round differently: "
+        f"{', '.join(kinds.values())}; manifest.json tells"
+    )
+
+
+def _write_inputs(folder: ResultsFolder, inputs: dict[str, str]) -> None:
+    for name, text in inputs.items():
+        write_text(folder.path / "inputs" / name, text)
+
+
+def _manifest(campaign: Campaign, inputs: dict[str, str]) -> dict[str, Any]:
+    nav2 = campaign.nav2
+    own = {} if nav2 is None else {name: nav2.stand_ins_of(name) for name in campaign.columns}
+    return {
+        "stand_ins": [] if nav2 is None else nav2.stand_ins_of_all(),
+        "stand_ins_of_columns": {name: lines for name, lines in own.items() if lines},
+        "scenarios": campaign.scenarios,
+        "suites": campaign.suites,
+        "controllers": campaign.columns,
+        "controller_files": {
+            preset.name: preset.file_hashes for preset in campaign.presets if preset.file_hashes
+        },
+        "sweep": campaign.sweep,
+        "inputs": _hashes(inputs),
+        "identity": campaign.identity,
+        "drake_navbench": __version__,
+        "python": platform.python_version(),
+        "packages": {name: version(name) for name in PACKAGES_IN_MANIFEST},
+        **({"plugins": campaign.foreign_code} if campaign.foreign_code else {}),
+        "platform": f"{platform.system()} {platform.machine()}",
+        "created": datetime.now().astimezone().isoformat(timespec="seconds"),
+    }
+
+
+def _inputs(campaign: Campaign) -> dict[str, str]:
+    """Returns every resolved input file of a campaign: name in inputs/ -> text.
+
+    Of maps and masks, and of files that controllers consist of or read, there are hashes only.
+    """
+    texts = {}
+    for spec in {spec.scenario.name: spec for spec in campaign.specs}.values():
+        scenario, name = spec.scenario, file_name(spec.scenario.name)
+        texts[f"scenarios/{name}.yaml"] = _dump(scenario.model_dump(mode="json", exclude={"name"}))
+        if scenario.files:
+            texts[f"scenarios/{name}.maps.yaml"] = _dump(scenario.file_hashes)
+        texts[f"robots/{name}.yaml"] = _dump(spec.robot.model_dump(mode="json"))
+    for preset in campaign.presets:
+        texts[f"controllers/{file_name(preset.name)}.yaml"] = as_yaml(preset)
+        if hashes := preset.file_hashes:
+            texts[f"controllers/{file_name(preset.name)}.files.yaml"] = _dump(hashes)
+    if campaign.nav2 is not None:
+        texts["nav2_robot.yaml"] = campaign.nav2.robot_file()
+        texts["nav2_check.txt"] = campaign.nav2.check.as_text() + "\n"
+    return texts
+
+
+def _dump(data: dict[str, Any]) -> str:
+    return yaml.safe_dump(data, sort_keys=False)
+
+
+def _hashes(inputs: dict[str, str]) -> dict[str, str]:
+    return {name: sha256(text.encode()).hexdigest() for name, text in inputs.items()}

@@ -1,0 +1,61 @@
+"""Where the plan of a scenario comes from: the global planner, or the file itself."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, field_validator
+
+from drake_navbench.inputs.world import Point
+from drake_navbench.navigation.smoother_settings import SmootherSettings
+from drake_navbench.typed_files.quantities import CellSize, Length
+from drake_navbench.typed_files.typed_yaml import FrozenModel
+
+
+class Straight(FrozenModel):
+    """A straight piece of a given plan."""
+
+    straight_m: Length = Field(gt=0.0, description="Length [m].")
+
+
+class Arc(FrozenModel):
+    """A circular piece of a given plan."""
+
+    arc_deg: float = Field(ge=-360.0, le=360.0, description="Turn, positive to the left [deg].")
+    radius_m: Length = Field(gt=0.0, description="Radius [m].")
+
+
+class GridPlan(FrozenModel):
+    """The plan comes from the global planner, whose settings are the robot's."""
+
+    type: Literal["planner"]
+    smoother: SmootherSettings | None = Field(
+        None, description="What smooths the planner's path; null leaves it as it is."
+    )
+
+    @field_validator("smoother", mode="before")
+    @classmethod
+    def _accept_name(cls, value: Any) -> Any:
+        """Takes a smoother's name alone, or 'none'."""
+        if value == "none":
+            return None
+        return {"type": value} if isinstance(value, str) else value
+
+
+class ElementsPlan(FrozenModel):
+    """The plan is given as straights and arcs from the start pose."""
+
+    type: Literal["elements"]
+    elements: list[Straight | Arc] = Field(min_length=1, description="Pieces in order.")
+    spacing_m: CellSize = Field(0.05, description="Distance between plan poses [m].")
+
+
+class PolylinePlan(FrozenModel):
+    """The plan is given as corner points; the first should be the start."""
+
+    type: Literal["polyline"]
+    points: list[Point] = Field(min_length=2, description="Corners [m].")
+    spacing_m: CellSize = Field(0.05, description="Distance between plan poses [m].")
+
+
+Plan = Annotated[GridPlan | ElementsPlan | PolylinePlan, Field(discriminator="type")]

@@ -1,0 +1,90 @@
+"""What a scenario file says of its world, and of the floors of a building."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic import (
+    Field,
+    SerializerFunctionWrapHandler,
+    field_validator,
+    model_serializer,
+    model_validator,
+)
+
+from drake_navbench.costmaps.filter_masks import FilterDescription
+from drake_navbench.inputs.moving import MAX_MOVING, MovingObstacle
+from drake_navbench.inputs.people import People
+from drake_navbench.inputs.world import Obstacle, Point
+from drake_navbench.typed_files.typed_yaml import FrozenModel
+
+
+class WorldDescription(FrozenModel):
+    """What is in the world: the occupied cells of a map, shapes, and what moves."""
+
+    map: str | None = Field(
+        None, description="Map file of Nav2's map_server, relative to the scenario's folder."
+    )
+    obstacles: list[Obstacle] = Field(default_factory=list, description="Shapes in the world.")
+    moving_obstacles: list[MovingObstacle] = Field(
+        default_factory=list,
+        max_length=MAX_MOVING,
+        description="What moves along timed waypoints, whatever the robot does; no map shows it.",
+    )
+    people: People | None = Field(
+        None, description="Those who walk, by a model or as they were recorded."
+    )
+
+    @model_serializer(mode="wrap")
+    def _as_plain(self, plain: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leaves out what moves where nothing does."""
+        values: dict[str, Any] = plain(self)
+        if not self.moving_obstacles:
+            values.pop("moving_obstacles", None)
+        if self.people is None:
+            values.pop("people", None)
+        return values
+
+
+def require_one_of_each(filters: list[FilterDescription]) -> list[FilterDescription]:
+    """Returns filters of which none is there twice that may be there once."""
+    names = [entry.filter_name for entry in filters]
+    for name in ("speed_filter", "binary_filter"):
+        if names.count(name) > 1:
+            raise ValueError(
+                f"expected one {name} at most, found {names.count(name)}; give it several areas"
+            )
+    return filters
+
+
+class Floor(FrozenModel):
+    """One floor of a building, or one of the maps that a building is split into."""
+
+    name: str = Field(min_length=1, description="What the mission and the lifts call it.")
+    world: WorldDescription = Field(
+        default_factory=WorldDescription, description="What is there, in the frame of its map."
+    )
+    filters: list[FilterDescription] = Field(
+        default_factory=list, description="Areas of keepout, of limited speed or of a binary state."
+    )
+    origin: Point | None = Field(
+        None,
+        description="Where the frame of its map lies in the building [m], for maps of one storey "
+        "that meet; null: a storey of its own.",
+    )
+    storey: str = Field(
+        "", description="Which storey it is a part of, where several are split into maps."
+    )
+
+    @model_validator(mode="after")
+    def _check_storey(self) -> Floor:
+        if self.storey and self.origin is None:
+            raise ValueError(
+                f"storey: expected an origin as well, where in {self.storey} its map lies"
+            )
+        return self
+
+    @field_validator("filters")
+    @classmethod
+    def _check_one_of_each(cls, filters: list[FilterDescription]) -> list[FilterDescription]:
+        return require_one_of_each(filters)

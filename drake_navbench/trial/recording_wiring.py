@@ -1,0 +1,121 @@
+"""The wiring of what looks on: it measures, keeps and shows, and changes nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from pydrake.systems.framework import DiagramBuilder, OutputPort
+
+from drake_navbench.inputs.robot import Robot
+from drake_navbench.inputs.world import World
+from drake_navbench.moment import Moment
+from drake_navbench.systems.clearance import Clearance
+from drake_navbench.systems.controller_server import ControllerServer
+from drake_navbench.systems.floor_aware import FloorClock
+from drake_navbench.systems.moving_world import MovingWorld
+from drake_navbench.systems.navigator import Navigator
+from drake_navbench.systems.recorder import Recorder
+from drake_navbench.systems.tree_navigator import TreeNavigator
+from drake_navbench.systems.viewer import Viewer
+from drake_navbench.trial.navigation_wiring import Signals, connect_inputs, connect_world
+from drake_navbench.trial.timing import CONTROLLER_OFFSET_S
+
+CLEARANCE_PERIOD_S = 0.05
+CLEARANCE_OFFSET_S = CONTROLLER_OFFSET_S
+RECORDER_PERIOD_S = 0.02
+
+
+def add_clearance(
+    builder: DiagramBuilder,
+    robot: Robot,
+    world: World,
+    moving_world: MovingWorld | None,
+    signals: Signals,
+    costmap: OutputPort,
+    floor_clock: FloorClock | None,
+) -> Clearance:
+    """Adds what measures the distance to the obstacles."""
+    clearance = builder.AddNamedSystem(
+        "clearance",
+        Clearance(
+            world,
+            footprint=robot.outline,
+            period_s=CLEARANCE_PERIOD_S,
+            offset_s=CLEARANCE_OFFSET_S,
+            floor_clock=floor_clock,
+        ),
+    )
+    connect_inputs(builder, clearance, state=signals.state, costmap=costmap)
+    connect_world(builder, signals, clearance)
+    if moving_world is not None:
+        connect_inputs(builder, clearance, moving=moving_world.GetOutputPort("outlines"))
+    return clearance
+
+
+def add_recorder(
+    builder: DiagramBuilder,
+    navigator: Navigator | TreeNavigator,
+    server: ControllerServer,
+    moving_world: MovingWorld | None,
+    signals: Signals,
+    *,
+    command: OutputPort,
+    distances: OutputPort,
+    costmap: OutputPort | None,
+) -> Recorder:
+    """Adds the recorder, which listens to a behaviour tree and to people where there are any.
+
+    command: what the wheels are told, before anything in between. costmap: None is not kept.
+    """
+    person_count = 0 if moving_world is None else moving_world.person_count
+    recorder = builder.AddNamedSystem(
+        "recorder", Recorder(period_s=RECORDER_PERIOD_S, person_count=person_count)
+    )
+    connect_inputs(
+        builder,
+        recorder,
+        state=signals.state,
+        scan=signals.scan,
+        estimate=signals.estimate,
+        command=command,
+        distances=distances,
+        server_state=server.GetOutputPort("server_state"),
+    )
+    if costmap is not None:
+        connect_inputs(builder, recorder, costmap=costmap)
+    connect_world(builder, signals, recorder)
+    if isinstance(navigator, TreeNavigator):
+        navigator_state = navigator.GetOutputPort("navigator_state")
+        connect_inputs(builder, recorder, navigator_state=navigator_state)
+    if moving_world is not None and person_count:
+        connect_inputs(builder, recorder, people=moving_world.GetOutputPort("people"))
+    return recorder
+
+
+def add_viewer(
+    builder: DiagramBuilder,
+    watch: Callable[[Moment], None],
+    navigator: Navigator | TreeNavigator,
+    server: ControllerServer,
+    moving_world: MovingWorld | None,
+    signals: Signals,
+    costmap: OutputPort,
+) -> Viewer:
+    """Adds what hands each sample to `watch`."""
+    moving_count = 0 if moving_world is None else moving_world.body_count
+    viewer = builder.AddNamedSystem(
+        "viewer", Viewer(watch, period_s=RECORDER_PERIOD_S, moving_count=moving_count)
+    )
+    connect_inputs(
+        builder,
+        viewer,
+        state=signals.state,
+        scan=signals.scan,
+        plan=navigator.GetOutputPort("plan"),
+        costmap=costmap,
+        server_state=server.GetOutputPort("server_state"),
+    )
+    connect_world(builder, signals, viewer)
+    if moving_world is not None:
+        connect_inputs(builder, viewer, moving_poses=moving_world.GetOutputPort("poses"))
+    return viewer
