@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, model_validator
 
-from drake_navbench.controller import ControllerParameters
+from drake_navbench.controller import ROBOT_OUTLINE, ControllerParameters
 from drake_navbench.typed_files.quantities import Length
 from drake_navbench.typed_files.typed_yaml import parse_yaml, tuples_for_lists
 
@@ -78,3 +79,17 @@ class FootprintModel(ControllerParameters):
         if self.type == "polygon":
             return np.array(self.vertices, dtype=np.float64)
         return footprint
+
+
+def footprint_of_original(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns a given `footprint_model` as teb_local_planner reads it.
+
+    It has no from_footprint, which is a polygon of the same corners there, and wants those of a
+    polygon in one text.
+    """
+    if values.get("type") == "from_footprint":
+        return {"type": "polygon", "vertices": ROBOT_OUTLINE}
+    own = dict(values)
+    if isinstance(own.get("vertices"), list | tuple):
+        own["vertices"] = str([[float(x), float(y)] for x, y in own["vertices"]])
+    return own

@@ -45,6 +45,8 @@ Nav2Release = Literal["humble", "iron", "jazzy", "kilted", "lyrical"]
 NAV2_RELEASES: Final[tuple[str, ...]] = get_args(Nav2Release)
 NEWEST_RELEASE: Final = "lyrical"
 RELEASE_FIELD: Final = "nav2_release"
+# In the parameters of an original: the robot's outline, as Nav2 writes it in one text.
+ROBOT_OUTLINE: Final = "<the robot's outline>"
 NO_PLAN = read_only(np.empty((0, 3)))
 
 
@@ -264,7 +266,7 @@ class ControllerParameters(BaseModel):
         """Returns given values, nested, as the original of a release of Nav2 has them.
 
         The same without the port's own `nav2_release`, but where a release has other names, or
-        another form.
+        another form. ROBOT_OUTLINE stands for a text that only the robot gives.
         """
         return {name: value for name, value in values.items() if name != "nav2_release"}
 
@@ -287,10 +289,6 @@ class ControllerParameters(BaseModel):
         """
         return {}
 
-    def inner_controllers(self) -> tuple[str, ...]:
-        """Returns the names of the registered controllers that it drives with."""
-        return ()
-
     def turns_in_place(self) -> bool:
         """Returns whether it may command a rotation without translation, which no car follows."""
         return True
@@ -309,7 +307,8 @@ class Controller(Protocol):
     """A controller plugin. The class is what an entry point names.
 
     Parameters: its parameter model, with Nav2's names, types and defaults.
-    nav2_plugin: Nav2's plugin type, by which a Nav2 parameter file selects this controller.
+    nav2_plugin: Nav2's plugin type, by which a Nav2 parameter file selects this controller. A port
+    of a plugin that selects another controller names it as `original_plugin`.
     """
 
     Parameters: ClassVar[type[ControllerParameters]]

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.controller import (
+    ROBOT_OUTLINE,
     ControllerError,
     ControllerSetup,
     ControllerTFError,
@@ -43,7 +44,7 @@ def configure_message(setup: ControllerSetup, parameters: Mapping[str, Any]) -> 
     return {
         "call": "configure",
         "protocol": PROTOCOL_VERSION,
-        "parameters": parameters,
+        "parameters": _with_outline(parameters, str(setup.footprint.tolist())),
         "control_period_s": setup.control_period_s,
         "footprint": setup.footprint.tolist(),
         "footprint_is_circle": setup.footprint_is_circle,
@@ -60,6 +61,12 @@ def configure_message(setup: ControllerSetup, parameters: Mapping[str, Any]) -> 
         "tracks_unknown_space": setup.tracks_unknown_space,
         "wants_diagnostics": setup.wants_diagnostics,
     }
+
+
+def _with_outline(value: Any, outline: str) -> Any:
+    if isinstance(value, Mapping):
+        return {name: _with_outline(each, outline) for name, each in value.items()}
+    return outline if value == ROBOT_OUTLINE else value
 
 
 def not_read_of(answer: Mapping[str, Any]) -> tuple[str, ...]:

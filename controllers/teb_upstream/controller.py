@@ -48,7 +48,9 @@ class UpstreamTimedElasticBand:
     """
 
     Parameters: ClassVar[type[TebUpstreamParameters]] = TebUpstreamParameters
+    # A Nav2 parameter file with this plugin selects `teb`.
     nav2_plugin: ClassVar[str | None] = None
+    original_plugin: ClassVar[str] = "teb_local_planner::TebLocalPlannerROS"
 
     def __init__(self, parameters: TebUpstreamParameters, setup: ControllerSetup) -> None:
         self._parameters = parameters
@@ -183,7 +185,13 @@ def robot_model(parameters: TebUpstreamParameters, setup: ControllerSetup) -> Ro
     """Returns the robot's shape for the optimiser."""
     model = parameters.footprint_model
     discs = model.circles()
-    return circles(discs) if discs is not None else outline(model.outline(setup.footprint))
+    if discs is not None:
+        return circles(discs)
+    corners = model.outline(setup.footprint)
+    if model.type == "polygon":
+        # So the original reads them, and the last bits can decide which edge is the nearest.
+        corners = corners.astype(np.float32).astype(np.float64)
+    return outline(corners)
 
 
 def saturated(speed: float, rate: float, terms: Terms, proportionally: bool) -> tuple[float, float]:

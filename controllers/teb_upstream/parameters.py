@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from pydantic import Field, model_validator
 
 from drake_navbench.controller import AskedSpeeds, ControllerParameters
-from drake_navbench.controllers.teb_footprint import FootprintModel
+from drake_navbench.controllers.teb_footprint import FootprintModel, footprint_of_original
 from drake_navbench.typed_files.quantities import (
     Acceleration,
     Angle,
@@ -261,6 +262,19 @@ class TebUpstreamParameters(ControllerParameters):
     def asked_speeds(self) -> AskedSpeeds:
         """Returns the limits that its commands are cut at."""
         return AskedSpeeds(self.max_vel_x, -self.max_vel_x_backwards, self.max_vel_theta)
+
+    @classmethod
+    def for_original(cls, values: Mapping[str, Any], release: str) -> dict[str, Any]:
+        """Returns values in the form in which the original declares them.
+
+        All corners of the robot's shape are one text, and a flag is a number.
+        """
+        own = super().for_original(values, release)
+        if "footprint_model" in own:
+            own["footprint_model"] = footprint_of_original(own["footprint_model"])
+        if "teb_autosize" in own:
+            own["teb_autosize"] = float(own["teb_autosize"])
+        return own
 
     @model_validator(mode="before")
     @classmethod

@@ -252,7 +252,9 @@ def original_plugin(name: str) -> str | None:
     if is_plugin_type(name):
         return name
     content, _ = _named_content(name)
-    return CONTROLLERS.load(content.controller).nav2_plugin
+    controller = CONTROLLERS.load(content.controller)
+    own: str | None = getattr(controller, "original_plugin", None)
+    return own or controller.nav2_plugin
 
 
 def _assigned(assignments: Sequence[str], text: str) -> Mapping[str, Any]:

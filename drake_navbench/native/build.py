@@ -25,7 +25,6 @@ from drake_navbench.native.compiler import (
     Compiler,
     find_compiler,
     flags_for,
-    include_arguments,
     link_arguments,
     missing_libraries,
 )
@@ -37,11 +36,14 @@ from drake_navbench.native.headers import (
     made_headers,
     plugin_names_header,
 )
+from drake_navbench.native.objects import Objects, Unit
 
 MAKER = NATIVE / "headers.py"
 BENCHMARK_NOISE = NATIVE / "benchmark_noise"
 PLUGIN_NAMES = "made/plugin_names.hpp"
 HOST_NEEDS = ("nav2_core",)
+# Where the compiler looks for headers besides.
+HEADER_SEARCH = ("CPATH", "CPLUS_INCLUDE_PATH")
 # What makes a package's random numbers. A file of ours, named as the package, can stand in for it.
 NOISE_SOURCES: Mapping[str, str] = {"nav2_mppi_controller": "src/noise_generator.cpp"}
 
@@ -126,16 +128,6 @@ def _chosen(
 
 
 @dataclass(frozen=True)
-class _Unit:
-    """One file to compile: with which folders of headers and flags, and the digest of all of it."""
-
-    source: Path
-    folders: tuple[Path, ...]
-    flags: tuple[str, ...]
-    digest: str
-
-
-@dataclass(frozen=True)
 class _Plan:
     """What is to be compiled for some packages of a checkout."""
 
@@ -149,7 +141,7 @@ class _Plan:
         return self.checkout.compiled_for((*self.chosen, *HOST_NEEDS))
 
     @cached_property
-    def units(self) -> list[_Unit]:
+    def units(self) -> list[Unit]:
         seen = self.checkout.seen_from(self.packages)
         made = made_headers(seen)
         made[PLUGIN_NAMES] = plugin_names_header(self.packages.values())
@@ -180,13 +172,10 @@ class _Plan:
 
     def build(self, jobs: int, log: Path, tell: Callable[[str], None]) -> tuple[Path, int]:
         """Returns the host, and how many files were compiled for it."""
-        digest = _digest_of_texts({unit.digest: "" for unit in self.units})
-        host = builds_folder() / "hosts" / digest / "nav2_host"
-        if host.is_file():
-            return host, 0
-        missing = [unit for unit in self.units if not _object(unit).is_file()]
+        objects = Objects()
+        missing = [unit for unit in self.units if objects.system_digest(unit) is None]
         with ThreadPoolExecutor(jobs) as pool:
-            done = [pool.submit(self._compile, unit, log) for unit in missing]
+            done = [pool.submit(objects.compile, unit, self.compiler, log) for unit in missing]
             try:
                 for number, each in enumerate(done, 1):
                     each.result()
@@ -194,13 +183,21 @@ class _Plan:
             finally:
                 for each in done:
                     each.cancel()
-        host.parent.mkdir(parents=True, exist_ok=True)
-        part = host.with_name(f"{host.name}.{os.getpid()}")
-        objects = [str(_object(unit)) for unit in self.units]
+        return self._linked(objects, log), len(missing)
+
+    def _linked(self, objects: Objects, log: Path) -> Path:
+        """Returns the host of all objects, linked where there is none yet."""
         libraries = link_arguments(d for p in self.packages.values() for d in p.dependencies)
-        self.compiler.run([*objects, "-pthread", *libraries, "-o", str(part)], log)
-        os.replace(part, host)
-        return host, len(missing)
+        content = {unit.digest: str(objects.system_digest(unit)) for unit in self.units}
+        digest = _digest_of_texts(content | {"": " ".join(libraries)})
+        host = builds_folder() / "hosts" / digest / "nav2_host"
+        if not host.is_file():
+            host.parent.mkdir(parents=True, exist_ok=True)
+            part = host.with_name(f"{host.name}.{os.getpid()}")
+            inputs = [str(unit.object) for unit in self.units]
+            self.compiler.run([*inputs, "-pthread", *libraries, "-o", str(part)], log)
+            os.replace(part, host)
+        return host
 
     def _sources(self, package: Package) -> tuple[list[Path], list[Path]]:
         """Returns what is compiled of a package, and what of ours in place of the rest."""
@@ -220,7 +217,7 @@ class _Plan:
         made: Path,
         ours: str,
         flags: tuple[str, ...],
-    ) -> list[_Unit]:
+    ) -> list[Unit]:
         own = tuple(
             folder
             for package in needed.values()
@@ -229,9 +226,11 @@ class _Plan:
         )
         folders = (REPLACEMENTS, made, NATIVE, *own)
         seen = "".join(headers[name] for name in needed)
-        common = f"{self.compiler.version} {' '.join(self.compiler.words)} {flags} {ours} {seen}"
+        search = [os.environ.get(name, "") for name in HEADER_SEARCH]
+        words = " ".join(self.compiler.words)
+        common = f"{self.compiler.version} {words} {search} {flags} {ours} {seen}"
         return [
-            _Unit(
+            Unit(
                 path,
                 folders,
                 flags,
@@ -239,18 +238,6 @@ class _Plan:
             )
             for path in sources
         ]
-
-    def _compile(self, unit: _Unit, log: Path) -> None:
-        target = _object(unit)
-        target.parent.mkdir(parents=True, exist_ok=True)
-        part = target.with_name(f"{target.name}.{os.getpid()}")
-        arguments = [*unit.flags, *include_arguments(unit.folders), "-c", str(unit.source)]
-        self.compiler.run([*arguments, "-o", str(part)], log)
-        os.replace(part, target)
-
-
-def _object(unit: _Unit) -> Path:
-    return builds_folder() / "objects" / unit.digest[:2] / f"{unit.digest}.o"
 
 
 def _digest_of_headers(*folders: Path) -> str:

@@ -66,6 +66,8 @@ PARTS: Mapping[str, tuple[str, ...]] = {
         "src/smac_planner_2d.cpp",
         "src/smoother.cpp",
     ),
+    # Its interface alone; its plugins need OpenCV.
+    "costmap_converter": (),
     "nav2_behavior_tree": (),
     "nav2_ros_common": (),
     "nav2_voxel_grid": (),

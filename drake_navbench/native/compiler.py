@@ -13,18 +13,27 @@ from pathlib import Path
 
 from drake_navbench.errors import InputError
 
-# Of a checkout's dependency: the header that shows that it is there, and Debian's package with it.
+APT = "on Debian or Ubuntu: apt-get install"
+# Of a checkout's dependency: the header that shows that it is there, and where one has it from.
 SYSTEM_LIBRARIES: Mapping[str, tuple[str, str]] = {
-    "eigen": ("Eigen/Core", "libeigen3-dev"),
-    "xtensor": ("xtensor/xtensor.hpp", "libxtensor-dev"),
-    "ompl": ("ompl/config.h", "libompl-dev"),
-    "nlohmann-json-dev": ("nlohmann/json.hpp", "nlohmann-json3-dev"),
+    "eigen": ("Eigen/Core", f"{APT} libeigen3-dev"),
+    "xtensor": ("xtensor/xtensor.hpp", f"{APT} libxtensor-dev"),
+    "ompl": ("ompl/config.h", f"{APT} libompl-dev"),
+    "nlohmann-json-dev": ("nlohmann/json.hpp", f"{APT} nlohmann-json3-dev"),
+    # With its solver by CSparse, as ROS has it; Debian has no package of it.
+    "libg2o": (
+        "g2o/solvers/csparse/linear_solver_csparse.h",
+        "https://github.com/RainerKuemmerle/g2o, with CSparse",
+    ),
 }
 # What is linked for a dependency that is more than headers.
-LINKED: Mapping[str, str] = {"ompl": "-lompl"}
+LINKED: Mapping[str, tuple[str, ...]] = {
+    "ompl": ("-lompl",),
+    "libg2o": ("-lg2o_csparse_extension", "-lg2o_core", "-lg2o_stuff", "-lcxsparse"),
+}
 # Where Debian has headers apart.
 SYSTEM_HEADERS = Path("/usr/include")
-INCLUDE_FOLDERS = ("eigen3", "ompl-*")
+INCLUDE_FOLDERS = ("eigen3", "ompl-*", "suitesparse")
 # Floating-point results must not depend on the machine that compiles: nothing is contracted, and
 # nothing is used that only some processors have.
 FLAGS = ("-O2", "-DNDEBUG", "-ffp-contract=off", "-fPIC", "-w")
@@ -109,10 +118,10 @@ def find_compiler() -> Compiler:
 
 
 def missing_libraries(dependencies: Iterable[str], compiler: Compiler) -> list[str]:
-    """Returns what the system lacks, each with the package that has it."""
+    """Returns what the system lacks, each with where one has it from."""
     return [
-        f"{name} (on Debian or Ubuntu: apt-get install {package})"
-        for name, (header, package) in SYSTEM_LIBRARIES.items()
+        f"{name} ({source})"
+        for name, (header, source) in SYSTEM_LIBRARIES.items()
         if name in dependencies and not compiler.has_header(header)
     ]
 
@@ -130,8 +139,14 @@ def flags_for(dependencies: Iterable[str]) -> tuple[str, ...]:
 
 
 def link_arguments(dependencies: Iterable[str]) -> list[str]:
-    """Returns the arguments for the libraries of some packages' dependencies."""
-    return sorted({LINKED[name] for name in dependencies if name in LINKED})
+    """Returns the arguments for the libraries of some packages' dependencies.
+
+    What LIBRARY_PATH leads to is found again when the program is run.
+    """
+    needed = set(dependencies)
+    libraries = [word for name, words in LINKED.items() if name in needed for word in words]
+    folders = filter(None, os.environ.get("LIBRARY_PATH", "").split(os.pathsep))
+    return [*libraries, *(f"-Wl,-rpath,{folder}" for folder in folders)] if libraries else []
 
 
 def _version(command: Sequence[str]) -> str:

@@ -8,12 +8,12 @@ difference changes what is seen next, and can grow.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from drake_navbench.controller import ControllerError
+from drake_navbench.controller import ControllerError, ControllerParameters
 from drake_navbench.controllers.external.client_process import ClientProcess
 from drake_navbench.controllers.external.messages import configure_message
 from drake_navbench.errors import InputError
@@ -31,7 +31,7 @@ from drake_navbench.trial.random_scenes import random_scenes
 from drake_navbench.trial.trial import run_trial
 
 # The presets that are held against their originals, in this order.
-PORTS = ("rpp", "dwb", "mppi_nav2", "graceful", "rotation_shim")
+PORTS = ("rpp", "dwb", "mppi_nav2", "graceful", "rotation_shim", "teb_upstream")
 RELEASE = "nav2_release"
 COMMANDS = ("command_v_mps", "command_w_radps")
 START_PATIENCE_S = 30.0
@@ -149,7 +149,9 @@ def compare_in_trial(
     cycles: list[DecisionResult] = []
     both = shadowed(port, original, lambda *pair: cycles.append(_compare_decisions(*pair)))
     logs = [run_trial(scenario, preset, seed, robot=robot) for preset in (both, original)]
-    return compare_trials(logs[0], logs[1], scenario.name, seed, tuple(cycles))
+    # Cycles of a rehearsal come before those of the trial.
+    own = cycles[len(cycles) - int(logs[0].samples["cycle_count"].max()) :]
+    return compare_trials(logs[0], logs[1], scenario.name, seed, tuple(own))
 
 
 def compare_trials(
@@ -205,14 +207,24 @@ def _told_by(
     finally:
         process.stop()
     given = {name for name, _ in flattened(client.get("parameters", {}))}
-    ours: Mapping[str, Any] = dict(flattened(port.parameters.model_dump(mode="json")))
-    others = [
+    others = other_defaults(port.parameters, answer.get("defaults", {}), given)
+    return others, tuple(map(str, answer.get("not_read", ())))
+
+
+def other_defaults(
+    port: ControllerParameters, defaults: Mapping[str, Any], given: Collection[str]
+) -> tuple[OtherDefault, ...]:
+    """Returns the original's defaults that the port, in its release, has otherwise.
+
+    given: dotted names of what neither has a default for.
+    """
+    ours: Mapping[str, Any] = dict(flattened(port.as_read().model_dump(mode="json")))
+    return tuple(
         OtherDefault(name, ours[name], default)
-        for name, default in answer.get("defaults", {}).items()
+        for name, default in defaults.items()
         # None: the port finds its default elsewhere, as a critic's class by its name.
         if ours.get(name) is not None and name not in given and not _is_same(ours[name], default)
-    ]
-    return tuple(others), tuple(map(str, answer.get("not_read", ())))
+    )
 
 
 def _is_same(ours: Any, theirs: Any) -> bool:

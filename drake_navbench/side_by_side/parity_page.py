@@ -17,6 +17,10 @@ SHOWN = 5
 REASONS: Mapping[str, str] = {
     "rpp": "The original turns headings into quaternions and back, the port does not: that rounds "
     "otherwise in the last bits.",
+    "teb_upstream": "The original reads the robot's corners in single precision, which can decide "
+    "which edge is the nearest to an obstacle: the port does so with footprint_model.type=polygon. "
+    "It draws its roadmap from a generator of its own: enable_homotopy_class_planning=false needs "
+    "none. It takes slopes by central differences, the port exactly.",
 }
 SAMPLES = "mppi"
 OWN_NOISE = (
@@ -113,7 +117,7 @@ def _details(parity: Parity, build: Build) -> list[str]:
     cycles = [cycle for trial in parity.trials for cycle in trial.cycles]
     if cycles:
         lines += ["", _of_decisions("Cycles", cycles)]
-    reason = REASONS.get(parity.preset)
+    reason = REASONS.get(parity.preset.partition(":")[0])
     if parity.preset.startswith(SAMPLES):
         reason = OWN_NOISE if build.noise is NoiseSource.OWN else EQUAL_NOISE
     if reason is not None:

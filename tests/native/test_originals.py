@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+from ast import literal_eval
+
 import pytest
 
+from drake_navbench.controller import CONTROLLERS
+from drake_navbench.controllers.external.messages import configure_message
 from drake_navbench.controllers.mppi.parameters import MppiParameters
 from drake_navbench.controllers.rotation_shim.parameters import RotationShimParameters
 from drake_navbench.controllers.rpp.parameters import RegulatedPurePursuitParameters
+from drake_navbench.controllers.teb_upstream.parameters import TebUpstreamParameters
+from drake_navbench.inputs.presets import original_plugin
+from drake_navbench.inputs.robot import load_robot
+from drake_navbench.trial.column_controller import controller_setup
 
 RPP = "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
 
@@ -67,3 +75,31 @@ def test_the_shims_primary_controller_has_a_block_since_lyrical():
         "lookahead_dist": 0.5,
         "rotate_to_goal_heading": True,
     }
+
+
+def test_tebs_original_has_the_robots_outline_as_a_polygon_in_one_text():
+    given = {"max_vel_x": 0.4, "footprint_model": {"type": "from_footprint"}}
+    values = TebUpstreamParameters.for_original(given, "humble")
+    assert values["max_vel_x"] == 0.4
+    setup = controller_setup(load_robot("wheelchair"))
+    told = configure_message(setup, {"parameters": values})["parameters"]["parameters"]
+    assert told["footprint_model"]["type"] == "polygon"
+    assert literal_eval(told["footprint_model"]["vertices"]) == setup.footprint.tolist()
+
+
+def test_tebs_original_has_given_corners_in_one_text():
+    corners = [[0.3, 0.2], [-0.3, 0.2], [-0.3, -0.2]]
+    given = {"footprint_model": {"type": "polygon", "vertices": corners}}
+    (model,) = TebUpstreamParameters.for_original(given, "humble").values()
+    assert literal_eval(model["vertices"]) == corners
+
+
+def test_tebs_original_has_the_resizing_as_a_number():
+    assert TebUpstreamParameters.for_original({"teb_autosize": False}, "humble") == {
+        "teb_autosize": 0.0
+    }
+
+
+def test_the_port_of_teb_names_its_original_and_a_nav2_file_selects_the_other_one():
+    assert original_plugin("teb_upstream") == "teb_local_planner::TebLocalPlannerROS"
+    assert CONTROLLERS.load("teb_upstream").nav2_plugin is None

@@ -18,9 +18,11 @@ from drake_navbench.side_by_side.parity import (
     compare_in_scenes,
     compare_in_trial,
     compare_trials,
+    other_defaults,
     port_of_release,
 )
 from drake_navbench.side_by_side.parity_page import to_markdown
+from drake_navbench.trial import rehearsal
 from drake_navbench.trial.column_controller import controller_setup
 from drake_navbench.trial.random_scenes import random_scenes
 
@@ -90,7 +92,9 @@ def _in_trial(first: str, second: str):
     return compare_in_trial(load_preset(first), load_preset(second), SCENARIO, 1, "wheelchair")
 
 
-def test_in_each_cycle_of_a_trial_both_see_the_same():
+def test_in_each_cycle_of_a_trial_both_see_the_same(monkeypatch):
+    # Without what the process has rehearsed already: the cycles of that are no trial's.
+    monkeypatch.setattr(rehearsal, "_rehearsed", set())
     result = _in_trial("rpp:desired_linear_vel=0.3", "rpp:desired_linear_vel=0.3001")
     alone = run_trial(SCENARIO, "rpp:desired_linear_vel=0.3", seed=1)
     assert len(result.cycles) == alone.samples["cycle_count"].max()
@@ -116,3 +120,11 @@ def test_the_page_counts_and_names_what_differs(build_of):
     assert "| `rpp` | `its::Original` | 10 / 0 / 0 | 0 / 0 / 0 | 0 / 0 / 0 |" in text
     assert "| `lookahead_dist` | 0.6 | 0.7 |" in text
     assert "not read by the original: `new_one`" in text
+
+
+def test_defaults_are_those_of_the_ports_release():
+    older = load_preset("mppi_nav2:nav2_release=humble").parameters
+    name = "ObstaclesCritic.collision_cost"
+    assert other_defaults(older, {name: 1e4}, ()) == ()
+    assert other_defaults(older, {name: 1e5}, ()) == (OtherDefault(name, 1e4, 1e5),)
+    assert other_defaults(older, {name: 1e5}, {name}) == ()

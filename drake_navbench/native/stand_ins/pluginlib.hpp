@@ -93,6 +93,8 @@ class ClassLoader {
     return name.substr(name.find_last_of(":/") + 1);
   }
   std::string getBaseClassType() const { return base_; }
+  // All are in the program itself.
+  std::string getClassLibraryPath(const std::string &) const { return ""; }
 
  private:
   static auto find(const std::string & name) {

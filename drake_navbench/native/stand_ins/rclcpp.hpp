@@ -91,6 +91,7 @@ class Node {
   using OnSetParametersCallbackHandle = node_interfaces::OnSetParametersCallbackHandle;
 
   explicit Node(std::string name, const NodeOptions & = {}) : name_(std::move(name)) {}
+  Node(std::string name, const std::string &, const NodeOptions & = {}) : Node(std::move(name)) {}
   virtual ~Node() = default;
   static SharedPtr make_shared(const std::string & name, const NodeOptions & = {}) {
     return std::make_shared<Node>(name);
@@ -198,9 +199,19 @@ class Node {
 
 class Rate {
  public:
-  explicit Rate(double) {}
+  DRAKE_NAVBENCH_POINTERS(Rate)
+
+  explicit Rate(double frequency)
+      : period_(static_cast<std::int64_t>(kNanosecondsPerSecond / frequency)) {}
   bool sleep() { return true; }
+  std::chrono::nanoseconds period() const { return period_; }
+
+ private:
+  std::chrono::nanoseconds period_;
 };
 using WallRate = Rate;
+
+template <typename NodePointer>
+void spin_some(const NodePointer &) {}
 
 }  // namespace rclcpp

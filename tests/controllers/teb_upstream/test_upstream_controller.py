@@ -17,7 +17,11 @@ from drake_navbench.controller import (
     SpeedLimit,
 )
 from drake_navbench.controllers.teb_upstream import UpstreamTimedElasticBand
-from drake_navbench.controllers.teb_upstream.controller import saturated, steering_angle
+from drake_navbench.controllers.teb_upstream.controller import (
+    robot_model,
+    saturated,
+    steering_angle,
+)
 from drake_navbench.controllers.teb_upstream.local_plan import (
     cut_local_plan,
     lethal_points,
@@ -210,3 +214,14 @@ def test_defaults_are_those_of_the_original():
 
 def test_used_and_unused_names_are_disjoint():
     assert not TebUpstreamParameters.WITHOUT_EFFECT & set(TebUpstreamParameters.model_fields)
+
+
+def test_the_corners_of_a_polygon_are_read_in_single_precision():
+    # As Nav2's parser reads them: 0.86 is not among its numbers.
+    corners = [[0.86, 0.31], [0.86, -0.31], [-0.26, -0.31], [-0.26, 0.31]]
+    given = TebUpstreamParameters(footprint_model={"type": "polygon", "vertices": corners})
+    own = TebUpstreamParameters(footprint_model={"type": "from_footprint"})
+    rounded = robot_model(given, setup()).shapes[:, :2]
+    np.testing.assert_array_equal(rounded, np.array(corners, dtype=np.float32))
+    assert (rounded != corners).all()
+    np.testing.assert_array_equal(robot_model(own, setup()).shapes[:, :2], WHEELCHAIR)

@@ -1,0 +1,104 @@
+"""Objects by their content: of a source, of all headers that it sees, of compiler and flags.
+
+What a checkout and this package hold is known before anything is compiled. Which of the system's
+headers a source includes only the compiler can tell, and does while it compiles; their contents
+are kept beside the object, which serves as long as they are the same.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from drake_navbench.native.builds import builds_folder, write_whole
+from drake_navbench.native.compiler import Compiler, include_arguments
+
+# Between the names of a rule of make, whose own blanks are written with a backslash.
+_BETWEEN = re.compile(r"(?<!\\)\s+")
+
+
+@dataclass(frozen=True)
+class Unit:
+    """One file to compile: with which folders of headers and flags.
+
+    digest: of all of it but the system's headers.
+    """
+
+    source: Path
+    folders: tuple[Path, ...]
+    flags: tuple[str, ...]
+    digest: str
+
+    @property
+    def object(self) -> Path:
+        """Where it is kept when it is compiled."""
+        return builds_folder() / "objects" / self.digest[:2] / f"{self.digest}.o"
+
+
+@dataclass(frozen=True)
+class Objects:
+    """The objects that there are, and the system's headers as they are now."""
+
+    _known: dict[str, str] = field(default_factory=dict)
+
+    def system_digest(self, unit: Unit) -> str | None:
+        """Returns the digest of the system's headers in a unit's object.
+
+        None where there is no object, or one that was compiled with others than there are now.
+        """
+        try:
+            kept = json.loads(_record(unit).read_bytes())
+            paths, digest = kept["headers"], kept["digest"]
+        except (OSError, ValueError, KeyError, TypeError):
+            return None
+        if not unit.object.is_file() or self._digest(paths) != digest:
+            return None
+        return str(digest)
+
+    def compile(self, unit: Unit, compiler: Compiler, log: Path) -> None:
+        """Compiles a unit; raises InputError where it cannot be compiled."""
+        target = unit.object
+        target.parent.mkdir(parents=True, exist_ok=True)
+        part = target.with_name(f"{target.name}.{os.getpid()}")
+        rule = part.with_name(f"{part.name}.d")
+        arguments = [*unit.flags, *include_arguments(unit.folders), "-c", str(unit.source)]
+        compiler.run([*arguments, "-o", str(part), "-MD", "-MF", str(rule)], log)
+        ours = (*unit.folders, unit.source.parent)
+        headers = system_headers(rule.read_text(encoding="utf-8", errors="surrogateescape"), ours)
+        rule.unlink()
+        kept = {"digest": self._digest(headers), "headers": headers}
+        os.replace(part, target)
+        write_whole(_record(unit), json.dumps(kept).encode())
+
+    def _digest(self, paths: Iterable[str]) -> str:
+        digest = hashlib.sha256()
+        for path in paths:
+            if path not in self._known:
+                self._known[path] = _content_digest(path)
+            digest.update(f"{path}\n{self._known[path]}\n".encode(errors="surrogateescape"))
+        return digest.hexdigest()
+
+
+def system_headers(rule: str, ours: Iterable[Path]) -> list[str]:
+    """Returns the headers in a compiler's rule of make that are in none of our folders, sorted."""
+    _, _, needed = rule.replace("\\\n", " ").partition(": ")
+    names = (re.sub(r"\\(.)", r"\1", name).replace("$$", "$") for name in _BETWEEN.split(needed))
+    roots = [Path(os.path.normpath(folder)) for folder in ours]
+    paths = {os.path.normpath(name) for name in names if name}
+    return sorted(p for p in paths if not any(Path(p).is_relative_to(r) for r in roots))
+
+
+def _record(unit: Unit) -> Path:
+    return unit.object.with_suffix(".json")
+
+
+def _content_digest(path: str) -> str:
+    try:
+        return hashlib.sha256(Path(path).read_bytes()).hexdigest()
+    except OSError:
+        return "none"
