@@ -96,7 +96,7 @@ def judge_outline(costs, clearances, vertices, on_map_count, is_scored):
         if code != 0:
             return code, 0
         if is_scored:
-            edge = line_max_cost(costs, column_0, row_0, column_1, row_1, LETHAL)
+            edge = line_max_cost(costs, column_0, row_0, column_1, row_1)
             largest = max(largest, edge)
     return 0, largest
 

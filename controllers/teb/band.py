@@ -187,16 +187,16 @@ def next_twist(band: Band, twist: Array, period_s: float, look_ahead_poses: int 
     accelerations are meant. look_ahead_poses: the first interval whose speeds count.
     """
     first = min(max(look_ahead_poses, 1), len(band.time_steps)) - 1
-    return _twist_after(band.poses, band.time_steps, twist, period_s, first)
+    return _twist_after(band.poses, band.time_steps, twist[0], twist[1], period_s, first)
 
 
 @njit(cache=True)
-def _twist_after(poses, time_steps, twist, period_s, first):
+def _twist_after(poses, time_steps, speed_now, rate_now, period_s, first):
     """Returns (2,) the twist after a period, of speeds from those of interval `first` on."""
     lengths, _, turns, _, _ = band_geometry(poses)
     count = time_steps.shape[0]
     before, after = 0.0, 0.0
-    command = np.array([twist[0], twist[1]])
+    command = np.array([speed_now, rate_now])
     begin = 0.0
     for k in range(count):
         middle = begin + 0.5 * time_steps[k]

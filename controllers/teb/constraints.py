@@ -9,6 +9,7 @@ last acceleration measured over half an interval, because speeds belong to inter
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -28,6 +29,17 @@ from drake_navbench.kernels.distance_field import DistanceField, sample_distance
 Array = NDArray[np.float64]
 
 NO_DIRECTIONS: Array = np.empty(0)
+
+ALL_AXES, YAW_ALONE = (0, 1, 2), (2,)
+# Rows of each interval: offsets, speeds, turn rates; and of each two, accelerations of both kinds:
+# how many intervals they span, whether times matter, which axes of the poses do.
+PATH_ROWS = (
+    (1, False, ALL_AXES),
+    (1, True, ALL_AXES),
+    (1, True, YAW_ALONE),
+    (2, True, ALL_AXES),
+    (2, True, YAW_ALONE),
+)
 
 
 class BandScene(NamedTuple):
@@ -227,54 +239,36 @@ def band_constraints(z, interval_count, scene):
     return values, jacobian
 
 
-@njit(cache=True)
-def _mark(pattern, count, row, first, last, m, with_time, yaw_only):
-    """Adds the columns of intervals first to last (exclusive) to a row; returns the new count."""
-    for k in range(first, last):
-        if with_time:
-            pattern[count, 0], pattern[count, 1] = row, k
-            count += 1
-    for axis in range(2 if yaw_only else 0, 3):
-        for i in range(first, last + 1):
-            column = pose_columns(i, m)[axis]
-            if column >= 0:
-                pattern[count, 0], pattern[count, 1] = row, column
-                count += 1
-    return count
-
-
-@njit(cache=True)
-def sparsity_pattern(interval_count, disc_count, is_car=False, meets_moving=False):
+@cache
+def sparsity_pattern(
+    interval_count: int, disc_count: int, is_car: bool = False, meets_moving: bool = False
+) -> NDArray[np.int64]:
     """Returns (K, 2) the rows and columns of `band_constraints` that may be non-zero, by rows.
 
-    The columns of a row ascend.
+    The columns of a row ascend. Read-only.
     """
     m = interval_count
-    rows = row_count(m, disc_count, is_car, meets_moving)
-    # No row has more than the times of two intervals and three poses.
-    pattern = np.empty((11 * rows, 2), dtype=np.int64)
-    count = 0
-    for k in range(m):
-        count = _mark(pattern, count, k, k, k + 1, m, False, False)
-    for k in range(m):
-        count = _mark(pattern, count, m + k, k, k + 1, m, True, False)
-    for k in range(m):
-        count = _mark(pattern, count, 2 * m + k, k, k + 1, m, True, True)
-    for k in range(m + 1):
-        count = _mark(pattern, count, 3 * m + k, max(k - 1, 0), min(k + 1, m), m, True, False)
-    for k in range(m + 1):
-        count = _mark(pattern, count, 4 * m + 1 + k, max(k - 1, 0), min(k + 1, m), m, True, True)
-    row = 5 * m + 2
+    rows = [
+        _interval_columns(max(k + 1 - spanned, 0), min(k + 1, m), m, with_times, axes)
+        for spanned, with_times, axes in PATH_ROWS
+        for k in range(m + spanned - 1)
+    ]
+    slack = variable_count(m) - 1
     for _ in range(2 if meets_moving else 1):
         for i in range(1, m):
-            for _ in range(disc_count):
-                for column in (*pose_columns(i, m), variable_count(m) - 1):
-                    pattern[count, 0], pattern[count, 1] = row, column
-                    count += 1
-                row += 1
+            rows += disc_count * [[*pose_columns(i, m), slack]]
     if is_car:
         for k in range(m):
-            for _ in range(2):
-                count = _mark(pattern, count, row, k, k + 1, m, True, False)
-                row += 1
-    return pattern[:count]
+            rows += 2 * [_interval_columns(k, k + 1, m, True, ALL_AXES)]
+    pattern = np.array([(row, column) for row, columns in enumerate(rows) for column in columns])
+    pattern.flags.writeable = False
+    return pattern
+
+
+def _interval_columns(
+    first: int, end: int, m: int, with_times: bool, axes: tuple[int, ...]
+) -> list[int]:
+    """Returns the columns of the intervals from first to before end: times, then poses by axis."""
+    poses = [pose_columns(i, m) for i in range(first, end + 1)]
+    times = list(range(first, end)) if with_times else []
+    return times + [pose[axis] for axis in axes for pose in poses if pose[axis] >= 0]

@@ -161,8 +161,8 @@ def _shortest_path(passable, start_row, start_column, goal_row, goal_column):
     keys, nodes = np.zeros(rows * columns), np.full(rows * columns, start)
     size = 1
     while size > 0:
-        node = pop_pair(keys, nodes, size)
         size -= 1
+        node = pop_pair(keys, nodes, size + 1)
         if node == goal:
             break
         row, column = node // columns, node % columns

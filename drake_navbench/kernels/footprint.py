@@ -69,10 +69,10 @@ def footprint_cost(grid, footprint, x, y, yaw, closing_edge_from_first):
         if k == 0:
             first = cell
         else:
-            largest = max(largest, line_max_cost(costs, *previous, *cell, LETHAL))
+            largest = max(largest, line_max_cost(costs, *previous, *cell))
             if largest == LETHAL:
                 return LETHAL
         previous = cell
     if closing_edge_from_first:
-        return max(largest, line_max_cost(costs, *first, *previous, LETHAL))
-    return max(largest, line_max_cost(costs, *previous, *first, LETHAL))
+        return max(largest, line_max_cost(costs, *first, *previous))
+    return max(largest, line_max_cost(costs, *previous, *first))

@@ -148,12 +148,12 @@ def distance_to_cells(distance, resolution):
 
 
 @njit(cache=True)
-def line_max_cost(costs, column_0, row_0, column_1, row_1, stop_at):
+def line_max_cost(costs, column_0, row_0, column_1, row_1):
     """Returns the largest cost on the cells of a line, both ends included.
 
     The line is Bresenham's along the dominant axis (x on ties), error starting at half the
-    dominant extent; its direction decides which cells a tie visits. Returns `stop_at` at once
-    where a cell has that cost.
+    dominant extent; its direction decides which cells a tie visits. Returns LETHAL at once where a
+    cell has that cost.
     """
     delta_column = abs(column_1 - column_0)
     delta_row = abs(row_1 - row_0)
@@ -167,7 +167,7 @@ def line_max_cost(costs, column_0, row_0, column_1, row_1, stop_at):
     largest = 0
     for _ in range(major + 1):
         cost = costs[row, column]
-        if cost == stop_at:
+        if cost == LETHAL:
             return int(cost)
         if cost > largest:
             largest = int(cost)

@@ -16,8 +16,11 @@ def outline_to_edges(outline, edges, limit):
     """
     nearest_squared = limit * limit
     found = False
-    min_x, max_x = outline[:, 0].min(), outline[:, 0].max()
-    min_y, max_y = outline[:, 1].min(), outline[:, 1].max()
+    # Not by .min() of a column: numba compiles that for half a second.
+    min_x, min_y = max_x, max_y = outline[0, 0], outline[0, 1]
+    for k in range(1, outline.shape[0]):
+        min_x, max_x = min(min_x, outline[k, 0]), max(max_x, outline[k, 0])
+        min_y, max_y = min(min_y, outline[k, 1]), max(max_y, outline[k, 1])
     for n in range(edges.shape[0]):
         x0, y0, x1, y1 = edges[n, 0], edges[n, 1], edges[n, 2], edges[n, 3]
         gap_x = max(0.0, min(x0, x1) - max_x, min_x - max(x0, x1))

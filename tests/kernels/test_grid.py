@@ -31,7 +31,7 @@ def visited(start, end, size=12):
     cells = set()
     for row, column in np.ndindex(size, size):
         costs[row, column] = 1
-        if line_max_cost(costs, *start, *end, LETHAL):
+        if line_max_cost(costs, *start, *end):
             cells.add((column, row))
         costs[row, column] = 0
     return cells
@@ -92,15 +92,15 @@ def test_direction_decides_ties():
 
 def test_line_returns_its_largest_cost():
     costs = np.array([[3, 200, 9, 255, 9]], dtype=np.uint8)
-    assert line_max_cost(costs, 0, 0, 2, 0, LETHAL) == 200
-    assert line_max_cost(costs, 0, 0, 4, 0, LETHAL) == 255
+    assert line_max_cost(costs, 0, 0, 2, 0) == 200
+    assert line_max_cost(costs, 0, 0, 4, 0) == 255
 
 
 def test_line_stops_at_the_given_cost():
     costs = np.array([[3, LETHAL, 255]], dtype=np.uint8)
-    assert line_max_cost(costs, 0, 0, 2, 0, LETHAL) == LETHAL
+    assert line_max_cost(costs, 0, 0, 2, 0) == LETHAL
     # From the other end the unknown cell comes first, but the line still ends at the lethal one.
-    assert line_max_cost(costs, 2, 0, 0, 0, LETHAL) == LETHAL
+    assert line_max_cost(costs, 2, 0, 0, 0) == LETHAL
 
 
 ends = st.tuples(st.integers(0, 11), st.integers(0, 11))

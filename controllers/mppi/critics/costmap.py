@@ -168,7 +168,7 @@ def add_outline_collisions(
             if count == 0:
                 continue
             outline_cost_row(
-                view, remembered, wanted, count, x[block, t], y[block, t], yaw[block, t], costs
+                view, remembered, wanted[:count], x[block, t], y[block, t], yaw[block, t], costs
             )
             for lane in wanted[:count]:
                 if outline_collides[costs[lane]]:
@@ -327,7 +327,7 @@ def add_distance_shortfalls(
             if count == 0:
                 continue
             outline_cost_row(
-                view, remembered, wanted, count, x[block, t], y[block, t], yaw[block, t], costs
+                view, remembered, wanted[:count], x[block, t], y[block, t], yaw[block, t], costs
             )
             for lane in wanted[:count]:
                 block_sums[lane] += at_outline[costs[lane]]

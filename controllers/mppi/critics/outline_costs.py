@@ -91,19 +91,18 @@ class OutlineView:
 
 
 @njit(cache=True)
-def outline_cost_row(view, remembered, wanted, count, x, y, yaw, found):
+def outline_cost_row(view, remembered, wanted, x, y, yaw, found):
     """Writes the largest cost under the outline at poses of a row, as `footprint_cost` does.
 
-    x, y, yaw: (LANES,) float32, m, m, rad. wanted: the first `count` name the lanes. found:
-    (LANES,) int64, written in those lanes alone.
+    x, y, yaw: (LANES,) float32, m, m, rad. wanted: (W,) the lanes. found: (LANES,) int64,
+    written in those lanes alone.
     """
     _find_cells(view, remembered, x, y, yaw)
     edges, costs, taken = remembered.edges, remembered.costs, remembered.taken
     cells, is_doubtful = remembered.cells, remembered.is_doubtful
     vertices, cell_count = cells.shape[0], np.int64(view.outside)
     # One loop without calls: handing the arrays on takes longer than what is done with them.
-    for index in range(count):
-        lane = wanted[index]
+    for lane in wanted:
         if is_doubtful[lane]:
             found[lane] = footprint_cost(
                 view.grid,
@@ -143,7 +142,7 @@ def _walked(view, start, end):
     columns = np.int64(view.columns)
     start_row, end_row = start // columns, end // columns
     start_column, end_column = start - start_row * columns, end - end_row * columns
-    return line_max_cost(view.grid.costs, start_column, start_row, end_column, end_row, LETHAL)
+    return line_max_cost(view.grid.costs, start_column, start_row, end_column, end_row)
 
 
 @njit(cache=True)

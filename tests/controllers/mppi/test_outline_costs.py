@@ -37,7 +37,7 @@ def found_costs(view, remembered, poses):
     """Returns the costs at float32 poses (LANES, 3)."""
     found = np.full(LANES, -1)
     columns = [np.ascontiguousarray(column) for column in poses.T]
-    outline_cost_row(view, remembered, EVERY_LANE, LANES, *columns, found)
+    outline_cost_row(view, remembered, EVERY_LANE, *columns, found)
     return found
 
 
@@ -129,7 +129,7 @@ def test_only_the_lanes_asked_for_are_written():
     view = random_view(CHAIR)
     found = np.full(LANES, -1)
     columns = [np.zeros(LANES, np.float32)] * 3
-    outline_cost_row(view, OutlineCosts.of(view), np.array([3, 8, 5]), 2, *columns, found)
+    outline_cost_row(view, OutlineCosts.of(view), np.array([3, 8]), *columns, found)
     assert np.flatnonzero(found >= 0).tolist() == [3, 8]
 
 
