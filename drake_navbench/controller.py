@@ -289,10 +289,6 @@ class ControllerParameters(BaseModel):
         """
         return {}
 
-    def inner_controllers(self) -> tuple[str, ...]:
-        """Returns the names of the registered controllers that it drives with."""
-        return ()
-
     def turns_in_place(self) -> bool:
         """Returns whether it may command a rotation without translation, which no car follows."""
         return True

@@ -17,7 +17,7 @@ from drake_navbench.controllers.dwb.critics.registry import CRITICS as DWB_CRITI
 from drake_navbench.controllers.mppi.critics.registry import CRITICS as MPPI_CRITICS
 from drake_navbench.costmaps.layer_plugin import COSTMAP_LAYERS
 from drake_navbench.errors import InputError
-from drake_navbench.inputs.robot import NavigationSettings
+from drake_navbench.inputs.navigation_settings import NavigationSettings
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.navigation.behavior_tree.settings import TREE_NODES
 from drake_navbench.navigation.behaviors import BEHAVIORS

@@ -31,7 +31,7 @@ from drake_navbench.analysis.figures.style import (
 )
 from drake_navbench.analysis.metrics.body import Body, body_of
 from drake_navbench.analysis.metrics.definition import Undefined
-from drake_navbench.analysis.metrics.efficiency import drive_power_w
+from drake_navbench.analysis.metrics.efficiency import spent_power_w
 from drake_navbench.analysis.metrics.signals import (
     Array,
     Motion,
@@ -131,17 +131,7 @@ def _body_or_none(log: TrialLog) -> Body | None:
 def _fitted_curves(signal: Motion, body: Body | None) -> FittedCurves:
     spent_w = np.full(len(signal.v_mps), np.nan)
     if body is not None:
-        power_w = drive_power_w(
-            signal.smooth_v_mps,
-            signal.acceleration_mps2,
-            signal.smooth_w_radps,
-            signal.angular_acceleration_radps2,
-            body=body,
-            vy_mps=signal.smooth_vy_mps,
-            lateral_acceleration_mps2=signal.lateral_acceleration_mps2,
-        )
-        # Braking gives nothing back.
-        spent_w = np.maximum(power_w, 0.0)
+        spent_w = spent_power_w(signal, body)
     return FittedCurves(
         signal.period_s * np.arange(len(signal.v_mps), dtype=np.float64),
         signal.v_mps,

@@ -19,6 +19,7 @@ from drake_navbench.analysis.metrics.mission import (
 )
 from drake_navbench.analysis.metrics.signals import (
     Array,
+    Motion,
     column,
     driven_length,
     hold_durations,
@@ -196,7 +197,12 @@ def mechanical_energy_j(log: TrialLog) -> float:
     terms in vy, and |v| is its speed over the floor; that mecanum wheels roll harder is not in it.
     Losses of the motors are not in it. A robot without a mass has no value.
     """
-    signal, body = motion(log), body_of(log)
+    signal = motion(log)
+    return float(np.trapezoid(spent_power_w(signal, body_of(log)), dx=signal.period_s))
+
+
+def spent_power_w(signal: Motion, body: Body) -> Array:
+    """Returns (N,) W that the drive gives over a motion: braking gives nothing back."""
     power_w = drive_power_w(
         signal.smooth_v_mps,
         signal.acceleration_mps2,
@@ -206,7 +212,7 @@ def mechanical_energy_j(log: TrialLog) -> float:
         vy_mps=signal.smooth_vy_mps,
         lateral_acceleration_mps2=signal.lateral_acceleration_mps2,
     )
-    return float(np.trapezoid(np.maximum(power_w, 0.0), dx=signal.period_s))
+    return np.maximum(power_w, 0.0)
 
 
 def drive_power_w(

@@ -31,16 +31,7 @@ from drake_navbench.controllers.harmony.memory import HarmonyMemory
 from drake_navbench.controllers.harmony.motion import ALPHA, A, V, W, stage_at
 from drake_navbench.controllers.harmony.parameters import HarmonyParameters
 from drake_navbench.controllers.harmony.passage import is_connected
-from drake_navbench.controllers.harmony.planner import (
-    Candidate,
-    Planner,
-    Samples,
-    Way,
-    around,
-    is_trapped,
-    turn_at,
-    way_along,
-)
+from drake_navbench.controllers.harmony.planner import Candidate, Planner, Samples
 from drake_navbench.controllers.harmony.prediction import (
     LATENCIES_S,
     observed,
@@ -48,6 +39,7 @@ from drake_navbench.controllers.harmony.prediction import (
     with_command,
 )
 from drake_navbench.controllers.harmony.scene import Limits, make_start
+from drake_navbench.controllers.harmony.way import Way, around, is_trapped, turn_at, way_along
 from drake_navbench.controllers.rpp import RegulatedPurePursuit
 from drake_navbench.errors import InputError
 from drake_navbench.kernels.distance_field import DistanceField, distance_field

@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_navbench.controller import NO_PLAN
 from drake_navbench.controllers.harmony.groups import nearest_anchors
 from drake_navbench.controllers.harmony.interior_point import SolverSettings, solve
 from drake_navbench.controllers.harmony.motion import V, W, plan_of_velocities, shifted
@@ -33,10 +32,10 @@ from drake_navbench.controllers.harmony.seeds import (
     stop,
 )
 from drake_navbench.controllers.harmony.terms import plan_cost
+from drake_navbench.controllers.harmony.way import Way
 from drake_navbench.controllers.teb.homotopy import find_clusters
 from drake_navbench.kernels.angles import wrap
-from drake_navbench.kernels.distance_field import DistanceField, path_clearance
-from drake_navbench.kernels.path_geometry import path_length
+from drake_navbench.kernels.distance_field import DistanceField
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.noise import NoiseKey
 
@@ -50,38 +49,12 @@ TOLERANCE = 1e-2
 WARM_BARRIER, COLD_BARRIER, LAST_BARRIER = 1e-3, 1e-2, 1e-5
 # A sample replaces the plan driven so far as the guess of their group where it costs so much less.
 BETTER_GUESS_RATIO = 0.8
-# Progress below this part of what was asked for: trapped.
-TRAPPED_RATIO = 0.2
 # Segments of the path looked at from stage to stage, as the robot's reach a stage by their length.
 MOST_SEGMENTS_AHEAD = 12
-# Poses of the global plan behind the local one in which room is looked for.
-MOST_POSES_BEHIND = 100
 # A wall is followed with so much room between it and the widest disc, m.
 WALL_ROOM_M = 0.15
-# A plan that ends so near the goal ends in it, m.
-SAME_PLACE_M = 1e-6
 _MASK = 2**64 - 1
 _STEP_MULTIPLIER, _STREAM_MULTIPLIER = 0x9E3779B97F4A7C15, 0xD1B54A32D192ED03
-
-
-class Way(NamedTuple):
-    """What of the path counts in a cycle.
-
-    path: (P, 3). target: (3,) the point aimed at. beyond: (2,) m the point that motions are led to
-    in the end, to be told apart; farther by the robot's own reach, as its front passes obstacles
-    before its base does. nears_goal: the target is the goal. length_m: along the path to it.
-    blocked_m: along the path to its first pose at which the robot has no room, inf
-    where there is none. behind: (2,) m, the path's first point behind that, its last one where the
-    robot has no room up to there, or None.
-    """
-
-    path: Array
-    target: Array
-    beyond: Array
-    nears_goal: bool
-    length_m: float
-    blocked_m: float
-    behind: Array | None = None
 
 
 class Candidate(NamedTuple):
@@ -105,83 +78,6 @@ class Samples(NamedTuple):
 
     motions: Array
     costs: Array
-
-
-def way_along(
-    plan: Array,
-    goal: Array,
-    reach_m: float,
-    field: DistanceField,
-    discs: Array,
-    global_plan: Array = NO_PLAN,
-) -> Way:
-    """Returns the way along a local plan (M, 3), as far as a horizon's reach.
-
-    field, discs (D, 2): of the obstacles and the robot, to see where it has no room. global_plan:
-    (N, 3), to see what is behind where the local plan ends before that.
-    """
-    path = read_only(plan)
-    steps = np.hypot(*np.diff(path[:, :2], axis=0).T)
-    stations = np.concatenate([[0.0], np.cumsum(steps)])
-    index = int(np.searchsorted(stations, reach_m, side="left"))
-    is_end = index >= len(path)
-    target = path[-1 if is_end else index]
-    nears_goal = is_end and bool(np.hypot(*(target[:2] - goal[:2])) < SAME_PLACE_M)
-    front_m = float(np.max(discs[:, 0] + discs[:, 1]))
-    beyond = int(np.searchsorted(stations, reach_m + front_m, side="left"))
-    has_room = path_clearance(field, discs, path) >= 0.0
-    blocked = np.flatnonzero(~has_room)
-    behind = None
-    if len(blocked):
-        rest = np.flatnonzero(has_room[blocked[0] :])
-        if len(rest):
-            behind = path[blocked[0] + rest[0], :2]
-        else:
-            behind = _first_room(global_plan, path[-1], field, discs)
-    return Way(
-        path,
-        np.array(goal if nears_goal else target),
-        np.array(path[min(beyond, len(path) - 1), :2]),
-        nears_goal,
-        float(stations[min(index, len(path) - 1)]),
-        float(stations[blocked[0]]) if len(blocked) else np.inf,
-        behind,
-    )
-
-
-def _first_room(plan: Array, last: Array, field: DistanceField, discs: Array) -> Array:
-    """Returns (2,) the first point of a plan behind a pose (3,) with room, or that of the pose."""
-    if len(plan) == 0:
-        return last[:2]
-    nearest = int(np.argmin(np.hypot(*(plan[:, :2] - last[:2]).T)))
-    ahead = read_only(plan[nearest : nearest + MOST_POSES_BEHIND])
-    room = np.flatnonzero(path_clearance(field, discs, ahead) >= 0.0)
-    return ahead[room[0], :2] if len(room) else last[:2]
-
-
-def around(way: Way) -> Way:
-    """Returns the way that is aimed at the path behind what blocks it, where that is in reach.
-
-    A target inside of what is in the way is as near from in front of it as from beside it.
-    """
-    if way.behind is None or way.nears_goal or way.blocked_m > way.length_m:
-        return way
-    return way._replace(target=np.array([*way.behind, way.target[2]]), beyond=way.behind)
-
-
-def turn_at(start: Array, goal: Array) -> Way:
-    """Returns the way of a robot whose position is good enough: to the goal's heading, right here.
-
-    start: (9,) first stage of plans. goal: (3,).
-    """
-    pose = np.array([start[0], start[1], goal[2]])
-    return Way(read_only(pose[None]), pose, pose[:2], True, 0.0, np.inf)
-
-
-def progress_on(way: Way, position: Array) -> float:
-    """Returns how far along the path the point nearest to a position (2,) lies, m."""
-    nearest = int(np.argmin(np.hypot(*(way.path[:, :2] - position).T)))
-    return path_length(way.path[: nearest + 1]) if nearest else 0.0
 
 
 def noise_word(key: NoiseKey) -> np.uint64:
@@ -414,12 +310,3 @@ class Planner:
         """Returns plans best first; another group than the driven one must be better by a part."""
         part = 1.0 - self._parameters.hysteresis
         return sorted(found, key=lambda c: (not c.solved, c.cost * (part if c.is_driven else 1.0)))
-
-
-def is_trapped(way: Way, plan: Array, start: Array) -> bool:
-    """Returns whether a plan gets nowhere: its end is hardly farther along the path than its start.
-
-    By the distance that was asked for, as the test of DRPA-MPPI (arXiv 2503.20134).
-    """
-    progress = progress_on(way, plan[-1, :2]) - progress_on(way, start[:2])
-    return progress < TRAPPED_RATIO * way.length_m

@@ -177,10 +177,6 @@ class RotationShimParameters(ControllerParameters):
         values = {name: given[place] for name, place in of_primary.items()}
         return {of_primary[n]: f for n, f in model.path_handler_fields(values).items()}
 
-    def inner_controllers(self) -> tuple[str, ...]:
-        """Returns the primary controller's name."""
-        return (self.primary_controller.plugin,)
-
     def files_read(self) -> Mapping[str, Path]:
         """Returns those of the primary controller."""
         return self.primary_controller.parameters.files_read()

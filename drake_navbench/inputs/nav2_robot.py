@@ -19,6 +19,7 @@ from drake_navbench.errors import InputError
 from drake_navbench.inputs.nav2_check import Check, CheckRow, Status
 from drake_navbench.inputs.nav2_collision_monitor import read_collision_monitor
 from drake_navbench.inputs.nav2_columns import read_columns
+from drake_navbench.inputs.nav2_controller_server import read_controller_server
 from drake_navbench.inputs.nav2_controllers import SERVER, has_controllers
 from drake_navbench.inputs.nav2_costmaps import read_global_costmap, read_local_costmap
 from drake_navbench.inputs.nav2_drive import drive_for
@@ -43,7 +44,6 @@ from drake_navbench.inputs.nav2_sensors import Nav2Sensors
 from drake_navbench.inputs.nav2_servers import (
     read_behavior_server,
     read_bt_navigator,
-    read_controller_server,
     read_planner_server,
     read_smoother_server,
     read_velocity_smoother,

@@ -1,34 +1,27 @@
-"""From the servers of a Nav2 file, all but the controllers and the costmaps, to a robot's settings.
+"""From the servers of a Nav2 file, but for controllers and costmaps, to a robot's settings.
 
 Each function takes a node and returns fields of `NavigationSettings`, checked. A parameter that is
-missing has Nav2's default. Sources: nav2_controller, nav2_planner, nav2_behaviors,
-nav2_bt_navigator, nav2_waypoint_follower, nav2_velocity_smoother, nav2_collision_monitor.
+missing has Nav2's default. Sources: nav2_planner, nav2_behaviors, nav2_bt_navigator,
+nav2_waypoint_follower, nav2_velocity_smoother, nav2_collision_monitor.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from drake_navbench.inputs.behavior_tree_file import read_tree_file
 from drake_navbench.inputs.nav2_check import Status
+from drake_navbench.inputs.nav2_controller_server import plugin_block
 from drake_navbench.inputs.nav2_node_reader import NodeReader
 from drake_navbench.inputs.nav2_release import PORTED, Release
 from drake_navbench.inputs.nav2_tree_files import installed_tree, tree_beside
-from drake_navbench.inputs.robot import ControllerServerSettings
 from drake_navbench.navigation.behavior_tree.settings import (
     RECOVERY_ACTIONS,
     BehaviorTreeSettings,
 )
 from drake_navbench.navigation.behaviors import BEHAVIORS, BehaviorServerParameters
-from drake_navbench.navigation.goal_checkers import (
-    GOAL_CHECKERS,
-    PositionGoalCheckerParameters,
-    SimpleGoalChecker,
-)
-from drake_navbench.navigation.path_handler import PathHandlerParameters
 from drake_navbench.navigation.planner_settings import PLANNERS
-from drake_navbench.navigation.progress_checkers import PROGRESS_CHECKERS, SimpleProgressChecker
 from drake_navbench.navigation.smac_planner_2d_parameters import SmacPlanner2DParameters
 from drake_navbench.navigation.smac_planner_hybrid_parameters import SmacPlannerHybridParameters
 from drake_navbench.navigation.smoother_settings import SMOOTHERS
@@ -37,7 +30,6 @@ from drake_navbench.navigation.waypoint_follower import (
     WaitAtWaypointParameters,
     WaypointFollowerParameters,
 )
-from drake_navbench.plugins import PluginKind
 
 Fields = dict[str, Any]
 
@@ -58,7 +50,6 @@ HYBRID_SINCE: Mapping[str, Release] = {
 ANY_COST = 255.0
 # Fields of a planner that no Nav2 file has.
 NOT_NAV2S = {"plugin", "expansions_per_second"}
-PATH_HANDLER = "nav2_controller::FeasiblePathHandler"
 SIMPLE_SMOOTHER = "nav2_smoother::SimpleSmoother"
 DEFAULT_SMOOTHER = "simple_smoother"
 # Nav2's smoothers by our names.
@@ -68,10 +59,8 @@ SMOOTHER_OF: Mapping[str, str] = {
     "nav2_smoother::SavitzkyGolaySmoother": "savitzky_golay",
 }
 WAIT_AT_WAYPOINT = "nav2_waypoint_follower::WaitAtWaypoint"
-# The plugins that Nav2's default behaviour tree asks for by name, where there are several.
+# What Nav2's default behaviour tree asks for by name, where there are several.
 DEFAULT_PLANNER = "GridBased"
-DEFAULT_GOAL_CHECKER = "general_goal_checker"
-PATH_LENGTH_TOLERANCE = "path_length_tolerance"
 # The parameter that names the tree's file, and what it was called up to foxy.
 TREE_FILE = "default_nav_to_pose_bt_xml"
 OLD_TREE_FILES = ("default_bt_xml_filename", "bt_xml_filename")
@@ -95,79 +84,6 @@ DEFAULT_BEHAVIORS = {
     "drive_on_heading": "nav2_behaviors::DriveOnHeading",
     "wait": "nav2_behaviors::Wait",
 }
-
-
-def read_controller_server(
-    reader: NodeReader, controllers: Collection[str], release: Release
-) -> Fields:
-    """Returns controller server, checkers and path handler; controllers: blocks read elsewhere."""
-    fields: Fields = {
-        "controller_server": reader.block(ControllerServerSettings),
-        "goal_checker": _goal_checker(reader, release),
-        "progress_checker": _progress_checker(reader),
-    }
-    if reader.given("path_handler_plugins"):
-        fields["path_handler"] = _path_handler(reader)
-    reader.value("controller_plugins")
-    reader.finish({*controllers, "odom_duration", "publish_zero_velocity", "speed_limit_topic"})
-    return fields
-
-
-def _goal_checker(reader: NodeReader, release: Release) -> Fields:
-    names = reader.names("goal_checker_plugins", ["goal_checker"])
-    if not names:
-        raise reader.fault("goal_checker_plugins", "expected at least one name")
-    name = DEFAULT_GOAL_CHECKER if DEFAULT_GOAL_CHECKER in names else names[0]
-    for other in names:
-        if other != name:
-            remark = f"not asked for by the default tree; {name} checks every goal"
-            reader.note_block(Status.NO_MEANING, other, remark)
-    values = _checker(reader, name, GOAL_CHECKERS, SimpleGoalChecker, "goal_checker_plugins")
-    model = GOAL_CHECKERS.load(values["plugin"]).Parameters
-    if release.age < Release.LYRICAL.age and issubclass(model, PositionGoalCheckerParameters):
-        # Only since then does the plan's length count.
-        if PATH_LENGTH_TOLERANCE in values:
-            reader.note(Status.UNREAD, f"{name}.{PATH_LENGTH_TOLERANCE}", f"{release} has it not")
-        values[PATH_LENGTH_TOLERANCE] = None
-    return values
-
-
-def _progress_checker(reader: NodeReader) -> Fields:
-    listed_in = "progress_checker_plugins"
-    if not reader.given(listed_in) and reader.given("progress_checker_plugin"):
-        # Up to humble there was one, named by another parameter.
-        listed_in = "progress_checker_plugin"
-    names = reader.names(listed_in, ["progress_checker"])
-    if not names:
-        raise reader.fault(listed_in, "expected at least one name")
-    for other in names[1:]:
-        remark = f"not asked for by the default tree; {names[0]} checks progress"
-        reader.note_block(Status.NO_MEANING, other, remark)
-    return _checker(reader, names[0], PROGRESS_CHECKERS, SimpleProgressChecker, listed_in)
-
-
-def _checker(
-    reader: NodeReader, name: str, known: PluginKind, simple: Any, listed_in: str
-) -> Fields:
-    plugin_type = reader.plugin_type(name, simple.nav2_plugin, listed_in)
-    if plugin_type not in known:
-        remark = f"{plugin_type}: {simple.nav2_plugin} stands in"
-        reader.note(Status.STAND_IN, f"{name}.plugin", remark)
-        plugin_type = simple.nav2_plugin
-    return _plugin_block(reader, name, known, plugin_type)
-
-
-def _path_handler(reader: NodeReader) -> Fields:
-    names = reader.names("path_handler_plugins", ["PathHandler"])
-    for other in names[1:]:
-        reader.note_block(Status.NO_MEANING, other, f"{names[0]} handles every path")
-    if not names:
-        return {}
-    plugin_type = reader.plugin_type(names[0], PATH_HANDLER, "path_handler_plugins")
-    if plugin_type != PATH_HANDLER:
-        remark = f"{plugin_type}: {PATH_HANDLER} stands in"
-        reader.note(Status.STAND_IN, f"{names[0]}.plugin", remark)
-    return reader.block(PathHandlerParameters, f"{names[0]}.")
 
 
 def read_planner_server(reader: NodeReader, release: Release) -> Fields:
@@ -256,7 +172,7 @@ def read_behavior_server(reader: NodeReader) -> Fields:
         plugin_type = reader.plugin_type(name, default, listed_in)
         is_field = name in BehaviorServerParameters.model_fields
         if BEHAVIORS.origin(plugin_type) is not None and not is_field:
-            values[name] = _plugin_block(reader, name, BEHAVIORS, plugin_type)
+            values[name] = plugin_block(reader, name, BEHAVIORS, plugin_type)
             found.append(name)
             if name not in RECOVERY_ACTIONS:
                 remark = "the default tree tries it only where recovery_actions lists it"
@@ -278,13 +194,6 @@ def read_behavior_server(reader: NodeReader) -> Fields:
         }
     )
     return {"behavior_server": values, "behavior_tree": {"recovery_actions": actions}}
-
-
-def _plugin_block(reader: NodeReader, name: str, kind: PluginKind, plugin_type: str) -> Fields:
-    """Returns the block of a plugin of another package."""
-    model = kind.load(plugin_type).Parameters
-    names = [field for field in model.model_fields if field != "plugin"]
-    return {"plugin": plugin_type, **reader.block(model, f"{name}.", names=names)}
 
 
 def _recovery_action(reader: NodeReader, name: str, plugin_type: str) -> str:

@@ -12,16 +12,9 @@ import shapely
 from numpy.typing import NDArray
 from pydantic import (
     Field,
-    SerializerFunctionWrapHandler,
-    field_validator,
-    model_serializer,
     model_validator,
 )
 
-from drake_navbench.costmaps.costmap_settings import (
-    GlobalCostmapSettings,
-    LocalCostmapSettings,
-)
 from drake_navbench.costmaps.observation_source import ObservationSourceSettings
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.inputs.actuators import ActuatorSettings
@@ -31,127 +24,20 @@ from drake_navbench.inputs.file_kinds import ROBOT, require_kind
 from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.inputs.localization import LocalizationSettings
 from drake_navbench.inputs.named_files import NamedFiles
+from drake_navbench.inputs.navigation_settings import NavigationSettings
 from drake_navbench.inputs.timing import TimingSettings
 from drake_navbench.kernels.footprint import circle_footprint, footprint_radii, pad_footprint
-from drake_navbench.navigation.behavior_tree.settings import (
-    RECOVERY_ACTIONS,
-    BehaviorTreeSettings,
-)
-from drake_navbench.navigation.behaviors import BehaviorServerParameters
-from drake_navbench.navigation.checker_settings import (
-    GoalCheckerSettings,
-    ProgressCheckerSettings,
-)
-from drake_navbench.navigation.collision_monitor import CollisionMonitorParameters
-from drake_navbench.navigation.goal_checkers import SimpleGoalCheckerParameters
-from drake_navbench.navigation.path_handler import PathHandlerParameters
-from drake_navbench.navigation.planner_settings import PlannerSettings
-from drake_navbench.navigation.progress_checkers import SimpleProgressCheckerParameters
-from drake_navbench.navigation.smac_planner_2d_parameters import SmacPlanner2DParameters
-from drake_navbench.navigation.smoother_settings import SimpleSmoothing, SmootherSettings
-from drake_navbench.navigation.velocity_smoother import VelocitySmootherParameters
-from drake_navbench.navigation.waypoint_follower import WaypointFollowerParameters
 from drake_navbench.plugin_parameters import normalized
 from drake_navbench.plugins import foreign_plugins
 from drake_navbench.typed_files.quantities import (
-    AngularSpeed,
-    Duration,
-    Frequency,
     Length,
     Mass,
     Size,
-    Speed,
 )
-from drake_navbench.typed_files.typed_yaml import FrozenModel, QuietModel, read_yaml, validate
-
-# A failure tolerance, s.
-PATIENT_FOR_EVER = -1.0
+from drake_navbench.typed_files.typed_yaml import QuietModel, read_yaml, validate
 
 MODEL_SUFFIXES = (".sdf", ".urdf")
 ROBOT_FILES = NamedFiles(kind="robot", package="drake_navbench.models")
-
-
-class ControllerServerSettings(FrozenModel):
-    """Nav2's controller server."""
-
-    controller_frequency: Frequency = Field(20.0, description="Control rate [Hz].")
-    failure_tolerance: Duration = Field(
-        0.0, description="Patience with failing cycles [s]; 0 none, -1 for ever."
-    )
-    costmap_update_timeout: Duration = Field(
-        0.30, ge=0.0, description="Patience with a costmap that is not current [s]; 0 for ever."
-    )
-    min_x_velocity_threshold: Speed = Field(
-        0.0001, ge=0.0, description="Measured |v| up to this is taken as 0 [m/s]."
-    )
-    min_y_velocity_threshold: Speed = Field(
-        0.0001, ge=0.0, description="Measured |vy| up to this is taken as 0 [m/s]."
-    )
-    min_theta_velocity_threshold: AngularSpeed = Field(
-        0.0001, ge=0.0, description="Measured |w| up to this is taken as 0 [rad/s]."
-    )
-
-    @model_serializer(mode="wrap")
-    def _as_plain(self, plain: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leaves out what only bases that move sideways have a use for, where it was not given."""
-        values: dict[str, Any] = plain(self)
-        if "min_y_velocity_threshold" not in self.model_fields_set:
-            values.pop("min_y_velocity_threshold", None)
-        return values
-
-    @field_validator("failure_tolerance")
-    @classmethod
-    def _check_tolerance(cls, value: float) -> float:
-        if value < 0.0 and value != PATIENT_FOR_EVER:
-            raise ValueError(f"expected {PATIENT_FOR_EVER:g} or at least 0")
-        return value
-
-
-class NavigationSettings(FrozenModel):
-    """The settings of the navigation stack around the controller, under Nav2's names."""
-
-    controller_server: ControllerServerSettings = Field(default_factory=ControllerServerSettings)
-    path_handler: PathHandlerParameters = Field(default_factory=PathHandlerParameters)
-    goal_checker: GoalCheckerSettings = Field(default_factory=SimpleGoalCheckerParameters)
-    progress_checker: ProgressCheckerSettings = Field(
-        default_factory=SimpleProgressCheckerParameters
-    )
-    local_costmap: LocalCostmapSettings = Field(default_factory=LocalCostmapSettings)
-    global_costmap: GlobalCostmapSettings = Field(default_factory=GlobalCostmapSettings)
-    planner: PlannerSettings = Field(default_factory=SmacPlanner2DParameters)
-    smoother: SmootherSettings = Field(
-        default_factory=lambda: SimpleSmoothing(type="simple"),
-        description="What a behaviour tree's SmoothPath asks; the default tree has none.",
-    )
-    behavior_tree: BehaviorTreeSettings = Field(default_factory=BehaviorTreeSettings)
-    behavior_server: BehaviorServerParameters = Field(default_factory=BehaviorServerParameters)
-    waypoint_follower: WaypointFollowerParameters = Field(
-        default_factory=WaypointFollowerParameters
-    )
-    velocity_smoother: VelocitySmootherParameters | None = Field(
-        None, description="Limits every command; null: there is none."
-    )
-    collision_monitor: CollisionMonitorParameters | None = Field(
-        None, description="Checks every command against the scan; null: there is none."
-    )
-
-    @model_validator(mode="after")
-    def _check_recovery_actions(self) -> NavigationSettings:
-        nodes, behaviors = self.behavior_tree.plugin_blocks, self.behavior_server.plugin_blocks
-        for name in nodes:
-            if name in behaviors:
-                raise ValueError(
-                    f"behavior_tree.{name}: found a behaviour of this name in behavior_server as "
-                    "well, expected one of the two"
-                )
-        known = (*RECOVERY_ACTIONS, *nodes, *behaviors)
-        for name in self.behavior_tree.recovery_actions:
-            if name not in known:
-                raise ValueError(
-                    f"behavior_tree.recovery_actions: unknown behaviour {name!r}"
-                    f"{nearest_name_hint(name, known)}"
-                )
-        return self
 
 
 class Robot(QuietModel):

@@ -17,10 +17,11 @@ from drake_navbench.errors import InputError
 from drake_navbench.inputs.robot import Robot, load_robot
 from drake_navbench.log import TrialLog
 from drake_navbench.recordings.bag_source import BagSource, open_bag
+from drake_navbench.recordings.decoded_messages import Cells
 from drake_navbench.recordings.drive_data import DriveData, drive_data
 from drake_navbench.recordings.drive_fit import DriveFit, as_yaml, fit_drive
 from drake_navbench.recordings.gap_page import as_plain, write_curves, write_gap_page
-from drake_navbench.recordings.heard import Cells, Column, choose_topics, read_columns
+from drake_navbench.recordings.heard import Column, choose_topics, read_columns
 from drake_navbench.recordings.recorded_motion import RecordedMotion, recorded_motion
 from drake_navbench.recordings.recorded_tasks import RecordedTask, task_by_hand, tasks_by_status
 from drake_navbench.recordings.recorded_trial import Subject, recorded_trial

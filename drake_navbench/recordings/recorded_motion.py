@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.errors import InputError
-from drake_navbench.recordings.heard import Column, Motion, Transform
+from drake_navbench.recordings.decoded_messages import Motion, Transform
+from drake_navbench.recordings.heard import Column
 from drake_navbench.recordings.planar_transforms import (
     Mounting,
     Track,

@@ -17,7 +17,8 @@ from drake_navbench.kernels.grid import LETHAL, Costmap
 from drake_navbench.log import COLUMNS, LATERAL_COLUMNS, UNREPEATABLE_COLUMNS
 from drake_navbench.logged_scans import Scan
 from drake_navbench.plans import Plan
-from drake_navbench.recordings.heard import Beams, Cells, Column, Poses
+from drake_navbench.recordings.decoded_messages import Beams, Cells, Poses
+from drake_navbench.recordings.heard import Column
 from drake_navbench.recordings.occupancy import costs_from_occupancy
 from drake_navbench.recordings.planar_transforms import composed, inverted
 from drake_navbench.recordings.recorded_motion import RecordedMotion

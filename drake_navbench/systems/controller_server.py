@@ -23,7 +23,7 @@ from drake_navbench.controller import (
     SpeedLimit,
 )
 from drake_navbench.errors import as_line, one_line
-from drake_navbench.inputs.robot import PATIENT_FOR_EVER, ControllerServerSettings
+from drake_navbench.inputs.navigation_settings import PATIENT_FOR_EVER, ControllerServerSettings
 from drake_navbench.inputs.timeline import SLACK_S, Timeline
 from drake_navbench.inputs.timing import TimingSettings
 from drake_navbench.kernels.grid import Costmap

@@ -11,7 +11,8 @@ from drake_navbench.costmaps.filter_masks import FilterMask
 from drake_navbench.costmaps.layered_costmap import LayeredCostmap
 from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.inputs.floors import FloorSight, mission_legs, sight_of
-from drake_navbench.inputs.robot import NavigationSettings, Robot
+from drake_navbench.inputs.navigation_settings import NavigationSettings
+from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.navigation.lift_ride import draw_ride
 from drake_navbench.navigation.mission import MissionFollower, MissionLeg, RideLeg

@@ -7,7 +7,7 @@ import pytest
 from planner_requests import answer, random_requests
 
 from drake_navbench.errors import InputError
-from drake_navbench.inputs.robot import NavigationSettings
+from drake_navbench.inputs.navigation_settings import NavigationSettings
 from drake_navbench.kernels.footprint import circle_footprint
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.navigation.planner import GoalOutsideMapBounds, StartOutsideMapBounds

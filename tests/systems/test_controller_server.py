@@ -8,7 +8,7 @@ from pydrake.systems.analysis import Simulator
 from scenes import straight_plan
 
 from drake_navbench.controller import Decision, NoValidControl, SpeedLimit
-from drake_navbench.inputs.robot import ControllerServerSettings
+from drake_navbench.inputs.navigation_settings import ControllerServerSettings
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.navigation.goal_checkers import SimpleGoalChecker, SimpleGoalCheckerParameters
 from drake_navbench.navigation.path_handler import PathHandler, PathHandlerParameters

@@ -1,60 +1,26 @@
-"""Whole trials of what stands around a controller: behaviour tree, waypoints, smoother, monitor."""
+"""Whole trials of a behaviour tree around a controller: plans, recoveries, ends."""
 
 import dataclasses
-from itertools import pairwise
 
 import numpy as np
 import pandas as pd
 import pytest
+from navigation_scenes import box, scenario, simulate_stub, statuses
 from pydrake.systems.analysis import ApplySimulatorConfig, InitializeParams, Simulator
-from stub_controller import StubPreset, straight_ahead
+from stub_controller import straight_ahead
 
 from drake_navbench import run_trial
 from drake_navbench.analysis.metrics import efficiency, tracking
 from drake_navbench.analysis.metrics.registry import measure_all
 from drake_navbench.controller import Decision, NoValidControl
-from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import Scenario, load_scenario
-from drake_navbench.inputs.task_check import check_task
 from drake_navbench.log import UNREPEATABLE_COLUMNS, Outcome, TrialLog
 from drake_navbench.trial.column_controller import controller_setup
 from drake_navbench.trial.diagram import build_trial_diagram
 from drake_navbench.trial.spec import TrialSpec
-from drake_navbench.trial.trial import INTEGRATION, simulate, trial_task
-from drake_navbench.typed_files.typed_yaml import validate
-
-
-def scenario(**fields) -> Scenario:
-    """Returns a scenario in the mode navigate_to_pose; an empty world unless it is said."""
-    data = {
-        "name": "test",
-        "description": "made by a test",
-        "goal": [3.0, 0.0, 0.0],
-        "navigation_mode": "navigate_to_pose",
-        "timeout_s": 60.0,
-    }
-    return validate(Scenario, data | fields, "test.yaml")
-
-
-def simulate_stub(step, task: Scenario) -> TrialLog:
-    """Runs a controller that is one function."""
-    robot = load_robot("wheelchair", task.robot_overrides)
-    return simulate(TrialSpec(task, robot, StubPreset(step), seed=0))
-
-
-def statuses(log: TrialLog, *nodes: str, idle: bool = False) -> list[tuple[str, str]]:
-    """Returns the changes of status of some nodes, in order."""
-    return [
-        (event["node"], event["status"])
-        for _, event in log.events
-        if event.get("node") in nodes and (idle or event["status"] != "idle")
-    ]
-
-
-def box(low, high, **more):
-    return {"type": "box", "min": list(low), "max": list(high), **more}
+from drake_navbench.trial.trial import INTEGRATION, trial_task
 
 
 @pytest.fixture(scope="module")
@@ -333,167 +299,3 @@ def test_equal_seeds_give_equal_logs_with_a_behaviour_tree_too(dead_end):
         check_exact=True,
     )
     assert again.events == dead_end.events
-
-
-def test_waypoints_are_reached_in_order_with_a_pause_at_each():
-    follower = {"wait_at_waypoint": {"waypoint_pause_duration": 1000}}
-    task = scenario(
-        waypoints=[[2.0, 0.0, 0.0], [3.5, 1.0, 1.57]],
-        goal=[3.5, 3.0, 1.57],
-        robot_overrides={"navigation": {"waypoint_follower": follower}},
-    )
-    log = run_trial(task, "rpp", seed=1)
-    assert log.outcome is Outcome.SUCCEEDED
-    legs = log.info["legs"]
-    assert [leg["outcome"] for leg in legs] == ["succeeded"] * 3
-    for leg in legs:
-        at_end = log.samples[log.samples["time_s"] <= leg["end_time_s"]].iloc[-1]
-        assert np.hypot(at_end.x_m - leg["goal"][0], at_end.y_m - leg["goal"][1]) < 0.27
-    for before, after in pairwise(legs):
-        assert after["start_time_s"] - before["end_time_s"] == pytest.approx(1.0, abs=0.051)
-    for plan, leg in zip(log.first_plans, legs, strict=True):
-        np.testing.assert_allclose(plan.poses[-1], leg["goal"])
-        assert plan.time_s == pytest.approx(leg["start_time_s"], abs=0.051)
-    # The first plans begin where the robot is at the time, and leave no gap.
-    assert efficiency.spl(log) > 0.95
-    assert tracking.cross_track_error_mean_m(log) < 0.05
-
-
-def test_a_waypoint_without_a_way_is_missed_and_the_others_are_reached():
-    walls = [
-        box((1.0, 2.0), (3.0, 2.1)),
-        box((1.0, 4.0), (3.0, 4.1)),
-        box((1.0, 2.0), (1.1, 4.1)),
-        box((2.9, 2.0), (3.0, 4.1)),
-    ]
-    settings = {
-        "waypoint_follower": {"stop_on_failure": False},
-        "behavior_tree": {"recovery_actions": ["wait"], "wait_duration": 0.1},
-    }
-    task = scenario(
-        waypoints=[[2.0, 3.0, 0.0]],
-        world={"obstacles": walls},
-        robot_overrides={"navigation": settings},
-    )
-    log = run_trial(task, "rpp", seed=1)
-    assert log.outcome is Outcome.SUCCEEDED
-    assert [leg["outcome"] for leg in log.info["legs"]] == ["aborted", "succeeded"]
-    assert log.info["details"] == {"missed_waypoints": [1]}
-
-
-WALL = {"obstacles": [box((2.0, -2.0), (2.2, 2.0), known_to_planner=False)]}
-
-
-def test_the_collision_monitor_stops_a_controller_that_drives_at_a_wall():
-    approach = {"type": "polygon", "action_type": "approach", "min_points": 2}
-    watched = {"navigation": {"collision_monitor": {"polygons": {"body": approach}}}}
-    task = scenario(navigation_mode="follow_path", world=WALL, timeout_s=30.0)
-    assert simulate_stub(straight_ahead, task).outcome is Outcome.COLLIDED
-    task = task.model_copy(update={"robot_overrides": watched})
-    log = simulate_stub(straight_ahead, task)
-    assert log.info["error_code"] == 105
-    last = log.samples.iloc[-1]
-    assert last.v_mps == pytest.approx(0.0, abs=1e-3)
-    # The front is 0.85 m ahead, and padded by 0.01 m.
-    assert 0.0 < 2.0 - (last.x_m + 0.85) < 0.15
-
-
-def test_the_velocity_smoother_limits_the_acceleration_of_the_command():
-    smoother = {"max_accel": [0.5, 0.0, 3.2], "max_decel": [-0.5, 0.0, -3.2]}
-    task = scenario(
-        navigation_mode="follow_path",
-        robot_overrides={"navigation": {"velocity_smoother": smoother}},
-    )
-    log = simulate_stub(straight_ahead, task)
-    commands = log.samples.set_index("time_s")["command_v_mps"]
-    # 0.5 m/s^2 / 20 Hz = 0.025 m/s a step: 0.5 m/s after 20 steps, a second.
-    assert commands.diff().abs().max() == pytest.approx(0.025)
-    assert commands.loc[0.9] < 0.5
-    assert commands.loc[1.1] == pytest.approx(0.5)
-
-
-def test_the_command_chain_works_under_a_behaviour_tree_too():
-    navigation = {
-        "velocity_smoother": {},
-        "collision_monitor": {"polygons": {"body": {"type": "polygon", "action_type": "approach"}}},
-    }
-    task = load_scenario("dead_end")
-    overrides = {"navigation": task.robot_overrides["navigation"] | navigation}
-    log = run_trial(task.model_copy(update={"robot_overrides": overrides}), "rpp", seed=1)
-    assert log.outcome is Outcome.SUCCEEDED
-
-
-@pytest.mark.parametrize(
-    ("fields", "message"),
-    [
-        ({"navigation_mode": "navigate"}, "navigation_mode: .*'follow_path' or 'navigate_to_pose'"),
-        (
-            {"navigation_mode": "follow_path", "waypoints": [[1.0, 0.0, 0.0]]},
-            "waypoints: expected navigation_mode navigate_to_pose",
-        ),
-        (
-            {"plan": {"type": "polyline", "points": [[0.0, 0.0], [1.0, 0.0]]}},
-            "plan must be of type planner, got polyline",
-        ),
-        ({"waypoints": [[1.0, 0.0]]}, r"waypoints\[0\]"),
-    ],
-)
-def test_a_task_that_makes_no_sense_is_refused_in_one_line(fields, message):
-    with pytest.raises(InputError, match=message) as caught:
-        scenario(**fields)
-    assert "\n" not in str(caught.value)
-
-
-def test_a_waypoint_inside_an_obstacle_is_refused_by_its_number():
-    task = scenario(
-        waypoints=[[1.0, 0.0, 0.0], [2.1, 0.0, 0.0]],
-        world={"obstacles": [box((2.0, -0.2), (2.4, 0.2))]},
-    )
-    with pytest.raises(InputError, match=r"waypoints\[1\]: \[2.1, 0.0\] lies inside an obstacle"):
-        check_task(task, load_robot("wheelchair"))
-
-
-@pytest.mark.parametrize(
-    ("navigation", "message"),
-    [
-        ({"behavior_tree": {"recovery_actions": ["spinn"]}}, "unknown behaviour 'spinn'.*'spin'"),
-        ({"behavior_tree": {"recovery_actions": []}}, "recovery_actions: .*at least 1 item"),
-        ({"goal_checker": {"plugin": "nav2_controller::SimpleGoalCheck"}}, "did you mean"),
-        (
-            {"progress_checker": {"plugin": "nav2_controller::Pose"}},
-            "progress_checker: unknown plugin",
-        ),
-        ({"behavior_server": {"backup": {"deceleration_limit": 2.5}}}, "backup.deceleration_limit"),
-    ],
-)
-def test_settings_that_make_no_sense_are_refused_in_one_line(navigation, message):
-    with pytest.raises(InputError, match=message) as caught:
-        load_robot("wheelchair", {"navigation": navigation})
-    assert "\n" not in str(caught.value)
-
-
-def test_checkers_are_chosen_by_nav2s_plugin_type():
-    never_stands = {
-        "plugin": "nav2_controller::StoppedGoalChecker",
-        "trans_stopped_velocity": 0.01,
-    }
-    task = scenario(
-        goal=[0.1, 0.0, 0.0],
-        navigation_mode="follow_path",
-        timeout_s=1.0,
-        robot_overrides={"navigation": {"goal_checker": never_stands}},
-    )
-
-    def rolls_slowly(observation, memory):
-        return Decision(np.array([0.05, 0.0]), memory)
-
-    # It starts at rest within the tolerance; a goal that it only rolls past is never reached.
-    assert simulate_stub(rolls_slowly, task).outcome is Outcome.SUCCEEDED
-    far = task.model_copy(update={"goal": (0.4, 0.0, 0.0), "timeout_s": 6.0})
-    assert simulate_stub(rolls_slowly, far).outcome is Outcome.TIMED_OUT
-    turning = {"progress_checker": {"plugin": "nav2_controller::PoseProgressChecker"}}
-    task = scenario(
-        navigation_mode="follow_path", timeout_s=12.0, robot_overrides={"navigation": turning}
-    )
-    log = simulate_stub(lambda o, m: Decision(np.array([0.0, 0.3]), m), task)
-    assert log.outcome is Outcome.TIMED_OUT

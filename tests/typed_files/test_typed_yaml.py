@@ -3,7 +3,8 @@
 import pytest
 
 from drake_navbench.errors import InputError
-from drake_navbench.inputs.robot import ControllerServerSettings, Robot
+from drake_navbench.inputs.navigation_settings import ControllerServerSettings
+from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.typed_files.typed_yaml import MAX_FAULTS_SHOWN, parse_yaml, validate
 

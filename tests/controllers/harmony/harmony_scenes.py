@@ -6,13 +6,14 @@ import numpy as np
 
 from drake_navbench.controllers.harmony.motion import V, plan_of_velocities
 from drake_navbench.controllers.harmony.parameters import HarmonyParameters
-from drake_navbench.controllers.harmony.planner import Planner, way_along
+from drake_navbench.controllers.harmony.planner import Planner
 from drake_navbench.controllers.harmony.scene import (
     Scene,
     make_start,
     references_along,
     with_references,
 )
+from drake_navbench.controllers.harmony.way import way_along
 from drake_navbench.kernels.distance_field import distance_field
 from drake_navbench.kernels.grid import LETHAL, Costmap
 from drake_navbench.kernels.read_only import read_only

@@ -7,8 +7,8 @@ import pytest
 from harmony_scenes import DISCS, costmap_with, straight
 
 from drake_navbench.controllers.harmony.passage import is_connected
-from drake_navbench.controllers.harmony.planner import progress_on, turn_at, way_along
 from drake_navbench.controllers.harmony.scene import make_start
+from drake_navbench.controllers.harmony.way import progress_on, turn_at, way_along
 from drake_navbench.kernels.distance_field import distance_field
 
 HERE, THERE = np.array([0.0, 0.0]), np.array([2.0, 0.0])
