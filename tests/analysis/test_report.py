@@ -18,9 +18,7 @@ from drake_navbench import report as command
 from drake_navbench.analysis.chart_library import chart_library
 from drake_navbench.analysis.figures.album import FigureChoice
 from drake_navbench.analysis.folder_analysis import analyse_folder
-from drake_navbench.analysis.html import relative_change
 from drake_navbench.analysis.metrics.definition import Metric
-from drake_navbench.analysis.numbers import number, short_number
 from drake_navbench.analysis.report import build_report, render
 from drake_navbench.analysis.statistics import Interval
 from drake_navbench.errors import InputError
@@ -205,23 +203,6 @@ def test_a_finished_run_lacks_nothing(tmp_path):
     assert "Not finished" not in render(analyse_folder(write_folder(tmp_path, trials=3), jobs=1))
 
 
-@pytest.mark.parametrize(
-    ("ratio", "text"),
-    [
-        (0.73, "+73%"),
-        (-0.123, "-12%"),
-        (0.0042, "+0.4%"),
-        (-0.0042, "-0.4%"),
-        (0.0004, "0%"),
-        (-0.0004, "0%"),
-        (0.0, "0%"),
-        (-1.0, "-100%"),
-    ],
-)
-def test_small_changes_have_a_decimal_and_none_has_no_sign(ratio, text):
-    assert relative_change(ratio) == text
-
-
 def test_the_clear_winner_is_named(text):
     assert "rpp is best" in text
 
@@ -331,25 +312,6 @@ def test_a_folder_without_a_readable_log_is_refused(tmp_path):
         build_report(path, jobs=1)
 
 
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [
-        (0.0, "0"),
-        (3e-17, "0"),
-        (14.5123, "14.51"),
-        (99.99996, "100.0"),
-        (-0.99999, "-1.000"),
-        (0.012345, "0.01235"),
-        (3.2e-7, "3.200e-07"),
-        (12345.6, "12346"),
-        (float("nan"), "–"),
-        (None, "–"),
-    ],
-)
-def test_numbers_have_four_digits_and_nan_is_no_number(value, text):
-    assert number(value) == text
-
-
 def test_intervals_exclude_only_what_lies_outside():
     assert Interval(1.0, 2.0).excludes(0.0)
     assert not Interval(-1.0, 2.0).excludes(0.0)
@@ -449,11 +411,3 @@ def test_processor_workers_and_load_stand_beside_compute_times(tmp_path):
     text = render(analyse_folder(path, jobs=1))
     assert "1 core, 1 trial at a time" in text
     assert "shared the machine" not in text
-
-
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [(12345.6, "12\u202f300"), (1234.0, "1\u202f230"), (999.4, "999"), (0.1, "0.100")],
-)
-def test_numbers_in_the_page_have_three_digits_and_thousands_apart(value, text):
-    assert short_number(value) == text
