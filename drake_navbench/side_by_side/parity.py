@@ -13,8 +13,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drake_navbench.controller import ControllerError, ControllerParameters
-from drake_navbench.controllers.external.client_process import ClientProcess
+from drake_navbench.controller import (
+    Controller,
+    ControllerError,
+    ControllerParameters,
+    Observation,
+)
+from drake_navbench.controllers.external.client_process import (
+    ClientProcess,
+    ExternalControllerFailed,
+)
 from drake_navbench.controllers.external.messages import configure_message
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import Preset, load_preset, original_plugin
@@ -134,9 +142,17 @@ def compare_in_scenes(
         for preset in (port, original):
             # Both are new in every scene: what an original keeps beyond a task is no difference.
             with built_controller(preset, preset.robot(robot)) as controller:
-                decisions.append(decided(controller, scene, controller.initial_memory())[0])
+                decisions.append(_decided_in(scene, controller))
         results.append(_compare_decisions(*decisions))
     return results
+
+
+def _decided_in(scene: Observation, controller: Controller) -> Decided:
+    """Returns the first decision, or why there is none; to crash or to hang is one reason."""
+    try:
+        return decided(controller, scene, controller.initial_memory())[0]
+    except ExternalControllerFailed as error:
+        return ControllerError(str(error).splitlines()[0])
 
 
 def compare_in_trial(

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from drake_navbench import run_trial
+from drake_navbench.controllers.external.client_process import ExternalControllerFailed
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import Scenario
@@ -56,6 +57,16 @@ def test_scenes_have_free_ways_and_blocked_ones():
 
 def test_a_controller_is_equal_to_itself():
     assert {result.likeness for result in _scenes("rpp", "rpp")} == {Likeness.EQUAL}
+
+
+def test_an_original_that_hangs_or_crashes_decides_otherwise(monkeypatch):
+    def crashed(*_):
+        raise ExternalControllerFailed("nav2_host: was ended by signal 11\nwhat it printed")
+
+    monkeypatch.setattr(load_preset("rotation_shim").controller_class, "step", crashed)
+    (result,) = _scenes("rpp", "rotation_shim", 1)
+    assert result.likeness is Likeness.DIFFERENT
+    assert result.told.endswith("original: nav2_host: was ended by signal 11")
 
 
 @pytest.mark.parametrize(
