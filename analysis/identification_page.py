@@ -73,7 +73,7 @@ def page_lines(result: Result) -> Iterator[str]:
 
 def _made_by(result: Result) -> Iterator[str]:
     runs = result["runs"]
-    driven = SEEDS_APART.join(str(run["driven_settings"]) for run in runs)
+    driven = of_seeds([str(run["driven_settings"]) for run in runs])
     yield (
         f"Made by `{result['command']}` (version {result['drake_navbench']}): "
         f"{driven} settings driven for a fit, {result['fitted_cells']} of {result['cells']} cells "
