@@ -27,15 +27,15 @@ Places = NDArray[np.int64]
 class Driven(NamedTuple):
     """Settings that were driven.
 
-    points: (N, D) of the unit cube of all unknowns. deviations: by cell (N,), NaN where the
-    settings could not be driven or nobody drove them.
+    points: (N, D) of the unit cube of all unknowns. deviations: by cell (N,); of settings that
+    could not be driven as far off as can be, so that nothing is looked for near them.
     """
 
     points: Array
     deviations: Mapping[Cell, Array]
 
     def errors(self, cells: Iterable[Cell]) -> Array:
-        """Returns the mean errors of some cells, (N,); NaN where one of them was not driven."""
+        """Returns the mean errors of some cells, (N,)."""
         return np.mean([np.abs(self.deviations[cell]) for cell in cells], axis=0)
 
     def and_also(self, more: Driven) -> Driven:
@@ -57,10 +57,7 @@ def driven_of(
         points,
         {
             cell: np.array(
-                [
-                    deviation_of(cell, numbers[cell], targets) if cell in numbers else np.nan
-                    for numbers in found
-                ]
+                [deviation_of(cell, numbers.get(cell, np.nan), targets) for numbers in found]
             )
             for cell in cells
         },
@@ -69,12 +66,10 @@ def driven_of(
 
 def kernels_of(driven: Driven, places: Mapping[Cell, Places]) -> dict[Cell, Kernel]:
     """Returns the most probable kernel of each cell; places: of the unknowns that it hangs on."""
-    kernels = {}
-    for cell, deviations in driven.deviations.items():
-        is_known = np.isfinite(deviations)
-        points = driven.points[is_known][:, places[cell]]
-        kernels[cell] = fit_kernel(points, deviations[is_known])
-    return kernels
+    return {
+        cell: fit_kernel(driven.points[:, places[cell]], deviations)
+        for cell, deviations in driven.deviations.items()
+    }
 
 
 def places_of(blocks: Sequence[Block], cells: Iterable[Cell]) -> dict[Cell, Places]:
@@ -111,30 +106,22 @@ class Emulator:
         The root mean square in the better half of the points; None where it is no better than
         always to foretell their mean.
         """
-        foretold = np.mean([self._left_out_errors(cell) for cell in cells], axis=0)
+        left_out = [self.processes[cell].foretell_left_out() for cell in cells]
+        foretold = np.mean([_expected_size(one) for one in left_out], axis=0)
         errors = self.driven.errors(cells)
-        is_known = np.isfinite(errors + foretold)
-        errors, foretold = errors[is_known], foretold[is_known]
         is_better = errors <= np.median(errors)
         residual = float(np.sqrt(np.mean((errors - foretold)[is_better] ** 2)))
         return residual if residual < float(errors.std()) else None
-
-    def _left_out_errors(self, cell: Cell) -> Array:
-        errors = np.full(len(self.driven.points), np.nan)
-        is_known = np.isfinite(self.driven.deviations[cell])
-        errors[is_known] = _expected_size(self.processes[cell].foretell_left_out())
-        return errors
 
 
 def emulator_of(
     driven: Driven, kernels: Mapping[Cell, Kernel], places: Mapping[Cell, Places]
 ) -> Emulator:
     """Returns the emulator that knows what was driven."""
-    processes = {}
-    for cell, deviations in driven.deviations.items():
-        is_known = np.isfinite(deviations)
-        points = driven.points[is_known][:, places[cell]]
-        processes[cell] = GaussianProcess(kernels[cell], points, deviations[is_known])
+    processes = {
+        cell: GaussianProcess(kernels[cell], driven.points[:, places[cell]], deviations)
+        for cell, deviations in driven.deviations.items()
+    }
     return Emulator(driven, processes, places)
 
 

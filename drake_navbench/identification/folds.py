@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_navbench.errors import InputError
 from drake_navbench.identification.design import point_of, settings_at
 from drake_navbench.identification.driving import Driver
 from drake_navbench.identification.emulator import (
@@ -137,7 +138,7 @@ class Search:
     def fit(self) -> Fit:
         """Returns the best that was driven; of unknowns that no cell tells of it has no value."""
         errors = self._driven.errors(self.cells)
-        best = int(np.nanargmin(errors))
+        best = int(np.argmin(errors))
         everything = settings_at(self._all_blocks, self._driven.points[best])
         settings = Settings()
         for block in self.blocks:
@@ -164,7 +165,8 @@ def fits_of(
 
     points: (N, D) that all folds learn from, see the design; then each has `rounds` settings of its
     own driven, which the others do not hear of: they were chosen by cells that may be held out
-    there. tell: is given each line for the user.
+    there. tell: is given each line for the user. Raises InputError where a scenario could be driven
+    with none of the points.
     """
     blocks, cells = unknowns.blocks, tuple(fit_cells.values)
     places = places_of(blocks, cells)
@@ -172,6 +174,7 @@ def fits_of(
     found = driver.means_of_each(
         [(s, pairs_of(cells)) for s in settings], trials=SEARCH_TRIALS, seed=seed
     )
+    _require_driven(found, cells)
     driven_points = np.array([point_of(blocks, s) for s in settings])
     design = driven_of(driven_points, found, cells, fit_cells)
     tell(f"{len(points)} settings are driven; learning what each cell hangs on ...")
@@ -189,3 +192,12 @@ def fits_of(
         whole = searches[0].fit()
         tell(f"round {number + 1} of {rounds}: mean error {whole.error:.3f} of all cells")
     return {search.fold: search.fit() for search in searches}
+
+
+def _require_driven(found: Sequence[Mapping[Cell, float]], cells: Sequence[Cell]) -> None:
+    for cell in cells:
+        if not any(cell in numbers for numbers in found):
+            raise InputError(
+                f"identify: {cell.controller} in {cell.scenario}: none of {len(found)} settings "
+                "can be driven; expected ranges of unknowns that the scenario allows"
+            )

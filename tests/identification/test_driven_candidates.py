@@ -94,3 +94,27 @@ def test_a_planted_wall_is_found_again_from_what_rpp_did_before_it(tmp_path, dri
     assert run["scores"]["shipped"]["together"]["median_error"] > 0.05
     page = (out / "identification.md").read_text(encoding="utf-8")
     assert "Nothing was held out: what agrees here is fitted, and confirms nothing." in page
+
+
+def test_a_range_in_which_nothing_can_be_driven_is_one_line(tmp_path, capsys):
+    unknowns = tmp_path / "unknowns.yaml"
+    unknowns.write_text(
+        'layouts: {restricted_small: {front_m: "0.2:0.3"}}\n'
+        "controllers: {rpp: {preset: rpp, blind: rpp_bringup}}\n",
+        encoding="utf-8",
+    )
+    arguments = [
+        "--unknowns",
+        str(unknowns),
+        "--controllers",
+        "rpp",
+        "--budget",
+        "22",
+        "--jobs",
+        "1",
+    ]
+    only = ["--scenarios", "restricted_small", "--out", str(tmp_path / "out")]
+    assert command.main([*arguments, *only]) == 2
+    shown = capsys.readouterr().err
+    assert shown.startswith("identify: rpp in restricted_small: none of 16 settings can be driven")
+    assert shown.count("\n") == 1

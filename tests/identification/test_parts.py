@@ -11,7 +11,13 @@ import pytest
 from drake_navbench.errors import InputError
 from drake_navbench.identification.budget import Budget, drive_design, parse_budget
 from drake_navbench.identification.design import design_points, point_of, settings_at
-from drake_navbench.identification.emulator import Driven, emulator_of, kernels_of, places_of
+from drake_navbench.identification.emulator import (
+    Driven,
+    driven_of,
+    emulator_of,
+    kernels_of,
+    places_of,
+)
 from drake_navbench.identification.folds import Context, Fit, Fold, Search, folds_of
 from drake_navbench.identification.gaussian_process import GaussianProcess, Kernel, fit_kernel
 from drake_navbench.identification.layouts import LAYOUTS, with_layout
@@ -102,6 +108,7 @@ def test_of_a_time_as_much_is_driven_as_leaves_the_rest_for_the_folds(tmp_path, 
 
 
 def test_of_a_number_the_folds_own_settings_are_taken_off(tmp_path):
+    assert drive_design(Budget(evaluations=630), 3, 10, lambda *ends: None, tmp_path) == 600
     driven = []
     count = drive_design(
         Budget(evaluations=50), 3, 10, lambda *ends: driven.append(ends), tmp_path / "driven.json"
@@ -217,6 +224,12 @@ def test_a_fold_finds_the_settings_where_its_cells_are_right():
         search.learn(proposed, numbers)
     assert before > 0.01
     assert search.fit().error < 0.4 * before
+
+
+def test_settings_that_cannot_be_driven_are_as_far_off_as_can_be():
+    targets = Targets(row(rpp=10.0), {("empty", "time_taken"): 0.01})
+    driven = driven_of(np.zeros((3, 1)), [row(rpp=11.0), {}, row(rpp=math.nan)], [CELL], targets)
+    assert driven.errors([CELL]).tolist() == pytest.approx([0.1, 1.0, 1.0])
 
 
 def test_a_layout_is_told_by_its_scenario_and_own_settings_by_their_column():
