@@ -66,6 +66,11 @@ def _add_what_drives(parser: argparse.ArgumentParser) -> None:
         "path/to/file.py:Class stands for a name "
         "(default: dwb, rpp, teb, teb_upstream, mppi, mppi_nav2)",
     )
+    add(
+        "--original",
+        metavar="BUILD",
+        help="beside each column the original C++ of its controller, out of a build of nav2-build",
+    )
     add("--robot", default="wheelchair", metavar="NAME|FILE", help="robot (wheelchair)")
 
 

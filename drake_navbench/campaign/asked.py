@@ -37,6 +37,7 @@ def request_from_arguments(arguments: argparse.Namespace) -> Request:
         "parameter_files": [str(path) for path in arguments.params],
         "nav2_files": [str(path) for path in arguments.nav2],
         "nav2_release": arguments.nav2_release,
+        "original": arguments.original,
         "substitutions": read_assignments(arguments.set),
         "map_task": _map_task(arguments),
         "barn": _barn_task(arguments),

@@ -15,8 +15,9 @@ from drake_navbench.inputs.barn import barn_scenarios
 from drake_navbench.inputs.nav2_check import Check, CheckRow, Status
 from drake_navbench.inputs.nav2_release import Release
 from drake_navbench.inputs.nav2_robot import Nav2Setup, read_nav2_files
+from drake_navbench.inputs.originals_beside import with_originals
 from drake_navbench.inputs.parameter_files import load_parameter_file
-from drake_navbench.inputs.presets import Preset
+from drake_navbench.inputs.presets import Preset, default_presets
 from drake_navbench.inputs.robot import Robot, load_robot
 from drake_navbench.inputs.scenario import Pose, Scenario, scenario_on_map
 from drake_navbench.parameter_names import flattened
@@ -54,6 +55,7 @@ class Request(FrozenModel):
     controllers: presets and variants by name. parameter_files: more columns, from files.
     nav2_files: whole Nav2 files, which give columns and the robot. substitutions: their values.
     nav2_release: what they are written for, where they do not tell it themselves.
+    original: the build of Nav2 whose controllers drive beside those of the columns.
     sweeps: axes as of `parse_axis`. samples: of a Latin hypercube over them, None for their grid.
     keeps_costmaps: whether the logs hold the local costmaps.
     """
@@ -64,6 +66,7 @@ class Request(FrozenModel):
     nav2_files: tuple[str, ...] = ()
     substitutions: dict[str, str] = Field(default_factory=dict)
     nav2_release: Release | None = None
+    original: str | None = None
     map_task: MapTask | None = None
     barn: BarnTask | None = None
     trials: int = Field(ge=1, le=MAX_TRIALS)
@@ -98,6 +101,8 @@ class Request(FrozenModel):
                     f"--nav2 {', '.join(self.nav2_files)}: no controller_server with "
                     "controller_plugins; expected one, or --controllers"
                 )
+        if self.original is not None:
+            presets = with_originals(presets or default_presets(), self.original)
         robot = load_robot(self.robot) if nav2 is None else nav2.robot
         campaign = plan_campaign(
             self._scenarios(robot),

@@ -13,7 +13,7 @@ from typing import Any
 from drake_navbench.controller import CONTROLLERS, RELEASE_FIELD, ControllerParameters
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.inputs.nav2_parameters import Node, Section, nodes_called
-from drake_navbench.inputs.presets import Preset, installed_controllers
+from drake_navbench.inputs.presets import Nav2Plugin, Preset, installed_controllers
 from drake_navbench.parameter_names import SEPARATOR, flattened, nested
 from drake_navbench.typed_files.typed_yaml import unknown_fields
 
@@ -121,6 +121,7 @@ def plugin_preset(
             if n not in fields and (n not in known or model.is_without_effect(n, whole))
         ),
         path_handler={field: given[name] for name, field in fields.items()},
+        nav2_plugin=Nav2Plugin(plugin_type, given),
     ).checked()
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import yaml
 from pydantic import Field
@@ -55,6 +55,13 @@ class PresetFile(FrozenModel):
     )
 
 
+class Nav2Plugin(NamedTuple):
+    """What a Nav2 file gives one of its controllers: type, and parameters by dotted names."""
+
+    type: str
+    parameters: Mapping[str, Any]
+
+
 @dataclass(frozen=True, eq=False)
 class Preset:
     """One column: what it is called, which controller, with which parameters.
@@ -66,6 +73,7 @@ class Preset:
     values_for_radius: in place of `values` for a robot given by a radius; None where they serve it.
     path_handler: fields that replace those of the robot's path handler.
     file: where the controller's class is, where it is in a file of its own.
+    nav2_plugin: the controller as the Nav2 file has it that the column is from.
     """
 
     name: str
@@ -77,6 +85,7 @@ class Preset:
     values_for_radius: Mapping[str, Any] | None = None
     path_handler: Mapping[str, Any] = field(default_factory=dict)
     file: ControllerFile | None = None
+    nav2_plugin: Nav2Plugin | None = None
 
     @property
     def controller_class(self) -> type[Controller]:

@@ -15,12 +15,14 @@ from drake_navbench.native.compiler import first_error, flags_for
 from drake_navbench.native.headers import message_header
 from drake_navbench.trial.column_controller import controller_setup
 
+CONTROLLERS = ("tiny::Controller", "nav2_graceful_controller::GracefulController")
+
 
 def test_a_checkout_tells_its_release_and_its_controllers(copied):
     checkout = read_checkout(copied)
     assert (checkout.release, checkout.version) == ("jazzy", "1.3.99")
     (package,) = checkout.controller_packages.values()
-    assert package.controllers == ("tiny::Controller",)
+    assert package.controllers == CONTROLLERS
     assert set(checkout.compiled_for(["tiny_controller"])) == set(checkout.packages)
 
 
@@ -42,7 +44,7 @@ def test_a_build_of_the_same_files_compiles_nothing(tiny, copied):
     again = build_checkout(copied, name="again", tell=told.append)
     assert again.host == tiny.host
     assert told[-1].startswith("0 files compiled")
-    assert find_build("again").controllers == ("tiny::Controller",)
+    assert find_build("again").controllers == CONTROLLERS
 
 
 def test_a_changed_source_is_compiled_alone(tiny, copied):
@@ -69,7 +71,7 @@ def test_packages_beside_it_compile_nothing_of_a_package_again(tiny, copied):
     (other / "src" / "other.cpp").write_text(source)
     told = []
     build = build_checkout(copied, name="other", tell=told.append)
-    assert set(build.controllers) == {"tiny::Controller", "other::Controller"}
+    assert set(build.controllers) == {*CONTROLLERS, "other::Controller"}
     assert "[1/1] other.cpp" in told
 
 

@@ -19,7 +19,7 @@ def test_a_change_is_driven_and_told(tiny, copied, tmp_path, capsys):
     assert "2 pairs of equal seed, of which 0 drove the same" in shown
     assert 'classname="empty.tiny::Controller" name="success_rate"' in junit.read_text()
     assert (out / "manifest.json").is_file()
-    assert find_build("gate-head").controllers == ("tiny::Controller",)
+    assert "tiny::Controller" in find_build("gate-head").controllers
 
 
 def test_a_build_that_is_not_there_is_one_line(builds, capsys):

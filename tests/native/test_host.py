@@ -182,7 +182,7 @@ def test_a_plugin_that_is_not_linked_is_wrong_input(tiny):
     parameters = ExternalController.Parameters(
         command=[str(tiny.host)], client={"plugin": "no::Such", "parameters": {}}
     )
-    with pytest.raises(InputError, match=r"no::Such.*Declared types are tiny::Controller"):
+    with pytest.raises(InputError, match=r"no::Such.*Declared types are .*tiny::Controller"):
         ExternalController(parameters, SETUP)
 
 

@@ -1,0 +1,80 @@
+"""Beside each column the original that a build of Nav2 has of it: `--original NAME`."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+
+from drake_navbench.controller import ControllerParameters
+from drake_navbench.errors import InputError, InputWarning
+from drake_navbench.inputs.originals import Original, names_original
+from drake_navbench.inputs.presets import Preset, load_preset
+from drake_navbench.native.builds import Build, find_build
+from drake_navbench.parameter_names import nested
+
+
+def with_originals(columns: Sequence[str | Preset], build_name: str) -> list[str | Preset]:
+    """Returns the columns, each followed by its original; warns of one that has none.
+
+    columns: presets and variants by name, and presets out of files. Raises InputError where there
+    is no such build, or no column has an original in it.
+    """
+    build = find_build(build_name)
+    beside: list[str | Preset] = []
+    reasons = []
+    for column in columns:
+        beside.append(column)
+        if isinstance(column, str) and (
+            names_original(column) or _reference(column, build) in columns
+        ):
+            continue
+        try:
+            beside.append(_original_of(column, build))
+        except InputError as error:
+            reasons.append(str(error))
+    if reasons and len(beside) == len(columns):
+        raise InputError(f"--original {build.name}: no column has one: {'; '.join(reasons)}")
+    for reason in reasons:
+        warnings.warn(f"--original: {reason}; it drives alone", InputWarning, stacklevel=2)
+    return beside
+
+
+def _original_of(column: str | Preset, build: Build) -> Preset:
+    """Returns the column of an original; raises InputError where the build has none."""
+    if isinstance(column, Preset):
+        return _original_of_preset(column, build)
+    return load_preset(_reference(column, build))
+
+
+def _reference(column: str, build: Build) -> str:
+    name, colon, assignments = column.partition(":")
+    return f"{name}@{build.name}{colon}{assignments}"
+
+
+def _original_of_preset(preset: Preset, build: Build) -> Preset:
+    """Returns the original of a column out of a file.
+
+    Of a Nav2 file it is given all that the file says, also what the port does not know; what it
+    does not declare is told when the run starts.
+    """
+    original = Original(preset.name, build, ())
+    plugin = preset.nav2_plugin
+    if plugin is None:
+        raise InputError(f"controller {preset.name}: its file is none of Nav2's")
+    command = original.command_of(plugin.type)
+    model: type[ControllerParameters] = preset.controller_class.Parameters
+    given = nested(plugin.parameters.items(), preset.source)
+    return Preset(
+        f"{preset.name}@{build.name}",
+        "external",
+        original.description,
+        {
+            **command,
+            "client": {
+                "plugin": plugin.type,
+                "parameters": model.for_original(given, build.release),
+            },
+        },
+        preset.source,
+        path_handler=preset.path_handler,
+    ).checked()
