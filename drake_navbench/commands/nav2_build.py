@@ -51,6 +51,13 @@ def build_parser() -> argparse.ArgumentParser:
         help="whose random numbers MPPI samples with: of its own generator, or the benchmark's, "
         "which its port draws in the same cycle (own)",
     )
+    add(
+        "--flags",
+        choices=("portable", "package"),
+        default="portable",
+        help="compile so that every machine computes the same, or as each package's CMakeLists.txt "
+        "asks; CXXFLAGS comes after either (portable)",
+    )
     add("--jobs", type=positive_number, default=2, metavar="N", help="files compiled at once (2)")
     return parser
 
@@ -65,17 +72,20 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _build(arguments: argparse.Namespace) -> None:
     from drake_navbench.native.build import build_checkout
-    from drake_navbench.native.builds import NoiseSource
+    from drake_navbench.native.builds import FlagSet, NoiseSource
 
     build = build_checkout(
         arguments.checkout,
         name=arguments.name,
         wanted=arguments.packages,
         noise=NoiseSource(arguments.noise),
+        flags=FlagSet(arguments.flags),
         jobs=arguments.jobs,
         tell=lambda line: print(printable(line), flush=True),
     )
     print(printable(f"{build.name}: Nav2 {build.where_from}, in {build.seconds:.0f} s"))
+    if build.more_flags:
+        print(printable(f"  flags: {build.more_flags}"))
     for plugin in (*build.controllers, *build.planners):
         print(f"  {plugin}")
 
