@@ -19,8 +19,8 @@ example:
   python -m drake_navbench nav2-build ~/nav2_ws/src/navigation2 --as mine
   python -m drake_navbench run one_obstacle --controllers rpp,rpp@mine
 
-exit status: 0 done, 2 wrong input: no checkout, a release that is not known, a compiler or a
-library that is missing, or something that cannot be compiled
+exit status: 0 done, 2 wrong input: no checkout, a release that is not known,
+a compiler or a library that is missing, or something that cannot be compiled
 """
 
 
@@ -28,8 +28,8 @@ def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
     parser = argparse.ArgumentParser(
         prog="python -m drake_navbench nav2-build",
-        description="Compiles the controllers of a checkout of Nav2, without ROS, into a program "
-        "that drives trials: the column rpp@NAME is the original of rpp.",
+        description="Compiles the controllers of a checkout of Nav2, without ROS, into a\n"
+        "program that drives trials: the column rpp@NAME is the original of rpp.",
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

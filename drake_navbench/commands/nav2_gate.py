@@ -29,14 +29,15 @@ if TYPE_CHECKING:
     from drake_navbench.side_by_side.gate import GateResult
 
 EPILOG = """\
-Equal seeds, paired; every metric of every controller and scenario is a test, corrected by Holm, so
-that a change that changes nothing turns the gate red once in a hundred times at most. In CI:
+Equal seeds, paired; every metric of every controller and scenario is a test,
+corrected by Holm, so that a change that changes nothing turns the gate red once
+in a hundred times at most. In CI:
 
-  python -m drake_navbench nav2-gate main_checkout branch_checkout --controllers rpp,mppi_nav2 \\
-      --markdown gate.md --junit gate.xml
+  python -m drake_navbench nav2-gate main_checkout branch_checkout \\
+      --controllers rpp,mppi_nav2 --markdown gate.md --junit gate.xml
 
-exit status: 0 nothing became worse by more than the tolerance, 1 something did, 2 wrong input, or
-trials that came to no end
+exit status: 0 nothing became worse by more than the tolerance, 1 something did,
+2 wrong input, or trials that came to no end
 """
 
 
