@@ -19,8 +19,8 @@ example:
   python -m drake_navbench nav2-build ~/nav2_ws/src/navigation2 --as mine
   python -m drake_navbench run one_obstacle --controllers rpp,rpp@mine
 
-exit status: 0 done, 2 wrong input: no checkout, a release that is not known, a compiler or a
-library that is missing, or something that cannot be compiled
+exit status: 0 done, 2 wrong input: no checkout, a release that is not known,
+a compiler or a library that is missing, or something that cannot be compiled
 """
 
 
@@ -28,8 +28,8 @@ def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
     parser = argparse.ArgumentParser(
         prog="python -m drake_navbench nav2-build",
-        description="Compiles the controllers of a checkout of Nav2, without ROS, into a program "
-        "that drives trials: the column rpp@NAME is the original of rpp.",
+        description="Compiles the controllers of a checkout of Nav2, without ROS, into a\n"
+        "program that drives trials: the column rpp@NAME is the original of rpp.",
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -51,6 +51,13 @@ def build_parser() -> argparse.ArgumentParser:
         help="whose random numbers MPPI samples with: of its own generator, or the benchmark's, "
         "which its port draws in the same cycle (own)",
     )
+    add(
+        "--flags",
+        choices=("portable", "package"),
+        default="portable",
+        help="compile so that every machine computes the same, or as each package's CMakeLists.txt "
+        "asks; CXXFLAGS comes after either (portable)",
+    )
     add("--jobs", type=positive_number, default=2, metavar="N", help="files compiled at once (2)")
     return parser
 
@@ -65,17 +72,20 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _build(arguments: argparse.Namespace) -> None:
     from drake_navbench.native.build import build_checkout
-    from drake_navbench.native.builds import NoiseSource
+    from drake_navbench.native.builds import FlagSet, NoiseSource
 
     build = build_checkout(
         arguments.checkout,
         name=arguments.name,
         wanted=arguments.packages,
         noise=NoiseSource(arguments.noise),
+        flags=FlagSet(arguments.flags),
         jobs=arguments.jobs,
         tell=lambda line: print(printable(line), flush=True),
     )
     print(printable(f"{build.name}: Nav2 {build.where_from}, in {build.seconds:.0f} s"))
+    if build.more_flags:
+        print(printable(f"  flags: {build.more_flags}"))
     for plugin in (*build.controllers, *build.planners):
         print(f"  {plugin}")
 

@@ -29,14 +29,15 @@ if TYPE_CHECKING:
     from drake_navbench.side_by_side.gate import GateResult
 
 EPILOG = """\
-Equal seeds, paired; every metric of every controller and scenario is a test, corrected by Holm, so
-that a change that changes nothing turns the gate red once in a hundred times at most. In CI:
+Equal seeds, paired; every metric of every controller and scenario is a test,
+corrected by Holm, so that a change that changes nothing turns the gate red once
+in a hundred times at most. In CI:
 
-  python -m drake_navbench nav2-gate main_checkout branch_checkout --controllers rpp,mppi_nav2 \\
-      --markdown gate.md --junit gate.xml
+  python -m drake_navbench nav2-gate main_checkout branch_checkout \\
+      --controllers rpp,mppi_nav2 --markdown gate.md --junit gate.xml
 
-exit status: 0 nothing became worse by more than the tolerance, 1 something did, 2 wrong input, or
-trials that came to no end
+exit status: 0 nothing became worse by more than the tolerance, 1 something did,
+2 wrong input, or trials that came to no end
 """
 
 
@@ -72,6 +73,18 @@ def build_parser() -> argparse.ArgumentParser:
         metavar="PERCENT",
         help="smaller changes of a mean matter to nobody (1)",
     )
+    add(
+        "--flags",
+        choices=("portable", "package"),
+        help="compile checkouts as their packages ask, which is what users run, or as all machines "
+        "agree on (package)",
+    )
+    add(
+        "--noise",
+        choices=("own", "benchmark"),
+        help="of MPPI: the benchmark's, other in each trial, or that of its own generator, the "
+        "same in each (benchmark)",
+    )
     add("--robot", default="wheelchair", help="robot by name, or a YAML file (wheelchair)")
     add("--seed", type=whole_number, default=0, help="of the first trial (0)")
     add("--jobs", type=positive_number, metavar="N", help="parallel workers (all cores)")
@@ -90,12 +103,29 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _gate(arguments: argparse.Namespace) -> int:
+    from drake_navbench.native.builds import FlagSet, NoiseSource
     from drake_navbench.results import write_text
     from drake_navbench.side_by_side import gate, gate_report
+    from drake_navbench.side_by_side.gate_builds import build_of, left_out_changes
 
     say = partial(print, file=sys.stderr, flush=True)
+
+    def tell(line: str) -> None:
+        say(printable(line))
+
+    noise = arguments.noise and NoiseSource(arguments.noise)
+    if noise is not NoiseSource.OWN:
+        for name in left_out_changes(arguments.base, arguments.head, arguments.controllers):
+            tell(f"{name} differs, and is not driven with the benchmark's noise: --noise own does")
     base, head = (
-        gate.build_of(text, side, arguments.controllers, tell=lambda line: say(printable(line)))
+        build_of(
+            text,
+            side,
+            arguments.controllers,
+            flags=arguments.flags and FlagSet(arguments.flags),
+            noise=noise,
+            tell=tell,
+        )
         for text, side in ((arguments.base, "gate-base"), (arguments.head, "gate-head"))
     )
     folder = arguments.out or Path("results") / time.strftime("gate-%Y-%m-%d_%H-%M-%S")
@@ -110,7 +140,7 @@ def _gate(arguments: argparse.Namespace) -> int:
         seed=arguments.seed,
         robot=arguments.robot,
         tolerance=arguments.tolerance,
-        tell=lambda line: say(printable(line)),
+        tell=tell,
     )
     text = gate_report.to_markdown(result)
     if arguments.markdown is None:

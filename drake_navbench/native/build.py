@@ -14,6 +14,7 @@ from pathlib import Path
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.native.builds import (
     Build,
+    FlagSet,
     NoiseSource,
     builds_folder,
     require_name,
@@ -24,10 +25,10 @@ from drake_navbench.native.checkout import Checkout, Package, read_checkout
 from drake_navbench.native.compiler import (
     Compiler,
     find_compiler,
-    flags_for,
     link_arguments,
     missing_libraries,
 )
+from drake_navbench.native.flags import Flags, flags_of
 from drake_navbench.native.headers import (
     HOST,
     NATIVE,
@@ -54,6 +55,7 @@ def build_checkout(
     name: str | None = None,
     wanted: Sequence[str] = (),
     noise: NoiseSource = NoiseSource.OWN,
+    flags: FlagSet = FlagSet.PORTABLE,
     jobs: int = 2,
     tell: Callable[[str], None] = lambda line: None,
 ) -> Build:
@@ -61,8 +63,8 @@ def build_checkout(
 
     name: None for the name of the release. wanted: packages with controllers or global planners;
     where none is named, all that have controllers, without those for which the system lacks
-    something. noise: whose random
-    numbers they sample with: their own, or those that the port draws in the same cycle.
+    something. noise: whose random numbers they sample with: their own, or those that the port
+    draws in the same cycle. flags: those that all machines share, or what each package asks for.
     Raises InputError where there is nothing to build, the compiler or a library that is wanted is
     missing, or something cannot be compiled.
     """
@@ -78,7 +80,9 @@ def build_checkout(
         )
     for reason in sorted(set(left_out.values())):
         tell(reason)
-    plan = _Plan(checkout, tuple(chosen), compiler, noise)
+    packages = checkout.compiled_for((*chosen, *HOST_NEEDS))
+    all_flags = flags_of(flags, packages.values(), compiler, tell=tell)
+    plan = _Plan(checkout, packages, compiler, noise, all_flags)
     host, compiled = plan.build(jobs, builds_folder() / "logs" / f"{name}.log", tell)
     build = Build(
         name=name,
@@ -93,6 +97,8 @@ def build_checkout(
         left_out=left_out,
         seconds=time.monotonic() - start,
         noise=noise,
+        flags=flags,
+        more_flags=all_flags.description,
     )
     save_build(build)
     tell(f"{compiled} files compiled, {plan.file_count - compiled} taken from the cache")
@@ -132,13 +138,10 @@ class _Plan:
     """What is to be compiled for some packages of a checkout."""
 
     checkout: Checkout
-    chosen: tuple[str, ...]
+    packages: Mapping[str, Package]
     compiler: Compiler
     noise: NoiseSource
-
-    @cached_property
-    def packages(self) -> dict[str, Package]:
-        return self.checkout.compiled_for((*self.chosen, *HOST_NEEDS))
+    flags: Flags
 
     @cached_property
     def units(self) -> list[Unit]:
@@ -156,11 +159,12 @@ class _Plan:
         for package in self.packages.values():
             own = self.checkout.seen_from([package.name])
             sources, ours_instead = self._sources(package)
-            flags = flags_for(package.dependencies)
+            flags = self.flags.of_package(package)
             units += self._units(sources, own, headers, root, ours, flags)
+            flags = self.flags.of_stand_in(package)
             units += self._units(ours_instead, own, headers, root, hosts, flags)
         core = self.checkout.seen_from(HOST_NEEDS)
-        flags = flags_for(())
+        flags = self.flags.of_host
         units += self._units([HOST / "controller_host.cpp"], core, headers, root, hosts, flags)
         if any(package.planners for package in self.packages.values()):
             units += self._units([HOST / "planner_host.cpp"], core, headers, root, hosts, flags)
@@ -187,7 +191,8 @@ class _Plan:
 
     def _linked(self, objects: Objects, log: Path) -> Path:
         """Returns the host of all objects, linked where there is none yet."""
-        libraries = link_arguments(d for p in self.packages.values() for d in p.dependencies)
+        needed = (d for package in self.packages.values() for d in package.dependencies)
+        libraries = [*self.flags.of_link, *link_arguments(needed)]
         content = {unit.digest: str(objects.system_digest(unit)) for unit in self.units}
         digest = _digest_of_texts(content | {"": " ".join(libraries)})
         host = builds_folder() / "hosts" / digest / "nav2_host"

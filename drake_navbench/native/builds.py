@@ -27,6 +27,13 @@ class NoiseSource(StrEnum):
     BENCHMARK = "benchmark"
 
 
+class FlagSet(StrEnum):
+    """Which flags of the compiler: what all machines share, or what packages ask for."""
+
+    PORTABLE = "portable"
+    PACKAGE = "package"
+
+
 class Build(FrozenModel):
     """What was built under a name."""
 
@@ -42,13 +49,16 @@ class Build(FrozenModel):
     left_out: dict[str, str] = Field(description="The plugins that are not, each with the reason.")
     seconds: float = Field(description="That the build took.")
     noise: NoiseSource = Field(NoiseSource.OWN, description="Whose random numbers there are in it.")
+    flags: FlagSet = Field(FlagSet.PORTABLE, description="What it was compiled with.")
+    more_flags: str = Field("", description="What packages and CXXFLAGS add, in one line.")
 
     @property
     def where_from(self) -> str:
         """The release, the commit, and what is not the checkout's own, in a few words."""
         commit = f" at {self.commit}" if self.commit else ""
-        noise = " with the benchmark's noise" if self.noise is NoiseSource.BENCHMARK else ""
-        return f"{self.release} {self.version}{commit}{noise}"
+        noise = ", with the benchmark's noise" if self.noise is NoiseSource.BENCHMARK else ""
+        flags = ", with its packages' flags" if self.flags is FlagSet.PACKAGE else ""
+        return f"{self.release} {self.version}{commit}{noise}{flags}"
 
 
 def builds_folder() -> Path:

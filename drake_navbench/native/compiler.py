@@ -7,6 +7,7 @@ import re
 import shlex
 import shutil
 import subprocess
+import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -34,14 +35,6 @@ LINKED: Mapping[str, tuple[str, ...]] = {
 # Where Debian has headers apart.
 SYSTEM_HEADERS = Path("/usr/include")
 INCLUDE_FOLDERS = ("eigen3", "ompl-*", "suitesparse")
-# Floating-point results must not depend on the machine that compiles: nothing is contracted, and
-# nothing is used that only some processors have.
-FLAGS = ("-O2", "-DNDEBUG", "-ffp-contract=off", "-fPIC", "-w")
-STANDARD = "-std=c++20"
-# What computes with xtensor is compiled as the releases that use it do: up to 0.24 it takes other
-# types for its temporaries in later standards, and throws.
-OLDER_STANDARD = "-std=c++17"
-NEEDS_OLDER_STANDARD = frozenset({"xtensor"})
 # A controller may be large: MPPI's takes a minute for one file on a slow machine.
 PATIENCE_S = 1200.0
 
@@ -60,10 +53,37 @@ class Compiler:
 
     def has_header(self, header: str) -> bool:
         """Returns whether a header of the system is found."""
-        command = [*self.words, STANDARD, *FLAGS, *include_arguments(()), "-x", "c++", "-E", "-"]
         text = f"#if !__has_include(<{header}>)\n#error\n#endif\n"
+        return self._output(["-std=c++17", *include_arguments(()), "-E"], text) is not None
+
+    def knows(self, options: Iterable[str]) -> bool:
+        """Returns whether it takes some options."""
+        # A compiler may only warn of one that it does not know.
+        return self._output([*options, "-Werror", "-fsyntax-only"], "int main() {}\n") is not None
+
+    def links(self, options: Iterable[str]) -> bool:
+        """Returns whether it compiles and links a program with some options."""
+        with tempfile.TemporaryDirectory() as folder:
+            arguments = [*options, "-Werror", "-o", str(Path(folder) / "program")]
+            return self._output(arguments, "int main() {}\n") is not None
+
+    def serves(self, option: str) -> bool:
+        """Returns whether it takes an option, and the processor has the instructions for it."""
+        if not option.startswith("-m") or not self.knows([option]):
+            return self.knows([option])
+        return self._macros(option) - self._macros() <= self._macros("-march=native")
+
+    def _macros(self, *options: str) -> set[str]:
+        """Returns the names of what is predefined with some options, without those for tuning."""
+        text = self._output([*options, "-dM", "-E"], "") or ""
+        names = {line.split()[1] for line in text.splitlines() if line.startswith("#define ")}
+        return {name for name in names if "tune" not in name}
+
+    def _output(self, arguments: Sequence[str], text: str) -> str | None:
+        """Returns what it prints for a text; None where it fails."""
+        command = [*self.words, *arguments, "-x", "c++", "-"]
         done = subprocess.run(command, input=text, capture_output=True, text=True, check=False)
-        return done.returncode == 0
+        return done.stdout if done.returncode == 0 else None
 
     def run(self, arguments: Sequence[str], log: Path) -> None:
         """Runs it; raises InputError with its first error, and the log's place, where it fails."""
@@ -130,12 +150,6 @@ def include_arguments(folders: Iterable[Path]) -> list[str]:
     """Returns the arguments for folders of headers, and for those that Debian has apart."""
     system = (path for name in INCLUDE_FOLDERS for path in sorted(SYSTEM_HEADERS.glob(name)))
     return [*(f"-I{folder}" for folder in folders), *(f"-isystem{folder}" for folder in system)]
-
-
-def flags_for(dependencies: Iterable[str]) -> tuple[str, ...]:
-    """Returns the flags for the sources of a package."""
-    is_older = not NEEDS_OLDER_STANDARD.isdisjoint(dependencies)
-    return (OLDER_STANDARD if is_older else STANDARD, *FLAGS)
 
 
 def link_arguments(dependencies: Iterable[str]) -> list[str]:

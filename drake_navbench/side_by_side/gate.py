@@ -29,11 +29,8 @@ from drake_navbench.analysis.statistics import (
 )
 from drake_navbench.campaign.benchmark import run_benchmark
 from drake_navbench.errors import InputError
-from drake_navbench.inputs.presets import original_plugin
 from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS
-from drake_navbench.native.build import build_checkout
-from drake_navbench.native.builds import Build, find_build
-from drake_navbench.native.checkout import read_checkout
+from drake_navbench.native.builds import Build
 from drake_navbench.trial.trial import DEFAULT_ROBOT
 
 DEFAULT_SCENARIOS = (*PUBLISHED_SCENARIOS, "doorway")
@@ -80,7 +77,8 @@ class GateResult(NamedTuple):
 
     base, head: what was driven. trials: a scenario and controller. equal: pairs of trials whose
     metrics are all equal, and of how many. folder: where the logs are; None where nothing was
-    driven. table: one row a trial.
+    driven. table: one row a trial. repeated: the scenarios and controllers in which all trials of a
+    build are the same: what differs there does so for certain, but in one trial.
     """
 
     base: Build
@@ -91,6 +89,7 @@ class GateResult(NamedTuple):
     equal: tuple[int, int]
     folder: Path | None
     table: pd.DataFrame
+    repeated: tuple[tuple[str, str], ...] = ()
 
     @property
     def regressions(self) -> list[Finding]:
@@ -128,24 +127,16 @@ def drive_gate(
     before, after = (_of_build(results.trials, controllers, build) for build in (base, head))
     findings, equal = judge_trials(before, after, tolerance=tolerance)
     return GateResult(
-        base, head, tuple(scenarios), trials, tuple(findings), equal, folder, results.trials
+        base,
+        head,
+        tuple(scenarios),
+        trials,
+        tuple(findings),
+        equal,
+        folder,
+        results.trials,
+        repeated_cells(before, after),
     )
-
-
-def build_of(
-    text: str, name: str, controllers: Sequence[str], *, tell: Callable[[str], None]
-) -> Build:
-    """Returns the build that a text names: by its name, or made of a checkout's folder.
-
-    name: of the build that is made. controllers: presets; only what has their originals is built.
-    """
-    folder = Path(text)
-    if not folder.is_dir():
-        return find_build(text)
-    plugins = {original_plugin(split_column(controller)[0]) for controller in controllers}
-    packages = read_checkout(folder).controller_packages.values()
-    wanted = [package.name for package in packages if plugins & set(package.controllers)]
-    return build_checkout(folder, name=name, wanted=wanted, tell=tell)
 
 
 def column_of(controller: str, build: Build) -> str:
@@ -168,7 +159,7 @@ def judge_trials(
     before, after: one row a trial, with scenario, controller, seed and all metrics. A metric
     without a good direction is no test, nor is one that depends on the machine.
     """
-    metrics = [m for m in all_metrics() if m.better is not Better.NEITHER and m.is_repeatable]
+    metrics = _judged_metrics()
     names = [metric.name for metric in metrics]
     first, second = (table.set_index(IDENTITY).sort_index() for table in (before, after))
     common = first.index.intersection(second.index)
@@ -203,6 +194,24 @@ def judge_trials(
     return findings, (int(is_equal.all(axis=1).sum()), len(common))
 
 
+def repeated_cells(before: pd.DataFrame, after: pd.DataFrame) -> tuple[tuple[str, str], ...]:
+    """Returns the scenarios and controllers in which all trials of each build are one and the same.
+
+    before, after: as for `judge_trials`. One trial alone is no repetition.
+    """
+    names = [metric.name for metric in _judged_metrics()]
+
+    def repeated(table: pd.DataFrame) -> list[tuple[str, str]]:
+        return [
+            (scenario, controller)
+            for (scenario, controller), cell in table.groupby(["scenario", "controller"])
+            if len(cell) > 1 and not ((cell[names].max() - cell[names].min()) > ROUNDING).any()
+        ]
+
+    of_head = repeated(after)
+    return tuple(cell for cell in repeated(before) if cell in of_head)
+
+
 def detectable_difference(sd: float, pairs: int, level: float) -> float:
     """Returns the mean difference that a two-sided paired t-test shows with 80% power.
 
@@ -217,6 +226,10 @@ def detectable_difference(sd: float, pairs: int, level: float) -> float:
 def listed(findings: Sequence[Finding]) -> list[Finding]:
     """Returns the findings of the metrics that `compare` lists."""
     return [finding for finding in findings if finding.metric.name in DEFAULT_LISTED]
+
+
+def _judged_metrics() -> list[Metric]:
+    return [m for m in all_metrics() if m.better is not Better.NEITHER and m.is_repeatable]
 
 
 def _of_build(trials: pd.DataFrame, controllers: Sequence[str], build: Build) -> pd.DataFrame:

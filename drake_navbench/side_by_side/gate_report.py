@@ -30,6 +30,7 @@ def to_markdown(result: GateResult) -> str:
         "",
         f"Base: {_build(result.base)}. Head: {_build(result.head)}.",
         "",
+        *_compiled(result.base, result.head),
     ]
     if result.folder is None:
         return "\n".join([*lines, "Both are the same program; nothing was driven.", ""])
@@ -45,6 +46,12 @@ def to_markdown(result: GateResult) -> str:
         lines += [
             f"**{result.trials} trials are too few for any alarm**: if each of them changed alike, "
             f"p would be {least:.2g} after the correction.",
+            "",
+        ]
+    if result.repeated:
+        cells = ", ".join(f"{controller} in {scenario}" for scenario, controller in result.repeated)
+        lines += [
+            f"All seeds drive one and the same trial, so that nothing is told of chance: {cells}.",
             "",
         ]
     for title, verdict in (
@@ -121,6 +128,14 @@ def worst_logs(result: GateResult) -> tuple[Path, Path] | None:
 
 def _build(build: Build) -> str:
     return f"`{build.name}`, Nav2 {build.where_from}"
+
+
+def _compiled(base: Build, head: Build) -> list[str]:
+    """Returns what the two were compiled with, where that is more than the portable flags."""
+    first, second = (build.more_flags or "no more than the portable ones" for build in (base, head))
+    if first != second:
+        return [f"**The two were compiled with different flags**: {first}; {second}.", ""]
+    return [f"Flags of packages: {first}.", ""] if base.more_flags else []
 
 
 def _changes(findings: Iterable[Finding]) -> list[str]:

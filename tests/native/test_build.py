@@ -11,7 +11,7 @@ from drake_navbench.inputs.robot import load_robot
 from drake_navbench.native.build import build_checkout
 from drake_navbench.native.builds import find_build
 from drake_navbench.native.checkout import read_checkout
-from drake_navbench.native.compiler import first_error, flags_for
+from drake_navbench.native.compiler import first_error
 from drake_navbench.native.headers import message_header
 from drake_navbench.trial.column_controller import controller_setup
 
@@ -168,12 +168,6 @@ def test_a_package_that_is_not_there_is_one_line_with_the_nearest(copied, capsys
 
 def test_a_name_that_no_column_could_have_is_one_line(copied, capsys):
     assert "name of a build: got 'a:b'" in _fails(copied, "--as", "a:b", capsys=capsys)
-
-
-def test_what_computes_with_xtensor_is_compiled_as_its_releases_do():
-    # As C++20 the xtensor of Debian throws where it multiplies two arrays.
-    assert flags_for({"nav2_core", "xtensor"})[0] == "-std=c++17"
-    assert flags_for({"nav2_core", "eigen"})[0] == "-std=c++20"
 
 
 def test_the_stand_ins_serve_both_standards(copied, tiny, monkeypatch):

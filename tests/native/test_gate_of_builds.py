@@ -2,8 +2,24 @@
 
 from __future__ import annotations
 
+import shutil
+from pathlib import Path
+
+import pytest
+
 from drake_navbench.__main__ import main
-from drake_navbench.native.builds import find_build
+from drake_navbench.errors import InputError
+from drake_navbench.native.builds import FlagSet, NoiseSource, find_build
+from drake_navbench.side_by_side.gate_builds import build_of, left_out_changes
+
+SAMPLING = ["sampling::Controller"]
+
+
+@pytest.fixture
+def sampling(tiny, copied) -> Path:
+    """A checkout whose MPPI commands a sample of its noise."""
+    shutil.copytree(Path(__file__).parent / "sampling_package", copied / "nav2_mppi_controller")
+    return copied
 
 
 def test_a_change_is_driven_and_told(tiny, copied, tmp_path, capsys):
@@ -27,3 +43,32 @@ def test_a_build_that_is_not_there_is_one_line(builds, capsys):
     error = capsys.readouterr().err
     assert error.startswith("build 'nowhere' is not known")
     assert error.count("\n") == 1
+
+
+def test_a_checkout_is_built_as_its_users_run_it_with_other_noise_in_each_trial(sampling):
+    build = build_of(str(sampling), "gate-base", SAMPLING, tell=print)
+    assert (build.flags, build.noise) == (FlagSet.PACKAGE, NoiseSource.BENCHMARK)
+    assert build_of("gate-base", "", SAMPLING, tell=print) == build
+    with pytest.raises(InputError, match="--flags portable: build 'gate-base' has flags package"):
+        build_of("gate-base", "", SAMPLING, flags=FlagSet.PORTABLE, tell=print)
+    own = build_of(str(sampling), "gate-head", SAMPLING, noise=NoiseSource.OWN, tell=print)
+    assert own.noise is NoiseSource.OWN
+
+
+def test_what_draws_no_numbers_has_its_own(tiny, copied):
+    names, flags = ["tiny::Controller"], FlagSet.PORTABLE
+    build = build_of(str(copied), "gate-base", names, flags=flags, tell=print)
+    assert build.noise is NoiseSource.OWN
+    with pytest.raises(InputError, match="nothing else draws any"):
+        build_of(str(copied), "x", names, noise=NoiseSource.BENCHMARK, tell=print)
+
+
+def test_a_change_of_what_is_not_driven_is_named(sampling, tmp_path):
+    head = Path(shutil.copytree(sampling, tmp_path / "head"))
+    roots = str(sampling), str(head)
+    assert left_out_changes(*roots, SAMPLING) == []
+    source = head / "nav2_mppi_controller" / "src" / "noise_generator.cpp"
+    source.write_text(source.read_text() + "// changed\n")
+    assert left_out_changes(*roots, SAMPLING) == ["nav2_mppi_controller/src/noise_generator.cpp"]
+    assert left_out_changes(*roots, ["tiny::Controller"]) == []
+    assert left_out_changes("tiny", roots[1], SAMPLING) == []

@@ -9,7 +9,8 @@ import pytest
 
 from drake_navbench.controllers.mppi.lanes import LANES, unpack
 from drake_navbench.controllers.mppi.noise import fill_normal
-from drake_navbench.native.compiler import FLAGS, OLDER_STANDARD, find_compiler
+from drake_navbench.native.compiler import find_compiler
+from drake_navbench.native.flags import OLDER_STANDARD, RELEASE, STRICT
 from drake_navbench.native.headers import NATIVE
 
 # Writes the normals of a key. It is given: seed, deviation, samples, steps and names.
@@ -40,9 +41,9 @@ def program(tmp_path_factory):
     source = folder / "normals.cpp"
     source.write_text(PROGRAM)
     compiler = find_compiler()
+    flags = (OLDER_STANDARD, *RELEASE, *STRICT)
     compiler.run(
-        [OLDER_STANDARD, *FLAGS, f"-I{NATIVE}", str(source), "-o", str(folder / "normals")],
-        folder / "log",
+        [*flags, f"-I{NATIVE}", str(source), "-o", str(folder / "normals")], folder / "log"
     )
     return folder / "normals"
 

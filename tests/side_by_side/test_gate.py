@@ -19,6 +19,7 @@ from drake_navbench.side_by_side.gate import (
     detectable_difference,
     drive_gate,
     judge_trials,
+    repeated_cells,
 )
 from drake_navbench.side_by_side.gate_report import to_junit, to_markdown
 
@@ -153,3 +154,26 @@ def test_two_builds_of_the_same_program_are_not_driven(tmp_path, build_of):
     assert result.trials == 0
     assert "nothing was driven" in to_markdown(result)
     assert not (tmp_path / "out").exists()
+
+
+def test_trials_that_are_all_one_are_told(build_of):
+    noisy = _trials(time_to_goal_s=np.linspace(1.0, 1.1, PAIRS))
+    same = _trials(time_to_goal_s=np.full(PAIRS, 1.5))
+    assert repeated_cells(_trials(), same) == (("doorway", "rpp"),)
+    assert repeated_cells(_trials(), noisy) == ()
+    assert repeated_cells(noisy, _trials()) == ()
+    assert repeated_cells(_trials()[:1], same[:1]) == ()
+    told = "All seeds drive one and the same trial, so that nothing is told of chance: rpp in doorw"
+    result = _result(build_of, _trials(), same)
+    assert told not in to_markdown(result)
+    assert told in to_markdown(result._replace(repeated=(("doorway", "rpp"),)))
+
+
+def test_flags_are_told_and_that_they_differ(build_of):
+    result = _result(build_of, _trials(), _trials())
+    assert "lags of packages" not in to_markdown(result)
+    base, head = (build.model_copy(update={"more_flags": "a -O3"}) for build in result[:2])
+    alike = to_markdown(result._replace(base=base, head=head))
+    assert "Flags of packages: a -O3." in alike
+    other = to_markdown(result._replace(base=base))
+    assert "compiled with different flags**: a -O3; no more than the portable ones" in other

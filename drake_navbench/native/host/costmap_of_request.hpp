@@ -43,7 +43,7 @@ inline std::shared_ptr<nav2_costmap_2d::Costmap2DROS> CostmapOfRequest(
   for (const Value & corner : request["footprint"].array()) {
     footprint.push_back({corner.number_at(0), corner.number_at(1), 0.0});
   }
-  layers->setFootprint(footprint);
+  costmap->set_footprint(footprint);
   return costmap;
 }
 

@@ -8,6 +8,10 @@
 #include "host/pipes.hpp"
 #include "made/plugin_names.hpp"
 
+#if __has_include(<malloc.h>)
+#include <malloc.h>
+#endif
+
 namespace drake_navbench {
 
 // Returns the answer to a call; what goes wrong outside of a cycle is an error of the program.
@@ -24,6 +28,17 @@ Value Answer(ControllerHost & host, const Value & request) {
     return Value::Map{{"error", std::string(error.what())}};
   }
   return Value::Map{{"error", "the call " + call + " is not known"}};
+}
+
+// Keeps memory that was freed. A controller that samples takes and frees arrays of half a megabyte
+// in every cycle, and to get their pages from the system again takes as long as to fill them.
+void KeepMemory() {
+#ifdef M_MMAP_THRESHOLD
+  constexpr int kLargest = 1 << 25;
+  constexpr int kKept = 1 << 28;
+  ::mallopt(M_MMAP_THRESHOLD, kLargest);
+  ::mallopt(M_TRIM_THRESHOLD, kKept);
+#endif
 }
 
 void Serve() {
@@ -50,6 +65,7 @@ int main(int count, char ** arguments) {
     }
     return 0;
   }
+  drake_navbench::KeepMemory();
   drake_navbench::Serve();
   return 0;
 }

@@ -1,6 +1,7 @@
 // Normals as a pure function of a key, to the last bit those of controllers/mppi/noise.py.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -160,11 +161,15 @@ void DrawNormals(std::uint64_t seed, const std::vector<std::uint64_t> & names, f
   constexpr std::size_t kWidth = RowOfUniforms::kWidth;
   RowOfUniforms next(SeedWords(seed, names));
   const std::size_t rows = (samples + kWidth - 1) / kWidth * steps;
-  const auto put = [&](std::size_t row, std::size_t lane, float normal) {
-    const std::size_t sample = row / steps * kWidth + lane;
-    if (row < rows && sample < samples) set(sample, row % steps, normal);
+  const auto put = [&](std::size_t row, const RowOfUniforms::Row & normals) {
+    if (row >= rows) return;
+    const std::size_t first = row / steps * kWidth;
+    const std::size_t count = std::min(kWidth, samples - first);
+    for (std::size_t lane = 0; lane < count; ++lane) set(first + lane, row % steps, normals[lane]);
   };
-  // Box and Muller: two rows of uniforms make two of normals.
+  RowOfUniforms::Row cosines, sines;
+  // Box and Muller: two rows of uniforms make two of normals. The loop over a row has no branch, so
+  // that a compiler takes several lanes at once; that changes no bit.
   for (std::size_t row = 0; row < rows; row += 2) {
     const auto lengths = next();
     const auto turns = next();
@@ -172,9 +177,11 @@ void DrawNormals(std::uint64_t seed, const std::vector<std::uint64_t> & names, f
       const float squared = -2.0f * LogOf(lengths[lane]);
       const float length = deviation * std::sqrt(squared > 0.0f ? squared : 0.0f);
       const auto [sine, cosine] = SineAndCosineOf(6.28318530717958647692f * turns[lane]);
-      put(row, lane, length * cosine);
-      put(row + 1, lane, length * sine);
+      cosines[lane] = length * cosine;
+      sines[lane] = length * sine;
     }
+    put(row, cosines);
+    put(row + 1, sines);
   }
 }
 

@@ -37,15 +37,13 @@ class Costmap2DROS : public nav2::LifecycleNode {
   bool isCurrent() const { return true; }
   bool getUseRadius() const { return radius_.has_value(); }
   double getRobotRadius() const { return radius_.value_or(0.0); }
-  std::vector<geometry_msgs::msg::Point> getRobotFootprint() const {
-    return layered_.getFootprint();
+  // Asked for at each pose whose collision is checked: neither copied, nor taken from the layers,
+  // where a lock guards it.
+  const std::vector<geometry_msgs::msg::Point> & getRobotFootprint() const { return footprint_; }
+  const std::vector<geometry_msgs::msg::Point> & getUnpaddedRobotFootprint() const {
+    return footprint_;
   }
-  std::vector<geometry_msgs::msg::Point> getUnpaddedRobotFootprint() const {
-    return layered_.getFootprint();
-  }
-  geometry_msgs::msg::Polygon getRobotFootprintPolygon() const {
-    return toPolygon(layered_.getFootprint());
-  }
+  geometry_msgs::msg::Polygon getRobotFootprintPolygon() const { return toPolygon(footprint_); }
   bool getRobotPose(geometry_msgs::msg::PoseStamped & pose) const {
     pose = pose_;
     return true;
@@ -58,6 +56,10 @@ class Costmap2DROS : public nav2::LifecycleNode {
   tf2_ros::Buffer::SharedPtr getTfBuffer() const { return transforms_; }
 
   // For the host.
+  void set_footprint(const std::vector<geometry_msgs::msg::Point> & footprint) {
+    layered_.setFootprint(footprint);
+    footprint_ = footprint;
+  }
   void set_robot_pose(const geometry_msgs::msg::PoseStamped & pose) { pose_ = pose; }
   void set_transforms(tf2_ros::Buffer::SharedPtr transforms) { transforms_ = transforms; }
 
@@ -65,6 +67,7 @@ class Costmap2DROS : public nav2::LifecycleNode {
   // Controllers get at the grid through a constant costmap and write its lock.
   mutable LayeredCostmap layered_;
   std::optional<double> radius_;
+  std::vector<geometry_msgs::msg::Point> footprint_;
   geometry_msgs::msg::PoseStamped pose_;
   tf2_ros::Buffer::SharedPtr transforms_;
 };

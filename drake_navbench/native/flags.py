@@ -1,0 +1,133 @@
+"""With which flags a checkout is compiled: so that machines agree, or as its packages ask.
+
+Portable flags leave out what only some processors have and contract no products and sums, so that
+every machine computes the same. A package's own flags are what its users run: those of CMake's
+Release, which Nav2's packages are built as, and what its CMakeLists.txt adds.
+"""
+
+from __future__ import annotations
+
+import os
+import shlex
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+
+from drake_navbench.errors import InputError
+from drake_navbench.native.builds import FlagSet
+from drake_navbench.native.checkout import Package
+from drake_navbench.native.compiler import Compiler
+from drake_navbench.native.package_options import options_of
+
+# CMake's, with what changes no result.
+RELEASE = ("-O3", "-DNDEBUG", "-fPIE", "-w")
+PORTABLE = (*RELEASE, "-ffp-contract=off")
+# Every operation as it is written. The last two let a compiler compute lanes side by side; Eigen
+# has functions that are not inlined with them.
+STRICT = ("-fno-fast-math", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math")
+# The whole program is optimized when it is linked, where the compiler can: collision checks ask the
+# costmap, of another file, for the cost of each cell.
+WHOLE_PROGRAM = (("-flto=auto",), ("-flto",))
+STANDARD = "-std=c++20"
+# What computes with xtensor is compiled as the releases that use it do: up to 0.24 it takes other
+# types for its temporaries in later standards, and throws.
+OLDER_STANDARD = "-std=c++17"
+NEEDS_OLDER_STANDARD = frozenset({"xtensor"})
+# Of a user: after all others, for what is compiled and for what is linked.
+FLAGS_VARIABLE = "CXXFLAGS"
+
+
+@dataclass(frozen=True)
+class Flags:
+    """The flags of a build.
+
+    asked: what each package asks for, where it is taken, by the package's name. whole_program: for
+    the optimization of all at once. given: by the user.
+    """
+
+    kind: FlagSet
+    asked: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    whole_program: tuple[str, ...] = ()
+    given: tuple[str, ...] = ()
+
+    @property
+    def everywhere(self) -> tuple[str, ...]:
+        """What all is compiled and linked with: the user's comes last."""
+        return (*self.whole_program, *self.given)
+
+    @property
+    def instructions(self) -> tuple[str, ...]:
+        """What of the processor is used.
+
+        In one program all of it must agree on that: Eigen and xtensor lay out memory by it.
+        """
+        found = (word for words in self.asked.values() for word in words if word[:2] == "-m")
+        return tuple(dict.fromkeys(found))
+
+    def of_package(self, package: Package) -> tuple[str, ...]:
+        """Returns the flags for the sources of a package."""
+        is_older = not NEEDS_OLDER_STANDARD.isdisjoint(package.dependencies)
+        standard = OLDER_STANDARD if is_older else STANDARD
+        if self.kind is FlagSet.PORTABLE:
+            return (standard, *PORTABLE, *self.everywhere)
+        asked = self.asked.get(package.name, ())
+        # One that asks for no instructions has none to contract with.
+        contraction = () if _instructions(asked) == self.instructions else ("-ffp-contract=off",)
+        return (standard, *RELEASE, *self.instructions, *asked, *contraction, *self.everywhere)
+
+    def of_stand_in(self, package: Package) -> tuple[str, ...]:
+        """Returns the flags for a source of ours in a package: its layout, and our arithmetic.
+
+        With the rest of the program, which is compiled otherwise, its loops would lose their lanes.
+        """
+        apart = ("-fno-lto",) if self.whole_program else ()
+        return (*self.of_package(package), *STRICT, *apart)
+
+    @property
+    def of_host(self) -> tuple[str, ...]:
+        """The flags for the host's own sources."""
+        return (STANDARD, *PORTABLE, *self.instructions, *self.everywhere)
+
+    @property
+    def of_link(self) -> tuple[str, ...]:
+        """The flags for linking all of it."""
+        return ("-O3", *self.everywhere)
+
+    @property
+    def description(self) -> str:
+        """What differs from the portable flags, in one line; empty where nothing does."""
+        rows = [f"{name} {' '.join(words)}" for name, words in sorted(self.asked.items()) if words]
+        if self.given:
+            rows.append(f"{FLAGS_VARIABLE} {' '.join(self.given)}")
+        return "; ".join(rows)
+
+
+def flags_of(
+    kind: FlagSet,
+    packages: Iterable[Package],
+    compiler: Compiler,
+    *,
+    tell: Callable[[str], None] = lambda line: None,
+) -> Flags:
+    """Returns the flags of a build of some packages; says which of those asked for are not taken.
+
+    Raises InputError where the compiler does not know what the user gives.
+    """
+    given = tuple(shlex.split(os.environ.get(FLAGS_VARIABLE, "")))
+    if given and not compiler.knows(given):
+        raise InputError(f"{FLAGS_VARIABLE}: {compiler.words[0]} refuses {shlex.join(given)}")
+    whole_program = next((words for words in WHOLE_PROGRAM if compiler.links(words)), ())
+    if kind is FlagSet.PORTABLE:
+        return Flags(kind, whole_program=whole_program, given=given)
+    asked = {}
+    for package in packages:
+        options = options_of(package)
+        taken = tuple(option for option in options if compiler.serves(option))
+        if taken:
+            asked[package.name] = taken
+        if left := [option for option in options if option not in taken]:
+            tell(f"{package.name}: not of this compiler or processor: {' '.join(left)}")
+    return Flags(kind, asked, whole_program, given)
+
+
+def _instructions(options: Iterable[str]) -> tuple[str, ...]:
+    return tuple(option for option in options if option[:2] == "-m")
