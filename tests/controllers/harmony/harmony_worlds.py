@@ -113,10 +113,8 @@ def deceived(edges: np.ndarray, state: np.ndarray, error_m: float, turn: float) 
     return pose
 
 
-def drive(seed: int, *, error_m: float = LOCALIZATION_ERROR_M, **parameters) -> Drive:
-    """Drives harmony through a world of boxes to a goal ahead; stops at a contact."""
-    boxes = random_boxes(seed)
-    edges = edges_of(boxes)
+def controller_with(settings: HarmonyParameters) -> Harmony:
+    """Returns the controller of the robot of these worlds."""
     inscribed, circumscribed = footprint_radii(FOOTPRINT)
     setup = ControllerSetup(
         control_period_s=PERIOD_S,
@@ -124,11 +122,22 @@ def drive(seed: int, *, error_m: float = LOCALIZATION_ERROR_M, **parameters) -> 
         inscribed_radius_m=inscribed,
         circumscribed_radius_m=circumscribed,
     )
-    settings = HarmonyParameters(sample_count=100, **BOLD, **parameters)
-    controller = Harmony(settings, setup)
-    base = Response(
+    return Harmony(settings, setup)
+
+
+def base_of(settings: HarmonyParameters) -> Response:
+    """Returns a base that answers commands as the controller takes it to."""
+    return Response(
         settings.response_time, settings.base_acceleration, settings.base_angular_acceleration
     )
+
+
+def drive(seed: int, *, error_m: float = LOCALIZATION_ERROR_M, **parameters) -> Drive:
+    """Drives harmony through a world of boxes to a goal ahead; stops at a contact."""
+    boxes = random_boxes(seed)
+    edges = edges_of(boxes)
+    settings = HarmonyParameters(sample_count=100, **BOLD, **parameters)
+    controller, base = controller_with(settings), base_of(settings)
     x = np.arange(0.0, GOAL_M + 1e-9, 0.05)
     plan = np.column_stack([x, np.zeros_like(x), np.zeros_like(x)])
     state, memory = np.zeros(5), controller.initial_memory()
