@@ -188,7 +188,8 @@ def _shortest_path(passable, start_row, start_column, goal_row, goal_column):
     cells = np.empty((length, 2), dtype=np.int64)
     node = goal
     for i in range(length - 1, -1, -1):
-        cells[i] = node // columns, node % columns
+        # One by one: a tuple would draw in the compiler's strings, for an error that cannot occur.
+        cells[i, 0], cells[i, 1] = node // columns, node % columns
         node = parent[node]
     return cells
 

@@ -36,6 +36,12 @@ NEIGHBOURS = 8
 FIRST_DIAGONAL = 4
 COLUMN_STEPS = np.array([-1, 1, 0, 0, -1, 1, -1, 1], dtype=np.int64)
 ROW_STEPS = np.array([0, 0, -1, 1, -1, -1, 1, 1], dtype=np.int64)
+# Of a set of directions the first, by its bits; of none, none.
+LOWEST_BIT = np.array(
+    [(k & -k).bit_length() - 1 for k in range(1 << NEIGHBOURS)], dtype=np.int64
+).astype(np.uint64)
+# Blocked cells around the grid, so that every cell of it has eight neighbours.
+BORDER = 1
 
 # The g of a cell that was expanded: nothing improves on it.
 CLOSED = np.float32(-np.inf)
@@ -46,6 +52,10 @@ KEY_SHIFT = 32
 CELL_MASK = (1 << KEY_SHIFT) - 1
 
 INITIAL_HEAP_CAPACITY = 4096
+
+# Places in the heap are unsigned: of a signed index numba asks at every access whether it counts
+# from the end. A plain number beside an unsigned one would make both floating.
+ZERO, ONE, TWO, THREE = (np.uint64(number) for number in range(4))
 
 
 def are_free(costs: NDArray[np.uint8], allow_unknown: bool) -> NDArray[np.bool_]:
@@ -77,13 +87,26 @@ def _entry(key, cell):
 def _rise(heap, hole, entry):
     """Puts an entry into the heap at `hole` or above, below the first parent that is not larger."""
     key = entry >> KEY_SHIFT
-    while hole > 0:
-        parent = (hole - 1) >> 1
-        if not (heap[parent] >> KEY_SHIFT) > key:
+    while hole > ZERO:
+        parent = (hole - ONE) >> ONE
+        above = heap[parent]
+        if not (above >> KEY_SHIFT) > key:
             break
-        heap[hole] = heap[parent]
+        heap[hole] = above
         hole = parent
     heap[hole] = entry
+
+
+@njit(cache=True)
+def _is_larger(entry, other):
+    """Returns 1 where the key of an entry is larger than that of another, else 0."""
+    return np.int64((entry >> KEY_SHIFT) > (other >> KEY_SHIFT))
+
+
+@njit(cache=True)
+def _chosen(is_first, first, second):
+    """Returns the first of two whole numbers for 1, the second for 0, without a branch."""
+    return second ^ ((first ^ second) & -is_first)
 
 
 @njit(cache=True)
@@ -91,24 +114,41 @@ def _pop(heap, size):
     """Removes the top of a heap of `size` entries and returns its cell.
 
     The hole sinks to the bottom along the smaller children (the right one on ties); the last entry
-    rises from there.
+    rises from there. Which child is smaller no processor can guess, so it is chosen without a
+    branch, two levels at once: the children of both are compared before it is known whose count.
     """
-    top = heap[0] & CELL_MASK
-    last = size - 1
-    hole = 0
-    child = 2
+    top = heap[ZERO] & CELL_MASK
+    last = size - ONE
+    hole = ZERO
+    below = THREE
+    while below + THREE < last:
+        beside = (hole << ONE) + ONE
+        left, right = heap[beside], heap[beside + ONE]
+        left_left, left_right = heap[below], heap[below + ONE]
+        right_left, right_right = heap[below + TWO], heap[below + THREE]
+        is_left = _is_larger(right, left)
+        is_left_left = _is_larger(left_right, left_left)
+        is_right_left = _is_larger(right_right, right_left)
+        of_left = _chosen(is_left_left, left_left, left_right)
+        of_right = _chosen(is_right_left, right_left, right_right)
+        heap[hole] = _chosen(is_left, left, right)
+        heap[beside + ONE - np.uint64(is_left)] = _chosen(is_left, of_left, of_right)
+        from_left = np.int64(below + ONE) - is_left_left
+        from_right = np.int64(below + THREE) - is_right_left
+        hole = np.uint64(_chosen(is_left, from_left, from_right))
+        below = (hole << TWO) + THREE
+    child = (hole << ONE) + TWO
     while child < last:
-        # Which child is smaller no processor can guess: chosen without a branch.
-        child -= np.int64((heap[child] >> KEY_SHIFT) > (heap[child - 1] >> KEY_SHIFT))
+        child -= np.uint64(_is_larger(heap[child], heap[child - ONE]))
         heap[hole] = heap[child]
         hole = child
-        child = 2 * hole + 2
+        child = (hole << ONE) + TWO
     if child == last:
-        heap[hole] = heap[child - 1]
-        hole = child - 1
-    if last > 0:
+        heap[hole] = heap[child - ONE]
+        hole = child - ONE
+    if last > ZERO:
         _rise(heap, hole, heap[last])
-    return top
+    return np.uint64(top)
 
 
 @njit(cache=True)
@@ -175,9 +215,28 @@ def _cells_to(directions, columns, start, end):
 
 
 @njit(cache=True)
+def _improved(flat_costs, columns, cell, cell_g, table, g):
+    """Returns the neighbours that a cell's cost improves on, bit k that in direction k.
+
+    All eight are looked at without a branch; most are not improved on. Corners are not cut here.
+    """
+    below, above = cell - columns, cell + columns
+    mask = np.int64(cell_g + table[0, flat_costs[cell - ONE]] < g[cell - ONE])
+    mask |= np.int64(cell_g + table[0, flat_costs[cell + ONE]] < g[cell + ONE]) << 1
+    mask |= np.int64(cell_g + table[0, flat_costs[below]] < g[below]) << 2
+    mask |= np.int64(cell_g + table[0, flat_costs[above]] < g[above]) << 3
+    mask |= np.int64(cell_g + table[1, flat_costs[below - ONE]] < g[below - ONE]) << 4
+    mask |= np.int64(cell_g + table[1, flat_costs[below + ONE]] < g[below + ONE]) << 5
+    mask |= np.int64(cell_g + table[1, flat_costs[above - ONE]] < g[above - ONE]) << 6
+    mask |= np.int64(cell_g + table[1, flat_costs[above + ONE]] < g[above + ONE]) << 7
+    return mask
+
+
+# Called for every cell: the call itself would cost a tenth of the search.
+@njit(cache=True, forceinline=True)
 def _relax_neighbours(
     flat_costs,
-    shape,
+    columns,
     cell,
     cell_g,
     goal_x,
@@ -194,40 +253,42 @@ def _relax_neighbours(
 
     best: (cell, heuristic) nearest to the goal among all cells relaxed so far, the first on ties.
     """
-    rows, columns = shape
     best_cell, best_h = best
     row = cell // columns
     column = cell - row * columns
-    for direction in range(NEIGHBOURS):
-        next_column = column + COLUMN_STEPS[direction]
-        next_row = row + ROW_STEPS[direction]
-        if next_column < 0 or next_column >= columns or next_row < 0 or next_row >= rows:
-            continue
-        neighbour = next_row * columns + next_column
-        is_diagonal = direction >= FIRST_DIAGONAL
-        new_g = cell_g + table[1 if is_diagonal else 0, flat_costs[neighbour]]
-        if not new_g < g[neighbour]:
-            continue
+    mask = _improved(flat_costs, columns, cell, cell_g, table, g)
+    while mask != 0:
+        direction = LOWEST_BIT[np.uint64(mask)]
+        mask &= mask - 1
+        column_step, row_step = COLUMN_STEPS[direction], ROW_STEPS[direction]
+        beside = cell + np.uint64(column_step)
+        neighbour = beside + np.uint64(row_step) * columns
+        is_diagonal = np.int64(direction) >= FIRST_DIAGONAL
         if is_diagonal and not corner_cutting:
-            beside_x = flat_costs[row * columns + next_column]
-            beside_y = flat_costs[next_row * columns + column]
-            if table[0, beside_x] == np.inf or table[0, beside_y] == np.inf:
+            beyond = neighbour - np.uint64(column_step)
+            if table[0, flat_costs[beside]] == np.inf or table[0, flat_costs[beyond]] == np.inf:
                 continue
+        new_g = cell_g + table[np.uint64(is_diagonal), flat_costs[neighbour]]
         g[neighbour] = new_g
         directions[neighbour] = direction
-        h = _heuristic(next_column, next_row, goal_x, goal_y)
+        h = _heuristic(
+            np.int64(column) + column_step - BORDER,
+            np.int64(row) + row_step - BORDER,
+            goal_x,
+            goal_y,
+        )
         if h < best_h:
             best_h = h
             best_cell = neighbour
-        _rise(heap, size, _entry(new_g + h, neighbour))
-        size += 1
+        _rise(heap, size, _entry(new_g + h, np.int64(neighbour)))
+        size += ONE
     return size, best_cell, best_h
 
 
 @njit(cache=True)
 def _search(
     flat_costs,
-    shape,
+    columns,
     start,
     goal,
     goal_x,
@@ -235,33 +296,29 @@ def _search(
     tolerance,
     table,
     corner_cutting,
-    max_iterations,
     max_on_approach_iterations,
-    terminal_checking_interval,
-    expansion_budget,
+    stop_at,
 ):
-    """Runs `search` on flat arrays, cells named by row * columns + column; the goal is admitted.
+    """Runs `search` on a flat grid with a blocked border, cells named by row * columns + column.
 
+    The goal is admitted. stop_at: (expansions, status) at which the search ends without a path.
     Returns (status, last cell of the path, expansions, directions by which cells were reached).
     """
     g = np.full(flat_costs.size, np.float32(np.inf), dtype=np.float32)
     directions = np.empty(flat_costs.size, dtype=np.uint8)
     heap = np.empty(INITIAL_HEAP_CAPACITY, dtype=np.int64)
     g[start] = np.float32(0.0)
-    heap[0] = start
-    size = np.int64(1)
+    heap[0] = np.int64(start)
+    size = ONE
     best_cell, best_h = start, np.float32(np.inf)
     expansions, approach_expansions = np.int64(0), np.int64(0)
     status = OPEN_SET_EMPTY
-    while size > 0:
-        if max_iterations > 0 and expansions >= max_iterations:
-            status = ITERATION_LIMIT
-            break
-        if expansions % terminal_checking_interval == 0 and expansions >= expansion_budget:
-            status = EXPANSION_BUDGET_SPENT
+    while size > ZERO:
+        if expansions >= stop_at[0]:
+            status = stop_at[1]
             break
         cell = _pop(heap, size)
-        size -= 1
+        size -= ONE
         cell_g = g[cell]
         if cell_g == CLOSED:
             continue
@@ -273,10 +330,10 @@ def _search(
             approach_expansions += 1
             if approach_expansions >= max_on_approach_iterations > 0:
                 break
-        if size + NEIGHBOURS > heap.size:
+        if np.int64(size) + NEIGHBOURS > heap.size:
             heap = _grown(heap)
         size, best_cell, best_h = _relax_neighbours(
-            flat_costs, shape, cell, cell_g, goal_x, goal_y, table, corner_cutting,
+            flat_costs, columns, cell, cell_g, goal_x, goal_y, table, corner_cutting,
             g, directions, heap, size, (best_cell, best_h),
         )  # fmt: skip
     if best_h < tolerance:
@@ -317,22 +374,34 @@ def search(
     reach = np.float32(tolerance)
     if not is_goal_admissible(costs, goal_cell, (goal_x, goal_y), reach, allow_unknown):
         return GOAL_OCCUPIED, no_cells, 0
-    columns = costs.shape[1]
-    start = int(start_cell[1]) * columns + int(start_cell[0])
+    walled = np.full([side + 2 * BORDER for side in costs.shape], INSCRIBED, dtype=np.uint8)
+    walled[BORDER:-BORDER, BORDER:-BORDER] = costs
+    columns = walled.shape[1]
+    start, goal = (
+        (int(row) + BORDER) * columns + int(column) + BORDER
+        for column, row in (start_cell, goal_cell)
+    )
     status, end, expansions, directions = _search(
-        costs.ravel(),
-        costs.shape,
-        start,
-        int(goal_cell[1]) * columns + int(goal_cell[0]),
+        walled.ravel(),
+        np.uint64(columns),
+        np.uint64(start),
+        np.uint64(goal),
         goal_x,
         goal_y,
         reach,
         step_costs(cost_travel_multiplier, allow_unknown),
         corner_cutting,
-        max_iterations,
         max_on_approach_iterations,
-        terminal_checking_interval,
-        expansion_budget,
+        _stop_at(max_iterations, terminal_checking_interval, expansion_budget),
     )
-    cells = _cells_to(directions, columns, start, end) if status == FOUND else no_cells
-    return status, cells, expansions
+    if status != FOUND:
+        return status, no_cells, expansions
+    return status, _cells_to(directions, columns, start, int(end)) - BORDER, expansions
+
+
+def _stop_at(max_iterations: int, interval: int, expansion_budget: int) -> tuple[int, int]:
+    """Returns at how many expansions `search` gives up, and its status then."""
+    spent_at = -(-expansion_budget // interval) * interval
+    if 0 < max_iterations <= spent_at:
+        return max_iterations, ITERATION_LIMIT
+    return spent_at, EXPANSION_BUDGET_SPENT
