@@ -106,25 +106,24 @@ class Lattice(NamedTuple):
 def load_filter_mask(
     description: FilterDescription,
     *,
-    directory: Path,
+    file: Path | None,
     bounds: tuple[float, float, float, float],
     lattice: Lattice,
 ) -> FilterMask:
     """Returns the mask of a filter.
 
-    directory: what a relative mask path starts from. bounds: min_x, min_y, max_x, max_y m of the
+    file: of its mask; None where areas are drawn. bounds: min_x, min_y, max_x, max_y m of the
     world: polygons are drawn on a grid that covers it, a mask from a file must meet it. lattice:
     of the cells of drawn masks; that of the costmap, where it is to show them as they were drawn.
     Raises InputError, one line, where the mask cannot be read or lies elsewhere.
     """
-    if description.mask is None:
+    if file is None:
         grid = _draw_areas(description.areas, bounds, lattice)
     else:
-        path = directory / description.mask
-        grid = load_map(path)
+        grid = load_map(file)
         if not shapely.box(*grid.bounds).intersects(shapely.box(*bounds)):
             raise InputError(
-                f"{path}: origin: the mask covers {_rectangle(grid.bounds)}, expected it to meet "
+                f"{file}: origin: the mask covers {_rectangle(grid.bounds)}, expected it to meet "
                 f"the world at {_rectangle(bounds)}; is it in the frame of another map?"
             )
     return FilterMask(description.type, grid, description.base, description.multiplier)

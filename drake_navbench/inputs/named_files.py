@@ -8,6 +8,8 @@ from pathlib import Path
 
 from drake_navbench.errors import InputError, nearest_name_hint
 
+YAML_SUFFIXES = frozenset({".yaml", ".yml"})
+
 
 @dataclass(frozen=True)
 class NamedFiles:
@@ -30,12 +32,20 @@ class NamedFiles:
         """The built-in names, sorted."""
         return sorted(path.stem for path in self.folder.glob("*.yaml"))
 
+    def beside(self, folder: str | Path, name: str) -> Path:
+        """Returns a file that stands in a folder, else the built-in one of that name if there is.
+
+        So a copy of a built-in file, wherever it is put, finds what it names.
+        """
+        own, built_in = Path(folder) / name, self.folder / name
+        return built_in if not own.is_file() and built_in.is_file() else own
+
     def find(self, name_or_path: str) -> Path:
         """Returns the file for a built-in name or a path; raises InputError if there is none."""
         if name_or_path in self.names:
             return self.folder / f"{name_or_path}.yaml"
         path = Path(name_or_path)
-        if path.suffix in {".yaml", ".yml"} or path.parent != Path():
+        if path.suffix in YAML_SUFFIXES or path.parent != Path():
             try:
                 is_file = path.is_file()
             except OSError as error:

@@ -20,6 +20,7 @@ from drake_navbench.inputs.controller_file import (
     split_reference,
 )
 from drake_navbench.inputs.file_kinds import PRESET, require_kind
+from drake_navbench.inputs.named_files import YAML_SUFFIXES
 from drake_navbench.inputs.originals import is_plugin_type, names_original, original_of
 from drake_navbench.inputs.robot import Robot, merged
 from drake_navbench.parameter_names import flattened, nested
@@ -271,7 +272,11 @@ def _named_content(name: str) -> tuple[PresetFile, str]:
         return validate(PresetFile, read_yaml(files[name]), str(files[name])), str(files[name])
     if name in CONTROLLERS:
         return PresetFile(controller=name, description=f"{name} as it is"), f"controller {name}"
-    hint = nearest_name_hint(name, [*files, *CONTROLLERS.names])
+    if Path(name).suffix in YAML_SUFFIXES:
+        raise InputError(
+            f"controller {name}: expected a name; a file of parameters is for --params"
+        )
+    hint = nearest_name_hint(name, {*files, *CONTROLLERS.names})
     raise InputError(f"controller {name!r} is not known{hint}")
 
 

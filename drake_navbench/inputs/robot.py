@@ -54,8 +54,8 @@ class Robot(QuietModel):
     )
     model: str | None = Field(
         None,
-        description="SDF or URDF file beside this file, for the replay; it gives footprint and "
-        "mass where this file does not.",
+        description="SDF or URDF file beside this file, or one that comes with the package, for "
+        "the replay; it gives footprint and mass where this file does not.",
     )
     footprint: list[tuple[Length, Length]] | None = Field(
         None, min_length=3, description="Outline in the base frame, x forward, y left [m]."
@@ -172,7 +172,7 @@ class Robot(QuietModel):
     @property
     def model_path(self) -> Path | None:
         """The SDF file, or None where the robot has none."""
-        return Path(self.directory) / self.model if self.model else None
+        return ROBOT_FILES.beside(self.directory, self.model) if self.model else None
 
     @property
     def file_hashes(self) -> dict[str, str]:
@@ -250,7 +250,7 @@ def _with_model(data: Mapping[str, Any], path: Path) -> Mapping[str, Any]:
     gives_outline = any(data.get(name) is not None for name in ("footprint", "robot_radius"))
     if gives_outline or not isinstance(model, str):
         return data
-    file = path.parent / model
+    file = ROBOT_FILES.beside(path.parent, model)
     if not file.is_file():
         raise InputError(f"{path}: model: no such file: {file}")
     # Drake takes a while to load, and most robots do without.

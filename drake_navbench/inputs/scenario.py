@@ -224,14 +224,17 @@ class Scenario(QuietModel):
     @cached_property
     def map(self) -> OccupancyMap | None:
         """The map; raises InputError where it cannot be read."""
-        return None if self.world.map is None else load_map(Path(self.directory) / self.world.map)
+        return None if self.world.map is None else load_map(self._beside(self.world.map))
 
     @cached_property
     def filter_masks(self) -> tuple[FilterMask, ...]:
         """The masks of the filters; raises InputError where one is wrong."""
         return tuple(
             load_filter_mask(
-                entry, directory=Path(self.directory), bounds=self._bounds, lattice=self._lattice
+                entry,
+                file=None if entry.mask is None else self._beside(entry.mask),
+                bounds=self._bounds,
+                lattice=self._lattice,
             )
             for entry in self.filters
         )
@@ -251,7 +254,11 @@ class Scenario(QuietModel):
         people = self.world.people
         if people is None or people.recording is None:
             return None
-        return Path(self.directory) / people.recording.file
+        return self._beside(people.recording.file)
+
+    def _beside(self, name: str) -> Path:
+        """Returns a file that the scenario names: beside its own, or one of the package."""
+        return SCENARIO_FILES.beside(self.directory, name)
 
     @cached_property
     def file_hashes(self) -> dict[str, str]:

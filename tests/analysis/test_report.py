@@ -166,6 +166,12 @@ def test_where_nobody_arrives_the_summary_crowns_nobody(tmp_path):
     assert "In restricted_small nobody reached the goal" in text
 
 
+def test_trials_that_are_all_the_same_one_are_explained_only_where_there_are_some(tmp_path, text):
+    explanation = "n = 1: nothing in the trials is random"
+    assert explanation in rendered(tmp_path, rpp=0.5)
+    assert explanation not in text
+
+
 def test_an_interrupted_run_gives_a_report_that_says_what_is_missing(tmp_path):
     path = write_folder(tmp_path / "results", trials=3)
     for trial in range(3):

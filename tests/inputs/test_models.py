@@ -79,6 +79,15 @@ def test_every_builtin_robot_loads(name):
     assert load_robot(name).description
 
 
+def test_a_copy_of_a_built_in_robot_finds_the_model_of_the_package_or_one_beside_it(tmp_path):
+    copy = tmp_path / "mine.yaml"
+    copy.write_bytes((ROBOT_FILES.folder / "wheelchair.yaml").read_bytes())
+    assert load_robot(str(copy)).model_path == ROBOT_FILES.folder / "wheelchair.sdf"
+    own = tmp_path / "wheelchair.sdf"
+    own.write_bytes((ROBOT_FILES.folder / "wheelchair.sdf").read_bytes())
+    assert load_robot(str(copy)).model_path == own
+
+
 def test_half_extents_of_a_tilted_box_reach_its_corners():
     pose = RigidTransform(RollPitchYaw(0.0, 0.0, np.pi / 4), [0.0, 0.0, 0.0])
     # A 2 x 2 m square turned by 45 degrees has its corners at sqrt(2) m on the axes.

@@ -40,6 +40,10 @@ def test_a_variant_may_change_several_parameters():
     ("text", "message"),
     [
         ("rpq", r"controller 'rpq' is not known; did you mean 'rpp'\?"),
+        (
+            "mine.yaml",
+            r"controller mine.yaml: expected a name; a file of parameters is for --params",
+        ),
         ("rpp:lookahead=1.0", r"controller rpp:lookahead=1.0: lookahead: unknown field; did you"),
         ("rpp:lookahead_dist=fast", r"lookahead_dist: input should be a valid number, got 'fast'"),
         ("rpp:lookahead_dist", r"got 'lookahead_dist', expected param=value"),

@@ -126,7 +126,7 @@ def test_polygons_become_a_mask_that_covers_the_world_and_the_last_one_counts():
     ]
     drawn = load_filter_mask(
         FilterDescription(type="speed_percent", areas=areas),
-        directory=None,
+        file=None,
         bounds=(-1.0, -1.0, 6.0, 6.0),
         lattice=Lattice(0.0, 0.0, 0.5),
     )
