@@ -19,7 +19,6 @@ import pandas as pd
 
 from drake_navbench.analysis.tables import trial_identity
 from drake_navbench.log import Outcome, TrialLog
-from drake_navbench.results import ResultsFolder
 
 SCENARIOS = ("corridor_passing", "doorway_people", "ward_nurses", "crossing_streams")
 # Slower than this the robot is at rest, m/s and rad/s.
@@ -28,7 +27,13 @@ REST_MPS, REST_RADPS = 0.02, 0.05
 
 def contact_row(log: TrialLog) -> dict[str, Any]:
     """Returns how a trial ended, and for a contact with a person how fast the robot was then."""
-    row = trial_identity(log) | {"arrived": log.outcome is Outcome.SUCCEEDED, "contact": False}
+    row = trial_identity(log) | {
+        "arrived": log.outcome is Outcome.SUCCEEDED,
+        "contact": False,
+        "robot_drove": False,
+        "speed_mps": np.nan,
+        "at_rest": False,
+    }
     if log.outcome is not Outcome.COLLIDED or log.info["contact"]["kind"] != "person":
         return row
     contact = log.info["contact"]
@@ -51,15 +56,14 @@ def table(rows: pd.DataFrame) -> str:
     for column in dict.fromkeys(rows.controller):
         trials = rows[rows.controller == column]
         met = trials[trials.contact]
-        speeds = met.speed_mps.astype(float)
         shown = [
             f"`{column}`",
             f"{trials.arrived.sum()} of {len(trials)}",
             f"{len(met)}",
             f"{int(met.robot_drove.sum())}" if len(met) else "",
             f"{int(met.at_rest.sum())}" if len(met) else "",
-            f"{np.median(speeds):.2f}" if len(met) else "",
-            f"{speeds.max():.2f}" if len(met) else "",
+            f"{met.speed_mps.median():.2f}" if len(met) else "",
+            f"{met.speed_mps.max():.2f}" if len(met) else "",
         ]
         lines.append("| " + " | ".join(shown) + " |")
     return "\n".join(lines)
@@ -76,14 +80,9 @@ def main() -> None:
         return
     if arguments.folder is None:
         parser.error("expected a results folder")
-    folder = ResultsFolder(arguments.folder)
-    asked = folder.read_manifest()
-    paths = [
-        folder.log_path(scenario, controller, trial)
-        for controller in asked["controllers"]
-        for scenario in asked["scenarios"]
-        for trial in range(asked["trials"])
-    ]
+    paths = sorted((arguments.folder / "trials").glob("*/*/trial_*.parquet"))
+    if not paths:
+        parser.error(f"{arguments.folder}: holds no logs of trials")
     print(table(pd.DataFrame([contact_row(TrialLog.read(path)) for path in paths])))
 
 
