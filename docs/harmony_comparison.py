@@ -3,8 +3,8 @@
 Writes random worlds into FOLDER/worlds, a line for each trial into FOLDER/trials.csv, and prints
 the tables in Markdown. It goes on where the file ends, round by round: one trial of every named
 scenario and one world, each by every column, so that whatever is there is paired. A column whose
-code has changed must be deleted from the file. The margins stand here and on the page; both were
-committed before the run.
+code has changed must be deleted from the file. Margins, seeds and worlds stand here and on the
+page; both were committed before the run.
 """
 
 from __future__ import annotations
@@ -37,8 +37,11 @@ ABLATIONS = {
 # Where giving up is what is expected.
 IMPOSSIBLE = ("restricted_small", "restricted_large")
 CONFIDENCE = 0.95
-# Worlds that nothing was tuned in begin with this seed; those from 9000 on have been looked at.
-FIRST_WORLD, BOXES = 9100, 6
+# What counts: the trials of this seed, and worlds from this number on. Nothing was tuned in them.
+# Seeds 0 and 100, worlds from 9100 and from 9200 on were those of comparisons before; worlds from
+# 9000 and 9900 on, and seeds of 1000 and more, are what harmony was tuned by.
+SEED = 200
+FIRST_WORLD, BOXES = 9300, 6
 
 
 class Measure(NamedTuple):
@@ -169,9 +172,15 @@ def markdown(table: pd.DataFrame) -> str:
 def rounds(worlds: list[Path], columns: Sequence[str], trials: int) -> list[list[TrialSpec]]:
     """Returns what to drive: in each round a trial of every named scenario, and a world."""
     named = plan_campaign(
-        [*PUBLISHED_SCENARIOS, "everyday"], columns, trials=trials, keeps_costmaps=False
+        [*PUBLISHED_SCENARIOS, "everyday"],
+        columns,
+        trials=trials,
+        seed=SEED,
+        keeps_costmaps=False,
     )
-    random = plan_campaign(list(map(str, worlds)), columns, trials=1, keeps_costmaps=False)
+    random = plan_campaign(
+        list(map(str, worlds)), columns, trials=1, seed=SEED, keeps_costmaps=False
+    )
     found: list[list[TrialSpec]] = [[] for _ in range(max(trials, len(worlds)))]
     for spec in named.specs:
         found[spec.trial].append(spec)

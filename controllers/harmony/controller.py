@@ -39,7 +39,14 @@ from drake_navbench.controllers.harmony.prediction import (
     with_command,
 )
 from drake_navbench.controllers.harmony.scene import Limits, make_start
-from drake_navbench.controllers.harmony.way import Way, around, is_trapped, turn_at, way_along
+from drake_navbench.controllers.harmony.way import (
+    Way,
+    around,
+    is_trapped,
+    turn_at,
+    up_to_blocked,
+    way_along,
+)
 from drake_navbench.controllers.rpp import RegulatedPurePursuit
 from drake_navbench.errors import InputError
 from drake_navbench.kernels.distance_field import DistanceField, distance_field
@@ -53,6 +60,8 @@ Array = NDArray[np.float64]
 FOLLOWING_S, FOLLOWING_MPS, FOLLOWING_RADPS = 0.05, 0.03, 0.05
 # A cycle later than so many periods is late, and the next one is taken to be, too; up to a limit.
 LATE_RATIO, LONGEST_INTERVAL_S = 1.5, 0.5
+# Where the way is blocked, plans end so much nearer to that than where it gives up, m.
+SLOW_AT_M = 0.1
 # Of the samples and of the poses of the stop so many, or every so many-th, are shown.
 SHOWN_SAMPLES, SHOWN_STOP_STRIDE = 60, 10
 
@@ -136,6 +145,8 @@ class Harmony:
         is_open = self._is_open(observation, way, field)
         if is_open:
             way = around(way)
+        else:
+            way = up_to_blocked(way, parameters.give_up_distance - SLOW_AT_M)
         candidates, samples = self._planner.candidates(
             self._planner.scene(start, way, field, limits),
             start,

@@ -134,14 +134,13 @@ class Planner:
         """Returns the program's data without the references, which depend on the guess."""
         dt, count = self._parameters.time_step, self.stage_count
         low, high = velocity_bounds(start, limits, dt, count)
-        distance = way.length_m if way.nears_goal else np.inf
         speeds = wanted_speeds(
             count,
             dt,
             max(float(start[V]), 0.0),
             limits.forward_speed,
             SEED_SHARE * limits.acceleration,
-            distance,
+            way.stop_m,
         )
         references = np.zeros((count, 4))
         references[:, 3] = speeds

@@ -30,7 +30,8 @@ class Way(NamedTuple):
     before its base does. nears_goal: the target is the goal. length_m: along the path to it.
     blocked_m: along the path to its first pose at which the robot has no room, inf
     where there is none. behind: (2,) m, the path's first point behind that, its last one where the
-    robot has no room up to there, or None.
+    robot has no room up to there, or None. stop_m: along the path to where plans come to rest, inf
+    where they need not.
     """
 
     path: Array
@@ -40,6 +41,7 @@ class Way(NamedTuple):
     length_m: float
     blocked_m: float
     behind: Array | None = None
+    stop_m: float = np.inf
 
 
 def way_along(
@@ -81,6 +83,7 @@ def way_along(
         float(stations[min(index, len(path) - 1)]),
         float(stations[blocked[0]]) if len(blocked) else np.inf,
         behind,
+        float(stations[-1]) if nears_goal else np.inf,
     )
 
 
@@ -104,13 +107,26 @@ def around(way: Way) -> Way:
     return way._replace(target=np.array([*way.behind, way.target[2]]), beyond=way.behind)
 
 
+def up_to_blocked(way: Way, distance_m: float) -> Way:
+    """Returns the way that ends so far before what blocks it, where that is in reach.
+
+    So the robot is slow when it gives up, and need not be stopped from full speed.
+    """
+    stop_m = max(way.blocked_m - distance_m, 0.0)
+    if stop_m >= way.length_m:
+        return way
+    steps = np.hypot(*np.diff(way.path[:, :2], axis=0).T)
+    index = int(np.searchsorted(np.cumsum(steps), stop_m))
+    return way._replace(target=np.array(way.path[index]), nears_goal=False, stop_m=stop_m)
+
+
 def turn_at(start: Array, goal: Array) -> Way:
     """Returns the way of a robot whose position is good enough: to the goal's heading, right here.
 
     start: (9,) first stage of plans. goal: (3,).
     """
     pose = np.array([start[0], start[1], goal[2]])
-    return Way(read_only(pose[None]), pose, pose[:2], True, 0.0, np.inf)
+    return Way(read_only(pose[None]), pose, pose[:2], True, 0.0, np.inf, stop_m=0.0)
 
 
 def progress_on(way: Way, position: Array) -> float:

@@ -12,7 +12,10 @@ goes on where the file ends.
 from __future__ import annotations
 
 import argparse
+import hashlib
 import math
+import multiprocessing
+import time
 from pathlib import Path
 from typing import NamedTuple
 
@@ -110,10 +113,8 @@ def deceived(edges: np.ndarray, state: np.ndarray, error_m: float, turn: float) 
     return pose
 
 
-def drive(seed: int, *, error_m: float = LOCALIZATION_ERROR_M, **parameters) -> Drive:
-    """Drives harmony through a world of boxes to a goal ahead; stops at a contact."""
-    boxes = random_boxes(seed)
-    edges = edges_of(boxes)
+def controller_with(settings: HarmonyParameters) -> Harmony:
+    """Returns the controller of the robot of these worlds."""
     inscribed, circumscribed = footprint_radii(FOOTPRINT)
     setup = ControllerSetup(
         control_period_s=PERIOD_S,
@@ -121,11 +122,22 @@ def drive(seed: int, *, error_m: float = LOCALIZATION_ERROR_M, **parameters) -> 
         inscribed_radius_m=inscribed,
         circumscribed_radius_m=circumscribed,
     )
-    settings = HarmonyParameters(sample_count=100, **BOLD, **parameters)
-    controller = Harmony(settings, setup)
-    base = Response(
+    return Harmony(settings, setup)
+
+
+def base_of(settings: HarmonyParameters) -> Response:
+    """Returns a base that answers commands as the controller takes it to."""
+    return Response(
         settings.response_time, settings.base_acceleration, settings.base_angular_acceleration
     )
+
+
+def drive(seed: int, *, error_m: float = LOCALIZATION_ERROR_M, **parameters) -> Drive:
+    """Drives harmony through a world of boxes to a goal ahead; stops at a contact."""
+    boxes = random_boxes(seed)
+    edges = edges_of(boxes)
+    settings = HarmonyParameters(sample_count=100, **BOLD, **parameters)
+    controller, base = controller_with(settings), base_of(settings)
     x = np.arange(0.0, GOAL_M + 1e-9, 0.05)
     plan = np.column_stack([x, np.zeros_like(x), np.zeros_like(x)])
     state, memory = np.zeros(5), controller.initial_memory()
@@ -167,23 +179,49 @@ def drive(seed: int, *, error_m: float = LOCALIZATION_ERROR_M, **parameters) -> 
     return Drive(least, end, cycle * PERIOD_S)
 
 
+def drive_worlds(path: Path, count: int, *, jobs: int, hours: float) -> list[str]:
+    """Drives what a file does not hold yet of so many worlds; returns how each of them ended.
+
+    One line a world: seed, end, time s, least gap m. Ends early where the hours are over.
+    """
+    done = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
+    until_s = time.monotonic() + 3600.0 * hours
+    with path.open("a", encoding="utf-8") as file, multiprocessing.Pool(jobs) as pool:
+        seeds = range(len(done), count)
+        for seed, found in zip(seeds, pool.imap(drive, seeds), strict=True):
+            file.write(f"{seed},{found.end},{found.time_s:.2f},{found.least_gap_m:.4f}\n")
+            file.flush()
+            if time.monotonic() > until_s:
+                break
+    return [line.split(",")[1] for line in path.read_text(encoding="utf-8").splitlines()]
+
+
+def digest_of_code() -> str:
+    """Returns a name of the code that a drive is a function of: what it drove counts no longer."""
+    root = Path(__file__).parents[3]
+    found = hashlib.sha256(Path(__file__).read_bytes())
+    for folder in (
+        *("controllers/harmony", "controllers/rpp", "controllers/teb"),
+        *("drake_navbench", "drake_navbench/kernels"),
+    ):
+        for path in sorted((root / folder).glob("*.py")):
+            found.update(path.read_bytes())
+    return found.hexdigest()[:16]
+
+
 def main() -> None:
     """Drives many worlds, a line each in a file, and says what came out."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=10_000)
     parser.add_argument("--out", type=Path, default=Path("harmony_worlds.csv"))
+    parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--hours", type=float, default=6.0, help="at most")
     arguments = parser.parse_args()
-    done = arguments.out.read_text().splitlines() if arguments.out.exists() else []
-    with arguments.out.open("a", encoding="utf-8") as file:
-        for seed in range(len(done), arguments.count):
-            found = drive(seed)
-            file.write(f"{seed},{found.end},{found.time_s:.2f},{found.least_gap_m:.4f}\n")
-            file.flush()
-    lines = [line.split(",") for line in arguments.out.read_text().splitlines()]
-    contacts = sum(line[1] == "contact" for line in lines)
+    ends = drive_worlds(arguments.out, arguments.count, jobs=arguments.jobs, hours=arguments.hours)
+    contacts = ends.count("contact")
     # With no contact in n worlds the share is below 3 / n at 95% (the rule of three).
-    print(f"{len(lines)} worlds, {contacts} contacts", end="")
-    print(f", below {3.0 / len(lines):.1e} at 95%" if not contacts else "")
+    print(f"{len(ends)} worlds, {contacts} contacts", end="")
+    print(f", below {3.0 / len(ends):.1e} at 95%" if not contacts else "")
 
 
 if __name__ == "__main__":

@@ -134,6 +134,16 @@ def test_a_blocked_way_far_ahead_is_driven_up_to():
     assert decide((2.0, -3.0, 2.1, 3.0)).command[0] > 0.0
 
 
+def test_it_brakes_before_it_gives_up():
+    # The front is 0.8 m before the wall: 0.2 m until it gives up.
+    near, open_way = ((1.85, -3.0, 1.95, 3.0),), ((1.85, 0.9, 1.95, 3.0),)
+    plans = [
+        decide(*boxes, twist=(0.5, 0.0)).diagnostics["predicted_trajectory"]
+        for boxes in (near, open_way)
+    ]
+    assert plans[0][-1, 0] < 0.5 * plans[1][-1, 0]
+
+
 def test_two_ways_past_a_box_are_two_groups():
     decision = decide((1.5, -0.05, 1.6, 0.05), twist=(0.45, 0.0))
     assert decision.diagnostics["group_count"] >= 2
@@ -147,7 +157,7 @@ def test_before_braking_hard_come_the_plan_so_far_and_a_stop_within_the_limits()
     ways = dict(planner.ways_to_stop(start, limits, driven, 0.1))
     assert list(ways) == ["plan so far", "gentle stop"]
     # What was planned, a step later.
-    np.testing.assert_allclose(ways["plan so far"][1:-1, A], driven[2:, A], atol=1e-9)
+    np.testing.assert_allclose(ways["plan so far"][1:-1, A], driven[2:, A], atol=1e-4)
     for plan in ways.values():
         # The brake that follows takes what is left.
         np.testing.assert_allclose(plan[-1, V:JERK], 0.0, atol=0.07)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+import os
 
 import numpy as np
 import pytest
 from harmony_scenes import costmap_with
-from harmony_worlds import drive
+from harmony_worlds import digest_of_code, drive, drive_worlds
 
 from drake_navbench.controllers.harmony.base_response import (
     Response,
@@ -133,11 +134,12 @@ def test_a_command_passes_the_same_check_as_a_plan():
 TELLING_WORLDS = (2, 4, 6, 13)
 
 
-@pytest.mark.parametrize("seed", [*TELLING_WORLDS, 12])
-def test_no_drive_ends_in_a_contact_while_errors_are_within_the_bound(seed):
-    found = drive(seed)
-    assert found.end != "contact"
-    assert found.least_gap_m > 0.0
+@pytest.mark.parametrize("first", range(0, 200, 20))
+def test_no_drive_ends_in_a_contact_while_errors_are_within_the_bound(first):
+    found = [drive(seed) for seed in range(first, first + 20)]
+    assert all(one.end != "contact" and one.least_gap_m > 0.0 for one in found)
+    # Who does not move meets nothing.
+    assert "arrived" in {one.end for one in found}
 
 
 def test_with_a_bound_of_zero_drives_do_end_in_contacts():
@@ -145,7 +147,20 @@ def test_with_a_bound_of_zero_drives_do_end_in_contacts():
     assert "contact" in ends
 
 
+def test_driving_many_worlds_goes_on_where_the_file_ends(tmp_path):
+    path = tmp_path / "worlds.csv"
+    assert len(drive_worlds(path, 2, jobs=1, hours=1.0)) == 2
+    first = path.read_text()
+    # The time is over with the first one.
+    assert len(drive_worlds(path, 9, jobs=1, hours=0.0)) == 3
+    assert path.read_text().startswith(first)
+    assert path.read_text().splitlines()[2].startswith("2,")
+
+
 @pytest.mark.long
-def test_no_drive_of_hundreds_ends_in_a_contact():
-    ends = [drive(seed).end for seed in range(240)]
+def test_no_drive_of_ten_thousand_ends_in_a_contact(request):
+    """About 70 minutes of one core; goes on where an earlier run of the same code was stopped."""
+    path = request.config.cache.mkdir("harmony_worlds") / f"{digest_of_code()}.csv"
+    ends = drive_worlds(path, 10_000, jobs=os.cpu_count() or 1, hours=6.0)
+    assert len(ends) == 10_000
     assert "contact" not in ends

@@ -8,7 +8,12 @@ from harmony_scenes import DISCS, costmap_with, straight
 
 from drake_navbench.controllers.harmony.passage import is_connected
 from drake_navbench.controllers.harmony.scene import make_start
-from drake_navbench.controllers.harmony.way import progress_on, turn_at, way_along
+from drake_navbench.controllers.harmony.way import (
+    progress_on,
+    turn_at,
+    up_to_blocked,
+    way_along,
+)
 from drake_navbench.kernels.distance_field import distance_field
 
 HERE, THERE = np.array([0.0, 0.0]), np.array([2.0, 0.0])
@@ -55,6 +60,16 @@ def test_the_path_is_blocked_where_the_front_would_touch():
     assert way.blocked_m == pytest.approx(1.8 - 0.72 - 0.341, abs=0.06)
     # Free again where the rear disc, 0.12 + 0.341 m behind the base, has left the box.
     assert way.behind[0] == pytest.approx(2.0 + 0.12 + 0.341, abs=0.06)
+
+
+def test_a_way_that_is_closed_ends_in_front_of_what_closes_it():
+    way = way_along(straight(2.5), FAR_GOAL, 1.5, field_with((1.8, -3.0, 2.0, 3.0)), DISCS)
+    ended = up_to_blocked(way, 0.5)
+    assert ended.stop_m == pytest.approx(way.blocked_m - 0.5)
+    assert ended.target[0] == pytest.approx(ended.stop_m, abs=0.051)
+    # Out of reach nothing ends; too near already, it ends here.
+    assert up_to_blocked(way._replace(blocked_m=2.2), 0.5).stop_m == np.inf
+    assert up_to_blocked(way._replace(blocked_m=0.4), 0.5).stop_m == 0.0
 
 
 def test_progress_is_measured_along_the_path():

@@ -1,0 +1,62 @@
+"""Somebody who walks straight into a robot under way, in closed loop as the worlds are driven."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from harmony_worlds import (
+    PERIOD_S,
+    STEP_S,
+    base_of,
+    controller_with,
+    costmap_around,
+    edges_of,
+    gap_of,
+)
+
+from drake_navbench.controller import ControllerError, Observation
+from drake_navbench.controllers.harmony import HarmonyParameters
+from drake_navbench.controllers.harmony.base_response import follow
+from drake_navbench.noise import NoiseKey
+
+SPEED_MPS, FROM_M, WIDTH_M, LONGEST_S = 0.5, 3.0, 0.4, 12.0
+# Between axle and front: whom they walk to.
+MIDDLE_M = 0.3
+
+
+def speed_at_contact(bearing: float, walking_mps: float) -> float | None:
+    """Returns how fast the robot is, m/s, when somebody walks into it; None where nobody does.
+
+    They come from so far off its heading, rad, and always to where it is; they do not give way.
+    """
+    settings = HarmonyParameters()
+    controller, base = controller_with(settings), base_of(settings)
+    x = np.arange(0.0, SPEED_MPS * LONGEST_S + 6.0, 0.05)
+    plan = np.column_stack([x, np.zeros_like(x), np.zeros_like(x)])
+    state, memory = np.array([0.0, 0.0, 0.0, SPEED_MPS, 0.0]), controller.initial_memory()
+    person = np.array([MIDDLE_M + FROM_M * math.cos(bearing), FROM_M * math.sin(bearing)])
+    for cycle in range(round(LONGEST_S / PERIOD_S)):
+        middle = state[:2] + MIDDLE_M * np.array([math.cos(state[2]), math.sin(state[2])])
+        person += walking_mps * PERIOD_S * (middle - person) / np.hypot(*(middle - person))
+        boxes = np.array([[*(person - 0.5 * WIDTH_M), *(person + 0.5 * WIDTH_M)]])
+        nearest = int(np.argmin(np.hypot(*(plan[:, :2] - state[:2]).T)))
+        seen = Observation(
+            time_s=cycle * PERIOD_S,
+            pose=state[:3].copy(),
+            twist=state[3:].copy(),
+            plan=plan[nearest : nearest + 41],
+            plan_id=1,
+            costmap=costmap_around(boxes, state[0], state[1]),
+            goal=plan[-1],
+            noise_key=NoiseKey(1, 4, cycle),
+        )
+        try:
+            command, memory, _ = controller.step(seen, memory)
+        except ControllerError:
+            command, memory = np.zeros(2), controller.initial_memory()
+        for _ in range(round(PERIOD_S / STEP_S)):
+            if gap_of(edges_of(boxes), state) == 0.0:
+                return abs(float(state[3]))
+            follow(base, state, float(command[0]), float(command[1]), STEP_S)
+    return None
