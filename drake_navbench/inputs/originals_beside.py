@@ -17,17 +17,18 @@ def with_originals(columns: Sequence[str | Preset], build_name: str) -> list[str
     """Returns the columns, each followed by its original; warns of one that has none.
 
     columns: presets and variants by name, and presets out of files. Raises InputError where there
-    is no such build, or no column has an original in it.
+    is no such build, a column is wrong, or none has an original in it.
     """
     build = find_build(build_name)
     beside: list[str | Preset] = []
     reasons = []
     for column in columns:
         beside.append(column)
-        if isinstance(column, str) and (
-            names_original(column) or _reference(column, build) in columns
-        ):
-            continue
+        if isinstance(column, str):
+            if names_original(column) or _reference(column, build) in columns:
+                continue
+            # What is wrong with the column itself is no want of an original.
+            load_preset(column)
         try:
             beside.append(_original_of(column, build))
         except InputError as error:

@@ -58,6 +58,11 @@ def test_where_no_column_has_one_it_is_wrong_input(tiny):
         with_originals(["harmony"], "tiny")
 
 
+def test_a_column_that_is_not_known_is_told_as_without_originals(tiny):
+    with pytest.raises(InputError, match=r"^controller 'gracefull' is not known; did you mean"):
+        with_originals(["graceful", "gracefull"], "tiny")
+
+
 def test_the_original_is_given_all_that_a_nav2_file_says(tiny, tmp_path):
     path = tmp_path / "mine.yaml"
     path.write_text(FILE, encoding="utf-8")
