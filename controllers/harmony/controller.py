@@ -21,7 +21,7 @@ from drake_navbench.controllers.harmony.base_response import (
     command_of,
     follow_then_brake,
 )
-from drake_navbench.controllers.harmony.discs import covering_discs, half_width
+from drake_navbench.controllers.harmony.discs import covering_discs
 from drake_navbench.controllers.harmony.gatekeeper import (
     accepted_cycles,
     command_is_safe,
@@ -30,7 +30,6 @@ from drake_navbench.controllers.harmony.gatekeeper import (
 from drake_navbench.controllers.harmony.memory import HarmonyMemory
 from drake_navbench.controllers.harmony.motion import ALPHA, A, V, W, stage_at
 from drake_navbench.controllers.harmony.parameters import HarmonyParameters
-from drake_navbench.controllers.harmony.passage import is_connected
 from drake_navbench.controllers.harmony.planner import Candidate, Planner, Samples
 from drake_navbench.controllers.harmony.prediction import (
     LATENCIES_S,
@@ -39,17 +38,12 @@ from drake_navbench.controllers.harmony.prediction import (
     with_command,
 )
 from drake_navbench.controllers.harmony.scene import Limits, make_start
-from drake_navbench.controllers.harmony.way import (
-    Way,
-    around,
-    is_trapped,
-    turn_at,
-    up_to_blocked,
-    way_along,
-)
+from drake_navbench.controllers.harmony.way import is_trapped
+from drake_navbench.controllers.harmony.way_finder import FoundWay, WayFinder
 from drake_navbench.controllers.rpp import RegulatedPurePursuit
 from drake_navbench.errors import InputError
-from drake_navbench.kernels.distance_field import DistanceField, distance_field
+from drake_navbench.kernels.distance_field import distance_field
+from drake_navbench.kernels.path_geometry import path_length
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.kernels.speed_limit import limited_speed
 
@@ -60,8 +54,6 @@ Array = NDArray[np.float64]
 FOLLOWING_S, FOLLOWING_MPS, FOLLOWING_RADPS = 0.05, 0.03, 0.05
 # A cycle later than so many periods is late, and the next one is taken to be, too; up to a limit.
 LATE_RATIO, LONGEST_INTERVAL_S = 1.5, 0.5
-# Where the way is blocked, plans end so much nearer to that than where it gives up, m.
-SLOW_AT_M = 0.1
 # Of the samples and of the poses of the stop so many, or every so many-th, are shown.
 SHOWN_SAMPLES, SHOWN_STOP_STRIDE = 60, 10
 
@@ -99,8 +91,8 @@ class Harmony:
         self._setup = setup
         self._outline = read_only(setup.footprint)
         self._discs = read_only(covering_discs(setup, parameters.disc_count))
-        self._half_width = half_width(setup)
         self._planner = Planner(parameters, self._discs)
+        self._way_finder = WayFinder(parameters, setup, self._discs, self._planner.clearance)
         self._pursuit = RegulatedPurePursuit(parameters.rpp, setup)
         self._response = Response(
             parameters.response_time,
@@ -131,22 +123,8 @@ class Harmony:
         start = self._start(observation, memory, check)
         limits = self._planner.limits(limited_speed(parameters.max_vel_x, observation.speed_limit))
         reach_m = limits.forward_speed * parameters.horizon
-        if observation.goal_xy_reached:
-            way = turn_at(start, observation.goal)
-        else:
-            way = way_along(
-                observation.plan,
-                observation.goal,
-                reach_m,
-                field,
-                self._discs,
-                observation.global_plan,
-            )
-        is_open = self._is_open(observation, way, field)
-        if is_open:
-            way = around(way)
-        else:
-            way = up_to_blocked(way, parameters.give_up_distance - SLOW_AT_M)
+        found = self._way_finder.find(observation, memory, start, field, reach_m)
+        way, memory = found.way, memory._replace(detour=found.detour)
         candidates, samples = self._planner.candidates(
             self._planner.scene(start, way, field, limits),
             start,
@@ -156,10 +134,10 @@ class Harmony:
             is_trapped=memory.is_trapped or np.isfinite(way.blocked_m),
             noise_key=observation.noise_key,
         )
-        notes = self._notes(candidates, way)
-        if not is_open and way.blocked_m <= parameters.give_up_distance:
+        notes = self._notes(candidates, found)
+        if not found.is_open and found.blocked_m <= parameters.give_up_distance:
             raise CollisionAhead(
-                f"the plan is blocked {way.blocked_m:.2f} m ahead and the map has no way past",
+                f"the plan is blocked {found.blocked_m:.2f} m ahead and the map has no way past",
                 details=notes,
                 memory=HarmonyMemory(),
             )
@@ -170,7 +148,8 @@ class Harmony:
                 if self._setup.wants_diagnostics:
                     notes.update(self._arrays(check, candidates, candidate, cycles, samples))
                 decision = self._commit(observation, memory, check, candidate.plan, notes)
-                trapped = not way.nears_goal and is_trapped(way, candidate.plan, start)
+                tolerance_m = observation.goal_xy_tolerance_m
+                trapped = is_trapped(way, candidate.plan, start, tolerance_m)
                 return decision._replace(memory=decision.memory._replace(is_trapped=trapped))
         return self._last_resorts(observation, memory, check, start, limits, notes)
 
@@ -255,14 +234,6 @@ class Harmony:
             )
         )
 
-    def _is_open(self, observation: Observation, way: Way, field: DistanceField) -> bool:
-        """Returns whether the map has a way past what blocks the path, or nothing does."""
-        if way.behind is None:
-            return True
-        reach = self._parameters.max_vel_x * self._parameters.horizon
-        reach += self._setup.circumscribed_radius_m
-        return bool(is_connected(field, self._half_width, reach, observation.pose[:2], way.behind))
-
     def _commit(
         self,
         observation: Observation,
@@ -273,10 +244,11 @@ class Harmony:
     ) -> Decision:
         v, w = command_of(self._response, plan, self._parameters.time_step, check.interval_s, 0)
         command = self._command(v, w)
-        kept = HarmonyMemory(
+        kept = memory._replace(
             plan=read_only(plan),
             time_s=observation.time_s,
             sent=with_command(memory.sent, observation.twist, observation.time_s, command),
+            refused_since_s=None,
         )
         return Decision(command, kept, notes)
 
@@ -304,7 +276,8 @@ class Harmony:
                 notes.update(accepted="rpp", follow_s=check.interval_s)
                 command = self._command(v, w)
                 sent = with_command(memory.sent, observation.twist, observation.time_s, command)
-                return Decision(command, HarmonyMemory(sent=sent), notes)
+                kept = memory._replace(plan=None, sent=sent, refused_since_s=None)
+                return Decision(command, kept, notes)
         since_s = observation.time_s if memory.refused_since_s is None else memory.refused_since_s
         if observation.time_s - since_s >= self._parameters.patience:
             raise CollisionAhead(refusal, details=notes, memory=HarmonyMemory())
@@ -319,7 +292,8 @@ class Harmony:
         notes.update(accepted="stop", follow_s=0.0)
         command = self._command(0.0, 0.0)
         sent = with_command(memory.sent, observation.twist, observation.time_s, command)
-        return Decision(command, HarmonyMemory(sent=sent, refused_since_s=since_s), notes)
+        kept = memory._replace(plan=None, sent=sent, refused_since_s=since_s)
+        return Decision(command, kept, notes)
 
     def _command_is_safe(self, check: Check, v: float, w: float) -> bool:
         return bool(
@@ -348,7 +322,7 @@ class Harmony:
         command.flags.writeable = False
         return command
 
-    def _notes(self, candidates: list[Candidate], way: Way) -> dict[str, Any]:
+    def _notes(self, candidates: list[Candidate], found: FoundWay) -> dict[str, Any]:
         """Returns what the log keeps of every cycle."""
         best = candidates[0] if candidates else None
         return {
@@ -357,7 +331,8 @@ class Harmony:
             "iterations": sum(c.iterations for c in candidates),
             "cost": best.cost if best else None,
             "violation": best.violation if best else None,
-            "blocked_m": way.blocked_m if np.isfinite(way.blocked_m) else None,
+            "blocked_m": found.blocked_m if np.isfinite(found.blocked_m) else None,
+            "detour_m": None if found.detour is None else path_length(found.detour),
         }
 
     def _arrays(

@@ -17,7 +17,8 @@ class HarmonyMemory(NamedTuple):
 
     plan: (N + 1, 9) the committed plan, or None where the last command was not a plan's.
     time_s: when it was committed. sent: the last commands. refused_since_s: since when no plan has
-    been accepted, None while they are. is_trapped: the last plan got nowhere.
+    been accepted, None while they are. is_trapped: the last plan got nowhere. detour: (M, 3) the
+    way past what trapped it, or None.
     """
 
     plan: Array | None = None
@@ -25,3 +26,4 @@ class HarmonyMemory(NamedTuple):
     sent: Sent | None = None
     refused_since_s: float | None = None
     is_trapped: bool = False
+    detour: Array | None = None

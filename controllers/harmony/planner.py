@@ -93,7 +93,7 @@ class Planner:
         self._parameters = parameters
         self._discs = discs
         # Corners lie on the rims of the discs: what they are to keep, the discs must.
-        self._clearance = parameters.error_bound_m + ROOM_TO_SPARE_M + parameters.min_obstacle_dist
+        self.clearance = parameters.error_bound_m + ROOM_TO_SPARE_M + parameters.min_obstacle_dist
         self._weights = read_only(parameters.weights.as_array())
         self._shape = Shape(
             parameters.limit_share,
@@ -127,7 +127,7 @@ class Planner:
             wheel_speed=p.max_wheel_speed,
             half_track=0.5 * p.wheel_separation,
             lateral_acceleration=p.max_lateral_acceleration,
-            clearance=self._clearance,
+            clearance=self.clearance,
         )
 
     def scene(self, start: Array, way: Way, field: DistanceField, limits: Limits) -> Scene:
@@ -143,7 +143,7 @@ class Planner:
             way.stop_m,
         )
         references = np.zeros((count, 4))
-        references[:, 3] = speeds
+        references[:, 3] = -limits.backward_speed if way.backs_up else speeds
         target = way.target.copy()
         target[2] = start[2] + wrap(target[2] - start[2])
         return Scene(

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.controller import NO_PLAN
+from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.distance_field import DistanceField, path_clearance
 from drake_navbench.kernels.path_geometry import path_length
 from drake_navbench.kernels.read_only import read_only
@@ -18,6 +19,8 @@ Array = NDArray[np.float64]
 TRAPPED_RATIO = 0.2
 # Poses of the global plan behind the local one in which room is looked for.
 MOST_POSES_BEHIND = 100
+# Where a way leads is where it is after so much, m; a turn there is looked at in so many poses.
+LOOK_BACK_M, TURN_POSES = 0.5, 13
 # A plan that ends so near the goal ends in it, m.
 SAME_PLACE_M = 1e-6
 
@@ -31,7 +34,7 @@ class Way(NamedTuple):
     blocked_m: along the path to its first pose at which the robot has no room, inf
     where there is none. behind: (2,) m, the path's first point behind that, its last one where the
     robot has no room up to there, or None. stop_m: along the path to where plans come to rest, inf
-    where they need not.
+    where they need not. backs_up: it is driven backwards.
     """
 
     path: Array
@@ -42,6 +45,7 @@ class Way(NamedTuple):
     blocked_m: float
     behind: Array | None = None
     stop_m: float = np.inf
+    backs_up: bool = False
 
 
 def way_along(
@@ -120,6 +124,24 @@ def up_to_blocked(way: Way, distance_m: float) -> Way:
     return way._replace(target=np.array(way.path[index]), nears_goal=False, stop_m=stop_m)
 
 
+def must_back_up(
+    way: Way, start: Array, field: DistanceField, discs: Array, clearance: float
+) -> bool:
+    """Returns whether the way leads back and the robot has no room to turn to it where it is.
+
+    start: (9,) of plans. discs: (D, 2) m, which must keep `clearance` m.
+    """
+    stations = np.cumsum(np.hypot(*np.diff(way.path[:, :2], axis=0).T))
+    ahead = way.path[min(int(np.searchsorted(stations, LOOK_BACK_M)) + 1, len(way.path) - 1)]
+    heading = np.arctan2(ahead[1] - start[1], ahead[0] - start[0])
+    turn = wrap(float(heading - start[2]))
+    if abs(turn) < 0.5 * np.pi:
+        return False
+    yaws = start[2] + np.linspace(0.0, turn, TURN_POSES)
+    poses = np.column_stack([np.full((TURN_POSES, 2), start[:2]), yaws])
+    return bool(path_clearance(field, discs, poses).min() < clearance)
+
+
 def turn_at(start: Array, goal: Array) -> Way:
     """Returns the way of a robot whose position is good enough: to the goal's heading, right here.
 
@@ -129,16 +151,28 @@ def turn_at(start: Array, goal: Array) -> Way:
     return Way(read_only(pose[None]), pose, pose[:2], True, 0.0, np.inf, stop_m=0.0)
 
 
+def straight_back(start: Array, distance_m: float) -> Way:
+    """Returns the way straight backwards from where plans (9,) start, by the way it came."""
+    pose = np.array(start[:3])
+    behind = pose - distance_m * np.array([np.cos(pose[2]), np.sin(pose[2]), 0.0])
+    return Way(read_only(pose[None]), behind, behind[:2], False, 0.0, np.inf, backs_up=True)
+
+
 def progress_on(way: Way, position: Array) -> float:
     """Returns how far along the path the point nearest to a position (2,) lies, m."""
     nearest = int(np.argmin(np.hypot(*(way.path[:, :2] - position).T)))
     return path_length(way.path[: nearest + 1]) if nearest else 0.0
 
 
-def is_trapped(way: Way, plan: Array, start: Array) -> bool:
+def is_trapped(way: Way, plan: Array, start: Array, tolerance_m: float) -> bool:
     """Returns whether a plan gets nowhere: its end is hardly farther along the path than its start.
 
-    By the distance that was asked for, as the test of DRPA-MPPI (arXiv 2503.20134).
+    By the distance that was asked for, as the test of DRPA-MPPI (arXiv 2503.20134); near a goal,
+    where it is farther than the tolerance, by the distance to it.
     """
+    if way.nears_goal:
+        left = float(np.hypot(*(way.target[:2] - start[:2])))
+        progress = left - float(np.hypot(*(way.target[:2] - plan[-1, :2])))
+        return left > tolerance_m and progress < TRAPPED_RATIO * left
     progress = progress_on(way, plan[-1, :2]) - progress_on(way, start[:2])
     return progress < TRAPPED_RATIO * way.length_m

@@ -133,10 +133,16 @@ def base_of(settings: HarmonyParameters) -> Response:
 
 
 def drive(seed: int, *, error_m: float = LOCALIZATION_ERROR_M, **parameters) -> Drive:
-    """Drives harmony through a world of boxes to a goal ahead; stops at a contact."""
-    boxes = random_boxes(seed)
-    edges = edges_of(boxes)
+    """Drives harmony, as bold as it can be made, through a random world to a goal ahead."""
     settings = HarmonyParameters(sample_count=100, **BOLD, **parameters)
+    return drive_among(random_boxes(seed), settings, seed, error_m=error_m, longest_s=LONGEST_S)
+
+
+def drive_among(
+    boxes: np.ndarray, settings: HarmonyParameters, seed: int, *, error_m: float, longest_s: float
+) -> Drive:
+    """Drives harmony among boxes (B, 4) to a goal straight ahead; stops at a contact."""
+    edges = edges_of(boxes)
     controller, base = controller_with(settings), base_of(settings)
     x = np.arange(0.0, GOAL_M + 1e-9, 0.05)
     plan = np.column_stack([x, np.zeros_like(x), np.zeros_like(x)])
@@ -144,7 +150,7 @@ def drive(seed: int, *, error_m: float = LOCALIZATION_ERROR_M, **parameters) -> 
     random = np.random.default_rng(seed)
     least, end, command, cycle = math.inf, "timed out", np.zeros(2), 0
     stopping = 0
-    while cycle * PERIOD_S < LONGEST_S:
+    while cycle * PERIOD_S < longest_s:
         time_s = cycle * PERIOD_S
         if math.hypot(state[0] - GOAL_M, state[1]) < GOAL_TOLERANCE_M:
             end = "arrived"
@@ -159,6 +165,7 @@ def drive(seed: int, *, error_m: float = LOCALIZATION_ERROR_M, **parameters) -> 
             plan_id=1,
             costmap=costmap_around(boxes, pose[0], pose[1]),
             goal=plan[-1],
+            global_plan=plan,
             noise_key=NoiseKey(seed, 4, cycle),
         )
         try:

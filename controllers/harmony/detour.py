@@ -1,0 +1,163 @@
+"""A way past what blocks the path, where plans get nowhere: searched in the local map, and kept.
+
+A plan sees as far as its horizon, and the distance to its target draws it into whatever lies
+between. Where it is trapped, cells with room for the robot, however it would turn, are searched for
+a way to the path's first free point behind what is in the way; until it is driven, that is the
+path.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.kernels.astar import FOUND, search
+from drake_navbench.kernels.distance_field import DistanceField
+from drake_navbench.kernels.grid import FREE, INSCRIBED, Grid, world_to_cell
+from drake_navbench.kernels.path_geometry import path_from_polyline, path_length
+from drake_navbench.kernels.path_smoothing import smooth_grid_path
+from drake_navbench.kernels.read_only import read_only
+
+Array = NDArray[np.float64]
+
+# Costs beside obstacles fall over this distance, and weigh so much, so that ways keep off them, m.
+INFLATION_M = 0.5
+TRAVEL_MULTIPLIER = 4.0
+# Of Nav2's smoother of grid paths.
+SMOOTHING = {"tolerance": 1e-4, "max_iterations": 1000, "w_data": 0.2, "w_smooth": 0.3}
+NO_OUTLINE = np.empty((0, 2))
+# Ends are looked at so far apart, and so many of them; a later one must spare so much, m.
+REJOIN_M, MOST_ENDS, WORTH_M = 0.5, 8, 1.0
+# The plan has not changed where it still leads over the end of a detour, m.
+SAME_PLAN_M = 0.25
+# A robot farther from its detour needs another one, m.
+OFF_DETOUR_M = 0.2
+# Around the robot so much counts as free, where it is closer to obstacles than is asked for, m.
+START_FREE_M = 0.15
+
+
+def detour_costs(field: DistanceField, clearance: float, start: Array) -> NDArray[np.uint8]:
+    """Returns (rows, columns) costs: INSCRIBED nearer than `clearance` m to obstacles."""
+    missing = 1.0 - (field.distances - clearance) / INFLATION_M
+    costs = np.clip((INSCRIBED - 1) * missing, FREE, INSCRIBED - 1).astype(np.uint8)
+    costs[field.distances < clearance] = INSCRIBED
+    rows, columns = np.indices(costs.shape)
+    x = field.origin_x + (columns + 0.5) * field.resolution
+    y = field.origin_y + (rows + 0.5) * field.resolution
+    is_here = np.hypot(x - start[0], y - start[1]) <= START_FREE_M
+    costs[is_here & (costs == INSCRIBED) & (field.distances > 0.0)] = INSCRIBED - 1
+    return costs
+
+
+def points_behind(
+    plan: Array, global_plan: Array, field: DistanceField, clearance: float
+) -> tuple[Array, Array]:
+    """Returns ((E, 2) m, (E,) m): where a plan has room again, and how far along it that is.
+
+    Every REJOIN_M from its first point with room behind its first ones without; none where all of
+    it has room, or nothing behind has. global_plan: what follows the plan.
+    """
+    ahead = plan[:, :2]
+    if len(global_plan):
+        nearest = int(np.argmin(np.hypot(*(global_plan[:, :2] - ahead[-1]).T)))
+        ahead = np.concatenate([ahead, global_plan[nearest + 1 :, :2]])
+    stations = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(ahead, axis=0).T))])
+    has_room = distances_at(field, ahead) >= clearance
+    first = int(np.argmin(has_room))
+    found, least_m = [], 0.0
+    for index in (first + np.flatnonzero(has_room[first:])).tolist():
+        if not has_room[first] and stations[index] >= least_m:
+            found.append(index)
+            least_m = stations[index] + REJOIN_M
+    return ahead[found], stations[found]
+
+
+def distances_at(field: DistanceField, points: Array) -> Array:
+    """Returns (M,) the distances of the cells that points (M, 2) are in, m; NaN off the map."""
+    rows, columns = field.distances.shape
+    column = np.floor((points[:, 0] - field.origin_x) / field.resolution).astype(int)
+    row = np.floor((points[:, 1] - field.origin_y) / field.resolution).astype(int)
+    seen = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
+    found = np.full(len(points), np.nan)
+    found[seen] = field.distances[row[seen], column[seen]]
+    return found
+
+
+def find_detour(
+    plan: Array, global_plan: Array, field: DistanceField, clearance: float, start: Array
+) -> Array | None:
+    """Returns (M, 3) a way from a point (2,) m to the plan behind where it has no room, or None.
+
+    It ends at the first point that it can, unless a later one makes the whole way shorter by more
+    than WORTH_M. All of it is at least `clearance` m from obstacles but where it begins.
+    """
+    ends, stations = points_behind(plan, global_plan, field, clearance)
+    if not len(ends):
+        return None
+    costs = detour_costs(field, clearance, start)
+    ways = [_way_between(costs, field, start, end) for end in ends[:MOST_ENDS]]
+    lengths = np.array([np.inf if way is None else path_length(way) for way in ways])
+    lengths -= stations[:MOST_ENDS]
+    if not np.isfinite(lengths).any():
+        return None
+    chosen = ways[int(np.argmax(lengths <= lengths.min() + WORTH_M))]
+    assert chosen is not None
+    points = np.column_stack([chosen, np.zeros(len(chosen))])
+    grid = Grid(costs, field.origin_x, field.origin_y, field.resolution)
+    smooth = smooth_grid_path(points, grid, NO_OUTLINE, refinement_num=2, **SMOOTHING)
+    return read_only(path_from_polyline(smooth[:, :2], field.resolution))
+
+
+def _way_between(
+    costs: NDArray[np.uint8], field: DistanceField, start: Array, end: Array
+) -> Array | None:
+    """Returns (M, 2) m the cheapest way over the centres of cells from a point to another."""
+    rows, columns = costs.shape
+    place = (field.origin_x, field.origin_y, field.resolution)
+    cells = [world_to_cell(*map(float, point), *place, columns, rows) for point in (start, end)]
+    if cells[0][0] < 0 or cells[1][0] < 0:
+        return None
+    status, found, _ = search(
+        costs,
+        cells[0],
+        cells[1],
+        (float(cells[1][0]), float(cells[1][1])),
+        tolerance=0.0,
+        cost_travel_multiplier=TRAVEL_MULTIPLIER,
+        allow_unknown=True,
+        corner_cutting=False,
+        max_iterations=0,
+        max_on_approach_iterations=0,
+        terminal_checking_interval=costs.size,
+        expansion_budget=costs.size,
+    )
+    if status != FOUND or len(found) < 2:
+        return None
+    points = np.array(place[:2]) + (found + 0.5) * field.resolution
+    points[0], points[-1] = start, end
+    return points
+
+
+def still_ahead(detour: Array, position: Array, plan: Array, global_plan: Array) -> Array:
+    """Returns what of a detour (M, 3) is ahead of a position (2,), empty where it is over.
+
+    That is where its end is reached or no longer on the plan.
+    """
+    nearest = int(np.argmin(np.hypot(*(detour[:, :2] - position).T)))
+    rest = detour[nearest:]
+    whole = np.concatenate([plan, global_plan])[:, :2]
+    off_plan_m = float(np.hypot(*(whole - detour[-1, :2]).T).min())
+    return rest[:0] if len(rest) < 2 or off_plan_m > SAME_PLAN_M else rest
+
+
+def is_good(detour: Array, position: Array, field: DistanceField, clearance: float) -> bool:
+    """Returns whether a detour (M, 3) begins near a position (2,) m and is free as it was."""
+    off_m = float(np.hypot(*(detour[0, :2] - position)))
+    is_closed = distances_at(field, detour[:, :2]) < clearance
+    return off_m <= OFF_DETOUR_M and not is_closed.any()
+
+
+def joined(detour: Array, plan: Array) -> Array:
+    """Returns a detour (M, 3) and what of a plan (P, 3) lies behind its end."""
+    nearest = int(np.argmin(np.hypot(*(plan[:, :2] - detour[-1, :2]).T)))
+    return np.concatenate([detour, plan[nearest + 1 :]])

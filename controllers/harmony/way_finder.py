@@ -1,0 +1,133 @@
+"""Which way a cycle's plans are led: the path, past what blocks it, or up to it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.controller import ControllerSetup, Observation
+from drake_navbench.controllers.harmony.detour import find_detour, is_good, joined, still_ahead
+from drake_navbench.controllers.harmony.discs import half_width
+from drake_navbench.controllers.harmony.memory import HarmonyMemory
+from drake_navbench.controllers.harmony.parameters import HarmonyParameters
+from drake_navbench.controllers.harmony.passage import is_connected
+from drake_navbench.controllers.harmony.way import (
+    Way,
+    around,
+    must_back_up,
+    straight_back,
+    turn_at,
+    up_to_blocked,
+    way_along,
+)
+from drake_navbench.kernels.distance_field import DistanceField
+from drake_navbench.kernels.path_geometry import path_from_polyline
+from drake_navbench.kernels.read_only import read_only
+
+Array = NDArray[np.float64]
+
+# Where the way is blocked, plans end so much nearer to that than where it gives up, m.
+SLOW_AT_M = 0.1
+# The distance field as plans see it says so much too little in the middle of a gap, m.
+ROOM_IN_GAPS_M = 0.02
+
+
+class FoundWay(NamedTuple):
+    """The way of a cycle, whether it leads on, and the detour (M, 3) that it begins with, if any.
+
+    blocked_m: along the path to where the robot has no room, inf where it has; see `Way`.
+    """
+
+    way: Way
+    is_open: bool
+    detour: Array | None
+    blocked_m: float
+
+
+class WayFinder:
+    """Finds the way of a cycle. discs: (D, 2) of the robot, m. clearance: of plans, m."""
+
+    def __init__(
+        self,
+        parameters: HarmonyParameters,
+        setup: ControllerSetup,
+        discs: Array,
+        clearance: float,
+    ) -> None:
+        self._parameters = parameters
+        self._discs = discs
+        self._clearance = clearance
+        self._half_width = half_width(setup)
+        self._reach_of_map = (
+            parameters.max_vel_x * parameters.horizon + setup.circumscribed_radius_m
+        )
+        self._detour_clearance = float(discs[:, 1].max()) + clearance + ROOM_IN_GAPS_M
+
+    def find(
+        self,
+        observation: Observation,
+        memory: HarmonyMemory,
+        start: Array,
+        field: DistanceField,
+        reach_m: float,
+    ) -> FoundWay:
+        """Returns the way that plans from a start (9,) are led, as far as `reach_m`."""
+        if observation.goal_xy_reached:
+            return FoundWay(turn_at(start, observation.goal), True, None, np.inf)
+        way = self._along(observation.plan, observation, field, reach_m)
+        detour = self._detour_so_far(observation, memory, way, field)
+        if detour is None:
+            if not self._is_open(observation, way, field):
+                stop_m = self._parameters.give_up_distance - SLOW_AT_M
+                return FoundWay(up_to_blocked(way, stop_m), False, None, way.blocked_m)
+            detour = self._new_detour(observation, way, field) if memory.is_trapped else None
+        if detour is None:
+            return FoundWay(around(way), True, None, way.blocked_m)
+        whole = joined(detour, observation.plan)
+        past = self._along(whole, observation, field, reach_m)
+        # Where it ends in the goal, its own heading counts until it is there.
+        nears_goal = past.nears_goal and len(whole) > len(detour)
+        past = past._replace(blocked_m=np.inf, behind=None, nears_goal=nears_goal)
+        if must_back_up(past, start, field, self._discs, self._clearance):
+            p = self._parameters
+            past = straight_back(start, p.max_vel_x_backwards * p.horizon)
+        return FoundWay(past, True, detour, way.blocked_m)
+
+    def _along(
+        self, plan: Array, observation: Observation, field: DistanceField, reach_m: float
+    ) -> Way:
+        return way_along(
+            plan, observation.goal, reach_m, field, self._discs, observation.global_plan
+        )
+
+    def _is_open(self, observation: Observation, way: Way, field: DistanceField) -> bool:
+        """Returns whether the map has a way past what blocks the path, or nothing does."""
+        if way.behind is None:
+            return True
+        position = observation.pose[:2]
+        return bool(is_connected(field, self._half_width, self._reach_of_map, position, way.behind))
+
+    def _detour_so_far(
+        self, observation: Observation, memory: HarmonyMemory, way: Way, field: DistanceField
+    ) -> Array | None:
+        """Returns what is ahead of the detour so far, or another one where it is no good."""
+        if memory.detour is None:
+            return None
+        position = observation.pose[:2]
+        rest = still_ahead(memory.detour, position, observation.plan, observation.global_plan)
+        if not len(rest):
+            return None
+        if is_good(rest, position, field, self._detour_clearance):
+            return rest
+        return self._new_detour(observation, way, field)
+
+    def _new_detour(self, observation: Observation, way: Way, field: DistanceField) -> Array | None:
+        """Returns a way past where the plan has no room, else near the goal the line to it."""
+        position, goal = observation.pose[:2], observation.goal[:2]
+        plans = observation.plan, observation.global_plan
+        detour = find_detour(*plans, field, self._detour_clearance, position)
+        if detour is None and way.nears_goal and np.hypot(*(goal - position)) > field.resolution:
+            return read_only(path_from_polyline(np.stack([position, goal]), field.resolution))
+        return detour

@@ -1,0 +1,116 @@
+"""A way past what traps plans: where it leads, how long it is kept; backing out of a dead end."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from harmony_scenes import DISCS, costmap_with, straight
+from harmony_worlds import LOCALIZATION_ERROR_M, drive_among
+
+from drake_navbench.controller import NO_PLAN
+from drake_navbench.controllers.harmony import HarmonyParameters
+from drake_navbench.controllers.harmony.detour import find_detour, is_good, joined, still_ahead
+from drake_navbench.controllers.harmony.scene import make_start
+from drake_navbench.controllers.harmony.way import must_back_up, way_along
+from drake_navbench.kernels.distance_field import distance_field, sample_distance
+from drake_navbench.kernels.path_geometry import path_length
+
+HERE, PLAN, CLEARANCE_M = np.zeros(2), straight(2.5), 0.4
+# Across the path, and a way past its left end that is 0.4 m long besides the path.
+SCREEN = (1.2, -3.0, 1.3, 0.3)
+# Three walls around the path's first 1.7 m, wider than the robot but too narrow to turn in.
+DEAD_END = ((0.4, 0.5, 1.7, 0.6), (0.4, -0.6, 1.7, -0.5), (1.6, -0.5, 1.7, 0.5))
+
+
+def field_with(*boxes):
+    return distance_field(costmap_with(*boxes))
+
+
+def detour_past(*boxes, plan=PLAN, start=HERE, global_plan=NO_PLAN):
+    return find_detour(plan, global_plan, field_with(*boxes), CLEARANCE_M, start)
+
+
+def test_a_detour_keeps_its_clearance_and_ends_on_the_plan_behind():
+    detour = detour_past(SCREEN)
+    np.testing.assert_allclose(detour[0, :2], HERE, atol=1e-9)
+    assert detour[-1, 0] >= 1.3 + CLEARANCE_M
+    assert detour[-1, 1] == 0.0
+    field = field_with(SCREEN)
+    # Half a cell's diagonal: cells are looked at by their centres.
+    room = [sample_distance(field, x, y)[0] for x, y in detour[:, :2]]
+    assert min(room) > CLEARANCE_M - 0.5 * np.hypot(0.05, 0.05)
+    assert detour[:, 1].max() > 0.3 + CLEARANCE_M - 0.05
+
+
+@pytest.mark.parametrize(
+    "boxes",
+    [
+        pytest.param(((1.2, -3.0, 1.3, 3.0),), id="nothing is open"),
+        pytest.param((), id="nothing is in the way"),
+        pytest.param(((1.2, -3.0, 1.3, -0.35), (1.2, 0.35, 1.3, 3.0)), id="a door too narrow"),
+    ],
+)
+def test_there_is_no_detour_where(boxes):
+    assert detour_past(*boxes) is None
+
+
+def test_a_detour_may_end_on_the_global_plan_where_the_local_one_ends_before():
+    detour = detour_past(SCREEN, plan=straight(1.0), global_plan=straight(2.5))
+    assert detour[-1, 0] >= 1.3 + CLEARANCE_M
+
+
+def test_a_later_end_is_taken_where_the_first_one_lies_far_back():
+    # The plan comes back from behind the screen: its end, beside the start, is near.
+    back = np.array([[2.0, 0.05 * k, 0.5 * np.pi] for k in range(1, 41)])
+    home = np.array([[2.0 - 0.05 * k, 2.0, np.pi] for k in range(1, 51)])
+    plan = np.concatenate([straight(2.0), back, home])
+    assert detour_past(SCREEN, plan=plan)[-1, 1] > 1.0
+
+
+def test_a_detour_is_driven_to_its_end():
+    detour = detour_past(SCREEN)
+    half = len(detour) // 2
+    rest = still_ahead(detour, detour[half, :2], PLAN, NO_PLAN)
+    np.testing.assert_array_equal(rest, detour[half:])
+    assert len(still_ahead(detour, detour[-1, :2], PLAN, NO_PLAN)) == 0
+
+
+def test_a_detour_to_a_plan_that_has_changed_is_over():
+    detour = detour_past(SCREEN)
+    assert len(still_ahead(detour, HERE, straight(2.5, y_m=-1.0), NO_PLAN)) == 0
+
+
+def test_a_detour_is_good_until_something_comes_into_its_way():
+    detour = detour_past(SCREEN)
+    assert is_good(detour, HERE, field_with(SCREEN), CLEARANCE_M)
+    assert not is_good(detour, HERE, field_with(SCREEN, (1.2, 0.8, 1.3, 3.0)), CLEARANCE_M)
+
+
+def test_behind_a_detour_the_plan_goes_on():
+    detour = detour_past(SCREEN)
+    whole = joined(detour, PLAN)
+    np.testing.assert_array_equal(whole[-1], PLAN[-1])
+    assert path_length(whole) == pytest.approx(path_length(detour) + 2.5 - detour[-1, 0], abs=0.06)
+
+
+@pytest.mark.parametrize(
+    ("yaw", "boxes", "backs_up"),
+    [
+        pytest.param(0.0, DEAD_END, False, id="the way leads ahead"),
+        pytest.param(np.pi, (), False, id="it leads back and there is room to turn"),
+        pytest.param(np.pi, DEAD_END, True, id="it leads back and there is none"),
+    ],
+)
+def test_the_robot_backs_up_where(yaw, boxes, backs_up):
+    field, start = field_with(*boxes), make_start(np.array([0.5, 0.0, yaw]), 0.0, 0.0)
+    plan = straight(2.5) + np.array([0.5, 0.0, 0.0])
+    way = way_along(plan, np.array([8.0, 0.0, 0.0]), 1.5, field, DISCS)
+    assert must_back_up(way, start, field, DISCS, 0.05) is backs_up
+
+
+def test_it_backs_out_of_a_dead_end_and_drives_around():
+    found = drive_among(
+        np.array(DEAD_END), HarmonyParameters(), 1, error_m=LOCALIZATION_ERROR_M, longest_s=60.0
+    )
+    assert found.end == "arrived"
+    assert found.least_gap_m > 0.0
