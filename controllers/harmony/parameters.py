@@ -34,7 +34,7 @@ class Weights(ControllerParameters):
     goal_angle: Weight = Field(1.0, ge=0.0, description="Of the heading at the goal [1/rad^2].")
     goal_position: Weight = Field(5.0, ge=0.0, description="Of the way left at the end [1/m^2].")
     costmap_cost: Weight = Field(0.5, ge=0.0, description="Of inflation that discs are in [1/s].")
-    path_alignment: Weight = Field(0.8, ge=0.0, description="Of distance from the path [1/m^2 s].")
+    path_alignment: Weight = Field(1.2, ge=0.0, description="Of distance from the path [1/m^2 s].")
     path_orientation: Weight = Field(0.5, ge=0.0, description="Of heading off it [1/rad^2 s].")
     forward_preference: Weight = Field(20.0, ge=0.0, description="Of driving backwards [s/m^2].")
     twirling: Weight = Field(0.1, ge=0.0, description="Of turning [s/rad^2].")
