@@ -7,6 +7,7 @@ import pytest
 from harmony_scenes import DISCS, costmap_with, straight
 from harmony_worlds import LOCALIZATION_ERROR_M, drive_among
 
+from drake_navbench import run_trial
 from drake_navbench.controller import NO_PLAN
 from drake_navbench.controllers.harmony import HarmonyParameters
 from drake_navbench.controllers.harmony.detour import find_detour, is_good, joined, still_ahead
@@ -14,6 +15,7 @@ from drake_navbench.controllers.harmony.scene import make_start
 from drake_navbench.controllers.harmony.way import must_back_up, way_along
 from drake_navbench.kernels.distance_field import distance_field, sample_distance
 from drake_navbench.kernels.path_geometry import path_length
+from drake_navbench.log import Outcome
 
 HERE, PLAN, CLEARANCE_M = np.zeros(2), straight(2.5), 0.4
 # Across the path, and a way past its left end that is 0.4 m long besides the path.
@@ -114,3 +116,9 @@ def test_it_backs_out_of_a_dead_end_and_drives_around():
     )
     assert found.end == "arrived"
     assert found.least_gap_m > 0.0
+
+
+def test_a_trial_into_a_pocket_succeeds_without_a_contact():
+    log = run_trial("pocket", "harmony", seed=1)
+    assert log.outcome == Outcome.SUCCEEDED
+    assert log.samples["clearance_m"].min() > 0.0
