@@ -260,12 +260,10 @@ class Planner:
 
     def _best_of_groups(self, costs: Array, groups: NDArray[np.int64]) -> list[int]:
         """Returns the cheapest sample of each group, of the cheapest groups, cheapest first."""
-        chosen: dict[int, int] = {}
-        for index in np.argsort(costs, kind="stable").tolist():
-            if not np.isfinite(costs[index]) or len(chosen) == self._parameters.max_groups:
-                break
-            chosen.setdefault(int(groups[index]), index)
-        return list(chosen.values())
+        order = np.argsort(costs, kind="stable")
+        order = order[np.isfinite(costs[order])]
+        _, first = np.unique(groups[order], return_index=True)
+        return order[np.sort(first)[: self._parameters.max_groups]].tolist()
 
     def _improved(
         self,
