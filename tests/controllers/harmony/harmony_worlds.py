@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 
 from drake_navbench.controller import ControllerError, ControllerSetup, Observation
 from drake_navbench.controllers.harmony import Harmony, HarmonyParameters
@@ -27,7 +28,7 @@ from drake_navbench.controllers.harmony.base_response import Response, follow
 from drake_navbench.kernels.footprint import footprint_radii
 from drake_navbench.kernels.grid import LETHAL, Costmap
 from drake_navbench.kernels.outline_distance import outline_to_edges
-from drake_navbench.kernels.poses import place_outline
+from drake_navbench.kernels.poses import place_point
 from drake_navbench.noise import NoiseKey
 
 PERIOD_S, STEP_S = 0.05, 0.01
@@ -43,7 +44,8 @@ FREE_START_M = 1.05
 # give up in front of them.
 BOLD = {"give_up_distance": 0.0, "weights": {"costmap_cost": 0.0, "path_alignment": 2.0}}
 # Of what errors are made: the rest is a turn that moves the farthest corner by as much.
-SHIFT_SHARE = 0.6
+SHIFT_SHARE, SHIFTS = 0.6, 8
+REACH_M = float(np.hypot(*FOOTPRINT.T).max())
 
 
 class Drive(NamedTuple):
@@ -83,34 +85,68 @@ def costmap_around(boxes: np.ndarray, x: float, y: float) -> Costmap:
     origin_x = math.floor((x - half) / RESOLUTION_M) * RESOLUTION_M
     origin_y = math.floor((y - half) / RESOLUTION_M) * RESOLUTION_M
     costs = np.zeros((CELLS, CELLS), dtype=np.uint8)
-    for x0, y0, x1, y1 in boxes:
-        low = np.array([x0 - origin_x, y0 - origin_y]) / RESOLUTION_M
-        high = np.array([x1 - origin_x, y1 - origin_y]) / RESOLUTION_M
-        first = np.maximum(np.floor(low + ROUNDING).astype(int), 0)
-        last = np.clip(np.ceil(high - ROUNDING).astype(int), 0, CELLS)
-        costs[first[1] : last[1], first[0] : last[0]] = LETHAL
+    _mark(costs, boxes, origin_x, origin_y)
     return Costmap(costs, origin_x, origin_y, RESOLUTION_M)
 
 
-def gap_of(edges: np.ndarray, state: np.ndarray) -> float:
+@njit(cache=True)
+def _mark(costs, boxes, origin_x, origin_y):
+    """Makes every cell lethal that a box (x0, y0, x1, y1) reaches into."""
+    for k in range(boxes.shape[0]):
+        west, south = boxes[k, 0] - origin_x, boxes[k, 1] - origin_y
+        east, north = boxes[k, 2] - origin_x, boxes[k, 3] - origin_y
+        first_row = max(math.floor(south / RESOLUTION_M + ROUNDING), 0)
+        first_column = max(math.floor(west / RESOLUTION_M + ROUNDING), 0)
+        for row in range(first_row, min(math.ceil(north / RESOLUTION_M - ROUNDING), CELLS)):
+            for column in range(
+                first_column, min(math.ceil(east / RESOLUTION_M - ROUNDING), CELLS)
+            ):
+                costs[row, column] = LETHAL
+
+
+@njit(cache=True)
+def gap_of(edges, state):
     """Returns the distance from the outline to the boxes, m; 0 in contact."""
-    return float(outline_to_edges(place_outline(FOOTPRINT, state[:3]), edges, 10.0))
+    cosine, sine = math.cos(state[2]), math.sin(state[2])
+    placed = np.empty_like(FOOTPRINT)
+    for k in range(FOOTPRINT.shape[0]):
+        placed[k, 0], placed[k, 1] = place_point(
+            FOOTPRINT[k, 0], FOOTPRINT[k, 1], state[0], state[1], cosine, sine
+        )
+    return outline_to_edges(placed, edges, 10.0)
 
 
-def deceived(edges: np.ndarray, state: np.ndarray, error_m: float, turn: float) -> np.ndarray:
+@njit(cache=True)
+def deceived(edges, state, error_m, turn):
     """Returns (3,) a pose at which the outline seems farther from the boxes than it is.
 
     No point of it seems farther than `error_m` from where it is. turn: -1 or 1, to which side.
     """
     best, pose = -1.0, state[:3].copy()
-    reach = float(np.hypot(*FOOTPRINT.T).max())
-    shift, yaw = SHIFT_SHARE * error_m, turn * (1.0 - SHIFT_SHARE) * error_m / reach
-    for angle in np.linspace(0.0, 2.0 * math.pi, 8, endpoint=False):
-        tried = state[:3] + np.array([shift * math.cos(angle), shift * math.sin(angle), yaw])
+    shift, yaw = SHIFT_SHARE * error_m, turn * (1.0 - SHIFT_SHARE) * error_m / REACH_M
+    for k in range(SHIFTS):
+        angle = 2.0 * math.pi * k / SHIFTS
+        tried = np.array(
+            [
+                state[0] + shift * math.cos(angle),
+                state[1] + shift * math.sin(angle),
+                state[2] + yaw,
+            ]
+        )
         gap = gap_of(edges, tried)
         if gap > best:
             best, pose = gap, tried
     return pose
+
+
+@njit(cache=True)
+def least_gap_on(edges, base, state, v, w):
+    """Moves `state` (5,) in place by a cycle under a command; returns the least gap of it, m."""
+    least = math.inf
+    for _ in range(round(PERIOD_S / STEP_S)):
+        follow(base, state, v, w, STEP_S)
+        least = min(least, gap_of(edges, state))
+    return least
 
 
 def controller_with(settings: HarmonyParameters) -> Harmony:
@@ -173,9 +209,8 @@ def drive_among(
         except ControllerError:
             # What the controller server does: it commands 0, until the robot is at rest.
             end, command, stopping = "aborted", np.zeros(2), stopping + 1
-        for _ in range(round(PERIOD_S / STEP_S)):
-            follow(base, state, float(command[0]), float(command[1]), STEP_S)
-            least = min(least, gap_of(edges, state))
+        v, w = float(command[0]), float(command[1])
+        least = min(least, least_gap_on(edges, base, state, v, w))
         if least == 0.0:
             return Drive(least, "contact", time_s)
         if end == "aborted":
