@@ -23,8 +23,8 @@ Array = NDArray[np.float64]
 # Costs beside obstacles fall over this distance, and weigh so much, so that ways keep off them, m.
 INFLATION_M = 0.5
 TRAVEL_MULTIPLIER = 4.0
-# Of Nav2's smoother of grid paths.
-SMOOTHING = {"tolerance": 1e-4, "max_iterations": 1000, "w_data": 0.2, "w_smooth": 0.3}
+# Of Nav2's smoother of grid paths: tolerance m, most sweeps, both weights, passes after the first.
+SMOOTHING = (1e-4, 1000, 0.2, 0.3, 2)
 NO_OUTLINE = np.empty((0, 2))
 # Ends are looked at so far apart, and so many of them; a later one must spare so much, m.
 REJOIN_M, MOST_ENDS, WORTH_M = 0.5, 8, 1.0
@@ -104,7 +104,7 @@ def find_detour(
     assert chosen is not None
     points = np.column_stack([chosen, np.zeros(len(chosen))])
     grid = Grid(costs, field.origin_x, field.origin_y, field.resolution)
-    smooth = smooth_grid_path(points, grid, NO_OUTLINE, refinement_num=2, **SMOOTHING)
+    smooth = smooth_grid_path(points, grid, NO_OUTLINE, *SMOOTHING)
     return read_only(path_from_polyline(smooth[:, :2], field.resolution))
 
 
@@ -112,9 +112,7 @@ def _way_between(
     costs: NDArray[np.uint8], field: DistanceField, start: Array, end: Array
 ) -> Array | None:
     """Returns (M, 2) m the cheapest way over the centres of cells from a point to another."""
-    rows, columns = costs.shape
-    place = (field.origin_x, field.origin_y, field.resolution)
-    cells = [world_to_cell(*map(float, point), *place, columns, rows) for point in (start, end)]
+    cells = [_cell_of(field, point) for point in (start, end)]
     if cells[0][0] < 0 or cells[1][0] < 0:
         return None
     status, found, _ = search(
@@ -133,9 +131,16 @@ def _way_between(
     )
     if status != FOUND or len(found) < 2:
         return None
-    points = np.array(place[:2]) + (found + 0.5) * field.resolution
+    points = np.array([field.origin_x, field.origin_y]) + (found + 0.5) * field.resolution
     points[0], points[-1] = start, end
     return points
+
+
+def _cell_of(field: DistanceField, point: Array) -> tuple[int, int]:
+    """Returns (column, row) of the cell that holds a point (2,) m, (-1, -1) off the map."""
+    rows, columns = field.distances.shape
+    x, y = float(point[0]), float(point[1])
+    return world_to_cell(x, y, field.origin_x, field.origin_y, field.resolution, columns, rows)
 
 
 def still_ahead(detour: Array, position: Array, plan: Array, global_plan: Array) -> Array:
