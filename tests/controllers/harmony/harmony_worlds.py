@@ -6,7 +6,7 @@ needed for that, so that thousands of worlds can be driven:
 
     python tests/controllers/harmony/harmony_worlds.py --count 10000 --out worlds.csv
 
-goes on where the file ends.
+goes on where the file ends; with --first other machines drive other worlds of them.
 """
 
 from __future__ import annotations
@@ -221,15 +221,16 @@ def drive_among(
     return Drive(least, end, cycle * PERIOD_S)
 
 
-def drive_worlds(path: Path, count: int, *, jobs: int, hours: float) -> list[str]:
+def drive_worlds(path: Path, count: int, *, jobs: int, hours: float, first: int = 0) -> list[str]:
     """Drives what a file does not hold yet of so many worlds; returns how each of them ended.
 
-    One line a world: seed, end, time s, least gap m. Ends early where the hours are over.
+    One line a world: seed, end, time s, least gap m. Ends early where the hours are over. first:
+    seed of the file's first world, so that several machines can share the worlds.
     """
     done = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
     until_s = time.monotonic() + 3600.0 * hours
     with path.open("a", encoding="utf-8") as file, multiprocessing.Pool(jobs) as pool:
-        seeds = range(len(done), count)
+        seeds = range(first + len(done), first + count)
         for seed, found in zip(seeds, pool.imap(drive, seeds), strict=True):
             file.write(f"{seed},{found.end},{found.time_s:.2f},{found.least_gap_m:.4f}\n")
             file.flush()
@@ -255,11 +256,18 @@ def main() -> None:
     """Drives many worlds, a line each in a file, and says what came out."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=10_000)
+    parser.add_argument("--first", type=int, default=0, help="seed of the first of them")
     parser.add_argument("--out", type=Path, default=Path("harmony_worlds.csv"))
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--hours", type=float, default=6.0, help="at most")
     arguments = parser.parse_args()
-    ends = drive_worlds(arguments.out, arguments.count, jobs=arguments.jobs, hours=arguments.hours)
+    ends = drive_worlds(
+        arguments.out,
+        arguments.count,
+        jobs=arguments.jobs,
+        hours=arguments.hours,
+        first=arguments.first,
+    )
     contacts = ends.count("contact")
     # With no contact in n worlds the share is below 3 / n at 95% (the rule of three).
     print(f"{len(ends)} worlds, {contacts} contacts", end="")

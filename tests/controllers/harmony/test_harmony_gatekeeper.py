@@ -157,6 +157,12 @@ def test_driving_many_worlds_goes_on_where_the_file_ends(tmp_path):
     assert path.read_text().splitlines()[2].startswith("2,")
 
 
+def test_several_machines_share_the_worlds(tmp_path):
+    path = tmp_path / "worlds.csv"
+    drive_worlds(path, 1, jobs=1, hours=1.0, first=3)
+    assert path.read_text().startswith("3,")
+
+
 @pytest.mark.long
 def test_no_drive_of_ten_thousand_ends_in_a_contact(request):
     """About 70 minutes of one core; goes on where an earlier run of the same code was stopped."""
