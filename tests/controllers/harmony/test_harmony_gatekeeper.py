@@ -165,7 +165,7 @@ def test_several_machines_share_the_worlds(tmp_path):
 
 @pytest.mark.long
 def test_no_drive_of_ten_thousand_ends_in_a_contact(request):
-    """About 70 minutes of one core; goes on where an earlier run of the same code was stopped."""
+    """About two hours of one core; goes on where an earlier run of the same code was stopped."""
     path = request.config.cache.mkdir("harmony_worlds") / f"{digest_of_code()}.csv"
     ends = drive_worlds(path, 10_000, jobs=os.cpu_count() or 1, hours=6.0)
     assert len(ends) == 10_000

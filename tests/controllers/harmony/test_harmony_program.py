@@ -94,9 +94,11 @@ def test_the_cost_is_within_a_percent_of_what_ipopt_finds(seed):
 
 @pytest.mark.long
 def test_the_cost_is_within_a_percent_of_what_ipopt_finds_in_many_problems():
-    gaps = [gap for gap in map(cost_gap, range(1000)) if gap is not None]
+    gaps = np.array([gap for gap in map(cost_gap, range(1000)) if gap is not None])
     assert len(gaps) > 900
-    assert np.abs(gaps).max() < 0.01
+    assert gaps.max() < 0.01
+    # Now and then IPOPT ends in a worse minimum than the one that it was given.
+    assert np.mean(np.abs(gaps) < 0.01) > 0.99
 
 
 def test_the_derivatives_that_ipopt_gets_are_those_of_the_numbers():
