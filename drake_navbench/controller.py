@@ -69,6 +69,8 @@ class ControllerSetup:
     max_linear_velocity_mps, max_angular_velocity_radps, max_lateral_velocity_mps: what the base can
         do; the last is 0 for a base that cannot move sideways.
     min_turning_radius_m: of a car-like base, m; 0 for one that turns in place.
+    response_time_constant_s, max_linear_acceleration_mps2, max_angular_acceleration_radps2: how the
+        base answers a command; the limits are inf where it has none.
     costmap_resolution_m, costmap_size_m: cell edge and side length of the local costmap, m.
     inflation_radius_m, inflation_cost_scaling_factor: of the local costmap's inflation layer.
     tracks_unknown_space: of the local costmap.
@@ -84,6 +86,9 @@ class ControllerSetup:
     max_angular_velocity_radps: float = 2.0
     max_lateral_velocity_mps: float = 0.0
     min_turning_radius_m: float = 0.0
+    response_time_constant_s: float = 0.1
+    max_linear_acceleration_mps2: float = 2.5
+    max_angular_acceleration_radps2: float = 3.0
     costmap_resolution_m: float = 0.05
     costmap_size_m: float = 6.0
     inflation_radius_m: float = 0.9

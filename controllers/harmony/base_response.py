@@ -19,7 +19,7 @@ from drake_navbench.controllers.harmony.motion import V, W, stage_at
 STEP_S = 0.01
 # Slower than this is rest, m/s and rad/s.
 REST_MPS, REST_RADPS = 1e-3, 1e-3
-# No base brakes longer.
+# Braking that takes longer is no way to stop.
 LONGEST_STOP_S = 5.0
 
 
@@ -44,6 +44,22 @@ def answer(response, velocity, command, limit, duration_s):
         change *= 1.0 - math.exp(-duration_s / response.time_constant_s)
     reach = limit * duration_s
     return velocity + min(max(change, -reach), reach)
+
+
+def braking_time(response: Response, speed: float, turn_rate: float) -> float:
+    """Returns how long the base takes to rest from a speed m/s and a turn rate rad/s, s."""
+    time_constant_s = response.time_constant_s
+    return max(
+        _time_to_rest(time_constant_s, response.acceleration, speed, REST_MPS),
+        _time_to_rest(time_constant_s, response.angular_acceleration, turn_rate, REST_RADPS),
+    )
+
+
+def _time_to_rest(time_constant_s: float, limit: float, speed: float, rest: float) -> float:
+    # At the limit down to where the response itself asks for no more; then it decays.
+    knee = min(speed, limit * time_constant_s) if time_constant_s > 0.0 else 0.0
+    decay_s = time_constant_s * math.log(knee / rest) if knee > rest else 0.0
+    return (speed - knee) / limit + decay_s
 
 
 @njit(cache=True)
@@ -98,7 +114,8 @@ def command_of(response, plan, dt, period_s, cycle):
 def follow_then_brake(response, state, plan, dt, period_s, cycles):
     """Returns (M, 3) the poses of a base that follows a plan for some cycles and then brakes.
 
-    state: (5,) x, y, yaw, v, w at the start. One pose each STEP_S, to rest.
+    state: (5,) x, y, yaw, v, w at the start. One pose each STEP_S, to rest; none where it does not
+    come to rest within LONGEST_STOP_S.
     """
     moving = state.copy()
     steps_a_cycle = max(math.ceil(period_s / STEP_S - 1e-9), 1)
@@ -117,4 +134,5 @@ def follow_then_brake(response, state, plan, dt, period_s, cycles):
         follow(response, moving, 0.0, 0.0, step_s)
         poses[count] = moving[:3]
         count += 1
-    return poses[:count]
+    is_at_rest = abs(moving[3]) <= REST_MPS and abs(moving[4]) <= REST_RADPS
+    return poses[:count] if is_at_rest else poses[:0]

@@ -17,7 +17,8 @@ from drake_navbench.controller import (
     Observation,
 )
 from drake_navbench.controllers.harmony.base_response import (
-    Response,
+    LONGEST_STOP_S,
+    braking_time,
     command_of,
     follow_then_brake,
 )
@@ -25,6 +26,7 @@ from drake_navbench.controllers.harmony.discs import covering_discs
 from drake_navbench.controllers.harmony.gatekeeper import (
     accepted_cycles,
     command_is_safe,
+    is_on_free_cell,
     lethal_edges,
 )
 from drake_navbench.controllers.harmony.memory import HarmonyMemory
@@ -62,20 +64,22 @@ class Check(NamedTuple):
     """What the gatekeeper asks of every motion of a cycle.
 
     edges: (E, 4) of lethal cells. bound: least gap, m. state: (5,) of the base when the next
-    command arrives. interval_s: how long that one holds.
+    command arrives. interval_s: how long that one holds. is_on_map: the base is on a free cell of
+    it; nothing is accepted elsewhere.
     """
 
     edges: Array
     bound: float
     state: Array
     interval_s: float
+    is_on_map: bool
 
 
 class Harmony:
     """A seeded sampler, a constrained program and a verified stop plan; see docs/harmony.md.
 
-    Raises InputError for a base that cannot turn in place, and ValueError for an outline without
-    an area.
+    Raises InputError for a base that cannot turn in place or takes too long to stop, and ValueError
+    for an outline without an area.
     """
 
     Parameters: ClassVar[type[HarmonyParameters]] = HarmonyParameters
@@ -94,13 +98,13 @@ class Harmony:
         self._planner = Planner(parameters, self._discs)
         self._way_finder = WayFinder(parameters, setup, self._discs, self._planner.clearance)
         self._pursuit = RegulatedPurePursuit(parameters.rpp, setup)
-        self._response = Response(
-            parameters.response_time,
-            parameters.base_acceleration,
-            parameters.base_angular_acceleration,
-            setup.max_linear_velocity_mps,
-            setup.max_angular_velocity_radps,
-        )
+        self._response = parameters.response_of(setup)
+        braking_s = braking_time(self._response, parameters.top_speed, parameters.max_vel_theta)
+        if braking_s > LONGEST_STOP_S:
+            raise InputError(
+                f"response_time, base_acceleration, base_angular_acceleration: got a base that "
+                f"brakes for {braking_s:.1f} s, expected at most {LONGEST_STOP_S:g} s"
+            )
 
     def initial_memory(self) -> HarmonyMemory:
         """Returns the memory at the start of a goal."""
@@ -117,7 +121,9 @@ class Harmony:
             raise InvalidPath("plan: got no poses, expected at least one")
         parameters = self._parameters
         field = distance_field(observation.costmap)
-        sent = observed(memory.sent, self._response, observation.twist, observation.time_s)
+        sent = memory.sent
+        if parameters.latency is None:
+            sent = observed(sent, self._response, observation.twist, observation.time_s)
         memory = memory._replace(sent=sent)
         check = self._check(observation, memory)
         start = self._start(observation, memory, check)
@@ -139,7 +145,7 @@ class Harmony:
             raise CollisionAhead(
                 f"the plan is blocked {found.blocked_m:.2f} m ahead and the map has no way past",
                 details=notes,
-                memory=HarmonyMemory(),
+                memory=self._stopped(observation, memory),
             )
         for rank, candidate in enumerate(candidates):
             cycles = self._accepted(check, candidate.plan)
@@ -155,8 +161,8 @@ class Harmony:
 
     def _check(self, observation: Observation, memory: HarmonyMemory) -> Check:
         latency_s = self._parameters.latency
-        if memory.sent is not None and memory.sent.latency >= 0:
-            latency_s = float(LATENCIES_S[memory.sent.latency])
+        if latency_s is None:
+            latency_s = 0.0 if memory.sent is None else float(LATENCIES_S[memory.sent.latency])
         state = predicted(
             memory.sent,
             self._response,
@@ -165,7 +171,7 @@ class Harmony:
             time_s=observation.time_s,
             latency_s=latency_s,
         )
-        reach = self._parameters.max_vel_x * (self._parameters.horizon + 1.0)
+        reach = self._parameters.top_speed * (self._parameters.horizon + 1.0)
         edges = lethal_edges(
             observation.costmap.grid,
             state[0],
@@ -177,6 +183,7 @@ class Harmony:
             self._parameters.error_bound_m,
             state,
             self._interval_s(observation, memory),
+            bool(is_on_free_cell(observation.costmap.grid, state[0], state[1])),
         )
 
     def _interval_s(self, observation: Observation, memory: HarmonyMemory) -> float:
@@ -219,6 +226,8 @@ class Harmony:
         """Returns for how many cycles the gatekeeper lets a plan be followed; 0: not at all."""
         if not self._parameters.use_gatekeeper:
             return 1
+        if not check.is_on_map:
+            return 0
         return int(
             accepted_cycles(
                 check.edges,
@@ -272,6 +281,9 @@ class Harmony:
         except ControllerError as error:
             refusal = f"no plan is free of collisions, and Regulated Pure Pursuit says: {error}"
         else:
+            # No faster than it may be, on the same arc.
+            share = min(limits.forward_speed / abs(v), 1.0) if v else 1.0
+            v, w = share * v, share * w
             if self._command_is_safe(check, v, w):
                 notes.update(accepted="rpp", follow_s=check.interval_s)
                 command = self._command(v, w)
@@ -280,7 +292,10 @@ class Harmony:
                 return Decision(command, kept, notes)
         since_s = observation.time_s if memory.refused_since_s is None else memory.refused_since_s
         if observation.time_s - since_s >= self._parameters.patience:
-            raise CollisionAhead(refusal, details=notes, memory=HarmonyMemory())
+            stopped = self._stopped(observation, memory)
+            raise CollisionAhead(
+                refusal, details=notes, memory=stopped._replace(refused_since_s=since_s)
+            )
         elapsed_s = observation.time_s - memory.time_s
         for name, plan in self._planner.ways_to_stop(start, limits, memory.plan, elapsed_s):
             cycles = self._accepted(check, plan)
@@ -290,13 +305,19 @@ class Harmony:
                 kept = decision.memory._replace(refused_since_s=since_s)
                 return decision._replace(memory=kept)
         notes.update(accepted="stop", follow_s=0.0)
+        kept = self._stopped(observation, memory)._replace(refused_since_s=since_s)
+        return Decision(self._command(0.0, 0.0), kept, notes)
+
+    def _stopped(self, observation: Observation, memory: HarmonyMemory) -> HarmonyMemory:
+        """Returns what is left of a memory where the command is 0: what the base was told."""
         command = self._command(0.0, 0.0)
         sent = with_command(memory.sent, observation.twist, observation.time_s, command)
-        kept = memory._replace(plan=None, sent=sent, refused_since_s=since_s)
-        return Decision(command, kept, notes)
+        return memory._replace(plan=None, sent=sent)
 
     def _command_is_safe(self, check: Check, v: float, w: float) -> bool:
-        return bool(
+        if not self._parameters.use_gatekeeper:
+            return True
+        return check.is_on_map and bool(
             command_is_safe(
                 check.edges,
                 self._outline,

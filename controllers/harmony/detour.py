@@ -55,7 +55,9 @@ def points_behind(
     """Returns ((E, 2) m, (E,) m): where a plan has room again, and how far along it that is.
 
     Every REJOIN_M from its first point with room behind its first ones without; none where all of
-    it has room, or nothing behind has. global_plan: what follows the plan.
+    it has room, or nothing behind has. Where the robot stands too close to something, and the plan
+    leads away from that, is no such place, as long as there is another. global_plan: what follows
+    the plan.
     """
     ahead = plan[:, :2]
     if len(global_plan):
@@ -64,12 +66,24 @@ def points_behind(
     stations = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(ahead, axis=0).T))])
     has_room = distances_at(field, ahead) >= clearance
     first = int(np.argmin(has_room))
+    if first == 0 and not has_room[0]:
+        first = _behind_tight_start(has_room, stations)
     found, least_m = [], 0.0
     for index in (first + np.flatnonzero(has_room[first:])).tolist():
         if not has_room[first] and stations[index] >= least_m:
             found.append(index)
             least_m = stations[index] + REJOIN_M
     return ahead[found], stations[found]
+
+
+def _behind_tight_start(has_room: NDArray[np.bool_], stations: Array) -> int:
+    """Returns the first point without room behind a tight start, 0 where there is none.
+
+    A start is no longer than REJOIN_M along the plan.
+    """
+    free = int(np.argmax(has_room))
+    again = free + int(np.argmin(has_room[free:]))
+    return again if stations[free] <= REJOIN_M and not has_room[again] else 0
 
 
 def distances_at(field: DistanceField, points: Array) -> Array:
@@ -156,13 +170,22 @@ def still_ahead(detour: Array, position: Array, plan: Array, global_plan: Array)
 
 
 def is_good(detour: Array, position: Array, field: DistanceField, clearance: float) -> bool:
-    """Returns whether a detour (M, 3) begins near a position (2,) m and is free as it was."""
-    off_m = float(np.hypot(*(detour[0, :2] - position)))
-    is_closed = distances_at(field, detour[:, :2]) < clearance
-    return off_m <= OFF_DETOUR_M and not is_closed.any()
+    """Returns whether a detour (M, 3) begins near a position (2,) m and is free as it was.
+
+    As much as when it was found: around the robot only what is in the way itself counts.
+    """
+    off_m = np.hypot(*(detour[:, :2] - position).T)
+    distances = distances_at(field, detour[:, :2])
+    is_closed = distances < np.where(off_m <= START_FREE_M + field.resolution, 1e-9, clearance)
+    return bool(off_m[0] <= OFF_DETOUR_M) and not is_closed.any()
 
 
-def joined(detour: Array, plan: Array) -> Array:
-    """Returns a detour (M, 3) and what of a plan (P, 3) lies behind its end."""
-    nearest = int(np.argmin(np.hypot(*(plan[:, :2] - detour[-1, :2]).T)))
-    return np.concatenate([detour, plan[nearest + 1 :]])
+def joined(detour: Array, plan: Array, global_plan: Array) -> Array:
+    """Returns a detour (M, 3) and what lies behind its end of the plan that it ends on.
+
+    plan: (P, 3), the local one, which may end before it; then global_plan (N, 3) goes on.
+    """
+    ends = [np.hypot(*(poses[:, :2] - detour[-1, :2]).T) for poses in (plan, global_plan)]
+    if ends[0].min() > SAME_PLAN_M and len(global_plan):
+        return np.concatenate([detour, global_plan[int(np.argmin(ends[1])) + 1 :]])
+    return np.concatenate([detour, plan[int(np.argmin(ends[0])) + 1 :]])

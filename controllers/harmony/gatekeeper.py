@@ -1,10 +1,10 @@
 """The gatekeeper: no command leaves that does not leave a verified way to stop.
 
 What is accepted is "follow the plan until t, then brake", where the exact outline keeps more than
-the error bound away from every lethal cell of the costmap from now until rest. The next cycle
-begins on that motion, so its brake part is still free then, whatever becomes of the map's free
-space: by induction there is always a stop that was verified (Agrawal, Chen, Panagou: gatekeeper,
-arXiv 2211.14361).
+the error bound away from every lethal cell of the costmap from now until rest; and also "follow it
+for one cycle, then brake". The next cycle begins where that brake does, so that to brake is still
+free then: by induction there is always a stop that was verified (Agrawal, Chen, Panagou:
+gatekeeper, arXiv 2211.14361, whose backup is fixed to one manoeuvre here, the command 0).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 
 from drake_navbench.controllers.harmony.base_response import follow_then_brake
-from drake_navbench.kernels.grid import LETHAL
+from drake_navbench.kernels.grid import LETHAL, world_to_cell
 from drake_navbench.kernels.outline_distance import outline_to_edges
 from drake_navbench.kernels.poses import place_point
 
@@ -92,12 +92,15 @@ def is_clear(edges, outline, reach, poses, bound):
 
     reach: of the farthest corner from the base, m. Between two poses no point of the outline moves
     farther than the base does and turns its corner; a gap allows a motion of what it exceeds the
-    bound by, so that poses within it need no look of their own.
+    bound by, so that poses within it need no look of their own. No pose at all is no way to stop,
+    and one that is no number is nowhere.
     """
     placed = np.empty_like(outline)
     count = poses.shape[0]
     allowed = -1.0
     for m in range(count):
+        if not math.isfinite(poses[m, 0] + poses[m, 1] + poses[m, 2]):
+            return False
         motion = 0.0
         if m > 0:
             motion = math.hypot(poses[m, 0] - poses[m - 1, 0], poses[m, 1] - poses[m - 1, 1])
@@ -110,23 +113,38 @@ def is_clear(edges, outline, reach, poses, bound):
         if gap < bound or (m > 0 and allowed + (gap - bound) < 0.0):
             return False
         allowed = gap - bound
-    return True
+    return count > 0
+
+
+@njit(cache=True)
+def is_on_free_cell(grid, x, y):
+    """Returns whether a point m lies on a cell of the map that is not lethal.
+
+    Inside of what is lethal all over there is no edge to keep away from. Where no edge crosses an
+    outline, all of it is as one point of it.
+    """
+    rows, columns = grid.costs.shape
+    column, row = world_to_cell(x, y, grid.origin_x, grid.origin_y, grid.resolution, columns, rows)
+    return column >= 0 and grid.costs[row, column] != LETHAL
 
 
 @njit(cache=True)
 def accepted_cycles(edges, outline, reach, bound, response, state, plan, dt, period_s, longest):
     """Returns for how many cycles a plan may be followed before braking; 0 where for none.
 
-    Tries the whole plan first, then ever shorter parts, down to one cycle. state: (5,) of the base.
-    longest: cycles of the whole plan.
+    Tries the whole plan first, then ever shorter parts, down to one cycle, which must be free in
+    any case. state: (5,) of the base. longest: cycles of the whole plan.
     """
+    poses = follow_then_brake(response, state, plan, dt, period_s, 1)
+    if not is_clear(edges, outline, reach, poses, bound):
+        return 0
     cycles = longest
-    while cycles > 0:
+    while cycles > 1:
         poses = follow_then_brake(response, state, plan, dt, period_s, cycles)
         if is_clear(edges, outline, reach, poses, bound):
             return cycles
         cycles //= 2
-    return 0
+    return 1
 
 
 @njit(cache=True)

@@ -73,6 +73,7 @@ def stage_at(plan, dt, time_s):
     """
     last = plan.shape[0] - 1
     stage = np.zeros(STAGE_SIZE)
+    time_s = max(time_s, 0.0)
     index = int(time_s / dt + 1e-9)
     if index >= last:
         stage[: YAW + 1] = plan[last, : YAW + 1]

@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from drake_navbench.controller import AskedSpeeds, ControllerParameters
+from drake_navbench.controller import AskedSpeeds, ControllerParameters, ControllerSetup
+from drake_navbench.controllers.harmony.base_response import Response
+from drake_navbench.controllers.harmony.gatekeeper import LONGEST_GAP_M
 from drake_navbench.controllers.harmony.terms import TERMS
 from drake_navbench.controllers.rpp import RegulatedPurePursuitParameters
 from drake_navbench.typed_files.quantities import (
@@ -25,6 +27,8 @@ from drake_navbench.typed_files.quantities import (
 )
 
 Weight = Number
+# A robot's own time constant counts only above this: where motors are simulated, they add to it.
+LEAST_RESPONSE_S = 0.1
 
 
 class Weights(ControllerParameters):
@@ -129,20 +133,29 @@ class HarmonyParameters(ControllerParameters):
     localization_error: Length = Field(
         0.025, ge=0.0, description="Bound of how far the outline is from where it seems [m]."
     )
-    latency: Duration = Field(
-        0.0, ge=0.0, le=2.0, description="From a measured pose to what its command does [s]."
+    latency: Duration | None = Field(
+        None,
+        ge=0.0,
+        le=2.0,
+        description="From a measured pose to what its command does [s]; by default it is found.",
     )
     latency_error: Duration = Field(
         0.0, ge=0.0, le=2.0, description="Bound of the error of latency [s]."
     )
-    response_time: Duration = Field(
-        0.1, ge=0.0, le=5.0, description="Time constant of the base's velocity [s]."
+    response_time: Duration | None = Field(
+        None,
+        ge=0.0,
+        le=5.0,
+        description="Time constant of the base's velocity [s]; by default the robot's, but at "
+        f"least {LEAST_RESPONSE_S:g} s.",
     )
-    base_acceleration: Acceleration = Field(
-        2.5, gt=0.0, description="What the base brakes with, at least [m/s^2]."
+    base_acceleration: Acceleration | None = Field(
+        None,
+        gt=0.0,
+        description="What the base brakes with, at least [m/s^2]; by default the robot's limit.",
     )
-    base_angular_acceleration: AngularAcceleration = Field(
-        3.0, gt=0.0, description="The same for its turn rate [rad/s^2]."
+    base_angular_acceleration: AngularAcceleration | None = Field(
+        None, gt=0.0, description="The same for its turn rate [rad/s^2]."
     )
     give_up_distance: Length = Field(
         0.6,
@@ -159,9 +172,30 @@ class HarmonyParameters(ControllerParameters):
 
     @property
     def error_bound_m(self) -> float:
-        """How much farther than the bound the outline must stay from lethal cells, m."""
-        speed = max(self.max_vel_x, self.max_vel_x_backwards)
-        return self.tracking_error + self.localization_error + self.latency_error * speed
+        """How far the outline must stay from lethal cells in whatever is accepted, m."""
+        return self.tracking_error + self.localization_error + self.latency_error * self.top_speed
+
+    @property
+    def top_speed(self) -> float:
+        """The faster of both directions, m/s."""
+        return max(self.max_vel_x, self.max_vel_x_backwards)
+
+    def response_of(self, setup: ControllerSetup) -> Response:
+        """Returns how the base answers: what is given, else what is known of the robot."""
+        time_s, linear, angular = (
+            self.response_time,
+            self.base_acceleration,
+            self.base_angular_acceleration,
+        )
+        if time_s is None:
+            time_s = max(setup.response_time_constant_s, LEAST_RESPONSE_S)
+        return Response(
+            time_s,
+            setup.max_linear_acceleration_mps2 if linear is None else linear,
+            setup.max_angular_acceleration_radps2 if angular is None else angular,
+            setup.max_linear_velocity_mps,
+            setup.max_angular_velocity_radps,
+        )
 
     @property
     def step_count(self) -> int:
@@ -174,20 +208,32 @@ class HarmonyParameters(ControllerParameters):
 
     @model_validator(mode="after")
     def _check_stop_fits(self) -> Self:
+        duration_s = self.step_count * self.time_step
         for speed, rate, jerk, names in (
             (self.max_vel_x, self.acc_lim_x, self.jerk_lim_x, "max_vel_x"),
+            (self.max_vel_x_backwards, self.acc_lim_x, self.jerk_lim_x, "max_vel_x_backwards"),
             (self.max_vel_theta, self.acc_lim_theta, self.jerk_lim_theta, "max_vel_theta"),
         ):
             stopping_s = stopping_time(speed, rate, jerk)
-            if self.horizon < stopping_s:
+            if duration_s < stopping_s:
                 raise ValueError(
-                    f"horizon ({self.horizon:g} s) must not be shorter than the stopping time from "
-                    f"{names} under its limits of acceleration and jerk, {stopping_s:.2f} s"
+                    f"horizon ({duration_s:g} s in whole steps) must not be shorter than the "
+                    f"stopping time from {names} under its limits of acceleration and jerk, "
+                    f"{stopping_s:.2f} s"
                 )
         if self.step_count < 5:
             raise ValueError(
                 f"time_step ({self.time_step:g} s) must fit into horizon ({self.horizon:g} s) at "
                 "least five times"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _check_bound(self) -> Self:
+        if self.error_bound_m >= LONGEST_GAP_M:
+            raise ValueError(
+                "tracking_error, localization_error, latency_error: got a bound of "
+                f"{self.error_bound_m:g} m, expected less than {LONGEST_GAP_M:g} m"
             )
         return self
 

@@ -2,7 +2,8 @@
 
 A measured pose is old when it arrives, a cycle takes its time, and so does a command on its way.
 Only the sum counts, from the pose to what the command answering it does; where it is not given it
-is found by comparing what the base did with what its commands explain, for a few latencies.
+is found by comparing what the base did with what its commands explain, for a few latencies. It is
+taken to be none until then.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ class Sent(NamedTuple):
     """What was commanded and what the base did: commands (H, 2), the oldest first, sent at times_s.
 
     twist: (2,) measured in the cycle before, at time_s. errors: (L,) of each of LATENCIES_S so far.
-    latency: index of the one assumed; -1: the given one.
+    latency: index of the one assumed.
     """
 
     commands: Array
@@ -85,7 +86,7 @@ def observed(sent: Sent | None, response: Response, twist: Array, time_s: float)
     )
     latency = sent.latency
     best = int(np.argmin(errors))
-    assumed = errors[max(latency, 0)]
+    assumed = errors[latency]
     if assumed > EXPLAINED and errors[best] < BETTER_RATIO * assumed:
         latency = best
     return sent._replace(
@@ -102,7 +103,7 @@ def with_command(sent: Sent | None, twist: Array, time_s: float, command: Array)
             read_only(twist),
             time_s,
             read_only(np.zeros(len(LATENCIES_S))),
-            -1,
+            0,
         )
     keep = int(np.sum(sent.times_s < time_s - OLDEST_S))
     return sent._replace(
@@ -120,12 +121,18 @@ def predicted(
     time_s: float,
     latency_s: float,
 ) -> Array:
-    """Returns (5,) x, y, yaw, v, w of the base `latency_s` after its pose (3,) and twist (2,)."""
-    if sent is None or latency_s <= 0.0:
+    """Returns (5,) x, y, yaw, v, w of the base `latency_s` after its pose (3,) and twist (2,).
+
+    Until the first known command acts it goes on as it does.
+    """
+    if latency_s <= 0.0:
         return np.array([*pose, *twist])
-    begins = np.clip(sent.times_s + latency_s, time_s, None)
-    ends = np.append(begins[1:], time_s + latency_s)
-    durations = np.maximum(np.minimum(ends, time_s + latency_s) - begins, 0.0)
+    commands, times_s = np.asarray(twist)[None], np.array([-np.inf])
+    if sent is not None:
+        commands = np.concatenate([commands, sent.commands])
+        times_s = np.concatenate([times_s, sent.times_s])
+    begins = np.clip(times_s + latency_s, time_s, time_s + latency_s)
+    durations = np.diff(begins, append=time_s + latency_s)
     return after_latency(
-        response, read_only(pose), read_only(twist), sent.commands, read_only(durations)
+        response, read_only(pose), read_only(twist), read_only(commands), read_only(durations)
     )

@@ -3,7 +3,7 @@
 The noise is a pure function of a key: hashed counters (Steele, Lea, Flood: Fast splittable
 pseudorandom number generators, 2014) give the values at a few knots, straight lines those
 between. Samples come in pairs that turn to opposite sides, so that a mirrored world has the
-mirrored samples.
+mirrored samples, those around the two ways along walls excepted.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """What the sampler starts from besides the last plan: a pursuit, a stop, ways along a wall.
 
-A seed is (N + 1, 2) velocities v m/s, w rad/s, one row a stage, within the limits of the plan, and
-at rest at its end.
+A seed is (N + 1, 2) velocities v m/s, w rad/s, one row a stage, and at rest at its end. Speeds and
+accelerations are within the limits of the plan; wheels and the way sideways may be over theirs for
+as long as a turn takes to slow down.
 """
 
 from __future__ import annotations
@@ -60,7 +61,7 @@ def _move(pose, v, w, dt):
 
 
 @njit(cache=True)
-def _carrot(path, x, y, yaw, index):
+def _carrot(path, x, y, index):
     """Returns (x, y) m of the point CARROT_DISTANCE_M along the path from a segment on."""
     left = CARROT_DISTANCE_M
     for i in range(index, path.shape[0] - 1):
@@ -87,8 +88,8 @@ def pursuit(path, start, target, nears_goal, limits, dt, count, window):
     for k in range(count):
         velocities[k, 0], velocities[k, 1] = v, w
         _move(pose, v, w, dt)
-        index, x, y, yaw = nearest_on_path(path, pose[0], pose[1], index, window)
-        carrot_x, carrot_y = _carrot(path, x, y, yaw, index)
+        index, x, y, _ = nearest_on_path(path, pose[0], pose[1], index, window)
+        carrot_x, carrot_y = _carrot(path, x, y, index)
         distance = math.hypot(target[0] - pose[0], target[1] - pose[1])
         error = wrap(math.atan2(carrot_y - pose[1], carrot_x - pose[0]) - pose[2])
         stoppable = math.sqrt(2.0 * SEED_SHARE * limits.acceleration * distance)
@@ -105,7 +106,7 @@ def pursuit(path, start, target, nears_goal, limits, dt, count, window):
 
 @njit(cache=True)
 def stop(start, limits, dt, count):
-    """Returns the velocities of a stop along the heading."""
+    """Returns the velocities of a stop within the limits, turning less and less."""
     velocities = np.empty((count, 2))
     v, w = start[V], start[W]
     for k in range(count):

@@ -62,6 +62,7 @@ def way_along(
     (N, 3), to see what is behind where the local plan ends before that.
     """
     path = read_only(plan)
+    driven = along_itself(path)
     steps = np.hypot(*np.diff(path[:, :2], axis=0).T)
     stations = np.concatenate([[0.0], np.cumsum(steps)])
     index = int(np.searchsorted(stations, reach_m, side="left"))
@@ -70,7 +71,7 @@ def way_along(
     nears_goal = is_end and bool(np.hypot(*(target[:2] - goal[:2])) < SAME_PLACE_M)
     front_m = float(np.max(discs[:, 0] + discs[:, 1]))
     beyond = int(np.searchsorted(stations, reach_m + front_m, side="left"))
-    has_room = path_clearance(field, discs, path) >= 0.0
+    has_room = path_clearance(field, discs, driven) >= 0.0
     blocked = np.flatnonzero(~has_room)
     behind = None
     if len(blocked):
@@ -91,13 +92,28 @@ def way_along(
     )
 
 
+def along_itself(path: Array) -> Array:
+    """Returns the poses of a path (P, 3) as they are driven: each turned to the next.
+
+    Planners of points, as NavFn, leave all headings but the last at 0.
+    """
+    steps = np.diff(path[:, :2], axis=0)
+    driven = path.copy()
+    moves = np.flatnonzero((steps != 0.0).any(axis=1))
+    if len(moves):
+        # A pose on the one behind it goes where that one goes; the last one where it came from.
+        towards = moves[np.minimum(np.searchsorted(moves, np.arange(len(path))), len(moves) - 1)]
+        driven[:, 2] = np.arctan2(steps[towards, 1], steps[towards, 0])
+    return read_only(driven)
+
+
 def _first_room(plan: Array, last: Array, field: DistanceField, discs: Array) -> Array:
     """Returns (2,) the first point of a plan behind a pose (3,) with room, or that of the pose."""
     if len(plan) == 0:
         return last[:2]
     nearest = int(np.argmin(np.hypot(*(plan[:, :2] - last[:2]).T)))
     ahead = read_only(plan[nearest : nearest + MOST_POSES_BEHIND])
-    room = np.flatnonzero(path_clearance(field, discs, ahead) >= 0.0)
+    room = np.flatnonzero(path_clearance(field, discs, along_itself(ahead)) >= 0.0)
     return ahead[room[0], :2] if len(room) else last[:2]
 
 
@@ -108,7 +124,8 @@ def around(way: Way) -> Way:
     """
     if way.behind is None or way.nears_goal or way.blocked_m > way.length_m:
         return way
-    return way._replace(target=np.array([*way.behind, way.target[2]]), beyond=way.behind)
+    # As writable as the target of other ways: what is compiled is compiled once for all of them.
+    return way._replace(target=np.array([*way.behind, way.target[2]]), beyond=np.array(way.behind))
 
 
 def up_to_blocked(way: Way, distance_m: float) -> Way:

@@ -28,7 +28,8 @@ from drake_navbench.kernels.read_only import read_only
 
 Array = NDArray[np.float64]
 
-# Where the way is blocked, plans end so much nearer to that than where it gives up, m.
+# Where the way is blocked, plans end so much nearer to that than where it gives up, m; behind it
+# where it gives up at the last moment, so that the robot gets there.
 SLOW_AT_M = 0.1
 # The distance field as plans see it says so much too little in the middle of a gap, m.
 ROOM_IN_GAPS_M = 0.02
@@ -61,7 +62,7 @@ class WayFinder:
         self._clearance = clearance
         self._half_width = half_width(setup)
         self._reach_of_map = (
-            parameters.max_vel_x * parameters.horizon + setup.circumscribed_radius_m
+            parameters.top_speed * parameters.horizon + setup.circumscribed_radius_m
         )
         self._detour_clearance = float(discs[:, 1].max()) + clearance + ROOM_IN_GAPS_M
 
@@ -85,13 +86,14 @@ class WayFinder:
             detour = self._new_detour(observation, way, field) if memory.is_trapped else None
         if detour is None:
             return FoundWay(around(way), True, None, way.blocked_m)
-        whole = joined(detour, observation.plan)
+        whole = joined(detour, observation.plan, observation.global_plan)
         past = self._along(whole, observation, field, reach_m)
         # Where it ends in the goal, its own heading counts until it is there.
         nears_goal = past.nears_goal and len(whole) > len(detour)
         past = past._replace(blocked_m=np.inf, behind=None, nears_goal=nears_goal)
-        if must_back_up(past, start, field, self._discs, self._clearance):
-            p = self._parameters
+        p = self._parameters
+        can_back_up = p.max_vel_x_backwards > 0.0
+        if can_back_up and must_back_up(past, start, field, self._discs, self._clearance):
             past = straight_back(start, p.max_vel_x_backwards * p.horizon)
         return FoundWay(past, True, detour, way.blocked_m)
 

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 from harmony_worlds import (
+    BASE,
     PERIOD_S,
     STEP_S,
-    base_of,
     controller_with,
     costmap_around,
     edges_of,
@@ -31,7 +31,7 @@ def speed_at_contact(bearing: float, walking_mps: float) -> float | None:
     They come from so far off its heading, rad, and always to where it is; they do not give way.
     """
     settings = HarmonyParameters()
-    controller, base = controller_with(settings), base_of(settings)
+    controller = controller_with(settings)
     x = np.arange(0.0, SPEED_MPS * LONGEST_S + 6.0, 0.05)
     plan = np.column_stack([x, np.zeros_like(x), np.zeros_like(x)])
     state, memory = np.array([0.0, 0.0, 0.0, SPEED_MPS, 0.0]), controller.initial_memory()
@@ -58,5 +58,5 @@ def speed_at_contact(bearing: float, walking_mps: float) -> float | None:
         for _ in range(round(PERIOD_S / STEP_S)):
             if gap_of(edges_of(boxes), state) == 0.0:
                 return abs(float(state[3]))
-            follow(base, state, float(command[0]), float(command[1]), STEP_S)
+            follow(BASE, state, float(command[0]), float(command[1]), STEP_S)
     return None

@@ -1,8 +1,8 @@
 """Random still worlds in closed loop, for the statement that the gatekeeper makes.
 
-The map is known within its size, the estimate of the pose is wrong by the error bound, to where
-obstacles seem farther away than they are, and the base brakes as it is said to. Nothing of Drake is
-needed for that, so that thousands of worlds can be driven:
+The map is known within its size, the estimate of the pose is wrong by all of the error bound, to
+where obstacles seem farther away than they are, the base brakes as it is said to, and every cycle
+is on time. Nothing of Drake is needed for that, so that thousands of worlds can be driven:
 
     python tests/controllers/harmony/harmony_worlds.py --count 10000 --out worlds.csv
 
@@ -24,7 +24,7 @@ from numba import njit
 
 from drake_navbench.controller import ControllerError, ControllerSetup, Observation
 from drake_navbench.controllers.harmony import Harmony, HarmonyParameters
-from drake_navbench.controllers.harmony.base_response import Response, follow
+from drake_navbench.controllers.harmony.base_response import follow
 from drake_navbench.kernels.footprint import footprint_radii
 from drake_navbench.kernels.grid import LETHAL, Costmap
 from drake_navbench.kernels.outline_distance import outline_to_edges
@@ -36,7 +36,9 @@ RESOLUTION_M, CELLS = 0.05, 120
 GOAL_M, LONGEST_S = 4.0, 14.0
 GOAL_TOLERANCE_M = 0.25
 FOOTPRINT = np.array([[0.86, 0.31], [0.86, -0.31], [-0.26, -0.31], [-0.26, 0.31]])
-LOCALIZATION_ERROR_M = 0.025
+# The base strays nowhere from its prediction: all of the default bound, 5 mm and 25 mm, is the
+# estimate's.
+ERROR_M = HarmonyParameters().error_bound_m
 BOXES, ROUNDING = 5, 1e-6
 # The robot turns in place where it starts.
 FREE_START_M = 1.05
@@ -46,6 +48,15 @@ BOLD = {"give_up_distance": 0.0, "weights": {"costmap_cost": 0.0, "path_alignmen
 # Of what errors are made: the rest is a turn that moves the farthest corner by as much.
 SHIFT_SHARE, SHIFTS = 0.6, 8
 REACH_M = float(np.hypot(*FOOTPRINT.T).max())
+INSCRIBED_M, CIRCUMSCRIBED_M = footprint_radii(FOOTPRINT)
+SETUP = ControllerSetup(
+    control_period_s=PERIOD_S,
+    footprint=FOOTPRINT,
+    inscribed_radius_m=INSCRIBED_M,
+    circumscribed_radius_m=CIRCUMSCRIBED_M,
+)
+# It answers commands as the controller takes it to.
+BASE = HarmonyParameters().response_of(SETUP)
 
 
 class Drive(NamedTuple):
@@ -151,24 +162,10 @@ def least_gap_on(edges, base, state, v, w):
 
 def controller_with(settings: HarmonyParameters) -> Harmony:
     """Returns the controller of the robot of these worlds."""
-    inscribed, circumscribed = footprint_radii(FOOTPRINT)
-    setup = ControllerSetup(
-        control_period_s=PERIOD_S,
-        footprint=FOOTPRINT,
-        inscribed_radius_m=inscribed,
-        circumscribed_radius_m=circumscribed,
-    )
-    return Harmony(settings, setup)
+    return Harmony(settings, SETUP)
 
 
-def base_of(settings: HarmonyParameters) -> Response:
-    """Returns a base that answers commands as the controller takes it to."""
-    return Response(
-        settings.response_time, settings.base_acceleration, settings.base_angular_acceleration
-    )
-
-
-def drive(seed: int, *, error_m: float = LOCALIZATION_ERROR_M, **parameters) -> Drive:
+def drive(seed: int, *, error_m: float = ERROR_M, **parameters) -> Drive:
     """Drives harmony, as bold as it can be made, through a random world to a goal ahead."""
     settings = HarmonyParameters(sample_count=100, **BOLD, **parameters)
     return drive_among(random_boxes(seed), settings, seed, error_m=error_m, longest_s=LONGEST_S)
@@ -179,13 +176,12 @@ def drive_among(
 ) -> Drive:
     """Drives harmony among boxes (B, 4) to a goal straight ahead; stops at a contact."""
     edges = edges_of(boxes)
-    controller, base = controller_with(settings), base_of(settings)
+    controller = controller_with(settings)
     x = np.arange(0.0, GOAL_M + 1e-9, 0.05)
     plan = np.column_stack([x, np.zeros_like(x), np.zeros_like(x)])
     state, memory = np.zeros(5), controller.initial_memory()
     random = np.random.default_rng(seed)
     least, end, command, cycle = math.inf, "timed out", np.zeros(2), 0
-    stopping = 0
     while cycle * PERIOD_S < longest_s:
         time_s = cycle * PERIOD_S
         if math.hypot(state[0] - GOAL_M, state[1]) < GOAL_TOLERANCE_M:
@@ -204,19 +200,18 @@ def drive_among(
             global_plan=plan,
             noise_key=NoiseKey(seed, 4, cycle),
         )
-        try:
-            command, memory, _ = controller.step(seen, memory)
-        except ControllerError:
-            # What the controller server does: it commands 0, until the robot is at rest.
-            end, command, stopping = "aborted", np.zeros(2), stopping + 1
+        if end != "aborted":
+            try:
+                command, memory, _ = controller.step(seen, memory)
+            except ControllerError:
+                # What the controller server does from then on: it commands 0.
+                end, command = "aborted", np.zeros(2)
         v, w = float(command[0]), float(command[1])
-        least = min(least, least_gap_on(edges, base, state, v, w))
+        least = min(least, least_gap_on(edges, BASE, state, v, w))
         if least == 0.0:
             return Drive(least, "contact", time_s)
-        if end == "aborted":
-            if abs(state[3]) < 1e-3 and abs(state[4]) < 1e-3:
-                break
-            memory = memory._replace(plan=None)
+        if end == "aborted" and abs(state[3]) < 1e-3 and abs(state[4]) < 1e-3:
+            break
         cycle += 1
     return Drive(least, end, cycle * PERIOD_S)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from harmony_scenes import DISCS, costmap_with, straight
-from harmony_worlds import LOCALIZATION_ERROR_M, drive_among
+from harmony_worlds import ERROR_M, drive_among
 
 from drake_navbench import run_trial
 from drake_navbench.controller import NO_PLAN
@@ -90,7 +90,7 @@ def test_a_detour_is_good_until_something_comes_into_its_way():
 
 def test_behind_a_detour_the_plan_goes_on():
     detour = detour_past(SCREEN)
-    whole = joined(detour, PLAN)
+    whole = joined(detour, PLAN, NO_PLAN)
     np.testing.assert_array_equal(whole[-1], PLAN[-1])
     assert path_length(whole) == pytest.approx(path_length(detour) + 2.5 - detour[-1, 0], abs=0.06)
 
@@ -111,9 +111,7 @@ def test_the_robot_backs_up_where(yaw, boxes, backs_up):
 
 
 def test_it_backs_out_of_a_dead_end_and_drives_around():
-    found = drive_among(
-        np.array(DEAD_END), HarmonyParameters(), 1, error_m=LOCALIZATION_ERROR_M, longest_s=60.0
-    )
+    found = drive_among(np.array(DEAD_END), HarmonyParameters(), 1, error_m=ERROR_M, longest_s=60.0)
     assert found.end == "arrived"
     assert found.least_gap_m > 0.0
 
