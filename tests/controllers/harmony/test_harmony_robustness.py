@@ -1,0 +1,220 @@
+"""harmony with robots, plans and maps that are not those it was made with."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from harmony_scenes import costmap_with, straight
+from test_harmony_controller import decide, seen, setup_for
+
+from drake_navbench.controller import CollisionAhead
+from drake_navbench.controllers.harmony import Harmony, HarmonyParameters
+from drake_navbench.controllers.harmony.base_response import (
+    Response,
+    braking_time,
+    follow_then_brake,
+)
+from drake_navbench.controllers.harmony.gatekeeper import is_clear, is_on_free_cell, lethal_edges
+from drake_navbench.controllers.harmony.motion import V, stage_at
+from drake_navbench.controllers.harmony.prediction import predicted
+from drake_navbench.controllers.harmony.way import along_itself
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.presets import load_preset
+from drake_navbench.kernels.grid import LETHAL, Costmap
+
+WHEELCHAIR = Response(0.1, 2.5, 3.0)
+# Less than 3 cm from every side of the outline.
+SHUT_IN = (
+    (-0.4, 0.3, 1.0, 0.4),
+    (-0.4, -0.4, 1.0, -0.3),
+    (0.85, -0.3, 0.95, 0.3),
+    (-0.4, -0.3, -0.25, 0.3),
+)
+
+
+def test_a_plan_without_headings_leads_through_a_corridor():
+    # 1.2 m wide, across x: a robot at heading 0 would be 0.86 m long to one side.
+    walls = ((-0.7, -3.0, -0.6, 3.0), (0.6, -3.0, 0.7, 3.0))
+    plan = np.column_stack([np.zeros(41), 0.05 * np.arange(41), np.zeros(41)])
+    decision = decide(*walls, plan=plan, pose=(0.0, 0.0, math.pi / 2), twist=(0.3, 0.0))
+    assert decision.command[0] > 0.3
+    assert decision.diagnostics["blocked_m"] is None
+
+
+def test_a_path_is_driven_along_its_points():
+    points = [[0.0, 0.0], [0.0, 0.0], [1.0, 0.0], [1.0, 2.0], [1.0, 2.0]]
+    path = np.column_stack([points, np.full(5, 9.0)])
+    np.testing.assert_allclose(
+        along_itself(path)[:, 2], [0.0, 0.0, math.pi / 2, math.pi / 2, math.pi / 2]
+    )
+    # A single pose leads nowhere else.
+    np.testing.assert_array_equal(along_itself(path[:1]), path[:1])
+
+
+def test_giving_up_lasts_while_nothing_is_accepted():
+    controller = Harmony(HarmonyParameters(patience=0.2), setup_for())
+    memory, ends = controller.initial_memory(), []
+    for cycle in range(12):
+        now = replace(seen(*SHUT_IN), time_s=0.05 * cycle)
+        try:
+            decision = controller.step(now, memory)
+            memory = decision.memory
+            ends.append(decision.diagnostics["accepted"])
+            np.testing.assert_array_equal(decision.command, [0.0, 0.0])
+        except CollisionAhead as error:
+            memory = error.memory
+            ends.append("given up")
+    assert ends == ["stop"] * 4 + ["given up"] * 8
+    # What the base was told all the time is known.
+    assert len(memory.sent.commands) == 12
+    # A way out ends it.
+    out = controller.step(replace(seen(), time_s=0.6), memory)
+    assert out.diagnostics["accepted"].startswith("group")
+    assert out.memory.refused_since_s is None
+
+
+@pytest.mark.parametrize("latency_s", [0.3, 0.1])
+def test_a_latency_that_is_given_counts_from_the_first_cycle(latency_s):
+    pose, twist = np.zeros(3), np.array([0.5, 0.0])
+    state = predicted(None, WHEELCHAIR, pose=pose, twist=twist, time_s=7.0, latency_s=latency_s)
+    assert state[0] == pytest.approx(0.5 * latency_s)
+    decision = decide(twist=(0.5, 0.0), parameters=HarmonyParameters(latency=latency_s))
+    plan = decision.diagnostics["predicted_trajectory"]
+    assert plan[0, 0] == pytest.approx(0.5 * latency_s)
+
+
+def test_a_latency_that_is_given_is_kept_whatever_the_base_does():
+    controller = Harmony(HarmonyParameters(latency=0.1), setup_for(wants_diagnostics=True))
+    memory = controller.initial_memory()
+    for cycle in range(40):
+        # A base that does nothing of what it is told.
+        now = replace(seen(twist=(0.2, 0.0)), time_s=0.05 * cycle)
+        decision = controller.step(now, memory)
+        memory = decision.memory
+    assert memory.sent.latency == 0
+    assert not memory.sent.errors.any()
+
+
+def test_how_the_base_answers_is_known_of_the_robot():
+    agv = setup_for(
+        response_time_constant_s=0.15,
+        max_linear_acceleration_mps2=0.8,
+        max_angular_acceleration_radps2=1.6,
+    )
+    assert HarmonyParameters().response_of(agv)[:3] == (0.15, 0.8, 1.6)
+    # Motors that are simulated take time besides what the robot's file says.
+    quick = setup_for(response_time_constant_s=0.07)
+    assert HarmonyParameters().response_of(quick).time_constant_s == 0.1
+    given = HarmonyParameters(
+        response_time=0.05, base_acceleration=1.5, base_angular_acceleration=2.0
+    )
+    assert given.response_of(agv)[:3] == (0.05, 1.5, 2.0)
+
+
+def test_a_base_that_brakes_weakly_is_kept_farther_off():
+    # From 0.5 m/s it takes 0.5^2 / (2 * 0.5) = 0.25 m, where the wheelchair takes 0.06 m.
+    weak = setup_for(max_linear_acceleration_mps2=0.5, wants_diagnostics=True)
+    box = (1.05, -0.5, 1.15, 0.5)
+    controllers = [Harmony(HarmonyParameters(), setup) for setup in (setup_for(), weak)]
+    commands = [
+        c.step(seen(box, twist=(0.5, 0.0)), c.initial_memory()).command[0] for c in controllers
+    ]
+    assert commands[0] > 0.0
+    assert commands[1] == 0.0
+
+
+def test_the_time_to_brake_is_that_of_the_prediction():
+    for response in (WHEELCHAIR, Response(0.5, 0.3, 3.0), Response(0.0, 0.5, 1.0)):
+        state = np.array([0.0, 0.0, 0.0, 0.5, 0.4])
+        poses = follow_then_brake(response, state, np.zeros((31, 9)), 0.1, 0.05, 0)
+        assert braking_time(response, 0.5, 0.4) == pytest.approx(0.01 * len(poses), abs=0.06)
+
+
+def test_a_base_that_does_not_come_to_rest_is_refused():
+    with pytest.raises(InputError, match=r"brakes for 10\.0 s, expected at most 5 s"):
+        Harmony(HarmonyParameters(base_acceleration=0.05, response_time=0.0), setup_for())
+    state = np.array([0.0, 0.0, 0.0, 0.5, 0.0])
+    poses = follow_then_brake(Response(5.0, 2.5, 3.0), state, np.zeros((31, 9)), 0.1, 0.05, 0)
+    assert len(poses) == 0
+    edges = lethal_edges(costmap_with().grid, 0.0, 0.0, 3.0)
+    assert not is_clear(edges, setup_for().footprint, 0.92, poses, 0.0)
+
+
+def test_nothing_that_is_no_number_is_clear():
+    edges = lethal_edges(costmap_with().grid, 0.0, 0.0, 3.0)
+    assert is_clear(edges, setup_for().footprint, 0.92, np.zeros((2, 3)), 0.1)
+    poses = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, np.nan]])
+    assert not is_clear(edges, setup_for().footprint, 0.92, poses, 0.1)
+
+
+@pytest.mark.parametrize(
+    ("costs", "position"),
+    [
+        pytest.param(np.full((120, 120), LETHAL, np.uint8), (0.0, 0.0), id="all of it lethal"),
+        pytest.param(np.zeros((120, 120), np.uint8), (4.0, 0.0), id="off the map"),
+    ],
+)
+def test_nothing_is_accepted_where_the_robot_is_not_on_the_map(costs, position):
+    costmap = Costmap(costs, -3.0, -3.0, 0.05)
+    assert not is_on_free_cell(costmap.grid, *position)
+    controller = Harmony(HarmonyParameters(give_up_distance=0.0, patience=9.0), setup_for())
+    plan = straight(2.0) + np.array([*position, 0.0])
+    now = replace(seen(pose=(*position, 0.0), plan=plan), costmap=costmap)
+    try:
+        command = controller.step(now, controller.initial_memory()).command
+    except CollisionAhead:
+        command = np.zeros(2)
+    np.testing.assert_array_equal(command, [0.0, 0.0])
+
+
+def test_the_last_resort_is_no_faster_than_plans():
+    for top_speed in (0.5, 0.1):
+        controller = Harmony(HarmonyParameters(max_vel_x=top_speed), setup_for())
+        # As where no plan passes.
+        planner = controller._planner
+        planner.candidates = lambda *given, **named: ([], None)
+        decision = controller.step(seen(twist=(0.1, 0.0)), controller.initial_memory())
+        assert decision.diagnostics["accepted"] == "rpp"
+        assert decision.command[0] == pytest.approx(top_speed)
+
+
+def test_a_robot_that_may_not_drive_backwards_looks_for_another_way():
+    # It stands with its back to the plan in a blind alley; see test_harmony_detour.
+    alley = ((-1.2, 0.45, 0.5, 0.55), (-1.2, -0.55, 0.5, -0.45))
+    plan = straight(2.0) * np.array([-1.0, 1.0, 1.0])
+    for speed in (0.2, 0.0):
+        parameters = HarmonyParameters(max_vel_x_backwards=speed)
+        plans = decide(*alley, plan=plan, parameters=parameters).diagnostics["predicted_trajectory"]
+        assert plans[-1, 0] > -0.05 or speed > 0.0
+
+
+def test_the_faster_direction_counts():
+    parameters = HarmonyParameters(max_vel_x=0.1, max_vel_x_backwards=0.4, latency_error=0.1)
+    assert parameters.top_speed == 0.4
+    # 5 mm, 25 mm, and what it drives in 0.1 s.
+    assert parameters.error_bound_m == pytest.approx(0.07)
+
+
+@pytest.mark.parametrize(
+    ("values", "told"),
+    [
+        ({"max_vel_x_backwards": 2.0, "horizon": 1.2}, "stopping time from max_vel_x_backwards"),
+        # 2.1 s would do, but 1.6 s are left of it: two steps of 0.8 s.
+        ({"horizon": 1.17, "time_step": 0.213}, r"horizon \(1.065 s in whole steps\)"),
+        ({"localization_error": 0.55}, "got a bound of 0.555 m, expected less than 0.5 m"),
+    ],
+)
+def test_a_wrong_combination_is_told_in_one_line(values, told):
+    column = "harmony:" + ":".join(f"{name}={value}" for name, value in values.items())
+    with pytest.raises(InputError, match=told) as refused:
+        load_preset(column).checked()
+    assert "\n" not in str(refused.value)
+
+
+def test_before_its_begin_a_plan_is_where_it_begins():
+    plan = np.zeros((4, 9))
+    plan[:, V] = 0.5
+    np.testing.assert_array_equal(stage_at(plan, 0.1, -0.3)[: V + 1], [0.0, 0.0, 0.0, 0.5])
