@@ -115,8 +115,11 @@ def comparison(trials: pd.DataFrame) -> pd.DataFrame:
     for name, measure in MEASURES.items():
         wide = trials.pivot_table(
             index=["scenario", "seed"], columns="controller", values=measure.column
-        )
-        rivals = [rival for rival in RIVALS if rival in wide and wide[rival].notna().any()]
+        ).reindex(columns=[OURS, *RIVALS])
+        rivals = [rival for rival in RIVALS if wide[rival].notna().any()]
+        if not rivals or wide[OURS].isna().all():
+            # Such as the time to abort, where nobody had to.
+            continue
         pairs = wide.dropna(subset=[OURS, *rivals])
         best = min(rivals, key=lambda rival: measure.sign * pairs[rival].mean())
         worse = measure.sign * (pairs[OURS] - pairs[best])
@@ -169,24 +172,23 @@ def markdown(table: pd.DataFrame) -> str:
     return "\n".join("| " + " | ".join(row) + " |" for row in rows)
 
 
-def rounds(worlds: list[Path], columns: Sequence[str], trials: int) -> list[list[TrialSpec]]:
+def rounds(
+    scenarios: Sequence[str], worlds: list[Path], columns: Sequence[str], trials: int
+) -> list[list[TrialSpec]]:
     """Returns what to drive: in each round a trial of every named scenario, and a world."""
     named = plan_campaign(
-        [*PUBLISHED_SCENARIOS, "everyday"],
+        scenarios,
         columns,
         trials=trials,
         seed=SEED,
         keeps_costmaps=False,
     )
-    random = plan_campaign(
-        list(map(str, worlds)), columns, trials=1, seed=SEED, keeps_costmaps=False
-    )
     found: list[list[TrialSpec]] = [[] for _ in range(max(trials, len(worlds)))]
     for spec in named.specs:
         found[spec.trial].append(spec)
-    places = {path.stem: place for place, path in enumerate(worlds)}
-    for spec in random.specs:
-        found[places[spec.scenario.name]].append(spec)
+    for place, path in enumerate(worlds):
+        random = plan_campaign([str(path)], columns, trials=1, seed=SEED, keeps_costmaps=False)
+        found[place].extend(random.specs)
     return found
 
 
@@ -214,6 +216,11 @@ def main() -> None:
     parser.add_argument("folder", type=Path)
     parser.add_argument("--trials", type=int, default=32, help="of each named scenario")
     parser.add_argument("--worlds", type=int, default=32)
+    parser.add_argument(
+        "--scenarios",
+        default=",".join([*PUBLISHED_SCENARIOS, "everyday"]),
+        help="the named ones, comma-separated",
+    )
     parser.add_argument("--columns", help="drive these alone, comma-separated, and judge nothing")
     parser.add_argument("--ablation", action="store_true")
     parser.add_argument("--jobs", type=int, default=1)
@@ -224,7 +231,7 @@ def main() -> None:
     columns = [OURS, *(ABLATIONS.values() if arguments.ablation else RIVALS)]
     if arguments.columns:
         columns = arguments.columns.split(",")
-    asked = rounds(worlds, columns, arguments.trials)
+    asked = rounds(arguments.scenarios.split(","), worlds, columns, arguments.trials)
     trials = judged(drive_missing(arguments.folder / "trials.csv", asked, arguments.jobs))
     if arguments.columns:
         return

@@ -31,6 +31,8 @@ Array = NDArray[np.float64]
 # Where the way is blocked, plans end so much nearer to that than where it gives up, m; behind it
 # where it gives up at the last moment, so that the robot gets there.
 SLOW_AT_M = 0.1
+# Whether the map has a way past is looked at so far to every side, or as far as plans reach, m.
+LOOK_PAST_M = 1.5
 # The distance field as plans see it says so much too little in the middle of a gap, m.
 ROOM_IN_GAPS_M = 0.02
 
@@ -62,7 +64,8 @@ class WayFinder:
         self._clearance = clearance
         self._half_width = half_width(setup)
         self._reach_of_map = (
-            parameters.top_speed * parameters.horizon + setup.circumscribed_radius_m
+            max(parameters.top_speed * parameters.horizon, LOOK_PAST_M)
+            + setup.circumscribed_radius_m
         )
         self._detour_clearance = float(discs[:, 1].max()) + clearance + ROOM_IN_GAPS_M
 

@@ -53,8 +53,9 @@ def speed_at_contact(bearing: float, walking_mps: float) -> float | None:
         )
         try:
             command, memory, _ = controller.step(seen, memory)
-        except ControllerError:
-            command, memory = np.zeros(2), controller.initial_memory()
+        except ControllerError as error:
+            command = np.zeros(2)
+            memory = memory if error.memory is None else error.memory
         for _ in range(round(PERIOD_S / STEP_S)):
             if gap_of(edges_of(boxes), state) == 0.0:
                 return abs(float(state[3]))

@@ -105,9 +105,13 @@ def test_discs_cover_the_outline():
 
 
 def test_what_the_discs_keep_clear_of_the_corners_keep_clear_of_too():
-    planner = Planner(HarmonyParameters(), covering_discs(setup_for(), 5))
-    # The default bounds, 5 mm and 25 mm, must be left where a disc touches: it has a corner on it.
-    assert planner.limits(0.5).clearance > 0.03
+    discs = covering_discs(setup_for(), 5)
+    # No corner lies deeper in the discs than on their rim, so that what they keep, it keeps.
+    for corner in OUTLINE:
+        depth = discs[:, 1] - np.hypot(corner[0] - discs[:, 0], corner[1])
+        assert depth.max() == pytest.approx(0.0, abs=2e-3)
+    # The default bounds are 5 mm and 25 mm.
+    assert Planner(HarmonyParameters(), discs).limits(0.5).clearance > 0.03
 
 
 def test_a_round_robot_is_one_disc():

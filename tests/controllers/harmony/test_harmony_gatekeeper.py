@@ -8,7 +8,7 @@ import os
 import numpy as np
 import pytest
 from harmony_scenes import costmap_with
-from harmony_worlds import digest_of_code, drive, drive_worlds
+from harmony_worlds import ERROR_M, digest_of_code, drive, drive_worlds
 
 from drake_navbench.controllers.harmony.base_response import (
     Response,
@@ -118,6 +118,30 @@ def test_a_plan_into_a_wall_is_followed_only_as_long_as_braking_helps():
     assert accepted(0.1) == 0
 
 
+def test_to_brake_after_one_cycle_must_be_free_where_to_follow_for_longer_is():
+    # Beside the wall's end, turning away from it: what is driven sooner or later clears it by more
+    # than a stop right after the first cycle does.
+    plan = np.zeros((31, 9))
+    plan[0, V], plan[0, W] = 0.5, 0.4
+    plan[0, ANGULAR_JERK], plan[2, ANGULAR_JERK] = 20.0, -20.0
+    plan[0, JERK], plan[2, JERK] = -20.0, 20.0
+    roll_out(plan, DT)
+    state = np.array([0.451, 1.0, 0.3, 0.5, 0.4])
+    edges, placed = edges_with(WALL), np.empty_like(OUTLINE)
+    least = {
+        cycles: min(
+            gap_at(edges, OUTLINE, *pose, placed)
+            for pose in follow_then_brake(WHEELCHAIR, state, plan, DT, PERIOD_S, cycles)
+        )
+        for cycles in (1, 3, 7)
+    }
+    assert least[1] < 0.09 < 0.1 < min(least[3], least[7])
+    for bound, cycles in ((0.09, 0), (0.08, 7)):
+        assert cycles == accepted_cycles(
+            edges, OUTLINE, REACH_M, bound, WHEELCHAIR, state, plan, DT, PERIOD_S, 7
+        )
+
+
 def test_a_larger_bound_lets_less_through():
     assert accepted(0.14, bound=0.06) == 0
 
@@ -136,6 +160,7 @@ TELLING_WORLDS = (2, 4, 6, 13)
 
 @pytest.mark.parametrize("first", range(0, 200, 20))
 def test_no_drive_ends_in_a_contact_while_errors_are_within_the_bound(first):
+    assert pytest.approx(0.03) == ERROR_M
     found = [drive(seed) for seed in range(first, first + 20)]
     assert all(one.end != "contact" and one.least_gap_m > 0.0 for one in found)
     # Who does not move meets nothing.

@@ -13,5 +13,5 @@ def test_who_walks_into_the_robot_from_ahead_meets_it_all_but_at_rest(walking_mp
     assert speed_at_contact(0.0, walking_mps) < 0.1 * SPEED_MPS
 
 
-def test_who_walks_into_its_side_may_meet_it_under_way():
+def test_who_walks_into_it_from_45_degrees_off_may_meet_it_under_way():
     assert speed_at_contact(math.pi / 4, 1.0) > 0.5 * SPEED_MPS

@@ -76,6 +76,7 @@ def cost_gap(seed):
     """
     scene, guess = random_problem(seed, time_step=0.2)
     first = solve(scene, guess, SETTINGS)
+    assert first.solved
     ipopt = IpoptProgram(len(guess) - 1, len(DISCS))
     theirs = ipopt.solve(scene, first.plan, SolverSettings(200, 0.0, 0.0, 1e-3))
     near = theirs.plan.copy()

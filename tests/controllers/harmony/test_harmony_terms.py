@@ -7,7 +7,7 @@ import pytest
 from harmony_scenes import DISCS, arc, problem, straight
 
 from drake_navbench.controllers.harmony.interior_point import SolverSettings, solve
-from drake_navbench.controllers.harmony.motion import ALPHA, JERK, YAW, A, V, W, X, Y
+from drake_navbench.controllers.harmony.motion import JERK, YAW, A, V, W, X, Y
 from drake_navbench.controllers.harmony.terms import TERMS, stage_cost
 from drake_navbench.kernels.distance_field import path_clearance
 
@@ -137,4 +137,3 @@ def test_a_weight_of_zero_leaves_a_term_out():
     assert stage_cost(scene, 5, 30, guess[5], scene.references[5], gradient, hessian, True) == 0.0
     assert not gradient.any()
     assert not hessian.any()
-    assert ALPHA == 6
