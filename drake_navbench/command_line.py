@@ -9,9 +9,11 @@ import argparse
 import math
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from itertools import takewhile
+from typing import Any, NoReturn
 
-from drake_navbench.errors import InputError, NavbenchError
+from drake_navbench.errors import InputError, NavbenchError, as_line, nearest_name_hint
 
 EXIT_DONE = 0
 EXIT_FAILED = 1
@@ -20,6 +22,56 @@ EXIT_WRONG_INPUT = 2
 EXIT_INTERRUPTED = 130
 
 PERCENT = 100.0
+
+# What `prog` begins with, where it is to be copied into a shell.
+INTERPRETER = "python -m "
+
+
+class CommandParser(argparse.ArgumentParser):
+    """Reads the arguments of a command; a wrong one is one line on stderr and EXIT_WRONG_INPUT."""
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        self._given: Sequence[str] = ()
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[Any, list[str]]:
+        """Returns what is known and the rest; an option that is left is an error here."""
+        self._given = sys.argv[1:] if args is None else list(args)
+        known, rest = super().parse_known_args(args, namespace)
+        options = [text for text in rest if text.startswith("-")]
+        # Behind -- nothing is an option.
+        if options and "--" not in self._given:
+            self.error(self._unknown_option(options[0]))
+        return known, rest
+
+    def error(self, message: str) -> NoReturn:
+        """Prints the line `drake_navbench COMMAND: what is wrong`, and exits.
+
+        What else seems wrong beside an option that is not known mostly follows from that.
+        """
+        unknown = self._unknown_options()
+        if unknown:
+            message = self._unknown_option(unknown[0])
+        command = self.prog.removeprefix(INTERPRETER).replace(".", " ")
+        self.exit(EXIT_WRONG_INPUT, f"{as_line(f'{command}: {message}')}\n")
+
+    def _unknown_options(self) -> list[str]:
+        """Returns what was given that begins as no option does; each step has its own."""
+        if self._subparsers is not None:
+            return []
+        before = takewhile(lambda text: text != "--", self._given)
+        names = [text.partition("=")[0] for text in before if text.startswith("--")]
+        known = tuple(self._option_string_actions)
+        return [
+            name
+            for name in names
+            if " " not in name and not any(option.startswith(name) for option in known)
+        ]
+
+    def _unknown_option(self, text: str) -> str:
+        name = text.partition("=")[0]
+        known = [option for option in self._option_string_actions if option.startswith("--")]
+        return f"option {name!r} is not known{nearest_name_hint(name, known)}"
 
 
 def exit_status_of(

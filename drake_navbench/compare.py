@@ -13,6 +13,7 @@ from pathlib import Path
 from drake_navbench.command_line import (
     EXIT_DONE,
     EXIT_WRONG_INPUT,
+    CommandParser,
     exit_status_of,
     listed_names,
     percentage,
@@ -35,7 +36,7 @@ compared, 2 wrong input, or nothing could be compared
 
 def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog="python -m drake_navbench.compare",
         description="Says what became better or worse between results folders.",
         epilog=EPILOG,

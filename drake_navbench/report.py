@@ -10,12 +10,17 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from drake_navbench.command_line import exit_status_of, positive_number, positive_percentage
+from drake_navbench.command_line import (
+    CommandParser,
+    exit_status_of,
+    positive_number,
+    positive_percentage,
+)
 
 
 def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog="python -m drake_navbench.report",
         description="Makes tables, figures and report.html of a results folder again, from its "
         "logs, without simulating.",

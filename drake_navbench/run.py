@@ -17,6 +17,7 @@ from drake_navbench.command_line import (
     EXIT_DONE,
     EXIT_FAILED,
     EXIT_WRONG_INPUT,
+    CommandParser,
     exit_status_of,
     positive_number,
     whole_number,
@@ -42,7 +43,7 @@ exit status: 0 every trial ran (an abort is a result), 1 some trial ended in an 
 
 def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog="python -m drake_navbench.run",
         description="Drives mobile-robot controllers through scenarios in Drake and compares them.",
         epilog=EPILOG,

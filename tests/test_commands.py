@@ -37,6 +37,62 @@ def test_an_unknown_command_is_one_line_with_the_nearest_name(capsys):
     assert capsys.readouterr().err == "command 'reprot' is not known; did you mean 'report'?\n"
 
 
+def said_of_wrong_arguments(arguments, capsys):
+    """Returns the one line on stderr with which a command refuses its arguments."""
+    with pytest.raises(SystemExit) as left:
+        main(arguments)
+    assert left.value.code == 2
+    said = capsys.readouterr()
+    (line,) = said.err.splitlines()
+    assert said.out == ""
+    return line
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_an_unknown_option_of_any_command_is_one_line(command, capsys):
+    line = said_of_wrong_arguments([command, "--hlep"], capsys)
+    if command == "leaderboard":
+        # Options are those of its steps.
+        assert line == "drake_navbench leaderboard: the following arguments are required: STEP"
+    else:
+        assert line == (
+            f"drake_navbench {command}: option '--hlep' is not known; did you mean '--help'?"
+        )
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["run", "--trails", "8"], "option '--trails' is not known; did you mean '--trials'?"),
+        (["run", "--sedd=4"], "option '--sedd' is not known; did you mean '--seed'?"),
+        (["run", "--trials", "x"], "argument --trials: got 'x', expected a whole number"),
+        (["run", "--s", "3"], "ambiguous option: --s could match --start, "),
+        (["run", "-x"], "option '-x' is not known; known: --barn, "),
+        (["run", "empty", "--seed", "1", "doorway"], "unrecognized arguments: doorway"),
+        (["run", "--robot", "--\x1b[31m"], "option '--\\x1b[31m' is not known; known: "),
+        (["report"], "the following arguments are required: DIR"),
+        (["docs", "one", "two\nthree"], "unrecognized arguments: two three"),
+        (
+            ["tune", "rpp", "--scenaros", "doorway"],
+            "option '--scenaros' is not known; did you mean '--scenarios'?",
+        ),
+        (["export", "--", "--mcap", "--csv"], "unrecognized arguments: --csv"),
+    ],
+)
+def test_wrong_arguments_are_one_line_that_names_the_command(arguments, told, capsys):
+    line = said_of_wrong_arguments(arguments, capsys)
+    assert line.startswith(f"drake_navbench {arguments[0]}: {told}")
+
+
+def test_a_step_of_a_command_knows_its_own_options(capsys):
+    line = said_of_wrong_arguments(["leaderboard", "seal", "suite.yaml", "--scret", "x"], capsys)
+    assert line == (
+        "drake_navbench leaderboard seal: option '--scret' is not known; did you mean '--secret'?"
+    )
+    line = said_of_wrong_arguments(["leaderboard", "bild", "--suite", "x"], capsys)
+    assert line.startswith("drake_navbench leaderboard: argument STEP: invalid choice: 'bild'")
+
+
 def test_the_package_can_be_run():
     command = [sys.executable, "-m", "drake_navbench", "list"]
     done = subprocess.run(command, capture_output=True, text=True, check=True)

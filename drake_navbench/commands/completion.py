@@ -10,13 +10,15 @@ import argparse
 from collections.abc import Sequence
 from importlib import import_module
 
+from drake_navbench.command_line import CommandParser
+
 PROGRAM = "drake-navbench"
 SHELLS = ("bash", "zsh", "tcsh")
 
 
 def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog="python -m drake_navbench completion",
         description=f"Prints what makes a shell complete the arguments of {PROGRAM}.",
     )

@@ -7,7 +7,6 @@ bytes; a test makes them again and compares.
 
 from __future__ import annotations
 
-import argparse
 import json
 import re
 import shutil
@@ -20,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from drake_navbench.analysis.catalogue import catalogue
-from drake_navbench.command_line import exit_status_of
+from drake_navbench.command_line import CommandParser, exit_status_of
 from drake_navbench.commands.field_table import robots_page
 from drake_navbench.commands.plugin_page import DATA_FILE, plugin_page, read_plugins
 from drake_navbench.errors import InputError
@@ -184,7 +183,7 @@ def _with_presets(page: Path) -> str:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Writes everything that is generated; returns the exit status."""
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog="python -m drake_navbench docs", description="Makes the generated parts of docs/."
     )
     parser.add_argument("folder", nargs="?", type=Path, default=Path("docs"), metavar="DIR")

@@ -10,12 +10,12 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from drake_navbench.command_line import exit_status_of, positive_number
+from drake_navbench.command_line import CommandParser, exit_status_of, positive_number
 
 
 def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog="python -m drake_navbench export",
         description="Writes trials as bags for Foxglove, Lichtblick, PlotJuggler, RViz and "
         "`ros2 bag play`, as tables, or as trajectories for evo.",

@@ -13,6 +13,7 @@ from functools import partial
 from pathlib import Path
 
 from drake_navbench.command_line import (
+    CommandParser,
     exit_status_of,
     listed_names,
     positive_number,
@@ -31,7 +32,7 @@ on)
 
 def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog="python -m drake_navbench identify",
         description="Searches the layouts and settings that the publication does not print for "
         "those that come nearest to a part of its tables, and tells how well they predict the part "

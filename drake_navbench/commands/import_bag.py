@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from drake_navbench.command_line import exit_status_of
+from drake_navbench.command_line import CommandParser, exit_status_of
 from drake_navbench.errors import InputError
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog="python -m drake_navbench import-bag",
         description="Makes trials of recordings (MCAP, rosbag2, ROS 1) of a real or simulated "
         "robot, one for each goal that it was given, and measures them like any others.",

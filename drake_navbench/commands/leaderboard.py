@@ -10,7 +10,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from drake_navbench.command_line import exit_status_of, positive_number
+from drake_navbench.command_line import CommandParser, exit_status_of, positive_number
 
 EPILOG = """\
 a suite is a YAML file with name, version, scenarios, trials, robot, and seeds unless it is sealed
@@ -28,7 +28,7 @@ exit status: 0 done, 2 wrong input, such as an entry that is refused, 130 interr
 
 def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog="python -m drake_navbench leaderboard",
         description="Ranks the controllers of many results folders, which all drive one suite.",
         epilog=EPILOG,

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
 
 from rich.console import Console
 from rich.table import Table
 
 from drake_navbench.campaign.console import terminal
+from drake_navbench.command_line import CommandParser
 from drake_navbench.errors import InputError, printable
 from drake_navbench.inputs.presets import load_preset, preset_files
 from drake_navbench.inputs.robot import ROBOT_FILES
@@ -74,7 +74,7 @@ def _description(preset: str) -> str:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs the command; returns the exit status."""
-    argparse.ArgumentParser(
+    CommandParser(
         prog="python -m drake_navbench list",
         description="Lists scenarios, controllers, robots, and installed plugins of others.",
     ).parse_args(argv)

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-from drake_navbench.command_line import exit_status_of, listed_names, positive_number
+from drake_navbench.command_line import CommandParser, exit_status_of, listed_names, positive_number
 from drake_navbench.errors import printable
 
 EPILOG = """\
@@ -26,7 +26,7 @@ a compiler or a library that is missing, or something that cannot be compiled
 
 def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog="python -m drake_navbench nav2-build",
         description="Compiles the controllers of a checkout of Nav2, without ROS, into a\n"
         "program that drives trials: the column rpp@NAME is the original of rpp.",

@@ -17,6 +17,7 @@ from drake_navbench.command_line import (
     EXIT_DONE,
     EXIT_FAILED,
     EXIT_WRONG_INPUT,
+    CommandParser,
     exit_status_of,
     listed_names,
     percentage,
@@ -43,7 +44,7 @@ exit status: 0 nothing became worse by more than the tolerance, 1 something did,
 
 def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog="python -m drake_navbench nav2-gate",
         description="Says whether a change to Nav2's controllers makes them drive worse.",
         epilog=EPILOG,

@@ -12,6 +12,7 @@ from functools import partial
 from pathlib import Path
 
 from drake_navbench.command_line import (
+    CommandParser,
     exit_status_of,
     listed_names,
     positive_number,
@@ -22,7 +23,7 @@ from drake_navbench.errors import printable
 
 def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog="python -m drake_navbench nav2-parity",
         description="Drives the ports beside the originals of a build of Nav2, over random scenes "
         "and whole trials, and plans over random maps, and writes how far they are equal.",

@@ -10,13 +10,13 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from drake_navbench.command_line import exit_status_of
+from drake_navbench.command_line import CommandParser, exit_status_of
 from drake_navbench.errors import InputError, one_line
 
 
 def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog="python -m drake_navbench replay",
         description="Renders the replay of one trial from its log, a page that plays offline.",
         epilog="exit status: 0 done, 2 wrong input",

@@ -8,7 +8,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from drake_navbench.command_line import PERCENT, exit_status_of, positive_number, whole_number
+from drake_navbench.command_line import (
+    PERCENT,
+    CommandParser,
+    exit_status_of,
+    positive_number,
+    whole_number,
+)
 from drake_navbench.errors import InputError
 from drake_navbench.processes.workers import BLAS_THREAD_VARIABLES
 
@@ -22,7 +28,7 @@ STEPS_BETWEEN_LINES = 20_000
 
 def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog="python -m drake_navbench train",
         description="Trains the policy of the controller `learned` in the Gymnasium environment, "
         "then tells how often it reaches the goal in tasks that it has not seen.",

@@ -13,6 +13,7 @@ from functools import partial
 from pathlib import Path
 
 from drake_navbench.command_line import (
+    CommandParser,
     exit_status_of,
     listed_names,
     positive_number,
@@ -31,7 +32,7 @@ on)
 
 def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog="python -m drake_navbench tune",
         description="Searches parameters of a preset that beat it in several objectives at once, "
         "then tells what is left of them on fresh seeds and in scenarios that the search has not "
