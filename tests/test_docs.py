@@ -11,7 +11,13 @@ from pathlib import Path
 import pytest
 
 from drake_navbench.__main__ import main
-from drake_navbench.commands.documentation import TABLE_BEGIN, documents, presets_table
+from drake_navbench.commands.documentation import (
+    TABLE_BEGIN,
+    TABLES,
+    documents,
+    presets_table,
+    scenarios_table,
+)
 from drake_navbench.commands.plugin_page import DATA_FILE, ShippedPlugin, plugin_page, read_plugins
 from drake_navbench.controller import CONTROLLERS
 from drake_navbench.inputs.presets import preset_files
@@ -67,10 +73,22 @@ def test_the_table_of_presets_has_a_line_for_every_preset_file():
     assert set(named) <= set(preset_files())
 
 
-def test_a_page_without_a_place_for_the_table_is_told(tmp_path, capsys):
-    (tmp_path / "controllers.md").write_text("# Controllers\n")
+def test_the_table_of_scenarios_has_a_line_for_every_scenario_and_its_family():
+    rows = dict(re.findall(r"^\| `(\w+)` \| .+ \| (.*) \|$", scenarios_table(), re.M))
+    assert sorted(rows) == sorted(SCENARIO_FILES.names)
+    assert rows["empty"] == "[published](#the-published-five)"
+    assert rows["crossing"] == rows["ward_crowd"] == "[living world](living_world.md)"
+    assert rows["everyday"] == rows["kidnapped"] == "[stress](stress.md)"
+    assert rows["two_floors"] == "[missions](missions.md)"
+    assert rows["doorway"] == ""
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_a_page_without_a_place_for_the_table_is_told(name, tmp_path, capsys):
+    (tmp_path / name).write_text("# A page\n")
     assert main(["docs", str(tmp_path)]) == 2
-    assert f"controllers.md: expected the lines {TABLE_BEGIN!r}" in capsys.readouterr().err
+    first = TABLE_BEGIN.format(TABLES[name][0])
+    assert f"{name}: expected the lines {first!r}" in capsys.readouterr().err
 
 
 def test_the_python_example_of_the_readme_runs_as_a_script_as_it_is_printed(tmp_path):

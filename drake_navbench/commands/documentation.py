@@ -1,8 +1,8 @@
 """Makes the generated parts of docs/: `python -m drake_navbench docs [DIR]`.
 
 The wiring of a trial as Drake draws it, the JSON schemas for editors, the columns of a log, the
-catalogue of metrics, the fields of a robot file, the table of presets. The same tree gives the same
-bytes; a test makes them again and compares.
+catalogue of metrics, the fields of a robot file, the tables of presets and scenarios. The same tree
+gives the same bytes; a test makes them again and compares.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
 
@@ -25,7 +25,12 @@ from drake_navbench.commands.plugin_page import DATA_FILE, plugin_page, read_plu
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import PresetFile, default_presets, load_preset, preset_files
 from drake_navbench.inputs.robot import Robot, load_robot
-from drake_navbench.inputs.scenario import Scenario, load_scenario
+from drake_navbench.inputs.scenario import (
+    PUBLISHED_SCENARIOS,
+    SCENARIO_FILES,
+    Scenario,
+    load_scenario,
+)
 from drake_navbench.inputs.world import World
 from drake_navbench.log import (
     COLUMNS,
@@ -57,16 +62,16 @@ SCHEMAS: Mapping[str, type[FrozenModel]] = {
     "robot": Robot,
     "preset": PresetFile,
 }
-# Between these two lines of docs/controllers.md stands the table of presets.
-TABLE_BEGIN = "<!-- presets: made by `make docs` -->"
-TABLE_END = "<!-- end of presets -->"
+# Between two such lines of a page stands a table that is made.
+TABLE_BEGIN = "<!-- {}: made by `make docs` -->"
+TABLE_END = "<!-- end of {} -->"
 
 
 def documents(folder: Path) -> Iterator[tuple[str, str]]:
     """Yields the name within docs/ and the text of everything that is generated.
 
-    folder: docs/ as it is; of controllers.md only the table of presets is made anew. Raises
-    InputError where that page has no place for it.
+    folder: docs/ as it is; of controllers.md and scenarios.md only the table of presets, of
+    scenarios is made anew. Raises InputError where such a page has no place for it.
     """
     yield "wiring.dot", wiring()
     for name, model in SCHEMAS.items():
@@ -77,9 +82,10 @@ def documents(folder: Path) -> Iterator[tuple[str, str]]:
     data = folder / DATA_FILE
     if data.is_file():
         yield "plugins_of_nav2.md", plugin_page(read_plugins(data))
-    page = folder / "controllers.md"
-    if page.is_file():
-        yield page.name, _with_presets(page)
+    for name, (what, table) in TABLES.items():
+        page = folder / name
+        if page.is_file():
+            yield name, _with_table(page, what, table())
 
 
 def wiring() -> str:
@@ -173,12 +179,41 @@ def presets_table() -> str:
     return "\n".join(["| preset | controller | what it is |", "|---|---|---|", *rows])
 
 
-def _with_presets(page: Path) -> str:
-    before, begin, rest = page.read_text(encoding="utf-8").partition(TABLE_BEGIN)
-    _, end, after = rest.partition(TABLE_END)
+def scenarios_table() -> str:
+    """Returns the table of the built-in scenarios, the published ones first."""
+    others = [name for name in SCENARIO_FILES.names if name not in PUBLISHED_SCENARIOS]
+    scenarios = [load_scenario(name) for name in (*PUBLISHED_SCENARIOS, *others)]
+    rows = [f"| `{one.name}` | {one.description} | {_family(one)} |" for one in scenarios]
+    return "\n".join(["| scenario | what it is | family |", "|---|---|---|", *rows])
+
+
+def _family(scenario: Scenario) -> str:
+    """Returns the page about scenarios of its kind, as a link; nothing where there is none."""
+    world, overrides = scenario.world, scenario.robot_overrides or {}
+    if scenario.name in PUBLISHED_SCENARIOS:
+        return "[published](#the-published-five)"
+    if scenario.floors:
+        return "[missions](missions.md)"
+    if world.people is not None or world.moving_obstacles:
+        return "[living world](living_world.md)"
+    if scenario.faults or "amcl" in overrides.get("localization", {}):
+        return "[stress](stress.md)"
+    return ""
+
+
+TABLES: Mapping[str, tuple[str, Callable[[], str]]] = {
+    "controllers.md": ("presets", presets_table),
+    "scenarios.md": ("scenarios", scenarios_table),
+}
+
+
+def _with_table(page: Path, what: str, table: str) -> str:
+    first, last = TABLE_BEGIN.format(what), TABLE_END.format(what)
+    before, begin, rest = page.read_text(encoding="utf-8").partition(first)
+    _, end, after = rest.partition(last)
     if not begin or not end:
-        raise InputError(f"{page}: expected the lines {TABLE_BEGIN!r} and {TABLE_END!r}")
-    return f"{before}{begin}\n{presets_table()}\n{end}{after}"
+        raise InputError(f"{page}: expected the lines {first!r} and {last!r}")
+    return f"{before}{begin}\n{table}\n{end}{after}"
 
 
 def main(argv: Sequence[str] | None = None) -> int:
