@@ -33,7 +33,9 @@ class Results:
 
     def __repr__(self) -> str:
         told = ", ".join(f"{count} {outcome}" for outcome, count in self._outcomes().items())
-        return f"Results({len(self.trials)} trials: {told}; {self.path})"
+        # The name of a temporary folder is another each time, and says nothing.
+        place = self.path if self._temporary is None else "in a temporary folder"
+        return f"Results({len(self.trials)} trials: {told}; {place})"
 
     def _repr_html_(self) -> str:
         """Returns how often each controller reached its goal, as a table for notebooks."""
