@@ -28,8 +28,9 @@ class ShippedPlugin(FrozenModel):
     """A plugin of Nav2.
 
     since, until: first and last release that ships it; but: releases in between that do not.
-    ours: the name here, None where there is none; release: whose rules ours follows; equal: how
-    equal it was found to be; remark: of one that is not here.
+    ours: the name here, None where there is none; beside: another one here, which its type does
+    not choose; release: whose rules ours follows; equal: how equal it was found to be; remark: of
+    one that is not here.
     """
 
     type: str
@@ -37,6 +38,7 @@ class ShippedPlugin(FrozenModel):
     until: ReleaseName = "lyrical"
     but: list[ReleaseName] = Field(default_factory=list)
     ours: str | None = None
+    beside: str | None = None
     release: str | None = None
     equal: str | None = None
     remark: str | None = None
@@ -85,7 +87,7 @@ def plugin_page(shipped: ShippedPlugins) -> str:
 
 def _rows(sort: PluginSort) -> Iterator[str]:
     for plugin in sort.plugins:
-        here = f"`{plugin.ours}`" if plugin.ours else "–"
+        here = ", ".join(f"`{name}`" for name in (plugin.ours, plugin.beside) if name) or "–"
         shipped = _span(plugin.releases)
         equal = plugin.equal or plugin.remark or ""
         yield f"| `{plugin.type}` | {shipped} | {here} | {plugin.release or ''} | {equal} |"
