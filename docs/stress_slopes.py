@@ -149,8 +149,9 @@ def page(found: dict[tuple[str, str, str], PairedComparison], controllers: list[
             for field in AXES
             if not any(_tells(found[metric.column, field, c]) for c in controllers)
         ]
-        told = ", ".join(silent) or "none"
-        lines += ["", f"No controller is shown to answer to: {told}.", ""]
+        if silent:
+            lines += ["", f"No controller is shown to answer to: {', '.join(silent)}."]
+        lines += [""]
     return "\n".join(lines)
 
 

@@ -37,8 +37,18 @@ def build_parser() -> argparse.ArgumentParser:
     )
     add("--robot", metavar="NAME|FILE", help="whose outline and limits these are")
     add("--map", type=Path, metavar="FILE", help="what stands there (the recording's /map)")
-    add("--scenario", default="", metavar="NAME", help="beside which trials (the bag's name)")
-    add("--controller", default="", metavar="NAME", help="the column's name (recording)")
+    add(
+        "--scenario",
+        default="",
+        metavar="NAME",
+        help="beside which trials (the bag's name; of a bag that `export` wrote: its scenario)",
+    )
+    add(
+        "--controller",
+        default="",
+        metavar="NAME",
+        help="the column's name (recording; of a bag that `export` wrote: its column-recording)",
+    )
     add(
         "--topics",
         nargs="+",
