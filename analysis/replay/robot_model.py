@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.geometry import Rgba, SceneGraph, Shape
 from pydrake.math import RigidTransform
-from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BodyIndex, JointIndex, RevoluteJoint
 
 from drake_navbench.analysis.replay.rolling import BaseMotion, rolled_angle, trailing_heading
 from drake_navbench.inputs.world_geometry import prism
+from drake_navbench.typed_files.model_file import add_model
 
 Array = NDArray[np.float64]
 
@@ -61,7 +61,7 @@ class SdfModel:
     """The first model in an SDF or URDF file; its base frame is that of `base_link`.
 
     Every revolute joint with a horizontal axis rolls on the floor without slip, every one with a
-    vertical axis swivels as a trailing caster.
+    vertical axis swivels as a trailing caster. Visuals whose meshes are not there are left out.
 
     caster_angles_rad: where the casters point at the start of a motion, in the order of their
     joints; None: as the file has them.
@@ -74,7 +74,7 @@ class SdfModel:
         scene_graph = SceneGraph()
         self._plant = MultibodyPlant(0.0)
         self._plant.RegisterAsSourceForSceneGraph(scene_graph)
-        Parser(self._plant).AddModels(str(path))
+        add_model(self._plant, path)
         base = self._plant.GetFrameByName(BASE_LINK)
         self._plant.WeldFrames(self._plant.world_frame(), base)
         self._plant.Finalize()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -23,10 +24,10 @@ from pydrake.geometry import (
     Shape,
     Sphere,
 )
-from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 
-from drake_navbench.errors import InputError, one_line
+from drake_navbench.errors import InputError, InputWarning, one_line
+from drake_navbench.typed_files.model_file import add_model
 
 Array = NDArray[np.float64]
 
@@ -50,13 +51,14 @@ def read_robot_model(path: Path) -> RobotModel:
     """Returns outline and mass of the first model in an SDF or URDF file.
 
     The outline is that of its collision shapes, of what one sees where it has none, with all joints
-    at zero. Raises InputError where the file cannot be parsed, has no `base_link` or no shapes.
+    at zero. Meshes of visual shapes that are not there are left out with an InputWarning. Raises
+    InputError where the file cannot be parsed, has no `base_link` or no shapes.
     """
     scene_graph = SceneGraph()
     plant = MultibodyPlant(0.0)
     plant.RegisterAsSourceForSceneGraph(scene_graph)
     try:
-        Parser(plant).AddModels(str(path))
+        left_out = add_model(plant, path)
         base = plant.GetFrameByName(BASE_LINK)
         plant.Finalize()
     # Drake reports a failed check as SystemExit.
@@ -75,6 +77,10 @@ def read_robot_model(path: Path) -> RobotModel:
             points.append((pose.rotation().matrix() @ corners.T).T + pose.translation())
         if points:
             break
+    if left_out:
+        effect = "only seen" if role is Role.kProximity else "the outline is that of the others"
+        remark = f"{path}: left out {_listed(left_out)}, no such file or package; {effect}"
+        warnings.warn(remark, InputWarning, stacklevel=2)
     if not points:
         raise InputError(f"{path}: expected links with collision or visual shapes, found none")
     hull = shapely.MultiPoint(np.vstack(points)[:, :2]).convex_hull.simplify(TOLERANCE_M)
@@ -82,6 +88,11 @@ def read_robot_model(path: Path) -> RobotModel:
         raise InputError(f"{path}: its shapes cover no area, seen from above")
     outline = np.round(shapely.get_coordinates(hull.normalize())[:-1], 4)[::-1]
     return RobotModel(outline, float(plant.CalcTotalMass(context)))
+
+
+def _listed(uris: tuple[str, ...]) -> str:
+    more = f" and {len(uris) - 1} more" if len(uris) > 1 else ""
+    return f"{uris[0]}{more}"
 
 
 def _corners(inspector: SceneGraphInspector, geometry_id: GeometryId) -> Iterator[Array]:

@@ -182,6 +182,17 @@ def test_casters_turn_round_when_the_chair_reverses(chair):
         assert wheel.translation()[2] == pytest.approx(CASTER_RADIUS_M)
 
 
+def test_a_model_is_drawn_without_the_meshes_that_are_not_there(tmp_path):
+    path = tmp_path / "cart.urdf"
+    path.write_text(
+        '<robot name="cart"><link name="base_link">'
+        '<visual name="box"><geometry><box size="0.8 0.6 0.1"/></geometry></visual>'
+        '<visual name="mast"><geometry><mesh filename="package://gone/mast.dae"/></geometry>'
+        "</visual></link></robot>"
+    )
+    assert [visual.name for visual in SdfModel(path).visuals] == ["box"]
+
+
 def test_upholstery_takes_the_controllers_colour_and_nothing_else_does(chair):
     tinted = {visual.name for visual in chair.visuals if visual.rgba is None}
     assert {"upholstery_seat", "upholstery_back"} <= tinted

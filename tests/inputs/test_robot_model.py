@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
+
 import numpy as np
 import pytest
 import shapely
 
-from drake_navbench.errors import InputError
+from drake_navbench.errors import InputError, InputWarning
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.robot_model import read_robot_model
 from drake_navbench.kernels.footprint import pad_footprint
@@ -79,6 +81,144 @@ def test_a_model_that_is_wrong_is_one_line_with_its_file(tmp_path, text, reason)
         load_robot(str(path))
     assert "\n" not in str(caught.value)
     assert str(path) in str(caught.value)
+
+
+# A flat square of 0.5 m x 0.5 m around the origin; bounds of the cart that has it as its box.
+SQUARE = "v -0.25 -0.25 0\nv 0.25 -0.25 0\nv 0.25 0.25 0\nv -0.25 0.25 0\nf 1 2 3\nf 1 3 4\n"
+SQUARE_CART = (-0.15, -0.25, 0.35, 0.27)
+SEEN_BOX = '<box size="2 2 0.1"/>'
+TOUCHING_BOX = '<box size="0.6 0.4 0.2"/>'
+
+
+@pytest.mark.parametrize(
+    "uri",
+    ["package://cart_parts/meshes/hull.dae", "model://cart/hull.dae", "hull.obj", "file:///no.obj"],
+)
+def test_a_mesh_that_is_only_seen_and_not_there_is_left_out_with_a_warning(tmp_path, uri):
+    path = tmp_path / "cart.urdf"
+    path.write_text(URDF)
+    whole = read_robot_model(path)
+    path.write_text(URDF.replace(SEEN_BOX, f'<mesh filename="{uri}"/>'))
+    with pytest.warns(InputWarning, match=rf"cart\.urdf: left out {uri}.*only seen"):
+        robot = load_robot(str(path))
+    np.testing.assert_array_equal(robot.outline, whole.outline)
+    assert robot.mass_kg == whole.mass_kg
+
+
+def test_of_what_is_only_seen_the_rest_makes_the_outline(tmp_path):
+    """Without collision shapes the outline is that of the visual ones: here of one of two."""
+    path = tmp_path / "cart.urdf"
+    gone = '<visual><geometry><mesh filename="package://gone/hull.dae"/></geometry></visual>'
+    path.write_text(
+        '<robot name="cart"><link name="base_link"><visual><geometry><box size="0.8 0.6 0.1"/>'
+        f"</geometry></visual>{gone}{gone.replace('hull', 'mast')}</link></robot>"
+    )
+    with pytest.warns(InputWarning, match=r"gone/hull\.dae and 1 more, .*that of the others"):
+        outline = read_robot_model(path).outline
+    assert shapely.Polygon(outline).bounds == pytest.approx((-0.4, -0.3, 0.4, 0.3))
+
+
+def test_a_mesh_that_touches_must_be_there(tmp_path):
+    path = tmp_path / "cart.urdf"
+    path.write_text(URDF.replace(TOUCHING_BOX, '<mesh filename="package://cart_parts/hull.obj"/>'))
+    reason = (
+        r"cart\.urdf: expected the collision mesh package://cart_parts/hull\.obj, found no such"
+    )
+    with pytest.raises(InputError, match=reason) as caught:
+        load_robot(str(path))
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("package", "variable", "value"),
+    [
+        ("", "", ""),
+        ("cart_parts", "", ""),
+        ("install/share/cart_parts", "AMENT_PREFIX_PATH", "install"),
+        ("workspace/cart_parts", "ROS_PACKAGE_PATH", "workspace"),
+        ("parts", "ROS_PACKAGE_PATH", "parts"),
+    ],
+)
+def test_a_package_is_found_above_beside_and_where_ros_looks(
+    tmp_path, monkeypatch, package, variable, value
+):
+    root = tmp_path / "my cart"
+    (root / package / "meshes").mkdir(parents=True)
+    (root / package / "meshes" / "square.obj").write_text(SQUARE)
+    (root / package / "package.xml").write_text("<package><name>cart_parts</name></package>")
+    if variable:
+        monkeypatch.setenv(variable, f"{root / 'nothing'}{os.pathsep}{root / value}")
+    path = root / "urdf" / "cart.urdf"
+    path.parent.mkdir()
+    mesh = '<mesh filename="package://cart_parts/meshes/square.obj"/>'
+    path.write_text(URDF.replace(TOUCHING_BOX, mesh))
+    assert shapely.Polygon(load_robot(str(path)).outline).bounds == pytest.approx(SQUARE_CART)
+
+
+def test_a_folder_whose_package_has_another_name_is_another_package(tmp_path):
+    folder = tmp_path / "cart_parts"
+    folder.mkdir()
+    (folder / "square.obj").write_text(SQUARE)
+    (folder / "package.xml").write_text("<package><name>other_parts</name></package>")
+    path = tmp_path / "cart.urdf"
+    mesh = '<mesh filename="package://cart_parts/square.obj"/>'
+    path.write_text(URDF.replace(TOUCHING_BOX, mesh))
+    with pytest.raises(InputError, match="expected the collision mesh package://cart_parts"):
+        read_robot_model(path)
+
+
+def test_a_relative_mesh_stays_where_it_is_when_another_is_left_out(tmp_path):
+    folder = tmp_path / "my cart"
+    folder.mkdir()
+    (folder / "square.obj").write_text(SQUARE)
+    path = folder / "cart.urdf"
+    text = URDF.replace(TOUCHING_BOX, '<mesh filename="square.obj"/>')
+    path.write_text(text.replace(SEEN_BOX, '<mesh filename="package://gone/hull.dae"/>'))
+    with pytest.warns(InputWarning, match="left out package://gone/hull.dae"):
+        bounds = shapely.Polygon(load_robot(str(path)).outline).bounds
+    assert bounds == pytest.approx(SQUARE_CART)
+
+
+@pytest.mark.parametrize("name", ["", " "])
+@pytest.mark.parametrize("shape", ["visual", "collision"])
+def test_a_shape_whose_name_is_empty_has_none(tmp_path, shape, name):
+    path = tmp_path / "cart.urdf"
+    path.write_text(URDF)
+    whole = read_robot_model(path)
+    path.write_text(URDF.replace(f"<{shape}>", f'<{shape} name="{name}">'))
+    np.testing.assert_array_equal(read_robot_model(path).outline, whole.outline)
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        (URDF.replace('radius="0.1"', 'radius="${wheel_radius}"'), r"\$\{wheel_radius\}"),
+        (
+            '<robot name="cart" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+            '<xacro:include filename="base.xacro"/></robot>',
+            "<xacro:include>",
+        ),
+    ],
+)
+def test_a_file_that_xacro_must_expand_first_says_so(tmp_path, text, found):
+    path = tmp_path / "cart.urdf"
+    path.write_text(text)
+    reason = rf"cart\.urdf: expected a model, found xacro, {found}; .*xacro cart\.urdf > expanded"
+    with pytest.raises(InputError, match=reason):
+        load_robot(str(path))
+
+
+def test_an_sdf_leaves_out_what_is_only_seen_and_not_there_as_well(tmp_path):
+    path = tmp_path / "cart.sdf"
+    path.write_text(
+        '<sdf version="1.8"><model name="cart"><link name="base_link">'
+        '<collision name="a"><geometry><box><size>0.8 0.6 0.1</size></box></geometry></collision>'
+        '<visual name="b"><geometry><mesh><uri>model://gone/hull.dae</uri></mesh></geometry>'
+        "</visual></link></model></sdf>"
+    )
+    with pytest.warns(InputWarning, match=r"left out model://gone/hull\.dae"):
+        outline = read_robot_model(path).outline
+    assert shapely.Polygon(outline).bounds == pytest.approx((-0.4, -0.3, 0.4, 0.3))
 
 
 def test_a_missing_model_is_named(tmp_path):

@@ -1,0 +1,189 @@
+"""Reads a robot's SDF or URDF file as its owners have it: with ROS packages, without some meshes.
+
+A mesh of `package://name/...` or `model://name/...` is looked for in folders called `name`, or with
+a package.xml of that name, beside and above the file; then below AMENT_PREFIX_PATH (share/name) and
+ROS_PACKAGE_PATH. What is seen but cannot be found is left out; what touches must be there.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import NamedTuple
+from xml.etree import ElementTree
+
+from pydrake.multibody.parsing import PackageMap, Parser
+from pydrake.multibody.plant import MultibodyPlant
+
+from drake_navbench.errors import InputError
+
+PACKAGE_URI = re.compile(r"(?:package|model)://([^/]+)/?(.*)")
+XACRO_SPACE = re.compile(r"\{[^}]*xacro[^}]*\}")
+XACRO_VALUE = re.compile(r"\$[{(].*")
+PACKAGE_FILE = "package.xml"
+# Folders above the file that are looked through: more than any workspace has.
+MAX_DEPTH = 8
+
+
+class ModelText(NamedTuple):
+    """A model's file.
+
+    text: in which something was changed; None where nothing was. packages: their folders, by name.
+    left_out: the meshes, only seen, that are not there.
+    """
+
+    text: str | None
+    packages: Mapping[str, Path]
+    left_out: tuple[str, ...]
+
+
+def add_model(plant: MultibodyPlant, path: Path) -> tuple[str, ...]:
+    """Adds the models of a file to a plant; returns the meshes, only seen, that are left out.
+
+    Raises InputError where it is a xacro file or a collision mesh is not there, and what Drake
+    raises where it cannot be parsed.
+    """
+    file = read_model_text(path)
+    parser = Parser(plant)
+    for name, folder in file.packages.items():
+        parser.package_map().Add(name, str(folder))
+    if file.text is None:
+        parser.AddModels(str(path))
+    else:
+        parser.AddModelsFromString(file.text, path.suffix.lstrip(".").lower())
+    return file.left_out
+
+
+def read_model_text(path: Path) -> ModelText:
+    """Returns what is to be parsed of a file.
+
+    Raises InputError where it is a xacro file, or a collision mesh is not there.
+    """
+    try:
+        root = ElementTree.fromstring(path.read_bytes())
+    except (ElementTree.ParseError, OSError, ValueError):
+        # Drake says what is wrong, or takes what it can.
+        return ModelText(None, {}, ())
+    _require_expanded(root, path)
+    finder = _Meshes(path)
+    _require_collisions(root, finder, path)
+    left_out = [uri for link in root.iter() for uri in _remove_missing(link, finder)]
+    is_renamed = root.tag == "robot" and _remove_empty_names(root)
+    if not (left_out or is_renamed):
+        return ModelText(None, finder.packages, ())
+    for holder, key, uri in _uris(root):
+        if ":" not in uri:
+            # A text has no folder that they could be relative to.
+            _set(holder, key, f"file://{path.parent.absolute() / uri}")
+    text = ElementTree.tostring(root, encoding="unicode")
+    return ModelText(text, finder.packages, tuple(dict.fromkeys(left_out)))
+
+
+def _require_expanded(root: ElementTree.Element, path: Path) -> None:
+    for element in root.iter():
+        values = (XACRO_VALUE.search(value) for value in element.attrib.values())
+        found = next((value[0] for value in values if value), None)
+        if XACRO_SPACE.match(element.tag):
+            found = f"<xacro:{element.tag.rpartition('}')[2]}>"
+        if found is not None:
+            raise InputError(
+                f"{path}: expected a model, found xacro, {found}; expand it first: "
+                f"xacro {path.name} > expanded.urdf"
+            )
+
+
+def _require_collisions(root: ElementTree.Element, finder: _Meshes, path: Path) -> None:
+    for collision in root.iter("collision"):
+        for _, _, uri in _uris(collision):
+            if not finder.has(uri):
+                raise InputError(
+                    f"{path}: expected the collision mesh {uri}, found no such file or package"
+                )
+
+
+def _remove_empty_names(root: ElementTree.Element) -> bool:
+    """Removes empty names of shapes: in URDF a name may be missing, but not be empty."""
+    shapes = [element for element in root.iter() if element.tag in ("visual", "collision")]
+    nameless = [element for element in shapes if not element.get("name", "-").strip()]
+    for element in nameless:
+        del element.attrib["name"]
+    return bool(nameless)
+
+
+def _remove_missing(link: ElementTree.Element, finder: _Meshes) -> list[str]:
+    """Removes the visuals right below an element whose meshes are not there; returns those."""
+    removed = []
+    for visual in link.findall("visual"):
+        missing = [uri for _, _, uri in _uris(visual) if not finder.has(uri)]
+        if missing:
+            link.remove(visual)
+            removed += missing
+    return removed
+
+
+def _uris(element: ElementTree.Element) -> Iterator[tuple[ElementTree.Element, str, str]]:
+    """Yields each mesh's URI with the element that has it and its attribute, '' for its text."""
+    for mesh in element.iter("mesh"):
+        if mesh.get("filename"):
+            yield mesh, "filename", mesh.attrib["filename"].strip()
+        for uri in mesh.findall("uri"):
+            yield uri, "", (uri.text or "").strip()
+
+
+def _set(element: ElementTree.Element, attribute: str, value: str) -> None:
+    if attribute:
+        element.set(attribute, value)
+    else:
+        element.text = value
+
+
+class _Meshes:
+    """Looks for the files of URIs; packages: the folders of those that were named and found."""
+
+    def __init__(self, path: Path) -> None:
+        self._folder = path.parent.absolute()
+        self._drakes = PackageMap()
+        self.packages: dict[str, Path] = {}
+
+    def has(self, uri: str) -> bool:
+        """Tells whether the file of a URI is there; those in Drake's own packages are."""
+        named = PACKAGE_URI.fullmatch(uri)
+        if named is None:
+            return (self._folder / uri.removeprefix("file://")).is_file()
+        name, place = named.groups()
+        if self._drakes.Contains(name):
+            return True
+        folder = self.packages.get(name) or _package(name, self._folder)
+        if folder is None:
+            return False
+        self.packages[name] = folder
+        return (folder / place).is_file()
+
+
+def _package(name: str, start: Path) -> Path | None:
+    """Returns the folder of a package; start: of the file that names it."""
+    above = [start, *start.parents][:MAX_DEPTH]
+    environment = {
+        variable: [Path(entry) for entry in os.environ.get(variable, "").split(os.pathsep) if entry]
+        for variable in ("AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH")
+    }
+    places = [
+        *above,
+        *(folder / name for folder in above),
+        *(prefix / "share" / name for prefix in environment["AMENT_PREFIX_PATH"]),
+        *environment["ROS_PACKAGE_PATH"],
+        *(entry / name for entry in environment["ROS_PACKAGE_PATH"]),
+    ]
+    return next((place for place in places if _is_package(place, name)), None)
+
+
+def _is_package(folder: Path, name: str) -> bool:
+    if not folder.is_dir():
+        return False
+    file = folder / PACKAGE_FILE
+    if file.is_file():
+        said = re.search(r"<name>\s*([^<\s]+)\s*</name>", file.read_text(errors="replace"))
+        return said is not None and said[1] == name
+    return folder.name == name
