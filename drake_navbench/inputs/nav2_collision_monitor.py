@@ -10,6 +10,7 @@ from typing import Any
 from drake_navbench.inputs.nav2_check import Status
 from drake_navbench.inputs.nav2_node_reader import NodeReader
 from drake_navbench.inputs.nav2_outline import parse_points
+from drake_navbench.inputs.nav2_release import Release
 from drake_navbench.navigation.collision_monitor import (
     CollisionMonitorParameters,
     MonitorCircle,
@@ -29,6 +30,7 @@ SHAPES: dict[str, type[FrozenModel]] = {
 APART = {"type", "points", "velocity_polygons"}
 # Which Nav2 reads for a holonomic velocity polygon only.
 DIRECTIONS = ("direction_start_angle", "direction_end_angle")
+ACTIONS_SINCE_IRON = ("limit", "none")
 OTHER_SENSORS = ("pointcloud", "range", "polygon", "costmap")
 
 
@@ -36,22 +38,18 @@ def read_collision_monitor(reader: NodeReader) -> Fields:
     """Returns the collision monitor; None where none of its shapes can be had.
 
     Some robots start it apart from all else, so that a file may hold one that never runs: with a
-    shape that has no type Nav2's does not start.
+    shape that the release cannot make, such as one without a type, Nav2's does not start.
     """
     listed = reader.names("polygons", [])
-    without_type = [name for name in listed if not reader.given(f"{name}.type")]
-    if without_type:
+    faults = [fault for name in listed if (fault := _fault(reader, name))]
+    if faults:
         for name in reader.node.parameters:
             reader.note(Status.NO_MEANING, name)
-        remark = (
-            f"{without_type[0]} is listed, but has no type: Nav2's does not start, there is none"
-        )
+        remark = f"{faults[0]}: Nav2's does not start, there is none"
         reader.note(Status.STAND_IN, "polygons", remark)
         return {"collision_monitor": None}
     names = ("enabled", "source_timeout", "base_shift_correction")
     values = reader.block(CollisionMonitorParameters, names=names)
-    if reader.given("enabled"):
-        reader.value("enabled")
     _note_sources(reader)
     shapes = {name: _shape(reader, name) for name in listed}
     values["polygons"] = {name: shape for name, shape in shapes.items() if shape is not None}
@@ -66,6 +64,33 @@ def read_collision_monitor(reader: NodeReader) -> Fields:
     without_meaning = {f"*.{name}" for name in idle}
     reader.finish({*without_meaning, "state_topic", "stop_pub_timeout", "toggle_topic"})
     return {"collision_monitor": values if values["polygons"] else None}
+
+
+def _fault(reader: NodeReader, name: str) -> str:
+    """Returns why the release does not start with a shape; '' where it does."""
+    found, release = reader.node.get, reader.release
+    kind, action = found(f"{name}.type"), found(f"{name}.action_type")
+    if kind is None:
+        return f"{name} is listed, but has no type"
+    if kind == "velocity_polygon" and release.age < Release.JAZZY.age:
+        return f"{name} is a {kind}, which {release} has not"
+    if action in ACTIONS_SINCE_IRON and release is Release.HUMBLE:
+        return f"{name} has the action {action}, which {release} has not"
+    is_text = isinstance(found(f"{name}.points"), str)
+    if kind == "polygon" and is_text and not _takes_text(release) and _has_corners(reader, name):
+        return f"{name}.points is a text, where {release} takes a list of numbers"
+    return ""
+
+
+def _takes_text(release: Release) -> bool:
+    """Tells whether corners are a text, '[[x, y], ...]', and not a list of numbers."""
+    return release.age >= Release.JAZZY.age
+
+
+def _has_corners(reader: NodeReader, name: str) -> bool:
+    """Tells whether the release reads the corners of a polygon: humble approaches as the robot."""
+    approaches = reader.node.get(f"{name}.action_type") == "approach"
+    return not (approaches and reader.release is Release.HUMBLE)
 
 
 def _note_sources(reader: NodeReader) -> None:
@@ -92,10 +117,12 @@ def _shape(reader: NodeReader, name: str) -> Fields | None:
     place = f"{name}."
     values: Fields = {}
     for field in own:
-        if reader.given(place + field):
+        if reader.gives(model, field, place + field):
             values[field] = reader.value(place + field)
-    if "min_points" not in values and reader.given(f"{place}max_points"):
-        # In humble: more points than this trigger.
+    if reader.given(f"{place}max_points"):
+        # In humble the only one, later the one that prevails: more points than this trigger.
+        if "min_points" in values:
+            reader.note(Status.UNREAD, f"{place}min_points", "max_points prevails")
         values["min_points"] = int(reader.number(f"{place}max_points", 3)) + 1
         reader.note(Status.OTHER_FORM, f"{place}max_points", "min_points less one, as in humble")
     if kind == "velocity_polygon":
@@ -104,7 +131,12 @@ def _shape(reader: NodeReader, name: str) -> Fields | None:
             for sub in reader.names(f"{place}velocity_polygons", [])
         }
     elif kind == "polygon":
-        values["points"] = _points(reader, f"{place}points")
+        values["points"] = None
+        if _has_corners(reader, name):
+            values["points"] = _points(reader, f"{place}points")
+        elif reader.given(f"{place}points"):
+            remark = f"{reader.release} does not read it; the robot's outline approaches"
+            reader.note(Status.UNREAD, f"{place}points", remark)
         if values["points"] is None and values.get("action_type") != "approach":
             remark = "left out; its corners come over a topic"
             reader.note_block(Status.STAND_IN, name, remark)
@@ -121,13 +153,17 @@ def _sub_polygon(reader: NodeReader, place: str, *, holonomic: bool) -> Fields:
 
 
 def _points(reader: NodeReader, name: str) -> list[list[float]] | None:
-    """Returns corners from a text as from iron on, or from a flat list as in humble."""
+    """Returns corners from a text as from jazzy on, or from a flat list as up to iron."""
     given = reader.value(name)
     if given is None:
         return None
     corners = parse_points(given) if isinstance(given, str) else given
     is_flat = isinstance(corners, list) and all(isinstance(v, int | float) for v in corners)
     if is_flat and len(corners) % 2 == 0:
+        if not isinstance(given, str) and _takes_text(reader.release):
+            # Taken nevertheless: the release may be told by nothing, and counts as the newest.
+            remark = f"a list of numbers, as up to iron, where {reader.release} takes a text"
+            reader.note(Status.OTHER_FORM, name, remark)
         return [list(pair) for pair in zip(corners[::2], corners[1::2], strict=True)]
     if not isinstance(corners, list):
         raise reader.fault(name, f"expected '[[x, y], [x, y], ...]', got {str(given)[:60]!r}")

@@ -10,13 +10,8 @@ from typing import Any
 
 from drake_navbench.inputs.nav2_check import Status
 from drake_navbench.inputs.nav2_node_reader import NodeReader
-from drake_navbench.inputs.nav2_release import Release
 from drake_navbench.inputs.navigation_settings import ControllerServerSettings
-from drake_navbench.navigation.goal_checkers import (
-    GOAL_CHECKERS,
-    PositionGoalCheckerParameters,
-    SimpleGoalChecker,
-)
+from drake_navbench.navigation.goal_checkers import GOAL_CHECKERS, SimpleGoalChecker
 from drake_navbench.navigation.path_handler import PathHandlerParameters
 from drake_navbench.navigation.progress_checkers import PROGRESS_CHECKERS, SimpleProgressChecker
 from drake_navbench.plugins import PluginKind
@@ -26,26 +21,24 @@ Fields = dict[str, Any]
 PATH_HANDLER = "nav2_controller::FeasiblePathHandler"
 # What Nav2's default behaviour tree asks for by name, where there are several.
 DEFAULT_GOAL_CHECKER = "general_goal_checker"
-PATH_LENGTH_TOLERANCE = "path_length_tolerance"
+PATH_HANDLERS = "path_handler_plugins"
 
 
-def read_controller_server(
-    reader: NodeReader, controllers: Collection[str], release: Release
-) -> Fields:
+def read_controller_server(reader: NodeReader, controllers: Collection[str]) -> Fields:
     """Returns controller server, checkers and path handler; controllers: blocks read elsewhere."""
     fields: Fields = {
         "controller_server": reader.block(ControllerServerSettings),
-        "goal_checker": _goal_checker(reader, release),
+        "goal_checker": _goal_checker(reader),
         "progress_checker": _progress_checker(reader),
     }
-    if reader.given("path_handler_plugins"):
+    if reader.gives(ControllerServerSettings, PATH_HANDLERS, PATH_HANDLERS):
         fields["path_handler"] = _path_handler(reader)
     reader.value("controller_plugins")
     reader.finish({*controllers, "odom_duration", "publish_zero_velocity", "speed_limit_topic"})
     return fields
 
 
-def _goal_checker(reader: NodeReader, release: Release) -> Fields:
+def _goal_checker(reader: NodeReader) -> Fields:
     names = reader.names("goal_checker_plugins", ["goal_checker"])
     if not names:
         raise reader.fault("goal_checker_plugins", "expected at least one name")
@@ -54,22 +47,18 @@ def _goal_checker(reader: NodeReader, release: Release) -> Fields:
         if other != name:
             remark = f"not asked for by the default tree; {name} checks every goal"
             reader.note_block(Status.NO_MEANING, other, remark)
-    values = _checker(reader, name, GOAL_CHECKERS, SimpleGoalChecker, "goal_checker_plugins")
-    model = GOAL_CHECKERS.load(values["plugin"]).Parameters
-    if release.age < Release.LYRICAL.age and issubclass(model, PositionGoalCheckerParameters):
-        # Only since then does the plan's length count.
-        if PATH_LENGTH_TOLERANCE in values:
-            reader.note(Status.UNREAD, f"{name}.{PATH_LENGTH_TOLERANCE}", f"{release} has it not")
-        values[PATH_LENGTH_TOLERANCE] = None
-    return values
+    return _checker(reader, name, GOAL_CHECKERS, SimpleGoalChecker, "goal_checker_plugins")
 
 
 def _progress_checker(reader: NodeReader) -> Fields:
-    listed_in = "progress_checker_plugins"
-    if not reader.given(listed_in) and reader.given("progress_checker_plugin"):
-        # Up to humble there was one, named by another parameter.
-        listed_in = "progress_checker_plugin"
-    names = reader.names(listed_in, ["progress_checker"])
+    listed_in, single = "progress_checker_plugins", "progress_checker_plugin"
+    is_listed = reader.gives(ControllerServerSettings, listed_in, listed_in)
+    if reader.gives(ControllerServerSettings, single, single):
+        # The only one in humble; in iron it prevails.
+        if is_listed:
+            reader.note(Status.UNREAD, listed_in, f"{single} prevails")
+        listed_in, is_listed = single, True
+    names = reader.names(listed_in, []) if is_listed else ["progress_checker"]
     if not names:
         raise reader.fault(listed_in, "expected at least one name")
     for other in names[1:]:
@@ -90,12 +79,12 @@ def _checker(
 
 
 def _path_handler(reader: NodeReader) -> Fields:
-    names = reader.names("path_handler_plugins", ["PathHandler"])
+    names = reader.names(PATH_HANDLERS, ["PathHandler"])
     for other in names[1:]:
         reader.note_block(Status.NO_MEANING, other, f"{names[0]} handles every path")
     if not names:
         return {}
-    plugin_type = reader.plugin_type(names[0], PATH_HANDLER, "path_handler_plugins")
+    plugin_type = reader.plugin_type(names[0], PATH_HANDLER, PATH_HANDLERS)
     if plugin_type != PATH_HANDLER:
         remark = f"{plugin_type}: {PATH_HANDLER} stands in"
         reader.note(Status.STAND_IN, f"{names[0]}.plugin", remark)

@@ -41,6 +41,8 @@ LAYERS: dict[str, tuple[str, type]] = {
     "BinaryFilter": ("binary_filter", BinaryFilterSettings),
 }
 PACKAGE = "nav2_costmap_2d::"
+# Of a map, where the file names no other.
+UNKNOWN_BYTE = CostmapSettings.model_fields["unknown_cost_value"].default
 SENSING = ("obstacle_layer", "voxel_layer")
 ONLY_AS_FILTERS = ("speed_filter", "binary_filter")
 # Third-party layers that see what an obstacle layer sees.
@@ -144,6 +146,10 @@ class _CostmapReader:
     def settings(self, model: type[CostmapSettings]) -> dict[str, Any]:
         reader = self._reader
         self._settings = reader.block(model, names=MAP_FIELDS)
+        if self._release.age < Release.LYRICAL.age:
+            # Of a byte that stands for both, unknown comes first: none stands for inscribed.
+            unknown = self._settings.get("unknown_cost_value", UNKNOWN_BYTE)
+            self._settings["inscribed_obstacle_cost_value"] = unknown
         if self._release is not PORTED:
             self._settings["nav2_release"] = str(self._release)
         listed = reader.names("plugins", DEFAULT_LAYERS)

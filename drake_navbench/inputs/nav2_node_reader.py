@@ -12,6 +12,8 @@ from pydantic import BaseModel, ValidationError
 from drake_navbench.errors import InputError, printable
 from drake_navbench.inputs.nav2_check import CheckRow, Status
 from drake_navbench.inputs.nav2_parameters import Node
+from drake_navbench.inputs.nav2_read_by import read_by
+from drake_navbench.inputs.nav2_release import PORTED, Release
 from drake_navbench.inputs.nav2_substitutions import missing_value
 
 # What nodes of every kind have, and which is about processes, frames and topics alone.
@@ -50,11 +52,13 @@ class NodeReader:
     """Reads a node's parameters one after another; each read one becomes a row of the check.
 
     rows: where rows are added, by node and parameter; of two rows of one place the later holds.
+    release: of Nav2, whose parameters and defaults count.
     """
 
-    def __init__(self, node: Node, rows: Rows) -> None:
+    def __init__(self, node: Node, rows: Rows, release: Release = PORTED) -> None:
         self._node = node
         self._rows = rows
+        self._release = release
         self._seen: set[str] = set()
         self._known: set[str] = set()
 
@@ -62,6 +66,11 @@ class NodeReader:
     def node(self) -> Node:
         """The node."""
         return self._node
+
+    @property
+    def release(self) -> Release:
+        """Of Nav2."""
+        return self._release
 
     def note(self, status: Status, name: str, remark: str = "") -> None:
         """Adds a row about a parameter, a block or, where the name is '', the whole node."""
@@ -90,6 +99,18 @@ class NodeReader:
         """Tells whether the file gives a parameter."""
         self._known.add(name)
         return name in self._node.parameters
+
+    def gives(self, model: type[BaseModel], field: str, name: str) -> bool:
+        """Tells whether the file gives a field of a model that the release reads.
+
+        name: of the field in the file. Notes it where the release does not read it.
+        """
+        if not self.given(name):
+            return False
+        if self._release in read_by(model, field).releases:
+            return True
+        self.note(Status.UNREAD, name, f"{self._release} does not read it")
+        return False
 
     def value(self, name: str, default: Any = None) -> Any:
         """Returns a parameter, used where it is given."""
@@ -164,8 +185,9 @@ class NodeReader:
     ) -> dict[str, Any]:
         """Returns the given values for the fields of a model, checked by it.
 
-        prefix: of their names, with its dot. names: of the fields that Nav2 has; all where not
-        given. renamed: from our names to Nav2's. Raises InputError where a value is wrong.
+        Besides, the defaults of the release where they are not the model's. prefix: of their names,
+        with its dot. names: of the fields that Nav2 has; all where not given. renamed: from our
+        names to Nav2's. Raises InputError where a value is wrong.
         """
         their_names = renamed or {}
         values: dict[str, Any] = {}
@@ -176,8 +198,10 @@ class NodeReader:
                 below = self.block(nested, f"{their_name}.")
                 if below:
                     values[field] = below
-            elif self.given(their_name):
+            elif self.gives(model, field, their_name):
                 values[field] = self.value(their_name)
+            elif self._release in (defaults := read_by(model, field).defaults):
+                values[field] = defaults[self._release]
         return self.checked(model, values, prefix, their_names, is_partial=names is not None)
 
     def checked(

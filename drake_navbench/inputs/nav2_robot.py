@@ -225,9 +225,9 @@ class _Files:
             server = self._servers[0]
             blocks = {name.partition(".")[0] for _, name in self._rows if "." in name}
             listed = server.get("controller_plugins", ["FollowPath"])
-            reader = NodeReader(server, self._rows)
+            reader = self._reader(server)
             columns_rows = dict(self._rows)
-            fields |= read_controller_server(reader, blocks & set(listed), self._release.release)
+            fields |= read_controller_server(reader, blocks & set(listed))
             self._rows.update(columns_rows)
         fields = merged(navigation_of(self._release.release), fields)
         fields |= self._costmaps()
@@ -239,7 +239,7 @@ class _Files:
         for name, read in (SERVERS | of_release).items():
             node = self._find(name)
             if node is not None:
-                fields = merged(fields, read(NodeReader(node, self._rows)))
+                fields = merged(fields, read(self._reader(node)))
             elif name not in ("recoveries_server", *OPTIONAL):
                 self._note_missing(name)
         tree = fields["behavior_tree"].get("tree")
@@ -248,8 +248,11 @@ class _Files:
         smoother = self._find(SMOOTHER_SERVER)
         if smoother is not None:
             is_asked = tree is not None and has_node(tree, SMOOTHING_NODE)
-            fields |= read_smoother_server(NodeReader(smoother, self._rows), is_asked=is_asked)
+            fields |= read_smoother_server(self._reader(smoother), is_asked=is_asked)
         return fields
+
+    def _reader(self, node: Node) -> NodeReader:
+        return NodeReader(node, self._rows, self._release.release)
 
     def _costmaps(self) -> dict[str, Any]:
         fields: dict[str, Any] = {}
@@ -261,7 +264,7 @@ class _Files:
             if node is None:
                 self._note_missing(name)
                 continue
-            reader = NodeReader(node, self._rows)
+            reader = self._reader(node)
             self._outlines.append((reader, read_outline(reader)))
             settings = read(reader, sensors, self._release.release)
             if name == GLOBAL_COSTMAP:

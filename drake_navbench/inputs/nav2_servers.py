@@ -34,20 +34,6 @@ from drake_navbench.navigation.waypoint_follower import (
 Fields = dict[str, Any]
 
 NAVFN = "nav2_navfn_planner::NavfnPlanner"
-# The releases that brought parameters of SmacPlannerHybrid.
-HYBRID_SINCE: Mapping[str, Release] = {
-    "debug_visualizations": Release.IRON,
-    "allow_primitive_interpolation": Release.JAZZY,
-    "analytic_expansion_max_cost": Release.JAZZY,
-    "analytic_expansion_max_cost_override": Release.JAZZY,
-    "downsample_obstacle_heuristic": Release.JAZZY,
-    "terminal_checking_interval": Release.JAZZY,
-    "use_quadratic_cost_penalty": Release.JAZZY,
-    "coarse_search_resolution": Release.KILTED,
-    "goal_heading_mode": Release.KILTED,
-}
-# No cell has more: before there was a limit, curves to the goal were held to none.
-ANY_COST = 255.0
 # Fields of a planner that no Nav2 file has.
 NOT_NAV2S = {"plugin", "expansions_per_second"}
 SIMPLE_SMOOTHER = "nav2_smoother::SimpleSmoother"
@@ -127,19 +113,9 @@ def _planner(reader: NodeReader, name: str, plugin_type: str, release: Release) 
 
 
 def _hybrid_planner(reader: NodeReader, name: str, release: Release) -> Fields:
-    """Returns the parameters of SmacPlannerHybrid; those of later releases stay without effect."""
+    """Returns the parameters of SmacPlannerHybrid."""
     fields = [field for field in SmacPlannerHybridParameters.model_fields if field not in NOT_NAV2S]
-    later = [field for field in fields if HYBRID_SINCE.get(field, release).age > release.age]
-    values = reader.block(
-        SmacPlannerHybridParameters, f"{name}.", names=[f for f in fields if f not in later]
-    )
-    for field in later:
-        if reader.given(f"{name}.{field}"):
-            reader.note(Status.UNREAD, f"{name}.{field}", f"{release} does not read it")
-    if "allow_primitive_interpolation" not in values and release.age < Release.LYRICAL.age:
-        values["allow_primitive_interpolation"] = False
-    if "analytic_expansion_max_cost" in later:
-        values["analytic_expansion_max_cost"] = ANY_COST
+    values = reader.block(SmacPlannerHybridParameters, f"{name}.", names=fields)
     if release.age < Release.LYRICAL.age:
         reader.note(Status.OTHER_FORM, f"{name}.plugin", f"searches as in {PORTED}")
     return values
