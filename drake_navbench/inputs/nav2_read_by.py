@@ -21,6 +21,7 @@ from drake_navbench.costmaps.costmap_settings import (
 from drake_navbench.costmaps.observation_layers import VoxelLayerParameters
 from drake_navbench.inputs.nav2_release import Release
 from drake_navbench.inputs.navigation_settings import ControllerServerSettings
+from drake_navbench.navigation.behaviors import DriveLimits
 from drake_navbench.navigation.collision_monitor import (
     CollisionMonitorParameters,
     MonitorCircle,
@@ -74,6 +75,8 @@ def _until(release: Release) -> ReadBy:
     return ReadBy(frozenset(other for other in Release if other.age <= release.age))
 
 
+# Humble has them, 0 being none; iron and jazzy have not; in kilted they came again, for good.
+_RAMP = ReadBy(frozenset({HUMBLE, KILTED, LYRICAL}), _before(KILTED, None))
 _SHAPE: Mapping[str, ReadBy] = {
     "min_points": _since(IRON),
     "linear_limit": _since(IRON),
@@ -145,6 +148,11 @@ READ_BY: Mapping[type[BaseModel], Mapping[str, ReadBy]] = {
         "enforce_path_inversion": _since(KILTED),
         "poly_order": _since(LYRICAL),
         "window_size": _since(LYRICAL),
+    },
+    DriveLimits: {
+        "acceleration_limit": _RAMP,
+        "deceleration_limit": _RAMP,
+        "minimum_speed": _RAMP._replace(defaults=_before(KILTED, 0.0)),
     },
     CollisionMonitorParameters: {
         "enabled": _since(LYRICAL),

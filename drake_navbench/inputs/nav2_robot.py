@@ -48,6 +48,7 @@ from drake_navbench.inputs.nav2_servers import (
     read_smoother_server,
     read_velocity_smoother,
     read_waypoint_follower,
+    straight_drive_of,
 )
 from drake_navbench.inputs.nav2_substitutions import Substitutions
 from drake_navbench.inputs.presets import Preset
@@ -245,11 +246,25 @@ class _Files:
         tree = fields["behavior_tree"].get("tree")
         if tree is not None:
             fields["behavior_tree"]["tree"] = tree_of(self._release.release, tree)
+        if "behavior_server" not in fields:
+            fields |= self._own_behaviors()
         smoother = self._find(SMOOTHER_SERVER)
         if smoother is not None:
             is_asked = tree is not None and has_node(tree, SMOOTHING_NODE)
             fields |= read_smoother_server(self._reader(smoother), is_asked=is_asked)
         return fields
+
+    def _own_behaviors(self) -> dict[str, Any]:
+        """Returns the base robot's behaviours with the release's way of driving straight."""
+        drive = straight_drive_of(self._release.release)
+        if not drive:
+            return {}
+        remark = (
+            f"not in the file; that of {self._base_name}, without limits where it drives straight"
+        )
+        self._note(Status.OTHER_FORM, "behavior_server", "", remark)
+        own = self._base.navigation.behavior_server.model_dump(mode="json", exclude_unset=True)
+        return {"behavior_server": merged(own, drive)}
 
     def _reader(self, node: Node) -> NodeReader:
         return NodeReader(node, self._rows, self._release.release)

@@ -14,13 +14,18 @@ from drake_navbench.inputs.behavior_tree_file import read_tree_file
 from drake_navbench.inputs.nav2_check import Status
 from drake_navbench.inputs.nav2_controller_server import plugin_block
 from drake_navbench.inputs.nav2_node_reader import NodeReader
+from drake_navbench.inputs.nav2_read_by import read_by
 from drake_navbench.inputs.nav2_release import PORTED, Release
 from drake_navbench.inputs.nav2_tree_files import installed_tree, tree_beside
 from drake_navbench.navigation.behavior_tree.settings import (
     RECOVERY_ACTIONS,
     BehaviorTreeSettings,
 )
-from drake_navbench.navigation.behaviors import BEHAVIORS, BehaviorServerParameters
+from drake_navbench.navigation.behaviors import (
+    BEHAVIORS,
+    BehaviorServerParameters,
+    DriveLimits,
+)
 from drake_navbench.navigation.planner_settings import PLANNERS
 from drake_navbench.navigation.smac_planner_2d_parameters import SmacPlanner2DParameters
 from drake_navbench.navigation.smac_planner_hybrid_parameters import SmacPlannerHybridParameters
@@ -63,6 +68,8 @@ RECOVERY_OF: Mapping[str, str] = {
     "DriveOnHeading": "",
     "AssistedTeleop": "",
 }
+# The behaviours with `DriveLimits`.
+STRAIGHT = ("backup", "drive_on_heading")
 BEHAVIOR_PACKAGES = ("nav2_behaviors", "nav2_recoveries")
 DEFAULT_BEHAVIORS = {
     "spin": "nav2_behaviors::Spin",
@@ -138,6 +145,9 @@ def read_behavior_server(reader: NodeReader) -> Fields:
         values[least] = 0.0
     else:
         values |= reader.block(BehaviorServerParameters, names=(least,))
+    for behavior in STRAIGHT:
+        if behavior in values:
+            values[behavior] = _drive_limits(reader, values[behavior])
     listed_in = "behavior_plugins"
     if reader.node.name.endswith("recoveries_server"):
         listed_in = "recovery_plugins"
@@ -170,6 +180,21 @@ def read_behavior_server(reader: NodeReader) -> Fields:
         }
     )
     return {"behavior_server": values, "behavior_tree": {"recovery_actions": actions}}
+
+
+def straight_drive_of(release: Release) -> Fields:
+    """Returns how a release drives straight where no file says, if not as ours."""
+    fields = {name: read_by(DriveLimits, name).defaults for name in DriveLimits.model_fields}
+    limits = {name: known[release] for name, known in fields.items() if release in known}
+    return {behavior: limits for behavior in STRAIGHT} if limits else {}
+
+
+def _drive_limits(reader: NodeReader, given: Fields) -> Fields:
+    """Returns the limits of a behaviour that drives straight; in humble 0, its default, is none."""
+    limits = ("acceleration_limit", "deceleration_limit")
+    if reader.release is Release.HUMBLE and not all(given.get(name) for name in limits):
+        return {**given, **dict.fromkeys(limits)}
+    return given
 
 
 def _recovery_action(reader: NodeReader, name: str, plugin_type: str) -> str:

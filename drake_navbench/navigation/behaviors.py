@@ -2,7 +2,7 @@
 
 A behaviour starts from a goal and is then asked once a cycle for a command, until it ends. What
 would collide, or takes too long, ends with Nav2's error code. Motion is measured in the odometry
-frame. Source: nav2_behaviors, branch lyrical.
+frame. Source: nav2_behaviors, branch lyrical; humble to jazzy for driving without limits.
 """
 
 from __future__ import annotations
@@ -39,10 +39,18 @@ NANOSECOND_DIGITS = 9
 
 
 class DriveLimits(FrozenModel):
-    """Parameters of a behaviour that drives straight."""
+    """Parameters of a behaviour that drives straight.
 
-    acceleration_limit: Acceleration = Field(2.5, gt=0.0, description="Speeding up [m/s^2].")
-    deceleration_limit: Acceleration = Field(-2.5, lt=0.0, description="Slowing down [m/s^2].")
+    Without either limit it drives at the speed that is asked for all the way, as Nav2 does in iron
+    and jazzy, and in humble where they are not given.
+    """
+
+    acceleration_limit: Acceleration | None = Field(
+        2.5, ge=0.0, description="Speeding up [m/s^2]; null: no limits."
+    )
+    deceleration_limit: Acceleration | None = Field(
+        -2.5, le=0.0, description="Slowing down [m/s^2]; null: no limits."
+    )
     minimum_speed: Speed = Field(0.10, ge=0.0, description="Slowest speed [m/s].")
 
 
@@ -226,7 +234,7 @@ class DriveState(NamedTuple):
 
 
 class DriveOnHeading:
-    """Drives a distance straight ahead or back, with a ramp at both ends."""
+    """Drives a distance straight ahead or back, with a ramp at both ends where it has limits."""
 
     TIMEOUT = 721
     COLLISION_AHEAD = 723
@@ -275,6 +283,8 @@ class DriveOnHeading:
         limits, frequency = self._limits, self._parameters.cycle_frequency
         direction = math.copysign(1.0, state.speed)
         last, wanted = direction * state.last_speed, direction * state.speed
+        if limits.acceleration_limit is None or limits.deceleration_limit is None:
+            return direction * max(wanted, limits.minimum_speed)
         lowest = last + limits.deceleration_limit / frequency
         highest = last + limits.acceleration_limit / frequency
         speed = min(max(wanted, lowest), highest)

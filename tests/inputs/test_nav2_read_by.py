@@ -246,3 +246,46 @@ def test_what_approaches_in_humble_is_the_robot_whatever_its_corners(read_as):
 
     assert points("humble") == (None, Status.UNREAD)
     assert points("iron") == ((0.5, 0.4), Status.USED)
+
+
+@pytest.mark.parametrize("block", ["backup", "drive_on_heading"])
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        ("", [(None, None, 0.0)] * 3 + [(2.5, -2.5, 0.1)] * 2),
+        (
+            "acceleration_limit: 1.0, deceleration_limit: -2.0, minimum_speed: 0.2",
+            [(1.0, -2.0, 0.2), *2 * [(None, None, 0.0)], *2 * [(1.0, -2.0, 0.2)]],
+        ),
+    ],
+)
+def test_iron_and_jazzy_drive_straight_without_a_ramp_and_humble_if_it_is_given(
+    read_as, block, given, expected
+):
+    def limits(release):
+        setup = read_as(release, "behavior_server", f"{block}: {{{given}}}")
+        found = getattr(setup.robot.navigation.behavior_server, block)
+        return found.acceleration_limit, found.deceleration_limit, found.minimum_speed
+
+    assert of_each(limits) == expected
+
+
+@pytest.mark.parametrize(
+    ("limit", "found"), [("acceleration_limit: 1.0", None), ("deceleration_limit: -1.0", None)]
+)
+def test_in_humble_one_limit_without_the_other_is_none(read_as, limit, found):
+    setup = read_as("humble", "behavior_server", f"backup: {{{limit}, minimum_speed: 0.02}}")
+    backup = setup.robot.navigation.behavior_server.backup
+    assert (backup.acceleration_limit, backup.deceleration_limit) == (found, found)
+    assert backup.minimum_speed == 0.02
+
+
+def test_without_a_behavior_server_in_the_file_the_robots_own_drives_as_the_release(read_as):
+    def limits(release):
+        setup = read_as(release, "waypoint_follower", "stop_on_failure: true")
+        backup = setup.robot.navigation.behavior_server.backup
+        return backup.acceleration_limit, backup.minimum_speed
+
+    own = WHEELCHAIR.navigation.behavior_server.backup
+    ours = (own.acceleration_limit, own.minimum_speed)
+    assert of_each(limits) == [*3 * [(None, 0.0)], ours, ours]

@@ -9,6 +9,7 @@ from drake_navbench.kernels.grid import LETHAL, NO_INFORMATION, Costmap
 from drake_navbench.navigation.behaviors import (
     BackUp,
     BehaviorServerParameters,
+    DriveLimits,
     DriveOnHeading,
     Spin,
     Surroundings,
@@ -140,6 +141,39 @@ def test_drive_slows_down_before_its_end_to_its_least_speed():
     assert step.command[0] == pytest.approx(math.sqrt(2 * 2.5 * 0.02))
     step = drive.step(state, pose(x=0.9999), 0.0, surroundings())
     assert step.command[0] == pytest.approx(0.10)
+
+
+@pytest.mark.parametrize("missing", ["acceleration_limit", "deceleration_limit"])
+def test_drive_without_a_limit_is_as_fast_as_asked_from_its_start_to_its_end(missing):
+    limits = DriveLimits(**{missing: None})
+    drive = DriveOnHeading(BehaviorServerParameters(drive_on_heading=limits))
+    state = drive.start({"target_x": 1.0, "speed": 0.6}, pose(), 0.0)
+    for x in (0.0, 0.5, 0.9999):
+        assert drive.step(state, pose(x=x), 0.0, surroundings()).command == (0.6, 0.0)
+
+
+@pytest.mark.parametrize("limit", [None, 2.5])
+@pytest.mark.parametrize(("least", "speed"), [(0.1, 0.1), (0.02, 0.05)])
+def test_backup_is_never_slower_than_its_least_speed(limit, least, speed):
+    """0.05 m/s is what the trees of Humble and Iron ask for."""
+    limits = DriveLimits(acceleration_limit=limit, minimum_speed=least)
+    backup = BackUp(BehaviorServerParameters(backup=limits))
+    state = backup.start({"target_x": 0.3, "speed": 0.05}, pose(), 0.0)
+    assert backup.step(state, pose(), 0.0, surroundings()).command == (-speed, 0.0)
+
+
+@pytest.mark.parametrize(("limits", "speed"), [((0.0, -2.5), 0.1), ((2.5, 0.0), 0.1)])
+def test_drive_with_a_limit_of_zero_creeps_as_in_nav2(limits, speed):
+    acceleration, deceleration = limits
+    drive = DriveOnHeading(
+        BehaviorServerParameters(
+            drive_on_heading=DriveLimits(
+                acceleration_limit=acceleration, deceleration_limit=deceleration
+            )
+        )
+    )
+    state = drive.start({"target_x": 1.0, "speed": 0.6}, pose(), 0.0)
+    assert drive.step(state, pose(), 0.0, surroundings()).command == (speed, 0.0)
 
 
 def test_drive_with_signs_that_differ_is_refused():
