@@ -285,6 +285,7 @@ class _Files:
             if name == GLOBAL_COSTMAP:
                 settings["margin_m"] = self._base.navigation.global_costmap.margin_m
             fields[name.partition("/")[0]] = settings
+        sensors.note_added()
         self._added_sensors = sensors.added
         return fields
 

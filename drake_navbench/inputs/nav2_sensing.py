@@ -183,7 +183,7 @@ class SensingLayers:
     def _depth_sensor(
         self, source: str, place: str, given: dict[str, Any], is_spatio_temporal: bool
     ) -> str:
-        """Returns the sensor of a source of points, and notes which that is."""
+        """Returns the sensor of a source of points."""
         topic = self._reader.node.get(f"{place}topic", source)
         if is_spatio_temporal:
             whole = SpatioTemporalSourceSettings(**given)
@@ -191,14 +191,12 @@ class SensingLayers:
                 reach_m=max(whole.obstacle_range, whole.max_z if whole.clearing else 0.0),
                 horizontal_fov_rad=given.get("horizontal_fov_angle"),
                 vertical_fov_rad=given.get("vertical_fov_angle"),
-                is_lidar=whole.model_type == LIDAR_MODEL,
+                is_lidar=whole.model_type == LIDAR_MODEL if "model_type" in given else None,
             )
         else:
             ranges = BufferedSourceSettings(**given)
             sight = Sight(reach_m=max(ranges.obstacle_max_range, ranges.raytrace_max_range))
-        name, remark = self._sensors.depth_sensor(source, str(topic), sight)
-        self._reader.note(Status.OTHER_FORM, f"{place}topic", remark)
-        return name
+        return self._sensors.listen(self._reader, f"{place}topic", source, str(topic), sight)
 
     def _voxel_layer(self, prefix: str, source: str, rule: dict[str, Any]) -> dict[str, Any]:
         reader = self._reader

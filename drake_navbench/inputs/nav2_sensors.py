@@ -2,18 +2,20 @@
 
 A Nav2 file names topics and says nothing of what sends to them. The robot's scanners are there;
 a depth camera or a lidar of many layers that the robot does not have is put where its lidar is,
-with what the source itself tells of its sight and its reach, and looks where its name says.
+with what its sources tell of its sight and its reach, and looks where their names say.
 """
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from drake_navbench.inputs.depth_sensor import STEEPEST_RAD, DepthSensorSettings
 from drake_navbench.inputs.lidar import LidarSettings
+from drake_navbench.inputs.nav2_check import Status
+from drake_navbench.inputs.nav2_node_reader import NodeReader
 from drake_navbench.inputs.robot import Robot
 
 # Names of what sends points all around.
@@ -50,7 +52,7 @@ class Nav2Sensors:
     def __init__(self, robot: Robot) -> None:
         self._depth_sensors = robot.depth_sensors
         self._lidar = robot.lidar
-        self._added: dict[str, DepthSensorSettings] = {}
+        self._listeners: dict[str, list[_Listener]] = {}
 
     @property
     def lidar(self) -> LidarSettings:
@@ -61,44 +63,73 @@ class Nav2Sensors:
     def added(self) -> dict[str, dict[str, Any]]:
         """The depth sensors that the robot did not have, as a robot file gives them."""
         return {
-            name: sensor.model_dump(mode="json", exclude_defaults=True)
-            for name, sensor in self._added.items()
+            name: self._sensor(listeners).model_dump(mode="json", exclude_defaults=True)
+            for name, listeners in self._listeners.items()
         }
 
-    def depth_sensor(self, source: str, topic: str, sight: Sight) -> tuple[str, str]:
-        """Returns the name of the sensor that sends to a source, and what is to be told of it."""
+    def listen(
+        self, reader: NodeReader, parameter: str, source: str, topic: str, sight: Sight
+    ) -> str:
+        """Returns the name of the sensor that sends to a source.
+
+        parameter: the source's topic, of which `note_added` tells what the sensor is, once all
+        that listen to it are known.
+        """
         by_topic = re.sub(r"\W+", "_", topic).strip("_") or source
         for name in (source, by_topic):
             if name in self._depth_sensors:
-                return name, f"the robot's depth sensor {name}"
-        sensor = self._sensor(f"{source} {topic}", sight)
-        known = self._added.get(by_topic)
-        if known is not None:
-            reach = max(known.range_max_m, sensor.range_max_m)
-            sensor = known.model_copy(update={"range_max_m": reach})
-        self._added[by_topic] = sensor
-        kind = "lidar of many layers" if _is_around(sensor) else "depth camera"
-        turned = f", turned by {sensor.pose[2]:.3g} rad" if sensor.pose[2] else ""
-        return by_topic, (
-            f"no Nav2 file says what sends it: a {kind} where the lidar is, {sensor.height_m:g} m "
-            f"up{turned}, of {sensor.horizontal_fov_rad:.3g} x {sensor.vertical_fov_rad:.3g} rad "
-            f"and {sensor.range_max_m:g} m; depth_sensors.{by_topic} in a robot file says otherwise"
-        )
+                reader.note(Status.OTHER_FORM, parameter, f"the robot's depth sensor {name}")
+                return name
+        reader.note(Status.OTHER_FORM, parameter)
+        listener = _Listener(reader, parameter, f"{source} {topic}", sight)
+        self._listeners.setdefault(by_topic, []).append(listener)
+        return by_topic
 
-    def _sensor(self, names: str, sight: Sight) -> DepthSensorSettings:
-        is_lidar = sight.is_lidar
-        if is_lidar is None:
-            is_lidar = bool(LIDAR_NAMES.search(names)) and not CAMERA_NAMES.search(names)
+    def note_added(self) -> None:
+        """Notes of each source of a sensor that the robot did not have which one it has now."""
+        for name, listeners in self._listeners.items():
+            remark = _described(name, self._sensor(listeners))
+            for reader, parameter, *_ in listeners:
+                reader.note(Status.OTHER_FORM, parameter, remark)
+
+    def _sensor(self, listeners: Sequence[_Listener]) -> DepthSensorSettings:
+        """Returns a sensor that has all that its sources tell, in whatever order they stand."""
+        names = " ".join(sorted(listener.names for listener in listeners))
+        sights = [listener.sight for listener in listeners]
+        told = [sight.is_lidar for sight in sights if sight.is_lidar is not None]
+        named_so = bool(LIDAR_NAMES.search(names)) and not CAMERA_NAMES.search(names)
+        is_lidar = any(told) if told else named_so
         fields: dict[str, Any] = dict(LIDAR_SIGHT) if is_lidar else {}
-        if sight.horizontal_fov_rad:
-            fields["horizontal_fov_rad"] = min(sight.horizontal_fov_rad, 2.0 * math.pi)
-        if sight.vertical_fov_rad:
-            fields["vertical_fov_rad"] = min(sight.vertical_fov_rad, 2.0 * STEEPEST_RAD)
+        horizontal = max(sight.horizontal_fov_rad or 0.0 for sight in sights)
+        vertical = max(sight.vertical_fov_rad or 0.0 for sight in sights)
+        if horizontal:
+            fields["horizontal_fov_rad"] = min(horizontal, 2.0 * math.pi)
+        if vertical:
+            fields["vertical_fov_rad"] = min(vertical, 2.0 * STEEPEST_RAD)
         x, y, yaw = self._lidar.pose
         sensor = DepthSensorSettings(**fields)
         heading = yaw if _is_around(sensor) else _heading(names)
-        reach = max(sensor.range_max_m, sight.reach_m)
+        reach = max(sensor.range_max_m, *(sight.reach_m for sight in sights))
         return sensor.model_copy(update={"pose": (x, y, heading), "range_max_m": reach})
+
+
+class _Listener(NamedTuple):
+    """A source of points: where its topic stands, its names, and what it tells."""
+
+    reader: NodeReader
+    parameter: str
+    names: str
+    sight: Sight
+
+
+def _described(name: str, sensor: DepthSensorSettings) -> str:
+    kind = "lidar of many layers" if _is_around(sensor) else "depth camera"
+    turned = f", turned by {sensor.pose[2]:.3g} rad" if sensor.pose[2] else ""
+    return (
+        f"no Nav2 file says what sends it: a {kind} where the lidar is, {sensor.height_m:g} m "
+        f"up{turned}, of {sensor.horizontal_fov_rad:.3g} x {sensor.vertical_fov_rad:.3g} rad "
+        f"and {sensor.range_max_m:g} m; depth_sensors.{name} in a robot file says otherwise"
+    )
 
 
 def _is_around(sensor: DepthSensorSettings) -> bool:
