@@ -25,6 +25,7 @@ from drake_navbench.inputs.nav2_check import Status
 from drake_navbench.inputs.nav2_node_reader import NodeReader
 from drake_navbench.inputs.nav2_release import Release
 from drake_navbench.inputs.nav2_sensors import Nav2Sensors, Sight
+from drake_navbench.kernels.voxel_layer import MAX_VOXELS
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 # What Nav2 files do not give of a source, and what says which of the robot's sensors it is.
@@ -33,6 +34,7 @@ SCAN, CLOUD = "LaserScan", "PointCloud2"
 # Nav2's obstacle layer looks at points up to this height where the file says nothing, m.
 DEFAULT_LAYER_HEIGHT_M = 2.0
 SPATIO_TEMPORAL = "spatio_temporal_voxel_layer::SpatioTemporalVoxelLayer"
+VOXEL_LAYER = "nav2_costmap_2d::VoxelLayer"
 # The spatio-temporal layer's number for a lidar of many layers.
 LIDAR_MODEL = 1
 MAXIMUM = 1
@@ -94,7 +96,9 @@ class SensingLayers:
             for field in parameters.model_fields
             if field not in ("plugin", "observation_sources", *rule)
         ]
-        values = reader.block(parameters, prefix, names=own) | rule
+        levels = self._levels(prefix) if plugin_type == VOXEL_LAYER else {}
+        own = [field for field in own if field not in levels]
+        values = reader.block(parameters, prefix, names=own) | levels | rule
         model = SpatioTemporalSourceSettings if is_spatio_temporal else BufferedSourceSettings
         default = SpatioTemporalSourceSettings().data_type if is_spatio_temporal else SCAN
         observed = {source: self._source(f"{prefix}{source}.", model) for source in sources}
@@ -198,11 +202,33 @@ class SensingLayers:
             sight = Sight(reach_m=max(ranges.obstacle_max_range, ranges.raytrace_max_range))
         return self._sensors.listen(self._reader, f"{place}topic", source, str(topic), sight)
 
+    def _levels(self, prefix: str) -> dict[str, Any]:
+        """Returns what counts of a voxel layer with more levels than Nav2's grid has; {} else.
+
+        Nav2 clamps the grid's levels, but takes the surplus off the unknown voxels that a free
+        column may have; below 0, as that is unsigned, it may have any number.
+        """
+        place = f"{prefix}z_voxels"
+        found = self._reader.node.get(place)
+        if isinstance(found, bool) or not isinstance(found, int) or found <= MAX_VOXELS:
+            return {}
+        remark = (
+            f"{found}, of which the grid has {MAX_VOXELS}, as in Nav2; rays that leave through its "
+            "top clear what is below, where Nav2 drops them"
+        )
+        self._reader.note(Status.OTHER_FORM, place, remark)
+        names = ("unknown_threshold",)
+        given = self._reader.block(VoxelLayerSettings, prefix, names=names)
+        allowed = VoxelLayerSettings(**given).unknown_threshold + MAX_VOXELS - found
+        allowed = allowed if allowed >= 0 else MAX_VOXELS
+        return {"z_voxels": MAX_VOXELS, "unknown_threshold": allowed}
+
     def _voxel_layer(self, prefix: str, source: str, rule: dict[str, Any]) -> dict[str, Any]:
         reader = self._reader
-        others = ("observation_sources", *rule)
+        levels = self._levels(prefix)
+        others = ("observation_sources", *levels, *rule)
         names = [n for n in VoxelLayerSettings.model_fields if n not in others]
-        values = reader.block(VoxelLayerSettings, prefix, names=names) | rule
+        values = reader.block(VoxelLayerSettings, prefix, names=names) | levels | rule
         observed = {source: self._source(f"{prefix}{source}.", ObservationSourceSettings)}
         self._note_persistence(f"{prefix}{source}.")
         self._note_blindness(f"{prefix}{source}.", observed[source])

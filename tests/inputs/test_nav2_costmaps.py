@@ -170,6 +170,39 @@ def test_a_spatio_temporal_layer_is_there_with_its_own_parameters(setup_of):
     assert setup.check.is_whole
 
 
+VOXELS = "nav2_costmap_2d::VoxelLayer"
+CLOUDS = "observation_sources: c, c: {data_type: PointCloud2, max_obstacle_height: 2.0}"
+SCAN = "observation_sources: s, s: {clearing: true, max_obstacle_height: 2.0}"
+
+
+@pytest.mark.parametrize(("source", "layer"), [(SCAN, "voxel_layer"), (CLOUDS, "obstacles")])
+@pytest.mark.parametrize(
+    ("given", "levels", "unknown"),
+    [
+        ("z_voxels: 16", 16, 15),
+        # Four levels that the grid does not have count against the 15 unknown ones.
+        ("z_voxels: 20", 16, 11),
+        ("z_voxels: 20, unknown_threshold: 6", 16, 2),
+        # Below 0 any number of unknown voxels is allowed.
+        ("z_voxels: 20, unknown_threshold: 3", 16, 16),
+        ("z_voxels: 40", 16, 16),
+    ],
+)
+def test_a_voxel_layer_has_16_levels_at_most_as_in_nav2(
+    setup_of, source, layer, given, levels, unknown
+):
+    setup = setup_of(COLUMN, LOCAL % (SEEING % (VOXELS, f"{given}, {source}")))
+    costmap = setup.robot.navigation.local_costmap
+    voxels = costmap.voxel_layer if layer == "voxel_layer" else costmap.plugin_blocks[layer]
+    assert (voxels.z_voxels, voxels.unknown_threshold) == (levels, unknown)
+    row = row_of(setup, "obstacles.z_voxels")
+    if given == "z_voxels: 16":
+        assert row.status == Status.USED
+    else:
+        assert row.status == Status.OTHER_FORM
+        assert "of which the grid has 16, as in Nav2" in row.remark
+
+
 def test_an_obstacle_layer_stands_in_for_one_of_others_that_sees(setup_of):
     setup = setup_of(COLUMN, LOCAL % (SEEING % ("nvblox::nav2::NvbloxCostmapLayer", "a: 1")))
     assert setup.robot.navigation.local_costmap.plugins == ["obstacle_layer"]
