@@ -43,6 +43,8 @@ LAYERS: dict[str, tuple[str, type]] = {
 PACKAGE = "nav2_costmap_2d::"
 # Of a map, where the file names no other.
 UNKNOWN_BYTE = CostmapSettings.model_fields["unknown_cost_value"].default
+# What the topic of the map that a scenario knows is called, whatever its namespace.
+MAP = "map"
 SENSING = ("obstacle_layer", "voxel_layer")
 ONLY_AS_FILTERS = ("speed_filter", "binary_filter")
 # Third-party layers that see what an obstacle layer sees.
@@ -161,11 +163,15 @@ class _CostmapReader:
         for name in listed:
             default = DEFAULT_LAYERS.get(name) if listed == list(DEFAULT_LAYERS) else None
             plugin_type = reader.plugin_type(name, default, "plugins")
-            if not self._read_layer(name, plugin_type, "plugins"):
+            if self._read_layer(name, plugin_type, "plugins"):
+                continue
+            if not self._note_switched_off(name, plugin_type):
                 stand_ins.append((name, plugin_type, len(self._lists["plugins"])))
         for name in filters:
             plugin_type = reader.plugin_type(name, None, "filters")
-            if not self._read_layer(name, plugin_type, "filters"):
+            if self._read_layer(name, plugin_type, "filters"):
+                continue
+            if not self._note_switched_off(name, plugin_type):
                 self._leave_out(name, plugin_type)
         for name, plugin_type, place in stand_ins:
             self._stand_in(name, plugin_type, place)
@@ -185,12 +191,15 @@ class _CostmapReader:
             if not (is_first and self._sensing.is_plain(name, ours)):
                 return self._read_sensing_block(name, plugin_type)
         if ours in self._settings:
-            remark = f"left out; a costmap has one layer of type {plugin_type} here"
-            self._reader.note_block(Status.STAND_IN, name, remark)
+            if not self._note_switched_off(name, plugin_type):
+                remark = f"left out; a costmap has one layer of type {plugin_type} here"
+                self._reader.note_block(Status.STAND_IN, name, remark)
             return True
         values = self._sensing.read(name, ours) if ours in SENSING else self._plain(name, model)
         if values is None:
             return True
+        if ours == "static_layer" and values.get("enabled", True):
+            self._note_other_map(name)
         self._settings[ours] = values
         self._lists["filters" if ours in ONLY_AS_FILTERS else listed_in].append(ours)
         if name != ours:
@@ -241,6 +250,24 @@ class _CostmapReader:
         self._lists["plugins"].insert(place, "obstacle_layer")
         remark = f"{plugin_type}: an obstacle layer with the robot's lidar stands in"
         self._reader.note_block(Status.STAND_IN, name, remark)
+
+    def _note_other_map(self, layer: str) -> None:
+        """Notes that a static layer asks for another map than the one that is known."""
+        place, found = f"{layer}.map_topic", self._reader.node.get
+        if not found(place) and self._release.age < Release.KILTED.age:
+            # Until then a layer without a topic had the costmap's.
+            place = "map_topic"
+        topic = found(place)
+        if topic and str(topic).rpartition("/")[2] != MAP:
+            remark = f"{topic}: the map that the scenario knows stands in"
+            self._reader.note(Status.STAND_IN, place, remark)
+
+    def _note_switched_off(self, name: str, plugin_type: str) -> bool:
+        """Notes a layer that we do not have, but that is not enabled; returns whether it is one."""
+        if self._reader.node.get(f"{name}.enabled", True) is not False:
+            return False
+        self._reader.note_block(Status.NO_MEANING, name, f"{plugin_type}: switched off")
+        return True
 
     def _leave_out(self, name: str, plugin_type: str) -> None:
         self._reader.note_block(Status.STAND_IN, name, f"{plugin_type}: left out")

@@ -203,6 +203,67 @@ def test_a_voxel_layer_has_16_levels_at_most_as_in_nav2(
         assert "of which the grid has 16, as in Nav2" in row.remark
 
 
+def of_static_layer(setup_of, *, layer: str, costmap: str = "", mark: str = ""):
+    """Returns the rows that stand in for something of the global costmap's map."""
+    setup = setup_of(
+        COLUMN,
+        f"global_costmap: {{global_costmap: {{ros__parameters: {{plugins: [walls], {costmap} "
+        f"walls: {{plugin: 'nav2_costmap_2d::StaticLayer', {layer}}}}}}}}}\n"
+        f"some_server: {{ros__parameters: {{{mark}}}}}\n",
+    )
+    rows = [row for row in setup.check.stand_ins if row.parameter.endswith("map_topic")]
+    assert setup.robot.navigation.global_costmap.plugins == ["static_layer"]
+    return [(row.parameter, row.remark) for row in rows]
+
+
+@pytest.mark.parametrize("topic", ["map", "/map", "/robot_1/map"])
+def test_the_map_that_the_scenario_knows_is_the_map_in_any_namespace(setup_of, topic):
+    assert of_static_layer(setup_of, layer=f"map_topic: {topic}") == []
+
+
+def test_another_map_is_told_to_have_a_stand_in(setup_of):
+    remark = "/keepout_map: the map that the scenario knows stands in"
+    rows = of_static_layer(setup_of, layer="map_topic: /keepout_map")
+    assert rows == [("walls.map_topic", remark)]
+    off = of_static_layer(setup_of, layer="map_topic: /keepout_map, enabled: false")
+    assert off == []
+
+
+@pytest.mark.parametrize(
+    ("mark", "is_read"),
+    [("costmap_update_timeout: 0.3", True), ("error_code_name_prefixes: [a]", False)],
+)
+def test_up_to_jazzy_a_static_layer_without_a_topic_has_that_of_its_costmap(
+    setup_of, mark, is_read
+):
+    rows = of_static_layer(setup_of, layer="", costmap="map_topic: /other,", mark=mark)
+    assert [parameter for parameter, _ in rows] == (["map_topic"] if is_read else [])
+
+
+@pytest.mark.parametrize(
+    "plugin", ["nav2_costmap_2d::RangeSensorLayer", "social::ProxemicLayer", "nvblox::VoxelLayer"]
+)
+@pytest.mark.parametrize("listed_in", ["plugins", "filters"])
+def test_a_layer_that_is_switched_off_needs_no_stand_in(setup_of, plugin, listed_in):
+    text = f"rolling_window: true, plugins: [], {listed_in}: [idle], idle: {{plugin: {plugin}, %s}}"
+    text = text.replace("plugins: [], plugins", "plugins")
+    setup = setup_of(COLUMN, LOCAL % (text % "enabled: false, phi: 0.1"))
+    assert row_of(setup, "idle").status == Status.NO_MEANING
+    assert setup.robot.navigation.local_costmap.plugins == []
+    assert not [row for row in setup.check.stand_ins if row.parameter == "idle"]
+    setup = setup_of(COLUMN, LOCAL % (text % "enabled: true, phi: 0.1"))
+    assert row_of(setup, "idle").status == Status.STAND_IN
+
+
+def test_a_second_layer_of_a_type_that_is_switched_off_needs_no_stand_in(setup_of):
+    walls = "{plugin: 'nav2_costmap_2d::StaticLayer', %s}"
+    text = f"plugins: [a, b], a: {walls % ''}, b: {walls % 'enabled: %s'}"
+    setup = setup_of(COLUMN, LOCAL % (text % "false"))
+    assert row_of(setup, "b").status == Status.NO_MEANING
+    setup = setup_of(COLUMN, LOCAL % (text % "true"))
+    assert row_of(setup, "b").status == Status.STAND_IN
+
+
 def test_an_obstacle_layer_stands_in_for_one_of_others_that_sees(setup_of):
     setup = setup_of(COLUMN, LOCAL % (SEEING % ("nvblox::nav2::NvbloxCostmapLayer", "a: 1")))
     assert setup.robot.navigation.local_costmap.plugins == ["obstacle_layer"]
