@@ -1,7 +1,7 @@
 """The release of Nav2 that a parameter file is written for, and what it changes.
 
-A file seldom says its release, but names parameters that only some releases read. Source: the
-branches humble, iron, jazzy, kilted and lyrical of navigation2.
+A file seldom says its release, but names plugins that only some releases load, and parameters that
+only some releases read. Source: the branches humble, iron, jazzy, kilted and lyrical of navigation2.
 """
 
 from __future__ import annotations
@@ -33,6 +33,16 @@ class Release(StrEnum):
 
 # What everything here is ported from, where nothing else is said.
 PORTED = Release.LYRICAL
+# What tells a release, the most decisive first:
+#
+# 1. names of plugins: no server starts that names one which is not there;
+# 2. parameters that came with a release, of which the newest counts: what is left over from older
+#    releases is not read, and stays in many files;
+# 3. parameters that went with a release.
+#
+# Files in use on Humble are often newer ones whose plugins alone were named anew. So between Humble
+# and Iron, which name plugins alike, it is Iron only where all of 2 and 3 agree on it.
+
 # The last part of a parameter's name -> the first release that reads it.
 SINCE: Mapping[str, Release] = {
     "action_server_result_timeout": Release.IRON,
@@ -43,7 +53,9 @@ SINCE: Mapping[str, Release] = {
     "near_collision_cost": Release.JAZZY,
     "override_lethal_cost": Release.JAZZY,
     "rotate_to_heading_once": Release.JAZZY,
+    "dock_direction": Release.KILTED,
     "error_code_name_prefixes": Release.KILTED,
+    "filter_duration": Release.KILTED,
     "service_introspection_mode": Release.KILTED,
     "allow_parameter_qos_overrides": Release.LYRICAL,
     "bt_search_directories": Release.LYRICAL,
@@ -52,16 +64,22 @@ SINCE: Mapping[str, Release] = {
     "introspection_mode": Release.LYRICAL,
     "path_handler_plugins": Release.LYRICAL,
 }
-# The same -> the last release that reads it; of value where nothing newer is in the file.
+# The same -> the last release that reads it; of value where nothing newer is in the file. Iron reads
+# the first as well, with a warning, but its own files have the plural.
 UNTIL: Mapping[str, Release] = {
     "progress_checker_plugin": Release.HUMBLE,
+    "reset_period": Release.HUMBLE,
     "error_code_names": Release.JAZZY,
     "forward_prune_distance": Release.KILTED,
     "prune_plan": Release.KILTED,
 }
 # Up to iron these plugins were called with a slash, from jazzy on with colons.
 RENAMED = re.compile(r"nav2_(?:behaviors|navfn_planner|smac_planner|theta_star_planner)(/|::)\w+")
-LAST_WITH_SLASH, FIRST_WITH_COLONS = Release.IRON, Release.JAZZY
+# From jazzy on the navigator loads these by itself, and refuses to load them twice.
+LISTED_LIBRARIES = frozenset(
+    {"nav2_compute_path_to_pose_action_bt_node", "nav2_follow_path_action_bt_node"}
+)
+LAST_OF_OLD_NAMES, FIRST_OF_NEW_NAMES = Release.IRON, Release.JAZZY
 
 # Nav2's default tree and its nodes in a release, as settings of `BehaviorTreeSettings`.
 _UP_TO_KILTED = {"keeps_valid_path": False, "wrap_around": True}
@@ -83,39 +101,76 @@ class Found(NamedTuple):
     mark: str
 
 
+class _Marks(NamedTuple):
+    """What a file's names tell, in the file's order.
+
+    plugins: LAST_OF_OLD_NAMES or FIRST_OF_NEW_NAMES for each. since, until: by SINCE and UNTIL.
+    """
+
+    plugins: list[Found]
+    since: list[Found]
+    until: list[Found]
+
+
 def release_of(sections: Iterable[Section], given: str | None) -> Found:
     """Returns the release that was given, else the one that the files' own marks tell.
 
-    The newest release that some parameter needs counts; where there is none, the oldest that
-    another one allows.
+    The names of plugins count most; then the newest release that some parameter needs; where there
+    is none, the oldest that another one allows.
     """
     if given is not None:
         return Found(Release(given), "--nav2-release")
-    since, until = _marks(sections)
+    plugins, since, until = marks = _marks(sections)
+    newest = max(plugins, key=_age, default=None)
+    if newest is not None and newest.release is LAST_OF_OLD_NAMES:
+        return _humble_or_iron(marks)
     # Of equals the first one in the file.
-    if since:
-        return max(since, key=lambda found: found.release.age)
+    needed = [*since, *(() if newest is None else (newest,))]
+    if needed:
+        return max(needed, key=_age)
     if until:
-        return min(until, key=lambda found: found.release.age)
+        return min(until, key=_age)
     return Found(PORTED, "nothing in the file; the newest")
 
 
-def _marks(sections: Iterable[Section]) -> tuple[list[Found], list[Found]]:
-    """Returns the releases that something needs at least, and those that it allows at most."""
-    since, until = [], []
+def _age(found: Found) -> int:
+    return found.release.age
+
+
+def _humble_or_iron(marks: _Marks) -> Found:
+    """Returns which of the two a file is for that names plugins as both do."""
+    of_humble = [found for found in marks.until if found.release is Release.HUMBLE]
+    if of_humble:
+        return of_humble[0]
+    if marks.since and all(found.release is Release.IRON for found in marks.since):
+        return marks.since[0]
+    return Found(Release.HUMBLE, marks.plugins[0].mark)
+
+
+def _marks(sections: Iterable[Section]) -> _Marks:
+    marks = _Marks([], [], [])
     for section in sections:
         for place, parameter in section.parameters.items():
             name = place.rpartition(".")[2]
             if name in SINCE:
-                since.append(Found(SINCE[name], name))
+                marks.since.append(Found(SINCE[name], name))
             if name in UNTIL:
-                until.append(Found(UNTIL[name], name))
-            renamed = isinstance(parameter.value, str) and RENAMED.fullmatch(parameter.value)
-            if renamed and renamed[1] == "/":
-                until.append(Found(LAST_WITH_SLASH, parameter.value))
-            elif renamed:
-                since.append(Found(FIRST_WITH_COLONS, parameter.value))
-    return since, until
+                marks.until.append(Found(UNTIL[name], name))
+            values = parameter.value if isinstance(parameter.value, list) else [parameter.value]
+            marks.plugins.extend(filter(None, map(_by_plugin, values)))
+    return marks
+
+
+def _by_plugin(value: Any) -> Found | None:
+    """Returns what a value tells that is the name of a plugin or library, None of any other."""
+    if not isinstance(value, str):
+        return None
+    if value in LISTED_LIBRARIES:
+        return Found(LAST_OF_OLD_NAMES, value)
+    renamed = RENAMED.fullmatch(value)
+    if renamed is None:
+        return None
+    return Found(LAST_OF_OLD_NAMES if renamed[1] == "/" else FIRST_OF_NEW_NAMES, value)
 
 
 def navigation_of(release: Release) -> dict[str, Any]:

@@ -29,7 +29,8 @@ def told_by(tmp_path, *lines: str, given: str | None = None) -> Found:
     [
         (["progress_checker_plugin: a"], "humble"),
         (["FollowPath: {prune_plan: true}"], "kilted"),
-        (['GridBased: {plugin: "nav2_navfn_planner/NavfnPlanner"}'], "iron"),
+        # Humble's planners are called so as well, and nothing came with Iron.
+        (['GridBased: {plugin: "nav2_navfn_planner/NavfnPlanner"}'], "humble"),
         (['GridBased: {plugin: "nav2_navfn_planner::NavfnPlanner"}'], "jazzy"),
         (["progress_checker_plugins: [a]"], "iron"),
         (["error_code_name_prefixes: [a]"], "kilted"),
@@ -37,11 +38,51 @@ def told_by(tmp_path, *lines: str, given: str | None = None) -> Found:
         # What needs a release counts more than what was left over from an older one.
         (["costmap_update_timeout: 0.3", "progress_checker_plugin: a"], "jazzy"),
         (["costmap_update_timeout: 0.3", "service_introspection_mode: off"], "kilted"),
+        (["FollowPath: {reset_period: 1.0}"], "humble"),
+        (["home_dock: {dock_direction: backward}"], "kilted"),
         ([], "lyrical"),
     ],
 )
 def test_a_release_is_told_by_its_marks(tmp_path, lines, release):
     assert told_by(tmp_path, *lines).release == release
+
+
+SLASH = "GridBased: {plugin: nav2_navfn_planner/NavfnPlanner}"
+COLONS = 'GridBased: {plugin: "nav2_navfn_planner::NavfnPlanner"}'
+
+
+@pytest.mark.parametrize(
+    ("lines", "release", "mark"),
+    [
+        # Jazzy would not start with the slash, but leaves a parameter that it does not read alone.
+        ([SLASH, "costmap_update_timeout: 0.3"], "humble", "nav2_navfn_planner/NavfnPlanner"),
+        ([SLASH, "service_introspection_mode: off"], "humble", "nav2_navfn_planner/NavfnPlanner"),
+        # With Iron's parameters alone it is Iron's.
+        ([SLASH, "progress_checker_plugins: [a]"], "iron", "progress_checker_plugins"),
+        (
+            [SLASH, "progress_checker_plugins: [a]", "costmap_update_timeout: 0.3"],
+            "humble",
+            "nav2_navfn_planner/NavfnPlanner",
+        ),
+        (
+            [SLASH, "action_server_result_timeout: 900.0", "progress_checker_plugin: a"],
+            "humble",
+            "progress_checker_plugin",
+        ),
+        # What is left over from an older release does not make a file that starts in Jazzy older.
+        ([COLONS, "FollowPath: {reset_period: 1.0}"], "jazzy", "nav2_navfn_planner::NavfnPlanner"),
+        ([SLASH, 'spin: {plugin: "nav2_behaviors::Spin"}'], "jazzy", "nav2_behaviors::Spin"),
+        # Listed, where from jazzy on nothing but one's own libraries may be.
+        (
+            ["plugin_lib_names: [nav2_follow_path_action_bt_node]", "costmap_update_timeout: 0.3"],
+            "humble",
+            "nav2_follow_path_action_bt_node",
+        ),
+        (["plugin_lib_names: [my_own_bt_node]"], "lyrical", "nothing in the file; the newest"),
+    ],
+)
+def test_what_a_release_can_load_counts_more_than_what_it_reads(tmp_path, lines, release, mark):
+    assert told_by(tmp_path, *lines) == (release, mark)
 
 
 def test_what_is_given_counts_more_than_any_mark(tmp_path):
