@@ -140,7 +140,7 @@ def _add_nav2_files(parser: argparse.ArgumentParser) -> None:
     add(
         "--nav2-release",
         choices=("humble", "iron", "jazzy", "kilted", "lyrical"),
-        help="what the Nav2 files are written for, where they do not tell it themselves",
+        help="what the Nav2 files of --nav2 and --params are written for (told by their own marks)",
     )
     add(
         "--check",

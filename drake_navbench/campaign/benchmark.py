@@ -130,6 +130,9 @@ def run_from_command_line(arguments: argparse.Namespace) -> bool:
 
         return show_live(campaign, console)
     for preset in campaign.presets:
+        if preset.read_as:
+            told = f"{preset.source}: drives as in Nav2 {preset.read_as}"
+            console.print(printable(told), soft_wrap=True)
         if preset.ignored:
             ignored = ", ".join(preset.ignored)
             told = f"{preset.source}: has no use here and is ignored: {ignored}"

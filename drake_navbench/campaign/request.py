@@ -54,7 +54,8 @@ class Request(FrozenModel):
 
     controllers: presets and variants by name. parameter_files: more columns, from files.
     nav2_files: whole Nav2 files, which give columns and the robot. substitutions: their values.
-    nav2_release: what they are written for, where they do not tell it themselves.
+    nav2_release: what these, and Nav2 files among parameter_files, are written for; None where
+    their own marks are to tell it.
     original: the build of Nav2 whose controllers drive beside those of the columns.
     sweeps: axes as of `parse_axis`. samples: of a Latin hypercube over them, None for their grid.
     keeps_costmaps: whether the logs hold the local costmaps.
@@ -90,9 +91,16 @@ class Request(FrozenModel):
 
     def campaign(self) -> Campaign:
         """Returns the trials of this request, all input checked; raises InputError."""
-        presets: list[str | Preset] = list(self.controllers)
-        for path in dict.fromkeys(self.parameter_files):
-            presets += load_parameter_file(Path(path))
+        from_files = [
+            preset
+            for path in dict.fromkeys(self.parameter_files)
+            for preset in load_parameter_file(Path(path), self.nav2_release)
+        ]
+        if self.nav2_release and not (self.nav2_files or any(p.nav2_plugin for p in from_files)):
+            raise InputError(
+                "--nav2-release: expected a Nav2 file by --nav2 or --params as well, got presets"
+            )
+        presets: list[str | Preset] = [*self.controllers, *from_files]
         nav2 = self.nav2_setup()
         if nav2 is not None:
             presets += nav2.presets

@@ -7,12 +7,14 @@ parameters that nothing declares. Everything else reaches the controller or is r
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from drake_navbench.controller import CONTROLLERS, RELEASE_FIELD, ControllerParameters
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.inputs.nav2_parameters import Node, Section, nodes_called
+from drake_navbench.inputs.nav2_release import release_of
 from drake_navbench.inputs.presets import Nav2Plugin, Preset, installed_controllers
 from drake_navbench.parameter_names import SEPARATOR, flattened, nested
 from drake_navbench.typed_files.typed_yaml import unknown_fields
@@ -44,10 +46,12 @@ class NoCounterpart(InputError):
     """A controller plugin of a Nav2 file that is not there."""
 
 
-def controller_presets(sections: Iterable[Section], path: Path) -> list[Preset]:
+def controller_presets(
+    sections: Iterable[Section], path: Path, release: str | None = None
+) -> list[Preset]:
     """Returns a preset for each plugin of each controller server in a file.
 
-    Raises InputError where there is no controller server, a plugin has no counterpart here, or a
+    release: of Nav2, told by the file's own marks where not given. Raises InputError where there is no controller server, a plugin has no counterpart here, or a
     value is wrong.
     """
     sections = list(sections)
@@ -58,11 +62,23 @@ def controller_presets(sections: Iterable[Section], path: Path) -> list[Preset]:
             f"{path}: no parameters of a {SERVER} with {PLUGINS}; "
             f"it is a Nav2 parameter file of {found}"
         )
-    return [
-        plugin_preset(server, plugin, plugin_type_of(server, plugin))
+    found = release_of(sections, release)
+    presets = [
+        plugin_preset(server, plugin, plugin_type_of(server, plugin), found.release)
         for server in servers
         for plugin in listed_plugins(server)
     ]
+    return [_with_release_told(preset, found.mark) for preset in presets]
+
+
+def _with_release_told(preset: Preset, mark: str) -> Preset:
+    """Returns a preset that says which release it follows, where it follows one."""
+    release = preset.values.get(RELEASE)
+    if release is None:
+        return preset
+    if RELEASE in (preset.nav2_plugin.parameters if preset.nav2_plugin else ()):
+        mark = RELEASE
+    return replace(preset, read_as=f"{release}, told by {mark}")
 
 
 def has_controllers(node: Node) -> bool:

@@ -12,11 +12,12 @@ from drake_navbench.inputs.presets import Preset, load_preset_file
 from drake_navbench.typed_files.typed_yaml import read_yaml
 
 
-def load_parameter_file(path: Path) -> list[Preset]:
+def load_parameter_file(path: Path, release: str | None = None) -> list[Preset]:
     """Returns the columns that a parameter file makes.
 
     The file is either a preset file of ours or a Nav2 parameter file; of the latter, every
-    controller plugin of `controller_server` makes a column. Warns of what Nav2 takes although it is
+    controller plugin of `controller_server` makes a column, which follows the release of Nav2 that
+    is given, else the one that the file's own marks tell. Warns of what Nav2 takes although it is
     probably a mistake. Raises InputError.
     """
     file = read_parameter_file(path)
@@ -26,4 +27,4 @@ def load_parameter_file(path: Path) -> list[Preset]:
         return [load_preset_file(path)]
     for remark in file.remarks:
         warnings.warn(remark, InputWarning, stacklevel=2)
-    return controller_presets(file.sections, path)
+    return controller_presets(file.sections, path, release)

@@ -74,6 +74,8 @@ class Preset:
     path_handler: fields that replace those of the robot's path handler.
     file: where the controller's class is, where it is in a file of its own.
     nav2_plugin: the controller as the Nav2 file has it that the column is from.
+    read_as: the release of Nav2 that it follows, and by what that was told; empty where nobody
+    needs to be told.
     """
 
     name: str
@@ -86,6 +88,7 @@ class Preset:
     path_handler: Mapping[str, Any] = field(default_factory=dict)
     file: ControllerFile | None = None
     nav2_plugin: Nav2Plugin | None = None
+    read_as: str = ""
 
     @property
     def controller_class(self) -> type[Controller]:

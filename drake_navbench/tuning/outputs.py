@@ -6,6 +6,7 @@ from pathlib import Path
 
 import yaml
 
+from drake_navbench.controller import RELEASE_FIELD
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.parameter_names import flattened, nested
 from drake_navbench.results import write_text
@@ -16,10 +17,14 @@ PLUGIN = "FollowPath"
 def write_nav2_file(preset: Preset, path: Path, remarks: list[str]) -> None:
     """Writes the controller server's part of a Nav2 parameter file; remarks: its first lines.
 
-    It has what the preset sets; what it leaves at Nav2's defaults is not written.
+    It has what the preset sets; what it leaves at Nav2's defaults is not written. A controller that
+    follows a release has the one that it was tuned as, which the rest of the file may not tell.
     """
     plugin = preset.controller_class.nav2_plugin
     values = nested(flattened(preset.values), preset.source)
+    release = getattr(preset.parameters, RELEASE_FIELD, None)
+    if release is not None:
+        values = {RELEASE_FIELD: release} | values
     server = {"controller_plugins": [PLUGIN], PLUGIN: {"plugin": plugin} | values}
     text = yaml.safe_dump({"controller_server": {"ros__parameters": server}}, sort_keys=False)
     write_text(path, _commented(remarks) + text)

@@ -10,6 +10,7 @@ from drake_navbench.errors import InputError
 from drake_navbench.inputs.nav2_parameters import read_parameter_file
 from drake_navbench.inputs.nav2_release import Found, Release, release_of, release_row
 from drake_navbench.inputs.nav2_robot import read_nav2_files
+from drake_navbench.inputs.parameter_files import load_parameter_file
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.run import main
 
@@ -172,9 +173,48 @@ def test_the_hybrid_planner_before_it_had_a_limit_of_cost(release, limit, interp
     assert planner.allow_primitive_interpolation is interpolates
 
 
+RPP = "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
+
+
+@pytest.mark.parametrize(
+    ("own", "given", "read_as"),
+    [
+        ("", None, "humble, told by progress_checker_plugin"),
+        ("", "kilted", "kilted, told by --nav2-release"),
+        ("nav2_release: jazzy, ", "kilted", "jazzy, told by nav2_release"),
+    ],
+)
+def test_a_file_of_controllers_alone_is_of_its_release_too(tmp_path, own, given, read_as):
+    path = tmp_path / "nav2.yaml"
+    path.write_text(
+        "controller_server: {ros__parameters: {progress_checker_plugin: a, controller_plugins: "
+        f"[F], F: {{{own}plugin: '{RPP}', use_fixed_curvature_lookahead: true}}}}}}\n"
+    )
+    (preset,) = load_parameter_file(path, given)
+    assert preset.read_as == read_as
+    assert preset.parameters.nav2_release == read_as.partition(",")[0]
+    # Humble does not read it.
+    assert preset.parameters.as_read().use_fixed_curvature_lookahead == ("humble" not in read_as)
+
+
+@pytest.mark.parametrize("release", [path.stem for path in sorted(FILES.glob("*.yaml"))])
+def test_controllers_alone_are_read_as_with_the_whole_file(release):
+    path = FILES / f"{release}.yaml"
+    alone = load_parameter_file(path)
+    whole = read_nav2_files([path], WHEELCHAIR, "wheelchair").presets
+    assert [p.parameters for p in alone] == [p.parameters for p in whole]
+
+
+def test_a_release_for_a_preset_is_refused(tmp_path, capsys):
+    path = tmp_path / "mine.yaml"
+    path.write_text("controller: rpp\ndescription: mine\n")
+    assert main(["empty", "--params", str(path), "--nav2-release", "jazzy"]) == 2
+    assert "--nav2-release: expected a Nav2 file by --nav2 or --params" in capsys.readouterr().err
+
+
 def test_a_release_without_a_nav2_file_is_refused(capsys):
     assert main(["empty", "--nav2-release", "jazzy"]) == 2
-    assert "--nav2-release: expected a Nav2 file" in capsys.readouterr().err
+    assert "--nav2-release: expected a Nav2 file by --nav2 or" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("release", ["humble", "iron", "jazzy", "kilted", "lyrical"])
