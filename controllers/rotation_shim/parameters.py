@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Collection, Mapping
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, Self
 
 from pydantic import (
     Field,
@@ -176,6 +176,12 @@ class RotationShimParameters(ControllerParameters):
         of_primary = {name.removeprefix(f"{PRIMARY}."): name for name in given}
         values = {name: given[place] for name, place in of_primary.items()}
         return {of_primary[n]: f for n, f in model.path_handler_fields(values).items()}
+
+    def as_read(self) -> Self:
+        """See the base class; also what the primary controller has."""
+        primary = self.primary_controller
+        read = primary.model_copy(update={"parameters": primary.parameters.as_read()})
+        return super().as_read().model_copy(update={PRIMARY: read})
 
     def files_read(self) -> Mapping[str, Path]:
         """Returns those of the primary controller."""

@@ -315,12 +315,16 @@ def resolved_parameters(name: str) -> dict[str, Any]:
 
 
 def as_yaml(preset: Preset) -> str:
-    """Returns the preset with every parameter resolved, as the text of a preset file."""
+    """Returns the preset with every parameter resolved, as the text of a preset file.
+
+    Parameters that nobody gave have the defaults of the column's release there: whoever reads the
+    text takes every one of them for given.
+    """
     return yaml.safe_dump(
         {
             "controller": preset.controller,
             "description": preset.description,
-            "parameters": preset.parameters.model_dump(mode="json"),
+            "parameters": preset.parameters.as_read().model_dump(mode="json"),
             "path_handler": dict(preset.path_handler),
         },
         sort_keys=False,
