@@ -216,6 +216,8 @@ class ControllerParameters(BaseModel):
     READ_FROM, READ_UNTIL: the first and the last release of Nav2 that reads a parameter, by its
         dotted name; those that are in neither every release reads. Only for models with a field
         `nav2_release`.
+    DONE_OTHERWISE: by the dotted names of parameters that Nav2 reads, and this model has not, what
+        the controller does instead.
     """
 
     WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset()
@@ -223,6 +225,7 @@ class ControllerParameters(BaseModel):
     PLUGIN_NAMES: ClassVar[tuple[str, ...]] = ()
     READ_FROM: ClassVar[Mapping[str, str]] = MappingProxyType({})
     READ_UNTIL: ClassVar[Mapping[str, str]] = MappingProxyType({})
+    DONE_OTHERWISE: ClassVar[Mapping[str, str]] = MappingProxyType({})
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
@@ -248,6 +251,14 @@ class ControllerParameters(BaseModel):
         first = [NAV2_RELEASES.index(cls.READ_FROM[p]) for p in places if p in cls.READ_FROM]
         last = [NAV2_RELEASES.index(cls.READ_UNTIL[p]) for p in places if p in cls.READ_UNTIL]
         return all(age >= at for at in first) and all(age <= at for at in last)
+
+    @classmethod
+    def what_is_done_instead(cls, name: str, values: Mapping[str, Any]) -> str | None:
+        """Returns the entry of a dotted name in DONE_OTHERWISE, None without one.
+
+        values: all that is given, where a model has others inside.
+        """
+        return cls.DONE_OTHERWISE.get(name)
 
     def as_read(self) -> Self:
         """Returns these parameters with the defaults of those that their release does not read."""

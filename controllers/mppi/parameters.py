@@ -178,7 +178,6 @@ class MppiParameters(ParametersWithCritics):
     PATH_HANDLER_NAMES: ClassVar[frozenset[str]] = frozenset(OF_OWN_PLAN)
     READ_FROM: ClassVar[Mapping[str, str]] = MappingProxyType(
         {
-            "CostCritic.inflation_layer_name": "iron",
             "ObstaclesCritic.inflation_layer_name": "iron",
             "PathAngleCritic.mode": "iron",
             "ax_max": "jazzy",
@@ -206,8 +205,13 @@ class MppiParameters(ParametersWithCritics):
             "ObstaclesCritic.cost_scaling_factor": "humble",
             "ObstaclesCritic.inflation_radius": "humble",
             "PathAngleCritic.forward_preference": "humble",
+            "reset_period": "humble",
             **dict.fromkeys(OF_OWN_PLAN, "kilted"),
         }
+    )
+
+    DONE_OTHERWISE: ClassVar[Mapping[str, str]] = MappingProxyType(
+        {"reset_period": "the optimizer begins anew with every task, not after a pause"}
     )
 
     CRITICS: ClassVar[PluginKind] = CRITICS

@@ -136,6 +136,12 @@ class RotationShimParameters(ControllerParameters):
         return model.is_without_effect(name.removeprefix(f"{PRIMARY}."), shared)
 
     @classmethod
+    def what_is_done_instead(cls, name: str, values: Mapping[str, Any]) -> str | None:
+        """Tells of a parameter of the primary controller, too."""
+        model = cls.primary_model(values)
+        return model.what_is_done_instead(name.removeprefix(f"{PRIMARY}."), {}) if model else None
+
+    @classmethod
     def for_original(cls, values: Mapping[str, Any], release: str) -> dict[str, Any]:
         """Returns values with the primary controller's in a block since Lyrical, else beside it."""
         own = {name: value for name, value in values.items() if name not in {RELEASE, PRIMARY}}

@@ -19,16 +19,6 @@ from drake_navbench.inputs.nav2_substitutions import missing_value
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.parameter_names import flattened
 
-# What the controllers of earlier releases read, and those of Lyrical, which are ours, do not.
-OF_EARLIER_RELEASES = frozenset(
-    {
-        "forward_prune_distance",
-        "max_allowed_time_to_collision",
-        "prune_plan",
-        "reset_period",
-        "shorten_transformed_plan",
-    }
-)
 # The block that a rotation shim keeps its primary controller's parameters in, since Lyrical.
 PRIMARY = "primary_controller."
 
@@ -90,9 +80,8 @@ def _rows(server: Node, plugin: str, preset: Preset, told: Collection[str]) -> l
             rows.append(_row(Status.UNREAD, server, full, f"{release} does not read it"))
         elif model.is_without_effect(name, preset.values) or bare == "transform_tolerance":
             rows.append(_row(Status.NO_MEANING, server, full))
-        elif bare in OF_EARLIER_RELEASES:
-            remark = "of earlier releases; the controller drives as in Lyrical"
-            rows.append(_row(Status.OTHER_FORM, server, full, remark))
+        elif instead := model.what_is_done_instead(name, preset.values):
+            rows.append(_row(Status.OTHER_FORM, server, full, instead))
         else:
             what = "unknown, or its block is not asked for" if "." in bare else "unknown"
             remark = f"{what}{similar_name_hint(name, names)}"

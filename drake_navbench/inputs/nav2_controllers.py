@@ -51,16 +51,16 @@ def controller_presets(
 ) -> list[Preset]:
     """Returns a preset for each plugin of each controller server in a file.
 
-    release: of Nav2, told by the file's own marks where not given. Raises InputError where there is no controller server, a plugin has no counterpart here, or a
-    value is wrong.
+    release: of Nav2, told by the file's own marks where not given. Raises InputError where there is
+    no controller server, a plugin has no counterpart here, or a value is wrong.
     """
     sections = list(sections)
     servers = [node for node in nodes_called(SERVER, sections) if has_controllers(node)]
     if not servers:
-        found = ", ".join(dict.fromkeys(section.name.lstrip("/") for section in sections))
+        others = ", ".join(dict.fromkeys(section.name.lstrip("/") for section in sections))
         raise InputError(
             f"{path}: no parameters of a {SERVER} with {PLUGINS}; "
-            f"it is a Nav2 parameter file of {found}"
+            f"it is a Nav2 parameter file of {others}"
         )
     found = release_of(sections, release)
     presets = [

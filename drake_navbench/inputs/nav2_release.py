@@ -1,7 +1,7 @@
 """The release of Nav2 that a parameter file is written for, and what it changes.
 
 A file seldom says its release, but names plugins that only some releases load, and parameters that
-only some releases read. Source: the branches humble, iron, jazzy, kilted and lyrical of navigation2.
+only some read. Source: the branches humble, iron, jazzy, kilted and lyrical of navigation2.
 """
 
 from __future__ import annotations
@@ -64,8 +64,8 @@ SINCE: Mapping[str, Release] = {
     "introspection_mode": Release.LYRICAL,
     "path_handler_plugins": Release.LYRICAL,
 }
-# The same -> the last release that reads it; of value where nothing newer is in the file. Iron reads
-# the first as well, with a warning, but its own files have the plural.
+# The same -> the last release that reads it; of value where nothing newer is in the file. The first
+# is read by Iron as well, with a warning, but its own files have the plural.
 UNTIL: Mapping[str, Release] = {
     "progress_checker_plugin": Release.HUMBLE,
     "reset_period": Release.HUMBLE,

@@ -16,6 +16,7 @@ from drake_navbench.run import main
 
 FILES = Path(__file__).parent / "nav2_files"
 WHEELCHAIR = load_robot("wheelchair")
+RPP = "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
 
 
 def told_by(tmp_path, *lines: str, given: str | None = None) -> Found:
@@ -153,6 +154,57 @@ def test_what_a_release_does_not_read_is_told(tmp_path):
     assert parameters.use_dynamic_window
 
 
+MPPI = "nav2_mppi_controller::MPPIController"
+SHIM = "nav2_rotation_shim_controller::RotationShimController"
+LAYER, PERIOD = "inflation_layer_name: inflation_layer", "reset_period: 1.0"
+NOT_HERE, UNREAD = "no meaning here", "not read by Nav2 either"
+BEGINS_ANEW = "the optimizer begins anew with every task, not after a pause"
+
+
+@pytest.mark.parametrize(
+    ("plugin", "line", "release", "status", "remark"),
+    [
+        # Which of several inflation layers the critic asks; here there is one.
+        (MPPI, f"CostCritic.{LAYER}", "humble", NOT_HERE, ""),
+        (MPPI, f"CostCritic.{LAYER}", "lyrical", NOT_HERE, ""),
+        (MPPI, f"ObstaclesCritic.{LAYER}", "humble", UNREAD, "humble does not read it"),
+        (MPPI, f"ObstaclesCritic.{LAYER}", "iron", NOT_HERE, ""),
+        (MPPI, PERIOD, "humble", "used in another form", BEGINS_ANEW),
+        (MPPI, PERIOD, "iron", UNREAD, "iron does not read it"),
+        (MPPI, PERIOD, "jazzy", UNREAD, "jazzy does not read it"),
+        (SHIM, PERIOD, "humble", "used in another form", BEGINS_ANEW),
+        (SHIM, f"CostCritic.{LAYER}", "humble", NOT_HERE, ""),
+    ],
+)
+def test_what_becomes_of_a_parameter_of_mppi_is_told(
+    tmp_path, plugin, line, release, status, remark
+):
+    primary = f"primary_controller: '{MPPI}', " if plugin == SHIM else ""
+    file = tmp_path / "nav2.yaml"
+    file.write_text(
+        "controller_server: {ros__parameters: {controller_plugins: [F], F: "
+        f"{{plugin: '{plugin}', {primary}critics: [CostCritic, ObstaclesCritic], {line}}}}}}}\n"
+    )
+    rows = read_nav2_files([file], WHEELCHAIR, "chair", release=release).check.rows
+    (row,) = [row for row in rows if row.parameter == f"F.{line.partition(':')[0]}"]
+    assert (row.status, row.remark) == (status, remark)
+
+
+def test_what_no_release_since_humble_reads_is_not_said_to_be_used(tmp_path):
+    file = tmp_path / "nav2.yaml"
+    file.write_text(
+        "controller_server: {ros__parameters: {controller_plugins: [F], F: "
+        f"{{plugin: '{RPP}', max_allowed_time_to_collision: 1.0, prune_plan: true}}}}}}\n"
+    )
+    rows = read_nav2_files([file], WHEELCHAIR, "chair", release="humble").check.rows
+    told = {row.parameter: row for row in rows}
+    for name in ("max_allowed_time_to_collision", "prune_plan"):
+        assert told[f"F.{name}"].status == UNREAD
+    assert told["F.max_allowed_time_to_collision"].remark == (
+        "unknown; did you mean 'max_allowed_time_to_collision_up_to_carrot'?"
+    )
+
+
 @pytest.mark.parametrize(
     ("release", "limit", "interpolates"),
     [("humble", 255.0, False), ("iron", 255.0, False), ("lyrical", None, None)],
@@ -171,9 +223,6 @@ def test_the_hybrid_planner_before_it_had_a_limit_of_cost(release, limit, interp
     planner = setup.robot.navigation.planner
     assert planner.analytic_expansion_max_cost == limit
     assert planner.allow_primitive_interpolation is interpolates
-
-
-RPP = "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
 
 
 @pytest.mark.parametrize(
