@@ -142,7 +142,7 @@ def _info(spec: TrialSpec, outcome: Outcome, status: TaskStatus) -> dict[str, An
         "robot": spec.robot.model_dump(mode="json"),
         "controller": spec.preset.name,
         "controller_plugin": spec.preset.controller,
-        "parameters": spec.preset.parameters.model_dump(mode="json"),
+        "parameters": spec.preset.parameters.as_read().model_dump(mode="json"),
         **_controller_files(spec.preset),
         "identity": spec.identity,
         "seed": spec.seed,

@@ -347,6 +347,15 @@ def test_a_trial_that_never_ran_has_no_duration():
     assert duration_s(log) == 0.0
 
 
+@pytest.mark.parametrize(("release", "cost"), [("humble", 1e4), ("lyrical", 1e5)])
+def test_a_log_tells_the_defaults_that_drove(release, cost):
+    scenario = load_scenario("empty")
+    preset = load_preset(f"mppi_nav2:nav2_release={release}")
+    spec = TrialSpec(scenario, scenario.load_robot("wheelchair"), preset, seed=0)
+    told = failed_log(spec, "the worker died").info["parameters"]
+    assert told["ObstaclesCritic"]["collision_cost"] == cost
+
+
 def test_every_controller_meets_the_same_noise():
     """Two that drive apart: the errors of what they are told, and the start, are equal."""
     scenario = load_scenario("one_obstacle").model_copy(update={"timeout_s": 4.0})
