@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import shutil
 import subprocess
@@ -48,6 +49,8 @@ SETUP = ControllerSetup(
     inscribed_radius_m=0.2,
     circumscribed_radius_m=0.36,
     wants_diagnostics=True,
+    response_time_constant_s=0.25,
+    max_linear_acceleration_mps2=math.inf,
 )
 COSTS = np.arange(60, dtype=np.uint8).reshape(6, 10)
 PLAN = np.array([[0.0, 0.0, 0.0], [0.5, 0.0, 0.0], [1.0, 0.0, 0.1]])
@@ -107,6 +110,8 @@ def test_a_client_is_told_everything_that_a_controller_sees(start, tmp_path):
     assert configure["footprint"] == SETUP.footprint.tolist()
     assert configure["control_period_s"] == 0.05
     assert configure["wants_diagnostics"] is True
+    assert configure["response_time_constant_s"] == 0.25
+    assert configure["max_linear_acceleration_mps2"] == math.inf
     assert (reset, shutdown) == ({"call": "reset"}, {"call": "shutdown"})
     assert plan["plan_id"] == first["plan_id"] == 7
     assert plan["plan"] == {"shape": [3, 3], "data": PLAN.tobytes()}
