@@ -20,25 +20,19 @@ from numpy.typing import NDArray
 from drake_navbench.costmaps.costmap_settings import CostmapSettings, LocalCostmapSettings
 from drake_navbench.costmaps.filter_masks import FilterMask
 from drake_navbench.costmaps.layer_plugin import LayerSetup, Seen
+from drake_navbench.costmaps.layer_writer import Cycle, LayerWriter
 from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.costmaps.obstacle_layer import ObstacleLayer
 from drake_navbench.costmaps.plugin_layers import PluginLayers
 from drake_navbench.costmaps.point_cloud import PointCloud
 from drake_navbench.costmaps.sensor import RangeSensor
 from drake_navbench.costmaps.voxel_layer import VoxelGrids, VoxelLayer
-from drake_navbench.kernels.denoise import denoise
 from drake_navbench.kernels.footprint import footprint_radii
-from drake_navbench.kernels.grid import FREE, INSCRIBED, NO_INFORMATION, Costmap, Grid
-from drake_navbench.kernels.inflation import CellWindow, inflate
-from drake_navbench.kernels.inflation_wave import inflate_by_wave
-from drake_navbench.kernels.layer_grid import (
-    MergeRule,
-    fill_outline,
-    merge_layer,
-)
+from drake_navbench.kernels.grid import FREE, NO_INFORMATION, Costmap, Grid
+from drake_navbench.kernels.inflation import CellWindow
+from drake_navbench.kernels.layer_grid import fill_outline
 from drake_navbench.kernels.poses import compose, place_outline
-from drake_navbench.kernels.rasterize import MASK_UNKNOWN, apply_keepout, mask_costs
-from drake_navbench.kernels.static_layer import sample_static, static_costs
+from drake_navbench.kernels.static_layer import static_costs
 from drake_navbench.logged_scans import Scan
 from drake_navbench.typed_files.immutable import Immutable
 
@@ -47,7 +41,6 @@ Array = NDArray[np.float64]
 
 # Where a rolling costmap lies before its first update; it fixes the lattice of its cells.
 FIRST_ORIGIN = (0.0, 0.0)
-NO_OVERRIDE = -1
 # Where the costmap lies in the map's frame, unless told otherwise.
 SAME_FRAME = np.zeros(3)
 NO_CLOUDS: Mapping[str, PointCloud] = MappingProxyType({})
@@ -91,25 +84,6 @@ class LayersState(Immutable):
     plugins: Mapping[str, Any] = field(default_factory=dict)
 
 
-class _Cycle(NamedTuple):
-    """What the layers write from in one cycle; `window` is where they may write.
-
-    map_from_costmap: (3,) where the costmap's frame lies in the map's.
-
-    plugins: the new states of the layers that are not built in.
-    """
-
-    pose: Array
-    origin: tuple[float, float]
-    obstacles: Costs
-    voxels: VoxelGrids | None
-    static: Costs | None
-    window: CellWindow
-    seen: Seen
-    plugins: Mapping[str, Any]
-    map_from_costmap: Array
-
-
 class LayeredCostmap:
     """The layers and filters of one costmap; the object itself never changes.
 
@@ -130,7 +104,6 @@ class LayeredCostmap:
         self._settings = settings
         self._geometry = geometry
         self._footprint = np.ascontiguousarray(footprint)
-        self._inscribed_radius, _ = footprint_radii(self._footprint)
         self._default_cost = NO_INFORMATION if settings.track_unknown_space else FREE
         grid: dict[str, Any] = {
             "footprint": self._footprint,
@@ -142,10 +115,8 @@ class LayeredCostmap:
         self._obstacle_layer = ObstacleLayer(settings.obstacle_layer, lidar, **grid)
         self._voxel_layer = VoxelLayer(settings.voxel_layer, lidar, **grid)
         self._static_map = static_map
-        self._keepouts = [
-            (mask, mask_costs(mask.grid.occupancy)) for mask in masks if mask.type == "keepout"
-        ]
-        have_input = {"static_layer": static_map is not None, "keepout_filter": self._keepouts}
+        keepouts = [mask for mask in masks if mask.type == "keepout"]
+        have_input = {"static_layer": static_map is not None, "keepout_filter": keepouts}
         self._plugins = [
             name
             for name in settings.plugins
@@ -168,10 +139,20 @@ class LayeredCostmap:
                 is_short=settings.is_before_lyrical,
             ),
         )
+        self._writer = LayerWriter(
+            settings,
+            self._layers,
+            resolution=geometry.resolution,
+            rolling_window=geometry.rolling_window,
+            default_cost=self._default_cost,
+            inscribed_radius=footprint_radii(self._footprint)[0],
+            static_map=static_map,
+            keepouts=keepouts,
+        )
         self._keepout_comes_last = (
             "keepout_filter" in settings.filters
             and settings.is_active("keepout_filter")
-            and bool(self._keepouts)
+            and bool(keepouts)
         )
 
     def initial_state(self) -> LayersState:
@@ -217,14 +198,11 @@ class LayeredCostmap:
         cycle = self._observe(state, scan, clouds, pose, time_s, frame)
         master = self._reset_window(state, cycle)
         for name in self._plugins:
-            if name in self._layers:
-                master = self._write_plugin(name, master, cycle)
-            else:
-                master = _WRITERS[name](self, master, cycle)
+            master = self._writer.written(name, master, cycle)
         costs = master
         if self._keepout_comes_last:
             everywhere = cycle._replace(window=CellWindow.whole(master.shape))
-            costs = self._write_keepouts(master.copy(), everywhere)
+            costs = self._writer.keepouts_written(master.copy(), everywhere)
         costs.flags.writeable = False
         costmap = Costmap(
             costs,
@@ -264,7 +242,7 @@ class LayeredCostmap:
         pose: Array,
         time_s: float,
         map_from_costmap: Array,
-    ) -> _Cycle:
+    ) -> Cycle:
         """Moves the grid, takes what was seen, frees the footprint, finds the window to write."""
         is_seen = "obstacle_layer" in self._plugins
         obstacles, *origin, touched = self._obstacle_layer.updated(
@@ -291,7 +269,7 @@ class LayeredCostmap:
         window = CellWindow.whole(obstacles.shape)
         if state.plugged is not None and not self._geometry.rolling_window:
             window = self._window_around(touched)
-        return _Cycle(
+        return Cycle(
             pose,
             seen.origin,
             obstacles,
@@ -316,96 +294,13 @@ class LayeredCostmap:
         first, last = np.clip(low, 0, limits), np.clip(high, 0, limits)
         return CellWindow(int(first[1]), int(last[1]), int(first[0]), int(last[0]))
 
-    def _reset_window(self, state: LayersState, cycle: _Cycle) -> Costs:
+    def _reset_window(self, state: LayersState, cycle: Cycle) -> Costs:
         plugged = state.plugged
         if plugged is None or cycle.window == CellWindow.whole(cycle.obstacles.shape):
             return np.full(cycle.obstacles.shape, self._default_cost, np.uint8)
         master = plugged.copy()
         master[cycle.window.slices] = self._default_cost
         return master
-
-    def _write_static(self, master: Costs, cycle: _Cycle) -> Costs:
-        window = cycle.window.slices
-        static, grid = cycle.static, self._static_map
-        assert static is not None  # Or the layer were not among the plugins.
-        assert grid is not None
-        if not self._geometry.rolling_window:
-            rule = MergeRule.MAX if self._settings.use_maximum else MergeRule.TRUE_OVERWRITE
-            merge_layer(master[window], static[window], rule)
-            return master
-        sample_static(
-            Grid(master, *cycle.origin, self._geometry.resolution),
-            Grid(static, *grid.frame),
-            cycle.map_from_costmap,
-            self._settings.use_maximum,
-        )
-        return master
-
-    def _write_obstacles(self, master: Costs, cycle: _Cycle) -> Costs:
-        window = cycle.window.slices
-        rule = MergeRule(self._settings.obstacle_layer.combination_method)
-        merge_layer(master[window], cycle.obstacles[window], rule)
-        return master
-
-    def _write_voxels(self, master: Costs, cycle: _Cycle) -> Costs:
-        window = cycle.window.slices
-        rule = MergeRule(self._settings.voxel_layer.combination_method)
-        assert cycle.voxels is not None  # Or the layer were not among the plugins.
-        merge_layer(master[window], cycle.voxels.costs[window], rule)
-        return master
-
-    def _write_plugin(self, name: str, master: Costs, cycle: _Cycle) -> Costs:
-        grid = Grid(master.copy(), *cycle.origin, self._geometry.resolution)
-        written = self._layers.written(name, cycle.plugins[name], grid, cycle.seen)
-        window = cycle.window.slices
-        master[window] = written[window]
-        return master
-
-    def _without_noise(self, master: Costs, cycle: _Cycle) -> Costs:
-        window = cycle.window.slices
-        master[window] = denoise(
-            np.ascontiguousarray(master[window]),
-            unknown_is_obstacle=self._default_cost != NO_INFORMATION,
-            **self._settings.denoise_layer.model_dump(exclude={"enabled"}),
-        )
-        return master
-
-    def _inflated(self, master: Costs, cycle: _Cycle) -> Costs:
-        spread = inflate_by_wave if self._settings.is_before_lyrical else inflate
-        return spread(
-            master,
-            resolution=self._geometry.resolution,
-            inscribed_radius=self._inscribed_radius,
-            window=cycle.window,
-            **self._settings.inflation_layer.model_dump(exclude={"enabled"}),
-        )
-
-    def _write_keepouts(self, master: Costs, cycle: _Cycle) -> Costs:
-        resolution = self._geometry.resolution
-        part = np.ascontiguousarray(master[cycle.window.slices])
-        for mask, costs in self._keepouts:
-            apply_keepout(
-                Grid(
-                    part,
-                    cycle.origin[0] + cycle.window.first_column * resolution,
-                    cycle.origin[1] + cycle.window.first_row * resolution,
-                    resolution,
-                ),
-                Grid(costs, *mask.grid.frame),
-                cycle.map_from_costmap,
-                self._override_cost(mask, compose(cycle.map_from_costmap, cycle.pose)),
-            )
-        master[cycle.window.slices] = part
-        return master
-
-    def _override_cost(self, mask: FilterMask, pose: Array) -> int:
-        """Returns what is written in place of the mask's costs while the robot stands in it."""
-        settings = self._settings.keepout_filter
-        value = mask.value_at(pose[:2]) if settings.override_lethal_cost else None
-        if value is None or value == MASK_UNKNOWN:
-            return NO_OVERRIDE
-        is_inside = mask_costs(np.array(value, np.int8)) >= INSCRIBED
-        return settings.lethal_override_cost if is_inside else NO_OVERRIDE
 
 
 def local_layers(
@@ -432,16 +327,6 @@ def local_layers(
         static_map=static_map,
         masks=masks,
     )
-
-
-_WRITERS = {
-    "static_layer": LayeredCostmap._write_static,
-    "obstacle_layer": LayeredCostmap._write_obstacles,
-    "voxel_layer": LayeredCostmap._write_voxels,
-    "denoise_layer": LayeredCostmap._without_noise,
-    "inflation_layer": LayeredCostmap._inflated,
-    "keepout_filter": LayeredCostmap._write_keepouts,
-}
 
 
 def _joined(box: Array, other: Array | Sequence[float]) -> Array:
