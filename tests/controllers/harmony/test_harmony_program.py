@@ -76,7 +76,6 @@ def cost_gap(seed):
     """
     scene, guess = random_problem(seed, time_step=0.2)
     first = solve(scene, guess, SETTINGS)
-    assert first.solved
     ipopt = IpoptProgram(len(guess) - 1, len(DISCS))
     theirs = ipopt.solve(scene, first.plan, SolverSettings(200, 0.0, 0.0, 1e-3))
     near = theirs.plan.copy()
@@ -84,7 +83,9 @@ def cost_gap(seed):
     roll_out(near, scene.dt)
     if not theirs.solved:
         return None
-    ours = next(found for found in (solve(scene, near, SETTINGS), first) if found.solved)
+    solved = [found for found in (solve(scene, near, SETTINGS), first) if found.solved]
+    assert solved
+    ours = solved[0]
     return (ours.cost - theirs.cost) / theirs.cost
 
 
