@@ -35,13 +35,14 @@ class Release(StrEnum):
 PORTED = Release.LYRICAL
 # What tells a release, the most decisive first:
 #
-# 1. names of plugins: no server starts that names one which is not there;
-# 2. parameters that came with a release, of which the newest counts: what is left over from older
+# 1. a path in the installation of a release: it says it outright;
+# 2. names of plugins: no server starts that names one which is not there;
+# 3. parameters that came with a release, of which the newest counts: what is left over from older
 #    releases is not read, and stays in many files;
-# 3. parameters that went with a release.
+# 4. parameters that went with a release, Humble where they went before it.
 #
 # Files in use on Humble are often newer ones whose plugins alone were named anew. So between Humble
-# and Iron, which name plugins alike, it is Iron only where all of 2 and 3 agree on it.
+# and Iron, which name plugins alike, it is Iron only where all of 3 and 4 agree on it.
 
 # The last part of a parameter's name -> the first release that reads it.
 SINCE: Mapping[str, Release] = {
@@ -72,7 +73,18 @@ UNTIL: Mapping[str, Release] = {
     "error_code_names": Release.JAZZY,
     "forward_prune_distance": Release.KILTED,
     "prune_plan": Release.KILTED,
+    # Read before Humble only, which is the nearest to those releases.
+    "bt_xml_filename": Release.HUMBLE,
+    "default_bt_xml_filename": Release.HUMBLE,
+    "goal_checker_plugin": Release.HUMBLE,
+    "planner_plugin": Release.HUMBLE,
+    "plugin_names": Release.HUMBLE,
+    "plugin_types": Release.HUMBLE,
+    "recovery_plugins": Release.HUMBLE,
 }
+# The behaviour server's name before Humble: the same as a parameter that went then.
+OLD_NODE = "recoveries_server"
+INSTALLATION = re.compile(rf"/opt/ros/({'|'.join(Release)})(?=/)")
 # Up to iron these plugins were called with a slash, from jazzy on with colons.
 RENAMED = re.compile(r"nav2_(?:behaviors|navfn_planner|smac_planner|theta_star_planner)(/|::)\w+")
 # From jazzy on the navigator loads these by itself, and refuses to load them twice.
@@ -104,9 +116,11 @@ class Found(NamedTuple):
 class _Marks(NamedTuple):
     """What a file's names tell, in the file's order.
 
-    plugins: LAST_OF_OLD_NAMES or FIRST_OF_NEW_NAMES for each. since, until: by SINCE and UNTIL.
+    paths: by INSTALLATION. plugins: LAST_OF_OLD_NAMES or FIRST_OF_NEW_NAMES for each. since, until:
+    by SINCE, UNTIL and OLD_NODE.
     """
 
+    paths: list[Found]
     plugins: list[Found]
     since: list[Found]
     until: list[Found]
@@ -115,12 +129,14 @@ class _Marks(NamedTuple):
 def release_of(sections: Iterable[Section], given: str | None) -> Found:
     """Returns the release that was given, else the one that the files' own marks tell.
 
-    The names of plugins count most; then the newest release that some parameter needs; where there
-    is none, the oldest that another one allows.
+    A path in the installation of a release counts most, then the names of plugins; then the newest
+    release that some parameter needs; where there is none, the oldest that another one allows.
     """
     if given is not None:
         return Found(Release(given), "--nav2-release")
-    plugins, since, until = marks = _marks(sections)
+    paths, plugins, since, until = marks = _marks(sections)
+    if paths:
+        return paths[0]
     newest = max(plugins, key=_age, default=None)
     if newest is not None and newest.release is LAST_OF_OLD_NAMES:
         return _humble_or_iron(marks)
@@ -148,8 +164,10 @@ def _humble_or_iron(marks: _Marks) -> Found:
 
 
 def _marks(sections: Iterable[Section]) -> _Marks:
-    marks = _Marks([], [], [])
+    marks = _Marks([], [], [], [])
     for section in sections:
+        if section.name.rpartition("/")[2] == OLD_NODE:
+            marks.until.append(Found(Release.HUMBLE, OLD_NODE))
         for place, parameter in section.parameters.items():
             name = place.rpartition(".")[2]
             if name in SINCE:
@@ -157,8 +175,15 @@ def _marks(sections: Iterable[Section]) -> _Marks:
             if name in UNTIL:
                 marks.until.append(Found(UNTIL[name], name))
             values = parameter.value if isinstance(parameter.value, list) else [parameter.value]
+            marks.paths.extend(filter(None, map(_by_path, values)))
             marks.plugins.extend(filter(None, map(_by_plugin, values)))
     return marks
+
+
+def _by_path(value: Any) -> Found | None:
+    """Returns what a value tells that has a path in the installation of a release, else None."""
+    path = INSTALLATION.search(value) if isinstance(value, str) else None
+    return None if path is None else Found(Release(path[1]), path[0])
 
 
 def _by_plugin(value: Any) -> Found | None:

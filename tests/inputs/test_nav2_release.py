@@ -42,6 +42,9 @@ def told_by(tmp_path, *lines: str, given: str | None = None) -> Found:
         (["costmap_update_timeout: 0.3", "service_introspection_mode: off"], "kilted"),
         (["FollowPath: {reset_period: 1.0}"], "humble"),
         (["home_dock: {dock_direction: backward}"], "kilted"),
+        # What went before Humble is nearest to Humble.
+        (["plugin_names: [a]"], "humble"),
+        (["planner_plugin: a", "service_introspection_mode: off"], "kilted"),
         ([], "lyrical"),
     ],
 )
@@ -85,6 +88,29 @@ COLONS = 'GridBased: {plugin: "nav2_navfn_planner::NavfnPlanner"}'
 )
 def test_what_a_release_can_load_counts_more_than_what_it_reads(tmp_path, lines, release, mark):
     assert told_by(tmp_path, *lines) == (release, mark)
+
+
+@pytest.mark.parametrize(
+    ("path", "release"),
+    [
+        ("/opt/ros/jazzy/share/nav2_bt_navigator/behavior_trees/a.xml", "jazzy"),
+        ("[b.xml, /opt/ros/iron/share/a.xml]", "iron"),
+        # None of ours.
+        ("/opt/ros/foxy/share/a.xml", "humble"),
+        ("/opt/ros/jazzy_of_mine/share/a.xml", "humble"),
+    ],
+)
+def test_a_path_in_the_installation_of_a_release_tells_it_outright(tmp_path, path, release):
+    found = told_by(tmp_path, SLASH, f"default_nav_to_pose_bt_xml: {path}")
+    assert found.release == release
+    assert found.mark in (f"/opt/ros/{release}", "nav2_navfn_planner/NavfnPlanner")
+
+
+def test_the_recoveries_server_is_of_before_humble(tmp_path):
+    path = tmp_path / "nav2.yaml"
+    path.write_text("recoveries_server:\n  ros__parameters:\n    use_sim_time: false\n")
+    found = release_of(read_parameter_file(path).sections, None)
+    assert found == (Release.HUMBLE, "recoveries_server")
 
 
 def test_what_is_given_counts_more_than_any_mark(tmp_path):
