@@ -18,6 +18,7 @@ from drake_navbench.navigation.collision_monitor import (
     SubPolygon,
     VelocityPolygon,
 )
+from drake_navbench.typed_files.quantities import MAX_COUNT, MIN_COUNT
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 Fields = dict[str, Any]
@@ -72,7 +73,8 @@ def _fault(reader: NodeReader, name: str) -> str:
     kind, action = found(f"{name}.type"), found(f"{name}.action_type")
     if kind is None:
         return f"{name} is listed, but has no type"
-    if kind == "velocity_polygon" and release.age < Release.JAZZY.age:
+    is_other = isinstance(kind, str) and kind not in SHAPES
+    if is_other or (kind == "velocity_polygon" and release.age < Release.JAZZY.age):
         return f"{name} is a {kind}, which {release} has not"
     if action in ACTIONS_SINCE_IRON and release is Release.HUMBLE:
         return f"{name} has the action {action}, which {release} has not"
@@ -110,15 +112,15 @@ def _note_sources(reader: NodeReader) -> None:
 def _shape(reader: NodeReader, name: str) -> Fields | None:
     """Returns a shape; None where it cannot be had."""
     kind = reader.text(f"{name}.type")
-    model = SHAPES.get(kind)
-    if model is None:
-        raise reader.fault(f"{name}.type", f"expected one of {', '.join(SHAPES)}, got {kind!r}")
+    model = SHAPES[kind]
     own = [field for field in model.model_fields if field not in APART]
     place = f"{name}."
     values: Fields = {}
     for field in own:
         if reader.gives(model, field, place + field):
             values[field] = reader.value(place + field)
+    if "min_points" in values:
+        values["min_points"] = _as_int32(reader, f"{place}min_points")
     if reader.given(f"{place}max_points"):
         # In humble the only one, later the one that prevails: more points than this trigger.
         if "min_points" in values:
@@ -142,6 +144,16 @@ def _shape(reader: NodeReader, name: str) -> Fields | None:
             reader.note_block(Status.STAND_IN, name, remark)
             return None
     return {"type": kind, **reader.checked(model, {"type": kind, **values}, place)}
+
+
+def _as_int32(reader: NodeReader, name: str) -> Any:
+    """Returns a whole number as Nav2 keeps it: of larger ones the last 32 bits, with their sign."""
+    given = reader.value(name)
+    if not isinstance(given, int) or isinstance(given, bool) or MIN_COUNT <= given <= MAX_COUNT:
+        return given
+    kept = (given - MIN_COUNT) % (MAX_COUNT - MIN_COUNT + 1) + MIN_COUNT
+    reader.note(Status.OTHER_FORM, name, f"{kept}, as Nav2 keeps the last 32 bits of {given}")
+    return kept
 
 
 def _sub_polygon(reader: NodeReader, place: str, *, holonomic: bool) -> Fields:

@@ -68,5 +68,7 @@ AngularAcceleration = Annotated[float, Within(-1e3, 1e3)]
 Mass = Annotated[float, Within(0.0, 1e6)]
 # Weights, costs, shares, factors.
 Number = Annotated[float, Within(-1e12, 1e12)]
-# Of samples, steps, cells, attempts; where a negative one means any, that is one.
-Count = Annotated[int, Within(-1e9, 1e9)]
+# Of samples, steps, cells, attempts; where a negative one means any, that is one. To the ends of
+# an int of C++, of which the last often stands for any.
+MIN_COUNT, MAX_COUNT = -(2**31), 2**31 - 1
+Count = Annotated[int, Within(MIN_COUNT, MAX_COUNT)]

@@ -213,6 +213,7 @@ def test_the_collision_monitor_of_humble_has_max_points_only(read_as):
         ("iron", "polygon", "stop", f"points: {CORNERS}", "iron takes a list of numbers"),
         ("humble", "circle", "limit", "radius: 1.0", "the action limit, which humble has not"),
         ("iron", "velocity_polygon", "stop", "radius: 1.0", "a velocity_polygon, which iron has"),
+        ("jazzy", "PolygonStop", "stop", "radius: 1.0", "a PolygonStop, which jazzy has not"),
     ],
 )
 def test_a_collision_monitor_that_the_release_cannot_start_is_not_there(
@@ -223,6 +224,23 @@ def test_a_collision_monitor_that_the_release_cannot_start_is_not_there(
     row = row_of(setup, "polygons")
     assert row.status == Status.STAND_IN
     assert reason in row.remark
+
+
+@pytest.mark.parametrize(
+    ("given", "kept"),
+    [
+        # More than any scan has, so that the shape never acts: 6e9 - 2**32.
+        (6_000_000_000, 1_705_032_704),
+        (2**32 + 7, 7),
+        (2**31 - 1, 2**31 - 1),
+    ],
+)
+def test_of_many_points_the_last_32_bits_count_as_in_nav2(read_as, given, kept):
+    text = ZONE % ("circle", "stop", f"radius: 0.6, min_points: {given}")
+    setup = read_as("jazzy", "collision_monitor", text)
+    assert setup.robot.navigation.collision_monitor.polygons["Z"].min_points == kept
+    row = row_of(setup, "Z.min_points")
+    assert row.status == (Status.USED if given == kept else Status.OTHER_FORM)
 
 
 @pytest.mark.parametrize("release", ["jazzy", "kilted", "lyrical"])
