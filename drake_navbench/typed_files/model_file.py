@@ -23,6 +23,9 @@ PACKAGE_URI = re.compile(r"(?:package|model)://([^/]+)/?(.*)")
 XACRO_SPACE = re.compile(r"\{[^}]*xacro[^}]*\}")
 XACRO_VALUE = re.compile(r"\$[{(].*")
 PACKAGE_FILE = "package.xml"
+# Of SDF, what is nothing that touches, is seen or weighs. Gazebo takes elements in them that SDF
+# does not define, at which Drake stops; Drake itself passes over the rest.
+WITHOUT_BODY = ("sensor", "plugin")
 # Folders above the file that are looked through: more than any workspace has.
 MAX_DEPTH = 8
 
@@ -71,7 +74,8 @@ def read_model_text(path: Path) -> ModelText:
     _require_collisions(root, finder, path)
     left_out = [uri for link in root.iter() for uri in _remove_missing(link, finder)]
     is_renamed = root.tag == "robot" and _remove_empty_names(root)
-    if not (left_out or is_renamed):
+    is_thinned = root.tag == "sdf" and _remove_without_body(root)
+    if not (left_out or is_renamed or is_thinned):
         return ModelText(None, finder.packages, ())
     for holder, key, uri in _uris(root):
         if ":" not in uri:
@@ -110,6 +114,14 @@ def _remove_empty_names(root: ElementTree.Element) -> bool:
     for element in nameless:
         del element.attrib["name"]
     return bool(nameless)
+
+
+def _remove_without_body(root: ElementTree.Element) -> bool:
+    """Removes sensors and plugins; tells whether there were any."""
+    pairs = [(parent, e) for parent in root.iter() for e in parent if e.tag in WITHOUT_BODY]
+    for parent, element in pairs:
+        parent.remove(element)
+    return bool(pairs)
 
 
 def _remove_missing(link: ElementTree.Element, finder: _Meshes) -> list[str]:

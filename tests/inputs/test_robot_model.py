@@ -221,6 +221,20 @@ def test_an_sdf_leaves_out_what_is_only_seen_and_not_there_as_well(tmp_path):
     assert shapely.Polygon(outline).bounds == pytest.approx((-0.4, -0.3, 0.4, 0.3))
 
 
+def test_what_gazebos_sensors_and_plugins_have_is_not_asked_of_an_sdf(tmp_path):
+    path = tmp_path / "cart.sdf"
+    path.write_text(
+        '<sdf version="1.8"><model name="cart"><plugin name="p" filename="p.so"><a/></plugin>'
+        '<link name="base_link"><inertial><mass>3</mass></inertial>'
+        '<sensor name="scan" type="gpu_lidar"><gz_frame_id>scan</gz_frame_id></sensor>'
+        '<collision name="a"><geometry><box><size>0.8 0.6 0.1</size></box></geometry></collision>'
+        "</link></model></sdf>"
+    )
+    model = read_robot_model(path)
+    assert shapely.Polygon(model.outline).bounds == pytest.approx((-0.4, -0.3, 0.4, 0.3))
+    assert model.mass_kg == pytest.approx(3.0)
+
+
 def test_a_missing_model_is_named(tmp_path):
     with pytest.raises(InputError, match=r"cart\.sdf"):
         load_robot(str(tmp_path / "cart.sdf"))
