@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -74,7 +75,9 @@ class SdfModel:
         scene_graph = SceneGraph()
         self._plant = MultibodyPlant(0.0)
         self._plant.RegisterAsSourceForSceneGraph(scene_graph)
-        add_model(self._plant, path)
+        # The shapes that are drawn name files in it.
+        self._scratch = tempfile.TemporaryDirectory()
+        add_model(self._plant, path, Path(self._scratch.name))
         base = self._plant.GetFrameByName(BASE_LINK)
         self._plant.WeldFrames(self._plant.world_frame(), base)
         self._plant.Finalize()

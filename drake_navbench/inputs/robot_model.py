@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
@@ -54,16 +55,21 @@ def read_robot_model(path: Path) -> RobotModel:
     at zero. Meshes of visual shapes that are not there are left out with an InputWarning. Raises
     InputError where the file cannot be parsed, has no `base_link` or no shapes.
     """
+    with tempfile.TemporaryDirectory() as folder:
+        return _read(path, Path(folder))
+
+
+def _read(path: Path, scratch: Path) -> RobotModel:
     scene_graph = SceneGraph()
     plant = MultibodyPlant(0.0)
     plant.RegisterAsSourceForSceneGraph(scene_graph)
     try:
-        left_out = add_model(plant, path)
+        left_out = add_model(plant, path, scratch)
         base = plant.GetFrameByName(BASE_LINK)
         plant.Finalize()
     # Drake reports a failed check as SystemExit.
     except (RuntimeError, ValueError, SystemExit) as error:
-        raise InputError(f"{path}: cannot be read as a robot's model: {one_line(error)}") from error
+        raise _unreadable(path, error) from error
     context = plant.CreateDefaultContext()
     # Other links may stand above base_link in the tree, such as a base_footprint.
     to_base = base.CalcPoseInWorld(context).inverse()
@@ -73,7 +79,11 @@ def read_robot_model(path: Path) -> RobotModel:
         for geometry_id in sorted(inspector.GetAllGeometryIds(role), key=GeometryId.get_value):
             body = plant.GetBodyFromFrameId(inspector.GetFrameId(geometry_id))
             pose = to_base @ body.EvalPoseInWorld(context) @ inspector.GetPoseInFrame(geometry_id)
-            corners = np.vstack(list(_corners(inspector, geometry_id)))
+            try:
+                corners = np.vstack(list(_corners(inspector, geometry_id)))
+            except RuntimeError as error:
+                # A mesh that is only seen Drake looks at no earlier than here.
+                raise _unreadable(path, error) from error
             points.append((pose.rotation().matrix() @ corners.T).T + pose.translation())
         if points:
             break
@@ -88,6 +98,10 @@ def read_robot_model(path: Path) -> RobotModel:
         raise InputError(f"{path}: its shapes cover no area, seen from above")
     outline = np.round(shapely.get_coordinates(hull.normalize())[:-1], 4)[::-1]
     return RobotModel(outline, float(plant.CalcTotalMass(context)))
+
+
+def _unreadable(path: Path, error: BaseException) -> InputError:
+    return InputError(f"{path}: cannot be read as a robot's model: {one_line(error)}")
 
 
 def _listed(uris: tuple[str, ...]) -> str:

@@ -2,7 +2,8 @@
 
 A mesh of `package://name/...` or `model://name/...` is looked for in folders called `name`, or with
 a package.xml of that name, beside and above the file; then below AMENT_PREFIX_PATH (share/name) and
-ROS_PACKAGE_PATH. What is seen but cannot be found is left out; what touches must be there.
+ROS_PACKAGE_PATH. What is seen but cannot be found is left out; what touches must be there. STL
+meshes become OBJ ones.
 """
 
 from __future__ import annotations
@@ -18,11 +19,13 @@ from pydrake.multibody.parsing import PackageMap, Parser
 from pydrake.multibody.plant import MultibodyPlant
 
 from drake_navbench.errors import InputError
+from drake_navbench.typed_files.stl_mesh import as_obj, read_stl
 
 PACKAGE_URI = re.compile(r"(?:package|model)://([^/]+)/?(.*)")
 XACRO_SPACE = re.compile(r"\{[^}]*xacro[^}]*\}")
 XACRO_VALUE = re.compile(r"\$[{(].*")
 PACKAGE_FILE = "package.xml"
+STL = ".stl"
 # Of SDF, what is nothing that touches, is seen or weighs. Gazebo takes elements in them that SDF
 # does not define, at which Drake stops; Drake itself passes over the rest.
 WITHOUT_BODY = ("sensor", "plugin")
@@ -42,13 +45,14 @@ class ModelText(NamedTuple):
     left_out: tuple[str, ...]
 
 
-def add_model(plant: MultibodyPlant, path: Path) -> tuple[str, ...]:
+def add_model(plant: MultibodyPlant, path: Path, scratch: Path) -> tuple[str, ...]:
     """Adds the models of a file to a plant; returns the meshes, only seen, that are left out.
 
-    Raises InputError where it is a xacro file or a collision mesh is not there, and what Drake
-    raises where it cannot be parsed.
+    scratch: a folder for meshes in another format, there as long as the plant. Raises InputError
+    where it is a xacro file, or a collision mesh is not there or no mesh, and what Drake raises
+    where it cannot be parsed.
     """
-    file = read_model_text(path)
+    file = read_model_text(path, scratch)
     parser = Parser(plant)
     for name, folder in file.packages.items():
         parser.package_map().Add(name, str(folder))
@@ -59,10 +63,10 @@ def add_model(plant: MultibodyPlant, path: Path) -> tuple[str, ...]:
     return file.left_out
 
 
-def read_model_text(path: Path) -> ModelText:
-    """Returns what is to be parsed of a file.
+def read_model_text(path: Path, scratch: Path) -> ModelText:
+    """Returns what is to be parsed of a file; scratch: a folder for meshes in another format.
 
-    Raises InputError where it is a xacro file, or a collision mesh is not there.
+    Raises InputError where it is a xacro file, or a collision mesh is not there or no mesh.
     """
     try:
         root = ElementTree.fromstring(path.read_bytes())
@@ -75,7 +79,8 @@ def read_model_text(path: Path) -> ModelText:
     left_out = [uri for link in root.iter() for uri in _remove_missing(link, finder)]
     is_renamed = root.tag == "robot" and _remove_empty_names(root)
     is_thinned = root.tag == "sdf" and _remove_without_body(root)
-    if not (left_out or is_renamed or is_thinned):
+    is_rewritten = _rewrite_stl(root, finder, scratch)
+    if not (left_out or is_renamed or is_thinned or is_rewritten):
         return ModelText(None, finder.packages, ())
     for holder, key, uri in _uris(root):
         if ":" not in uri:
@@ -135,6 +140,24 @@ def _remove_missing(link: ElementTree.Element, finder: _Meshes) -> list[str]:
     return removed
 
 
+def _rewrite_stl(root: ElementTree.Element, finder: _Meshes, scratch: Path) -> bool:
+    """Has OBJ meshes in place of the STL ones that make the outline; tells whether there were any.
+
+    Those of collision shapes do, of visual ones where there are no others.
+    """
+    shapes = list(root.iter("collision")) or list(root.iter("visual"))
+    written: dict[Path, Path] = {}
+    for holder, key, uri in [found for shape in shapes for found in _uris(shape)]:
+        place = finder.place(uri)
+        if place is None or place.suffix.lower() != STL:
+            continue
+        if place not in written:
+            written[place] = scratch.absolute() / f"{len(written)}.obj"
+            written[place].write_text(as_obj(read_stl(place)))
+        _set(holder, key, f"file://{written[place]}")
+    return bool(written)
+
+
 def _uris(element: ElementTree.Element) -> Iterator[tuple[ElementTree.Element, str, str]]:
     """Yields each mesh's URI with the element that has it and its attribute, '' for its text."""
     for mesh in element.iter("mesh"):
@@ -162,16 +185,25 @@ class _Meshes:
     def has(self, uri: str) -> bool:
         """Tells whether the file of a URI is there; those in Drake's own packages are."""
         named = PACKAGE_URI.fullmatch(uri)
-        if named is None:
-            return (self._folder / uri.removeprefix("file://")).is_file()
-        name, place = named.groups()
-        if self._drakes.Contains(name):
+        if named is not None and self._drakes.Contains(named[1]):
             return True
+        return self.place(uri) is not None
+
+    def place(self, uri: str) -> Path | None:
+        """Returns the file of a URI; None where it is not there, or in Drake's own packages."""
+        named = PACKAGE_URI.fullmatch(uri)
+        if named is None:
+            file = self._folder / uri.removeprefix("file://")
+            return file if file.is_file() else None
+        name, rest = named.groups()
+        if self._drakes.Contains(name):
+            return None
         folder = self.packages.get(name) or _package(name, self._folder)
         if folder is None:
-            return False
+            return None
         self.packages[name] = folder
-        return (folder / place).is_file()
+        file = folder / rest
+        return file if file.is_file() else None
 
 
 def _package(name: str, start: Path) -> Path | None:

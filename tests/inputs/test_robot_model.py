@@ -235,6 +235,53 @@ def test_what_gazebos_sensors_and_plugins_have_is_not_asked_of_an_sdf(tmp_path):
     assert model.mass_kg == pytest.approx(3.0)
 
 
+# SQUARE as an STL text, and as 80 free bytes, the number of triangles, and 50 bytes for each.
+CORNERS = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, -1, 0], [1, 1, 0], [-1, 1, 0]]) / 4.0
+STL_TEXT = b"solid a\n" + b"".join(b" vertex %g %g %g\n" % tuple(c) for c in CORNERS)
+STL_BINARY = (
+    b"solid".ljust(80)
+    + (2).to_bytes(4, "little")
+    + b"".join(
+        np.float32([0, 0, 1, *triangle.ravel()]).tobytes() + b"\0\0"
+        for triangle in CORNERS.reshape(2, 3, 3)
+    )
+)
+
+
+@pytest.mark.parametrize("data", [STL_TEXT, STL_BINARY])
+@pytest.mark.parametrize("role", ["collision", "visual"])
+def test_an_stl_mesh_makes_the_outline_with_its_scale(tmp_path, data, role):
+    (tmp_path / "hull.STL").write_bytes(data)
+    path = tmp_path / "cart.urdf"
+    path.write_text(
+        f'<robot name="cart"><link name="base_link"><{role}><geometry>'
+        f'<mesh filename="hull.STL" scale="2 1 1"/></geometry></{role}></link></robot>'
+    )
+    outline = read_robot_model(path).outline
+    assert shapely.Polygon(outline).bounds == pytest.approx((-0.5, -0.25, 0.5, 0.25))
+    assert shapely.Polygon(outline).area == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("hull.stl", r"hull\.stl: cannot be read as an STL mesh: expected triangles"),
+        ("hull.dae", r"cart\.urdf: cannot be read as a robot's model: .*unsupported extension"),
+    ],
+)
+@pytest.mark.parametrize("role", ["collision", "visual"])
+def test_a_mesh_that_cannot_be_read_is_one_line(tmp_path, name, reason, role):
+    (tmp_path / name).write_bytes(b"solid of nothing")
+    path = tmp_path / "cart.urdf"
+    path.write_text(
+        f'<robot name="cart"><link name="base_link"><{role}><geometry>'
+        f'<mesh filename="{name}"/></geometry></{role}></link></robot>'
+    )
+    with pytest.raises(InputError, match=reason) as caught:
+        read_robot_model(path)
+    assert "\n" not in str(caught.value)
+
+
 def test_a_missing_model_is_named(tmp_path):
     with pytest.raises(InputError, match=r"cart\.sdf"):
         load_robot(str(tmp_path / "cart.sdf"))
