@@ -8,6 +8,7 @@ meshes become OBJ ones.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
 from collections.abc import Iterator, Mapping
@@ -86,8 +87,17 @@ def read_model_text(path: Path, scratch: Path) -> ModelText:
         if ":" not in uri:
             # A text has no folder that they could be relative to.
             _set(holder, key, f"file://{path.parent.absolute() / uri}")
+    _keep_prefixes(path)
     text = ElementTree.tostring(root, encoding="unicode")
     return ModelText(text, finder.packages, tuple(dict.fromkeys(left_out)))
+
+
+def _keep_prefixes(path: Path) -> None:
+    """Has elements written with the prefixes of a file: Drake knows its own by `drake:` alone."""
+    for _, (prefix, uri) in ElementTree.iterparse(path, ["start-ns"]):
+        # Prefixes of ElementTree's own, ns0 and so on, it does not take.
+        with contextlib.suppress(ValueError):
+            ElementTree.register_namespace(prefix, uri)
 
 
 def _require_expanded(root: ElementTree.Element, path: Path) -> None:

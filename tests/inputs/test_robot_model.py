@@ -235,6 +235,19 @@ def test_what_gazebos_sensors_and_plugins_have_is_not_asked_of_an_sdf(tmp_path):
     assert model.mass_kg == pytest.approx(3.0)
 
 
+def test_what_is_drakes_own_in_an_sdf_stays_so_where_sensors_are_left_out(tmp_path):
+    path = tmp_path / "cart.sdf"
+    path.write_text(
+        '<sdf version="1.8" xmlns:drake="http://drake.mit.edu" xmlns:ns0="http://a.b">'
+        '<model name="cart"><link name="base_link"><inertial><mass>3</mass></inertial>'
+        '<sensor name="scan" type="gpu_lidar"><gz_frame_id>scan</gz_frame_id></sensor>'
+        '<collision name="a"><geometry><drake:ellipsoid><a>0.4</a><b>0.3</b><c>0.2</c>'
+        "</drake:ellipsoid></geometry></collision></link></model></sdf>"
+    )
+    bounds = shapely.Polygon(read_robot_model(path).outline).bounds
+    assert bounds == pytest.approx((-0.4, -0.3, 0.4, 0.3), abs=2e-3)
+
+
 # SQUARE as an STL text, and as 80 free bytes, the number of triangles, and 50 bytes for each.
 CORNERS = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, -1, 0], [1, 1, 0], [-1, 1, 0]]) / 4.0
 STL_TEXT = b"solid a\n" + b"".join(b" vertex %g %g %g\n" % tuple(c) for c in CORNERS)
