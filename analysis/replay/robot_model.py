@@ -16,7 +16,7 @@ from pydrake.multibody.tree import BodyIndex, JointIndex, RevoluteJoint
 
 from drake_navbench.analysis.replay.rolling import BaseMotion, rolled_angle, trailing_heading
 from drake_navbench.inputs.world_geometry import prism
-from drake_navbench.typed_files.model_file import add_model
+from drake_navbench.typed_files.model_file import add_models
 
 Array = NDArray[np.float64]
 
@@ -77,7 +77,7 @@ class SdfModel:
         self._plant.RegisterAsSourceForSceneGraph(scene_graph)
         # The shapes that are drawn name files in it.
         self._scratch = tempfile.TemporaryDirectory()
-        add_model(self._plant, path, Path(self._scratch.name))
+        add_models(self._plant, path, Path(self._scratch.name))
         base = self._plant.GetFrameByName(BASE_LINK)
         self._plant.WeldFrames(self._plant.world_frame(), base)
         self._plant.Finalize()

@@ -28,7 +28,7 @@ from pydrake.geometry import (
 from pydrake.multibody.plant import MultibodyPlant
 
 from drake_navbench.errors import InputError, InputWarning, one_line
-from drake_navbench.typed_files.model_file import add_model
+from drake_navbench.typed_files.model_file import add_models
 
 Array = NDArray[np.float64]
 
@@ -64,7 +64,7 @@ def _read(path: Path, scratch: Path) -> RobotModel:
     plant = MultibodyPlant(0.0)
     plant.RegisterAsSourceForSceneGraph(scene_graph)
     try:
-        left_out = add_model(plant, path, scratch)
+        left_out = add_models(plant, path, scratch).left_out
         base = plant.GetFrameByName(BASE_LINK)
         plant.Finalize()
     # Drake reports a failed check as SystemExit.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import tempfile
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -12,7 +13,6 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 from pydrake.math import RigidTransform
-from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import (
     JointIndex,
@@ -29,6 +29,7 @@ from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.robot_model import BASE_LINK
 from drake_navbench.inputs.wheels import MIN_TRAIL_M
 from drake_navbench.typed_files.immutable import Immutable
+from drake_navbench.typed_files.model_file import add_models
 
 Array = NDArray[np.float64]
 
@@ -194,7 +195,8 @@ def _read(path: Path, changed_ns: int) -> RunningGear:
     """Reads the first model in a file; changed_ns: so that a changed file is read anew."""
     plant = MultibodyPlant(0.0)
     try:
-        models = Parser(plant).AddModels(str(path))
+        with tempfile.TemporaryDirectory() as scratch:
+            models = add_models(plant, path, Path(scratch)).instances
         base = plant.GetFrameByName(BASE_LINK)
         parents = _parents(plant, BASE_LINK)
         plant.Finalize()

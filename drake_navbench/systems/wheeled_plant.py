@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import tempfile
+from pathlib import Path
+
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.geometry import (
@@ -14,7 +17,6 @@ from pydrake.geometry import (
     Sphere,
 )
 from pydrake.math import RigidTransform
-from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import (
     ApplyMultibodyPlantConfig,
     CoulombFriction,
@@ -39,6 +41,7 @@ from drake_navbench.kernels.casters import (
     SWIVEL_SLACK_RADPS,
     WHEEL_SLACK_RADPS,
 )
+from drake_navbench.typed_files.model_file import add_models
 from drake_navbench.typed_files.quantities import MAX_LENGTH_M
 
 Vector = NDArray[np.float64]
@@ -67,7 +70,8 @@ def add_wheeled_plant(
     them.
     """
     plant = _new_plant(drive.step_s)
-    (instance,) = Parser(plant).AddModels(str(gear.model))
+    with tempfile.TemporaryDirectory() as scratch:
+        (instance,) = add_models(plant, gear.model, Path(scratch)).instances
     for index in list(plant.GetJointActuatorIndices()):
         plant.RemoveJointActuator(plant.get_joint_actuator(index))
     _place_casters(plant, gear)

@@ -18,6 +18,7 @@ from xml.etree import ElementTree
 
 from pydrake.multibody.parsing import PackageMap, Parser
 from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import ModelInstanceIndex
 
 from drake_navbench.errors import InputError
 from drake_navbench.typed_files.stl_mesh import as_obj, read_stl
@@ -46,8 +47,15 @@ class ModelText(NamedTuple):
     left_out: tuple[str, ...]
 
 
-def add_model(plant: MultibodyPlant, path: Path, scratch: Path) -> tuple[str, ...]:
-    """Adds the models of a file to a plant; returns the meshes, only seen, that are left out.
+class AddedModels(NamedTuple):
+    """What a file added to a plant: the models, and the meshes, only seen, that are left out."""
+
+    instances: tuple[ModelInstanceIndex, ...]
+    left_out: tuple[str, ...]
+
+
+def add_models(plant: MultibodyPlant, path: Path, scratch: Path) -> AddedModels:
+    """Adds the models of a file to a plant.
 
     scratch: a folder for meshes in another format, there as long as the plant. Raises InputError
     where it is a xacro file, or a collision mesh is not there or no mesh, and what Drake raises
@@ -58,10 +66,10 @@ def add_model(plant: MultibodyPlant, path: Path, scratch: Path) -> tuple[str, ..
     for name, folder in file.packages.items():
         parser.package_map().Add(name, str(folder))
     if file.text is None:
-        parser.AddModels(str(path))
+        instances = parser.AddModels(str(path))
     else:
-        parser.AddModelsFromString(file.text, path.suffix.lstrip(".").lower())
-    return file.left_out
+        instances = parser.AddModelsFromString(file.text, path.suffix.lstrip(".").lower())
+    return AddedModels(tuple(instances), file.left_out)
 
 
 def read_model_text(path: Path, scratch: Path) -> ModelText:

@@ -7,7 +7,7 @@ import pytest
 from pydrake.geometry import SceneGraph
 from pydrake.systems.analysis import Simulator
 
-from drake_navbench.inputs.robot import load_robot
+from drake_navbench.inputs.robot import ROBOT_FILES, load_robot
 from drake_navbench.inputs.running_gear import running_gear_of
 from drake_navbench.trial.base_wiring import make_base
 from drake_navbench.trial.open_loop import drive_open_loop
@@ -43,6 +43,18 @@ def yaw_after_straight_start(name, angles_rad, **drive):
     casters = {"start_angles_rad": angles_rad} | drive.pop("casters", {})
     yaw = driven(chair(name, casters=casters, **drive), [(0.0, 0.5, 0.0)], 3.0)[:, 2]
     return yaw[np.abs(yaw).argmax()], yaw[-1]
+
+
+@pytest.mark.parametrize("name", BOTH)
+def test_what_gazebo_has_of_its_own_in_a_model_changes_nothing(name, tmp_path):
+    sensor = '<sensor name="scan" type="gpu_lidar"><gz_frame_id>scan</gz_frame_id></sensor>'
+    text = (ROBOT_FILES.folder / "wheelchair.sdf").read_text()
+    (tmp_path / "wheelchair.sdf").write_text(text.replace("</link>", f"{sensor}</link>", 1))
+    path = tmp_path / "chair.yaml"
+    path.write_text(f"description: chair\nlike: {name}\nmodel: wheelchair.sdf\n")
+    commands = [(0.0, 0.5, 0.3)]
+    there = driven(load_robot(str(path)), commands, 0.5)
+    np.testing.assert_array_equal(there, driven(chair(name), commands, 0.5))
 
 
 class Rig:
