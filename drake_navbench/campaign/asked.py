@@ -29,8 +29,6 @@ def request_from_arguments(arguments: argparse.Namespace) -> Request:
         _require_no_controllers_among(arguments.scenarios, arguments.controllers)
     if arguments.set and not arguments.nav2:
         raise InputError(f"--set {arguments.set[0]!r}: expected a Nav2 file by --nav2 as well")
-    if arguments.nav2_release and not (arguments.nav2 or arguments.params):
-        raise InputError("--nav2-release: expected a Nav2 file by --nav2 or --params as well")
     asked = {
         "scenarios": arguments.scenarios,
         "controllers": controllers,

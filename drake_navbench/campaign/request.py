@@ -97,9 +97,7 @@ class Request(FrozenModel):
             for preset in load_parameter_file(Path(path), self.nav2_release)
         ]
         if self.nav2_release and not (self.nav2_files or any(p.nav2_plugin for p in from_files)):
-            raise InputError(
-                "--nav2-release: expected a Nav2 file by --nav2 or --params as well, got presets"
-            )
+            raise InputError("--nav2-release: expected a Nav2 file by --nav2 or --params as well")
         presets: list[str | Preset] = [*self.controllers, *from_files]
         nav2 = self.nav2_setup()
         if nav2 is not None:
