@@ -77,7 +77,7 @@ class SdfModel:
         self._plant.RegisterAsSourceForSceneGraph(scene_graph)
         # The shapes that are drawn name files in it.
         self._scratch = tempfile.TemporaryDirectory()
-        add_models(self._plant, path, Path(self._scratch.name))
+        add_models(self._plant, path, Path(self._scratch.name), is_drawn=True)
         base = self._plant.GetFrameByName(BASE_LINK)
         self._plant.WeldFrames(self._plant.world_frame(), base)
         self._plant.Finalize()

@@ -54,14 +54,17 @@ class AddedModels(NamedTuple):
     left_out: tuple[str, ...]
 
 
-def add_models(plant: MultibodyPlant, path: Path, scratch: Path) -> AddedModels:
+def add_models(
+    plant: MultibodyPlant, path: Path, scratch: Path, *, is_drawn: bool = False
+) -> AddedModels:
     """Adds the models of a file to a plant.
 
-    scratch: a folder for meshes in another format, there as long as the plant. Raises InputError
-    where it is a xacro file, or a collision mesh is not there or no mesh, and what Drake raises
-    where it cannot be parsed.
+    scratch: a folder for meshes in another format, there as long as the plant. is_drawn: whether
+    the STL meshes of what is only seen are to be had, too, where they can be read. Raises
+    InputError where it is a xacro file, or a collision mesh is not there or no mesh, and what Drake
+    raises where it cannot be parsed.
     """
-    file = read_model_text(path, scratch)
+    file = read_model_text(path, scratch, is_drawn=is_drawn)
     parser = Parser(plant)
     for name, folder in file.packages.items():
         parser.package_map().Add(name, str(folder))
@@ -72,8 +75,8 @@ def add_models(plant: MultibodyPlant, path: Path, scratch: Path) -> AddedModels:
     return AddedModels(tuple(instances), file.left_out)
 
 
-def read_model_text(path: Path, scratch: Path) -> ModelText:
-    """Returns what is to be parsed of a file; scratch: a folder for meshes in another format.
+def read_model_text(path: Path, scratch: Path, *, is_drawn: bool = False) -> ModelText:
+    """Returns what is to be parsed of a file; scratch, is_drawn: as for `add_models`.
 
     Raises InputError where it is a xacro file, or a collision mesh is not there or no mesh.
     """
@@ -88,7 +91,7 @@ def read_model_text(path: Path, scratch: Path) -> ModelText:
     left_out = [uri for link in root.iter() for uri in _remove_missing(link, finder)]
     is_renamed = root.tag == "robot" and _remove_empty_names(root)
     is_thinned = root.tag == "sdf" and _remove_without_body(root)
-    is_rewritten = _rewrite_stl(root, finder, scratch)
+    is_rewritten = _rewrite_stl(root, finder, scratch, is_drawn=is_drawn)
     if not (left_out or is_renamed or is_thinned or is_rewritten):
         return ModelText(None, finder.packages, ())
     for holder, key, uri in _uris(root):
@@ -158,21 +161,32 @@ def _remove_missing(link: ElementTree.Element, finder: _Meshes) -> list[str]:
     return removed
 
 
-def _rewrite_stl(root: ElementTree.Element, finder: _Meshes, scratch: Path) -> bool:
-    """Has OBJ meshes in place of the STL ones that make the outline; tells whether there were any.
+def _rewrite_stl(
+    root: ElementTree.Element, finder: _Meshes, scratch: Path, *, is_drawn: bool
+) -> bool:
+    """Has OBJ meshes in place of STL ones; tells whether there were any.
 
-    Those of collision shapes do, of visual ones where there are no others.
+    Those that make the outline must be readable: of collision shapes, of visual ones where there
+    are no others. The others are only wanted where they are drawn.
     """
-    shapes = list(root.iter("collision")) or list(root.iter("visual"))
+    collisions, visuals = list(root.iter("collision")), list(root.iter("visual"))
+    needed = collisions or visuals
     written: dict[Path, Path] = {}
-    for holder, key, uri in [found for shape in shapes for found in _uris(shape)]:
-        place = finder.place(uri)
-        if place is None or place.suffix.lower() != STL:
-            continue
-        if place not in written:
-            written[place] = scratch.absolute() / f"{len(written)}.obj"
-            written[place].write_text(as_obj(read_stl(place)))
-        _set(holder, key, f"file://{written[place]}")
+    for shape in [*needed, *(visuals if is_drawn and collisions else ())]:
+        for holder, key, uri in _uris(shape):
+            place = finder.place(uri)
+            if place is None or place.suffix.lower() != STL:
+                continue
+            try:
+                points = None if place in written else read_stl(place)
+            except InputError:
+                if shape in needed:
+                    raise
+                continue
+            if points is not None:
+                written[place] = scratch.absolute() / f"{len(written)}.obj"
+                written[place].write_text(as_obj(points))
+            _set(holder, key, f"file://{written[place]}")
     return bool(written)
 
 

@@ -193,6 +193,23 @@ def test_a_model_is_drawn_without_the_meshes_that_are_not_there(tmp_path):
     assert [visual.name for visual in SdfModel(path).visuals] == ["box"]
 
 
+@pytest.mark.parametrize(
+    ("stl", "extension"),
+    [("vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n", ".obj"), ("no mesh", ".stl")],
+)
+def test_an_stl_mesh_that_is_only_seen_is_drawn_where_it_can_be_read(stl, extension, tmp_path):
+    (tmp_path / "hull.stl").write_text(stl)
+    path = tmp_path / "cart.urdf"
+    path.write_text(
+        '<robot name="cart"><link name="base_link">'
+        '<collision><geometry><box size="0.8 0.6 0.1"/></geometry></collision>'
+        '<visual name="hull"><geometry><mesh filename="hull.stl"/></geometry></visual>'
+        "</link></robot>"
+    )
+    (hull,) = SdfModel(path).visuals
+    assert hull.shape.extension() == extension
+
+
 def test_upholstery_takes_the_controllers_colour_and_nothing_else_does(chair):
     tinted = {visual.name for visual in chair.visuals if visual.rgba is None}
     assert {"upholstery_seat", "upholstery_back"} <= tinted
