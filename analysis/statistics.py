@@ -193,6 +193,16 @@ def smallest_p_value(pairs: int, comparisons: int) -> float:
     return min(comparisons * 2.0 ** (1 - pairs), 1.0)
 
 
+def sign_test_p_value(wins: int, losses: int) -> float:
+    """Returns the two-sided p-value of the exact sign test (McNemar's, for outcomes of yes or no).
+
+    wins, losses: pairs of which one side alone has it. Pairs that agree say nothing; 1 without any
+    that differ.
+    """
+    changed = wins + losses
+    return float(stats.binomtest(wins, changed).pvalue) if changed else 1.0
+
+
 def rank_biserial(differences: Array) -> float:
     """Returns the matched-pairs rank-biserial correlation: (W+ - W-)/(W+ + W-).
 

@@ -26,6 +26,7 @@ from drake_navbench.analysis.statistics import (
     PairedComparison,
     holm,
     paired_comparison,
+    sign_test_p_value,
 )
 from drake_navbench.campaign.benchmark import run_benchmark
 from drake_navbench.errors import InputError
@@ -246,12 +247,9 @@ def _p_value(metric: Metric, first: pd.Series, second: pd.Series, found: PairedC
     if metric.name != SUCCESS:
         return found.p_value
     differences = (second - first).dropna()
-    changed = int((differences != 0.0).sum())
     if not len(differences):
         return math.nan
-    return (
-        float(stats.binomtest(int((differences > 0.0).sum()), changed).pvalue) if changed else 1.0
-    )
+    return sign_test_p_value(int((differences > 0.0).sum()), int((differences < 0.0).sum()))
 
 
 def _verdict(

@@ -119,6 +119,14 @@ def test_without_a_common_seed_nothing_is_compared():
     assert math.isnan(found.effect)
 
 
+def test_the_sign_test_counts_pairs_that_one_side_alone_has():
+    # 4 of 4 one way: 2 of 2^4 signs. Agreeing pairs do not count, so nothing changed says nothing.
+    assert statistics.sign_test_p_value(0, 4) == pytest.approx(2 / 16)
+    assert statistics.sign_test_p_value(4, 0) == pytest.approx(2 / 16)
+    assert statistics.sign_test_p_value(3, 3) == 1.0
+    assert statistics.sign_test_p_value(0, 0) == 1.0
+
+
 def test_rank_biserial_weighs_differences_by_rank():
     # |d| ranks 1, 2, 3; signs +, -, +: (1 - 2 + 3) / 6.
     assert statistics.rank_biserial(np.array([0.5, -1.0, 4.0])) == pytest.approx(2 / 6)
