@@ -1,4 +1,4 @@
-"""The contract of a costmap layer that is not built in, as nav2_costmap_2d's Layer.
+"""The contract of a costmap layer, as nav2_costmap_2d's Layer.
 
 Once a cycle every layer is first told what is seen and says what it may have touched
 (`observe`, Nav2's updateBounds), then writes into the costs, in the order of `plugins` (`write`,
@@ -17,6 +17,7 @@ from pydantic import Field
 
 from drake_navbench.costmaps.sensor import RangeSensor
 from drake_navbench.kernels.grid import Grid
+from drake_navbench.kernels.inflation import CellWindow
 from drake_navbench.logged_scans import Scan
 from drake_navbench.plugin_parameters import PluginParameters
 from drake_navbench.plugins import PluginKind
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class LayerParameters(PluginParameters):
-    """Base of the parameters of a layer that is not built in."""
+    """Base of the parameters of a layer in a block of its own."""
 
     enabled: bool = Field(True, description="Whether it writes at all.")
 
@@ -36,7 +37,7 @@ class LayerSetup(NamedTuple):
 
     rows, columns: of the costmap, cells. resolution: cell edge, m. rolling_window: whether it
     follows the robot. footprint: (K, 2) padded outline in the base frame, m. default_cost: of a
-    cell of which nothing is known. is_short: as for `kernels.layer_grid.centre_window`.
+    cell of which nothing is known.
     """
 
     rows: int
@@ -46,7 +47,6 @@ class LayerSetup(NamedTuple):
     footprint: NDArray[np.float64]
     default_cost: int
     lidar: RangeSensor
-    is_short: bool = False
 
 
 class Seen(NamedTuple):
@@ -54,7 +54,9 @@ class Seen(NamedTuple):
 
     time_s: of the cycle, s. pose: (3,) of the robot, x m, y m, yaw rad. origin: lower left corner
     of cell (0, 0) in this cycle, m. scan: the newest one, None where there is none yet. clouds: of
-    sensors that send points, by name.
+    sensors that send points, by name. map_from_costmap: (3,) pose of the costmap's frame in the
+    map's, x m, y m, yaw rad. window: the cells that are written anew in this cycle; all of them
+    while the layers observe.
     """
 
     time_s: float
@@ -62,6 +64,13 @@ class Seen(NamedTuple):
     origin: tuple[float, float]
     scan: Scan | None
     clouds: Mapping[str, PointCloud]
+    map_from_costmap: NDArray[np.float64]
+    window: CellWindow
+
+    @property
+    def slices(self) -> tuple[slice, slice]:
+        """The window as a part of an array [row, column]."""
+        return self.window.slices
 
 
 class Observed(NamedTuple):
@@ -78,7 +87,11 @@ class Observed(NamedTuple):
 
 
 class Layer(Protocol):
-    """A layer of a costmap, made from its Parameters and a LayerSetup; pure."""
+    """A layer of a costmap, made from its Parameters and a LayerSetup; pure.
+
+    A class with `stays_in_window = True` promises that `write` changes costs only within
+    `seen.window`; it is then handed the costs themselves.
+    """
 
     def initial_state(self) -> Any:
         """Returns the state before the first cycle, and after the costmap was cleared."""
@@ -91,7 +104,8 @@ class Layer(Protocol):
     def write(self, state: Any, grid: Grid, seen: Seen) -> NDArray[np.uint8]:
         """Returns the costs (rows, columns) uint8 with the layer's own.
 
-        grid: a copy of what the layers before made, which may be written to and returned.
+        grid: what the layers before made, which may be written to and returned; a copy, unless
+        the layer stays in the window. Only what lies within `seen.window` is taken over.
         """
         ...
 
@@ -105,8 +119,8 @@ COSTMAP_LAYERS = PluginKind(
     built_in={
         name: EntryPoint(name, f"drake_navbench.costmaps.{place}", "")
         for name, place in (
-            ("nav2_costmap_2d::ObstacleLayer", "observation_layers:SourcedObstacleLayer"),
-            ("nav2_costmap_2d::VoxelLayer", "observation_layers:SourcedVoxelLayer"),
+            ("nav2_costmap_2d::ObstacleLayer", "observation_layers:ObstacleLayer"),
+            ("nav2_costmap_2d::VoxelLayer", "observation_layers:VoxelLayer"),
             (
                 "spatio_temporal_voxel_layer::SpatioTemporalVoxelLayer",
                 "spatio_temporal_layer:SpatioTemporalVoxelLayer",

@@ -1,6 +1,5 @@
-"""Nav2's obstacle and voxel layer as blocks: any number of them, each with any sources.
+"""Nav2's obstacle and voxel layer, each with any sources.
 
-The layers `obstacle_layer` and `voxel_layer` of every costmap do the same for the robot's scans.
 Source: nav2_costmap_2d (ObstacleLayer, VoxelLayer, ObservationBuffer). With
 `observation_persistence` those readings are kept that were the newest at an update; Nav2 keeps
 those between two updates as well.
@@ -10,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,11 +19,16 @@ from drake_navbench.costmaps.layer_plugin import LayerParameters, LayerSetup, Ob
 from drake_navbench.costmaps.observation_source import BufferedSourceSettings
 from drake_navbench.costmaps.observations import Buffer, observed_by
 from drake_navbench.kernels.grid import Grid
-from drake_navbench.kernels.layer_grid import MergeRule, merge_layer
+from drake_navbench.kernels.layer_grid import MergeRule, merge_layer, moved_cells
 from drake_navbench.kernels.observation import Observation
-from drake_navbench.kernels.obstacle_clouds import update_obstacle_layer_from_clouds
-from drake_navbench.kernels.voxel_layer import UNKNOWN_COLUMN, update_voxel_layer
+from drake_navbench.kernels.obstacle_layer import update_obstacle_layer
+from drake_navbench.kernels.poses import place_outline
+from drake_navbench.kernels.voxel_layer import UNKNOWN_COLUMN, update_voxel_layer, voxel_grid
 from drake_navbench.typed_files.immutable import Immutable
+
+Costs = NDArray[np.uint8]
+Voxels = NDArray[np.uint32]
+Array = NDArray[np.float64]
 
 
 class _SensingParameters(LayerParameters):
@@ -65,101 +69,112 @@ class SensingState(Immutable):
     origin: lower left corner of cell (0, 0), m. buffers: of the sources, by name.
     """
 
-    costs: NDArray[np.uint8]
-    voxels: NDArray[np.uint32] | None
+    costs: Costs
+    voxels: Voxels | None
     origin: tuple[float, float]
     buffers: Mapping[str, Buffer[Observation]]
 
 
-Costs = NDArray[np.uint8]
-Updated = tuple[Costs, NDArray[np.uint32] | None, tuple[float, float], NDArray[np.float64]]
+class ObstacleLayer:
+    """Nav2's ObstacleLayer on one grid."""
 
+    Parameters: ClassVar[type[_SensingParameters]] = ObstacleLayerParameters
+    stays_in_window = True
 
-class _SensingLayer:
-    """What both layers do alike."""
-
-    def __init__(self, parameters: Any, setup: LayerSetup) -> None:
-        self._sources = parameters.observation_sources
+    def __init__(self, parameters: _SensingParameters, setup: LayerSetup) -> None:
+        self._parameters = parameters
         self._rule = MergeRule(parameters.combination_method)
         self._setup = setup
-        self._parameters = {
-            "footprint": setup.footprint,
-            "resolution": setup.resolution,
-            "default_cost": setup.default_cost,
-            "rolling_window": setup.rolling_window,
-            "is_short": setup.is_short,
-            **parameters.model_dump(
-                exclude={"plugin", "enabled", "combination_method", "observation_sources"}
-            ),
+        self._heights = {
+            "min_obstacle_height": parameters.min_obstacle_height,
+            "max_obstacle_height": parameters.max_obstacle_height,
         }
 
     def initial_state(self) -> SensingState | None:
+        """See `Layer`; None stands for a grid in which nothing was seen."""
         return None
 
     def observe(self, state: SensingState | None, seen: Seen) -> Observed:
-        before = state or self._first_state(seen.origin)
-        buffers = observed_by(self._sources, before.buffers, self._setup.lidar, seen)
+        """See `Layer`. Before the first scan or cloud the footprint is not freed either."""
+        sources, lidar = self._parameters.observation_sources, self._setup.lidar
+        buffers = observed_by(sources, state.buffers if state else {}, lidar, seen)
         observations = [reading for buffer in buffers.values() for _, reading in buffer]
-        parameters = self._parameters
-        if seen.scan is None and not seen.clouds:
-            parameters = {**parameters, "footprint_clearing_enabled": False}
-        costs, voxels, origin, bounds = self._updated(before, observations, seen.pose, parameters)
+        outline = None
+        is_seen = seen.scan is not None or bool(seen.clouds)
+        if is_seen and self._parameters.footprint_clearing_enabled:
+            outline = place_outline(self._setup.footprint, seen.pose)
+        before = state.costs if state else None
+        grid = Grid(
+            self._moved(before, state, seen, self._setup.default_cost, np.uint8),
+            *seen.origin,
+            self._setup.resolution,
+        )
+        voxels, bounds = self._updated(grid, state, observations, outline, seen)
         touched = tuple(bounds) if np.all(np.isfinite(bounds)) else None
-        return Observed(SensingState(costs, voxels, origin, buffers), touched)
+        return Observed(SensingState(grid.costs, voxels, seen.origin, buffers), touched)
 
-    def write(self, state: SensingState, grid: Grid, seen: Seen) -> NDArray[np.uint8]:
-        merge_layer(grid.costs, state.costs, self._rule)
+    def write(self, state: SensingState, grid: Grid, seen: Seen) -> Costs:
+        """See `Layer`."""
+        window = seen.slices
+        merge_layer(grid.costs[window], state.costs[window], self._rule)
         return grid.costs
 
-    def _first_state(self, origin: tuple[float, float]) -> SensingState:
-        shape = (self._setup.rows, self._setup.columns)
-        costs = np.full(shape, self._setup.default_cost, np.uint8)
-        return SensingState(costs, np.full(shape, UNKNOWN_COLUMN, np.uint32), origin, {})
+    def _moved(
+        self,
+        cells: Any,
+        state: SensingState | None,
+        seen: Seen,
+        default: int | np.unsignedinteger,
+        dtype: type[np.unsignedinteger],
+    ) -> Any:
+        """Returns the cells of the state as a new array that lies where the costmap lies now."""
+        if state is None:
+            return np.full((self._setup.rows, self._setup.columns), default, dtype)
+        resolution = self._setup.resolution
+        return moved_cells(cells, state.origin, seen.origin, resolution=resolution, default=default)
 
     def _updated(
         self,
-        before: SensingState,
+        grid: Grid,
+        state: SensingState | None,
         observations: list[Observation],
-        pose: NDArray[np.float64],
-        parameters: dict[str, Any],
-    ) -> Updated:
-        """Returns costs, voxels, origin and the box touched after a cycle."""
-        raise NotImplementedError
+        outline: Array | None,
+        seen: Seen,
+    ) -> tuple[Voxels | None, Array]:
+        """Updates the costs of `grid` in place; returns the voxels and the box touched, (4,) m."""
+        bounds = update_obstacle_layer(grid, observations, outline=outline, **self._heights)
+        return None, bounds
 
 
-class SourcedObstacleLayer(_SensingLayer):
-    """Nav2's ObstacleLayer."""
-
-    Parameters = ObstacleLayerParameters
-
-    def _updated(
-        self,
-        before: SensingState,
-        observations: list[Observation],
-        pose: NDArray[np.float64],
-        parameters: dict[str, Any],
-    ) -> Updated:
-        costs, x, y, bounds = update_obstacle_layer_from_clouds(
-            before.costs, before.origin, observations, robot_pose=pose, **parameters
-        )
-        return costs, None, (x, y), bounds
-
-
-class SourcedVoxelLayer(_SensingLayer):
-    """Nav2's VoxelLayer."""
+class VoxelLayer(ObstacleLayer):
+    """Nav2's VoxelLayer on one grid."""
 
     Parameters = VoxelLayerParameters
 
+    def __init__(self, parameters: VoxelLayerParameters, setup: LayerSetup) -> None:
+        super().__init__(parameters, setup)
+        self._levels: dict[str, Any] = {
+            "origin_z": parameters.origin_z,
+            "z_resolution": parameters.z_resolution,
+            "z_voxels": parameters.z_voxels,
+            "unknown_threshold": parameters.unknown_threshold,
+            "mark_threshold": parameters.mark_threshold,
+        }
+
     def _updated(
         self,
-        before: SensingState,
+        grid: Grid,
+        state: SensingState | None,
         observations: list[Observation],
-        pose: NDArray[np.float64],
-        parameters: dict[str, Any],
-    ) -> Updated:
-        voxels = before.voxels
-        assert voxels is not None  # See _first_state.
-        costs, voxels, x, y, bounds = update_voxel_layer(
-            before.costs, voxels, before.origin, observations, robot_pose=pose, **parameters
+        outline: Array | None,
+        seen: Seen,
+    ) -> tuple[Voxels | None, Array]:
+        before = state.voxels if state else None
+        voxels = self._moved(before, state, seen, UNKNOWN_COLUMN, np.uint32)
+        bounds = update_voxel_layer(
+            voxel_grid(grid, voxels, **self._levels),
+            observations,
+            outline=outline,
+            **self._heights,
         )
-        return costs, voxels, (x, y), bounds
+        return voxels, bounds

@@ -36,55 +36,53 @@ class MergeRule(IntEnum):
     TRUE_OVERWRITE = 3
 
 
-def roll_window(
-    costs: NDArray[Value],
+def rolled_origin(
     origin: tuple[float, float],
-    *,
-    resolution: float,
-    wanted: tuple[float, float],
-    default_cost: int | np.unsignedinteger,
-) -> tuple[NDArray[Value], float, float]:
-    """Returns (costs, origin_x, origin_y) of the grid moved toward a wanted lower left corner, m.
-
-    The move is a whole number of cells, truncated toward zero, so that the origin stays on its
-    lattice and may lag by up to a cell. Cells that both windows share keep their value, of
-    whatever type, the others get `default_cost`. The array returned is new.
-    (Costmap2D::updateOrigin)
-    """
-    rows, columns = costs.shape
-    shift_x = int((wanted[0] - origin[0]) / resolution)
-    shift_y = int((wanted[1] - origin[1]) / resolution)
-    rolled = np.full(costs.shape, default_cost, dtype=costs.dtype)
-    if abs(shift_x) < columns and abs(shift_y) < rows:
-        from_rows, to_rows = _shared(shift_y, rows)
-        from_columns, to_columns = _shared(shift_x, columns)
-        rolled[to_rows, to_columns] = costs[from_rows, from_columns]
-    return rolled, float(origin[0] + shift_x * resolution), float(origin[1] + shift_y * resolution)
-
-
-def centre_window(
-    costs: NDArray[Value],
-    origin: tuple[float, float],
+    shape: tuple[int, int],
     *,
     resolution: float,
     robot_pose: NDArray[np.float64],
-    default_cost: int | np.unsignedinteger,
     is_short: bool = False,
-) -> tuple[NDArray[Value], float, float]:
-    """Returns `roll_window` toward where the robot, (3,) m, m, rad, is in the grid's middle.
+) -> tuple[float, float]:
+    """Returns the lower left corner (x, y), m, of a window that follows the robot.
 
+    origin: the corner so far, m. shape: (rows, columns). robot_pose: (3,) x m, y m, yaw rad; the
+    window is moved until the robot is in its middle. The move is a whole number of cells, truncated
+    toward zero, so that the corner stays on its lattice and may lag by up to a cell.
     is_short: the grid is taken for half a cell shorter than it is, as in Nav2 up to Kilted, so that
-    it lies a quarter of a cell off.
+    it lies a quarter of a cell off. (Costmap2D::updateOrigin)
     """
-    rows, columns = costs.shape
+    rows, columns = shape
     missing = MISSING_CELLS if is_short else 0.0
-    wanted = (
-        robot_pose[0] - 0.5 * ((columns - missing) * resolution),
-        robot_pose[1] - 0.5 * ((rows - missing) * resolution),
-    )
-    return roll_window(
-        costs, origin, resolution=resolution, wanted=wanted, default_cost=default_cost
-    )
+    wanted_x = robot_pose[0] - 0.5 * ((columns - missing) * resolution)
+    wanted_y = robot_pose[1] - 0.5 * ((rows - missing) * resolution)
+    shift_x = int((wanted_x - origin[0]) / resolution)
+    shift_y = int((wanted_y - origin[1]) / resolution)
+    return float(origin[0] + shift_x * resolution), float(origin[1] + shift_y * resolution)
+
+
+def moved_cells(
+    cells: NDArray[Value],
+    origin: tuple[float, float],
+    new_origin: tuple[float, float],
+    *,
+    resolution: float,
+    default: int | np.unsignedinteger,
+) -> NDArray[Value]:
+    """Returns a new array with the cells of a grid whose lower left corner has moved.
+
+    cells: (rows, columns) of any type. origin, new_origin: the corner before and after, m, a whole
+    number of cells apart. Cells that both grids share keep their value, the others get `default`.
+    """
+    rows, columns = cells.shape
+    shift_x = round((new_origin[0] - origin[0]) / resolution)
+    shift_y = round((new_origin[1] - origin[1]) / resolution)
+    moved = np.full(cells.shape, default, dtype=cells.dtype)
+    if abs(shift_x) < columns and abs(shift_y) < rows:
+        from_rows, to_rows = _shared(shift_y, rows)
+        from_columns, to_columns = _shared(shift_x, columns)
+        moved[to_rows, to_columns] = cells[from_rows, from_columns]
+    return moved
 
 
 def _shared(shift: int, count: int) -> tuple[slice, slice]:

@@ -1,26 +1,24 @@
-"""The 2-D obstacle layer: a rolling grid that scans mark and clear.
+"""The 2-D obstacle layer: a grid that points mark and the rays to them clear.
 
-`update_obstacle_layer` is one whole cycle for one planar scan; layer_grid.merge_layer then writes
-the layer into a master grid. Grids are (rows, columns) uint8, `[row = y, column = x]`; points and
-poses are in the grid's frame.
-Source: nav2_costmap_2d (ObstacleLayer) and nav2_util (raytraceLine). The height band of a point is
-left to the caller: all points of a planar scan share one height. Nav2 passes points on as float32;
-here they stay float64.
+`update_obstacle_layer` is one whole cycle; layer_grid.merge_layer then writes the layer into a
+master grid. Grids are (rows, columns) uint8, `[row = y, column = x]`; points and poses are in the
+grid's frame.
+Source: nav2_costmap_2d (ObstacleLayer) and nav2_util (raytraceLine). Nav2 passes points on as
+float32; here they stay float64.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 from drake_navbench.kernels.grid import FREE, LETHAL, Grid, distance_to_cells, world_to_cell
-from drake_navbench.kernels.layer_grid import centre_window, draw_line, fill_outline
-from drake_navbench.kernels.poses import place_outline
+from drake_navbench.kernels.layer_grid import draw_line, fill_outline
+from drake_navbench.kernels.observation import Observation
 
 # A ray that leaves the grid through its right or upper edge is cut this far inside of it, m.
 UPPER_EDGE_MARGIN = 0.001
@@ -31,111 +29,36 @@ INF_RANGE_MARGIN = 0.0001
 NOTHING_TOUCHED = (math.inf, math.inf, -math.inf, -math.inf)
 
 
-class ObstacleLayerUpdate(NamedTuple):
-    """What one cycle leaves.
-
-    costs: (rows, columns) uint8, the layer's grid, a new array.
-    origin_x, origin_y: lower left corner of its cell (0, 0), m.
-    bounds: (4,) min_x, min_y, max_x, max_y m: the box that the cycle touched, as Nav2 grows it.
-    """
-
-    costs: NDArray[np.uint8]
-    origin_x: float
-    origin_y: float
-    bounds: NDArray[np.float64]
-
-
 def update_obstacle_layer(
-    costs: NDArray[np.uint8],
-    origin: tuple[float, float],
+    grid: Grid,
+    observations: Sequence[Observation],
     *,
-    resolution: float,
-    robot_pose: NDArray[np.float64],
-    footprint: NDArray[np.float64],
-    sensor_pose: NDArray[np.float64],
-    angles: NDArray[np.float64],
-    ranges: NDArray[np.floating],
-    range_min: float,
-    range_max: float,
-    obstacle_min_range: float = 0.0,
-    obstacle_max_range: float = 2.5,
-    raytrace_min_range: float = 0.0,
-    raytrace_max_range: float = 3.0,
-    footprint_clearing_enabled: bool = True,
-    inf_is_valid: bool = False,
-    default_cost: int = FREE,
-    rolling_window: bool = True,
-    is_short: bool = False,
-    further_scans: Sequence[tuple[NDArray[np.float64], NDArray[np.floating]]] = (),
-) -> ObstacleLayerUpdate:
-    """Returns the layer after one cycle: roll, clear along all rays, mark all hits, free the robot.
+    outline: NDArray[np.float64] | None,
+    min_obstacle_height: float = 0.0,
+    max_obstacle_height: float = 2.0,
+) -> NDArray[np.float64]:
+    """Clears along all rays, marks all hits, then frees the robot, in place.
 
-    costs, origin: the layer's grid and the lower left corner of its cell (0, 0), m; unchanged.
-    robot_pose: (3,) x m, y m, yaw rad. footprint: (K, 2) padded, base frame, m.
-    sensor_pose: (3,) when the scan was taken. angles: (N,) rad from the sensor's axis.
-    ranges: (N,) m; only range_min <= range < range_max gives a point.
-    further_scans: poses and ranges of scanners of the same kind; all clear before any marks.
-    The other arguments are Nav2's parameters of the same names [m], `default_cost`, that of
-    cells never seen (NO_INFORMATION where unknown space is tracked), and is_short, as for
-    `centre_window`.
+    outline: (K, 2) of the robot in the grid's frame, m; None frees nothing. Points outside of the
+    two heights [m] do not mark; all else is in the plane, so that a ray frees what it passes above.
+    Returns (4,) min_x, min_y, max_x, max_y m: the box that the cycle touched, as Nav2 grows it.
     """
-    grid = grid_of_cycle(
-        costs,
-        origin,
-        resolution=resolution,
-        robot_pose=robot_pose,
-        default_cost=default_cost,
-        rolling_window=rolling_window,
-        is_short=is_short,
-    )
     bounds = np.array(NOTHING_TOUCHED)
-    seen = []
-    for pose, own_ranges in ((sensor_pose, ranges), *further_scans):
-        points = scan_points(
-            pose,
-            angles,
-            own_ranges,
-            range_min=range_min,
-            range_max=range_max,
-            inf_is_valid=inf_is_valid,
-        )
-        seen.append((pose[0], pose[1], points))
-    for sensor_x, sensor_y, points in seen:
-        clear_rays(grid, bounds, sensor_x, sensor_y, points, raytrace_min_range, raytrace_max_range)
-    for sensor_x, sensor_y, points in seen:
-        mark_points(
-            grid, bounds, sensor_x, sensor_y, points, obstacle_min_range, obstacle_max_range
-        )
-    if footprint_clearing_enabled:
-        free_robot(grid, bounds, place_outline(footprint, robot_pose))
-    return ObstacleLayerUpdate(grid.costs, grid.origin_x, grid.origin_y, bounds)
-
-
-def grid_of_cycle(
-    costs: NDArray[np.uint8],
-    origin: tuple[float, float],
-    *,
-    resolution: float,
-    robot_pose: NDArray[np.float64],
-    default_cost: int,
-    rolling_window: bool,
-    is_short: bool,
-) -> Grid:
-    """Returns a copy of the layer's grid, moved along with the robot where it rolls.
-
-    Arguments as for `update_obstacle_layer`.
-    """
-    if not rolling_window:
-        return Grid(costs.copy(), float(origin[0]), float(origin[1]), float(resolution))
-    moved, origin_x, origin_y = centre_window(
-        costs,
-        origin,
-        resolution=resolution,
-        robot_pose=robot_pose,
-        default_cost=default_cost,
-        is_short=is_short,
-    )
-    return Grid(moved, origin_x, origin_y, float(resolution))
+    for seen in observations:
+        if seen.clearing:
+            points = np.array(seen.points[:, :2], dtype=np.float64, order="C")
+            ranges = (float(seen.raytrace_min_range), float(seen.raytrace_max_range))
+            clear_rays(grid, bounds, seen.origin[0], seen.origin[1], points, *ranges)
+    for seen in observations:
+        if seen.marking:
+            heights = seen.points[:, 2]
+            is_within = (heights >= min_obstacle_height) & (heights <= max_obstacle_height)
+            points = np.array(seen.points[is_within, :2], dtype=np.float64, order="C")
+            ranges = (float(seen.obstacle_min_range), float(seen.obstacle_max_range))
+            mark_points(grid, bounds, seen.origin[0], seen.origin[1], points, *ranges)
+    if outline is not None:
+        free_robot(grid, bounds, outline)
+    return bounds
 
 
 def free_robot(grid: Grid, bounds: NDArray[np.float64], outline: NDArray[np.float64]) -> None:

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -32,10 +32,8 @@ from drake_navbench.kernels.grid import (
     distance_to_cells,
     world_to_cell,
 )
-from drake_navbench.kernels.layer_grid import centre_window
 from drake_navbench.kernels.observation import Observation
 from drake_navbench.kernels.obstacle_layer import NOTHING_TOUCHED, free_robot
-from drake_navbench.kernels.poses import place_outline
 
 MAX_VOXELS = 16
 UNKNOWN_COLUMN = np.uint32((1 << MAX_VOXELS) - 1)
@@ -49,106 +47,84 @@ TOP_MARGIN = 0.01
 CUT_SHARE = 1e-5
 
 
-class VoxelFrame(NamedTuple):
-    """Where the voxels lie: lower corner m, a voxel's edges along x or y and z m, levels."""
+class VoxelGrid(NamedTuple):
+    """The voxels of a layer and the costs of their columns, in the form that kernels take.
 
-    origin_x: float
-    origin_y: float
-    origin_z: float
-    resolution: float
-    z_resolution: float
-    z_voxels: int
-
-
-class VoxelLayerUpdate(NamedTuple):
-    """What one cycle leaves; arrays are new.
-
-    costs: (rows, columns) uint8. voxels: (rows, columns) uint32, the columns of voxels.
-    origin_x, origin_y: lower left corner of cell (0, 0), m.
-    bounds: (4,) min_x, min_y, max_x, max_y m: the box that the cycle touched, as Nav2 grows it.
+    costs: (rows, columns) uint8. voxels: (rows, columns) uint32, a column each.
+    origin_x, origin_y, origin_z: lower corner, m. resolution, z_resolution: edges of a voxel along
+    x or y and along z, m. z_voxels: levels.
+    max_unknown: a column with more unknown voxels, among all MAX_VOXELS, stays unknown.
+    mark_threshold: a column with more marked voxels is lethal.
     """
 
     costs: NDArray[np.uint8]
     voxels: NDArray[np.uint32]
     origin_x: float
     origin_y: float
-    bounds: NDArray[np.float64]
+    origin_z: float
+    resolution: float
+    z_resolution: float
+    z_voxels: int
+    max_unknown: int
+    mark_threshold: int
 
 
-def update_voxel_layer(
-    costs: NDArray[np.uint8],
+def voxel_grid(
+    grid: Grid,
     voxels: NDArray[np.uint32],
-    origin: tuple[float, float],
-    observations: Sequence[Observation],
     *,
-    resolution: float,
-    robot_pose: NDArray[np.float64],
-    footprint: NDArray[np.float64],
     origin_z: float = 0.0,
     z_resolution: float = 0.2,
     z_voxels: int = 10,
-    min_obstacle_height: float = 0.0,
-    max_obstacle_height: float = 2.0,
     unknown_threshold: int = 15,
     mark_threshold: int = 0,
-    footprint_clearing_enabled: bool = True,
-    default_cost: int = FREE,
-    rolling_window: bool = True,
-    is_short: bool = False,
-) -> VoxelLayerUpdate:
-    """Returns the layer after one cycle: roll, clear along all rays, mark all hits, free the robot.
+) -> VoxelGrid:
+    """Returns the layer's grids as one; the other arguments are Nav2's parameters of these names.
 
-    costs, voxels, origin: the layer's grids and the lower left corner of cell (0, 0), m; unchanged.
-    robot_pose: (3,) x m, y m, yaw rad. footprint: (K, 2) padded, base frame, m.
-    The other arguments are Nav2's parameters of the same names, and `default_cost`, that of cells
-    never seen (NO_INFORMATION where unknown space is tracked), and is_short, as for
-    `centre_window`.
+    Levels that the grid does not have stay unknown; unknown_threshold does not count them.
     """
-    grids = (costs.copy(), voxels.copy())
-    if rolling_window:
-        place: dict[str, Any] = {
-            "resolution": resolution,
-            "robot_pose": robot_pose,
-            "is_short": is_short,
-        }
-        rolled, *_ = centre_window(voxels, origin, default_cost=UNKNOWN_COLUMN, **place)
-        costs, *corner = centre_window(costs, origin, default_cost=default_cost, **place)
-        grids, origin = (costs, rolled), (corner[0], corner[1])
-    frame = VoxelFrame(
-        float(origin[0]),
-        float(origin[1]),
+    return VoxelGrid(
+        grid.costs,
+        voxels,
+        float(grid.origin_x),
+        float(grid.origin_y),
         float(origin_z),
-        resolution,
+        float(grid.resolution),
         float(z_resolution),
         z_voxels,
+        unknown_threshold + (MAX_VOXELS - z_voxels),
+        mark_threshold,
     )
+
+
+def update_voxel_layer(
+    grid: VoxelGrid,
+    observations: Sequence[Observation],
+    *,
+    outline: NDArray[np.float64] | None,
+    min_obstacle_height: float = 0.0,
+    max_obstacle_height: float = 2.0,
+) -> NDArray[np.float64]:
+    """Clears along all rays, marks all hits, then frees the robot, in place.
+
+    outline: (K, 2) of the robot in the grid's frame, m; None frees nothing. Points outside of the
+    two heights [m] do not mark.
+    Returns (4,) min_x, min_y, max_x, max_y m: the box that the cycle touched, as Nav2 grows it.
+    """
     bounds = np.array(NOTHING_TOUCHED)
-    # Levels that the grid does not have stay unknown; the threshold does not count them.
-    max_unknown = unknown_threshold + (MAX_VOXELS - z_voxels)
     for seen in observations:
         if seen.clearing:
             ranges = (float(seen.raytrace_min_range), float(seen.raytrace_max_range))
-            clear_voxel_rays(
-                *grids,
-                bounds,
-                frame,
-                seen.origin,
-                seen.points,
-                *ranges,
-                max_unknown,
-                mark_threshold,
-            )
+            clear_voxel_rays(grid, bounds, seen.origin, seen.points, ranges)
     heights = (float(min_obstacle_height), float(max_obstacle_height))
     for seen in observations:
         if seen.marking:
             ranges = (float(seen.obstacle_min_range), float(seen.obstacle_max_range))
-            mark_voxels(
-                *grids, bounds, frame, seen.origin, seen.points, *ranges, *heights, mark_threshold
-            )
-    if footprint_clearing_enabled:
-        grid = Grid(grids[0], frame.origin_x, frame.origin_y, resolution)
-        free_robot(grid, bounds, place_outline(footprint, robot_pose))
-    return VoxelLayerUpdate(*grids, frame.origin_x, frame.origin_y, bounds)
+            mark_voxels(grid, bounds, seen.origin, seen.points, ranges, heights)
+    if outline is not None:
+        costs = Grid(grid.costs, grid.origin_x, grid.origin_y, grid.resolution)
+        free_robot(costs, bounds, outline)
+    return bounds
 
 
 @njit(cache=True)
@@ -168,91 +144,80 @@ def _grow(bounds, x, y):
 
 
 @njit(cache=True, error_model="numpy")
-def mark_voxels(
-    costs,
-    voxels,
-    bounds,
-    frame,
-    origin,
-    points,
-    min_range,
-    max_range,
-    min_height,
-    max_height,
-    mark_threshold,
-):
+def mark_voxels(grid, bounds, origin, points, ranges, heights):
     """Marks, in place, the voxels that hold points (N, 3), m.
 
-    A point counts from min_range to less than max_range off the sensor at `origin` (3,), m, between
-    both heights, and on the grid; one below the grid counts on its lowest level. A column with more
-    than mark_threshold marks gets the cost LETHAL. `bounds`, (4,) min_x, min_y, max_x, max_y m,
-    grows around the points in such columns. (VoxelLayer::updateBounds)
+    A point counts from ranges[0] to less than ranges[1] off the sensor at `origin` (3,), m, between
+    both heights, m, and on the grid; one below the grid counts on its lowest level. A column with
+    more than mark_threshold marks gets the cost LETHAL. `bounds`, (4,) min_x, min_y, max_x, max_y
+    m, grows around the points in such columns. (VoxelLayer::updateBounds)
     """
-    rows, columns = costs.shape
+    rows, columns = grid.costs.shape
+    min_range, max_range = ranges
     for k in range(points.shape[0]):
         x, y, z = np.float64(points[k, 0]), np.float64(points[k, 1]), np.float64(points[k, 2])
-        if z < min_height or z > max_height:
+        if z < heights[0] or z > heights[1]:
             continue
         d_x, d_y, d_z = x - origin[0], y - origin[1], z - origin[2]
         squared = d_x * d_x + d_y * d_y + d_z * d_z
         if squared >= max_range * max_range or squared < min_range * min_range:
             continue
         column, row = world_to_cell(
-            x, y, frame.origin_x, frame.origin_y, frame.resolution, columns, rows
+            x, y, grid.origin_x, grid.origin_y, grid.resolution, columns, rows
         )
-        level = (max(z, frame.origin_z) - frame.origin_z) / frame.z_resolution
-        if column < 0 or not level < frame.z_voxels:
+        level = (max(z, grid.origin_z) - grid.origin_z) / grid.z_resolution
+        if column < 0 or not level < grid.z_voxels:
             continue
-        marked = np.int64(voxels[row, column]) | (VOXEL_MASK << int(level))
-        voxels[row, column] = marked
-        if count_bits(marked >> MAX_VOXELS) > mark_threshold:
-            costs[row, column] = LETHAL
+        marked = np.int64(grid.voxels[row, column]) | (VOXEL_MASK << int(level))
+        grid.voxels[row, column] = marked
+        if count_bits(marked >> MAX_VOXELS) > grid.mark_threshold:
+            grid.costs[row, column] = LETHAL
             _grow(bounds, x, y)
 
 
 @njit(cache=True, error_model="numpy")
-def _coordinates(x, y, z, frame, columns, rows):
-    """Returns (column, row, level, is_on_grid) of a point m, not rounded."""
-    column = (x - frame.origin_x) / frame.resolution
-    row = (y - frame.origin_y) / frame.resolution
-    level = (z - frame.origin_z) / frame.z_resolution
-    is_low_enough = column < columns and row < rows and level < frame.z_voxels
-    is_high_enough = x >= frame.origin_x and y >= frame.origin_y and z >= frame.origin_z
-    return column, row, level, is_low_enough and is_high_enough
+def _in_voxels(grid, x, y, z):
+    """Returns ((column, row, level), is_on_grid) of a point m, not rounded."""
+    rows, columns = grid.costs.shape
+    column = (x - grid.origin_x) / grid.resolution
+    row = (y - grid.origin_y) / grid.resolution
+    level = (z - grid.origin_z) / grid.z_resolution
+    is_low_enough = column < columns and row < rows and level < grid.z_voxels
+    is_high_enough = x >= grid.origin_x and y >= grid.origin_y and z >= grid.origin_z
+    return (column, row, level), is_low_enough and is_high_enough
 
 
 @njit(cache=True, error_model="numpy")
-def _ray_end(origin, point, frame, columns, rows):
+def _ray_end(grid, origin, point):
     """Returns (x, y, z) where the ray from a sensor to a point ends, m.
 
     That is two cells before the point, or the sensor itself where the point is nearer; and where it
     leaves the grid, but for a margin.
     """
+    rows, columns = grid.costs.shape
     x_0, y_0, z_0 = origin[0], origin[1], origin[2]
     x, y, z = np.float64(point[0]), np.float64(point[1]), np.float64(point[2])
     length = math.sqrt((x - x_0) * (x - x_0) + (y - y_0) * (y - y_0) + (z - z_0) * (z - z_0))
-    part = (length - RAY_GAP_CELLS * frame.resolution) / length
+    part = (length - RAY_GAP_CELLS * grid.resolution) / length
     part = max(part if part < 1.0 else 1.0, 0.0)
     x, y, z = part * (x - x_0) + x_0, part * (y - y_0) + y_0, part * (z - z_0) + z_0
     d_x, d_y, d_z = x - x_0, y - y_0, z - z_0
-    end_x, end_y = (
-        frame.origin_x + columns * frame.resolution,
-        frame.origin_y + rows * frame.resolution,
-    )
-    end_z = frame.origin_z + frame.z_voxels * frame.z_resolution
+    end_x = grid.origin_x + columns * grid.resolution
+    end_y = grid.origin_y + rows * grid.resolution
+    end_z = grid.origin_z + grid.z_voxels * grid.z_resolution
     share = 1.0
     is_cut = False
     if z > end_z:
         share = max(0.0, min(share, (end_z - TOP_MARGIN - z_0) / d_z))
         is_cut = True
-    elif z < frame.origin_z:
-        share = min(share, (frame.origin_z - z_0) / d_z)
+    elif z < grid.origin_z:
+        share = min(share, (grid.origin_z - z_0) / d_z)
         is_cut = True
-    if x < frame.origin_x:
-        share = min(share, (frame.origin_x - x_0) / d_x)
+    if x < grid.origin_x:
+        share = min(share, (grid.origin_x - x_0) / d_x)
         is_cut = True
-    if y < frame.origin_y:
-        share = min(share, (frame.origin_y - y_0) / d_y)
+    if y < grid.origin_y:
+        share = min(share, (grid.origin_y - y_0) / d_y)
         is_cut = True
     if x > end_x:
         share = min(share, (end_x - x_0) / d_x)
@@ -266,43 +231,27 @@ def _ray_end(origin, point, frame, columns, rows):
 
 
 @njit(cache=True, error_model="numpy")
-def clear_voxel_rays(
-    costs,
-    voxels,
-    bounds,
-    frame,
-    origin,
-    points,
-    min_range,
-    max_range,
-    max_unknown,
-    mark_threshold,
-):
+def clear_voxel_rays(grid, bounds, origin, points, ranges):
     """Clears, in place, the voxels on the rays from a sensor at `origin` (3,) to points (N, 3), m.
 
-    A ray is walked from min_range to at most max_range m, both rounded up to cells, and compared
+    A ray is walked from ranges[0] to at most ranges[1] m, both rounded up to cells, and compared
     with its length in voxels. Each column that it clears a voxel of, and that has no more than
     mark_threshold marks, becomes FREE, or NO_INFORMATION where more than max_unknown of its voxels
     are unknown. A sensor off the grid clears nothing. `bounds`, (4,) min_x, min_y, max_x, max_y m,
     grows around the ends of the rays. (VoxelLayer::raytraceFreespace)
     """
-    rows, columns = costs.shape
-    column_0, row_0, level_0, is_on_grid = _coordinates(
-        origin[0], origin[1], origin[2], frame, columns, rows
-    )
+    start, is_on_grid = _in_voxels(grid, origin[0], origin[1], origin[2])
     if not is_on_grid:
         return
-    min_cells = distance_to_cells(min_range, frame.resolution)
-    max_cells = distance_to_cells(max_range, frame.resolution)
+    min_range, max_range = ranges
+    min_cells = distance_to_cells(min_range, grid.resolution)
+    max_cells = distance_to_cells(max_range, grid.resolution)
     for k in range(points.shape[0]):
-        x, y, z = _ray_end(origin, points[k], frame, columns, rows)
-        column, row, level, is_on_grid = _coordinates(x, y, z, frame, columns, rows)
+        x, y, z = _ray_end(grid, origin, points[k])
+        end, is_on_grid = _in_voxels(grid, x, y, z)
         if not is_on_grid:
             continue
-        _clear_line(
-            costs, voxels, column_0, row_0, level_0, column, row, level,
-            min_cells, max_cells, max_unknown, mark_threshold,
-        )  # fmt: skip
+        _clear_line(grid, start, end, min_cells, max_cells)
         length = math.hypot(x - origin[0], y - origin[1])
         if length >= min_range:
             part = min(1.0, max_range / length) if length > 0.0 else 1.0
@@ -310,10 +259,10 @@ def clear_voxel_rays(
 
 
 @njit(cache=True, error_model="numpy")
-def _clear_line(
-    costs, voxels, x_0, y_0, z_0, x_1, y_1, z_1, min_cells, max_cells, max_unknown, mark_threshold
-):
+def _clear_line(grid, start, end, min_cells, max_cells):
     """Clears the voxels of a line between two points given in voxels (VoxelGrid::raytraceLine)."""
+    x_0, y_0, z_0 = start
+    x_1, y_1, z_1 = end
     length = math.sqrt(
         (x_0 - x_1) * (x_0 - x_1) + (y_0 - y_1) * (y_0 - y_1) + (z_0 - z_1) * (z_0 - z_1)
     )
@@ -333,7 +282,7 @@ def _clear_line(
     d_column, d_row, d_level = abs(d_column), abs(d_row), abs(d_level)
     steps = max(d_column, d_row, d_level)
     error_column, error_row, error_level = steps // 2, steps // 2, steps // 2
-    _clear_voxel(costs, voxels, row, column, level, max_unknown, mark_threshold)
+    _clear_voxel(grid, row, column, level)
     for _ in range(min(int(part * steps), steps)):
         error_column += d_column
         error_row += d_row
@@ -347,16 +296,16 @@ def _clear_line(
         if error_level >= steps:
             level += step_level
             error_level -= steps
-        _clear_voxel(costs, voxels, row, column, level, max_unknown, mark_threshold)
+        _clear_voxel(grid, row, column, level)
 
 
 @njit(cache=True)
-def _clear_voxel(costs, voxels, row, column, level, max_unknown, mark_threshold):
+def _clear_voxel(grid, row, column, level):
     """Clears one voxel and sets the cost of its column (VoxelGrid::ClearVoxelInMap)."""
-    left = np.int64(voxels[row, column]) & ~(VOXEL_MASK << level)
-    voxels[row, column] = left
+    left = np.int64(grid.voxels[row, column]) & ~(VOXEL_MASK << level)
+    grid.voxels[row, column] = left
     marked = left >> MAX_VOXELS
-    if count_bits(marked) <= mark_threshold:
+    if count_bits(marked) <= grid.mark_threshold:
         unknown = (marked ^ left) & LOW_BITS
-        is_known = count_bits(unknown) <= max_unknown
-        costs[row, column] = FREE if is_known else NO_INFORMATION
+        is_known = count_bits(unknown) <= grid.max_unknown
+        grid.costs[row, column] = FREE if is_known else NO_INFORMATION

@@ -61,7 +61,7 @@ def test_a_scan_marks_the_level_of_the_lidar():
     )
     assert cells(state.costmap.costs) == {(15, 10)}
     # 0.3 m is on the second level of 0.2 m.
-    assert state.voxels.voxels[10, 15] == UNKNOWN_COLUMN | 1 << 17
+    assert state.layers["voxel_layer"].voxels[10, 15] == UNKNOWN_COLUMN | 1 << 17
 
 
 def test_marks_are_inflated_like_those_of_other_layers():
@@ -73,8 +73,8 @@ def test_marks_are_inflated_like_those_of_other_layers():
 
 
 def test_without_a_voxel_layer_there_are_no_voxels():
-    assert local(plugins=("obstacle_layer",)).initial_state().voxels is None
-    assert local(voxel_layer={"enabled": False}).initial_state().voxels is None
+    assert "voxel_layer" not in local(plugins=("obstacle_layer",)).initial_state().layers
+    assert "voxel_layer" not in local(voxel_layer={"enabled": False}).initial_state().layers
 
 
 @pytest.mark.parametrize("height_m", [-0.1, 2.0])
@@ -135,7 +135,23 @@ def test_unknown_columns_stay_unknown_where_too_few_levels_were_seen():
 def test_clearing_a_costmap_forgets_its_voxels():
     layers = local()
     state = layers.updated(layers.initial_state(), scan=scan_of(0.55, 0.75), pose=POSE, time_s=0.0)
-    np.testing.assert_array_equal(layers.cleared(state).voxels.voxels, UNKNOWN_COLUMN)
+    nothing = scan_of(np.inf, np.inf)
+    again = layers.updated(layers.cleared(state), scan=nothing, pose=POSE, time_s=1.0)
+    assert (state.layers["voxel_layer"].voxels != UNKNOWN_COLUMN).any()
+    np.testing.assert_array_equal(again.layers["voxel_layer"].voxels, UNKNOWN_COLUMN)
+
+
+def test_voxels_follow_the_window():
+    layers = local()
+    state = layers.updated(
+        layers.initial_state(), scan=scan_of(0.55, np.inf), pose=POSE, time_s=0.0
+    )
+    nothing = scan_of(np.inf, np.inf)
+    moved = np.array([0.3, -0.2, 0.0])
+    after = layers.updated(state, scan=nothing, pose=moved, time_s=1.0).layers["voxel_layer"].voxels
+    # The mark of column 15, row 10: the window has moved three columns right and a row down, since
+    # moves are truncated to whole cells.
+    assert np.argwhere(after >> 16).tolist() == [[11, 12]]
 
 
 def test_it_writes_beside_an_obstacle_layer():

@@ -8,7 +8,8 @@ from drake_navbench.kernels.layer_grid import (
     MergeRule,
     fill_outline,
     merge_layer,
-    roll_window,
+    moved_cells,
+    rolled_origin,
 )
 
 L, U = LETHAL, NO_INFORMATION
@@ -21,47 +22,54 @@ def numbered(rows=4, columns=5):
 # Rolling window
 
 
-def test_rolling_keeps_the_shared_cells_and_resets_the_others():
-    rolled, x, y = roll_window(
-        numbered(), (0.0, 0.0), resolution=1.0, wanted=(2.3, 1.9), default_cost=NO_INFORMATION
-    )
-    assert (x, y) == (2.0, 1.0)
+def test_moved_cells_keep_what_both_grids_share_and_reset_the_others():
+    moved = moved_cells(numbered(), (0.0, 0.0), (2.0, 1.0), resolution=1.0, default=NO_INFORMATION)
     np.testing.assert_array_equal(
-        rolled, [[7, 8, 9, U, U], [12, 13, 14, U, U], [17, 18, 19, U, U], [U, U, U, U, U]]
+        moved, [[7, 8, 9, U, U], [12, 13, 14, U, U], [17, 18, 19, U, U], [U, U, U, U, U]]
     )
 
 
-def test_rolling_backwards_truncates_toward_zero():
-    rolled, x, y = roll_window(
-        numbered(), (0.0, 0.0), resolution=1.0, wanted=(-1.9, -0.9), default_cost=FREE
-    )
-    assert (x, y) == (-1.0, 0.0)
-    np.testing.assert_array_equal(rolled[:, 0], [0, 0, 0, 0])
-    np.testing.assert_array_equal(rolled[:, 1:], numbered()[:, :4])
+def test_cells_that_move_left_come_in_on_the_left():
+    moved = moved_cells(numbered(), (0.0, 0.0), (-1.0, 0.0), resolution=1.0, default=FREE)
+    np.testing.assert_array_equal(moved[:, 0], [0, 0, 0, 0])
+    np.testing.assert_array_equal(moved[:, 1:], numbered()[:, :4])
 
 
-def test_window_lags_by_up_to_a_cell_in_either_direction():
-    for wanted in (0.99, -0.99):
-        _, x, _ = roll_window(
-            numbered(), (0.0, 0.0), resolution=1.0, wanted=(wanted, 0.0), default_cost=FREE
-        )
-        assert x == 0.0
+def test_moved_cells_are_a_new_array_even_where_nothing_moves():
+    before = numbered()
+    moved = moved_cells(before, (0.3, 0.0), (0.3, 0.0), resolution=0.1, default=FREE)
+    np.testing.assert_array_equal(moved, before)
+    assert not np.shares_memory(moved, before)
 
 
-def test_rolling_beyond_the_window_resets_everything():
-    rolled, x, _ = roll_window(
-        numbered(), (0.0, 0.0), resolution=0.5, wanted=(100.2, 0.0), default_cost=3
-    )
-    assert x == 100.0
-    assert np.all(rolled == 3)
+def test_moving_beyond_the_window_resets_everything():
+    moved = moved_cells(numbered(), (0.0, 0.0), (100.0, 0.0), resolution=0.5, default=3)
+    assert np.all(moved == 3)
+
+
+def corner(origin, x, y, *, resolution=1.0, is_short=False):
+    """Where a window of 4 x 6 cells lies once it has followed a robot to (x, y)."""
+    pose = np.array([x, y, 0.0])
+    return rolled_origin(origin, (4, 6), resolution=resolution, robot_pose=pose, is_short=is_short)
+
+
+def test_a_window_follows_by_whole_cells_and_lags_by_up_to_one():
+    # Wanted: x - 3, y - 2.
+    assert corner((0.0, 0.0), 5.3, 3.9) == (2.0, 1.0)
+    assert corner((0.0, 0.0), 1.1, 1.1) == (-1.0, 0.0)
+    assert corner((0.0, 0.0), 3.99, 2.99) == corner((0.0, 0.0), 2.01, 1.01) == (0.0, 0.0)
+
+
+def test_up_to_kilted_a_window_lies_a_quarter_of_a_cell_off():
+    # Half a cell short: wanted are x - 2.75, y - 1.75.
+    assert corner((0.0, 0.0), 3.8, 2.8, is_short=True) == (1.0, 1.0)
+    assert corner((0.0, 0.0), 3.8, 2.8) == (0.0, 0.0)
 
 
 def test_origin_stays_on_the_lattice_of_the_first_one():
-    costs, x, y = numbered(), 0.01, -0.02
+    x, y = 0.01, -0.02
     for k in range(50):
-        costs, x, y = roll_window(
-            costs, (x, y), resolution=0.05, wanted=(0.013 * k, -0.017 * k), default_cost=FREE
-        )
+        x, y = corner((x, y), 0.013 * k, -0.017 * k, resolution=0.05)
     assert (x - 0.01) / 0.05 == pytest.approx(round((x - 0.01) / 0.05), abs=1e-9)
     assert (y + 0.02) / 0.05 == pytest.approx(round((y + 0.02) / 0.05), abs=1e-9)
 

@@ -7,12 +7,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_navbench.kernels.grid import FREE, LETHAL, NO_INFORMATION, Grid
+from drake_navbench.kernels.observation import Observation
 from drake_navbench.kernels.obstacle_layer import (
     clear_rays,
     mark_points,
     scan_points,
     update_obstacle_layer,
 )
+from drake_navbench.kernels.poses import place_outline
 
 L, U = LETHAL, NO_INFORMATION
 SMALL_SQUARE = np.array([[0.2, 0.2], [-0.2, 0.2], [-0.2, -0.2], [0.2, -0.2]])
@@ -177,21 +179,36 @@ def test_marking_leaves_other_marks():
 # A whole cycle
 
 
-def cycle(costs, ranges, **changes):
-    """One cycle of a robot in the middle of a 9 x 9 m grid, its sensor at its centre."""
-    arguments = {
-        "resolution": 1.0,
-        "robot_pose": np.array([4.5, 4.5, 0.0]),
-        "footprint": SMALL_SQUARE,
-        "sensor_pose": np.array([4.5, 4.5, 0.0]),
-        "angles": np.radians([0.0, 90.0]),
-        "ranges": np.array(ranges),
-        "range_min": 0.1,
-        "range_max": 20.0,
-        "obstacle_max_range": 10.0,
-        "raytrace_max_range": 10.0,
-    }
-    return update_obstacle_layer(costs, (0.0, 0.0), **{**arguments, **changes})
+ROBOT = np.array([4.5, 4.5, 0.0])
+
+
+def scan(ranges, *, pose=ROBOT, angles=(0.0, 0.5 * math.pi), inf_is_valid=False, **limits):
+    """What a scanner sees whose beams look ahead and to its left; ranges up to 10 m count."""
+    points = scan_points(
+        np.array(pose),
+        np.array(angles),
+        np.array(ranges),
+        range_min=0.1,
+        range_max=20.0,
+        inf_is_valid=inf_is_valid,
+    )
+    counted = {"obstacle_min_range": 0.0, "obstacle_max_range": 10.0}
+    counted |= {"raytrace_min_range": 0.0, "raytrace_max_range": 10.0}
+    return Observation(
+        origin=np.array([pose[0], pose[1], 0.5]),
+        points=np.column_stack([points, np.full(len(points), 0.5)]),
+        marking=True,
+        clearing=True,
+        **counted | limits,
+    )
+
+
+def cycle(costs, *scans, footprint=SMALL_SQUARE, pose=ROBOT):
+    """One cycle of a robot in the middle of a 9 x 9 m grid: the costs after it, and the bounds."""
+    after = costs.copy()
+    outline = None if footprint is None else place_outline(footprint, pose)
+    bounds = update_obstacle_layer(Grid(after, 0.0, 0.0, 1.0), scans, outline=outline)
+    return after, bounds
 
 
 def free_grid():
@@ -201,37 +218,37 @@ def free_grid():
 def test_cycle_marks_hits_and_clears_what_lies_before():
     costs = free_grid()
     costs[4, 6] = costs[6, 4] = costs[1, 1] = LETHAL
-    update = cycle(costs, [3.0, 4.0])
+    after, _ = cycle(costs, scan([3.0, 4.0]))
     expected = free_grid()
     expected[4, 7] = expected[8, 4] = expected[1, 1] = LETHAL
-    np.testing.assert_array_equal(update.costs, expected)
+    np.testing.assert_array_equal(after, expected)
 
 
 def test_a_second_scanner_marks_and_clears_from_its_own_place():
     # It looks from the middle of the cell at (6, 6) down along y, at right angles to the first.
-    second = (np.array([6.5, 6.5, -np.pi / 2]), np.array([3.0, np.inf]))
+    second = scan([3.0, np.inf], pose=(6.5, 6.5, -np.pi / 2))
     costs = free_grid()
     costs[4, 6] = LETHAL
-    update = cycle(costs, [3.0, np.inf], further_scans=[second])
+    after, _ = cycle(costs, scan([3.0, np.inf]), second)
     expected = free_grid()
     # The first one's ray and the second one's both pass the cell in row 4, column 6.
     expected[4, 7] = expected[3, 6] = LETHAL
-    np.testing.assert_array_equal(update.costs, expected)
+    np.testing.assert_array_equal(after, expected)
 
 
 def test_no_scanner_clears_what_another_one_has_just_marked():
     # The second one's ray passes the very cell in which the first one's ends.
-    second = (np.array([7.5, 7.5, -np.pi / 2]), np.array([6.0, np.inf]))
-    update = cycle(free_grid(), [3.0, np.inf], further_scans=[second])
-    assert update.costs[4, 7] == LETHAL
-    assert update.costs[1, 7] == LETHAL
+    second = scan([6.0, np.inf], pose=(7.5, 7.5, -np.pi / 2))
+    after, _ = cycle(free_grid(), scan([3.0, np.inf]), second)
+    assert after[4, 7] == LETHAL
+    assert after[1, 7] == LETHAL
 
 
 def test_removed_obstacle_stays_where_no_ray_passes():
-    seen = cycle(free_grid(), [3.0, np.inf]).costs
+    seen, _ = cycle(free_grid(), scan([3.0, np.inf]))
     assert seen[4, 7] == LETHAL
-    assert cycle(seen, [np.inf, np.inf]).costs[4, 7] == LETHAL
-    assert cycle(seen, [np.inf, np.inf], inf_is_valid=True).costs[4, 7] == FREE
+    assert cycle(seen, scan([np.inf, np.inf]))[0][4, 7] == LETHAL
+    assert cycle(seen, scan([np.inf, np.inf], inf_is_valid=True))[0][4, 7] == FREE
 
 
 def test_all_rays_clear_before_any_hit_marks():
@@ -239,56 +256,42 @@ def test_all_rays_clear_before_any_hit_marks():
     angles = np.array([0.0, 0.01])
     for order in ([0, 1], [1, 0]):
         ranges = np.array([2.0, 4.0])[order]
-        assert cycle(free_grid(), ranges, angles=angles[order]).costs[4, 6] == LETHAL
+        assert cycle(free_grid(), scan(ranges, angles=angles[order]))[0][4, 6] == LETHAL
 
 
 def test_ray_turns_unknown_cells_free():
     unknown = np.full((9, 9), NO_INFORMATION, dtype=np.uint8)
-    update = cycle(unknown, [3.0, np.inf], default_cost=NO_INFORMATION)
-    np.testing.assert_array_equal(update.costs[4, 3:], [U, FREE, FREE, FREE, L, U])
+    after, _ = cycle(unknown, scan([3.0, np.inf]))
+    np.testing.assert_array_equal(after[4, 3:], [U, FREE, FREE, FREE, L, U])
+
+
+def test_points_outside_of_the_heights_clear_but_do_not_mark():
+    costs = free_grid()
+    costs[4, 6] = LETHAL
+    seen = scan([3.0, np.inf])
+    for low, high, mark in ((0.5, 0.5, LETHAL), (0.51, 2.0, FREE), (0.0, 0.49, FREE)):
+        after = costs.copy()
+        update_obstacle_layer(
+            Grid(after, 0.0, 0.0, 1.0),
+            [seen],
+            outline=None,
+            min_obstacle_height=low,
+            max_obstacle_height=high,
+        )
+        assert (after[4, 6], after[4, 7]) == (FREE, mark)
 
 
 def test_footprint_is_freed_last():
     wide = np.array([[1.2, 1.2], [-1.2, 1.2], [-1.2, -1.2], [1.2, -1.2]])
-    hit_inside = cycle(free_grid(), [1.0, np.inf], footprint=wide)
-    assert not hit_inside.costs.any()
-    kept = cycle(free_grid(), [1.0, np.inf], footprint=wide, footprint_clearing_enabled=False)
-    assert kept.costs[4, 5] == LETHAL
-
-
-def test_window_follows_the_robot_and_obstacles_stay_put_in_the_world():
-    pose = np.array([6.7, 3.5, 0.0])
-    costs = free_grid()
-    costs[8, 8] = LETHAL  # at (8.5, 8.5)
-    update = cycle(costs, [np.inf, np.inf], robot_pose=pose, sensor_pose=pose)
-    assert (update.origin_x, update.origin_y) == (2.0, -1.0)
-    assert update.costs[8, 6] == FREE
-    assert [tuple(i) for i in np.argwhere(update.costs)] == []
-    costs[5, 7] = LETHAL  # at (7.5, 5.5): now column 5, row 6
-    update = cycle(costs, [np.inf, np.inf], robot_pose=pose, sensor_pose=pose)
-    assert [tuple(i) for i in np.argwhere(update.costs)] == [(6, 5)]
-
-
-def test_fixed_window_stays():
-    pose = np.array([6.7, 3.5, 0.0])
-    update = cycle(free_grid(), [np.inf, np.inf], robot_pose=pose, rolling_window=False)
-    assert (update.origin_x, update.origin_y) == (0.0, 0.0)
+    hit_inside = scan([1.0, np.inf])
+    assert not cycle(free_grid(), hit_inside, footprint=wide)[0].any()
+    assert cycle(free_grid(), hit_inside, footprint=None)[0][4, 5] == LETHAL
 
 
 def test_bounds_hold_sensor_ray_ends_hits_and_footprint():
-    update = cycle(free_grid(), [3.0, 4.0], raytrace_max_range=2.0, obstacle_max_range=3.5)
+    seen = scan([3.0, 4.0], raytrace_max_range=2.0, obstacle_max_range=3.5)
     # The ray upwards ends after 2 m and its hit, 4 m away, does not mark; the hit ahead does.
-    np.testing.assert_allclose(update.bounds, [4.3, 4.3, 7.5, 6.5])
-
-
-def test_cycle_leaves_its_inputs_unchanged():
-    costs = free_grid()
-    costs[4, 5] = LETHAL
-    before = costs.copy()
-    costs.flags.writeable = False
-    update = cycle(costs, np.array([3.0, 4.0], dtype=np.float32))
-    np.testing.assert_array_equal(costs, before)
-    assert update.costs.flags.writeable
+    np.testing.assert_allclose(cycle(free_grid(), seen)[1], [4.3, 4.3, 7.5, 6.5])
 
 
 @settings(deadline=None)
@@ -300,24 +303,15 @@ def test_cycle_leaves_its_inputs_unchanged():
 def test_world_moved_by_whole_cells_gives_the_same_grid(shift_x, shift_y, ranges):
     # An eighth of a metre is exact in binary, so that moving it rounds nothing but the hits.
     resolution = 0.125
-    angles = np.linspace(-3.0, 3.0, 24)
     updates = []
     for x, y in ((0.0, 0.0), (shift_x * resolution, shift_y * resolution)):
         pose = np.array([x + 0.0625, y + 0.0625, 0.3])
-        updates.append(
-            update_obstacle_layer(
-                np.zeros((64, 64), dtype=np.uint8),
-                (x - 4.0, y - 4.0),
-                resolution=resolution,
-                robot_pose=pose,
-                footprint=SMALL_SQUARE,
-                sensor_pose=pose,
-                angles=angles,
-                ranges=np.round(np.array(ranges), 3) + 0.0003,
-                range_min=0.1,
-                range_max=12.0,
-            )
+        grid = Grid(np.zeros((64, 64), dtype=np.uint8), x - 4.0, y - 4.0, resolution)
+        seen = scan(
+            np.round(np.array(ranges), 3) + 0.0003, pose=pose, angles=np.linspace(-3.0, 3.0, 24)
         )
-    np.testing.assert_array_equal(updates[0].costs, updates[1].costs)
+        bounds = update_obstacle_layer(grid, [seen], outline=place_outline(SMALL_SQUARE, pose))
+        updates.append((grid.costs, bounds))
+    np.testing.assert_array_equal(updates[0][0], updates[1][0])
     moved = np.tile([shift_x, shift_y], 2) * resolution
-    np.testing.assert_allclose(updates[1].bounds - moved, updates[0].bounds, atol=1e-12)
+    np.testing.assert_allclose(updates[1][1] - moved, updates[0][1], atol=1e-12)

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drake_navbench.kernels.voxel_layer import Observation
+from drake_navbench.kernels.observation import Observation
 
 ROWS, COLUMNS, RESOLUTION_M = 40, 50, 0.1
 FIRST_ORIGIN = (-2.0, -1.5)

@@ -294,7 +294,11 @@ def test_updating_the_touched_window_gives_what_making_all_anew_gives():
         scan = scan_at(pose)
         state = layers.updated(state, scan=scan, pose=pose, time_s=0.0)
     anew = layers.updated(
-        replace(layers.initial_state(), obstacles=state.obstacles),
+        replace(
+            layers.initial_state(),
+            layers=layers.initial_state().layers
+            | {"obstacle_layer": state.layers["obstacle_layer"]},
+        ),
         scan=scan,
         pose=pose,
         time_s=0.0,
