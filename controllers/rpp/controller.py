@@ -152,23 +152,17 @@ class RegulatedPurePursuit:
     def _run(
         self, observation: Observation, plan: Array, memory: RppMemory, is_cancelling: bool
     ) -> Cycle:
-        x, y, yaw = observation.pose.tolist()
-        measured_v, measured_w = observation.twist.tolist()
         costmap = observation.costmap
         return run_cycle(
             self._settings_record,
             read_only(plan),
-            x,
-            y,
-            yaw,
-            measured_v,
-            measured_w,
+            tuple(observation.pose.tolist()),
+            tuple(observation.twist.tolist()),
             limited_speed(self._parameters.max_linear_vel, observation.speed_limit),
             memory.was_near_end if self._release.cuts_plan else observation.goal_xy_reached,
             observation.goal_xy_tolerance_m,
             is_cancelling,
-            memory.last_v,
-            memory.last_w,
+            (memory.last_v, memory.last_w),
             costmap.grid,
             costmap.tracks_unknown,
             self._footprint,

@@ -124,9 +124,9 @@ def points_ahead(settings, poses_B, lookahead):
 
 
 @njit(cache=True)
-def take_aim(settings, plan, x, y, yaw, measured_v):
-    """Returns the Aim for a local plan (M, 3) in the odometry frame."""
-    poses_B = to_robot_frame(plan, x, y, yaw)
+def take_aim(settings, plan, pose, measured_v):
+    """Returns the Aim for a local plan (M, 3) and a robot's pose, both in the odometry frame."""
+    poses_B = to_robot_frame(plan, *pose)
     lookahead = lookahead_distance(settings, measured_v)
     if settings.release.cuts_plan:
         lookahead, carrot_x, carrot_y, slow_x, slow_y = points_ahead(settings, poses_B, lookahead)
@@ -163,8 +163,9 @@ def cancelling_speed(settings, measured_v, sign):
 
 
 @njit(cache=True)
-def command_within_accelerations(settings, max_linear_vel, v, curvature, sign, last_v, last_w):
+def command_within_accelerations(settings, max_linear_vel, v, curvature, sign, last_command):
     """Returns (v, w) that follows a curvature at up to `v`, reachable from the last command."""
+    last_v, last_w = last_command
     low, high = axis_window(
         last_v,
         settings.min_linear_vel,
@@ -190,18 +191,17 @@ def choose_command(
     settings,
     aim,
     max_linear_vel,
-    measured_v,
-    measured_w,
+    twist,
     goal_xy_reached,
     is_cancelling,
-    last_v,
-    last_w,
+    last_command,
     centre_cost,
 ):
     """Returns the Command of a cycle; arguments as of `run_cycle`.
 
     centre_cost: at the robot's position, OFF_MAP where there is none.
     """
+    measured_v, measured_w = twist
     if settings.use_rotate_to_heading:
         if goal_xy_reached:
             w = turn_rate_in_place(settings, aim.goal_angle, measured_w)
@@ -225,7 +225,7 @@ def choose_command(
         v, has_stopped = cancelling_speed(settings, measured_v, aim.sign)
     if settings.use_dynamic_window:
         v, w = command_within_accelerations(
-            settings, max_linear_vel, v, aim.curvature, aim.sign, last_v, last_w
+            settings, max_linear_vel, v, aim.curvature, aim.sign, last_command
         )
     else:
         w = v * aim.curvature
@@ -236,31 +236,28 @@ def choose_command(
 def run_cycle(
     settings_record,
     plan,
-    x,
-    y,
-    yaw,
-    measured_v,
-    measured_w,
+    pose,
+    twist,
     max_linear_vel,
     goal_xy_reached,
     end_tolerance,
     is_cancelling,
-    last_v,
-    last_w,
+    last_command,
     grid,
     tracks_unknown,
     footprint,
 ):
     """Returns the Cycle for one observation.
 
-    settings_record: (1,) Settings as a record. plan: (M, 3) local plan; x, y, yaw: robot, both in
-    the odometry frame, m and rad. measured_v m/s, measured_w rad/s: the robot's twist.
+    settings_record: (1,) Settings as a record. plan: (M, 3) local plan; pose: (x, y, yaw) of the
+    robot, both in the odometry frame, m and rad. twist: its measured (v, w), m/s and rad/s.
     max_linear_vel: under the speed limit, m/s. goal_xy_reached: it turns to the goal's heading; up
-    to Kilted also where the carrot is nearer than end_tolerance m. last_v, last_w: the last
-    command. grid, tracks_unknown: of the costmap. footprint: (K, 2) m.
+    to Kilted also where the carrot is nearer than end_tolerance m. last_command: (v, w), m/s and
+    rad/s. grid, tracks_unknown: of the costmap. footprint: (K, 2) m.
     """
     settings = settings_record[0]
-    aim = take_aim(settings, plan, x, y, yaw, measured_v)
+    x, y, yaw = pose
+    aim = take_aim(settings, plan, pose, twist[0])
     carrot_distance = math.hypot(aim.carrot_x, aim.carrot_y)
     if settings.release.cuts_plan:
         goal_xy_reached |= carrot_distance < end_tolerance
@@ -268,12 +265,10 @@ def run_cycle(
         settings,
         aim,
         max_linear_vel,
-        measured_v,
-        measured_w,
+        twist,
         goal_xy_reached,
         is_cancelling,
-        last_v,
-        last_w,
+        last_command,
         cost_at(grid, x, y),
     )
     period = arc_period(settings.circumscribed_radius_m, grid.resolution, command.v, command.w)

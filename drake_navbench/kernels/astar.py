@@ -239,8 +239,7 @@ def _relax_neighbours(
     columns,
     cell,
     cell_g,
-    goal_x,
-    goal_y,
+    goal,
     table,
     corner_cutting,
     g,
@@ -251,8 +250,10 @@ def _relax_neighbours(
 ):
     """Offers the cell's cost to its neighbours. Returns (heap size, best cell, best heuristic).
 
-    best: (cell, heuristic) nearest to the goal among all cells relaxed so far, the first on ties.
+    goal: (x, y) in cells. best: (cell, heuristic) nearest to the goal among all cells relaxed so
+    far, the first on ties.
     """
+    goal_x, goal_y = goal
     best_cell, best_h = best
     row = cell // columns
     column = cell - row * columns
@@ -333,7 +334,7 @@ def _search(
         if np.int64(size) + NEIGHBOURS > heap.size:
             heap = _grown(heap)
         size, best_cell, best_h = _relax_neighbours(
-            flat_costs, columns, cell, cell_g, goal_x, goal_y, table, corner_cutting,
+            flat_costs, columns, cell, cell_g, (goal_x, goal_y), table, corner_cutting,
             g, directions, heap, size, (best_cell, best_h),
         )  # fmt: skip
     if best_h < tolerance:

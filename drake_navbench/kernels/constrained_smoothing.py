@@ -174,11 +174,13 @@ def _add_by_tangent(bx, by, d1x, d1y, d2x, d2y, sign, row):
 
 
 @njit(cache=True)
-def _cost_residual(
-    grid, check_points, x, y,
-    d1x, d1y, d2x, d2y, sign, is_reversing, weight_sqrt, row,
-):  # fmt: skip
-    """Returns the cost residual of a knot (x, y) and writes its derivatives into `row` (6,)."""
+def _cost_residual(grid, check_points, knot, steps, sign, is_reversing, weight_sqrt, row):
+    """Returns the cost residual of a knot (x, y) and writes its derivatives into `row` (6,).
+
+    steps: (d1x, d1y, d2x, d2y), from the knot before and, times `sign`, to the one after, m.
+    """
+    x, y = knot
+    d1x, d1y, d2x, d2y = steps
     tangent_x, tangent_y = tangent(d1x, d1y, d2x, d2y)
     length = math.hypot(tangent_x, tangent_y)
     if (sign * (d2x * tangent_x + d2y * tangent_y) < 0.0) != is_reversing:
@@ -207,13 +209,12 @@ def _cost_residual(
 
 
 @njit(cache=True)
-def _fill_residuals(
-    knots, input_knots, spacing_ratios, is_reversing, cost_weights_sqrt, grid, smooth_sqrt,
-    curve_sqrt, dist_sqrt, max_curvature, check_points, residuals, jacobian,
-):  # fmt: skip
+def _fill_residuals(knots, problem, residuals, jacobian):
     """Writes what `residuals_and_jacobian` returns into zeroed arrays."""
+    smooth_sqrt, dist_sqrt = problem.smooth_sqrt, problem.dist_sqrt
+    input_knots = problem.input_knots
     for k in range(residuals.shape[0]):
-        ratio = spacing_ratios[k]
+        ratio = problem.spacing_ratios[k]
         sign = -1.0 if ratio < 0.0 else 1.0
         x, y = knots[k + 1, 0], knots[k + 1, 1]
         d1x, d1y = x - knots[k, 0], y - knots[k, 1]
@@ -229,12 +230,18 @@ def _fill_residuals(
             jacobian[k, 3 + i, 2 + i] = dist_sqrt
         d2x, d2y = sign * step_x, sign * step_y
         residuals[k, 2] = _curvature_residual(
-            d1x, d1y, d2x, d2y, sign, max_curvature, curve_sqrt, jacobian[k, 2]
+            d1x, d1y, d2x, d2y, sign, problem.max_curvature, problem.curve_sqrt, jacobian[k, 2]
         )
         residuals[k, 5] = _cost_residual(
-            grid, check_points, x, y,
-            d1x, d1y, d2x, d2y, sign, is_reversing[k], cost_weights_sqrt[k], jacobian[k, 5],
-        )  # fmt: skip
+            problem.grid,
+            problem.check_points,
+            (x, y),
+            (d1x, d1y, d2x, d2y),
+            sign,
+            problem.is_reversing[k],
+            problem.cost_weights_sqrt[k],
+            jacobian[k, 5],
+        )
 
 
 def residuals_and_jacobian(knots: Array, problem: KnotProblem) -> tuple[Array, Array]:
@@ -244,7 +251,7 @@ def residuals_and_jacobian(knots: Array, problem: KnotProblem) -> tuple[Array, A
     """
     residuals = np.zeros((len(knots) - 2, RESIDUALS))
     jacobian = np.zeros((len(knots) - 2, RESIDUALS, COORDINATES))
-    _fill_residuals(np.ascontiguousarray(knots), *problem, residuals, jacobian)
+    _fill_residuals(np.ascontiguousarray(knots), problem, residuals, jacobian)
     return residuals, jacobian
 
 

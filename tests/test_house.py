@@ -1,0 +1,197 @@
+"""The shape of the house: what is packaged, and how many parameters a function takes."""
+
+from __future__ import annotations
+
+import ast
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+REPOSITORY = Path(__file__).parents[1]
+PYPROJECT = tomllib.loads((REPOSITORY / "pyproject.toml").read_text(encoding="utf-8"))
+SETUPTOOLS, PROJECT = PYPROJECT["tool"]["setuptools"], PYPROJECT["project"]
+# Modules that are named otherwise than the distribution that brings them.
+DISTRIBUTIONS = {
+    "PIL": "pillow",
+    "drake_navbench": PROJECT["name"].replace("-", "_"),
+    "pydrake": "drake",
+    "yaml": "pyyaml",
+}
+MOST_PARAMETERS = 12
+MANY_PARAMETERS = 8
+# Functions with more than MANY_PARAMETERS. The list only shrinks: a name that no longer belongs on
+# it is taken off, and none is added.
+WITH_MANY_PARAMETERS = {
+    "controllers/dwb/outlines.py:score_outlines",
+    "controllers/graceful/control_law.py:velocity_to",
+    "controllers/harmony/gatekeeper.py:accepted_cycles",
+    "controllers/harmony/gatekeeper.py:command_is_safe",
+    "controllers/harmony/prediction.py:_updated_errors",
+    "controllers/harmony/rows.py:_bound",
+    "controllers/harmony/rows.py:_bound_of_two",
+    "controllers/harmony/sampler.py:draw_samples",
+    "controllers/harmony/seeds.py:along_wall",
+    "controllers/mppi/critics/costmap.py:add_distance_shortfalls",
+    "controllers/mppi/critics/costmap.py:add_outline_collisions",
+    "controllers/mppi/critics/path.py:path_align_costs",
+    "controllers/mppi/motion_models.py:_step_row",
+    "controllers/mppi/motion_models.py:pose_lanes",
+    "controllers/mppi/own_plan.py:own_plan_range",
+    "controllers/rotation_shim/kernels.py:turn_by",
+    "controllers/rotation_shim/kernels.py:turns_into_obstacle",
+    "controllers/rpp/cycle.py:run_cycle",
+    "controllers/teb/candidates.py:gather_candidates",
+    "controllers/teb/constraints.py:_fill_pose_clearances",
+    "controllers/teb/constraints.py:_fill_turnings",
+    "controllers/teb/curvature.py:_add_distance_bends",
+    "controllers/teb/curvature.py:_add_interval_terms",
+    "controllers/teb/curvature.py:_rate_curvature",
+    "controllers/teb_upstream/motion_edges.py:_add_turning_radius",
+    "controllers/teb_upstream/motion_edges.py:add_intervals",
+    "controllers/teb_upstream/new_classes.py:next_wanted_band",
+    "controllers/teb_upstream/obstacle_edges.py:_add_speed_near_obstacle",
+    "controllers/teb_upstream/obstacle_edges.py:add_obstacles",
+    "controllers/teb_upstream/optimizer.py:descend",
+    "controllers/teb_upstream/penalties.py:add_edges",
+    "controllers/teb_upstream/signatures.py:add_interval",
+    "controllers/vector_pursuit/cycle.py:run_cycle",
+    "drake_navbench/campaign/benchmark.py:run_benchmark",
+    "drake_navbench/campaign/campaign.py:plan_campaign",
+    "drake_navbench/kernels/astar.py:_relax_neighbours",
+    "drake_navbench/kernels/astar.py:_search",
+    "drake_navbench/kernels/astar.py:search",
+    "drake_navbench/kernels/casters.py:advanced",
+    "drake_navbench/kernels/hybrid_astar.py:search",
+    "drake_navbench/kernels/hybrid_smoothing.py:smooth_car_part",
+    "drake_navbench/kernels/inflation.py:_raise_costs",
+    "drake_navbench/kernels/inflation_wave.py:_append",
+    "drake_navbench/kernels/inflation_wave.py:_spread",
+    "drake_navbench/kernels/moving_bodies.py:share_until_contact_with_moving",
+    "drake_navbench/kernels/moving_collision_time.py:time_to_moving_contact",
+    "drake_navbench/kernels/orca.py:_add_others",
+    "drake_navbench/kernels/orca.py:step_orca",
+    "drake_navbench/kernels/particle_filter.py:resample",
+    "drake_navbench/kernels/theta_star.py:_reset_parent",
+    "drake_navbench/side_by_side/gate.py:drive_gate",
+    "drake_navbench/systems/controller_server.py:__init__",
+    "drake_navbench/trial/diagram.py:build_trial_diagram",
+}
+
+
+def tracked(*patterns: str) -> list[Path]:
+    """Returns the files of the repository that fit, relative to it; new ones count."""
+    command = ["git", "ls-files", "--cached", "--others", "--exclude-standard", "-z", *patterns]
+    found = subprocess.run(command, cwd=REPOSITORY, capture_output=True, text=True, check=True)
+    return [
+        Path(name) for name in found.stdout.split("\0") if name and (REPOSITORY / name).exists()
+    ]
+
+
+def product_files() -> list[Path]:
+    return tracked("drake_navbench/*.py", "analysis/*.py", "controllers/*.py")
+
+
+def packages_in(files: list[Path]) -> set[str]:
+    """Returns the packages that folders with files of ours are installed as."""
+    mapped = {path: name for name, path in SETUPTOOLS["package-dir"].items() if "/" not in path}
+    return {
+        ".".join([mapped[file.parts[0]], *file.parent.parts[1:]])
+        for file in files
+        if file.parts[0] in mapped
+    }
+
+
+def parameter_count(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
+    """Returns how many parameters a call may give, without `self` and `cls`."""
+    own = function.args
+    given = [one.arg for one in (*own.posonlyargs, *own.args)]
+    return len([name for name in given if name not in ("self", "cls")]) + len(own.kwonlyargs)
+
+
+def many_parameters(code: str, name: str) -> dict[str, int]:
+    """Returns the functions of a file with more than MANY_PARAMETERS, by `file:function`."""
+    counts: dict[str, int] = {}
+    for node in ast.walk(ast.parse(code)):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            count = parameter_count(node)
+            if count > MANY_PARAMETERS:
+                counts[f"{name}:{node.name}"] = count
+    return counts
+
+
+@pytest.fixture(scope="module")
+def functions_with_many() -> dict[str, int]:
+    counts: dict[str, int] = {}
+    for file in product_files():
+        counts |= many_parameters((REPOSITORY / file).read_text(encoding="utf-8"), str(file))
+    return counts
+
+
+def test_every_folder_with_code_is_packaged_and_no_other():
+    """An editable install hides a package that the wheel would lack."""
+    with_code = packages_in(tracked("*.py"))
+    listed = set(SETUPTOOLS["packages"])
+    assert with_code <= listed
+    # Those without code hold data.
+    with_files = packages_in(tracked())
+    assert listed <= with_files
+
+
+def test_a_folder_that_is_not_listed_is_found():
+    assert packages_in([Path("analysis/planted/a.py")]) == {"drake_navbench.analysis.planted"}
+    assert packages_in([Path("tests/planted/a.py")]) == set()
+
+
+def test_no_function_takes_more_than_twelve_parameters(functions_with_many):
+    too_many = {name: n for name, n in functions_with_many.items() if n > MOST_PARAMETERS}
+    assert not too_many
+
+
+def test_the_list_of_functions_with_many_parameters_only_shrinks(functions_with_many):
+    added = functions_with_many.keys() - WITH_MANY_PARAMETERS
+    assert not added, f"more than {MANY_PARAMETERS} parameters: group those that belong together"
+    mended = WITH_MANY_PARAMETERS - functions_with_many.keys()
+    assert not mended, "take them off WITH_MANY_PARAMETERS"
+
+
+def test_parameters_are_counted_without_self():
+    code = "class A:\n    def f(self, a, /, b, *c, d=1, **e): ...\n"
+    (function,) = (n for n in ast.walk(ast.parse(code)) if isinstance(n, ast.FunctionDef))
+    assert parameter_count(function) == 3
+    names = ", ".join(f"a{k}" for k in range(9))
+    assert many_parameters(f"def g({names}): ...", "x.py") == {"x.py:g": 9}
+
+
+def imported_by(code: str) -> set[str]:
+    """Returns the names of the libraries that a file imports anywhere, without the standard one."""
+    names: set[str] = set()
+    for node in ast.walk(ast.parse(code)):
+        if isinstance(node, ast.Import):
+            names |= {alias.name.partition(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            names.add(node.module.partition(".")[0])
+    return names - sys.stdlib_module_names
+
+
+def test_every_library_that_is_imported_is_declared():
+    groups = [PROJECT["dependencies"], *PROJECT["optional-dependencies"].values()]
+    texts = [text for group in groups for text in group]
+    declared = {re.split(r"[<>=;\[ ]", text)[0].lower().replace("-", "_") for text in texts}
+    declared.add(DISTRIBUTIONS["drake_navbench"])
+    missing: dict[str, str] = {}
+    for file in product_files():
+        for name in imported_by((REPOSITORY / file).read_text(encoding="utf-8")):
+            if DISTRIBUTIONS.get(name, name).lower() not in declared:
+                missing[name] = str(file)
+    assert not missing
+
+
+def test_an_import_within_a_function_is_found():
+    assert imported_by("def f():\n    from planted.part import g\nimport os, numpy.linalg") == {
+        "planted",
+        "numpy",
+    }
