@@ -80,9 +80,9 @@ class FolderComparison:
 
     @property
     def errors(self) -> list[LostTrial]:
-        """Trials that ended as an error where the baseline has none in these trials."""
-        lost = (trial for trial in self.judged.lost if not trial.is_missing)
-        return [trial for trial in lost if self.listed and not trial.base_fails]
+        """Trials that ended as an error where the baseline has none with that controller."""
+        lost = self.judged.new_failures if self.listed else []
+        return [trial for trial in lost if not trial.is_missing]
 
     @property
     def undecided_losses(self) -> list[str]:
@@ -92,7 +92,8 @@ class FolderComparison:
         """
         if not self.listed:
             return []
-        errors = [t for t in self.judged.lost if t.base_fails and not t.is_missing]
+        lost = (trial for trial in self.judged.lost if trial.is_new and trial.base_fails)
+        errors = [trial for trial in lost if not trial.is_missing]
         lines = [f"{line} (the baseline has errors there, too)" for line in lost_lines(errors)]
         return [*lines, *map(undecided_sentence, self.judged.undecided_losses)]
 

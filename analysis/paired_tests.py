@@ -154,7 +154,7 @@ class Finding(NamedTuple):
 class Judged(NamedTuple):
     """What the pairs of one or several contests say.
 
-    lost: trials that ended as an error, or are missing, after and not before; no test is needed.
+    lost: trials that ended as an error after, or are missing there; no test is needed.
     equal, pairs: how many pairs are equal in outcome and all metrics, of how many. equal_cells,
     one_trial_cells: (label, scenario, controller) where all pairs are, and where nothing is random.
     """
@@ -169,6 +169,11 @@ class Judged(NamedTuple):
     def of(self, verdict: Verdict) -> list[Finding]:
         """Returns the findings with a verdict: touches first, then success, then by p-value."""
         return in_order(finding for finding in self.findings if finding.verdict is verdict)
+
+    @property
+    def new_failures(self) -> list[LostTrial]:
+        """The lost trials of controllers and scenarios in which none was lost before."""
+        return [trial for trial in self.lost if not trial.base_fails]
 
     @property
     def undecided_losses(self) -> list[Finding]:

@@ -85,10 +85,11 @@ class PairedCell(NamedTuple):
 
 
 class LostTrial(NamedTuple):
-    """A trial that ended as an error, or is missing, after and not before.
+    """A trial that ended as an error, or is missing, after.
 
-    reason: the log's; '' where the trial is missing. base_fails: whether other trials of its
-    controller and scenario did so before, so that it is not clear that the change is the cause.
+    reason: the log's; '' where the trial is missing. is_new: whether it came to an end before.
+    base_fails: whether a trial of its controller and scenario, this one or another, came to none
+    before, so that it is not clear that the change is the cause.
     """
 
     label: str
@@ -97,6 +98,7 @@ class LostTrial(NamedTuple):
     seed: int
     reason: str
     is_missing: bool
+    is_new: bool
     base_fails: bool
 
 
@@ -129,12 +131,12 @@ def paired_cells(contest: Contest, metrics: Sequence[Metric]) -> Iterator[Paired
 
 
 def lost_trials(contest: Contest) -> list[LostTrial]:
-    """Returns the trials that ended as an error, or are missing, after and not before."""
+    """Returns the trials that ended as an error after, or that are missing there."""
     before, after = (_indexed(table) for table in contest[:2])
     errors = [set(table.index[table["outcome"] == Outcome.ERROR]) for table in (before, after)]
     missing = [set(a.index) - set(b.index) for a, b in ((after, before), (before, after))]
-    unsound = {identity[:2] for identity in (*errors[0], *missing[0])}
-    lost = sorted((errors[1] | missing[1]) - errors[0] - missing[0])
+    lost_before = errors[0] | missing[0]
+    unsound = {identity[:2] for identity in lost_before}
     reasons = after["reason"] if "reason" in after else pd.Series(dtype=object)
     return [
         LostTrial(
@@ -143,9 +145,10 @@ def lost_trials(contest: Contest) -> list[LostTrial]:
             int(identity[2]),
             reason=str(reasons.get(identity, "")),
             is_missing=identity in missing[1],
+            is_new=identity not in lost_before,
             base_fails=identity[:2] in unsound,
         )
-        for identity in lost
+        for identity in sorted(errors[1] | missing[1])
     ]
 
 

@@ -283,6 +283,17 @@ def trials_needed(sd: float, difference: float, *, confidence: float = CONFIDENC
     return count
 
 
+def detectable_difference(sd: float, pairs: int, level: float) -> float:
+    """Returns the mean difference that a two-sided paired t-test shows with 80% power.
+
+    sd: of the differences. level: of the test. NaN for fewer than two pairs.
+    """
+    if pairs < 2:
+        return math.nan
+    quantile = float(stats.t.ppf(1.0 - 0.5 * level, pairs - 1)) + float(stats.norm.ppf(POWER))
+    return quantile * sd / math.sqrt(pairs)
+
+
 def mean_ranks(values: pd.DataFrame, *, lower_is_better: bool) -> pd.Series:
     """Returns the mean rank of every column over the rows; 1 is best, ties share.
 
