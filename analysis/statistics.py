@@ -146,14 +146,15 @@ def compare_differences(by_pair: Array, *, confidence: float = CONFIDENCE) -> Pa
     count = len(differences)
     mean = float(differences.mean()) if count else math.nan
     sd = float(differences.std(ddof=1)) if count > 1 else math.nan
+    ranks = signed_ranks(differences)
     return PairedComparison(
         pairs=count,
         left_out=len(by_pair) - count,
         difference=mean,
         sd=sd,
         interval=student_interval(mean, sd, count, confidence=confidence),
-        p_value=signed_rank_p_value(differences),
-        effect=rank_biserial(differences),
+        p_value=_p_value_of_ranks(tuple(ranks.tolist())) if count else math.nan,
+        effect=_effect_of_ranks(ranks) if count else math.nan,
     )
 
 
@@ -179,18 +180,24 @@ def signed_rank_p_value(differences: Array) -> float:
     """
     if len(differences) == 0:
         return math.nan
-    if not differences.any():
-        return 1.0
+    return _p_value_of_ranks(tuple(signed_ranks(differences).tolist()))
+
+
+def signed_ranks(differences: Array) -> Array:
+    """Returns the ranks of the sizes of what is not 0, with the signs, in rising order."""
     differences = differences[differences != 0.0]
-    ranks = np.sign(differences) * stats.rankdata(np.abs(differences))
-    return _p_value_of_ranks(tuple(np.sort(ranks).tolist()))
+    if len(differences) == 0:
+        return differences
+    return np.sort(np.sign(differences) * stats.rankdata(np.abs(differences)))
 
 
 # Of few pairs there are few signed ranks, and a report asks for hundreds of p-values.
 @lru_cache(maxsize=4096)
-def _p_value_of_ranks(signed_ranks: tuple[float, ...]) -> float:
+def _p_value_of_ranks(own_ranks: tuple[float, ...]) -> float:
     """Returns the p-value of differences with these signed ranks; it depends on nothing else."""
-    ranks = np.array(signed_ranks)
+    if not own_ranks:
+        return 1.0
+    ranks = np.array(own_ranks)
     if len(ranks) > EXACT_PAIRS:
         return float(stats.wilcoxon(ranks).pvalue)
     # The average of two ranks may end in a half.
@@ -233,11 +240,11 @@ def rank_biserial(differences: Array) -> float:
     """
     if len(differences) == 0:
         return math.nan
-    differences = differences[differences != 0.0]
-    if len(differences) == 0:
-        return 0.0
-    ranks = stats.rankdata(np.abs(differences))
-    return float((np.sign(differences) * ranks).sum() / ranks.sum())
+    return _effect_of_ranks(signed_ranks(differences))
+
+
+def _effect_of_ranks(ranks: Array) -> float:
+    return float(ranks.sum() / np.abs(ranks).sum()) if len(ranks) else 0.0
 
 
 def holm(p_values: Sequence[float], smallest: Sequence[float] | None = None) -> Array:

@@ -61,7 +61,7 @@ def is_worse(judged: Judged) -> bool:
     return bool(judged.of(Verdict.WORSE))
 
 
-@pytest.mark.parametrize(("name", "runs", "pairs"), [("compare", 300, 16), ("gate", 60, 64)])
+@pytest.mark.parametrize(("name", "runs", "pairs"), [("compare", 100, 16), ("gate", 40, 64)])
 def test_equal_laws_are_told_apart_in_few_runs(name, runs, pairs):
     share = simulated(runs, pairs, MIXED, MIXED, has_any_verdict)
     print(f"{name}: equal in law, {len(MIXED)} cells, {pairs} trials: any verdict {share:.1%}")
@@ -71,14 +71,14 @@ def test_equal_laws_are_told_apart_in_few_runs(name, runs, pairs):
 @pytest.mark.parametrize("aborts", [0.03, 0.3])
 def test_outcomes_of_equal_laws_are_told_apart_in_few_runs(aborts):
     laws = [Law(aborts=aborts)] * 120
-    share = simulated(300, 16, laws, laws, has_any_verdict, metrics=0)
+    share = simulated(100, 16, laws, laws, has_any_verdict, metrics=0)
     print(f"compare: 120 cells that abort in {aborts:.0%}: any verdict {share:.1%}")
     assert share <= ALARM_RATE
 
 
 def test_equal_laws_that_crash_are_not_red():
     laws = [Law(errors=0.1)] * 12
-    share = simulated(300, 64, laws, laws, is_red, metrics=0)
+    share = simulated(200, 64, laws, laws, is_red, metrics=0)
     print(f"gate: equal in law, 10% of trials end as errors: red {share:.1%}")
     assert share <= ALARM_RATE
 
@@ -93,7 +93,7 @@ def test_equal_laws_that_crash_are_not_red():
 )
 def test_a_head_that_fails_is_red(what, law, pairs):
     before = [Law()] + MIXED[1:]
-    share = simulated(1000, pairs, before, [law, *MIXED[1:]], is_red, metrics=0)
+    share = simulated(300, pairs, before, [law, *MIXED[1:]], is_red, metrics=0)
     print(f"gate: {what} of {pairs} trials: red {share:.1%}")
     assert share >= 0.95
 
@@ -108,7 +108,7 @@ def test_a_head_that_fails_is_red(what, law, pairs):
 )
 def test_compare_finds_losses_of_this_size(what, law, pairs, least):
     before = [Law()] + MIXED[1:]
-    share = simulated(1000, pairs, before, [law, *MIXED[1:]], is_worse, metrics=0)
+    share = simulated(300, pairs, before, [law, *MIXED[1:]], is_worse, metrics=0)
     print(f"compare: {what} of {pairs} trials: worse {share:.1%}")
     assert share >= least
 
@@ -116,6 +116,6 @@ def test_compare_finds_losses_of_this_size(what, law, pairs, least):
 @pytest.mark.parametrize(("shift", "pairs", "least"), [(2.0, 16, 0.7), (1.0, 64, 0.9)])
 def test_metrics_that_shift_are_found(shift, pairs, least):
     laws = [Law(shift=shift)] + [Law()] * 11
-    share = simulated(60, pairs, [Law()] * 12, laws, has_any_verdict, metrics=20)
+    share = simulated(40, pairs, [Law()] * 12, laws, has_any_verdict, metrics=20)
     print(f"metrics shifted by {shift:g} sd, {pairs} trials: told {share:.1%}")
     assert share >= least
