@@ -93,7 +93,11 @@ def table(findings: Sequence[Finding]) -> list[str]:
         low, high = found.interval
         cells = [finding.label] * has_labels + [finding.scenario, finding.controller]
         cells += [f"{quantity.name} [{quantity.unit}]" if quantity.unit else quantity.name]
-        cells += [f"{finding.base_mean:.4g}", f"{finding.head_mean:.4g}", f"{found.difference:+.3g}"]
+        cells += [
+            f"{finding.base_mean:.4g}",
+            f"{finding.head_mean:.4g}",
+            f"{found.difference:+.3g}",
+        ]
         cells += [f"[{low:+.3g}, {high:+.3g}]" if math.isfinite(low) else "–"]
         cells += [str(found.pairs), str(finding.differing)]
         cells += ["one trial" if finding.is_one_trial else f"{finding.p_value:.2g}"]

@@ -180,7 +180,10 @@ def _detectable(judged: Judged) -> list[str]:
     return [
         markdown_row(["scenario", "controller", *titles]),
         markdown_row(["---", "---", *["---:"] * len(titles)]),
-        *(markdown_row([*cell, *(values[name] for name in units)]) for cell, values in rows.items()),
+        *(
+            markdown_row([*cell, *(values[name] for name in units)])
+            for cell, values in rows.items()
+        ),
     ]
 
 

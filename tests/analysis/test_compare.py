@@ -152,7 +152,8 @@ def test_the_command_exits_1_on_a_regression_and_writes_junit(folders, tmp_path,
     assert {case.attrib["name"] for case in failed} == {"time_to_goal_s"}
     assert "## Regressions" in markdown.read_text(encoding="utf-8")
     assert (
-        "regression: empty, rpp: time_to_goal_s worse: 6 -> 6.6 s (+0.6 in one trial" in capsys.readouterr().err
+        "regression: empty, rpp: time_to_goal_s worse: 6 -> 6.6 s (+0.6 in one trial"
+        in capsys.readouterr().err
     )
 
 
