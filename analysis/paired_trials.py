@@ -37,8 +37,9 @@ class PairedCell(NamedTuple):
     """The pairs of trials of one controller in one scenario.
 
     first, second: (pairs, metrics), before and after, NaN where a trial has no value. repeatable:
-    (metrics,), False for what depends on the machine. outcomes: (pairs, 2). is_one_trial: whether on either side all trials are one and the same, so that
-    nothing in them is random and they count as one pair.
+    (metrics,), False for what depends on the machine. outcomes: (pairs, 2). is_one_trial: whether
+    on either side all trials are one and the same, so that nothing in them is random and they
+    count as one pair.
     """
 
     label: str
@@ -77,7 +78,7 @@ class PairedCell(NamedTuple):
 
     @property
     def equal(self) -> Mask:
-        """(pairs,): where both trials are equal in outcome and in every metric, compute times apart."""
+        """(pairs,): where both trials are equal in outcome and every metric but compute times."""
         first, second = self.first[:, self.repeatable], self.second[:, self.repeatable]
         same = np.abs(second - first) <= ROUNDING
         same |= np.isnan(first) & np.isnan(second)

@@ -89,9 +89,9 @@ Made by `python docs/stress_slopes.py FOLDER`: `{SCENARIO}`, {SEEDS} seeds, one 
 at a time. A number is the mean over the seeds of the metric with the field minus the metric without
 it, in the same seed, with its 95% interval: of arrivals and touches the exact one of paired shares,
 of metrics Student's. Bold: the change is decided, by the exact sign test or Wilcoxon's, corrected
-over all cells of arrivals and touches ({ALARM_RATES[Family.OUTCOMES]:.0%} for all of them), and over all of metrics
-({ALARM_RATES[Family.LISTED]:.0%}). Divided by the field's value it is the slope. Metrics count where both trials
-arrive; where none does, with or without the field, how they failed counts. Who does not arrive in
+over all cells of arrivals and touches ({ALARM_RATES[Family.OUTCOMES]:.0%} for all of them), and
+over all of metrics ({ALARM_RATES[Family.LISTED]:.0%}). Divided by the field's value it is the
+slope. Metrics count where both trials arrive; where none does, with or without the field, how they failed counts. Who does not arrive in
 the clean world cannot get worse there. A dash: fewer than {FEWEST_PAIRS} pairs.
 
 ![differences](images/stress_slopes.svg)

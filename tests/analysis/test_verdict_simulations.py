@@ -92,7 +92,7 @@ def test_equal_laws_that_crash_are_not_red():
     ],
 )
 def test_a_head_that_fails_is_red(what, law, pairs):
-    before = [Law()] + MIXED[1:]
+    before = [Law(), *MIXED[1:]]
     share = simulated(300, pairs, before, [law, *MIXED[1:]], is_red, metrics=0)
     print(f"gate: {what} of {pairs} trials: red {share:.1%}")
     assert share >= 0.95
@@ -107,7 +107,7 @@ def test_a_head_that_fails_is_red(what, law, pairs):
     ],
 )
 def test_compare_finds_losses_of_this_size(what, law, pairs, least):
-    before = [Law()] + MIXED[1:]
+    before = [Law(), *MIXED[1:]]
     share = simulated(300, pairs, before, [law, *MIXED[1:]], is_worse, metrics=0)
     print(f"compare: {what} of {pairs} trials: worse {share:.1%}")
     assert share >= least
@@ -115,7 +115,7 @@ def test_compare_finds_losses_of_this_size(what, law, pairs, least):
 
 @pytest.mark.parametrize(("shift", "pairs", "least"), [(2.0, 16, 0.7), (1.0, 64, 0.9)])
 def test_metrics_that_shift_are_found(shift, pairs, least):
-    laws = [Law(shift=shift)] + [Law()] * 11
+    laws = [Law(shift=shift), *[Law()] * 11]
     share = simulated(40, pairs, [Law()] * 12, laws, has_any_verdict, metrics=20)
     print(f"metrics shifted by {shift:g} sd, {pairs} trials: told {share:.1%}")
     assert share >= least
