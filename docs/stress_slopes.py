@@ -91,8 +91,9 @@ it, in the same seed, with its 95% interval: of arrivals and touches the exact o
 of metrics Student's. Bold: the change is decided, by the exact sign test or Wilcoxon's, corrected
 over all cells of arrivals and touches ({ALARM_RATES[Family.OUTCOMES]:.0%} for all of them), and
 over all of metrics ({ALARM_RATES[Family.LISTED]:.0%}). Divided by the field's value it is the
-slope. Metrics count where both trials arrive; where none does, with or without the field, how they failed counts. Who does not arrive in
-the clean world cannot get worse there. A dash: fewer than {FEWEST_PAIRS} pairs.
+slope. Metrics count where both trials arrive; where none does, with or without the field, how they
+failed counts. Who does not arrive in the clean world cannot get worse there. A dash: fewer than
+{FEWEST_PAIRS} pairs.
 
 ![differences](images/stress_slopes.svg)
 """
