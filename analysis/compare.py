@@ -6,11 +6,9 @@ are computed again from the logs, so that both folders are measured with the sam
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 from pathlib import Path
 from typing import NamedTuple
 from xml.etree import ElementTree
@@ -18,52 +16,30 @@ from xml.etree import ElementTree
 import pandas as pd
 
 from drake_navbench.analysis.folder_analysis import analyse_folder, find_logs
-from drake_navbench.analysis.metrics.definition import Better, Metric
+from drake_navbench.analysis.metrics.definition import Better
 from drake_navbench.analysis.metrics.registry import all_metrics
+from drake_navbench.analysis.paired_tests import (
+    DEFAULT_LISTED,
+    DEFAULT_TOLERANCE,
+    OUTCOMES,
+    Family,
+    Finding,
+    Judged,
+    Verdict,
+    judge_pairs,
+)
+from drake_navbench.analysis.paired_text import (
+    PROMISE,
+    cells_text,
+    equal_text,
+    lost_lines,
+    sentence,
+    table,
+    undecided_sentence,
+)
+from drake_navbench.analysis.paired_trials import Contest, LostTrial
 from drake_navbench.analysis.scenario_analysis import LeftOut
-from drake_navbench.analysis.statistics import (
-    ROUNDING,
-    PairedComparison,
-    paired_comparison,
-)
 from drake_navbench.errors import InputError, nearest_name_hint
-
-SUCCESS = "success_rate"
-DEFAULT_LISTED = (
-    SUCCESS,
-    "min_clearance_m",
-    "time_to_goal_s",
-    "cross_track_error_mean_m",
-    "heading_error_mean_deg",
-)
-# A change below this share of the baseline is none, however certain.
-DEFAULT_TOLERANCE = 0.01
-IDENTITY = ["scenario", "controller", "seed"]
-
-
-class Change(StrEnum):
-    """What became of a metric."""
-
-    BETTER = "better"
-    WORSE = "worse"
-    CHANGED = "changed"
-    SAME = "same"
-    UNDECIDED = "undecided"
-    UNDEFINED = "undefined"
-
-
-class Finding(NamedTuple):
-    """A metric of a controller in a scenario, in the baseline and in another folder."""
-
-    folder: str
-    scenario: str
-    controller: str
-    metric: str
-    unit: str
-    baseline_mean: float
-    mean: float
-    comparison: PairedComparison
-    change: Change
 
 
 class Unmatched(NamedTuple):
@@ -88,14 +64,38 @@ class FolderComparison:
 
     baseline: str
     listed: tuple[str, ...]
-    findings: tuple[Finding, ...]
+    judged: Judged
     unmatched: tuple[Unmatched, ...]
     left_out: tuple[LeftOut, ...]
 
     @property
+    def listed_findings(self) -> list[Finding]:
+        """The findings of listed metrics."""
+        return [f for f in self.judged.findings if f.quantity.name in self.listed]
+
+    @property
     def regressions(self) -> list[Finding]:
-        """The listed metrics that became worse."""
-        return [f for f in self.findings if f.metric in self.listed and f.change is Change.WORSE]
+        """The listed metrics that became worse, touches first."""
+        return [f for f in self.judged.of(Verdict.WORSE) if f.quantity.name in self.listed]
+
+    @property
+    def errors(self) -> list[LostTrial]:
+        """Trials that ended as an error where the baseline has none with that controller."""
+        lost = self.judged.new_failures if self.listed else []
+        return [trial for trial in lost if not trial.is_missing]
+
+    @property
+    def undecided_losses(self) -> list[str]:
+        """A line for every loss that so few trials cannot decide, touches first.
+
+        Also for errors where the baseline ends in errors, too.
+        """
+        if not self.listed:
+            return []
+        lost = (trial for trial in self.judged.lost if trial.is_new and trial.base_fails)
+        errors = [trial for trial in lost if not trial.is_missing]
+        lines = [f"{line} (the baseline has errors there, too)" for line in lost_lines(errors)]
+        return [*lines, *map(undecided_sentence, self.judged.undecided_losses)]
 
     @property
     def not_compared(self) -> list[str]:
@@ -108,10 +108,9 @@ class FolderComparison:
     @property
     def summary(self) -> str:
         """The whole in a line."""
-        listed = [f for f in self.findings if f.metric in self.listed]
-        cells = {(f.folder, f.scenario, f.controller) for f in self.findings}
-        count = Counter(f.change for f in listed)
-        told = ", ".join(f"{count[change]} {change}" for change in Change)
+        cells = {(f.label, f.scenario, f.controller) for f in self.judged.findings}
+        count = Counter(finding.verdict for finding in self.listed_findings)
+        told = ", ".join(f"{count[verdict]} {verdict}" for verdict in Verdict)
         return (
             f"compared {len(cells)} pairs of scenario and controller in {len(self.listed)} listed "
             f"metrics: {told}; not compared: {len(self.not_compared)}"
@@ -127,39 +126,31 @@ def compare_folders(
 ) -> FolderComparison:
     """Compares every folder with the first one.
 
-    listed: names of metrics whose getting worse counts as a regression; success_rate is always one
-    of them unless there is none: who fails has no time to the goal that could get worse.
-    tolerance: share of the baseline below which a change is none. Raises InputError for a name
-    that is no metric, a folder that is no results folder (all are looked at before the work
+    listed: names of metrics whose getting worse counts as a regression; success_rate and touch_rate
+    are always among them unless there is none: who fails has no time to the goal that could get
+    worse. tolerance: share of the baseline below which a change is none. Raises InputError for a
+    name that is no metric, a folder that is no results folder (all are looked at before the work
     begins), or folders without a common trial.
     """
-    known = {entry.name: entry for entry in all_metrics()}
-    for name in listed:
-        if name not in known:
-            raise InputError(f"metric {name!r} is unknown{nearest_name_hint(name, known)}")
-        if known[name].better is Better.NEITHER:
-            raise InputError(f"metric {name!r} has no good direction; it cannot get worse")
-    if listed and SUCCESS not in listed:
-        listed = (SUCCESS, *listed)
+    listed = _checked(listed)
     for folder in folders:
         find_logs(folder)
     analyses = [analyse_folder(folder, jobs=jobs) for folder in folders]
     baseline, *others = analyses
-    findings: list[Finding] = []
+    contests = [Contest(baseline.trials, other.trials, str(other.path)) for other in others]
+    judged = judge_pairs(contests, listed=listed, tolerance=tolerance)
+    compared = {finding.label for finding in judged.findings}
     unmatched: list[Unmatched] = []
-    for other in others:
-        name = str(other.path)
-        found = compare_trials(baseline.trials, other.trials, folder=name, tolerance=tolerance)
-        if not found:
+    for contest in contests:
+        if contest.label not in compared:
             raise InputError(
-                f"{name}: no scenario, controller and seed in common with {folders[0]}"
+                f"{contest.label}: no scenario, controller and seed in common with {folders[0]}"
             )
-        findings += found
-        unmatched += _unmatched(baseline.trials, other.trials, name)
+        unmatched += _unmatched(contest.before, contest.after, contest.label)
     return FolderComparison(
         baseline=str(folders[0]),
-        listed=tuple(listed),
-        findings=tuple(findings),
+        listed=listed,
+        judged=judged,
         unmatched=tuple(unmatched),
         left_out=tuple(
             LeftOut(f"{a.path}/{entry.path}", entry.reason)
@@ -169,79 +160,48 @@ def compare_folders(
     )
 
 
-def compare_trials(
-    baseline: pd.DataFrame,
-    other: pd.DataFrame,
-    *,
-    folder: str,
-    tolerance: float = DEFAULT_TOLERANCE,
-) -> list[Finding]:
-    """Returns a finding for every metric of every scenario and controller in both tables."""
-    before, after = (table.set_index(IDENTITY).sort_index() for table in (baseline, other))
-    common = before.index.intersection(after.index)
-    cells = list(dict.fromkeys((scenario, controller) for scenario, controller, _ in common))
-    findings = []
-    for scenario, controller in cells:
-        first, second = (table.loc[(scenario, controller)] for table in (before, after))
-        seeds = first.index.intersection(second.index)
-        first, second = first.loc[seeds], second.loc[seeds]
-        for entry in all_metrics():
-            comparison = paired_comparison(first[entry.name], second[entry.name])
-            baseline_mean = float(first[entry.name].mean())
-            findings.append(
-                Finding(
-                    folder=folder,
-                    scenario=scenario,
-                    controller=controller,
-                    metric=entry.name,
-                    unit=entry.unit,
-                    baseline_mean=baseline_mean,
-                    mean=float(second[entry.name].mean()),
-                    comparison=comparison,
-                    change=judge(entry, comparison, baseline_mean, tolerance=tolerance),
-                )
-            )
-    return findings
-
-
-def judge(
-    entry: Metric, comparison: PairedComparison, baseline_mean: float, *, tolerance: float
-) -> Change:
-    """Returns what a paired comparison shows.
-
-    A change counts where its 95% interval excludes zero and it exceeds the tolerance. Success is
-    judged by the trials themselves: a seed that no longer succeeds meets the same noise as before,
-    so more seeds lost than won is worse, however few they are.
-    """
-    if comparison.pairs == 0:
-        return Change.UNDEFINED
-    size = abs(comparison.difference)
-    if size <= max(tolerance * abs(baseline_mean), ROUNDING):
-        return Change.SAME
-    is_certain = entry.name == SUCCESS or comparison.interval.excludes(0.0)
-    if not is_certain:
-        return Change.UNDECIDED
-    if entry.better is Better.NEITHER:
-        return Change.CHANGED
-    is_lower = comparison.difference < 0.0
-    return Change.BETTER if is_lower == (entry.better is Better.LOWER) else Change.WORSE
+def _checked(listed: Sequence[str]) -> tuple[str, ...]:
+    """Returns the listed names, outcomes first; raises InputError for one that is no metric."""
+    outcomes = [quantity.name for quantity in OUTCOMES]
+    known = {entry.name: entry.better for entry in all_metrics()}
+    known |= {quantity.name: quantity.better for quantity in OUTCOMES}
+    for name in listed:
+        if name not in known:
+            raise InputError(f"metric {name!r} is unknown{nearest_name_hint(name, known)}")
+        if known[name] is Better.NEITHER:
+            raise InputError(f"metric {name!r} has no good direction; it cannot get worse")
+    return tuple(dict.fromkeys([*outcomes, *listed])) if listed else ()
 
 
 def to_markdown(comparison: FolderComparison) -> str:
-    """Returns the comparison as Markdown: regressions first, then all significant changes."""
-    regressions = comparison.regressions
+    """Returns the comparison as Markdown: errors, regressions, undecided losses, all changes."""
+    judged, regressions = comparison.judged, comparison.regressions
     lines = [f"# Compared with {comparison.baseline}", ""]
     lines.append(f"Listed metrics: {', '.join(comparison.listed) or 'none'}.")
-    lines += [f"{len(regressions)} of them became worse.", "", f"In all: {comparison.summary}.", ""]
+    lines += [f"{len(regressions)} of them became worse.", "", f"In all: {comparison.summary}."]
+    lines += ["", equal_text(judged), "", PROMISE, ""]
+    if judged.one_trial_cells:
+        lines += [
+            "All seeds drive one and the same trial, which counts once: "
+            f"{cells_text(judged.one_trial_cells)}.",
+            "",
+        ]
+    for title, told in (
+        ("Ended as an error", lost_lines(comparison.errors)),
+        ("Losses that are not decided", comparison.undecided_losses),
+    ):
+        if told:
+            lines += [f"## {title}", "", *(f"- {line}" for line in told), ""]
+    undecided = [f for f in judged.of(Verdict.UNDECIDED) if f.quantity.family is Family.LISTED]
     for title, chosen in (
         ("Regressions", regressions),
-        ("Worse", _of(comparison, Change.WORSE)),
-        ("Better", _of(comparison, Change.BETTER)),
-        ("Changed, neither better nor worse", _of(comparison, Change.CHANGED)),
-        ("Not decided by so few trials", _of(comparison, Change.UNDECIDED)),
+        ("Worse", judged.of(Verdict.WORSE)),
+        ("Better", judged.of(Verdict.BETTER)),
+        ("Changed, neither better nor worse", judged.of(Verdict.CHANGED)),
+        ("Listed metrics that so few trials do not decide", undecided),
     ):
         if chosen:
-            lines += [f"## {title}", "", *_markdown_table(chosen), ""]
+            lines += [f"## {title}", "", *table(chosen), ""]
     if comparison.not_compared:
         lines += ["## Not compared", ""]
         lines += [f"- {line}" for line in comparison.not_compared]
@@ -252,82 +212,48 @@ def to_markdown(comparison: FolderComparison) -> str:
 def to_junit(comparison: FolderComparison) -> str:
     """Returns JUnit XML: a test case a listed metric, scenario and controller.
 
-    What could not be compared is a skipped test case.
+    A trial that ended as an error is a failed one, and what could not be compared a skipped one.
     """
-    cases = [f for f in comparison.findings if f.metric in comparison.listed]
-    skipped = [f for f in cases if f.change is Change.UNDEFINED]
+    cases = comparison.listed_findings
+    skipped = [f for f in cases if f.verdict is Verdict.NO_VALUE]
+    left = len(comparison.unmatched) + len(comparison.left_out)
     suite = ElementTree.Element(
         "testsuite",
         name="drake_navbench.compare",
-        tests=str(len(cases) + len(comparison.unmatched) + len(comparison.left_out)),
-        failures=str(len(comparison.regressions)),
+        tests=str(len(cases) + len(comparison.errors) + left),
+        failures=str(len(comparison.regressions) + len(comparison.errors)),
         errors="0",
-        skipped=str(len(skipped) + len(comparison.unmatched) + len(comparison.left_out)),
+        skipped=str(len(skipped) + left),
     )
     for finding in cases:
-        case = ElementTree.SubElement(
-            suite,
-            "testcase",
-            classname=f"{finding.folder}.{finding.scenario}.{finding.controller}",
-            name=finding.metric,
-        )
-        if finding.change is Change.WORSE:
-            failure = ElementTree.SubElement(case, "failure", message=sentence(finding))
-            failure.text = sentence(finding)
-        elif finding.change is Change.UNDEFINED:
+        case = _add_case(suite, _classname(*finding[:3]), finding.quantity.name)
+        if finding.verdict is Verdict.WORSE:
+            ElementTree.SubElement(case, "failure", message=sentence(finding))
+        elif finding.verdict is Verdict.NO_VALUE:
             ElementTree.SubElement(case, "skipped", message="no pair of trials with a value")
+        elif finding in comparison.judged.undecided_losses:
+            ElementTree.SubElement(case, "system-out").text = undecided_sentence(finding)
+    for trial in comparison.errors:
+        case = _add_case(suite, _classname(*trial[:3]), f"seed {trial.seed}")
+        ElementTree.SubElement(case, "failure", message=f"ended as an error: {trial.reason}")
     for entry in comparison.unmatched:
-        classname = f"{entry.folder}.{entry.scenario}.{entry.controller}"
-        _add_skipped(suite, classname, "trials", entry.reason)
+        case = _add_case(suite, _classname(*entry[:3]), "trials")
+        ElementTree.SubElement(case, "skipped", message=entry.reason)
     for file in comparison.left_out:
-        _add_skipped(suite, "files", file.path, file.reason)
+        case = _add_case(suite, "files", file.path)
+        ElementTree.SubElement(case, "skipped", message=file.reason)
     suites = ElementTree.Element("testsuites")
     suites.append(suite)
     ElementTree.indent(suites)
     return ElementTree.tostring(suites, encoding="unicode", xml_declaration=True) + "\n"
 
 
-def _add_skipped(suite: ElementTree.Element, classname: str, name: str, reason: str) -> None:
-    case = ElementTree.SubElement(suite, "testcase", classname=classname, name=name)
-    ElementTree.SubElement(case, "skipped", message=reason)
+def _classname(folder: str, scenario: str, controller: str) -> str:
+    return f"{folder}.{scenario}.{controller}"
 
 
-def sentence(finding: Finding) -> str:
-    """Returns a finding as one line."""
-    found = finding.comparison
-    low, high = found.interval
-    certainty = f" [{low:+.3g}, {high:+.3g}]" if math.isfinite(low) else ""
-    return (
-        f"{finding.scenario}, {finding.controller}: {finding.metric} {finding.change}: "
-        f"{finding.baseline_mean:.4g} -> {finding.mean:.4g} {finding.unit}".rstrip()
-        + f" ({found.difference:+.3g}{certainty} in {found.pairs} pairs)"
-    )
-
-
-def _of(comparison: FolderComparison, change: Change) -> list[Finding]:
-    return [finding for finding in comparison.findings if finding.change is change]
-
-
-def _markdown_table(findings: Sequence[Finding]) -> list[str]:
-    lines = [
-        "| folder | scenario | controller | metric | baseline | now | difference | 95% interval |"
-        " pairs | p | effect |",
-        "|---|---|---|---|---:|---:|---:|---|---:|---:|---:|",
-    ]
-    for f in findings:
-        found = f.comparison
-        low, high = found.interval
-        span = f"[{low:+.3g}, {high:+.3g}]" if math.isfinite(low) else "–"
-        cells = [
-            f.folder,
-            f.scenario,
-            f.controller,
-            f"{f.metric} [{f.unit}]" if f.unit else f.metric,
-        ]
-        cells += [f"{f.baseline_mean:.4g}", f"{f.mean:.4g}", f"{found.difference:+.3g}", span]
-        cells += [str(found.pairs), f"{found.p_value:.3g}", f"{found.effect:+.2f}"]
-        lines.append("| " + " | ".join(cell.strip().replace("|", "\\|") for cell in cells) + " |")
-    return lines
+def _add_case(suite: ElementTree.Element, classname: str, name: str) -> ElementTree.Element:
+    return ElementTree.SubElement(suite, "testcase", classname=classname, name=name)
 
 
 def _unmatched(baseline: pd.DataFrame, other: pd.DataFrame, name: str) -> list[Unmatched]:

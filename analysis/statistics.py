@@ -23,6 +23,9 @@ POWER = 0.8
 MAX_TRIALS_NEEDED = 1_000_000
 # Nothing measured in SI units here differs by less for another reason than rounding.
 ROUNDING = 1e-9
+# So many pairs with their ranks are few enough to count all signs; of more the normal
+# approximation is good also far out.
+EXACT_PAIRS = 64
 # Values that differ by less than this share of the largest are equal in all but name.
 SPREAD_RATIO = 1e-12
 
@@ -133,20 +136,25 @@ def paired_comparison(
     The interval is Student's: honest for few pairs, where a bootstrap is too narrow. Differences
     up to ROUNDING count as 0: repeated exactly, rounding would be the surest of all results.
     """
-    by_seed = (second - first).to_numpy(dtype=float)
-    differences = by_seed[np.isfinite(by_seed)]
+    return compare_differences((second - first).to_numpy(dtype=float), confidence=confidence)
+
+
+def compare_differences(by_pair: Array, *, confidence: float = CONFIDENCE) -> PairedComparison:
+    """Returns what `paired_comparison` does of differences (N,), NaN where one has no value."""
+    differences = by_pair[np.isfinite(by_pair)]
     differences = np.where(np.abs(differences) <= ROUNDING, 0.0, differences)
     count = len(differences)
     mean = float(differences.mean()) if count else math.nan
     sd = float(differences.std(ddof=1)) if count > 1 else math.nan
+    ranks = signed_ranks(differences)
     return PairedComparison(
         pairs=count,
-        left_out=len(by_seed) - count,
+        left_out=len(by_pair) - count,
         difference=mean,
         sd=sd,
         interval=student_interval(mean, sd, count, confidence=confidence),
-        p_value=signed_rank_p_value(differences),
-        effect=rank_biserial(differences),
+        p_value=_p_value_of_ranks(tuple(ranks.tolist())) if count else math.nan,
+        effect=_effect_of_ranks(ranks) if count else math.nan,
     )
 
 
@@ -167,21 +175,43 @@ def _student_quantile(probability: float, freedom: int) -> float:
 def signed_rank_p_value(differences: Array) -> float:
     """Returns Wilcoxon's two-sided p-value; 1 where nothing differs, NaN without pairs.
 
-    With fewer than six pairs it cannot fall below 0.05.
+    Exact for up to EXACT_PAIRS pairs that differ, also where differences are equal in size. With
+    fewer than six pairs it cannot fall below 0.05.
     """
     if len(differences) == 0:
         return math.nan
-    if not differences.any():
-        return 1.0
-    ranks = np.sign(differences) * stats.rankdata(np.abs(differences))
-    return _p_value_of_ranks(tuple(np.sort(ranks).tolist()))
+    return _p_value_of_ranks(tuple(signed_ranks(differences).tolist()))
+
+
+def signed_ranks(differences: Array) -> Array:
+    """Returns the ranks of the sizes of what is not 0, with the signs, in rising order."""
+    differences = differences[differences != 0.0]
+    if len(differences) == 0:
+        return differences
+    return np.sort(np.sign(differences) * stats.rankdata(np.abs(differences)))
 
 
 # Of few pairs there are few signed ranks, and a report asks for hundreds of p-values.
 @lru_cache(maxsize=4096)
-def _p_value_of_ranks(signed_ranks: tuple[float, ...]) -> float:
+def _p_value_of_ranks(own_ranks: tuple[float, ...]) -> float:
     """Returns the p-value of differences with these signed ranks; it depends on nothing else."""
-    return float(stats.wilcoxon(np.array(signed_ranks)).pvalue)
+    if not own_ranks:
+        return 1.0
+    ranks = np.array(own_ranks)
+    if len(ranks) > EXACT_PAIRS:
+        return float(stats.wilcoxon(ranks).pvalue)
+    # The average of two ranks may end in a half.
+    doubled = np.rint(2.0 * np.abs(ranks)).astype(int)
+    # chances[t]: that the ranks with a plus sum to t / 2, each sign being as likely as the other.
+    chances = np.zeros(doubled.sum() + 1)
+    chances[0] = 1.0
+    for rank in doubled:
+        with_plus = chances[: len(chances) - rank].copy()
+        chances *= 0.5
+        chances[rank:] += 0.5 * with_plus
+    positive = int(doubled[ranks > 0.0].sum())
+    smaller_tail = min(positive, len(chances) - 1 - positive)
+    return min(2.0 * float(chances[: smaller_tail + 1].sum()), 1.0)
 
 
 def smallest_p_value(pairs: int, comparisons: int) -> float:
@@ -200,7 +230,7 @@ def sign_test_p_value(wins: int, losses: int) -> float:
     that differ.
     """
     changed = wins + losses
-    return float(stats.binomtest(wins, changed).pvalue) if changed else 1.0
+    return min(2.0 * float(stats.binom.cdf(min(wins, losses), changed, 0.5)), 1.0)
 
 
 def rank_biserial(differences: Array) -> float:
@@ -210,21 +240,30 @@ def rank_biserial(differences: Array) -> float:
     """
     if len(differences) == 0:
         return math.nan
-    differences = differences[differences != 0.0]
-    if len(differences) == 0:
-        return 0.0
-    ranks = stats.rankdata(np.abs(differences))
-    return float((np.sign(differences) * ranks).sum() / ranks.sum())
+    return _effect_of_ranks(signed_ranks(differences))
 
 
-def holm(p_values: Sequence[float]) -> Array:
-    """Returns p-values adjusted for their number (Holm 1979); NaN stays and does not count."""
+def _effect_of_ranks(ranks: Array) -> float:
+    return float(ranks.sum() / np.abs(ranks).sum()) if len(ranks) else 0.0
+
+
+def holm(p_values: Sequence[float], smallest: Sequence[float] | None = None) -> Array:
+    """Returns p-values adjusted for their number (Holm 1979); NaN stays and does not count.
+
+    smallest: the smallest p-value that each test could have given with its own pairs, whatever
+    their signs; 0 for all where not given. A test that could not have fallen to a p-value does not
+    count in its adjustment (Tarone 1990; Hommel and Krummenauer 1998): trials that are equal in
+    one scenario take nothing from the others. The chance of any false alarm is held all the same.
+    """
     given = np.asarray(p_values, dtype=float)
     adjusted = np.full_like(given, math.nan)
     known = np.flatnonzero(np.isfinite(given))
     order = known[np.argsort(given[known], kind="stable")]
-    factors = np.arange(len(order), 0, -1)
-    adjusted[order] = np.minimum(np.maximum.accumulate(factors * given[order]), 1.0)
+    ordered = given[order]
+    least = np.zeros(len(order)) if smallest is None else np.asarray(smallest, dtype=float)[order]
+    could = np.sort(np.minimum(least, ordered))
+    factors = np.searchsorted(could, ordered, side="right") - np.arange(len(order))
+    adjusted[order] = np.minimum(np.maximum.accumulate(factors * ordered), 1.0)
     return adjusted
 
 
@@ -249,6 +288,17 @@ def trials_needed(sd: float, difference: float, *, confidence: float = CONFIDENC
     while count > 2 and _power(count - 1, effect, confidence) >= POWER:
         count -= 1
     return count
+
+
+def detectable_difference(sd: float, pairs: int, level: float) -> float:
+    """Returns the mean difference that a two-sided paired t-test shows with 80% power.
+
+    sd: of the differences. level: of the test. NaN for fewer than two pairs.
+    """
+    if pairs < 2:
+        return math.nan
+    quantile = float(stats.t.ppf(1.0 - 0.5 * level, pairs - 1)) + float(stats.norm.ppf(POWER))
+    return quantile * sd / math.sqrt(pairs)
 
 
 def mean_ranks(values: pd.DataFrame, *, lower_is_better: bool) -> pd.Series:

@@ -27,6 +27,7 @@ from drake_navbench.log import Outcome
 # Suites of more worlds than these are told by their totals alone: nobody reads 300 tables.
 MAX_WORLDS_ONE_BY_ONE = 8
 SCORE = "barn_score"
+BEST_SCORE = 0.5
 ALL_DENSITIES = ""
 # What is compared between two controllers, by its name in the tables.
 COMPARED = ("success", "collision", "score")
@@ -187,8 +188,18 @@ def _total(suite: str, density: str, controller: str, trials: pd.DataFrame) -> T
         success=_share(worlds["success"]),
         collision=_share(worlds["collision"]),
         scored=_share(worlds["scored"]),
-        score=summarize(worlds["score"]),
+        score=_score(worlds["score"]),
         time_s=summarize(worlds["time_s"]),
+    )
+
+
+def _score(values: pd.Series) -> Summary:
+    """Returns the summary of BARN scores, whose interval ends where scores do."""
+    found = summarize(values)
+    low, high = found.interval
+    # Comparisons with NaN are false: an undefined interval stays one.
+    return found._replace(
+        interval=Interval(0.0 if low < 0.0 else low, BEST_SCORE if high > BEST_SCORE else high)
     )
 
 

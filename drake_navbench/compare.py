@@ -24,13 +24,16 @@ from drake_navbench.errors import InputError
 EXIT_REGRESSION = 1
 
 EPILOG = """\
-A change counts where its 95% interval over the paired trials excludes zero and it exceeds the
-tolerance; success counts by the trial. A regression test for CI:
+Trials of equal seed are paired. Arrivals and touches are judged by the exact sign test, metrics by
+Wilcoxon's, all corrected for their number: where nothing but noise differs, any change at all is
+told in at most 5% of comparisons. Losses that so few trials cannot decide are named, and are no
+regression. A regression test for CI:
 
   python -m drake_navbench.compare results/main results/branch --junit compare.xml
 
-exit status: 0 no listed metric got worse, 1 one did, or with --require-all something could not be
-compared, 2 wrong input, or nothing could be compared
+exit status: 0 no listed metric got worse, 1 one did, or a trial ended as an error that did not in
+BASELINE, or with --require-all something could not be compared, 2 wrong input, or nothing could be
+compared
 """
 
 
@@ -48,9 +51,9 @@ def build_parser() -> argparse.ArgumentParser:
     add(
         "--fail-on",
         metavar="LIST",
-        help="metrics, comma-separated, whose getting worse is a regression, success_rate always "
-        "among them; none for no metric (success_rate,min_clearance_m,time_to_goal_s,"
-        "cross_track_error_mean_m,heading_error_mean_deg)",
+        help="metrics, comma-separated, whose getting worse is a regression, touch_rate and "
+        "success_rate always among them; none for no metric (touch_rate,success_rate,"
+        "min_clearance_m,time_to_goal_s,cross_track_error_mean_m,heading_error_mean_deg)",
     )
     add(
         "--tolerance",
@@ -80,6 +83,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _compare(arguments: argparse.Namespace) -> int:
     from drake_navbench.analysis import compare
+    from drake_navbench.analysis.paired_text import lost_lines, sentence
 
     comparison = compare.compare_folders(
         [arguments.baseline, *arguments.others],
@@ -91,12 +95,17 @@ def _compare(arguments: argparse.Namespace) -> int:
     _write(arguments.markdown, text)
     if arguments.junit is not None:
         _write(arguments.junit, compare.to_junit(comparison))
+    for line in lost_lines(comparison.errors):
+        print(f"regression: {line}", file=sys.stderr)
     for finding in comparison.regressions:
-        print(f"regression: {compare.sentence(finding)}", file=sys.stderr)
+        print(f"regression: {sentence(finding)}", file=sys.stderr)
+    for line in comparison.undecided_losses:
+        print(f"not decided: {line}", file=sys.stderr)
     for line in comparison.not_compared:
         print(f"not compared: {line}", file=sys.stderr)
     print(comparison.summary, file=sys.stderr)
-    fails = comparison.regressions or (arguments.require_all and comparison.not_compared)
+    worse = comparison.regressions or comparison.errors
+    fails = worse or (arguments.require_all and comparison.not_compared)
     return EXIT_REGRESSION if fails else EXIT_DONE
 
 

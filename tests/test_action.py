@@ -200,6 +200,20 @@ def test_a_pull_request_that_makes_it_worse_is_compared_shown_commented_and_refu
     assert "aborted" in (runner.temp / "drake_navbench" / "worst_trial.html").read_text()
 
 
+def test_a_loss_that_is_not_decided_is_a_warning_and_fails_nothing(runner):
+    folder = runner.temp / "drake_navbench"
+    for name, failing in (("results_base", ()), ("results", (2,))):
+        results = ResultsFolder(folder / name)
+        for trial in range(3):
+            results.write_log(with_trial("collided" if trial in failing else "succeeded", trial))
+        results.write_manifest({"scenarios": ["restricted_small"], "controllers": ["rpp"]})
+    runner.outputs["prepare"] = {"folder": str(folder)}
+    done = runner.run("Compare", context(runner))
+    assert (done.returncode, runner.outputs["compare"]["regressed"]) == (0, "false")
+    assert "::warning::more touches or fewer arrivals than before" in done.stdout
+    assert "touch_rate undecided: 0 -> 33.33 %" in (folder / "comparison.md").read_text()
+
+
 def with_trial(outcome: str, trial: int) -> TrialLog:
     log = driven()
     scenario = dict(log.info["scenario"]) | {"expected_outcome": "succeeded"}

@@ -8,7 +8,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -24,21 +24,30 @@ from drake_navbench.command_line import (
     positive_number,
     whole_number,
 )
-from drake_navbench.errors import printable
+from drake_navbench.errors import InputError, printable
+
+# Options that say how to drive; none has a place beside rows that were driven.
+DRIVING = ("scenarios", "trials", "flags", "noise", "robot", "seed", "jobs", "out", "replay")
+EXITS = {"GREEN": EXIT_DONE, "RED": EXIT_FAILED, "NOT_JUDGED": EXIT_WRONG_INPUT}
 
 if TYPE_CHECKING:
     from drake_navbench.side_by_side.gate import GateResult
 
 EPILOG = """\
-Equal seeds, paired; every metric of every controller and scenario is a test,
-corrected by Holm, so that a change that changes nothing turns the gate red once
-in a hundred times at most. In CI:
+Trials of equal seed are paired. A trial that ends as an error, or is missing, is
+named, and red where all of the base came to an end. Arrivals, touches and every
+metric are tested and corrected for their number: a change that changes nothing
+turns the gate red in at most 5 of 100 times. In CI:
 
   python -m drake_navbench nav2-gate main_checkout branch_checkout \\
       --controllers rpp,mppi_nav2 --markdown gate.md --junit gate.xml
 
-exit status: 0 nothing became worse by more than the tolerance, 1 something did,
-2 wrong input, or trials that came to no end
+What a gate has driven is judged anew, with nothing built or driven, by
+--rows DIR/trials.parquet and the names of the two builds.
+
+exit status: 0 green, 1 red: a trial came to no end, or something became worse by
+more than the tolerance, 2 wrong input, or trials that came to no end as some of
+the base do
 """
 
 
@@ -66,7 +75,7 @@ def build_parser() -> argparse.ArgumentParser:
         metavar="LIST",
         help="where (the five published scenarios and doorway)",
     )
-    add("--trials", type=positive_number, default=64, metavar="N", help="of each (64)")
+    add("--trials", type=positive_number, metavar="N", help="of each (64)")
     add(
         "--tolerance",
         type=percentage,
@@ -86,8 +95,14 @@ def build_parser() -> argparse.ArgumentParser:
         help="of MPPI: the benchmark's, other in each trial, or that of its own generator, the "
         "same in each (benchmark)",
     )
-    add("--robot", default="wheelchair", help="robot by name, or a YAML file (wheelchair)")
-    add("--seed", type=whole_number, default=0, help="of the first trial (0)")
+    add("--robot", help="robot by name, or a YAML file (wheelchair)")
+    add("--seed", type=whole_number, help="of the first trial (0)")
+    add(
+        "--rows",
+        type=Path,
+        metavar="FILE",
+        help="judge this table of trials, the trials.parquet of a gate, and drive nothing",
+    )
     add("--jobs", type=positive_number, metavar="N", help="parallel workers (all cores)")
     add("--out", type=Path, metavar="DIR", help="where the logs go (results/gate-<time>)")
     add("--markdown", type=Path, metavar="FILE", help="where the report goes (standard output)")
@@ -104,15 +119,50 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _gate(arguments: argparse.Namespace) -> int:
-    from drake_navbench.native.builds import FlagSet, NoiseSource
+    from drake_navbench.analysis.paired_text import lost_lines, sentence, undecided_sentence
     from drake_navbench.results import write_text
     from drake_navbench.side_by_side import gate, gate_report
-    from drake_navbench.side_by_side.gate_builds import build_of, left_out_changes
 
     say = partial(print, file=sys.stderr, flush=True)
 
     def tell(line: str) -> None:
         say(printable(line))
+
+    if arguments.rows is None:
+        result = _driven(arguments, tell)
+    else:
+        for name in DRIVING:
+            if getattr(arguments, name) is not None:
+                raise InputError(f"--{name}: says how to drive, and --rows drives nothing")
+        sides = gate.Side(arguments.base), gate.Side(arguments.head)
+        table = gate.read_rows(arguments.rows)
+        result = gate.judge_rows(
+            table, arguments.controllers, *sides, tolerance=arguments.tolerance
+        )
+    text = gate_report.to_markdown(result)
+    if arguments.markdown is None:
+        sys.stdout.write(text)
+    else:
+        write_text(arguments.markdown, text)
+    if arguments.junit is not None:
+        write_text(arguments.junit, gate_report.to_junit(result))
+    _show_worst(result, arguments.replay, say)
+    if result.judged is not None:
+        for line in lost_lines(result.judged.lost):
+            tell(f"came to no end: {line}")
+        for finding in result.regressions:
+            tell(f"regression: {sentence(finding)}")
+        for finding in result.judged.undecided_losses:
+            tell(f"not decided: {undecided_sentence(finding)}")
+    return EXITS[result.light.name]
+
+
+def _driven(arguments: argparse.Namespace, tell: Callable[[str], None]) -> GateResult:
+    """Returns what the two builds did in the trials that were asked for."""
+    from drake_navbench.native.builds import FlagSet, NoiseSource
+    from drake_navbench.side_by_side import gate
+    from drake_navbench.side_by_side.gate_builds import build_of, left_out_changes
+    from drake_navbench.trial.trial import DEFAULT_ROBOT
 
     noise = arguments.noise and NoiseSource(arguments.noise)
     if noise is not NoiseSource.OWN:
@@ -130,30 +180,19 @@ def _gate(arguments: argparse.Namespace) -> int:
         for text, side in ((arguments.base, "gate-base"), (arguments.head, "gate-head"))
     )
     folder = arguments.out or Path("results") / time.strftime("gate-%Y-%m-%d_%H-%M-%S")
-    result = gate.drive_gate(
+    return gate.drive_gate(
         base,
         head,
         arguments.controllers,
         folder.absolute(),
         scenarios=arguments.scenarios or gate.DEFAULT_SCENARIOS,
-        trials=arguments.trials,
+        trials=gate.DEFAULT_TRIALS if arguments.trials is None else arguments.trials,
         jobs=arguments.jobs,
-        seed=arguments.seed,
-        robot=arguments.robot,
+        seed=arguments.seed or 0,
+        robot=arguments.robot or DEFAULT_ROBOT,
         tolerance=arguments.tolerance,
         tell=tell,
     )
-    text = gate_report.to_markdown(result)
-    if arguments.markdown is None:
-        sys.stdout.write(text)
-    else:
-        write_text(arguments.markdown, text)
-    if arguments.junit is not None:
-        write_text(arguments.junit, gate_report.to_junit(result))
-    _show_worst(result, arguments.replay, say)
-    for finding in result.regressions:
-        say(f"regression: {gate_report.sentence(finding)}")
-    return EXIT_FAILED if result.regressions else EXIT_DONE
 
 
 def _show_worst(result: GateResult, folder: Path | None, say: partial[None]) -> None:

@@ -1,102 +1,89 @@
-"""Whether a change to Nav2's controllers changes how they drive: equal seeds, paired, corrected.
+"""Whether a change to Nav2's controllers changes how they drive: equal seeds, in pairs.
 
-Each metric of each controller in each scenario is a test; Holm's correction over all of them keeps
-the chance of a false alarm of a whole change below `ALARM_RATE`.
+What is tested and how it is corrected stands in `analysis/paired_tests.py`.
 """
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Callable, Sequence
 from enum import StrEnum
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
 import pandas as pd
-from scipy import stats
 
-from drake_navbench.analysis.compare import DEFAULT_LISTED, IDENTITY, SUCCESS
-from drake_navbench.analysis.metrics.definition import Better, Metric
+from drake_navbench.analysis.metrics.definition import Better
 from drake_navbench.analysis.metrics.registry import all_metrics
-from drake_navbench.analysis.statistics import (
-    POWER,
-    ROUNDING,
-    PairedComparison,
-    holm,
-    paired_comparison,
-    sign_test_p_value,
+from drake_navbench.analysis.paired_tests import (
+    DEFAULT_TOLERANCE,
+    Finding,
+    Judged,
+    Verdict,
+    judge_pairs,
 )
+from drake_navbench.analysis.paired_trials import IDENTITY, Contest
 from drake_navbench.campaign.benchmark import run_benchmark
-from drake_navbench.errors import InputError
+from drake_navbench.errors import InputError, one_line
 from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS
 from drake_navbench.native.builds import Build
 from drake_navbench.trial.trial import DEFAULT_ROBOT
 
 DEFAULT_SCENARIOS = (*PUBLISHED_SCENARIOS, "doorway")
 DEFAULT_TRIALS = 64
-ALARM_RATE = 0.01
-# A mean that changes by a smaller share of the base's matters to nobody, however certain it is.
-DEFAULT_TOLERANCE = 0.01
 
 # The colon before the first parameter; a plugin type has two together.
 _VALUES = re.compile(r"(?<!:):(?!:)")
 
 
-class Verdict(StrEnum):
-    """What a change did to a metric."""
+class Light(StrEnum):
+    """What a gate says of a change."""
 
-    WORSE = "worse"
-    BETTER = "better"
-    SAME = "same"
-    SMALL = "too small to matter"
-    UNDECIDED = "undecided"
-    NO_VALUE = "no value"
+    RED = "red"
+    GREEN = "green"
+    NOT_JUDGED = "not judged"
 
 
-class Finding(NamedTuple):
-    """One test: a metric of a controller in a scenario.
+class Side(NamedTuple):
+    """One of the two programs. name: as in its columns, `rpp@name`. about: what it was built of."""
 
-    p_value: adjusted by Holm over all tests. detectable: the mean difference that so many pairs
-    show with 80% power, at the level that the strictest of all tests has; NaN without spread.
-    """
-
-    scenario: str
-    controller: str
-    metric: Metric
-    base_mean: float
-    head_mean: float
-    comparison: PairedComparison
-    p_value: float
-    detectable: float
-    verdict: Verdict
+    name: str
+    about: str = ""
+    flags: str = ""
 
 
 class GateResult(NamedTuple):
     """What two builds did in equal trials.
 
-    base, head: what was driven. trials: a scenario and controller. equal: pairs of trials whose
-    metrics are all equal, and of how many. folder: where the logs are; None where nothing was
-    driven. table: one row a trial. repeated: the scenarios and controllers in which all trials of a
-    build are the same: what differs there does so for certain, but in one trial.
+    base, head: what was driven. trials: a scenario and controller. judged: None where both are the
+    same program, so that nothing was driven. folder: where the logs are; None where there are none.
+    table: one row a trial.
     """
 
-    base: Build
-    head: Build
-    scenarios: tuple[str, ...]
-    trials: int
-    findings: tuple[Finding, ...]
-    equal: tuple[int, int]
-    folder: Path | None
-    table: pd.DataFrame
-    repeated: tuple[tuple[str, str], ...] = ()
+    base: Side
+    head: Side
+    scenarios: tuple[str, ...] = ()
+    trials: int = 0
+    judged: Judged | None = None
+    folder: Path | None = None
+    table: pd.DataFrame = pd.DataFrame()
 
     @property
     def regressions(self) -> list[Finding]:
-        """What became worse, the surest first."""
-        worse = [f for f in self.findings if f.verdict is Verdict.WORSE]
-        return sorted(worse, key=lambda finding: finding.p_value)
+        """What became worse: touches first, then success, then the surest."""
+        return self.judged.of(Verdict.WORSE) if self.judged else []
+
+    @property
+    def light(self) -> Light:
+        """Red where a test says worse, or a trial came to no end where all of the base did.
+
+        Not judged where trials of the head came to no end, and some of the base neither.
+        """
+        if self.judged is None:
+            return Light.GREEN
+        if self.regressions or self.judged.new_failures:
+            return Light.RED
+        return Light.NOT_JUDGED if self.judged.lost else Light.GREEN
 
 
 def drive_gate(
@@ -118,32 +105,67 @@ def drive_gate(
     folder: new; the logs go there. Two builds that are the same program are not driven. Raises
     InputError where one has no such controller, or input is wrong otherwise.
     """
+    sides = [side_of(build) for build in (base, head)]
     if base.host == head.host:
         tell("both are the same program, down to the last byte; nothing was driven")
-        return GateResult(base, head, tuple(scenarios), 0, (), (0, 0), None, pd.DataFrame())
-    columns = [column_of(name, build) for name in controllers for build in (base, head)]
+        return GateResult(*sides, tuple(scenarios))
+    columns = [column_of(name, side) for name in controllers for side in sides]
     results = run_benchmark(
         scenarios, columns, trials=trials, seed=seed, jobs=jobs, robot=robot, out=folder
     )
-    before, after = (_of_build(results.trials, controllers, build) for build in (base, head))
-    findings, equal = judge_trials(before, after, tolerance=tolerance)
+    judged = judge_rows(results.trials, controllers, *sides, tolerance=tolerance)
+    return judged._replace(folder=folder)
+
+
+def judge_rows(
+    table: pd.DataFrame,
+    controllers: Sequence[str],
+    base: Side,
+    head: Side,
+    *,
+    tolerance: float = DEFAULT_TOLERANCE,
+) -> GateResult:
+    """Tests what has changed in trials that were driven.
+
+    table: one row a trial, with the columns `rpp@base` and `rpp@head` as controllers. A metric
+    without a good direction is not tested, nor is one that depends on the machine. Raises
+    InputError where one of the two has no trial.
+    """
+    before, after = (_of_side(table, controllers, side) for side in (base, head))
+    metrics = [m for m in all_metrics() if m.better is not Better.NEITHER and m.is_repeatable]
+    judged = judge_pairs([Contest(before, after)], metrics=metrics, tolerance=tolerance)
     return GateResult(
         base,
         head,
-        tuple(scenarios),
-        trials,
-        tuple(findings),
-        equal,
-        folder,
-        results.trials,
-        repeated_cells(before, after),
+        tuple(dict.fromkeys(before["scenario"])),
+        int(before.groupby(IDENTITY[:2]).size().max()),
+        judged,
+        table=table,
     )
 
 
-def column_of(controller: str, build: Build) -> str:
+def read_rows(path: Path) -> pd.DataFrame:
+    """Returns the table of trials that a gate has left; raises InputError where it is none."""
+    try:
+        table = pd.read_parquet(path)
+    except (OSError, ValueError) as error:
+        raise InputError(f"--rows {path}: cannot be read: {one_line(error)}") from error
+    if missing := [name for name in (*IDENTITY, "outcome") if name not in table]:
+        raise InputError(
+            f"--rows {path}: has no column {missing[0]!r}; expected the trials.parquet of a gate"
+        )
+    return table
+
+
+def side_of(build: Build) -> Side:
+    """Returns a build as a side of the gate."""
+    return Side(build.name, f"Nav2 {build.where_from}", build.more_flags)
+
+
+def column_of(controller: str, side: Side | Build) -> str:
     """Returns the column of a controller's original in a build: 'rpp:a=1' is 'rpp@build:a=1'."""
     name, values = split_column(controller)
-    return f"{name}@{build.name}{values}"
+    return f"{name}@{side.name}{values}"
 
 
 def split_column(controller: str) -> tuple[str, str]:
@@ -152,117 +174,11 @@ def split_column(controller: str) -> tuple[str, str]:
     return (controller[: found.start()], controller[found.start() :]) if found else (controller, "")
 
 
-def judge_trials(
-    before: pd.DataFrame, after: pd.DataFrame, *, tolerance: float = DEFAULT_TOLERANCE
-) -> tuple[list[Finding], tuple[int, int]]:
-    """Returns a finding a test, and how many pairs of trials are equal, of how many.
-
-    before, after: one row a trial, with scenario, controller, seed and all metrics. A metric
-    without a good direction is no test, nor is one that depends on the machine.
-    """
-    metrics = _judged_metrics()
-    names = [metric.name for metric in metrics]
-    first, second = (table.set_index(IDENTITY).sort_index() for table in (before, after))
-    common = first.index.intersection(second.index)
-    first, second = first.loc[common, names], second.loc[common, names]
-    is_equal = ((second - first).abs() <= ROUNDING) | (first.isna() & second.isna())
-    cells = list(dict.fromkeys((scenario, controller) for scenario, controller, _ in common))
-    tests = []
-    for scenario, controller in cells:
-        mine, theirs = (table.loc[(scenario, controller)] for table in (first, second))
-        for metric in metrics:
-            found = paired_comparison(mine[metric.name], theirs[metric.name])
-            p_value = _p_value(metric, mine[metric.name], theirs[metric.name], found)
-            means = (float(mine[metric.name].mean()), float(theirs[metric.name].mean()))
-            tests.append((scenario, controller, metric, means, found, p_value))
-    adjusted = holm([test[-1] for test in tests])
-    count = int(np.isfinite(adjusted).sum())
-    findings = [
-        Finding(
-            scenario,
-            controller,
-            metric,
-            *means,
-            comparison=found,
-            p_value=float(p_value),
-            detectable=detectable_difference(found.sd, found.pairs, ALARM_RATE / max(count, 1)),
-            verdict=_verdict(metric, found, means[0], float(p_value), tolerance),
-        )
-        for (scenario, controller, metric, means, found, _), p_value in zip(
-            tests, adjusted, strict=True
-        )
-    ]
-    return findings, (int(is_equal.all(axis=1).sum()), len(common))
-
-
-def repeated_cells(before: pd.DataFrame, after: pd.DataFrame) -> tuple[tuple[str, str], ...]:
-    """Returns the scenarios and controllers in which all trials of each build are one and the same.
-
-    before, after: as for `judge_trials`. One trial alone is no repetition.
-    """
-    names = [metric.name for metric in _judged_metrics()]
-
-    def repeated(table: pd.DataFrame) -> list[tuple[str, str]]:
-        return [
-            (scenario, controller)
-            for (scenario, controller), cell in table.groupby(["scenario", "controller"])
-            if len(cell) > 1 and not ((cell[names].max() - cell[names].min()) > ROUNDING).any()
-        ]
-
-    of_head = repeated(after)
-    return tuple(cell for cell in repeated(before) if cell in of_head)
-
-
-def detectable_difference(sd: float, pairs: int, level: float) -> float:
-    """Returns the mean difference that a two-sided paired t-test shows with 80% power.
-
-    sd: of the differences. level: of the test. NaN for fewer than two pairs.
-    """
-    if pairs < 2:
-        return math.nan
-    quantile = float(stats.t.ppf(1.0 - 0.5 * level, pairs - 1)) + float(stats.norm.ppf(POWER))
-    return quantile * sd / math.sqrt(pairs)
-
-
-def listed(findings: Sequence[Finding]) -> list[Finding]:
-    """Returns the findings of the metrics that `compare` lists."""
-    return [finding for finding in findings if finding.metric.name in DEFAULT_LISTED]
-
-
-def _judged_metrics() -> list[Metric]:
-    return [m for m in all_metrics() if m.better is not Better.NEITHER and m.is_repeatable]
-
-
-def _of_build(trials: pd.DataFrame, controllers: Sequence[str], build: Build) -> pd.DataFrame:
+def _of_side(trials: pd.DataFrame, controllers: Sequence[str], side: Side) -> pd.DataFrame:
     """Returns the trials of a build, its columns under the names of the controllers."""
-    names = {column_of(name, build): name for name in controllers}
+    names = {column_of(name, side): name for name in controllers}
     chosen = trials[trials["controller"].isin(list(names))]
-    if chosen.empty:
-        raise InputError(f"build {build.name!r}: no trial came to an end")
+    for column in names:
+        if column not in set(chosen["controller"]):
+            raise InputError(f"build {side.name!r}: no trial of {column!r}")
     return chosen.assign(controller=chosen["controller"].map(names))
-
-
-def _p_value(metric: Metric, first: pd.Series, second: pd.Series, found: PairedComparison) -> float:
-    """Returns the test's p-value: of success the exact sign test, of all else Wilcoxon's."""
-    if metric.name != SUCCESS:
-        return found.p_value
-    differences = (second - first).dropna()
-    if not len(differences):
-        return math.nan
-    return sign_test_p_value(int((differences > 0.0).sum()), int((differences < 0.0).sum()))
-
-
-def _verdict(
-    metric: Metric, found: PairedComparison, base_mean: float, p_value: float, tolerance: float
-) -> Verdict:
-    if not found.pairs:
-        return Verdict.NO_VALUE
-    size = abs(found.difference)
-    if size <= ROUNDING:
-        return Verdict.SAME
-    if not p_value <= ALARM_RATE:
-        return Verdict.UNDECIDED
-    if size <= max(tolerance * abs(base_mean), metric.relevant):
-        return Verdict.SMALL
-    is_lower = found.difference < 0.0
-    return Verdict.BETTER if is_lower == (metric.better is Better.LOWER) else Verdict.WORSE

@@ -3,172 +3,193 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
 from pathlib import Path
 from xml.etree import ElementTree
 
 from drake_navbench.analysis.metrics.definition import Better
-from drake_navbench.analysis.statistics import smallest_p_value
-from drake_navbench.native.builds import Build
-from drake_navbench.results import ResultsFolder
-from drake_navbench.side_by_side.gate import (
-    ALARM_RATE,
+from drake_navbench.analysis.paired_tests import (
+    SUCCESS,
+    TOUCH,
+    Family,
     Finding,
-    GateResult,
+    Judged,
     Verdict,
-    column_of,
-    listed,
 )
+from drake_navbench.analysis.paired_text import (
+    PROMISE,
+    cells_text,
+    equal_text,
+    lost_lines,
+    markdown_row,
+    sentence,
+    table,
+    undecided_sentence,
+)
+from drake_navbench.analysis.statistics import detectable_difference
+from drake_navbench.log import Outcome
+from drake_navbench.results import ResultsFolder
+from drake_navbench.side_by_side.gate import GateResult, Side, column_of
 
 
 def to_markdown(result: GateResult) -> str:
     """Returns the result: the verdict, what changed, and what so few trials could have shown."""
-    worse = result.regressions
-    equal, pairs = result.equal
     lines = [
-        f"# Nav2 gate: {'red' if worse else 'green'}",
+        f"# Nav2 gate: {result.light}",
         "",
-        f"Base: {_build(result.base)}. Head: {_build(result.head)}.",
+        f"Base: {_side(result.base)}. Head: {_side(result.head)}.",
         "",
         *_compiled(result.base, result.head),
     ]
-    if result.folder is None:
+    judged = result.judged
+    if judged is None:
         return "\n".join([*lines, "Both are the same program; nothing was driven.", ""])
-    tests = sum(math.isfinite(finding.p_value) for finding in result.findings)
+    tests = ", ".join(f"{judged.tests(family)} of {family}" for family in Family)
     lines += [
-        f"{len(result.scenarios)} scenarios, {result.trials} trials each: {pairs} pairs of equal "
-        f"seed, of which {equal} drove the same. {tests} tests, corrected by Holm: the whole gate "
-        f"raises a false alarm in at most {ALARM_RATE:.0%} of changes that change nothing.",
+        f"{len(result.scenarios)} scenarios, {result.trials} trials each. {equal_text(judged)}",
+        "",
+        f"Tests: {tests}. {PROMISE}",
         "",
     ]
-    least = smallest_p_value(result.trials, tests)
-    if least > ALARM_RATE:
+    if judged.one_trial_cells:
         lines += [
-            f"**{result.trials} trials are too few for any alarm**: if each of them changed alike, "
-            f"p would be {least:.2g} after the correction.",
+            "All seeds drive one and the same trial, which counts once: "
+            f"{cells_text(judged.one_trial_cells)}.",
             "",
         ]
-    if result.repeated:
-        cells = ", ".join(f"{controller} in {scenario}" for scenario, controller in result.repeated)
-        lines += [
-            f"All seeds drive one and the same trial, so that nothing is told of chance: {cells}.",
-            "",
-        ]
+    known = [trial for trial in judged.lost if trial.base_fails]
+    for title, told in (
+        ("Came to no end", lost_lines(judged.new_failures)),
+        ("Came to no end, as trials of the base do", lost_lines(known)),
+        ("Losses that are not decided", map(undecided_sentence, judged.undecided_losses)),
+    ):
+        if entries := [f"- {line}" for line in told]:
+            lines += [f"## {title}", "", *entries, ""]
     for title, verdict in (
         ("Became worse", Verdict.WORSE),
         ("Became better", Verdict.BETTER),
         ("Changed, by too little to matter", Verdict.SMALL),
     ):
-        found = [f for f in result.findings if f.verdict is verdict]
-        if found:
-            found.sort(key=lambda finding: finding.p_value)
-            lines += [f"## {title}", "", *_changes(found), ""]
-    lines += ["## What would have been seen", ""]
+        if found := judged.of(verdict):
+            lines += [f"## {title}", "", *table(found), ""]
+    lines += ["## What would have been seen", "", *_outcomes_seen(judged, result.trials), ""]
     lines += ["The mean change that would turn the gate with a probability of 80%.", ""]
-    lines += [*_detectable(listed(result.findings)), ""]
-    return "\n".join(lines)
+    return "\n".join([*lines, *_detectable(judged), ""])
 
 
 def to_junit(result: GateResult) -> str:
-    """Returns JUnit XML: a test case a scenario, controller and metric that is listed or worse."""
-    worse = result.regressions
-    cases = list(listed(result.findings))
-    cases += [finding for finding in worse if finding not in cases]
-    skipped = [f for f in cases if f.verdict is Verdict.NO_VALUE]
+    """Returns JUnit XML: a test case a scenario, controller and metric that is listed or worse.
+
+    A trial that came to no end is a failed one where the base has none such, else an error.
+    """
+    judged = result.judged
+    findings = judged.findings if judged else ()
+    lost = judged.lost if judged else ()
+    cases = [f for f in findings if _is_listed(f) or f.verdict is Verdict.WORSE]
+    worse = [f for f in cases if f.verdict is Verdict.WORSE]
+    errors = sum(trial.base_fails for trial in lost)
     suite = ElementTree.Element(
         "testsuite",
         name="drake_navbench.nav2-gate",
-        tests=str(len(cases)),
-        failures=str(len(worse)),
-        errors="0",
-        skipped=str(len(skipped)),
+        tests=str(len(cases) + len(lost)),
+        failures=str(len(worse) + len(lost) - errors),
+        errors=str(errors),
+        skipped=str(sum(f.verdict is Verdict.NO_VALUE for f in cases)),
     )
     for finding in cases:
-        case = ElementTree.SubElement(
-            suite,
-            "testcase",
-            classname=f"{finding.scenario}.{finding.controller}",
-            name=finding.metric.name,
-        )
+        case = _add_case(suite, finding.scenario, finding.controller, finding.quantity.name)
         if finding.verdict is Verdict.WORSE:
             ElementTree.SubElement(case, "failure", message=sentence(finding))
         elif finding.verdict is Verdict.NO_VALUE:
             ElementTree.SubElement(case, "skipped", message="no pair of trials with a value")
+        elif judged is not None and finding in judged.undecided_losses:
+            ElementTree.SubElement(case, "system-out").text = undecided_sentence(finding)
+    for trial in lost:
+        case = _add_case(suite, trial.scenario, trial.controller, f"seed {trial.seed}")
+        ending = "missing" if trial.is_missing else f"ended as an error: {trial.reason}"
+        ElementTree.SubElement(case, "error" if trial.base_fails else "failure", message=ending)
     suites = ElementTree.Element("testsuites")
     suites.append(suite)
     ElementTree.indent(suites)
     return ElementTree.tostring(suites, encoding="unicode", xml_declaration=True) + "\n"
 
 
-def sentence(finding: Finding) -> str:
-    """Returns a finding as one line."""
-    unit = f" {finding.metric.unit}" if finding.metric.unit else ""
-    return (
-        f"{finding.scenario}, {finding.controller}: {finding.metric.name} {finding.verdict}: "
-        f"{finding.base_mean:.4g} -> {finding.head_mean:.4g}{unit} "
-        f"({finding.comparison.difference:+.3g} in {finding.comparison.pairs} pairs, "
-        f"p {finding.p_value:.2g})"
-    )
-
-
 def worst_logs(result: GateResult) -> tuple[Path, Path] | None:
-    """Returns the logs of base and head for the seed that lost most in the surest regression."""
+    """Returns the logs of base and head for the seed that lost most in the first regression."""
     if not result.regressions or result.folder is None:
         return None
     worst = result.regressions[0]
     table = result.table[result.table["scenario"] == worst.scenario]
-    columns = [column_of(worst.controller, build) for build in (result.base, result.head)]
-    by_trial = table.pivot_table(index="trial", columns="controller", values=worst.metric.name)
+    name, outcome = worst.quantity.name, table["outcome"]
+    own = {TOUCH: outcome == Outcome.COLLIDED, SUCCESS: outcome == Outcome.SUCCEEDED}
+    table = table.assign(worst=own.get(name, table.get(name)).astype(float))
+    columns = [column_of(worst.controller, side) for side in (result.base, result.head)]
+    by_trial = table.pivot_table(index="trial", columns="controller", values="worst")
     loss = by_trial[columns[1]] - by_trial[columns[0]]
-    trial = (loss if worst.metric.better is Better.LOWER else -loss).idxmax()
+    trial = (loss if worst.quantity.better is Better.LOWER else -loss).idxmax()
     folder = ResultsFolder(result.folder)
     base, head = (folder.log_path(worst.scenario, column, int(trial)) for column in columns)
     return base, head
 
 
-def _build(build: Build) -> str:
-    return f"`{build.name}`, Nav2 {build.where_from}"
+def _side(side: Side) -> str:
+    return f"`{side.name}`, {side.about}" if side.about else f"`{side.name}`"
 
 
-def _compiled(base: Build, head: Build) -> list[str]:
+def _compiled(base: Side, head: Side) -> list[str]:
     """Returns what the two were compiled with, where that is more than the portable flags."""
-    first, second = (build.more_flags or "no more than the portable ones" for build in (base, head))
+    first, second = (side.flags or "no more than the portable ones" for side in (base, head))
     if first != second:
         return [f"**The two were compiled with different flags**: {first}; {second}.", ""]
-    return [f"Flags of packages: {first}.", ""] if base.more_flags else []
+    return [f"Flags of packages: {first}.", ""] if base.flags else []
 
 
-def _changes(findings: Iterable[Finding]) -> list[str]:
-    lines = [
-        "| scenario | controller | metric | base | head | change | pairs | p (Holm) |",
-        "|---|---|---|---:|---:|---:|---:|---:|",
+def _is_listed(finding: Finding) -> bool:
+    return finding.quantity.family is not Family.OTHERS
+
+
+def _add_case(
+    suite: ElementTree.Element, scenario: str, controller: str, name: str
+) -> ElementTree.Element:
+    classname = f"{scenario}.{controller}"
+    return ElementTree.SubElement(suite, "testcase", classname=classname, name=name)
+
+
+def _outcomes_seen(judged: Judged, trials: int) -> list[str]:
+    """Returns how many lost trials would turn the gate, and whether so few trials can at all."""
+    own = [f for f in judged.findings if f.quantity.family is Family.OUTCOMES]
+    tested = [f for f in own if not f.is_one_trial]
+    if not tested:
+        return ["Nothing is random in these trials: every change of an outcome turns the gate."]
+    fewest = tested[0].fewest_differing
+    text = (
+        f"A trial that comes to no end turns the gate. So do {fewest} trials of a scenario and "
+        f"controller that touch, or do not arrive, in the head alone."
+    )
+    if fewest > trials:
+        text += f" **{trials} trials are too few** for that."
+    return [text]
+
+
+def _detectable(judged: Judged) -> list[str]:
+    own = [f for f in judged.findings if f.quantity.family is Family.LISTED]
+    units = {f.quantity.name: f.quantity.unit for f in own}
+    rows: dict[tuple[str, str], dict[str, str]] = {}
+    for f in own:
+        rows.setdefault((f.scenario, f.controller), {})[f.quantity.name] = _seen(f)
+    titles = [f"{name} [{unit}]" if unit else name for name, unit in units.items()]
+    return [
+        markdown_row(["scenario", "controller", *titles]),
+        markdown_row(["---", "---", *["---:"] * len(titles)]),
+        *(
+            markdown_row([*cell, *(values[name] for name in units)])
+            for cell, values in rows.items()
+        ),
     ]
-    for f in findings:
-        unit = f" [{f.metric.unit}]" if f.metric.unit else ""
-        found = f.comparison
-        cells = [f.scenario, f.controller, f.metric.name + unit]
-        cells += [f"{f.base_mean:.4g}", f"{f.head_mean:.4g}", f"{found.difference:+.3g}"]
-        cells += [str(found.pairs), f"{f.p_value:.2g}"]
-        lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
-    return lines
 
 
-def _detectable(findings: Sequence[Finding]) -> list[str]:
-    names = list(dict.fromkeys(f.metric.name for f in findings))
-    units = {f.metric.name: f.metric.unit for f in findings}
-    rows: dict[tuple[str, str], dict[str, float]] = {}
-    for f in findings:
-        rows.setdefault((f.scenario, f.controller), {})[f.metric.name] = f.detectable
-    titles = [f"{name} [{units[name]}]" if units[name] else name for name in names]
-    lines = [
-        f"| scenario | controller | {' | '.join(titles)} |",
-        "|---|---|" + "---:|" * len(names),
-    ]
-    for (scenario, controller), values in rows.items():
-        shown = [_number(values.get(name, math.nan)) for name in names]
-        lines.append(f"| {scenario} | {controller} | {' | '.join(shown)} |")
-    return lines
-
-
-def _number(value: float) -> str:
-    return "any" if value == 0.0 else f"{value:.2g}" if math.isfinite(value) else "–"
+def _seen(finding: Finding) -> str:
+    found = finding.comparison
+    value = detectable_difference(found.sd, found.pairs, finding.level)
+    if finding.is_one_trial or value == 0.0:
+        return "any"
+    return f"{value:.2g}" if math.isfinite(value) else "–"

@@ -19,9 +19,16 @@ LENGTH_M = 3.0
 
 
 def trial_log(
-    scenario: str, controller: str, trial: int, *, slower: float = 1.0, outcome: str = "succeeded"
+    scenario: str,
+    controller: str,
+    trial: int,
+    *,
+    slower: float = 1.0,
+    outcome: str = "succeeded",
+    is_random: bool = True,
 ) -> TrialLog:
-    """Returns a straight drive whose speed wanders a little with the seed."""
+    """Returns a straight drive whose speed wanders a little with the seed, if it is random."""
+    number, trial = trial, trial if is_random else 0
     speed_mps = SPEEDS_MPS[controller] / slower * (1.0 + 0.002 * trial)
     end_time_s = round(LENGTH_M / speed_mps, 2)
     time_s = log_times(end_time_s)
@@ -44,8 +51,8 @@ def trial_log(
         compute_cpu_time_ms=0.5 + np.mod(np.floor(time_s * 20.0 + 1e-9), 7),
         info={
             "controller": controller,
-            "trial": trial,
-            "seed": SEEDS[trial],
+            "trial": number,
+            "seed": SEEDS[number],
             "reason": "goal reached" if outcome == "succeeded" else "no valid control <0.2 s>",
             "end_time_s": float(time_s[-1]),
         },
@@ -75,16 +82,28 @@ def write_manifest(path: Path, **request: object) -> ResultsFolder:
 
 
 def write_folder(
-    path: Path, *, slower: float = 1.0, failing: tuple[str, ...] = (), **request: object
+    path: Path,
+    *,
+    slower: float = 1.0,
+    failing: tuple[str, ...] = (),
+    ending: str = "aborted",
+    is_random: bool = True,
+    **request: object,
 ) -> Path:
-    """Writes a results folder; `failing` controllers abort their last trial."""
+    """Writes a results folder; the last trial of `failing` controllers has the outcome `ending`."""
     folder = write_manifest(path, **request)
     for scenario in SCENARIOS:
         for controller in CONTROLLERS:
             for trial in range(len(SEEDS)):
                 fails = controller in failing and trial == len(SEEDS) - 1
-                outcome = "aborted" if fails else "succeeded"
                 folder.write_log(
-                    trial_log(scenario, controller, trial, slower=slower, outcome=outcome)
+                    trial_log(
+                        scenario,
+                        controller,
+                        trial,
+                        slower=slower,
+                        outcome=ending if fails else "succeeded",
+                        is_random=is_random,
+                    )
                 )
     return path

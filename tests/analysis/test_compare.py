@@ -4,26 +4,31 @@ from __future__ import annotations
 
 from xml.etree import ElementTree
 
-import pandas as pd
 import pytest
 from results_folders import write_folder
 
 from drake_navbench import compare as command
 from drake_navbench.analysis import compare
-from drake_navbench.analysis.compare import Change, compare_folders, judge
-from drake_navbench.analysis.metrics import efficiency, safety
-from drake_navbench.analysis.published import success_rate
-from drake_navbench.analysis.statistics import paired_comparison
+from drake_navbench.analysis.compare import compare_folders
+from drake_navbench.analysis.paired_tests import DEFAULT_LISTED, Verdict
 from drake_navbench.errors import InputError
 
 
 @pytest.fixture(scope="module")
 def folders(tmp_path_factory):
+    """Folders of three trials; in all but `wandering` nothing is random, so that they are one."""
     root = tmp_path_factory.mktemp("compared")
+
+    def folder(name, **how):
+        return write_folder(root / name, **({"is_random": False} | how))
+
     return {
-        "main": write_folder(root / "main"),
-        "slow": write_folder(root / "slow", slower=1.1),
-        "failing": write_folder(root / "failing", failing=("rpp",)),
+        "main": folder("main"),
+        "slow": folder("slow", slower=1.1),
+        "failing": folder("failing", failing=("rpp",)),
+        "touching": folder("touching", failing=("rpp",), ending="collided"),
+        "crashing": folder("crashing", failing=("rpp",), ending="error"),
+        "wandering": folder("wandering", is_random=True),
     }
 
 
@@ -31,75 +36,95 @@ def compared(*paths, **kwargs):
     return compare_folders(paths, jobs=1, **kwargs)
 
 
-def changes(comparison, metric):
-    return {f.change for f in comparison.findings if f.metric == metric}
+def verdicts(comparison, metric):
+    return {f.verdict for f in comparison.judged.findings if f.quantity.name == metric}
 
 
-def test_the_same_results_have_changed_in_nothing(folders):
-    comparison = compared(folders["main"], folders["main"])
-    assert {f.change for f in comparison.findings} <= {Change.SAME, Change.UNDEFINED}
-    assert comparison.regressions == []
+def test_the_same_results_are_equal_in_every_trial(folders):
+    comparison = compared(folders["wandering"], folders["wandering"])
+    found = {finding.verdict for finding in comparison.judged.findings}
+    assert found == {Verdict.EQUAL, Verdict.NO_VALUE}
+    # 2 scenarios, 2 controllers, 3 trials.
+    assert (comparison.judged.equal, comparison.judged.pairs) == (12, 12)
+    text = compare.to_markdown(comparison)
+    assert "12 of 12 pairs of trials are equal in outcome and all metrics; equal in every" in text
 
 
-def test_slower_is_worse_with_its_size_and_interval(folders):
+def test_slower_is_worse_in_the_one_trial_that_there_is(folders):
     comparison = compared(folders["main"], folders["slow"])
-    assert changes(comparison, "time_to_goal_s") == {Change.WORSE}
+    assert verdicts(comparison, "time_to_goal_s") == {Verdict.WORSE}
     finding = next(f for f in comparison.regressions if f.controller == "rpp")
-    # 3 m at 0.5 and at 0.4545 m/s: 6.0 and 6.6 s.
+    # 3 m at 0.5 and at 0.4545 m/s: 6.0 and 6.6 s. Three equal trials are one.
     assert finding.comparison.difference == pytest.approx(0.6, abs=0.02)
-    assert finding.comparison.pairs == 3
-    assert finding.comparison.interval.excludes(0.0)
+    assert finding.comparison.pairs == 1
+    assert finding.is_one_trial
+    assert "count" in compare.to_markdown(comparison)
+
+
+def test_three_random_trials_decide_nothing(folders, tmp_path):
+    slow = write_folder(tmp_path / "slow", slower=1.1)
+    comparison = compared(folders["wandering"], slow)
+    assert verdicts(comparison, "time_to_goal_s") == {Verdict.UNDECIDED}
+    assert comparison.regressions == []
 
 
 def test_the_other_way_round_it_is_better_and_no_regression(folders):
     comparison = compared(folders["slow"], folders["main"])
-    assert changes(comparison, "time_to_goal_s") == {Change.BETTER}
+    assert verdicts(comparison, "time_to_goal_s") == {Verdict.BETTER}
     assert comparison.regressions == []
 
 
 def test_only_listed_metrics_are_regressions(folders):
     listed = compared(folders["main"], folders["slow"], listed=["min_clearance_m"])
     assert listed.regressions == []
-    assert Change.WORSE in changes(listed, "time_to_goal_s")
+    assert Verdict.WORSE in verdicts(listed, "time_to_goal_s")
 
 
 def test_a_tolerance_lets_small_changes_pass(folders):
     comparison = compared(folders["main"], folders["slow"], tolerance=0.2)
-    assert changes(comparison, "time_to_goal_s") == {Change.SAME}
+    assert verdicts(comparison, "time_to_goal_s") == {Verdict.SMALL}
 
 
-def test_a_seed_that_no_longer_succeeds_is_a_regression_even_if_not_listed(folders):
-    comparison = compared(folders["main"], folders["failing"], listed=["min_clearance_m"])
-    assert {(f.controller, f.metric) for f in comparison.regressions} == {("rpp", "success_rate")}
+@pytest.mark.parametrize(
+    ("folder", "first"),
+    [
+        ("failing", "success_rate undecided: 100 -> 66.67 %"),
+        ("touching", "touch_rate undecided: 0 -> 33.33 %"),
+    ],
+)
+def test_a_loss_that_so_few_trials_cannot_decide_is_told_and_fails_nothing(
+    folders, capsys, folder, first
+):
+    arguments = [str(folders["main"]), str(folders[folder]), "--jobs", "1"]
+    assert command.main([*arguments, "--fail-on", "min_clearance_m"]) == 0
+    shown = capsys.readouterr()
+    lines = [line for line in shown.err.splitlines() if line.startswith("not decided: ")]
+    assert lines[0].startswith(f"not decided: empty, rpp: {first}")
+    assert "1 pair" not in lines[0]
+    assert "a decision needs at least" in lines[0]
+    assert "## Losses that are not decided" in shown.out
 
 
-def test_several_folders_are_each_compared_with_the_first(folders):
+def test_a_trial_that_ends_as_an_error_is_named_and_a_regression(folders, capsys, tmp_path):
+    junit = tmp_path / "junit.xml"
+    arguments = [str(folders["main"]), str(folders["crashing"]), "--jobs", "1"]
+    assert command.main([*arguments, "--junit", str(junit)]) == 1
+    told = capsys.readouterr().err
+    assert "regression: empty, rpp: 1 trial ended as an error, seed 33: no valid control" in told
+    suite = ElementTree.parse(junit).getroot().find("testsuite")
+    names = {case.attrib["name"] for case in suite if case.find("failure") is not None}
+    assert names == {"seed 33"}
+    assert int(suite.attrib["failures"]) == 2
+    # Who had it before, too, did not get worse.
+    assert command.main([str(folders["crashing"])] * 2 + ["--jobs", "1"]) == 0
+
+
+def test_several_folders_are_each_compared_with_the_first_and_corrected_together(folders):
     comparison = compared(folders["main"], folders["slow"], folders["failing"])
-    assert {f.folder for f in comparison.findings} == {
+    assert {finding.label for finding in comparison.judged.findings} == {
         str(folders["slow"]),
         str(folders["failing"]),
     }
-
-
-def test_an_undecided_change_is_no_change():
-    first, second = pd.Series([1.0, 2.0, 3.0]), pd.Series([2.0, 1.0, 4.5])
-    comparison = paired_comparison(first, second)
-    assert judge(efficiency.time_to_goal_s, comparison, 2.0, tolerance=0.01) is Change.UNDECIDED
-
-
-def test_direction_follows_the_metric():
-    first = pd.Series([1.0, 1.0, 1.0])
-    up = paired_comparison(first, first + 1.0)
-    assert judge(efficiency.time_to_goal_s, up, 1.0, tolerance=0.01) is Change.WORSE
-    assert judge(safety.min_clearance_m, up, 1.0, tolerance=0.01) is Change.BETTER
-    assert judge(efficiency.driven_length_m, up, 1.0, tolerance=0.01) is Change.CHANGED
-
-
-def test_success_counts_by_the_trial():
-    before, after = pd.Series([100.0] * 4), pd.Series([100.0, 100.0, 100.0, 0.0])
-    comparison = paired_comparison(before, after)
-    assert not comparison.interval.excludes(0.0)
-    assert judge(success_rate, comparison, 100.0, tolerance=0.01) is Change.WORSE
 
 
 def test_missing_trials_are_noted(folders, tmp_path):
@@ -119,15 +144,16 @@ def test_the_command_exits_1_on_a_regression_and_writes_junit(folders, tmp_path,
     status = command.main([*arguments, "--junit", str(junit), "--markdown", str(markdown)])
     assert status == 1
     suite = ElementTree.parse(junit).getroot().find("testsuite")
-    # 5 listed metrics, 2 scenarios, 2 controllers; clearance has no value in `empty`.
-    assert suite.attrib["tests"] == "20"
+    # 6 listed metrics, 2 scenarios, 2 controllers; clearance has no value in `empty`.
+    assert suite.attrib["tests"] == "24"
     assert suite.attrib["failures"] == "4"
     assert suite.attrib["skipped"] == "2"
     failed = [case for case in suite if case.find("failure") is not None]
     assert {case.attrib["name"] for case in failed} == {"time_to_goal_s"}
     assert "## Regressions" in markdown.read_text(encoding="utf-8")
     assert (
-        "regression: empty, rpp: time_to_goal_s worse: 5.993 -> 6.587 s" in capsys.readouterr().err
+        "regression: empty, rpp: time_to_goal_s worse: 6 -> 6.6 s (+0.6 in one trial"
+        in capsys.readouterr().err
     )
 
 
@@ -217,10 +243,11 @@ def test_a_complete_comparison_satisfies_require_all(folders):
 def test_a_summary_is_the_last_line_even_where_nothing_changed(folders, capsys):
     assert command.main([str(folders["main"]), str(folders["main"]), "--jobs", "1"]) == 0
     last = capsys.readouterr().err.splitlines()[-1]
-    # 2 scenarios and 2 controllers; 5 metrics each, of which clearance is undefined in `empty`.
+    # 2 scenarios and 2 controllers; 6 metrics each, of which clearance has no value in `empty`.
     assert last == (
-        "compared 4 pairs of scenario and controller in 5 listed metrics: 0 better, 0 worse, "
-        "0 changed, 18 same, 0 undecided, 2 undefined; not compared: 0"
+        "compared 4 pairs of scenario and controller in 6 listed metrics: 0 worse, 0 better, "
+        "0 changed, 0 too small to matter, 0 undecided, 22 equal in every trial, 2 no value; "
+        "not compared: 0"
     )
 
 
@@ -231,4 +258,4 @@ def test_all_folders_are_looked_at_before_any_is_analysed(folders, tmp_path, mon
 
 
 def test_worse_tracking_is_a_regression_unless_other_metrics_are_asked_for():
-    assert {"cross_track_error_mean_m", "heading_error_mean_deg"} <= set(compare.DEFAULT_LISTED)
+    assert {"cross_track_error_mean_m", "heading_error_mean_deg"} <= set(DEFAULT_LISTED)

@@ -90,3 +90,12 @@ def test_the_csv_has_a_row_each_with_both_ends_of_every_interval():
     header, line = table.splitlines()
     assert header.startswith("suite,density,controller,worlds,trials,success,success_low")
     assert line.startswith("BARN,all,rpp,2,2,1.0,0.34")
+
+
+@pytest.mark.parametrize(("scores", "interval"), [((0.5, 0.4), 0.5), ((0.0, 0.1), 0.0)])
+def test_a_scores_interval_ends_where_scores_do(scores, interval):
+    # Of two worlds Student's interval reaches 0.6 to either side.
+    (total,) = totals(pd.DataFrame([row(world, score=s) for world, s in enumerate(scores)]))
+    low, high = total.score.interval
+    assert interval in (low, high)
+    assert 0.0 <= low < high <= 0.5

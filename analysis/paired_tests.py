@@ -1,0 +1,352 @@
+"""What became better or worse between two tables of trials: by pairs, exactly, and corrected.
+
+Three families of tests are corrected for their number, each for itself: outcomes (arrivals and
+touches, by the exact sign test), the metrics that are listed, and all others (by Wilcoxon's test).
+If two programs drive alike but for noise, any change at all is reported with at most the
+probability `ALARM_RATE`, the sum of the families' own.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from enum import StrEnum
+from typing import NamedTuple
+
+import numpy as np
+
+from drake_navbench.analysis.metrics.definition import Better, Metric
+from drake_navbench.analysis.metrics.registry import all_metrics
+from drake_navbench.analysis.paired_shares import paired_share_interval
+from drake_navbench.analysis.paired_trials import (
+    Array,
+    Contest,
+    LostTrial,
+    PairedCell,
+    lost_trials,
+    paired_cells,
+)
+from drake_navbench.analysis.statistics import (
+    ROUNDING,
+    Interval,
+    PairedComparison,
+    compare_differences,
+    holm,
+    sign_test_p_value,
+    smallest_p_value,
+    trials_needed,
+)
+
+SUCCESS = "success_rate"
+TOUCH = "touch_rate"
+PERCENT = 100.0
+DEFAULT_LISTED = (
+    TOUCH,
+    SUCCESS,
+    "min_clearance_m",
+    "time_to_goal_s",
+    "cross_track_error_mean_m",
+    "heading_error_mean_deg",
+)
+# A mean that changes by a smaller share of the base's matters to nobody, however certain it is.
+DEFAULT_TOLERANCE = 0.01
+# More pairs that differ are not asked for.
+MOST_DIFFERING = 1000
+
+
+class Family(StrEnum):
+    """Tests that are corrected together."""
+
+    OUTCOMES = "outcomes"
+    LISTED = "listed metrics"
+    OTHERS = "other metrics"
+
+
+# Outcomes have the largest share: a touch matters more than a metric, and there are few of them.
+ALARM_RATES: Mapping[Family, float] = {
+    Family.OUTCOMES: 0.03,
+    Family.LISTED: 0.01,
+    Family.OTHERS: 0.01,
+}
+ALARM_RATE = sum(ALARM_RATES.values())
+
+
+class Verdict(StrEnum):
+    """What the pairs say of a quantity."""
+
+    WORSE = "worse"
+    BETTER = "better"
+    CHANGED = "changed"
+    SMALL = "too small to matter"
+    UNDECIDED = "undecided"
+    EQUAL = "equal in every trial"
+    NO_VALUE = "no value"
+
+
+class Quantity(NamedTuple):
+    """What is tested: an outcome or a metric. relevant: as of `Metric`."""
+
+    name: str
+    unit: str
+    better: Better
+    family: Family
+    relevant: float = 0.0
+
+
+OUTCOMES = (
+    Quantity(TOUCH, "%", Better.LOWER, Family.OUTCOMES),
+    Quantity(SUCCESS, "%", Better.HIGHER, Family.OUTCOMES),
+)
+
+
+class Finding(NamedTuple):
+    """One test: a quantity of a controller in a scenario.
+
+    base_mean, head_mean: over the pairs that count. comparison: after minus before; of an outcome
+    with the exact interval. p_value: corrected within the family; NaN for one trial. level: what
+    the p-value of this test alone must not exceed, by Bonferroni over the tests of its family that
+    could be decided. differing: pairs that differ. is_one_trial: nothing in these trials is random,
+    so that the difference is certain, in this one trial.
+    """
+
+    label: str
+    scenario: str
+    controller: str
+    quantity: Quantity
+    base_mean: float
+    head_mean: float
+    comparison: PairedComparison
+    p_value: float
+    level: float
+    differing: int
+    is_one_trial: bool
+    verdict: Verdict
+
+    @property
+    def is_loss(self) -> bool:
+        """Whether the mean moved in the bad direction."""
+        difference = self.comparison.difference
+        return difference > 0.0 if self.quantity.better is Better.LOWER else difference < 0.0
+
+    @property
+    def fewest_differing(self) -> int:
+        """How many pairs must differ, all in one direction, before this test can be decided."""
+        return fewest_differing(self.level)
+
+    @property
+    def trials_needed(self) -> int | None:
+        """How many trials would decide a difference of this size; None where nobody can say."""
+        found = self.comparison
+        if not found.difference or self.is_one_trial:
+            return None
+        if self.quantity.family is not Family.OUTCOMES:
+            if not found.sd > 0.0:
+                return self.fewest_differing
+            return trials_needed(found.sd, abs(found.difference), confidence=1.0 - self.level)
+        won = 0.5 * (1.0 + found.difference / PERCENT * found.pairs / self.differing)
+        for differing in range(self.fewest_differing, MOST_DIFFERING):
+            fewer = round(differing * min(won, 1.0 - won))
+            if sign_test_p_value(fewer, differing - fewer) <= self.level:
+                return math.ceil(differing * found.pairs / self.differing)
+        return None
+
+
+class Judged(NamedTuple):
+    """What the pairs of one or several contests say.
+
+    lost: trials that ended as an error after, or are missing there; no test is needed.
+    equal, pairs: how many pairs are equal in outcome and all metrics, of how many. equal_cells,
+    one_trial_cells: (label, scenario, controller) where all pairs are, and where nothing is random.
+    """
+
+    findings: tuple[Finding, ...]
+    lost: tuple[LostTrial, ...]
+    equal: int
+    pairs: int
+    equal_cells: tuple[tuple[str, str, str], ...]
+    one_trial_cells: tuple[tuple[str, str, str], ...]
+
+    def of(self, verdict: Verdict) -> list[Finding]:
+        """Returns the findings with a verdict: touches first, then success, then by p-value."""
+        return in_order(finding for finding in self.findings if finding.verdict is verdict)
+
+    @property
+    def new_failures(self) -> list[LostTrial]:
+        """The lost trials of controllers and scenarios in which none was lost before."""
+        return [trial for trial in self.lost if not trial.base_fails]
+
+    @property
+    def undecided_losses(self) -> list[Finding]:
+        """More touches or fewer arrivals than before, by too few trials to tell."""
+        return [
+            finding
+            for finding in self.of(Verdict.UNDECIDED)
+            if finding.quantity.family is Family.OUTCOMES and finding.is_loss
+        ]
+
+    def tests(self, family: Family) -> int:
+        """Returns how many tests of a family have a p-value."""
+        own = (f for f in self.findings if f.quantity.family is family)
+        return sum(math.isfinite(finding.p_value) for finding in own)
+
+
+def judge_pairs(
+    contests: Sequence[Contest],
+    *,
+    listed: Collection[str] = DEFAULT_LISTED,
+    metrics: Sequence[Metric] | None = None,
+    tolerance: float = DEFAULT_TOLERANCE,
+) -> Judged:
+    """Returns what changed, each family corrected over all contests together.
+
+    listed: names of metrics with a family of their own. metrics: those tested, outcomes apart; all
+    that are installed where not given. tolerance: share of the base's mean up to which a change
+    matters to nobody; not of outcomes.
+    """
+    tested = [m for m in (all_metrics() if metrics is None else metrics) if m.name != SUCCESS]
+    tests: list[_Test] = []
+    cells: list[PairedCell] = []
+    for contest in contests:
+        present = [m for m in tested if m.name in contest.before and m.name in contest.after]
+        for cell in paired_cells(contest, present):
+            cells.append(cell)
+            tests += _tests_of(cell, present, listed)
+    return Judged(
+        findings=tuple(_findings(tests, tolerance)),
+        lost=tuple(trial for contest in contests for trial in lost_trials(contest)),
+        equal=sum(int(cell.equal.sum()) for cell in cells),
+        pairs=sum(len(cell.first) for cell in cells),
+        equal_cells=tuple(cell[:3] for cell in cells if cell.equal.all()),
+        one_trial_cells=tuple(cell[:3] for cell in cells if cell.is_one_trial),
+    )
+
+
+def in_order(findings: Iterable[Finding]) -> list[Finding]:
+    """Returns findings with touches first, then success, then the surest."""
+    families, outcomes = list(Family), [quantity.name for quantity in OUTCOMES]
+
+    def place(finding: Finding) -> tuple[int, int, float]:
+        quantity = finding.quantity
+        is_outcome = quantity.family is Family.OUTCOMES
+        # One trial is certain, and has no p-value.
+        p_value = finding.p_value if math.isfinite(finding.p_value) else 0.0
+        return (
+            families.index(quantity.family),
+            outcomes.index(quantity.name) if is_outcome else 0,
+            p_value,
+        )
+
+    return sorted(findings, key=place)
+
+
+def fewest_differing(level: float) -> int:
+    """Returns how many pairs, all with one sign, have a p-value of at most this level."""
+    count = max(math.ceil(1.0 - math.log2(level)), 1)
+    return count if smallest_p_value(count, 1) <= level else count + 1
+
+
+class _Test(NamedTuple):
+    """A test before it is corrected. smallest: the smallest p-value that its pairs can give."""
+
+    cell: PairedCell
+    quantity: Quantity
+    base_mean: float
+    comparison: PairedComparison
+    differing: int
+    is_one_trial: bool
+
+    @property
+    def p_value(self) -> float:
+        return math.nan if self.is_one_trial else self.comparison.p_value
+
+    @property
+    def smallest(self) -> float:
+        return smallest_p_value(self.differing, 1)
+
+
+def _tests_of(
+    cell: PairedCell, metrics: Sequence[Metric], listed: Collection[str]
+) -> Iterable[_Test]:
+    for quantity, happened, rows in (
+        (OUTCOMES[0], cell.touched, cell.ended),
+        (OUTCOMES[1], cell.arrived, np.ones(len(cell.first), dtype=bool)),
+    ):
+        values = PERCENT * happened[rows].astype(float)
+        yield _test(cell, quantity, values[:, 0], values[:, 1], is_one_trial=cell.is_one_trial)
+    rows = cell.measured
+    first, second = cell.first[rows], cell.second[rows]
+    for column, metric in enumerate(metrics):
+        family = Family.LISTED if metric.name in listed else Family.OTHERS
+        quantity = Quantity(metric.name, metric.unit, metric.better, family, metric.relevant)
+        # Compute times are measured anew in each trial, also where all drive alike.
+        once = cell.is_one_trial and metric.is_repeatable
+        yield _test(cell, quantity, first[:, column], second[:, column], is_one_trial=once)
+
+
+def _test(
+    cell: PairedCell, quantity: Quantity, first: Array, second: Array, *, is_one_trial: bool
+) -> _Test:
+    if is_one_trial:
+        first, second = first[:1], second[:1]
+    by_pair = second - first
+    has_both = np.isfinite(by_pair)
+    base_mean = float(first[has_both].mean()) if has_both.any() else math.nan
+    found = compare_differences(by_pair)
+    differing = int((np.abs(by_pair[has_both]) > ROUNDING).sum())
+    if quantity.family is Family.OUTCOMES and found.pairs and not is_one_trial:
+        wins, losses = int((by_pair > 0.0).sum()), int((by_pair < 0.0).sum())
+        low, high = paired_share_interval(wins, losses, found.pairs)
+        found = found._replace(
+            interval=Interval(PERCENT * low, PERCENT * high),
+            p_value=sign_test_p_value(wins, losses),
+        )
+    return _Test(cell, quantity, base_mean, found, differing, is_one_trial)
+
+
+def _findings(tests: Sequence[_Test], tolerance: float) -> list[Finding]:
+    """Returns the tests, corrected within their families, in the order that they came in."""
+    adjusted = np.full(len(tests), math.nan)
+    levels = {}
+    for family, rate in ALARM_RATES.items():
+        own = [index for index, test in enumerate(tests) if test.quantity.family is family]
+        p_values = np.array([tests[index].p_value for index in own])
+        smallest = np.array([tests[index].smallest for index in own])
+        adjusted[own] = holm(p_values, smallest)
+        could_be_decided = np.isfinite(p_values) & (smallest <= rate)
+        levels[family] = rate / max(int(could_be_decided.sum()), 1)
+    return [
+        Finding(
+            *test.cell[:3],
+            test.quantity,
+            test.base_mean,
+            test.base_mean + test.comparison.difference,
+            test.comparison,
+            float(p_value),
+            levels[test.quantity.family],
+            test.differing,
+            test.is_one_trial,
+            _verdict(test, float(p_value), tolerance),
+        )
+        for test, p_value in zip(tests, adjusted, strict=True)
+    ]
+
+
+def _verdict(test: _Test, p_value: float, tolerance: float) -> Verdict:
+    quantity, found = test.quantity, test.comparison
+    if not found.pairs:
+        return Verdict.NO_VALUE
+    if not test.differing:
+        return Verdict.EQUAL
+    # The test is of ranks: where the mean points the other way, a few trials make it.
+    contradicts = found.effect * found.difference < 0.0
+    is_decided = test.is_one_trial or p_value <= ALARM_RATES[quantity.family]
+    if contradicts or not is_decided:
+        return Verdict.UNDECIDED
+    size = abs(found.difference)
+    is_outcome = quantity.family is Family.OUTCOMES
+    if not is_outcome and size <= max(tolerance * abs(test.base_mean), quantity.relevant):
+        return Verdict.SMALL
+    if quantity.better is Better.NEITHER:
+        return Verdict.CHANGED
+    is_lower = found.difference < 0.0
+    return Verdict.BETTER if is_lower == (quantity.better is Better.LOWER) else Verdict.WORSE

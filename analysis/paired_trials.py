@@ -1,0 +1,157 @@
+"""Pairs of trials out of two tables: which trials are compared, and which came to no end."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from drake_navbench.analysis.metrics.definition import Metric
+from drake_navbench.analysis.repeats import repeated_cells
+from drake_navbench.analysis.statistics import ROUNDING
+from drake_navbench.log import Outcome
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+# What a trial of one table shares with its partner in the other.
+IDENTITY = ["scenario", "controller", "seed"]
+
+
+class Contest(NamedTuple):
+    """Two tables of trials, one row a trial: IDENTITY, `outcome` and the metrics.
+
+    before, after: the base and what is judged. label: tells several contests apart that are judged
+    together.
+    """
+
+    before: pd.DataFrame
+    after: pd.DataFrame
+    label: str = ""
+
+
+class PairedCell(NamedTuple):
+    """The pairs of trials of one controller in one scenario.
+
+    first, second: (pairs, metrics), before and after, NaN where a trial has no value. repeatable:
+    (metrics,), False for what depends on the machine. outcomes: (pairs, 2). is_one_trial: whether
+    on either side all trials are one and the same, so that nothing in them is random and they
+    count as one pair.
+    """
+
+    label: str
+    scenario: str
+    controller: str
+    first: Array
+    second: Array
+    repeatable: Mask
+    outcomes: NDArray[np.object_]
+    is_one_trial: bool
+
+    @property
+    def arrived(self) -> Mask:
+        """(pairs, 2): which trials reached the goal."""
+        return self.outcomes == Outcome.SUCCEEDED
+
+    @property
+    def touched(self) -> Mask:
+        """(pairs, 2): which trials ended in contact."""
+        return self.outcomes == Outcome.COLLIDED
+
+    @property
+    def ended(self) -> Mask:
+        """(pairs,): where neither trial ended as an error."""
+        return (self.outcomes != Outcome.ERROR).all(axis=1)
+
+    @property
+    def measured(self) -> Mask:
+        """(pairs,): where metrics are compared: both trials arrived.
+
+        Who gives up at once is neither quick nor smooth nor safe. Where no trial arrived, every
+        pair without an error counts: then the question is how they gave up.
+        """
+        arrived = self.arrived
+        return arrived.all(axis=1) if arrived.any() else self.ended
+
+    @property
+    def equal(self) -> Mask:
+        """(pairs,): where both trials are equal in outcome and every metric but compute times."""
+        first, second = self.first[:, self.repeatable], self.second[:, self.repeatable]
+        same = np.abs(second - first) <= ROUNDING
+        same |= np.isnan(first) & np.isnan(second)
+        return same.all(axis=1) & (self.outcomes[:, 0] == self.outcomes[:, 1])
+
+
+class LostTrial(NamedTuple):
+    """A trial that ended as an error, or is missing, after.
+
+    reason: the log's; '' where the trial is missing. is_new: whether it came to an end before.
+    base_fails: whether a trial of its controller and scenario, this one or another, came to none
+    before, so that it is not clear that the change is the cause.
+    """
+
+    label: str
+    scenario: str
+    controller: str
+    seed: int
+    reason: str
+    is_missing: bool
+    is_new: bool
+    base_fails: bool
+
+
+def paired_cells(contest: Contest, metrics: Sequence[Metric]) -> Iterator[PairedCell]:
+    """Yields every scenario and controller with a trial of equal seed in both tables.
+
+    Of several trials with one identity the first counts.
+    """
+    names = [metric.name for metric in metrics]
+    repeatable = np.array([metric.is_repeatable for metric in metrics], dtype=bool)
+    before, after = (_indexed(table) for table in contest[:2])
+    common = before.index.intersection(after.index)
+    before, after = before.loc[common], after.loc[common]
+    first, second = (table[names].to_numpy(dtype=float) for table in (before, after))
+    outcomes = np.array([before["outcome"], after["outcome"]], dtype=object).T
+    repeated = frozenset.intersection(
+        *(repeated_cells(table.reset_index()) for table in (before, after))
+    )
+    places = before.reset_index()[IDENTITY[:2]]
+    for cell, rows in places.groupby(IDENTITY[:2], sort=False).indices.items():
+        yield PairedCell(
+            contest.label,
+            *cell,
+            first[rows],
+            second[rows],
+            repeatable,
+            outcomes[rows],
+            is_one_trial=cell in repeated,
+        )
+
+
+def lost_trials(contest: Contest) -> list[LostTrial]:
+    """Returns the trials that ended as an error after, or that are missing there."""
+    before, after = (_indexed(table) for table in contest[:2])
+    errors = [set(table.index[table["outcome"] == Outcome.ERROR]) for table in (before, after)]
+    missing = [set(a.index) - set(b.index) for a, b in ((after, before), (before, after))]
+    lost_before = errors[0] | missing[0]
+    unsound = {identity[:2] for identity in lost_before}
+    reasons = after["reason"] if "reason" in after else pd.Series(dtype=object)
+    return [
+        LostTrial(
+            contest.label,
+            *identity[:2],
+            int(identity[2]),
+            reason=str(reasons.get(identity, "")),
+            is_missing=identity in missing[1],
+            is_new=identity not in lost_before,
+            base_fails=identity[:2] in unsound,
+        )
+        for identity in sorted(errors[1] | missing[1])
+    ]
+
+
+def _indexed(table: pd.DataFrame) -> pd.DataFrame:
+    return table.drop_duplicates(IDENTITY).set_index(IDENTITY).sort_index()
