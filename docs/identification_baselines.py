@@ -1,6 +1,6 @@
 """The two predictions without skill of identification.md: `python docs/identification_baselines.py`.
 
-Both foretell a number of the published tables from other numbers of the tables, and drive nothing.
+Both foretell numbers of the published tables from other numbers of them, and drive nothing.
 """
 
 from __future__ import annotations
