@@ -1,4 +1,4 @@
-"""The two predictions without skill of identification.md: `python docs/identification_baselines.py`.
+"""The two rules without skill of identification.md: `python docs/identification_baselines.py`.
 
 Both foretell numbers of the published tables from other numbers of them, and drive nothing.
 """
