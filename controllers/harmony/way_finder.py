@@ -31,8 +31,6 @@ Array = NDArray[np.float64]
 # Where the way is blocked, plans end so much nearer to that than where it gives up, m; behind it
 # where it gives up at the last moment, so that the robot gets there.
 SLOW_AT_M = 0.1
-# Whether the map has a way past is looked at so far to every side, or as far as plans reach, m.
-LOOK_PAST_M = 1.5
 # The distance field as plans see it says so much too little in the middle of a gap, m.
 ROOM_IN_GAPS_M = 0.02
 
@@ -63,10 +61,6 @@ class WayFinder:
         self._discs = discs
         self._clearance = clearance
         self._half_width = half_width(setup)
-        self._reach_of_map = (
-            max(parameters.top_speed * parameters.horizon, LOOK_PAST_M)
-            + setup.circumscribed_radius_m
-        )
         self._detour_clearance = float(discs[:, 1].max()) + clearance + ROOM_IN_GAPS_M
 
     def find(
@@ -112,7 +106,7 @@ class WayFinder:
         if way.behind is None:
             return True
         position = observation.pose[:2]
-        return bool(is_connected(field, self._half_width, self._reach_of_map, position, way.behind))
+        return bool(is_connected(field, self._half_width, position, way.behind))
 
     def _detour_so_far(
         self, observation: Observation, memory: HarmonyMemory, way: Way, field: DistanceField

@@ -118,6 +118,17 @@ def test_a_wall_that_is_nearest_between_two_samples():
     assert safety.min_clearance_m(log) == pytest.approx(0.15 - 0.0025, abs=TOLERANCE_M)
 
 
+def test_what_comes_near_after_the_end_does_not_count():
+    # Towards a wall at 0.5 m/s: 0.15 m at first, 0.145 m at the end, 0.13 m in the last sample.
+    time_s = log_times(0.04)
+    log = make_log(time_s, x_m=0.5 * time_s, v_mps=0.5, clearance_m=0.15)
+    log.info["scenario"]["world"]["obstacles"] = [
+        {"type": "box", "min": [1.0, -1.0], "max": [1.2, 1.0]}
+    ]
+    log.info["end_time_s"] = 0.01
+    assert safety.min_clearance_m(log) == pytest.approx(0.145, abs=TOLERANCE_M)
+
+
 def test_what_no_sample_has_near_is_left_out():
     log = make_log(log_times(1.0), clearance_m=0.4)
     assert safety.min_clearance_m(log) == 0.4

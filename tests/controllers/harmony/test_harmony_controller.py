@@ -134,6 +134,11 @@ def test_it_drives_on_where_there_is_a_way_past():
     assert decide((1.25, -3.0, 1.35, 0.3)).diagnostics["accepted"].startswith("group")
 
 
+def test_it_does_not_give_up_where_the_way_past_is_at_the_side_of_the_map():
+    # 0.55 m are left to the side of the map, 2.45 m beside the path.
+    assert decide((1.25, -3.0, 1.35, 2.45)).diagnostics["accepted"].startswith("group")
+
+
 def test_a_blocked_way_far_ahead_is_driven_up_to():
     assert decide((2.0, -3.0, 2.1, 3.0)).command[0] > 0.0
 
