@@ -150,8 +150,10 @@ def verdicts(rows: pd.DataFrame, rivals: list[str]) -> pd.DataFrame:
         is_closed = trials.index.get_level_values("scenario").isin(CLOSED).all()
         measures = {"abort time": ABORT_TIME} if is_closed else MEASURES
         for rival in rivals:
-            lost, count, bound = success_lost(trials, rival)
             units = units_of(trials, OURS, rival)
+            if units.empty:
+                continue
+            lost, count, bound = success_lost(trials, rival)
             found.append(
                 {
                     "family": family,
@@ -193,8 +195,9 @@ def verdicts(rows: pd.DataFrame, rivals: list[str]) -> pd.DataFrame:
 
 def by_family(table: pd.DataFrame) -> pd.DataFrame:
     """Returns a row a family and measure: against the rival that ours comes off worst by."""
-    over = table["at most"] - table["margin"]
-    worst = table.loc[over.groupby([table["family"], table["measure"]]).idxmax()]
+    order = table.assign(over=table["at most"] - table["margin"]).sort_values(["over", "worse by"])
+    worst = order.groupby(["family", "measure"], sort=True).tail(1).drop(columns="over")
+    worst = worst.sort_values(["family", "measure"])
     all_better = table.groupby(["family", "measure"])["better"].agg(lambda b: (b == "yes").all())
     keys = pd.MultiIndex.from_frame(worst[["family", "measure"]])
     return worst.assign(better=np.where(all_better.reindex(keys).to_numpy(), "yes", ""))
