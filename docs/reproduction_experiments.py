@@ -21,7 +21,6 @@ from drake_navbench.analysis.published import published_metrics, published_sampl
 from drake_navbench.campaign.campaign import DEFAULT_TRIALS, trial_seed
 from drake_navbench.controller import Controller, Decision, Observation
 from drake_navbench.controllers.mppi import ModelPredictivePathIntegral
-from drake_navbench.identification.layouts import with_layout
 from drake_navbench.inputs.presets import Preset, load_preset
 from drake_navbench.inputs.robot import merged
 from drake_navbench.inputs.scenario import Scenario, load_scenario
@@ -79,6 +78,13 @@ def with_robot(scenario: str, overrides: Mapping[str, Any]) -> Scenario:
     """Returns a published scenario whose robot differs in the given fields."""
     loaded = load_scenario(scenario)
     return loaded.model_copy(update={"robot_overrides": merged(loaded.robot_overrides, overrides)})
+
+
+def with_goal_at(scenario: Scenario, bearing_deg: float) -> Scenario:
+    """Returns a restricted scenario with its goal as far away, at a bearing from straight ahead."""
+    bearing_rad, distance_m = np.radians(bearing_deg), scenario.goal[0]
+    goal = distance_m * np.cos(bearing_rad), distance_m * np.sin(bearing_rad), bearing_rad
+    return scenario.model_copy(update={"goal": tuple(map(float, goal))})
 
 
 def without_side_walls() -> Scenario:
@@ -232,7 +238,7 @@ def bearing() -> pd.DataFrame:
             (preset, angle) for preset in ("rpp", "dwb", "mppi_nav2") for angle in (0.0, told)
         ]
         for preset, angle in (*wanted, *(("dwb", angle) for angle in OTHER_BEARINGS_DEG)):
-            turned = with_layout(box, {"bearing_deg": angle})
+            turned = with_goal_at(box, angle)
             rows.append(means(f"{preset}, {angle:g} deg", turned, preset, metrics))
     return pd.DataFrame(rows)
 

@@ -19,10 +19,6 @@ COMMANDS = {
     "compare": ("drake_navbench.compare", "say what became better or worse between two folders"),
     "replay": ("drake_navbench.commands.replay", "render the replay of one trial from its log"),
     "tune": ("drake_navbench.commands.tune", "search parameters that beat a preset"),
-    "identify": (
-        "drake_navbench.commands.identify",
-        "search what tables do not print, and predict the part held out",
-    ),
     "train": ("drake_navbench.commands.train", "train a policy in the Gymnasium environment"),
     "leaderboard": (
         "drake_navbench.commands.leaderboard",

@@ -49,7 +49,6 @@ MAY_IMPORT: dict[str, set[str]] = {
     "analysis": BELOW_ALL,
     "recordings": BELOW_ALL | {"costmaps", "inputs", "trial", "analysis"},
     "tuning": BELOW_ALL | {"inputs", "trial", "analysis", "campaign"},
-    "identification": BELOW_ALL | {"inputs", "trial", "analysis", "campaign", "tuning"},
     "campaign": BELOW_ALL | {"inputs", "trial", "analysis"},
     "gymnasium_environment": BELOW_ALL
     | {"controllers", "navigation", "inputs", "systems", "trial"},
@@ -64,7 +63,6 @@ MAY_IMPORT: dict[str, set[str]] = {
         "recordings",
         "gymnasium_environment",
         "tuning",
-        "identification",
         "native",
         "side_by_side",
     },

@@ -7,11 +7,11 @@ import math
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from pydantic import TypeAdapter
 
 from drake_navbench.analysis.metrics.body import outline_of
 from drake_navbench.analysis.metrics.collision_time import times_to_collision
 from drake_navbench.analysis.metrics.definition import Undefined, metric
+from drake_navbench.analysis.metrics.least_clearance import least_clearance_m
 from drake_navbench.analysis.metrics.signals import (
     Array,
     column,
@@ -20,7 +20,8 @@ from drake_navbench.analysis.metrics.signals import (
     require,
     times,
 )
-from drake_navbench.inputs.world import Obstacle, World
+from drake_navbench.analysis.metrics.standing import edges_within, shapes_of
+from drake_navbench.inputs.world import World
 from drake_navbench.kernels.outline_distance import outline_to_circles
 from drake_navbench.kernels.swept_contact import clearance_at
 from drake_navbench.log import TrialLog
@@ -39,10 +40,13 @@ MAX_CLEARANCE_M = 5.0
 def min_clearance_m(log: TrialLog) -> float:
     """Smallest distance between footprint and obstacle: the true form of the published one.
 
-    Formula: minimum over the samples, one every 0.05 s, of the exact distance in the plane; 0 in a
-    trial that ended at a contact, which is found between samples too.
+    Formula: minimum over the trial of the distance in the plane, up to 5 m, to 0.1 mm: at the
+    samples, one every 0.05 s, and in between on the cubic through the log's poses and velocities;
+    0 in a trial that ended at a contact. People are where the log has them, and go straight from
+    each of its ten places a second to the next. A recording that does not tell the obstacles counts
+    by its samples.
     """
-    return _clearances_m(log).min()
+    return least_clearance_m(log, _clearances_m(log).min())
 
 
 @metric(unit="m", better="higher", title="Smallest distance to a cell's centre")
@@ -84,7 +88,7 @@ def min_map_clearance_m(log: TrialLog) -> float:
     with the robot where its localisation says. What is not on the map is not in it.
     """
     require(log, "map")
-    world = World(tuple(shape for shape in _shapes(log) if shape.known_to_planner))
+    world = World(tuple(shape for shape in shapes_of(log) if shape.known_to_planner))
     if not world.shapes:
         raise Undefined("the map shows nothing")
     names = ("estimated_x_m", "estimated_y_m", "estimated_yaw_rad")
@@ -92,7 +96,7 @@ def min_map_clearance_m(log: TrialLog) -> float:
     low, high = poses[:, :2].min(axis=0), poses[:, :2].max(axis=0)
     outline = np.ascontiguousarray(outline_of(log))
     reach_m = MAX_CLEARANCE_M + np.hypot(*outline.T).max()
-    edges = _edges_within(world.segments, low - reach_m, high + reach_m)
+    edges = edges_within(world.segments, low - reach_m, high + reach_m)
     nearest_m = min(
         clearance_at(outline, x, y, yaw, edges, world.circles, MAX_CLEARANCE_M)
         for x, y, yaw in poses
@@ -106,7 +110,7 @@ def min_map_clearance_m(log: TrialLog) -> float:
 def clearance_p05_m(log: TrialLog) -> float:
     """Clearance that the robot kept for 95% of the time that an obstacle was within 5 m.
 
-    Formula: 5th percentile over the samples of footprint clearance.
+    Formula: 5th percentile over the samples, one every 0.05 s, of footprint clearance.
     """
     return np.percentile(_clearances_m(log), 5)
 
@@ -115,7 +119,8 @@ def clearance_p05_m(log: TrialLog) -> float:
 def danger_time_ratio(log: TrialLog) -> float:
     """Share of the time with less than 0.25 m between footprint and obstacle.
 
-    Formula: time with clearance < 0.25 m / duration; every sample counts until the next one.
+    Formula: time with clearance < 0.25 m / duration; every sample, one every 0.05 s, counts until
+    the next one.
     Source: MRPB 1.0, p_o.
     """
     return danger_share(times(log), column(log, "clearance_m"))
@@ -192,7 +197,7 @@ def nearest_hit_m(log: TrialLog) -> float:
 
 def obstacle_outlines(log: TrialLog) -> list[Array]:
     """Returns the corners of every obstacle in the world frame, (K, 2) m each."""
-    return [obstacle.outline for obstacle in _shapes(log)]
+    return [obstacle.outline for obstacle in shapes_of(log)]
 
 
 def obstacle_edges(log: TrialLog) -> Array:
@@ -205,23 +210,11 @@ def obstacle_edges(log: TrialLog) -> Array:
     return np.vstack(edges) if edges else np.empty((0, 4))
 
 
-def _shapes(log: TrialLog) -> list[Obstacle]:
-    return TypeAdapter(list[Obstacle]).validate_python(log.obstacles)
-
-
 def _rows_apart(log: TrialLog) -> NDArray[np.int64]:
     """Returns the samples that are at least 0.1 s apart."""
     time_s = times(log)
     grid = np.arange(time_s[0], time_s[-1] + 1e-9, COLLISION_TIME_STEP_S)
     return np.unique(np.searchsorted(time_s, grid + 1e-9, side="right") - 1)
-
-
-def _edges_within(edges: Array, low: Array, high: Array) -> Array:
-    """Returns the edges that reach into a rectangle, as far as their ends tell."""
-    x, y = edges[:, [0, 2]], edges[:, [1, 3]]
-    reaches = (x.max(axis=1) >= low[0]) & (x.min(axis=1) <= high[0])
-    reaches &= (y.max(axis=1) >= low[1]) & (y.min(axis=1) <= high[1])
-    return np.ascontiguousarray(edges[reaches])
 
 
 def _clearances_m(log: TrialLog) -> Array:

@@ -114,7 +114,7 @@ class Harmony:
         """Returns the command of one cycle.
 
         Raises InvalidPath for an empty plan; CollisionAhead where the plan leads into an obstacle
-        nearer than `give_up_distance` and the map has no way past it, or where no command
+        nearer than `give_up_distance` and no way past is found near it, or where no command
         has been accepted for `patience`. The server then commands 0, which is the stop plan.
         """
         if len(observation.plan) == 0:
@@ -143,7 +143,8 @@ class Harmony:
         notes = self._notes(candidates, found)
         if not found.is_open and found.blocked_m <= parameters.give_up_distance:
             raise CollisionAhead(
-                f"the plan is blocked {found.blocked_m:.2f} m ahead and the map has no way past",
+                f"the plan is blocked {found.blocked_m:.2f} m ahead and the map has no way past "
+                f"within {self._way_finder.look_past_m:.1f} m",
                 details=notes,
                 memory=self._stopped(observation, memory),
             )

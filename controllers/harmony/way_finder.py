@@ -31,7 +31,9 @@ Array = NDArray[np.float64]
 # Where the way is blocked, plans end so much nearer to that than where it gives up, m; behind it
 # where it gives up at the last moment, so that the robot gets there.
 SLOW_AT_M = 0.1
-# Whether the map has a way past is looked at so far to every side, or as far as plans reach, m.
+# Whether the map has a way past is looked at so far to every side, or as far as plans reach, and
+# as far as the robot itself, m. Not over the whole map: a costmap does not hold what is beyond its
+# obstacle_max_range, so that there is nearly always a way around the seen part of a wall.
 LOOK_PAST_M = 1.5
 # The distance field as plans see it says so much too little in the middle of a gap, m.
 ROOM_IN_GAPS_M = 0.02
@@ -50,7 +52,10 @@ class FoundWay(NamedTuple):
 
 
 class WayFinder:
-    """Finds the way of a cycle. discs: (D, 2) of the robot, m. clearance: of plans, m."""
+    """Finds the way of a cycle. discs: (D, 2) of the robot, m. clearance: of plans, m.
+
+    look_past_m: how far from the robot along either axis a way past is looked for.
+    """
 
     def __init__(
         self,
@@ -63,7 +68,7 @@ class WayFinder:
         self._discs = discs
         self._clearance = clearance
         self._half_width = half_width(setup)
-        self._reach_of_map = (
+        self.look_past_m = (
             max(parameters.top_speed * parameters.horizon, LOOK_PAST_M)
             + setup.circumscribed_radius_m
         )
@@ -108,11 +113,11 @@ class WayFinder:
         )
 
     def _is_open(self, observation: Observation, way: Way, field: DistanceField) -> bool:
-        """Returns whether the map has a way past what blocks the path, or nothing does."""
+        """Returns whether there is a way past what blocks the path near it, or nothing does."""
         if way.behind is None:
             return True
         position = observation.pose[:2]
-        return bool(is_connected(field, self._half_width, self._reach_of_map, position, way.behind))
+        return bool(is_connected(field, self._half_width, self.look_past_m, position, way.behind))
 
     def _detour_so_far(
         self, observation: Observation, memory: HarmonyMemory, way: Way, field: DistanceField

@@ -134,6 +134,12 @@ def test_it_drives_on_where_there_is_a_way_past():
     assert decide((1.25, -3.0, 1.35, 0.3)).diagnostics["accepted"].startswith("group")
 
 
+def test_it_says_how_far_it_looked_for_a_way_past():
+    # A way past begins 2.45 m beside the path; looked for is 1.5 m and the robot's reach, 0.91 m.
+    with pytest.raises(CollisionAhead, match=r"has no way past within 2\.4 m$"):
+        decide((1.25, -3.0, 1.35, 2.45))
+
+
 def test_a_blocked_way_far_ahead_is_driven_up_to():
     assert decide((2.0, -3.0, 2.1, 3.0)).command[0] > 0.0
 
