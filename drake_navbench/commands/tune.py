@@ -36,7 +36,8 @@ def build_parser() -> argparse.ArgumentParser:
         prog="python -m drake_navbench tune",
         description="Searches parameters of a preset that beat it in several objectives at once, "
         "then tells what is left of them on fresh seeds and in scenarios that the search has not "
-        "seen.",
+        "seen. A set that touches anything is out: every search also drives a closed way and random "
+        "worlds for that.",
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

@@ -102,12 +102,13 @@ def test_the_error_and_the_power_that_the_docs_tell(rivals, objectives):
     races = 2000 if rivals <= 40 else 400
     error, _ = error_against(rivals, objectives, races=races)
     assert error <= ERROR
-    power, pairs = error_against(rivals, objectives, races=races // 4, worse_by=2.0)
-    assert power > 0.9
-    print(
-        f"{rivals} rivals, {objectives} objectives: error {error:.2%}, "
-        f"2 sd worse: dropped {power:.1%}, {pairs:.1f} pairs"
-    )
+    for worse_by, least in ((1.0, 0.4), (2.0, 0.95)):
+        power, pairs = error_against(rivals, objectives, races=races // 4, worse_by=worse_by)
+        assert power >= least
+        print(
+            f"{rivals} rivals, {objectives} objectives: error {error:.2%}, {worse_by:g} sd worse: "
+            f"dropped {power:.1%} after {pairs:.1f} pairs"
+        )
 
 
 @pytest.mark.long
