@@ -202,7 +202,7 @@ def _untouched(point: dict[str, Any]) -> str:
     if RANDOM_WORLDS in point:
         share = 100.0 * point[RANDOM_WORLDS]["at_most"]
         text += (
-            f", {point[RANDOM_WORLDS]['trials']} random worlds among them (another world is "
-            f"touched with at most {share:.1f}%, with 95% confidence)"
+            f", {point[RANDOM_WORLDS]['trials']} random worlds among them (a touch in at "
+            f"most {share:.1f}% of such worlds, with 95% confidence)"
         )
     return text
