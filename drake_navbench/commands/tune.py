@@ -143,7 +143,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _tune(arguments: argparse.Namespace, command: str) -> None:
     from drake_navbench.processes.machine import available_cores
-    from drake_navbench.tuning.tune import TuningRequest, tune
+    from drake_navbench.tuning.request import TuningRequest
+    from drake_navbench.tuning.tune import tune
 
     request = TuningRequest(
         preset=arguments.preset,
