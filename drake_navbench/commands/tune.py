@@ -25,7 +25,8 @@ example:
   python -m drake_navbench tune rpp --scenarios doorway,one_obstacle --held-out static_obstacles \\
       --objectives time,clearance,jerk --out tuning/rpp
 
-exit status: 0 done, 1 a trial came to no end, 2 wrong input, 130 interrupted (the same command goes
+exit status: 0 done, 1 a trial came to no end, 2 wrong input or a full disk, 130 interrupted (with 130
+or a full disk the same command goes
 on)
 """
 
