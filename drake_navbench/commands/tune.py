@@ -25,9 +25,8 @@ example:
   python -m drake_navbench tune rpp --scenarios doorway,one_obstacle --held-out static_obstacles \\
       --objectives time,clearance,jerk --out tuning/rpp
 
-exit status: 0 done, 1 a trial came to no end, 2 wrong input or a full disk, 130 interrupted (with 130
-or a full disk the same command goes
-on)
+exit status: 0 done, 1 a trial came to no end, 2 wrong input or a full disk, 130 interrupted (the
+same command goes on after a full disk or an interruption)
 """
 
 
@@ -37,8 +36,8 @@ def build_parser() -> argparse.ArgumentParser:
         prog="python -m drake_navbench tune",
         description="Searches parameters of a preset that beat it in several objectives at once, "
         "then tells what is left of them on fresh seeds and in scenarios that the search has not "
-        "seen. A set that touches anything is out: every search also drives a closed way and random "
-        "worlds for that.",
+        "seen. A set that touches anything is out: every search also drives a closed way and "
+        "random worlds for that.",
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
