@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 from markupsafe import Markup
 from matplotlib.figure import Figure
@@ -21,6 +22,8 @@ FIGURES = Path("figures") / "tuning"
 PERCENT = 100.0
 # Parts of a front point's judgement, with what they are called on the page.
 PARTS = {"fresh": "fresh seeds", "held_out": "held-out scenarios"}
+# Where nothing but touches is looked at.
+GUARDS = {"closed_way": "a closed way", "random_worlds": "random worlds"}
 
 
 def write_tuning_page(folder: Path) -> Path:
@@ -28,6 +31,7 @@ def write_tuning_page(folder: Path) -> Path:
     result = json.loads((folder / RESULT_NAME).read_text(encoding="utf-8"))
     objectives = result["task"]["objectives"]
     configurations, front = result["configurations"], result["front"]
+    judged = [*front, *result["touching"]]
     searched = list(configurations[0]["parameters"]) if configurations else []
     with figure_style():
         shown = (
@@ -43,7 +47,7 @@ def write_tuning_page(folder: Path) -> Path:
             for name in searched
         }
     environment = page_environment()
-    environment.filters.update(number=number, percent=_percent)
+    environment.filters.update(number=number, percent=_percent, places=_places)
     page = {
         "result": result,
         "objectives": objectives,
@@ -51,13 +55,27 @@ def write_tuning_page(folder: Path) -> Path:
         "baseline": dict(flattened(result["task"]["parameters"])),
         "front_figure": shown,
         "slices": slices,
-        "parts": {key: title for key, title in PARTS.items() if front and key in front[0]},
-        "dropped": sum(entry["is_dropped"] for entry in configurations),
-        "trials": sum(entry["pairs"] for entry in configurations),
+        "parts": _in_all(PARTS, front),
+        "driven_parts": _in_all(PARTS | GUARDS, judged),
+        "guards": _in_all(GUARDS, judged),
+        "judged": judged,
+        "dropped": sum(entry["ending"] == "dropped" for entry in configurations),
+        "touching": [entry for entry in configurations if entry["touches"]],
+        "trials": sum(entry["trials"] for entry in configurations),
     }
     path = folder / PAGE_NAME
     write_text(path, environment.get_template("tuning.html").render(page=page))
     return path
+
+
+def _in_all(titles: dict[str, str], points: list[dict[str, Any]]) -> dict[str, str]:
+    """Returns the titles of the parts that these points drove; all drove the same."""
+    return {key: title for key, title in titles.items() if points and key in points[0]}
+
+
+def _places(touches: dict[str, int]) -> str:
+    """Returns where something was touched and how often: 'doorway 3, random_world_7 1'."""
+    return ", ".join(f"{name} {count}" for name, count in touches.items())
 
 
 def _percent(share: float) -> str:

@@ -21,8 +21,15 @@ from drake_navbench.analysis.figures.style import (
 PERCENT = 100.0
 PANELS_ABREAST = 3
 DROPPED: dict[str, Any] = {"marker": ".", "color": MUTED, "ms": 4, "alpha": 0.5, "ls": "none"}
+TOUCHED: dict[str, Any] = {"marker": "x", "color": "#b91c1c", "ms": 4, "ls": "none"}
 THROUGH: dict[str, Any] = {"marker": "o", "color": "#3b78b4", "ms": 4.5, "ls": "none"}
 ON_FRONT: dict[str, Any] = {"marker": "D", "color": "#c2410c", "ms": 5.5, "ls": "none"}
+# How a race ended, as tuning.json says it: what it is called, and what it looks like.
+ENDINGS = {
+    "dropped": ("dropped in the race", DROPPED),
+    "touched": ("touched something", TOUCHED),
+    "through": ("came through", THROUGH),
+}
 
 Point = Mapping[str, Any]
 
@@ -41,10 +48,8 @@ def front_figure(
         rows, columns, axes_size_in=(2.9, 2.4), margins=Margins(between_columns=0.8)
     )
     for (across, down), place in zip(pairs, axes, strict=False):
-        for chosen, look in (
-            ([c for c in configurations if c["is_dropped"]], DROPPED),
-            ([c for c in configurations if not c["is_dropped"]], THROUGH),
-        ):
+        for ending, (_, look) in ENDINGS.items():
+            chosen = [entry for entry in configurations if entry["ending"] == ending]
             _plot(place, chosen, "means", across, down, look)
         _plot(place, front, "tuning", across, down, ON_FRONT)
         place.axhline(0.0, color=INK, lw=0.7)
@@ -56,11 +61,7 @@ def front_figure(
         unused.remove()
     keys = [
         Line2D([], [], label=label, **look)
-        for label, look in (
-            ("dropped in the race", DROPPED),
-            ("came through", THROUGH),
-            ("front", ON_FRONT),
-        )
+        for label, look in (*ENDINGS.values(), ("front", ON_FRONT))
     ]
     legend_below(figure, keys)
     return figure
@@ -78,11 +79,11 @@ def slices_figure(
     names = sorted(set(map(str, values)))
     places = values if is_number else [names.index(str(value)) for value in values]
     for index, (name, place) in enumerate(zip(objectives, axes, strict=True)):
-        for is_dropped, look in ((True, DROPPED), (False, THROUGH)):
+        for ending, (_, look) in ENDINGS.items():
             chosen = [
                 (x, PERCENT * entry["means"][index])
                 for x, entry in zip(places, configurations, strict=True)
-                if entry["is_dropped"] == is_dropped
+                if entry["ending"] == ending
             ]
             if chosen:
                 place.plot(*zip(*chosen, strict=True), **look)

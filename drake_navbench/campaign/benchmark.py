@@ -42,6 +42,7 @@ from drake_navbench.campaign.warm_up import (
 )
 from drake_navbench.errors import NavbenchError, printable
 from drake_navbench.inputs.presets import Preset, resolved_parameters
+from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.log import Outcome
 from drake_navbench.processes import cache_folder
 from drake_navbench.processes.machine import available_cores
@@ -53,7 +54,7 @@ PRINTED_IN_SWEEP = {SUCCEEDED: "share", "time_to_goal_s": "s", "min_clearance_m"
 
 
 def run_benchmark(
-    scenarios: Sequence[str] = (),
+    scenarios: Sequence[str | Scenario] = (),
     controllers: Sequence[str | Preset] = (),
     *,
     trials: int = DEFAULT_TRIALS,
@@ -68,13 +69,15 @@ def run_benchmark(
 
     The arguments are those of the command line. `out` keeps the logs in a new folder, of which
     `python -m drake_navbench.report` makes a report; `--resume` goes on with it unless a
-    controller was a Preset, which a manifest cannot name. Raises InputError where one is wrong,
-    NavbenchError where trials came to no end by something that they did not do.
+    Preset or Scenario was given, which a manifest cannot name. Raises InputError where one is
+    wrong, NavbenchError where trials came to no end by something that they did not do.
     """
     out = None if out is None else Path(out).absolute()
     names = [c if isinstance(c, str) else c.name for c in controllers]
+    scenario_names = [s if isinstance(s, str) else s.name for s in scenarios]
+    is_told_by_names = [*names, *scenario_names] == [*controllers, *scenarios]
     asked = {
-        "scenarios": list(scenarios),
+        "scenarios": scenario_names,
         "controllers": names,
         "parameter_files": [],
         "trials": trials,
@@ -99,7 +102,7 @@ def run_benchmark(
     with only_run_in(folder.path):
         require_writable(folder.path)
         jobs = jobs or available_cores()
-        begin(folder, campaign, request if names == list(controllers) else None, jobs)
+        begin(folder, campaign, request if is_told_by_names else None, jobs)
         table, undriven, _ = run_campaign(campaign, folder, jobs=jobs)
     if undriven:
         raise NavbenchError("\n".join(map(_undriven_line, undriven)))

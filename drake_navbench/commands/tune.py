@@ -25,8 +25,8 @@ example:
   python -m drake_navbench tune rpp --scenarios doorway,one_obstacle --held-out static_obstacles \\
       --objectives time,clearance,jerk --out tuning/rpp
 
-exit status: 0 done, 1 a trial came to no end, 2 wrong input, 130 interrupted (the same command goes
-on)
+exit status: 0 done, 1 a trial came to no end, 2 wrong input or a full disk, 130 interrupted (the
+same command goes on after a full disk or an interruption)
 """
 
 
@@ -36,7 +36,8 @@ def build_parser() -> argparse.ArgumentParser:
         prog="python -m drake_navbench tune",
         description="Searches parameters of a preset that beat it in several objectives at once, "
         "then tells what is left of them on fresh seeds and in scenarios that the search has not "
-        "seen.",
+        "seen. A set that touches anything is out: every search also drives a closed way and "
+        "random worlds for that.",
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -142,7 +143,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _tune(arguments: argparse.Namespace, command: str) -> None:
     from drake_navbench.processes.machine import available_cores
-    from drake_navbench.tuning.tune import TuningRequest, tune
+    from drake_navbench.tuning.request import TuningRequest
+    from drake_navbench.tuning.tune import tune
 
     request = TuningRequest(
         preset=arguments.preset,

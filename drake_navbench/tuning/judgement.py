@@ -15,7 +15,9 @@ from drake_navbench.analysis.statistics import CONFIDENCE, Interval, mean_interv
 from drake_navbench.campaign.benchmark import run_benchmark
 from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.inputs.presets import Preset
+from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.results import ResultsFolder
+from drake_navbench.tuning.guards import touches_of
 from drake_navbench.tuning.objectives import (
     Objective,
     excess_failures,
@@ -30,24 +32,27 @@ class Judged(NamedTuple):
     """A column against the baseline, on trials that the search has not seen.
 
     means, intervals: of the relative differences by objective, lower is better; the intervals hold
-    together for all columns and objectives that were judged. succeeded: of the column and of the
-    baseline, of so many trials. by_scenario: means by objective.
+    together for all columns and objectives that were judged. succeeded, touched: of the column and
+    of the baseline, of so many trials. by_scenario: means by objective. touches: trials of the
+    column in which it touched something, by scenario.
     """
 
     column: str
     means: tuple[float, ...]
     intervals: tuple[Interval, ...]
     succeeded: tuple[int, int]
+    touched: tuple[int, int]
     trials: int
     excess: float
     by_scenario: dict[str, tuple[float, ...]]
+    touches: dict[str, int]
 
     @property
     def beats_baseline(self) -> bool:
-        """Whether it is shown to be better in an objective, and in none shown to be worse."""
+        """Whether it is shown to be better in an objective, in none worse, and touches nothing."""
         is_better = any(interval.high < 0.0 for interval in self.intervals)
         is_worse = any(interval.low > 0.0 for interval in self.intervals)
-        return is_better and not is_worse and self.excess <= 0.0
+        return is_better and not is_worse and self.excess <= 0.0 and not self.touches
 
     def as_data(self) -> dict[str, Any]:
         """Returns it as JSON can hold it."""
@@ -56,6 +61,8 @@ class Judged(NamedTuple):
             "means": list(self.means),
             "intervals": [list(interval) for interval in self.intervals],
             "succeeded": list(self.succeeded),
+            "touched": list(self.touched),
+            "touches": self.touches,
             "trials": self.trials,
             "beats_baseline": self.beats_baseline,
             "by_scenario": {name: list(means) for name, means in self.by_scenario.items()},
@@ -64,7 +71,7 @@ class Judged(NamedTuple):
 
 def driven_in(
     folder: Path,
-    scenarios: Sequence[str],
+    scenarios: Sequence[str | Scenario],
     columns: Sequence[Preset],
     *,
     trials: int,
@@ -119,12 +126,14 @@ def judge(
                 tuple(map(float, differences.mean(axis=0))),
                 tuple(mean_interval(column, confidence=confidence) for column in differences.T),
                 (_succeeded(own), _succeeded(base)),
+                (touches_of(own).total(), touches_of(base).total()),
                 len(own),
                 excess_failures(own, base),
                 {
                     scenario: tuple(map(float, differences[where == scenario].mean(axis=0)))
                     for scenario in dict.fromkeys(where.tolist())
                 },
+                dict(touches_of(own)),
             )
         )
     return judged

@@ -1,60 +1,73 @@
-"""A race of configurations: who is behind stops early, by a sign test that knows its looks.
+"""A race of configurations: who is behind stops early, rarely by bad luck.
 
-Looking at the same data several times finds differences that are none. Each of the planned looks
-therefore tests at an equal share of the error (Bonferroni, which is a little more careful than
-Pocock's boundary), so that a configuration that is as good as its rival is dropped for it with at
-most that probability, however the looks depend on each other.
+Evidence against a configuration is a Bayes factor: how many times more likely its wins and losses
+against a rival are where losses prevail (every share from a half to one alike) than where both are
+equally likely. Where no rival is better, its expectation never exceeds 1, pair after pair. The same
+holds for a mean of it over rivals, so that the mean ever reaches 1 / ERROR with probability ERROR
+at most (Ville 1939): for the race as a whole, however many rivals there are, however often it is
+looked at, and however rivals and pairs of objectives depend on each other.
+
+Source: A. Ramdas et al., "Game-Theoretic Statistics and Safe Anytime-Valid Inference", Statistical
+Science 2023.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from math import comb
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import special
 
 Array = NDArray[np.float64]
 
-# Of dropping a configuration for a rival that is no better, over all looks.
+# Of dropping a configuration that no rival is better than, in its whole race.
 ERROR = 0.05
-FIRST_LOOK = 4
+# Fewer pairs than seven drop nobody, even where all are lost to everybody.
+LOOK_EVERY = 8
+# The baseline is the rival that counts most: half of the evidence, all others share the rest.
+SHARE_OF_BASELINE = 0.5
 
 
 def looks_until(most_pairs: int) -> list[int]:
-    """Returns after how many pairs the race is looked at: 4, 8, 16, ... and at the end."""
-    looks = []
-    pairs = FIRST_LOOK
-    while pairs < most_pairs:
-        looks.append(pairs)
-        pairs *= 2
-    return [*looks, most_pairs]
+    """Returns after how many pairs the race is looked at: 8, 16, 24, ... and at the end."""
+    return [*range(LOOK_EVERY, most_pairs, LOOK_EVERY), most_pairs]
 
 
-def sign_test(wins: int, losses: int) -> float:
-    """Returns how likely so many losses or more are where wins and losses are equally likely."""
-    count = wins + losses
-    return sum(comb(count, k) for k in range(losses, count + 1)) / 2**count
+def evidence(wins: int, losses: int) -> float:
+    """Returns how many times more likely these are where losses prevail than where both are even.
 
-
-def is_dominated(own: Array, rival: Array, *, looks: int) -> bool:
-    """Tells whether a rival is shown to be better in every objective at once.
-
-    own, rival: (N, K) costs of the same N pairs, lower is better. A pair is lost where the rival is
-    no worse in any objective and better in one, won where it is the other way round, and counts for
-    neither where each is better in something. looks: how often the race is looked at in all.
+    Each pair doubles it at most: 2^(n + 1) / (n + 1) for n losses alone, but for a 2^-(n + 1)th.
     """
-    losses = int(_dominates(rival, own).sum())
-    wins = int(_dominates(own, rival).sum())
-    return losses > 0 and sign_test(wins, losses) < ERROR / looks
+    upper = special.betaincc(losses + 1.0, wins + 1.0, 0.5)
+    logarithm = (wins + losses + 1.0) * np.log(2.0) + special.betaln(losses + 1.0, wins + 1.0)
+    return float(np.exp(logarithm) * upper)
 
 
-def is_dropped(own: Array, rivals: Iterable[Array], *, looks: int) -> bool:
-    """Tells whether any rival that has driven all pairs of `own` is shown to be better."""
-    count = len(own)
-    return any(
-        is_dominated(own, rival[:count], looks=looks) for rival in rivals if len(rival) >= count
-    )
+def evidence_against(own: Array, rival: Array) -> float:
+    """Returns the evidence that a rival beats `own`, both (N, K) costs, in every objective at once.
+
+    Lower is better. A pair is lost where the rival is no worse in any objective and better in one,
+    won where it is the other way round, and counts for neither where each is better in something.
+    A rival that has driven fewer pairs counts as far as it drove.
+    """
+    count = min(len(own), len(rival))
+    own, rival = own[:count], rival[:count]
+    return evidence(int(_dominates(own, rival).sum()), int(_dominates(rival, own).sum()))
+
+
+def is_dropped(own: Array, rivals: Sequence[Array]) -> bool:
+    """Tells whether a configuration with the differences (N, K) to the baseline is behind.
+
+    rivals: the differences of every configuration that was driven before, those that were dropped
+    included, as far as they drove: to leave any of them out would be to choose the lucky ones.
+    """
+    against_baseline = evidence_against(own, np.zeros_like(own))
+    if not rivals:
+        return against_baseline >= 1.0 / ERROR
+    against_rivals = float(np.mean([evidence_against(own, rival) for rival in rivals]))
+    shared = SHARE_OF_BASELINE * against_baseline + (1.0 - SHARE_OF_BASELINE) * against_rivals
+    return shared >= 1.0 / ERROR
 
 
 def _dominates(first: Array, second: Array) -> NDArray[np.bool_]:

@@ -1,14 +1,15 @@
 """The search: a study in a journal that several processes may join, and the race in it.
 
-A journal is one file that is only ever appended to, so that processes of several machines share it
-in a folder that they share. What a configuration did is kept with it, pair by pair: whoever joins
-races against all that the others have driven.
+Processes of several machines share the journal in a folder that they share. What a configuration
+did is kept with it, pair by pair: whoever joins races against all that the others have driven.
 """
 
 from __future__ import annotations
 
 import warnings
+from collections import Counter
 from collections.abc import Callable, Sequence
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -18,7 +19,10 @@ from numpy.typing import NDArray
 from drake_navbench.analysis.statistics import pareto_front
 from drake_navbench.errors import InputError
 from drake_navbench.trial.spec import TrialSpec
+from drake_navbench.tuning.guards import touches_of
+from drake_navbench.tuning.journal import appending, import_optuna
 from drake_navbench.tuning.objectives import (
+    CENSORED,
     Objective,
     excess_failures,
     pair_difference,
@@ -28,7 +32,6 @@ from drake_navbench.tuning.objectives import (
 from drake_navbench.tuning.pairs import Row, measure, with_column
 from drake_navbench.tuning.race import is_dropped, looks_until
 from drake_navbench.tuning.search_space import SearchSpace, plain_values
-from drake_navbench.tuning.task import TuningTask, require_same_task
 
 if TYPE_CHECKING:
     from optuna.samplers import BaseSampler
@@ -38,61 +41,44 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Sampler = Literal["tpe", "nsga2", "random"]
 
-JOURNAL = "study.journal"
-STUDY = "tuning"
-TASK, DIFFERENCES, EXCESS, DROPPED, REFUSED = "task", "differences", "excess", "dropped", "refused"
+DIFFERENCES, EXCESS, ENDING, REFUSED = "differences", "excess", "ending", "refused"
+TOUCHES, TRIALS = "touches", "trials"
 # Before a sampler knows anything: points of Sobol's sequence, which leave no part unseen.
 SOBOL_POINTS = 16
+
+
+class Ending(StrEnum):
+    """How a configuration's race ended: at its last look, or before by a rival or by a touch."""
+
+    THROUGH = "through"
+    DROPPED = "dropped"
+    TOUCHED = "touched"
 
 
 class Configuration(NamedTuple):
     """A configuration that was driven.
 
-    differences: (N, K) of its pairs, see `objectives`. excess: see `excess_failures`.
-    is_dropped: whether the race ended before its last look.
+    differences: (N, K) of its pairs, see `objectives`. excess: see `excess_failures`. touches: in
+    how many trials it touched something, by scenario, of all its `trials`.
     """
 
     number: int
     parameters: dict[str, Any]
     differences: Array
     excess: float
-    is_dropped: bool
+    ending: Ending
+    touches: dict[str, int]
+    trials: int
 
     @property
     def means(self) -> Array:
         """The mean differences, (K,)."""
         return np.asarray(self.differences.mean(axis=0))
 
-
-def open_study(folder: Path, task: TuningTask) -> Study:
-    """Returns the study in a folder, a new one where there is none.
-
-    Raises InputError where there is one of another version or task, or it cannot be read.
-    """
-    optuna = import_optuna()
-    from optuna.storages import JournalStorage
-    from optuna.storages.journal import JournalFileBackend
-
-    path = folder / JOURNAL
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        storage = JournalStorage(JournalFileBackend(str(path)))
-        study = optuna.create_study(
-            study_name=STUDY,
-            storage=storage,
-            directions=["minimize"] * len(task.objectives),
-            load_if_exists=True,
-        )
-    except OSError as error:
-        raise InputError(f"{path}: cannot be used: {error.strerror or error}") from error
-    except (KeyError, TypeError, ValueError) as error:
-        raise InputError(f"{path}: not the journal of a study: {error}") from error
-    begun = study.user_attrs.get(TASK)
-    if begun is None:
-        study.set_user_attr(TASK, task.model_dump(mode="json"))
-    else:
-        require_same_task(task, begun, str(path))
-    return study
+    @property
+    def as_rival(self) -> Array:
+        """The differences that others race against: none of one that touches."""
+        return self.differences[:0] if self.ending == Ending.TOUCHED else self.differences
 
 
 def configurations_of(study: Study) -> list[Configuration]:
@@ -107,7 +93,9 @@ def configurations_of(study: Study) -> list[Configuration]:
                     plain_values(trial.params),
                     np.array(attributes[DIFFERENCES], dtype=float),
                     float(attributes[EXCESS]),
-                    bool(attributes[DROPPED]),
+                    Ending(attributes[ENDING]),
+                    dict(attributes[TOUCHES]),
+                    int(attributes[TRIALS]),
                 )
             )
     return found
@@ -116,9 +104,9 @@ def configurations_of(study: Study) -> list[Configuration]:
 def front_of(configurations: Sequence[Configuration], most: int) -> list[Configuration]:
     """Returns those that no other beats in all objectives, of too many the best on the whole.
 
-    Only those that came through the race and fail no more often than is allowed.
+    Only those that came through the race, touch nothing, and fail no more often than is allowed.
     """
-    through = [c for c in configurations if not c.is_dropped and c.excess <= 0.0]
+    through = [c for c in configurations if c.ending == Ending.THROUGH and c.excess <= 0.0]
     if not through:
         return []
     is_best = pareto_front(np.array([c.means for c in through]))
@@ -126,50 +114,73 @@ def front_of(configurations: Sequence[Configuration], most: int) -> list[Configu
     return sorted(best, key=lambda c: float(c.means.sum()))[:most]
 
 
-def drive_baseline(
-    pairs: Sequence[TrialSpec], objectives: Sequence[Objective], *, jobs: int
-) -> list[Row]:
-    """Returns what the baseline did in its trials, in order.
+class Trials(NamedTuple):
+    """What a configuration drives, planned for the baseline.
 
-    Raises InputError where that leaves nothing to compare with.
+    pairs: in this order. closed: beside the first pairs. worlds: where it comes through the race.
     """
-    rows = measure(pairs, jobs=jobs)
-    require_comparable(rows, objectives)
+
+    pairs: Sequence[TrialSpec]
+    closed: Sequence[TrialSpec]
+    worlds: Sequence[TrialSpec]
+
+
+def drive_baseline(trials: Trials, objectives: Sequence[Objective], *, jobs: int) -> list[Row]:
+    """Returns what the baseline did in all its trials: pairs first, then closed way and worlds.
+
+    Raises InputError where the pairs leave nothing to compare with.
+    """
+    rows = measure([*trials.pairs, *trials.closed, *trials.worlds], jobs=jobs)
+    require_comparable(rows[: len(trials.pairs)], objectives)
     return rows
 
 
 class Search:
     """Asks a study for configurations and races them.
 
-    pairs: trials of the baseline, in the order in which a configuration drives them. baseline: what
-    it did in them. sampler: after the first points, which are Sobol's.
+    baseline: what the baseline did in the pairs. sampler: after the first points, which are
+    Sobol's. journal: the file of the study, for messages.
     """
 
     def __init__(
         self,
         study: Study,
         space: SearchSpace,
-        pairs: Sequence[TrialSpec],
+        trials: Trials,
         objectives: Sequence[Objective],
         *,
         baseline: Sequence[Row],
         sampler: Sampler,
         seed: int,
         jobs: int,
+        journal: Path,
     ) -> None:
-        self._study, self._space, self._pairs = study, space, pairs
+        self._study, self._space, self._trials = study, space, trials
         self._objectives, self._sampler, self._seed = objectives, sampler, seed
-        self._jobs, self._baseline = jobs, baseline
-        self._looks = looks_until(len(pairs))
+        self._jobs, self._baseline, self._journal = jobs, baseline, journal
+        self._looks = looks_until(len(trials.pairs))
         self._scales = scales_of(baseline, objectives)
 
     def run(self, configurations: int, on_driven: Callable[[Configuration], None]) -> None:
-        """Drives until the study has so many; on_driven is told of each of ours."""
+        """Drives until the study has so many; on_driven is told of each of ours.
+
+        Raises CannotBeWritten where the journal takes no more, as on a full disk.
+        """
         while (known := self._finished_count()) < configurations:
-            self._study.sampler = self._sampler_for(known)
-            driven = self._race(self._study.ask())
-            if driven is not None:
-                on_driven(driven)
+            with appending(self._journal):
+                self._study.sampler = self._sampler_for(known)
+                trial = self._study.ask()
+                parameters = self._space.suggest(trial)
+            try:
+                column = self._space.candidate(parameters)
+                trials = Trials(*(with_column(specs, column) for specs in self._trials))
+            except InputError as error:
+                # Parameters that are each allowed may not go together.
+                self._refuse(trial, str(error))
+                continue
+            driven = self._race(trial.number, parameters, trials)
+            self._keep(trial, driven)
+            on_driven(driven)
 
     def _finished_count(self) -> int:
         return sum(trial.state.is_finished() for trial in self._study.get_trials(deepcopy=False))
@@ -191,42 +202,62 @@ class Search:
                 )
             if self._sampler == "tpe":
                 return optuna.samplers.TPESampler(
-                    multivariate=True, constant_liar=True, constraints_func=_excess, seed=seed
+                    multivariate=True, constant_liar=True, constraints_func=_violations, seed=seed
                 )
             if self._sampler == "nsga2":
-                return optuna.samplers.NSGAIISampler(constraints_func=_excess, seed=seed)
+                return optuna.samplers.NSGAIISampler(constraints_func=_violations, seed=seed)
         return independent
 
-    def _race(self, trial: Trial) -> Configuration | None:
-        """Drives a configuration until it is dropped or through; None where it cannot be built."""
+    def _race(self, number: int, parameters: dict[str, Any], trials: Trials) -> Configuration:
+        """Drives a configuration until it touches something, is dropped, or is through."""
+        rivals = [entry.as_rival for entry in configurations_of(self._study)]
+        rows: list[Row] = []
+        guards = list(trials.closed)
+        touches: Counter[str] = Counter()
+        ending = Ending.THROUGH
+        for end in self._looks:
+            pairs = trials.pairs[len(rows) : end]
+            driven = measure([*pairs, *guards], jobs=self._jobs)
+            rows += driven[: len(pairs)]
+            guards = []
+            touches += touches_of(driven)
+            if touches:
+                ending = Ending.TOUCHED
+                break
+            if end < len(trials.pairs) and is_dropped(self._differences(rows), rivals):
+                ending = Ending.DROPPED
+                break
+        count = len(rows) + len(trials.closed)
+        if ending == Ending.THROUGH and trials.worlds:
+            touches += touches_of(measure(trials.worlds, jobs=self._jobs))
+            count += len(trials.worlds)
+            ending = Ending.TOUCHED if touches else ending
+        excess = excess_failures(rows, self._baseline[: len(rows)])
+        differences = self._differences(rows)
+        return Configuration(number, parameters, differences, excess, ending, dict(touches), count)
+
+    def _refuse(self, trial: Trial, reason: str) -> None:
         from optuna.trial import TrialState
 
-        parameters = self._space.suggest(trial)
-        try:
-            specs = with_column(self._pairs, self._space.candidate(parameters))
-        except InputError as error:
-            # Parameters that are each allowed may not go together.
-            trial.set_user_attr(REFUSED, str(error))
+        with appending(self._journal):
+            trial.set_user_attr(REFUSED, reason)
             self._study.tell(trial, state=TrialState.FAIL)
-            return None
-        rivals = [c.differences for c in configurations_of(self._study) if not c.is_dropped]
-        rivals.append(np.zeros((len(self._pairs), len(self._objectives))))
-        rows: list[Row] = []
-        differences = np.empty((0, len(self._objectives)))
-        is_out = False
-        for end in self._looks:
-            rows += measure(specs[len(rows) : end], jobs=self._jobs)
-            differences = self._differences(rows)
-            if end < len(self._pairs) and is_dropped(differences, rivals, looks=len(self._looks)):
-                is_out = True
-                break
-        excess = excess_failures(rows, self._baseline[: len(rows)])
-        trial.set_user_attr(DIFFERENCES, differences.tolist())
-        trial.set_user_attr(EXCESS, excess)
-        trial.set_user_attr(DROPPED, is_out)
-        # What is dropped is told, too: a sampler learns from it where not to look.
-        self._study.tell(trial, [float(mean) for mean in differences.mean(axis=0)])
-        return Configuration(trial.number, parameters, differences, excess, is_out)
+
+    def _keep(self, trial: Trial, driven: Configuration) -> None:
+        """Writes into the journal what a configuration did.
+
+        What is dropped is told, too: a sampler learns from it where not to look. A touch is told as
+        the worst there is, whatever the trials without one were like.
+        """
+        has_touched = driven.ending == Ending.TOUCHED
+        means = np.full(len(self._objectives), CENSORED) if has_touched else driven.means
+        with appending(self._journal):
+            trial.set_user_attr(DIFFERENCES, driven.differences.tolist())
+            trial.set_user_attr(EXCESS, driven.excess)
+            trial.set_user_attr(ENDING, driven.ending.value)
+            trial.set_user_attr(TOUCHES, driven.touches)
+            trial.set_user_attr(TRIALS, driven.trials)
+            self._study.tell(trial, [float(mean) for mean in means])
 
     def _differences(self, rows: Sequence[Row]) -> Array:
         return np.array(
@@ -256,15 +287,6 @@ def importance_of(study: Study, objective: int) -> dict[str, float]:
     return {str(name): float(share) for name, share in found.items()}
 
 
-def _excess(trial: FrozenTrial) -> Sequence[float]:
-    return (float(trial.user_attrs.get(EXCESS, 0.0)),)
-
-
-def import_optuna() -> Any:
-    """Returns the package, told to be quiet; raises InputError where it is not installed."""
-    try:
-        import optuna
-    except ImportError as error:
-        raise InputError("optuna is not installed; pip install 'drake-navbench[tune]'") from error
-    optuna.logging.set_verbosity(optuna.logging.ERROR)
-    return optuna
+def _violations(trial: FrozenTrial) -> Sequence[float]:
+    attributes = trial.user_attrs
+    return float(attributes.get(EXCESS, 0.0)), float(sum(attributes.get(TOUCHES, {}).values()))

@@ -9,6 +9,7 @@ from typing import Any
 from pydantic import ConfigDict, Field
 
 from drake_navbench import __version__
+from drake_navbench.campaign.request import MAX_TRIALS
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.typed_files.typed_yaml import FrozenModel, validate
@@ -18,7 +19,8 @@ class TuningTask(FrozenModel):
     """What is searched, where and by which rules.
 
     baseline: the preset, with all its parameters in `parameters`. searched: texts of the search
-    space. most_pairs: that a configuration drives, each a scenario with a seed. seed: of them all.
+    space. guards: scenarios that are driven for touches alone. most_pairs: that a configuration
+    drives, each a scenario with a seed. seed: of them all.
     """
 
     model_config = ConfigDict(extra="forbid")
@@ -28,9 +30,10 @@ class TuningTask(FrozenModel):
     parameters: dict[str, Any]
     searched: tuple[str, ...]
     scenarios: tuple[str, ...] = Field(min_length=1)
+    guards: tuple[str, ...]
     robot: str
     objectives: tuple[str, ...] = Field(min_length=1)
-    most_pairs: int = Field(ge=1)
+    most_pairs: int = Field(ge=1, le=MAX_TRIALS)
     seed: int = Field(ge=0)
 
     @property

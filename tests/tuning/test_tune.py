@@ -86,9 +86,54 @@ def test_files_and_page_say_what_was_found(planted_trials, tmp_path, capsys):
     page = (out / "tuning.html").read_text(encoding="utf-8")
     assert "rpp_tuned_1 beats rpp in the held-out scenarios" in page
     assert page.count("<svg") == 2
+    assert "for touches alone restricted_small_noisy and 4 random worlds" in printed
+    assert "rpp_tuned_1: touches nothing in 20 trials, 4 random worlds among them" in printed
+    assert point["random_worlds"]["touched"] == point["closed_way"]["touched"] == [0, 0]
+    # 1 - 0.05^(1/4)
+    assert point["random_worlds"]["at_most"] == pytest.approx(0.527, abs=1e-3)
+    assert '0 of 4 <span class="muted">(baseline 0; at most 52.7%)' in page
     # The same command finds everything done, and drives nothing.
     assert command.main([*ARGUMENTS, "--out", str(out)]) == 0
     assert json.loads((out / "tuning.json").read_text(encoding="utf-8")) == result
+
+
+def test_a_point_that_touches_in_its_judgement_is_not_on_the_front(
+    planted_trials, monkeypatch, tmp_path, capsys
+):
+    """Whatever its objectives are: in a random world that the search has not seen."""
+
+    def touching(scenarios, columns, **asked):
+        results = planted_benchmark(scenarios, columns, **asked)
+        trials = results.trials
+        is_touch = (trials.scenario == "random_world_6") & (trials.controller == "rpp_tuned_1")
+        trials.loc[is_touch, "outcome"] = "collided"
+        return results
+
+    monkeypatch.setattr(judgement, "run_benchmark", touching)
+    out = tmp_path / "tuning"
+    assert command.main([*ARGUMENTS, "--out", str(out)]) == 0
+    printed = capsys.readouterr().out
+    told = "rpp_tuned_1: touches something in random_world_6 (1 trial): not on the front"
+    assert told in printed
+    result = json.loads((out / "tuning.json").read_text(encoding="utf-8"))
+    assert result["winner"] != "rpp_tuned_1"
+    assert "rpp_tuned_1" not in [point["name"] for point in result["front"]]
+    assert [point["touches"] for point in result["touching"]] == [{"random_world_6": 1}]
+    assert not (out / "front" / "rpp_tuned_1.nav2.yaml").exists()
+    page = (out / "tuning.html").read_text(encoding="utf-8")
+    assert "<td>random_world_6 1</td>" in page
+
+
+def test_where_everything_touches_the_search_says_so(planted_trials, tmp_path, capsys):
+    arguments = [a.replace("lookahead_dist=0.3:1.2", "lookahead_dist=0.2:0.3") for a in ARGUMENTS]
+    arguments[0] = "rpp:lookahead_dist=0.25"
+    out = tmp_path / "tuning"
+    assert command.main([*arguments, "--out", str(out)]) == 0
+    printed = capsys.readouterr().out
+    assert "itself touches something in restricted_small_noisy (1 trial)" in printed
+    assert "12 of 12 touched something" in printed
+    page = (out / "tuning.html").read_text(encoding="utf-8")
+    assert "No configuration came through the race without touching anything" in page
 
 
 def test_a_front_that_has_changed_is_judged_anew(planted_trials, tmp_path):
@@ -138,6 +183,9 @@ def test_where_none_wins_the_page_says_so(planted_trials, tmp_path, capsys):
     [
         ({"doorway,one_obstacle": "dorway"}, "'dorway'"),
         ({"static_obstacles": "doorway"}, "is searched in; expected another scenario"),
+        ({"doorway,one_obstacle": ""}, "--scenarios: expected at least one"),
+        ({"8": "1000000000"}, "--pairs: got 1000000000, expected at most 100000"),
+        ({"4": "1000000000"}, "--fresh: got 1000000000, expected at most 100000"),
         ({"time,clearance": "time,tme"}, "'tme' is not known"),
         ({"rpp": "rppp"}, "'rppp' is not known"),
         ({"lookahead_dist=0.3:1.2": "foo=1:2"}, "foo: unknown field"),
