@@ -204,7 +204,7 @@ def robot_model(parameters: TebUpstreamParameters, setup: ControllerSetup) -> Ro
         return circles(discs)
     corners = model.outline(setup.footprint)
     if model.type == "polygon":
-        # So the original reads them, and the last bits can decide which edge is the nearest.
+        # So the original reads them.
         corners = corners.astype(np.float32).astype(np.float64)
     return outline(corners)
 

@@ -61,7 +61,7 @@ def cut_local_plan(
 
 
 def whole_plan(observation: Observation) -> Array:
-    """Returns (N, 3) the plan that the original cuts; the path handler's where it is all there is."""
+    """Returns (N, 3) the plan that the original cuts; without it, the path handler's."""
     return observation.global_plan if len(observation.global_plan) else observation.plan
 
 

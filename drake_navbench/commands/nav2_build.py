@@ -20,7 +20,8 @@ example:
   python -m drake_navbench run one_obstacle --controllers rpp,rpp@mine
 
 exit status: 0 done, 2 wrong input: no checkout, a release that is not known,
-a compiler or a library that is missing, or something that cannot be compiled
+a compiler or a library that is missing, nothing that can be compiled, or something
+of --packages that cannot
 """
 
 

@@ -101,9 +101,7 @@ class Checkout:
         if name in known:
             return [name]
         inside = [
-            each.name
-            for each in known.values()
-            if name in each.folder.relative_to(self.root).parts[:-1]
+            each.name for each in known.values() if name in each.folder.relative_to(self.root).parts
         ]
         if not inside:
             raise InputError(
@@ -128,14 +126,12 @@ class Checkout:
 def checkout_around(folder: Path) -> tuple[Path, str | None]:
     """Returns the checkout that a folder is or is in, and its name where it is in one.
 
-    A folder of one package or several, such as nav2_dwb_controller, has no nav2_core of its own.
+    A folder of one package or several, such as nav2_dwb_controller, has no nav2_core beside them.
     """
     folder = folder.absolute()
-    if any((folder / place / PACKAGE_FILE).is_file() for place in (CORE, f"*/{CORE}")):
-        return folder, None
-    for parent in folder.parents:
-        if (parent / CORE / PACKAGE_FILE).is_file():
-            return parent, folder.name
+    for place in (folder, *folder.parents):
+        if (place / CORE / PACKAGE_FILE).is_file():
+            return place, folder.name if place != folder else None
     return folder, None
 
 
