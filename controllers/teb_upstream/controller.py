@@ -17,7 +17,12 @@ from drake_navbench.controller import (
 )
 from drake_navbench.controllers.teb_upstream.band import band_command
 from drake_navbench.controllers.teb_upstream.feasibility import is_feasible
-from drake_navbench.controllers.teb_upstream.local_plan import cut_local_plan, lethal_points
+from drake_navbench.controllers.teb_upstream.local_plan import (
+    LocalPlan,
+    cut_local_plan,
+    lethal_points,
+    whole_plan,
+)
 from drake_navbench.controllers.teb_upstream.memory import (
     PlannerState,
     TebUpstreamMemory,
@@ -60,6 +65,11 @@ class UpstreamTimedElasticBand:
             parameters.oscillation_filter_duration / setup.control_period_s
         )
 
+    @property
+    def cuts_plan(self) -> bool:
+        """Whether it takes the whole plan and cuts it: as in Humble, whose interface it has."""
+        return True
+
     def initial_memory(self) -> TebUpstreamMemory:
         """Returns the memory of a controller that has no band yet."""
         return TebUpstreamMemory(PlannerState(), np.zeros(2), np.empty((0, 2)))
@@ -70,11 +80,15 @@ class UpstreamTimedElasticBand:
         Raises InvalidPath for an empty plan, NoValidControl where no band was found, none is free
         of collision, or it diverged; then the next cycle starts from the global plan.
         """
-        if len(observation.plan) == 0:
+        whole = whole_plan(observation)
+        if len(whole) == 0:
             raise InvalidPath("plan is empty, expected at least one pose")
-        if not np.isfinite(observation.plan).all():
+        if not np.isfinite(whole).all():
             raise InvalidPath("plan holds a coordinate that is not finite")
         parameters = self._parameters
+        begin = memory.plan_begin if observation.plan_id == memory.plan_id else 0
+        plan = cut_local_plan(observation, parameters, begin)
+        memory = memory._replace(plan_id=observation.plan_id, plan_begin=plan.begin)
         memory = update_preference(
             memory,
             parameters,
@@ -84,7 +98,8 @@ class UpstreamTimedElasticBand:
         )
         terms = penalty_terms(parameters, observation.speed_limit)
         try:
-            planned = self._planner.plan(memory.planner, self._scene(observation), terms)
+            scene = self._scene(observation, plan, memory.preferred_turn)
+            planned = self._planner.plan(memory.planner, scene, terms)
             planner, best = self._feasible(planned, observation)
             command = self._command(best, terms)
         except NoValidControl as error:
@@ -95,9 +110,8 @@ class UpstreamTimedElasticBand:
         memory = memory._replace(planner=planner, last_command=command)
         return Decision(command, memory, self._diagnostics(planner, best))
 
-    def _scene(self, observation: Observation) -> Scene:
+    def _scene(self, observation: Observation, plan: LocalPlan, preferred_turn: float) -> Scene:
         parameters = self._parameters
-        plan = cut_local_plan(observation, parameters)
         obstacles = NO_POINTS
         if parameters.include_costmap_obstacles:
             obstacles = lethal_points(
@@ -115,6 +129,7 @@ class UpstreamTimedElasticBand:
             lots=chance.random(parameters.max_number_classes),
             goal_tolerance_m=observation.goal_xy_tolerance_m,
             time_s=observation.time_s,
+            preferred_turn=preferred_turn,
         )
 
     def _feasible(
@@ -189,7 +204,7 @@ def robot_model(parameters: TebUpstreamParameters, setup: ControllerSetup) -> Ro
         return circles(discs)
     corners = model.outline(setup.footprint)
     if model.type == "polygon":
-        # So the original reads them, and the last bits can decide which edge is the nearest.
+        # So the original reads them.
         corners = corners.astype(np.float32).astype(np.float64)
     return outline(corners)
 

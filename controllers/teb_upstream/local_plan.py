@@ -24,15 +24,26 @@ HEADING_PIECES = 3
 
 
 class LocalPlan(NamedTuple):
-    """poses: (P, 3), the robot's first, the local goal last. via_points: (V, 2) m."""
+    """poses: (P, 3), the robot's first, the local goal last. via_points: (V, 2) m.
+
+    begin: index of the first pose that is kept of the whole plan.
+    """
 
     poses: Array
     via_points: Array
+    begin: int
 
 
-def cut_local_plan(observation: Observation, parameters: TebUpstreamParameters) -> LocalPlan:
-    """Returns the local plan; the observation's plan must hold a pose."""
-    plan, costmap = observation.plan, observation.costmap
+def cut_local_plan(
+    observation: Observation, parameters: TebUpstreamParameters, begin: int = 0
+) -> LocalPlan:
+    """Returns the local plan; the observation's whole plan must hold a pose.
+
+    begin: index of the first pose that earlier cycles have kept of the whole plan.
+    """
+    whole = whole_plan(observation)
+    begin = pruned_begin(whole, begin, observation.pose, parameters.global_plan_prune_distance)
+    plan, costmap = whole[begin:], observation.costmap
     region = REGION_RATIO * 0.5 * max(costmap.size_x_m, costmap.size_y_m)
     first, end = plan_window(
         plan, observation.pose, region, parameters.max_global_plan_lookahead_dist
@@ -42,11 +53,29 @@ def cut_local_plan(observation: Observation, parameters: TebUpstreamParameters) 
     poses = plan[first:end].copy()
     via_points = spaced_points(poses, parameters.global_plan_viapoint_sep)
     if parameters.global_plan_overwrite_orientation:
-        poses[-1, 2] = goal_heading(plan, end - 1, observation.goal)
+        poses[-1, 2] = goal_heading(plan, end - 1)
     if len(poses) == 1:
         poses = np.vstack([observation.pose, poses])
     poses[0] = observation.pose
-    return LocalPlan(poses, via_points)
+    return LocalPlan(poses, via_points, begin)
+
+
+def whole_plan(observation: Observation) -> Array:
+    """Returns (N, 3) the plan that the original cuts; without it, the path handler's."""
+    return observation.global_plan if len(observation.global_plan) else observation.plan
+
+
+@njit(cache=True)
+def pruned_begin(plan, begin, pose, behind):
+    """Returns the index of the first pose from `begin` on that is nearer than `behind` m.
+
+    Where none is, it stays. What was passed stays dropped until there is a new plan.
+    """
+    for i in range(begin, plan.shape[0]):
+        dx, dy = pose[0] - plan[i, 0], pose[1] - plan[i, 1]
+        if dx * dx + dy * dy < behind * behind:
+            return i
+    return begin
 
 
 @njit(cache=True)
@@ -76,20 +105,14 @@ def plan_window(plan, pose, region, longest):
     return first, end
 
 
-def goal_heading(plan: Array, index: int, goal: Array) -> float:
+def goal_heading(plan: Array, index: int) -> float:
     """Returns the yaw (rad) of a local goal, plan[index]: the mean direction behind it.
 
-    Near the end of the global plan it is the global goal's yaw.
+    Near the end of the plan it is that of the plan's last pose.
     """
-    ends_globally = bool(np.all(plan[-1] == goal))
-    if index > len(plan) - HEADING_PIECES - 2 and ends_globally:
-        return float(plan[index, 2] if index >= len(plan) - 1 else goal[2])
+    if index > len(plan) - HEADING_PIECES - 2:
+        return float(plan[-1, 2])
     pieces = np.diff(plan[index : index + HEADING_PIECES + 1, :2], axis=0)
-    if len(pieces) == 0:
-        # The plan goes on beyond what the path handler hands out.
-        pieces = np.diff(plan[-2:, :2], axis=0)
-        if len(pieces) == 0:
-            return float(plan[index, 2])
     angles = np.arctan2(pieces[:, 1], pieces[:, 0])
     x, y = float(np.cos(angles).sum()), float(np.sin(angles).sum())
     return math.atan2(y, x) if x != 0.0 or y != 0.0 else 0.0

@@ -51,12 +51,16 @@ class TebUpstreamMemory(NamedTuple):
     """What a cycle hands to the next one.
 
     last_command: (2,) v m/s, w rad/s; zero after a failure. history: (K, 2) past commands over
-    their limits, oldest first. oscillated_s: when an oscillation was last seen; None before.
-    preferred_turn: 1 left, -1 right, 0 neither.
+    their limits, oldest first. oscillated_s: when an oscillation was last seen; before, when the
+    controller was configured: no side is preferred so soon after that. preferred_turn: 1 left,
+    -1 right, 0 neither. plan_id: of the last cycle's plan. plan_begin: index of its first pose that
+    is not dropped.
     """
 
     planner: PlannerState
     last_command: Array
     history: Array
-    oscillated_s: float | None = None
+    oscillated_s: float = 0.0
     preferred_turn: float = 0.0
+    plan_id: int | None = None
+    plan_begin: int = 0

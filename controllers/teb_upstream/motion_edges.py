@@ -12,10 +12,13 @@ from numba import njit
 
 from drake_navbench.controllers.teb_upstream.band import normalize
 from drake_navbench.controllers.teb_upstream.normal_equations import (
+    KINK_REACH,
     OTHER_COST,
     STRIDE,
     TIME_COST,
     add_edge,
+    add_magnitude,
+    add_penalty,
     excess_outside,
 )
 
@@ -77,18 +80,18 @@ def add_intervals(poses, steps, count, terms, around, system, with_slopes, costs
         column = STRIDE * i
 
         excess, side = excess_outside(speed, -terms.max_vel_x_backwards, terms.max_vel_x, margin)
-        if side != 0.0:
-            costs[OTHER_COST] += terms.weight_max_vel_x * excess * excess
+        if excess > -KINK_REACH:
+            costs[OTHER_COST] += terms.weight_max_vel_x * max(excess, 0.0) ** 2
             if with_slopes:
                 fill_speed_row(row, slopes, side, step, speed)
-                add_edge(system, column, row, 7, excess, terms.weight_max_vel_x)
+                add_penalty(system, column, row, 7, excess, terms.weight_max_vel_x)
         excess, side = excess_outside(rate, -terms.max_vel_theta, terms.max_vel_theta, margin)
-        if side != 0.0:
-            costs[OTHER_COST] += terms.weight_max_vel_theta * excess * excess
+        if excess > -KINK_REACH:
+            costs[OTHER_COST] += terms.weight_max_vel_theta * max(excess, 0.0) ** 2
             if with_slopes:
                 row[:] = 0.0
                 row[2], row[3], row[6] = -side / step, -side * rate / step, side / step
-                add_edge(system, column, row, 7, excess, terms.weight_max_vel_theta)
+                add_penalty(system, column, row, 7, excess, terms.weight_max_vel_theta)
 
         # The arc condition: both headings touch one circle.
         arc = (cos_0 + cos_1) * dy - (sin_0 + sin_1) * dx
@@ -97,7 +100,11 @@ def add_intervals(poses, steps, count, terms, around, system, with_slopes, costs
             row[0], row[1], row[2] = sin_0 + sin_1, -(cos_0 + cos_1), -sin_0 * dy - cos_0 * dx
             row[3] = 0.0
             row[4], row[5], row[6] = -row[0], -row[1], -sin_1 * dy - cos_1 * dx
-            add_edge(system, column, row, 7, arc, terms.weight_kinematics_nh)
+            if terms.is_carlike:
+                # The one form of this edge whose slopes the original takes by differences.
+                add_magnitude(system, column, row, 7, arc, terms.weight_kinematics_nh)
+            else:
+                add_edge(system, column, row, 7, arc, terms.weight_kinematics_nh)
         if terms.is_carlike:
             _add_turning_radius(
                 column, dx, dy, distance, turn, terms, system, with_slopes, costs, row
@@ -123,12 +130,13 @@ def add_intervals(poses, steps, count, terms, around, system, with_slopes, costs
                 row[4], row[5] = dx / distance, dy / distance
                 row[0], row[1] = -row[4], -row[5]
                 add_edge(system, column, row, 7, distance, terms.weight_shortest_path)
-        if i < PREFERRED_TURNS and around.preferred_turn * turn < 0.0:
-            costs[OTHER_COST] += terms.weight_prefer_rotdir * turn * turn
-            if with_slopes:
+        if i < PREFERRED_TURNS and around.preferred_turn != 0.0:
+            against = -around.preferred_turn * turn
+            costs[OTHER_COST] += terms.weight_prefer_rotdir * max(against, 0.0) ** 2
+            if with_slopes and against > -KINK_REACH:
                 row[:] = 0.0
                 row[2], row[6] = around.preferred_turn, -around.preferred_turn
-                add_edge(system, column, row, 7, abs(turn), terms.weight_prefer_rotdir)
+                add_penalty(system, column, row, 7, against, terms.weight_prefer_rotdir)
 
 
 @njit(cache=True, error_model="numpy")
@@ -149,9 +157,9 @@ def _add_turning_radius(column, dx, dy, distance, turn, terms, system, with_slop
     half_sine = math.sin(0.5 * turn)
     arc = 2.0 * abs(half_sine) if terms.exact_arc_length else abs(turn)
     missing = terms.min_turning_radius - distance / arc
-    if missing <= 0.0:
+    if missing < -KINK_REACH:
         return
-    costs[OTHER_COST] += terms.weight_kinematics_turning_radius * missing * missing
+    costs[OTHER_COST] += terms.weight_kinematics_turning_radius * max(missing, 0.0) ** 2
     if with_slopes:
         by_turn = math.copysign(distance, turn) / (arc * arc)
         if terms.exact_arc_length:
@@ -161,7 +169,7 @@ def _add_turning_radius(column, dx, dy, distance, turn, terms, system, with_slop
             row[0], row[1] = dx / (distance * arc), dy / (distance * arc)
             row[4], row[5] = -row[0], -row[1]
         row[2], row[6] = -by_turn, by_turn
-        add_edge(system, column, row, 7, missing, terms.weight_kinematics_turning_radius)
+        add_penalty(system, column, row, 7, missing, terms.weight_kinematics_turning_radius)
 
 
 @njit(cache=True, error_model="numpy")
@@ -188,9 +196,9 @@ def add_accelerations(steps, count, terms, around, system, with_slopes, costs, m
                 span = 0.5 * (steps[i] + steps[i + 1])
             acceleration = (after - before) / span
             excess, side = excess_outside(acceleration, -limit, limit, margin)
-            if side == 0.0:
+            if excess < -KINK_REACH:
                 continue
-            costs[OTHER_COST] += weight * excess * excess
+            costs[OTHER_COST] += weight * max(excess, 0.0) ** 2
             if not with_slopes:
                 continue
             row[:] = 0.0
@@ -218,4 +226,4 @@ def add_accelerations(steps, count, terms, around, system, with_slopes, costs, m
                 row[7] = -side * (after / steps[i + 1] + share * acceleration) / span
             first = 4 if i < 0 else 0
             last = 7 if i == count - 2 else 11
-            add_edge(system, STRIDE * i + first, row[first:last], last - first, excess, weight)
+            add_penalty(system, STRIDE * i + first, row[first:last], last - first, excess, weight)

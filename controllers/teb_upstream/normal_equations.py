@@ -16,8 +16,10 @@ Array = NDArray[np.float64]
 
 # Columns of a pose and its time step.
 STRIDE = 4
-# Rounding of a residual that lies on its kink.
-KINK_WIDTH = 1e-12
+# g2o takes slopes by central differences of this step.
+DIFFERENCE = 1e-9
+# A value nearer to its kink than this may be within such a step of it: slopes are below 1000.
+KINK_REACH = 1e-6
 
 OBSTACLE_COST, VIA_POINT_COST, TIME_COST, OTHER_COST = 0, 1, 2, 3
 COST_KINDS = 4
@@ -31,25 +33,15 @@ class System(NamedTuple):
 
 
 @njit(cache=True, error_model="numpy")
-def positive_part(value):
-    """Returns (the positive part of a value, its slope); the mean of both slopes at the kink.
-
-    That is what central differences say there, and first guesses lie on it: they turn at the limit.
-    """
-    if value > KINK_WIDTH:
-        return value, 1.0
-    if value < -KINK_WIDTH:
-        return 0.0, 0.0
-    return max(value, 0.0), 0.5
-
-
-@njit(cache=True, error_model="numpy")
 def excess_outside(value, lower, upper, margin):
-    """Returns (excess over an interval that is narrowed by a margin, its slope)."""
-    if value < 0.5 * (lower + upper):
-        excess, slope = positive_part(lower + margin - value)
-        return excess, -slope
-    return positive_part(value - (upper - margin))
+    """Returns (signed excess over an interval that is narrowed by a margin, side).
+
+    The side is that of the nearer limit: -1 or 1, by which a slope of the value is one of the
+    excess. Below 0 the value is inside.
+    """
+    if value < max(0.5 * (lower + upper), lower + margin):
+        return lower + margin - value, -1.0
+    return value - (upper - margin), 1.0
 
 
 @njit(cache=True, error_model="numpy")
@@ -64,3 +56,32 @@ def add_edge(system, first_column, slopes, count, residual, weight):
         right[row] -= slope * residual
         for j in range(i + 1):
             matrix[row, i - j] += slope * slopes[j]
+
+
+@njit(cache=True, error_model="numpy")
+def add_penalty(system, first_column, slopes, count, value, weight):
+    """Adds the edge whose residual is the positive part of a value with these slopes (count,).
+
+    Within a step of its kink the slopes are g2o's, by central differences: half of the value's
+    slopes where the value is 0. First guesses lie there, as they turn at the limit. Changes slopes.
+    """
+    if abs(value) < KINK_REACH:
+        for i in range(count):
+            reach = DIFFERENCE * abs(slopes[i])
+            if reach > 0.0:
+                slopes[i] *= min(max(0.5 + 0.5 * value / reach, 0.0), 1.0)
+    add_edge(system, first_column, slopes, count, max(value, 0.0), weight)
+
+
+@njit(cache=True, error_model="numpy")
+def add_magnitude(system, first_column, slopes, count, value, weight):
+    """Adds the edge whose residual is the magnitude of a value with these slopes (count,).
+
+    Within a step of zero the slopes are g2o's, by central differences: none where the value is 0.
+    Changes slopes.
+    """
+    for i in range(count):
+        reach = DIFFERENCE * abs(slopes[i])
+        if reach > abs(value):
+            slopes[i] *= abs(value) / reach
+    add_edge(system, first_column, slopes, count, value, weight)

@@ -12,13 +12,15 @@ from numba import njit
 
 from drake_navbench.controllers.teb_upstream.motion_edges import fill_speed_row
 from drake_navbench.controllers.teb_upstream.normal_equations import (
+    KINK_REACH,
     OBSTACLE_COST,
     OTHER_COST,
     STRIDE,
     VIA_POINT_COST,
     add_edge,
+    add_magnitude,
+    add_penalty,
     excess_outside,
-    positive_part,
 )
 from drake_navbench.controllers.teb_upstream.robot_models import model_distance
 
@@ -52,25 +54,23 @@ def add_obstacles(
         )
         column = STRIDE * i
         if i > 0:
-            excess, slope = positive_part(least_dist - distance)
+            missing = least_dist - distance
             weight = multiplier * terms.weight_obstacle
-            if slope > 0.0:
-                exponent = terms.obstacle_cost_exponent
-                if exponent != 1.0 and terms.min_obstacle_dist > 0.0:
-                    share = excess / terms.min_obstacle_dist
-                    slope *= exponent * share ** (exponent - 1.0)
-                    excess = terms.min_obstacle_dist * share**exponent
-                costs[OBSTACLE_COST] += weight * excess * excess
+            if missing > -KINK_REACH:
+                slope = 1.0
+                if terms.obstacle_cost_exponent != 1.0 and terms.min_obstacle_dist > 0.0:
+                    missing, slope = _bent(missing, terms)
+                costs[OBSTACLE_COST] += weight * max(missing, 0.0) ** 2
                 if with_slopes:
                     row[0], row[1], row[2] = -slope * by_x, -slope * by_y, -slope * by_yaw
-                    add_edge(system, column, row, 3, excess, weight)
-            excess, slope = positive_part(terms.inflation_dist - distance)
-            if is_inflated and slope > 0.0:
+                    add_penalty(system, column, row, 3, missing, weight)
+            missing = terms.inflation_dist - distance
+            if is_inflated and missing > -KINK_REACH:
                 weight = terms.weight_inflation
-                costs[OBSTACLE_COST] += weight * excess * excess
+                costs[OBSTACLE_COST] += weight * max(missing, 0.0) ** 2
                 if with_slopes:
-                    row[0], row[1], row[2] = -slope * by_x, -slope * by_y, -slope * by_yaw
-                    add_edge(system, column, row, 3, excess, weight)
+                    row[0], row[1], row[2] = -by_x, -by_y, -by_yaw
+                    add_penalty(system, column, row, 3, missing, weight)
         if limits_speed:
             _add_speed_near_obstacle(
                 i,
@@ -84,6 +84,16 @@ def add_obstacles(
                 motion,
                 row,
             )
+
+
+@njit(cache=True, error_model="numpy")
+def _bent(missing, terms):
+    """Returns (missing distance raised to the exponent, in m, and its slope); zero outside."""
+    if missing <= 0.0:
+        return 0.0, 0.0
+    exponent, wanted = terms.obstacle_cost_exponent, terms.min_obstacle_dist
+    share = missing / wanted
+    return wanted * share**exponent, exponent * share ** (exponent - 1.0)
 
 
 @njit(cache=True, error_model="numpy")
@@ -104,9 +114,9 @@ def _add_speed_near_obstacle(
         limit = terms.max_vel_x if axis == 0 else terms.max_vel_theta
         value = motion[i, axis]
         excess, side = excess_outside(value, -ratio * limit, ratio * limit, 0.0)
-        if side == 0.0:
+        if excess < -KINK_REACH:
             continue
-        costs[OTHER_COST] += weight * excess * excess
+        costs[OTHER_COST] += weight * max(excess, 0.0) ** 2
         if with_slopes:
             if axis == 0:
                 fill_speed_row(row, motion[i, 2:], side, step, value)
@@ -115,7 +125,11 @@ def _add_speed_near_obstacle(
                 row[2], row[3], row[6] = -side / step, -side * value / step, side / step
             for k in range(3):
                 row[k] -= limit * ratio_slope * gradient[k]
-            add_edge(system, STRIDE * i, row, 7, excess, weight)
+            if ratio == 0.0:
+                # No speed is allowed at all, so that every one of either sign costs.
+                add_magnitude(system, STRIDE * i, row, 7, excess, weight)
+            else:
+                add_penalty(system, STRIDE * i, row, 7, excess, weight)
 
 
 @njit(cache=True, error_model="numpy")

@@ -42,7 +42,6 @@ class TebUpstreamParameters(ControllerParameters):
             "costmap_converter_spin_thread",
             "dynamic_obstacle_inflation_dist",
             "enable_multithreading",
-            "global_plan_prune_distance",
             "is_footprint_dynamic",
             "map_frame",
             "max_vel_y",
@@ -80,6 +79,9 @@ class TebUpstreamParameters(ControllerParameters):
     via_points_ordered: bool = Field(False, description="Attach via-points in their order.")
     max_global_plan_lookahead_dist: Length = Field(
         1.0, description="Length of the plan that a band covers; not positive: all [m]."
+    )
+    global_plan_prune_distance: Length = Field(
+        1.0, description="The plan begins so far behind the robot [m]."
     )
     exact_arc_length: bool = Field(False, description="Speeds by arcs, not by chords.")
     force_reinit_new_goal_dist: Length = Field(

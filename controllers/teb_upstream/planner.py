@@ -37,6 +37,7 @@ class Scene(NamedTuple):
     plan: (P, 3) the local plan, from the robot's pose to the local goal. twist: (2,) measured.
     obstacles: (N, 2) m. via_points: (V, 2) m. samples: (K, 2) in [0, 1) for the roadmap. lots:
     (L,) in [0, 1), one a band that may be dropped. goal_tolerance_m: nearer goals are not explored.
+    preferred_turn: 1 left, -1 right, 0 neither; what a single band is told.
     """
 
     plan: Array
@@ -47,6 +48,7 @@ class Scene(NamedTuple):
     lots: Array
     goal_tolerance_m: float
     time_s: float
+    preferred_turn: float = 0.0
 
 
 class Planned(NamedTuple):
@@ -139,7 +141,8 @@ class TebPlanner:
             return self._plan_classes(state, scene, terms)
         band = state.trajectories[0] if state.trajectories else None
         if band is None or self._goal_jumped(band, scene.plan[-1]):
-            turn = band.preferred_turn if band is not None else 0.0
+            # The side to turn to outlives the band: the original's planner of one band keeps it.
+            turn = scene.preferred_turn
             band = Trajectory(0, *self._from_plan(scene, terms), preferred_turn=turn)
         else:
             band = self._warm_started(band, scene, self._parameters.min_samples)

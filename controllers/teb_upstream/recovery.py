@@ -62,10 +62,7 @@ def update_preference(
         return memory
     history = remember_command(memory, parameters, length)
     memory = memory._replace(history=history)
-    lately = (
-        memory.oscillated_s is not None
-        and time_s - memory.oscillated_s < parameters.oscillation_recovery_min_duration
-    )
+    lately = time_s - memory.oscillated_s < parameters.oscillation_recovery_min_duration
     if is_oscillating(history, parameters, length):
         turn = memory.preferred_turn
         if not lately:

@@ -13,9 +13,15 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from drake_navbench.controllers.teb_upstream.normal_equations import DIFFERENCE
+
 Array = NDArray[np.float64]
 
 CIRCLES, SEGMENTS = 0, 1
+# Features whose distances differ by less can change places within a step of DIFFERENCE.
+TIE_M = 1e-8
+# Nearest points of two edges that are closer are their common corner.
+SAME_POINT_M = 1e-9
 
 
 class RobotModel(NamedTuple):
@@ -47,32 +53,86 @@ def outline(vertices: Array) -> RobotModel:
 
 
 @njit(cache=True, error_model="numpy")
+def _nearest_on(model, k, ahead, left):
+    """Returns (x m, y m, radius m): the point of shape k nearest to a point, in the base frame.
+
+    Of a circle it is the centre; a segment has no radius.
+    """
+    shape = model.shapes[k]
+    if model.kind == CIRCLES:
+        return shape[0], shape[1], shape[2]
+    a_x, a_y = shape[0], shape[1]
+    edge_x, edge_y = shape[2] - a_x, shape[3] - a_y
+    squared = edge_x * edge_x + edge_y * edge_y
+    if squared > 0.0:
+        share = ((ahead - a_x) * edge_x + (left - a_y) * edge_y) / squared
+        share = min(max(share, 0.0), 1.0)
+        a_x, a_y = a_x + share * edge_x, a_y + share * edge_y
+    return a_x, a_y, 0.0
+
+
+@njit(cache=True, error_model="numpy")
+def _distance(model, ahead, left):
+    """Returns the distance (m) to a point in the base frame."""
+    best = math.inf
+    for k in range(model.shapes.shape[0]):
+        a_x, a_y, radius = _nearest_on(model, k, ahead, left)
+        best = min(best, math.sqrt((a_x - ahead) ** 2 + (a_y - left) ** 2) - radius)
+    return best
+
+
+@njit(cache=True, error_model="numpy")
+def _differences(model, ahead, left, cos_yaw, sin_yaw):
+    """Returns (d/dx, d/dy, d/dyaw) of the distance by g2o's central differences."""
+    step = DIFFERENCE
+    # How the point moves in the base frame where the robot moves by a step along x, y and yaw.
+    x_ahead, x_left = -step * cos_yaw, step * sin_yaw
+    y_ahead, y_left = -step * sin_yaw, -step * cos_yaw
+    yaw_ahead, yaw_left = step * left, -step * ahead
+    return (
+        (
+            _distance(model, ahead + x_ahead, left + x_left)
+            - _distance(model, ahead - x_ahead, left - x_left)
+        )
+        / (2.0 * step),
+        (
+            _distance(model, ahead + y_ahead, left + y_left)
+            - _distance(model, ahead - y_ahead, left - y_left)
+        )
+        / (2.0 * step),
+        (
+            _distance(model, ahead + yaw_ahead, left + yaw_left)
+            - _distance(model, ahead - yaw_ahead, left - yaw_left)
+        )
+        / (2.0 * step),
+    )
+
+
+@njit(cache=True, error_model="numpy")
 def model_distance(model, x, y, cos_yaw, sin_yaw, point_x, point_y):
     """Returns (distance m, d/dx, d/dy, d/dyaw) of the robot at a pose to a point.
 
-    The slopes are those of the nearest feature; where a distance is zero they are zero.
+    The slopes are those of the nearest feature. Where a second one is as near they are g2o's, by
+    central differences: the mean of both. Where a distance is zero they are zero.
     """
     dx, dy = point_x - x, point_y - y
     # The point in the base frame.
     ahead, left = cos_yaw * dx + sin_yaw * dy, -sin_yaw * dx + cos_yaw * dy
-    best = math.inf
+    best, second = math.inf, math.inf
     nearest_x, nearest_y, centre_distance = 0.0, 0.0, 0.0
     for k in range(model.shapes.shape[0]):
-        shape = model.shapes[k]
-        if model.kind == CIRCLES:
-            a_x, a_y, radius = shape[0], shape[1], shape[2]
-        else:
-            a_x, a_y, radius = shape[0], shape[1], 0.0
-            edge_x, edge_y = shape[2] - a_x, shape[3] - a_y
-            squared = edge_x * edge_x + edge_y * edge_y
-            if squared > 0.0:
-                share = ((ahead - a_x) * edge_x + (left - a_y) * edge_y) / squared
-                share = min(max(share, 0.0), 1.0)
-                a_x, a_y = a_x + share * edge_x, a_y + share * edge_y
+        a_x, a_y, radius = _nearest_on(model, k, ahead, left)
         to_feature = math.sqrt((a_x - ahead) ** 2 + (a_y - left) ** 2)
         if to_feature - radius < best:
+            # A corner is the nearest point of both its edges, which is no second feature.
+            if abs(a_x - nearest_x) + abs(a_y - nearest_y) > SAME_POINT_M:
+                second = best
             best = to_feature - radius
             nearest_x, nearest_y, centre_distance = a_x, a_y, to_feature
+        elif abs(a_x - nearest_x) + abs(a_y - nearest_y) > SAME_POINT_M:
+            second = min(second, to_feature - radius)
+    if second - best < TIE_M:
+        return best, *_differences(model, ahead, left, cos_yaw, sin_yaw)
     if centre_distance == 0.0:
         return best, 0.0, 0.0, 0.0
     normal_x = (nearest_x - ahead) / centre_distance

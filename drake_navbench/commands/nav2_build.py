@@ -20,7 +20,8 @@ example:
   python -m drake_navbench run one_obstacle --controllers rpp,rpp@mine
 
 exit status: 0 done, 2 wrong input: no checkout, a release that is not known,
-a compiler or a library that is missing, or something that cannot be compiled
+a compiler or a library that is missing, nothing that can be compiled, or something
+of --packages that cannot
 """
 
 
@@ -34,15 +35,20 @@ def build_parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     add = parser.add_argument
-    add("checkout", type=Path, metavar="CHECKOUT", help="the folder of navigation2")
+    add(
+        "checkout",
+        type=Path,
+        metavar="CHECKOUT",
+        help="the folder of navigation2, or one in it, whose packages alone are built",
+    )
     add("--as", dest="name", metavar="NAME", help="what to call it (the name of its release)")
     add(
         "--packages",
         type=listed_names,
         default=(),
         metavar="LIST",
-        help="packages to build, with controllers or planners (all with controllers for which the "
-        "system has what they need)",
+        help="packages to build, with controllers or planners, or folders of some (all with "
+        "controllers that can be built here)",
     )
     add(
         "--noise",
@@ -88,6 +94,8 @@ def _build(arguments: argparse.Namespace) -> None:
         print(printable(f"  flags: {build.more_flags}"))
     for plugin in (*build.controllers, *build.planners):
         print(f"  {plugin}")
+    for reason in dict.fromkeys(build.left_out.values()):
+        print(printable(f"  without {reason}"))
 
 
 if __name__ == "__main__":

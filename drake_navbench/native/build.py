@@ -5,13 +5,13 @@ from __future__ import annotations
 import hashlib
 import os
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from drake_navbench.errors import InputError, nearest_name_hint
+from drake_navbench.errors import InputError
 from drake_navbench.native.builds import (
     Build,
     FlagSet,
@@ -21,13 +21,9 @@ from drake_navbench.native.builds import (
     save_build,
     write_whole,
 )
-from drake_navbench.native.checkout import Checkout, Package, read_checkout
-from drake_navbench.native.compiler import (
-    Compiler,
-    find_compiler,
-    link_arguments,
-    missing_libraries,
-)
+from drake_navbench.native.checkout import Checkout, checkout_around, read_checkout
+from drake_navbench.native.choice import HOST_NEEDS, choose
+from drake_navbench.native.compiler import Compiler, find_compiler, link_arguments
 from drake_navbench.native.flags import Flags, flags_of
 from drake_navbench.native.headers import (
     HOST,
@@ -38,11 +34,11 @@ from drake_navbench.native.headers import (
     plugin_names_header,
 )
 from drake_navbench.native.objects import Objects, Unit
+from drake_navbench.native.package import Package
 
 MAKER = NATIVE / "headers.py"
 BENCHMARK_NOISE = NATIVE / "benchmark_noise"
 PLUGIN_NAMES = "made/plugin_names.hpp"
-HOST_NEEDS = ("nav2_core",)
 # Where the compiler looks for headers besides.
 HEADER_SEARCH = ("CPATH", "CPLUS_INCLUDE_PATH")
 # What makes a package's random numbers. A file of ours, named as the package, can stand in for it.
@@ -61,39 +57,47 @@ def build_checkout(
 ) -> Build:
     """Builds the plugins of a checkout and keeps the result under a name.
 
-    name: None for the name of the release. wanted: packages with controllers or global planners;
-    where none is named, all that have controllers, without those for which the system lacks
-    something. noise: whose random numbers they sample with: their own, or those that the port
+    root: the checkout, or a folder in it whose packages alone are built. name: None for the name of
+    the release. wanted: packages with controllers or global planners, or folders of some; where
+    none is named, all that have controllers, without what cannot be built here, which is told.
+    noise: whose random numbers they sample with: their own, or those that the port
     draws in the same cycle. flags: those that all machines share, or what each package asks for.
     Raises InputError where there is nothing to build, the compiler or a library that is wanted is
     missing, or something cannot be compiled.
     """
     start = time.monotonic()
+    root, inside = checkout_around(root)
     checkout = read_checkout(root)
     name = require_name(name or checkout.release)
     compiler = find_compiler()
-    chosen, left_out = _chosen(checkout, wanted, compiler)
-    if noise is NoiseSource.BENCHMARK and not NOISE_SOURCES.keys() & set(chosen):
-        raise InputError(
-            f"noise: got {noise.value!r} for {', '.join(chosen)}, "
-            f"expected one of {', '.join(NOISE_SOURCES)} among them: nothing else draws any"
-        )
-    for reason in sorted(set(left_out.values())):
-        tell(reason)
-    packages = checkout.compiled_for((*chosen, *HOST_NEEDS))
-    all_flags = flags_of(flags, packages.values(), compiler, tell=tell)
-    plan = _Plan(checkout, packages, compiler, noise, all_flags)
-    host, compiled = plan.build(jobs, builds_folder() / "logs" / f"{name}.log", tell)
+    asked = wanted or ([inside] if inside else [])
+    choice = choose(checkout, asked, compiler, folders_of(checkout))
+    _require_sampling(noise, choice.chosen)
+    for reason in choice.reasons.values():
+        tell(f"left out: {reason}")
+    all_flags = flags_of(flags, choice.packages.values(), compiler, tell=tell)
+    logs = builds_folder() / "logs"
+    compiled = 0
+    while True:
+        plan = _Plan(checkout, choice.packages, compiler, noise, all_flags)
+        count, failed = plan.compile(jobs, logs, name, tell)
+        compiled += count
+        if not failed:
+            break
+        choice = choice.without(failed)
+        for reason in failed.values():
+            tell(f"left out: {reason}")
+    left_out = choice.plugins_left_out
     build = Build(
         name=name,
-        host=host,
+        host=plan.link(logs / f"{name}.log"),
         release=checkout.release,
         version=checkout.version,
         commit=checkout.commit,
         checkout=checkout.root,
         compiler=compiler.version,
-        controllers=tuple(c for name in chosen for c in checkout.packages[name].controllers),
-        planners=tuple(p for name in chosen for p in checkout.packages[name].planners),
+        controllers=tuple(c for name in choice.chosen for c in checkout.packages[name].controllers),
+        planners=tuple(p for name in choice.chosen for p in checkout.packages[name].planners),
         left_out=left_out,
         seconds=time.monotonic() - start,
         noise=noise,
@@ -105,32 +109,31 @@ def build_checkout(
     return build
 
 
-def _chosen(
-    checkout: Checkout, wanted: Sequence[str], compiler: Compiler
-) -> tuple[list[str], dict[str, str]]:
-    """Returns the packages to build, and the controllers that are left out with the reasons."""
-    found = checkout.controller_packages
-    known = found | checkout.planner_packages
-    for name in wanted:
-        if name not in known:
-            hint = nearest_name_hint(name, known)
-            raise InputError(
-                f"{checkout.root}: no package {name!r} with a controller or planner{hint}"
-            )
-    chosen: list[str] = []
-    left_out: dict[str, str] = {}
-    for name in wanted or found:
-        missing = missing_libraries(known[name].dependencies, compiler)
-        if not missing:
-            chosen.append(name)
-            continue
-        reason = f"{name} needs what is missing: {', '.join(missing)}"
-        if wanted:
-            raise InputError(reason)
-        left_out |= dict.fromkeys(known[name].controllers, reason)
-    if not chosen:
-        raise InputError("; ".join(sorted(set(left_out.values()))))
-    return chosen, left_out
+def _require_sampling(noise: NoiseSource, chosen: Collection[str]) -> None:
+    if noise is NoiseSource.BENCHMARK and NOISE_SOURCES.keys().isdisjoint(chosen):
+        raise InputError(
+            f"noise: got {noise.value!r} for {', '.join(chosen)}, "
+            f"expected one of {', '.join(NOISE_SOURCES)} among them: nothing else draws any"
+        )
+
+
+def folders_of(checkout: Checkout) -> Callable[[Package], tuple[Path, ...]]:
+    """Returns what gives the folders of headers that the sources of a package see."""
+
+    def folders(package: Package) -> tuple[Path, ...]:
+        seen = checkout.seen_from([package.name])
+        return _folders(seen, _written(made_headers(seen)))
+
+    return folders
+
+
+def _folders(seen: Mapping[str, Package], made: Path) -> tuple[Path, ...]:
+    own = (
+        folder
+        for package in seen.values()
+        for folder in (package.include_folder, package.folder / "src")
+    )
+    return (REPLACEMENTS, made, NATIVE, *(folder for folder in own if folder.is_dir()))
 
 
 @dataclass(frozen=True)
@@ -174,20 +177,44 @@ class _Plan:
     def file_count(self) -> int:
         return len(self.units)
 
-    def build(self, jobs: int, log: Path, tell: Callable[[str], None]) -> tuple[Path, int]:
-        """Returns the host, and how many files were compiled for it."""
-        objects = Objects()
+    def compile(
+        self, jobs: int, logs: Path, name: str, tell: Callable[[str], None]
+    ) -> tuple[int, dict[str, str]]:
+        """Returns how many files were compiled, and the packages with one that cannot be.
+
+        It ends with the first such file. logs: where what the compiler says of it is kept, by the
+        name of the build. Raises InputError where it is none of a package.
+        """
+        objects, failed, count = Objects(), {}, 0
         missing = [unit for unit in self.units if objects.system_digest(unit) is None]
         with ThreadPoolExecutor(jobs) as pool:
-            done = [pool.submit(objects.compile, unit, self.compiler, log) for unit in missing]
+            done = [
+                pool.submit(objects.compile, unit, self.compiler, logs / f"{name}.log")
+                for unit in missing
+            ]
             try:
-                for number, each in enumerate(done, 1):
+                for unit, each in zip(missing, done, strict=True):
                     each.result()
-                    tell(f"[{number}/{len(missing)}] {missing[number - 1].source.name}")
+                    count += 1
+                    tell(f"[{count}/{len(missing)}] {unit.source.name}")
+            except InputError as error:
+                owner = self._owner(unit)
+                if owner is None:
+                    raise
+                failed = {owner: f"{owner}: {error}"}
             finally:
                 for each in done:
                     each.cancel()
-        return self._linked(objects, log), len(missing)
+        return count, failed
+
+    def _owner(self, unit: Unit) -> str | None:
+        """Returns the package that a file is of; None for one of the host."""
+        owners = (name for name, package in self.packages.items() if unit.source in package.sources)
+        return next(owners, None)
+
+    def link(self, log: Path) -> Path:
+        """Returns the host of all objects, linked where there is none yet."""
+        return self._linked(Objects(), log)
 
     def _linked(self, objects: Objects, log: Path) -> Path:
         """Returns the host of all objects, linked where there is none yet."""
@@ -223,13 +250,7 @@ class _Plan:
         ours: str,
         flags: tuple[str, ...],
     ) -> list[Unit]:
-        own = tuple(
-            folder
-            for package in needed.values()
-            for folder in (package.include_folder, package.folder / "src")
-            if folder.is_dir()
-        )
-        folders = (REPLACEMENTS, made, NATIVE, *own)
+        folders = _folders(needed, made)
         seen = "".join(headers[name] for name in needed)
         search = [os.environ.get(name, "") for name in HEADER_SEARCH]
         words = " ".join(self.compiler.words)

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
-import re
-import subprocess
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
-from xml.etree import ElementTree
 
-from drake_navbench.errors import InputError
-from drake_navbench.typed_files.input_file import read_input
+from drake_navbench.errors import InputError, nearest_name_hint
+from drake_navbench.native.commit import commit_of
+from drake_navbench.native.package import (
+    CONTROLLER_BASE,
+    CORE,
+    NOT_OF_A_PACKAGE,
+    PACKAGE_FILE,
+    PARTS,
+    Package,
+    last_name,
+    read_package,
+)
 
 # Of nav2_core: https://docs.nav2.org/ names the releases, their branches number them so.
 RELEASES: Mapping[tuple[int, int], str] = {
@@ -21,139 +27,6 @@ RELEASES: Mapping[tuple[int, int], str] = {
     (1, 4): "kilted",
     (1, 5): "lyrical",
 }
-CORE = "nav2_core"
-PACKAGE_FILE = "package.xml"
-CONTROLLER_BASE = f"{CORE}::Controller"
-PLANNER_BASE = f"{CORE}::GlobalPlanner"
-# What is compiled of packages that hold much besides; of all others it is the whole `src`.
-PARTS: Mapping[str, tuple[str, ...]] = {
-    "nav2_costmap_2d": (
-        "src/array_parser.cpp",
-        "src/costmap_2d.cpp",
-        "src/costmap_layer.cpp",
-        "src/costmap_math.cpp",
-        "src/footprint.cpp",
-        "src/footprint_collision_checker.cpp",
-        "src/layer.cpp",
-        "src/layered_costmap.cpp",
-        "plugins/inflation_layer.cpp",
-    ),
-    "nav2_util": (
-        "src/array_parser.cpp",
-        "src/controller_utils.cpp",
-        "src/costmap.cpp",
-        "src/path_utils.cpp",
-        "src/robot_utils.cpp",
-        "src/string_utils.cpp",
-    ),
-    "nav2_controller": (
-        "plugins/position_goal_checker.cpp",
-        "plugins/simple_goal_checker.cpp",
-        "plugins/stopped_goal_checker.cpp",
-    ),
-    # The 2D planner, with what it is linked to: up to Kilted each search is one of all nodes.
-    "nav2_smac_planner": (
-        "src/a_star.cpp",
-        "src/analytic_expansion.cpp",
-        "src/collision_checker.cpp",
-        "src/costmap_downsampler.cpp",
-        "src/distance_heuristic.cpp",
-        "src/node_2d.cpp",
-        "src/node_basic.cpp",
-        "src/node_hybrid.cpp",
-        "src/node_lattice.cpp",
-        "src/obstacle_heuristic.cpp",
-        "src/smac_planner_2d.cpp",
-        "src/smoother.cpp",
-    ),
-    # Its interface alone; its plugins need OpenCV.
-    "costmap_converter": (),
-    "nav2_behavior_tree": (),
-    "nav2_ros_common": (),
-    "nav2_voxel_grid": (),
-}
-NOT_OF_A_PACKAGE = {"test", "tests", "benchmark", "build", "install", "log"}
-DEPENDENCY_TAGS = ("depend", "build_depend", "build_export_depend", "exec_depend")
-MAX_SOURCE_BYTES = 2**24
-GIT_PATIENCE_S = 10.0
-
-_EXPORT = re.compile(r"^\s*PLUGINLIB_EXPORT_CLASS\(\s*([\w:]+)\s*,\s*([\w:]+)\s*\)", re.MULTILINE)
-_INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', re.MULTILINE)
-_MAIN = re.compile(r"^\s*int\s+main\s*\(", re.MULTILINE)
-
-
-@dataclass(frozen=True)
-class Package:
-    """One package: its name, folder, version, and what it depends on, tests left out."""
-
-    name: str
-    folder: Path
-    version: str
-    dependencies: frozenset[str]
-
-    @property
-    def include_folder(self) -> Path:
-        """Where its public headers are."""
-        return self.folder / "include"
-
-    @cached_property
-    def sources(self) -> tuple[Path, ...]:
-        """What is compiled of it: no programs of their own."""
-        if self.name in PARTS:
-            parts = (self.folder / part for part in PARTS[self.name])
-            return tuple(path for path in parts if path.is_file())
-        found = (path for path in sorted((self.folder / "src").rglob("*.cpp")))
-        return tuple(
-            path
-            for path in found
-            if not NOT_OF_A_PACKAGE & set(path.relative_to(self.folder).parts)
-            and not _MAIN.search(text_of(path))
-        )
-
-    @cached_property
-    def headers(self) -> tuple[Path, ...]:
-        """Its headers, public and private."""
-        folders = (self.include_folder, self.folder / "src")
-        return tuple(
-            path
-            for folder in folders
-            for path in sorted(folder.rglob("*"))
-            if path.suffix in {".hpp", ".h", ".hh"}
-        )
-
-    @property
-    def messages(self) -> tuple[Path, ...]:
-        """Its definitions of messages."""
-        return tuple(sorted((self.folder / "msg").glob("*.msg")))
-
-    @cached_property
-    def plugins(self) -> Mapping[str, str]:
-        """The classes that it exports, each with its base class."""
-        return {
-            name: base for path in self.sources for name, base in _EXPORT.findall(text_of(path))
-        }
-
-    @cached_property
-    def plugin_names(self) -> Mapping[str, str]:
-        """The names that its plugin descriptions give to classes, where these have others."""
-        names = {}
-        for path in sorted(self.folder.glob("*.xml")):
-            if path.name != PACKAGE_FILE:
-                for element in _xml(path).iter("class"):
-                    name, kind = element.get("name"), element.get("type")
-                    if name and kind and name != kind:
-                        names[name] = kind
-        return names
-
-    @property
-    def controllers(self) -> tuple[str, ...]:
-        """The controllers that it exports."""
-        return tuple(name for name, base in self.plugins.items() if base == CONTROLLER_BASE)
-
-    @property
-    def planners(self) -> tuple[str, ...]:
-        """The global planners that it exports."""
-        return tuple(name for name, base in self.plugins.items() if base == PLANNER_BASE)
 
 
 @dataclass(frozen=True)
@@ -184,26 +57,58 @@ class Checkout:
         """Returns packages with all that their package.xml name, and so on: whose headers count."""
         return self._closure(names, lambda package: package.dependencies)
 
-    def compiled_for(self, names: Iterable[str]) -> dict[str, Package]:
+    def compiled_for(
+        self, names: Iterable[str], *, without: Collection[str] = ()
+    ) -> dict[str, Package]:
         """Returns what is linked for some packages: they, what they need, and its plugins.
 
-        Of what packages that only serve by parts of them need nothing is linked.
+        Of what packages that only serve by parts of them need nothing is linked. without: packages
+        with plugins for them that are left out.
         """
-        return self._closure(names, self._linked_with)
+        return self._closure(
+            names, lambda package: self._needed_by(package) | self._made_for(package) - {*without}
+        )
 
-    def _linked_with(self, package: Package) -> Iterable[str]:
+    def _needed_by(self, package: Package) -> frozenset[str]:
+        """Returns the packages that one is linked with because it depends on them."""
         if package.name in PARTS and not package.planners:
-            return ()
+            return frozenset()
+        return package.dependencies
+
+    def _made_for(self, package: Package) -> frozenset[str]:
+        """Returns the packages with plugins that a package with controllers loads."""
         if not package.controllers:
-            return package.dependencies
-        return package.dependencies | {
+            return frozenset()
+        return frozenset(
             other.name
             for other in self.packages.values()
             if package.name in other.dependencies
-            and other.plugins
             and not other.controllers
             and other.name not in PARTS
-        }
+            and any(last_name(base) in package.loaded for base in other.plugins.values())
+        )
+
+    def needed_for(self, names: Iterable[str]) -> dict[str, Package]:
+        """Returns packages with those that they are linked with, without plugins for them."""
+        return self._closure(names, self._needed_by)
+
+    def named(self, name: str) -> list[str]:
+        """Returns the packages with controllers or planners that a name stands for.
+
+        It is that of such a package, or of a folder with some. Raises InputError for another one.
+        """
+        known = self.controller_packages | self.planner_packages
+        if name in known:
+            return [name]
+        inside = [
+            each.name for each in known.values() if name in each.folder.relative_to(self.root).parts
+        ]
+        if not inside:
+            raise InputError(
+                f"{self.root}: no package or folder of packages {name!r} with a controller or "
+                f"planner{nearest_name_hint(name, known)}"
+            )
+        return sorted(inside)
 
     def _closure(
         self, names: Iterable[str], leads_to: Callable[[Package], Iterable[str]]
@@ -218,12 +123,24 @@ class Checkout:
         return dict(sorted(found.items()))
 
 
+def checkout_around(folder: Path) -> tuple[Path, str | None]:
+    """Returns the checkout that a folder is or is in, and its name where it is in one.
+
+    A folder of one package or several, such as nav2_dwb_controller, has no nav2_core beside them.
+    """
+    folder = folder.absolute()
+    for place in (folder, *folder.parents):
+        if (place / CORE / PACKAGE_FILE).is_file():
+            return place, folder.name if place != folder else None
+    return folder, None
+
+
 def read_checkout(root: Path) -> Checkout:
     """Returns what a folder holds; raises InputError where it is no checkout of Nav2."""
     root = root.absolute()
     if not root.is_dir():
         raise InputError(f"{root}: no such folder, expected a checkout of navigation2")
-    packages = {package.name: package for package in map(_package, _package_files(root))}
+    packages = {package.name: package for package in map(read_package, _package_files(root))}
     if CORE not in packages:
         raise InputError(
             f"{root}: no checkout of navigation2: no package {CORE} in it or its folders"
@@ -237,20 +154,10 @@ def read_checkout(root: Path) -> Checkout:
             f"{packages[CORE].folder / PACKAGE_FILE}: version: got {version!r}, "
             f"expected a release that is known: {known}"
         )
-    checkout = Checkout(root, packages, release, version, _commit(root))
+    checkout = Checkout(root, packages, release, version, commit_of(root))
     if not checkout.controller_packages:
         raise InputError(f"{root}: no package in it exports a {CONTROLLER_BASE}")
     return checkout
-
-
-def text_of(path: Path) -> str:
-    """Returns the text of a source, whatever its encoding; raises InputError."""
-    return read_input(path, max_bytes=MAX_SOURCE_BYTES).decode(errors="replace")
-
-
-def includes_of(path: Path) -> list[str]:
-    """Returns what a source or header includes, as it is written."""
-    return _INCLUDE.findall(text_of(path))
 
 
 def _package_files(root: Path) -> list[Path]:
@@ -264,35 +171,3 @@ def _package_files(root: Path) -> list[Path]:
             for part in path.relative_to(root).parts[:-1]
         )
     ]
-
-
-def _package(path: Path) -> Package:
-    tree = _xml(path)
-    name = (tree.findtext("name") or "").strip()
-    if not name:
-        raise InputError(f"{path}: name: missing, expected the package's")
-    found = {(element.text or "").strip() for tag in DEPENDENCY_TAGS for element in tree.iter(tag)}
-    version = (tree.findtext("version") or "").strip()
-    return Package(name, path.parent, version, frozenset(found - {""}))
-
-
-def _xml(path: Path) -> ElementTree.Element:
-    try:
-        return ElementTree.fromstring(read_input(path, max_bytes=MAX_SOURCE_BYTES))
-    except ElementTree.ParseError as error:
-        raise InputError(f"{path}: no XML: {error}") from error
-
-
-def _commit(root: Path) -> str:
-    """Returns the commit of a checkout, '' where there is none to be known."""
-    if not (root / ".git").exists():
-        return ""
-    words = ["git", "-C", str(root), "describe", "--always", "--abbrev=12", "--dirty=+"]
-    words += ["--exclude=*"]
-    try:
-        found = subprocess.run(
-            words, capture_output=True, text=True, timeout=GIT_PATIENCE_S, check=True
-        )
-    except (OSError, subprocess.SubprocessError):
-        return ""
-    return found.stdout.strip()

@@ -41,6 +41,10 @@ PATIENCE_S = 1200.0
 _ERROR = re.compile(
     r"^(?P<place>[^\s:][^:\n]*:\d+)(?::\d+)?: (?:fatal )?error: (?P<what>.*)$", re.M
 )
+# As GCC and Clang say it.
+_NO_HEADER = re.compile(r"error: '?(?P<name>[^\s':]+)'?(?:: No such file| file not found)")
+_HEADER_NAME = re.compile(r"[\w./+-]+")
+_ABSENT = "drake_navbench_absent"
 _LINK_ERROR = re.compile(r"^.*(undefined reference to .*|multiple definition of .*)$", re.MULTILINE)
 
 
@@ -55,6 +59,30 @@ class Compiler:
         """Returns whether a header of the system is found."""
         text = f"#if !__has_include(<{header}>)\n#error\n#endif\n"
         return self._output(["-std=c++17", *include_arguments(()), "-E"], text) is not None
+
+    def absent_headers(self, names: Sequence[str]) -> set[str]:
+        """Returns those of some names of headers that the system does not have."""
+        plain = [name for name in names if _HEADER_NAME.fullmatch(name)]
+        lines = [f"#if !__has_include(<{name}>)\n{_ABSENT} {name}\n#endif\n" for name in plain]
+        text = self._output(["-std=c++17", *include_arguments(()), "-E"], "".join(lines)) or ""
+        shown = (line.split(maxsplit=1) for line in text.splitlines() if line.startswith(_ABSENT))
+        return {words[1].strip() for words in shown} | ({*names} - {*plain})
+
+    def missing_header(self, folders: Iterable[Path], source: Path) -> str | None:
+        """Returns the first header that a source includes and that is not found; None without."""
+        words = ["-std=c++20", *include_arguments(folders), "-E", "-P", str(source)]
+        command = [*self.words, *words]
+        done = subprocess.run(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            timeout=PATIENCE_S,
+            check=False,
+            env=os.environ | {"LC_ALL": "C"},
+        )
+        found = _NO_HEADER.search(done.stderr.decode(errors="replace"))
+        return found["name"] if found is not None and done.returncode != 0 else None
 
     def knows(self, options: Iterable[str]) -> bool:
         """Returns whether it takes some options."""

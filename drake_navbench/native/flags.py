@@ -14,8 +14,8 @@ from dataclasses import dataclass, field
 
 from drake_navbench.errors import InputError
 from drake_navbench.native.builds import FlagSet
-from drake_navbench.native.checkout import Package
 from drake_navbench.native.compiler import Compiler
+from drake_navbench.native.package import Package
 from drake_navbench.native.package_options import options_of
 
 # CMake's, with what changes no result.
@@ -121,11 +121,13 @@ def flags_of(
     asked = {}
     for package in packages:
         options = options_of(package)
-        taken = tuple(option for option in options if compiler.serves(option))
+        taken = tuple(option for option in options.of_code if compiler.serves(option))
         if taken:
             asked[package.name] = taken
-        if left := [option for option in options if option not in taken]:
+        if left := [option for option in options.of_code if option not in taken]:
             tell(f"{package.name}: not of this compiler or processor: {' '.join(left)}")
+        if options.others:
+            tell(f"{package.name}: no options that change its code: {' '.join(options.others)}")
     return Flags(kind, asked, whole_program, given)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 from drake_navbench.errors import InputError
-from drake_navbench.native.checkout import Package, includes_of, text_of
+from drake_navbench.native.package import Package, includes_of, text_of
 
 NATIVE = Path(__file__).parent
 STAND_INS = NATIVE / "stand_ins"
@@ -29,6 +29,10 @@ BUILT_IN_TYPES: Mapping[str, str] = {
 _FIELD = re.compile(
     r"(?P<type>[\w/]+)(?:<=\d+)?(?P<array>\[(?:<=)?\d*\])?\s+(?P<name>\w+)\s*(?P<rest>.*)"
 )
+
+
+# A header that is made has a path below the folder of all that are: no `..`, no absolute one.
+_HEADER = re.compile(r"\w[\w.-]*(?:/\w[\w.-]*)+")
 
 
 def stand_ins() -> frozenset[str]:
@@ -53,7 +57,7 @@ def made_headers(packages: Mapping[str, Package]) -> dict[str, str]:
     while waiting:
         name = waiting.pop()
         package = name.partition("/")[0]
-        if name in made or "/" not in name:
+        if name in made or _HEADER.fullmatch(name) is None:
             continue
         if name in messages:
             made[name] = message_header(package, messages[name])
@@ -66,7 +70,7 @@ def made_headers(packages: Mapping[str, Package]) -> dict[str, str]:
 def plugin_names_header(packages: Iterable[Package]) -> str:
     """Returns the header with the names that plugin descriptions give to classes."""
     names = {name: kind for package in packages for name, kind in package.plugin_names.items()}
-    rows = [f'    {{"{name}", "{kind}"}},' for name, kind in sorted(names.items())]
+    rows = [f"    {{{cpp_text(name)}, {cpp_text(kind)}}}," for name, kind in sorted(names.items())]
     return "\n".join(
         [
             "#pragma once",
@@ -87,6 +91,12 @@ def plugin_names_header(packages: Iterable[Package]) -> str:
     )
 
 
+def cpp_text(text: str) -> str:
+    """Returns a text as C++ writes it: what is no plain letter as its bytes, in octal numbers."""
+    plain = {byte: chr(byte) for byte in range(0x20, 0x7F) if chr(byte) not in '"\\?'}
+    return '"' + "".join(plain.get(byte, f"\\{byte:03o}") for byte in text.encode()) + '"'
+
+
 def message_header(package: str, path: Path) -> str:
     """Returns the struct of a message definition as ROS would name it; raises InputError."""
     name, fields, constants, used = path.stem, [], [], set()
@@ -103,7 +113,7 @@ def message_header(package: str, path: Path) -> str:
             continue
         size = (found["array"] or "").strip("[]")
         if found["array"] is None:
-            default = rest or ""
+            default = cpp_text(unquoted(rest)) if rest and kind == "std::string" else rest
         else:
             default = ""
             fixed = size.isdecimal()
@@ -157,10 +167,15 @@ def _type_of(text: str, package: str) -> tuple[str, str]:
     return f"{owner}::msg::{name}", f"{owner}/msg/{_file_name(name)}.hpp"
 
 
+def unquoted(value: str) -> str:
+    """Returns the text of a message definition without its quotation marks."""
+    is_quoted = len(value) > 1 and value[0] == value[-1] and value[0] in "\"'"
+    return value[1:-1] if is_quoted else value
+
+
 def _constant(kind: str, name: str, value: str) -> str:
     if kind == "std::string":
-        text = value.strip("\"'")
-        return f'  inline static const std::string {name} = "{text}";'
+        return f"  inline static const std::string {name} = {cpp_text(unquoted(value))};"
     return f"  static constexpr {kind} {name} = {value.lower()};"
 
 

@@ -1,9 +1,10 @@
 """Which options of the compiler a package asks for in its CMakeLists.txt.
 
 Only those count that decide what is computed and how fast: of optimization (`-O3`), of what a
-processor has (`-mfma`) and of code (`-ffast-math`). Conditions are not weighed but for those named
-below: an option that stands behind one is taken where the compiler and the processor have it, which
-is what such conditions ask.
+processor has (`-mfma`) and of code (`-ffast-math`). Those that make a compiler write other files,
+load programs or print (`-fdump-tree-all`, `-fplugin=...`) are none of them. Conditions are not
+weighed but for those named below: an option that stands behind one is taken where the compiler and
+the processor have it, which is what such conditions ask.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import re
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from drake_navbench.native.checkout import Package, text_of
+from drake_navbench.native.package import Package, text_of
 
 LISTS_FILE = "CMakeLists.txt"
 # https://cmake.org/cmake/help/latest/manual/cmake-commands.7.html
@@ -20,11 +21,34 @@ OPTION_COMMANDS = {"add_compile_options", "target_compile_options"}
 FLAGS_VARIABLE = "CMAKE_CXX_FLAGS"
 # Branches for what is not built here.
 OTHER_BUILDS = {"BUILD_TESTING", "MSVC", "WIN32", "COVERAGE_ENABLED", "ENABLE_COVERAGE", "Debug"}
-# What changes how a library is linked or a language is read, and no number.
-NOT_TAKEN = ("-fPIC", "-fPIE", "-fconcepts", "-fopenmp", "-fvisibility", "-fdiagnostics", "-fsan")
+# https://gcc.gnu.org/onlinedocs/gcc/Optimize-Options.html names them; Clang has many of them, too.
+OF_ARITHMETIC = (
+    "fast-math|[a-z]+-math-optimizations|[a-z-]+-math|math-errno|signaling-nans|signed-zeros|"
+    "fp-contract|fp-model|float-store|excess-precision|single-precision-constant|"
+    "cx-limited-range|cx-fortran-rules|wrapv|strict-overflow|strict-aliasing"
+)
+OF_OPTIMIZATION = (
+    "tree-[a-z-]+|ipa-[a-z-]+|loop-[a-z-]+|unroll-[a-z-]+|inline(?:-[a-z-]+)?|align-[a-z]+|"
+    "sched[a-z0-9-]*|gcse[a-z-]*|split-[a-z-]+|merge-[a-z-]+|reorder-[a-z-]+|prefetch-[a-z-]+|"
+    "vectorize|slp-vectorize|[a-z]+-cost-model|peel-loops|unswitch-loops|move-loop-[a-z]+|"
+    "optimize-sibling-calls|omit-frame-pointer|rename-registers|devirtualize[a-z-]*|"
+    "partial-inlining|early-inlining|semantic-interposition|function-sections|data-sections"
+)
+OF_PROCESSOR = (
+    "mmx|s?sse[0-9a-z.]*|avx[0-9a-z.-]*|fma4?|bmi2?|abm|lzcnt|popcnt|f16c|movbe|aes|pclmul|"
+    "adx|cx16|sahf|vzeroupper|recip|neon|crypto|altivec|vsx"
+)
+OF_PROCESSOR_BY_NAME = "arch|tune|cpu|fpu|fpmath|float-abi|recip|prefer-vector-width"
+# Names of compilers' own options: libraries, languages and sanitizers change no number.
+NOT_TOLD = ("-fPIC", "-fPIE", "-fconcepts", "-fopenmp", "-fvisibility", "-fdiagnostics", "-fsan")
 
 _TOKEN = re.compile(r'#\[\[.*?\]\]|#[^\n]*|"(?:[^"\\]|\\.)*"|[()]|[^\s()"#]+', re.DOTALL)
-_TAKEN = re.compile(r"-(?:O\w*|m[\w.=+,-]+|f[\w=-]+)")
+_CODE = re.compile(r"-[Ofm]\S*")
+_TAKEN = re.compile(
+    r"-O\w*"
+    rf"|-m(?:no-)?(?:{OF_PROCESSOR})|-m(?:{OF_PROCESSOR_BY_NAME})=[\w.+,!-]+"
+    rf"|-f(?:no-)?(?:{OF_ARITHMETIC}|{OF_OPTIMIZATION})(?:=[\w-]+)?"
+)
 
 
 class _Command(NamedTuple):
@@ -32,16 +56,23 @@ class _Command(NamedTuple):
     arguments: list[str]
 
 
-def options_of(package: Package) -> tuple[str, ...]:
+class Options(NamedTuple):
+    """What a package asks for: options that change its code, and others, that are not taken."""
+
+    of_code: tuple[str, ...] = ()
+    others: tuple[str, ...] = ()
+
+
+def options_of(package: Package) -> Options:
     """Returns the options that a package asks for, in their order; none where it has no such file.
 
     Raises InputError where the file cannot be read.
     """
     path = package.folder / LISTS_FILE
-    return options_in(text_of(path)) if path.is_file() else ()
+    return options_in(text_of(path)) if path.is_file() else Options()
 
 
-def options_in(text: str) -> tuple[str, ...]:
+def options_in(text: str) -> Options:
     """Returns the options that a CMakeLists.txt asks for, each once, where it stands last."""
     found: list[str] = []
     # Of each condition that is open: whether its branch is one of another build.
@@ -58,7 +89,11 @@ def options_in(text: str) -> tuple[str, ...]:
         elif not any(others):
             found += _options(name, arguments)
     last = {option: place for place, option in enumerate(found)}
-    return tuple(sorted(last, key=last.__getitem__))
+    ordered = sorted(last, key=last.__getitem__)
+    return Options(
+        tuple(option for option in ordered if _TAKEN.fullmatch(option)),
+        tuple(option for option in ordered if not _TAKEN.fullmatch(option)),
+    )
 
 
 def _options(name: str, arguments: list[str]) -> list[str]:
@@ -68,7 +103,7 @@ def _options(name: str, arguments: list[str]) -> list[str]:
         words = " ".join(arguments[1:]).split()
     else:
         return []
-    return [w for w in words if _TAKEN.fullmatch(w) and not w.startswith(NOT_TAKEN)]
+    return [w for w in words if _CODE.fullmatch(w) and not w.startswith(NOT_TOLD)]
 
 
 def _is_other(condition: list[str]) -> bool:

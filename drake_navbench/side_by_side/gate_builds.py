@@ -9,7 +9,8 @@ from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import original_plugin
 from drake_navbench.native.build import NOISE_SOURCES, build_checkout
 from drake_navbench.native.builds import Build, FlagSet, NoiseSource, find_build
-from drake_navbench.native.checkout import Package, read_checkout
+from drake_navbench.native.checkout import read_checkout
+from drake_navbench.native.package import Package
 from drake_navbench.side_by_side.gate import split_column
 
 # What a gate builds with where nobody says: what users run, and other noise in each trial. With an

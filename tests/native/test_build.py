@@ -8,10 +8,11 @@ from drake_navbench.__main__ import main
 from drake_navbench.controllers.external import ExternalController
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.robot import load_robot
-from drake_navbench.native.build import build_checkout
+from drake_navbench.native.build import build_checkout, folders_of
 from drake_navbench.native.builds import find_build
-from drake_navbench.native.checkout import read_checkout
-from drake_navbench.native.compiler import first_error
+from drake_navbench.native.checkout import checkout_around, read_checkout
+from drake_navbench.native.choice import Choice, choose
+from drake_navbench.native.compiler import find_compiler, first_error
 from drake_navbench.native.headers import message_header
 from drake_navbench.trial.column_controller import controller_setup
 
@@ -26,17 +27,136 @@ def test_a_checkout_tells_its_release_and_its_controllers(copied):
     assert set(checkout.compiled_for(["tiny_controller"])) == set(checkout.packages)
 
 
-def test_what_exports_plugins_for_a_controller_is_compiled_with_it(copied):
-    plugin = copied / "more_critics"
-    (plugin / "src").mkdir(parents=True)
-    (plugin / "package.xml").write_text(
-        "<package><name>more_critics</name><version>1.0.0</version>"
-        "<depend>tiny_controller</depend></package>"
+def _add_package(checkout, name: str, source: str, *depends: str, place: str = "") -> None:
+    """Adds a package with one source to a checkout, in a folder of packages where one is given."""
+    folder = checkout / place / name
+    (folder / "src").mkdir(parents=True)
+    needed = "".join(f"<depend>{each}</depend>" for each in depends)
+    (folder / "package.xml").write_text(
+        f"<package><name>{name}</name><version>1.0.0</version>{needed}</package>"
     )
-    (plugin / "src" / "critics.cpp").write_text(
-        "PLUGINLIB_EXPORT_CLASS(more::Critic, tiny::Critic)\n"
+    (folder / "src" / f"{name}.cpp").write_text(source)
+
+
+def _loads(checkout, kind: str) -> None:
+    """Lets the tiny controller load plugins of a class."""
+    header = checkout / "tiny_controller" / "include" / "tiny_controller" / "tiny_controller.hpp"
+    header.write_text(header.read_text() + f"// pluginlib::ClassLoader<{kind}> loader_;\n")
+
+
+def test_plugins_that_a_controller_loads_are_compiled_with_it(copied):
+    _loads(copied, "Critic")
+    _add_package(
+        copied, "more_critics", "PLUGINLIB_EXPORT_CLASS(a::B, tiny::Critic)\n", "tiny_controller"
     )
-    assert "more_critics" in read_checkout(copied).compiled_for(["tiny_controller"])
+    # As opennav_docking, which depends on the graceful controller and exports docks.
+    _add_package(
+        copied, "docking", "PLUGINLIB_EXPORT_CLASS(a::C, docking::Dock)\n", "tiny_controller"
+    )
+    compiled = read_checkout(copied).compiled_for(["tiny_controller"])
+    assert "more_critics" in compiled
+    assert "docking" not in compiled
+
+
+def test_what_a_package_only_runs_beside_is_not_compiled(copied):
+    _add_package(copied, "bringup", "int nothing;\n")
+    path = copied / "tiny_controller" / "package.xml"
+    text = path.read_text()
+    path.write_text(text.replace("<depend>tiny", "<exec_depend>bringup</exec_depend><depend>tiny"))
+    assert "bringup" not in read_checkout(copied).compiled_for(["tiny_controller"])
+
+
+SYSTEM_TESTS = """\
+#include "tiny_msgs/srv/clear_all.hpp"
+PLUGINLIB_EXPORT_CLASS(tests::Controller, nav2_core::Controller)
+"""
+
+
+def test_what_cannot_be_built_is_left_out_with_the_reason(tiny, copied, capsys):
+    _add_package(copied, "system_tests", SYSTEM_TESTS, "tiny_controller", "tiny_msgs")
+    assert main(["nav2-build", str(copied), "--as", "whole"]) == 0
+    reason = (
+        "system_tests: src/system_tests.cpp needs tiny_msgs/srv/clear_all.hpp, "
+        "of which there is neither a file nor a stand-in"
+    )
+    assert f"left out: {reason}\n" in capsys.readouterr().out
+    build = find_build("whole")
+    assert build.controllers == CONTROLLERS
+    assert build.left_out == {"tests::Controller": reason}
+    # Nothing of it was compiled.
+    assert build.host == tiny.host
+    error = _fails(copied, "--packages", "system_tests", capsys=capsys)
+    assert "needs tiny_msgs/srv/clear_all.hpp" in error
+
+
+def _chosen(root, *asked) -> Choice:
+    """Returns what would be built of a checkout; nothing is compiled."""
+    checkout = read_checkout(root)
+    return choose(checkout, asked, find_compiler(), folders_of(checkout))
+
+
+def test_an_include_behind_a_condition_is_not_missed(builds, copied):
+    source = copied / "tiny_controller" / "src" / "tiny_controller.cpp"
+    source.write_text(
+        '#if __has_include("nowhere/at_all.hpp")\n#include "nowhere/at_all.hpp"\n#endif\n'
+        + source.read_text()
+    )
+    assert _chosen(copied).reasons == {}
+
+
+def test_what_needs_a_package_that_cannot_be_built_is_left_out_with_it(tiny, copied):
+    _add_package(copied, "localizer", "#include <message_filters/subscriber.h>\n")
+    source = "PLUGINLIB_EXPORT_CLASS(tests::Controller, nav2_core::Controller)\n"
+    _add_package(copied, "system_tests", source, "localizer")
+    build = build_checkout(copied, name="whole")
+    assert build.controllers == CONTROLLERS
+    reason = build.left_out["tests::Controller"]
+    assert reason.startswith("system_tests needs localizer: src/localizer.cpp needs message_fil")
+
+
+def test_plugins_for_a_controller_that_cannot_be_built_are_left_out_alone(builds, copied):
+    _loads(copied, "Critic")
+    source = "#include <nowhere/at_all.hpp>\nPLUGINLIB_EXPORT_CLASS(a::B, tiny::Critic)\n"
+    _add_package(copied, "more_critics", source, "tiny_controller")
+    choice = _chosen(copied, "tiny_controller")
+    assert choice.chosen == ("tiny_controller",)
+    assert list(choice.plugins_left_out) == ["a::B"]
+
+
+def test_a_package_that_does_not_compile_leaves_the_others(tiny, copied, capsys):
+    source = "int broken = no_such_thing;\n"
+    source += "PLUGINLIB_EXPORT_CLASS(a::Controller, nav2_core::Controller)\n"
+    _add_package(copied, "another", source, "nav2_core")
+    assert main(["nav2-build", str(copied), "--as", "rest"]) == 0
+    shown = capsys.readouterr().out
+    assert "left out: another: " in shown
+    assert "no_such_thing" in find_build("rest").left_out["a::Controller"]
+    assert find_build("rest").controllers == CONTROLLERS
+
+
+def test_a_folder_of_packages_stands_for_those_in_it(copied):
+    _add_package(
+        copied,
+        "grouped",
+        "PLUGINLIB_EXPORT_CLASS(a::Controller, nav2_core::Controller)\n",
+        place="group_of_packages",
+    )
+    checkout = read_checkout(copied)
+    assert checkout.named("group_of_packages") == ["grouped"]
+    assert checkout.named("tiny_controller") == ["tiny_controller"]
+    assert checkout_around(copied / "group_of_packages") == (copied, "group_of_packages")
+    assert checkout_around(copied / "tiny_controller") == (copied, "tiny_controller")
+    assert checkout_around(copied) == (copied, None)
+    assert checkout_around(copied.parent) == (copied.parent, None)
+
+
+def test_a_folder_of_a_checkout_is_built_alone(tiny, copied):
+    _add_package(
+        copied, "another", "PLUGINLIB_EXPORT_CLASS(a::Controller, nav2_core::Controller)\n"
+    )
+    build = build_checkout(copied / "tiny_controller", name="one")
+    assert build.controllers == CONTROLLERS
+    assert build.checkout == copied
 
 
 def test_a_build_of_the_same_files_compiles_nothing(tiny, copied):

@@ -10,10 +10,10 @@ import pytest
 from drake_navbench.errors import InputError
 from drake_navbench.native.build import build_checkout
 from drake_navbench.native.builds import FlagSet, find_build
-from drake_navbench.native.checkout import Package
 from drake_navbench.native.compiler import Compiler, find_compiler
 from drake_navbench.native.flags import STRICT, Flags, flags_of
-from drake_navbench.native.package_options import options_in
+from drake_navbench.native.package import Package
+from drake_navbench.native.package_options import Options, options_in
 
 CONDITIONS = """
 check_cxx_compiler_flag("-mfma" HAS_FMA)  # add_compile_options(-mnever)
@@ -42,9 +42,9 @@ def _package(name: str, *dependencies: str) -> Package:
 
 def test_a_package_asks_in_its_lists_file_for_what_decides_its_numbers():
     # Each once, where it stands last; not what is for tests, for other systems or for the linker.
-    assert options_in(CONDITIONS) == ("-mfma", "-ffast-math", "-O2", "-funroll-loops", "-O3")
-    assert options_in("") == ()
-    assert options_in("if(") == ()
+    found = options_in(CONDITIONS)
+    assert found.of_code == ("-mfma", "-ffast-math", "-O2", "-funroll-loops", "-O3")
+    assert options_in("") == options_in("if(") == Options()
 
 
 def test_portable_flags_contract_nothing_and_use_no_instructions():
@@ -91,15 +91,17 @@ def test_what_computes_with_xtensor_is_compiled_as_its_releases_do():
 def asking(tiny, copied) -> Path:
     """A copy of the tiny checkout whose controller asks for options, of which none has one."""
     lists = copied / "tiny_controller" / "CMakeLists.txt"
-    lists.write_text("add_compile_options(-ffast-math -mno-such-instructions)\n")
+    lists.write_text("add_compile_options(-ffast-math -mavx99 -fdump-tree-all)\n")
     return copied
 
 
 def test_what_the_compiler_does_not_have_is_told_and_left_out(asking):
     told = []
     build = build_checkout(asking, name="asking", flags=FlagSet.PACKAGE, tell=told.append)
-    left = "tiny_controller: not of this compiler or processor: -mno-such-instructions"
-    assert told[0] == left
+    assert told[:2] == [
+        "tiny_controller: not of this compiler or processor: -mavx99",
+        "tiny_controller: no options that change its code: -fdump-tree-all",
+    ]
     assert find_build("asking") == build
     assert build.more_flags == "tiny_controller -ffast-math"
     assert build.where_from.endswith("with its packages' flags")

@@ -26,6 +26,7 @@ from drake_navbench.controllers.teb_upstream.local_plan import (
     cut_local_plan,
     lethal_points,
     plan_window,
+    pruned_begin,
 )
 from drake_navbench.controllers.teb_upstream.parameters import TebUpstreamParameters
 from drake_navbench.controllers.teb_upstream.planner import penalty_terms
@@ -116,6 +117,29 @@ def test_the_plan_is_cut_at_the_nearest_pose_and_after_the_lookahead():
     np.testing.assert_allclose(plan.via_points[:, 0], [0.9, 1.3])
 
 
+def test_the_piece_that_leads_to_the_first_pose_counts_though_the_path_handler_has_dropped_it():
+    plan = straight_plan(4.0)
+    seen = observation(pose=np.array([0.52, 0.1, 0.3]), plan=plan[5:], global_plan=plan)
+    local = cut_local_plan(seen, TebUpstreamParameters(max_global_plan_lookahead_dist=1.05))
+    # From 0.4 m on; without that piece it would be 1.6 m.
+    assert local.poses[-1, 0] == pytest.approx(1.5)
+
+
+def test_what_lies_farther_behind_than_the_prune_distance_stays_dropped_until_the_next_plan():
+    plan = straight_plan(4.0)
+    # 0.6 m is the first pose within 1 m of 1.55 m.
+    assert pruned_begin(plan, 0, np.array([1.55, 0.0, 0.0]), 1.0) == 6
+    assert pruned_begin(plan, 6, np.array([0.1, 0.0, 0.0]), 1.0) == 6
+    assert pruned_begin(plan, 6, np.array([0.1, 5.0, 0.0]), 1.0) == 6
+    driven = controller()
+    seen = observation(global_plan=plan, pose=np.array([1.55, 0.0, 0.0]))
+    memory = driven.step(seen, driven.initial_memory()).memory
+    assert memory.plan_begin == 6
+    back = replace(seen, pose=np.zeros(3))
+    assert driven.step(back, memory).memory.plan_begin == 6
+    assert driven.step(replace(back, plan_id=1), memory).memory.plan_begin == 0
+
+
 def test_once_near_the_plan_an_earlier_place_wins_over_a_nearer_later_one():
     there_and_back = np.concatenate([np.arange(0.0, 2.0, 0.1), np.arange(2.0, 0.0, -0.1)])
     plan = np.zeros((len(there_and_back), 3))
@@ -171,10 +195,31 @@ def test_a_preferred_side_reaches_the_bands_that_exist():
     driven = controller(oscillation_filter_duration=0.5)
     memory = driven.step(observation(), driven.initial_memory()).memory
     shuffle = np.column_stack([np.zeros(10), np.tile([0.5, -0.5], 5)])
-    seen = replace(observation(), twist=np.array([0.0, 0.2]), time_s=2.0)
+    seen = replace(observation(), twist=np.array([0.0, 0.2]), time_s=12.0)
     after = driven.step(seen, memory._replace(history=shuffle, last_command=np.zeros(2))).memory
     assert after.preferred_turn == 1.0
     assert after.planner.trajectories[0].preferred_turn == 1.0
+
+
+def test_no_side_is_preferred_within_ten_seconds_of_the_start():
+    driven = controller(oscillation_filter_duration=0.5)
+    shuffle = np.column_stack([np.zeros(10), np.tile([0.5, -0.5], 5)])
+    memory = driven.initial_memory()._replace(history=shuffle)
+    seen = observation(twist=np.array([0.0, 0.2]))
+    assert driven.step(replace(seen, time_s=9.9), memory).memory.preferred_turn == 0.0
+    assert driven.step(replace(seen, time_s=10.1), memory).memory.preferred_turn == 1.0
+
+
+@pytest.mark.parametrize(("with_classes", "kept"), [(False, 1.0), (True, 0.0)])
+def test_a_single_band_keeps_the_preferred_side_after_a_failure(with_classes, kept):
+    driven = controller(enable_homotopy_class_planning=with_classes)
+    memory = driven.step(observation(time_s=12.0), driven.initial_memory()).memory
+    memory = memory._replace(preferred_turn=1.0, oscillated_s=12.0)
+    wall = [(row, 80) for row in range(SIZE)]
+    with pytest.raises(NoValidControl) as caught:
+        driven.step(observation(*wall, pose=np.array([0.1, 0.0, 0.0]), time_s=12.1), memory)
+    after = driven.step(observation(time_s=12.2), caught.value.memory).memory
+    assert after.planner.trajectories[0].preferred_turn == kept
 
 
 @pytest.mark.parametrize(

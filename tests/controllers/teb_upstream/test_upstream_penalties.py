@@ -13,8 +13,9 @@ from drake_navbench.controllers.teb_upstream.normal_equations import (
     STRIDE,
     TIME_COST,
     VIA_POINT_COST,
+    excess_outside,
 )
-from drake_navbench.controllers.teb_upstream.robot_models import circles, outline
+from drake_navbench.controllers.teb_upstream.robot_models import circles, model_distance, outline
 
 # The boxes and circles of the cases that the original was asked for.
 BOX = outline(np.array([[0.3, 0.2], [0.3, -0.2], [-0.3, -0.2], [-0.3, 0.2]]))
@@ -133,3 +134,50 @@ def test_at_a_limit_the_slope_is_half_as_central_differences_say():
     # Half the slope 0.3 / step of the turn rate, squared; one from the time step itself.
     assert system.matrix[3, 0] == pytest.approx(1.0 + (0.5 * 0.3 / step) ** 2)
     assert math.isclose(system.right[3], -step, abs_tol=1e-9)
+
+
+def matrix_of(poses, scene, **values):
+    terms, ways, _ = settings(**values)
+    attached = attach(poses, len(poses), scene, ways)
+    return evaluate(poses, np.ones(len(poses) - 1), terms, scene, attached)[1].matrix
+
+
+def test_going_straight_the_preferred_side_has_half_its_slope():
+    # Pose 1 takes part in two intervals without a turn: 50 (0.5^2 + 0.5^2).
+    yaw_1 = STRIDE + 2
+    without, preferred = (
+        matrix_of(straight(), around(preferred_turn=side))[yaw_1, 0] for side in (0.0, 1.0)
+    )
+    assert preferred - without == pytest.approx(25.0)
+
+
+@pytest.mark.parametrize(("radius", "slope"), [(0.0, 2.0), (0.5, 2.0e-3)])
+def test_the_arc_condition_of_a_car_has_next_to_no_slope_on_a_straight_band(radius, slope):
+    poses = straight(1.0, 0.5)
+    # The condition is off by 2e-12, a thousandth of what g2o's step of 1e-9 changes it by.
+    poses[1, 1] = 1e-12
+    y_1 = STRIDE + 1
+    without, with_arc = (
+        matrix_of(poses, around(), min_turning_radius=radius, weight_kinematics_nh=weight)[y_1, 0]
+        for weight in (0.0, 1000.0)
+    )
+    assert with_arc - without == pytest.approx(2 * 1000.0 * slope**2, rel=1e-3)
+
+
+def test_between_two_edges_as_near_the_slope_is_the_mean_of_both():
+    def slopes(x, y):
+        return model_distance(BOX, 0.0, 0.0, 1.0, 0.0, x, y)
+
+    # In the middle both sides are 0.2 m away, and a step to either brings one nearer.
+    assert slopes(0.0, 0.0) == pytest.approx((0.2, 0.0, 0.0, 0.0), abs=1e-6)
+    # On the bisector of a corner: the front has slopes (1, 0, -0.1), the left side (0, 1, 0.2).
+    assert slopes(0.2, 0.1) == pytest.approx((0.1, 0.5, 0.5, 0.05), abs=1e-6)
+    assert slopes(0.2, 0.1 - 1e-6) == pytest.approx((0.1, 1.0, 0.0, -0.1), abs=1e-5)
+    # A corner is one feature, though two edges end there.
+    assert slopes(0.6, 0.6) == pytest.approx((0.5, -0.6, -0.8, -0.12))
+
+
+def test_a_limit_below_the_margin_costs_what_the_original_says():
+    # The interval from -0.02 to 0.02, narrowed by 0.05 on each side, is judged from below first.
+    assert excess_outside(0.01, -0.02, 0.02, 0.05) == pytest.approx((0.02, -1.0))
+    assert excess_outside(0.04, -0.02, 0.02, 0.05) == pytest.approx((0.07, 1.0))

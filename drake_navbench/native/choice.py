@@ -1,0 +1,94 @@
+"""Which packages of a checkout are built: those asked for, or all that can be built here."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from drake_navbench.errors import InputError
+from drake_navbench.native.checkout import Checkout
+from drake_navbench.native.compiler import Compiler, missing_libraries
+from drake_navbench.native.missing_headers import MissingHeaders
+from drake_navbench.native.package import Package
+
+HOST_NEEDS = ("nav2_core",)
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What of a checkout is built.
+
+    chosen: names of packages with controllers or planners. is_asked: a user named them, so that
+    none may be left out. reasons: the packages that are left out, with the reason in words.
+    """
+
+    checkout: Checkout
+    chosen: tuple[str, ...]
+    is_asked: bool
+    reasons: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def packages(self) -> dict[str, Package]:
+        """The packages that are compiled, those that the chosen ones need among them."""
+        return self.checkout.compiled_for((*self.chosen, *HOST_NEEDS), without=self.reasons)
+
+    @property
+    def plugins_left_out(self) -> dict[str, str]:
+        """The plugins of the packages that are left out, each with the reason."""
+        return {
+            plugin: reason
+            for name, reason in self.reasons.items()
+            for plugin in self.checkout.packages[name].plugins
+        }
+
+    def without(self, failed: Mapping[str, str]) -> Choice:
+        """Returns the choice without some packages that cannot be built, and what needs them.
+
+        Raises InputError with the reason where one is needed that was asked for, or none is left.
+        """
+        reasons, kept = dict(self.reasons), []
+        needed = {name: self.checkout.needed_for([name, *HOST_NEEDS]) for name in self.chosen}
+        for name in self.chosen:
+            lacking = next((each for each in failed if each in needed[name]), None)
+            if lacking is None:
+                kept.append(name)
+            elif self.is_asked:
+                raise InputError(failed[lacking])
+            else:
+                reason = failed[lacking]
+                reasons[name] = reason if lacking == name else f"{name} needs {reason}"
+        if not kept:
+            raise InputError("; ".join(dict.fromkeys(reasons.values())))
+        # The others are plugins for what is built.
+        for name, reason in failed.items():
+            if not any(name in packages for packages in needed.values()):
+                reasons[name] = reason
+        return replace(self, chosen=tuple(kept), reasons=reasons)
+
+
+def choose(
+    checkout: Checkout,
+    asked: Sequence[str],
+    compiler: Compiler,
+    folders_of: Callable[[Package], tuple[Path, ...]],
+) -> Choice:
+    """Returns what to build: what is asked for, or all with controllers that can be built.
+
+    asked: names of packages, or of folders with some. folders_of: see MissingHeaders. Raises
+    InputError where that is nothing, or something asked for cannot be built.
+    """
+    named = [name for each in asked for name in checkout.named(each)]
+    chosen = dict.fromkeys(named or checkout.controller_packages)
+    choice = Choice(checkout, tuple(chosen), bool(asked))
+    lacking = {}
+    for name in choice.chosen:
+        missing = missing_libraries(checkout.packages[name].dependencies, compiler)
+        if missing:
+            lacking[name] = f"{name} needs what is missing: {', '.join(missing)}"
+    if lacking:
+        choice = choice.without(lacking)
+    headers = MissingHeaders(checkout, compiler, folders_of)
+    while failed := headers.reasons(choice.packages):
+        choice = choice.without(failed)
+    return choice
