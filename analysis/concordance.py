@@ -17,6 +17,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from drake_navbench.analysis.findings import Finding, is_published_tie
+from drake_navbench.analysis.gaps import RELEVANT_RATIO
 from drake_navbench.analysis.lineups import (
     ALL_SCENARIOS,
     GOAL_SCENARIOS,
@@ -33,7 +34,6 @@ from drake_navbench.analysis.tables import (
     published_table,
     published_units,
 )
-from drake_navbench.analysis.verdicts import RELEVANT_RATIO
 
 Array = NDArray[np.float64]
 

@@ -19,6 +19,7 @@ from drake_navbench.analysis.accounts import (
     shares,
 )
 from drake_navbench.analysis.concordance import EXCLUDED_METRICS, PUBLISHED_TRIALS
+from drake_navbench.analysis.gaps import RELEVANT_RATIO
 from drake_navbench.analysis.html import page_environment, relative_change
 from drake_navbench.analysis.judgement import Estimate, Judgement, Part, Verdict
 from drake_navbench.analysis.lineups import (
@@ -31,7 +32,6 @@ from drake_navbench.analysis.lineups import (
 from drake_navbench.analysis.published_cells import Comparison
 from drake_navbench.analysis.relations import PERCENT
 from drake_navbench.analysis.tables import PUBLISHED_CONTROLLERS
-from drake_navbench.analysis.verdicts import RELEVANT_RATIO
 from drake_navbench.errors import InputError
 from drake_navbench.parameter_names import flattened
 from drake_navbench.results import file_name

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import pandas as pd
 
+from drake_navbench.analysis.gaps import RELEVANT_RATIO
 from drake_navbench.analysis.repeats import repeated_cells
 from drake_navbench.analysis.statistics import (
     CONFIDENCE,
@@ -24,7 +25,7 @@ from drake_navbench.analysis.statistics import (
     share_interval,
     summarize,
 )
-from drake_navbench.analysis.verdicts import RELEVANT_RATIO, is_failed
+from drake_navbench.analysis.verdicts import is_failed
 
 # Tells the runs of a suite's seeds apart in a table of their trials.
 RUN_SEED = "run_seed"
