@@ -4,9 +4,10 @@ One controller beats another that it is shown to be better than: in arrivals, or
 not shown to differ, in touches, or, where these are not either, in the time to the goal where both
 arrive. Who touches something more often than the other beats it in nothing: an honest stop may be
 expected, a touch never is; and who stands still touches nothing, so that touches do not come before
-arrivals. What is compared is the mean over the scenarios, paired by the trials: trial 3 of one seed in all scenarios is one pair. All intervals
-hold together with 95% confidence (Bonferroni), and with them those of the ranks: from one more than
-the number of controllers that beat it to how many it does not beat.
+arrivals. What is compared is the mean over the scenarios, paired by the trials: trial 3 of one seed
+in all scenarios is one pair. All intervals hold together with 95% confidence (Bonferroni), and with
+them those of the ranks: from one more than the number of controllers that beat it to how many it
+does not beat.
 """
 
 from __future__ import annotations

@@ -85,7 +85,7 @@ def test_who_arrives_more_often_but_touches_more_often_beats_nobody():
     rows = touching(table({"bold": bold, "shy": [math.nan] * 16}), "bold", range(10, 16))
     ranking = rank(rows)
     assert {entry.rank for entry in ranking.standings} == {1}
-    assert ranking.duels[0].denied == "bold" or not ranking.duels[0].winner
+    assert (ranking.duels[0].winner, ranking.duels[0].denied) == ("", "bold")
 
 
 def test_who_stands_still_does_not_win_by_touching_nothing():
