@@ -343,8 +343,8 @@ def test_an_impossible_task_is_named_as_one_with_its_description(tmp_path):
 
 def test_a_touch_has_its_place_in_summary_and_lead_with_what_the_preset_says(tmp_path):
     path = tmp_path / "campaign"
-    results = write_manifest(path, scenarios=["walled_in"], controllers=["rpp", "dwb"])
-    for controller, outcome in (("rpp", "collided"), ("dwb", "aborted")):
+    results = write_manifest(path, scenarios=["walled_in"], controllers=["rpp", "rpp:v=0.4"])
+    for controller, outcome in (("rpp", "collided"), ("rpp:v=0.4", "aborted")):
         results.write_log(trial_log("walled_in", controller, 0, outcome=outcome))
     preset = path / "inputs/controllers/rpp.yaml"
     preset.parent.mkdir(parents=True)

@@ -24,8 +24,3 @@ def test_a_bringup_preset_touches_the_wall_and_says_so(preset, why):
 @pytest.mark.parametrize("preset", ["dwb_bringup", "mppi_bringup"])
 def test_it_touches_the_farther_wall_too(preset):
     assert run_trial("restricted_large", preset).outcome is Outcome.COLLIDED
-
-
-def test_with_the_outline_checked_it_stops():
-    checked = run_trial("restricted_small", "mppi_bringup:CostCritic.consider_footprint=true")
-    assert checked.outcome is Outcome.ABORTED
