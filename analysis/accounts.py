@@ -10,12 +10,14 @@ import pandas as pd
 
 from drake_navbench.analysis.concordance import (
     EXCLUDED_METRICS,
+    Baseline,
     Ceiling,
     Concordance,
     Ordering,
     ceilings,
     concordance,
     is_covered,
+    permutation_baseline,
     published_orderings,
 )
 from drake_navbench.analysis.findings import findings
@@ -28,8 +30,16 @@ from drake_navbench.analysis.published_cells import (
     relative_error,
 )
 from drake_navbench.analysis.repeats import repeated_cells
-from drake_navbench.analysis.tables import PUBLISHED_CONTROLLERS, published_table
+from drake_navbench.analysis.tables import (
+    PUBLISHED_CONTROLLERS,
+    STD_HEADING_ERROR,
+    published_table,
+)
 
+# What hardly any run could miss: 100 or 0% by the task, and a setting.
+NEAR_TRIVIAL_METRICS = ("success_rate", "max_velocity")
+# Near zero, and a spread that four trials do not tell.
+UNCERTAIN_METRICS = ("min_path_error", STD_HEADING_ERROR)
 # The title of the row of sums.
 TOGETHER = "together"
 
@@ -43,6 +53,7 @@ class Account:
     cells: list[Comparison]
     orderings: list[Ordering]
     ceilings: dict[str, Ceiling]
+    baseline: Baseline
 
     @property
     def compared_cells(self) -> list[Comparison]:
@@ -54,7 +65,10 @@ Row = Ordering | Comparison
 
 
 class Share(NamedTuple):
-    """How many findings of a scenario came to which verdict, and how many rest on one trial."""
+    """How many findings came to which verdict, and how many of them rest on one trial.
+
+    holds_from_one_trial: of those that hold.
+    """
 
     scenario: str
     holds: int
@@ -62,6 +76,7 @@ class Share(NamedTuple):
     contradicted: int
     undecided: int
     from_one_trial: int
+    holds_from_one_trial: int
 
     @property
     def total(self) -> int:
@@ -87,6 +102,7 @@ def account(trials: pd.DataFrame, lineup: Lineup = PUBLISHED_SETTINGS) -> Accoun
         compare_numbers(trials, lineup, repeated=repeated),
         published_orderings(trials, lineup),
         ceilings(trials, lineup, repeated=repeated),
+        permutation_baseline(trials, lineup),
     )
 
 
@@ -97,6 +113,30 @@ def shares(judgements: Sequence[Judgement]) -> list[Share]:
         _share(name, [j for j in judgements if j.finding.scenario == name]) for name in scenarios
     ]
     return [*rows, _share(TOGETHER, judgements)]
+
+
+def shares_by_difficulty(judgements: Sequence[Judgement]) -> tuple[Share, Share]:
+    """Returns the count of verdicts of the findings that hardly any run could miss, and of others.
+
+    Success rates are 100 or 0% by the task, and the top speed is a setting.
+    """
+    easy = [j for j in judgements if j.finding.metric in NEAR_TRIVIAL_METRICS]
+    rest = [j for j in judgements if j.finding.metric not in NEAR_TRIVIAL_METRICS]
+    return _share("success rate and top speed", easy), _share("all others", rest)
+
+
+def errors_by_metric(own: Account) -> dict[str, RelativeError]:
+    """Returns the relative error of all printed numbers, of those left out and of the others.
+
+    'compared' are the metrics whose orderings count; 'uncertain' those that four trials do not
+    tell; 'all' of them together.
+    """
+    return {
+        "compared": relative_error(own.compared_cells),
+        "all": relative_error(own.cells),
+        "uncertain": relative_error(c for c in own.cells if c.metric in UNCERTAIN_METRICS),
+        "trivial": relative_error(c for c in own.cells if c.metric in NEAR_TRIVIAL_METRICS),
+    }
 
 
 def agreements(own: Account, noisy: Account | None = None) -> list[Agreement]:
@@ -134,7 +174,8 @@ def _share(name: str, judgements: Sequence[Judgement]) -> Share:
     verdicts = [judgement.verdict for judgement in judgements]
     once = sum(judgement.is_one_trial for judgement in judgements)
     counts = {verdict.name.lower(): verdicts.count(verdict) for verdict in Verdict}
-    return Share(name, **counts, from_one_trial=once)
+    held = sum(j.is_one_trial and j.verdict is Verdict.HOLDS for j in judgements)
+    return Share(name, **counts, from_one_trial=once, holds_from_one_trial=held)
 
 
 def _agreement(own: Account, title: str, key: str, is_wanted: Callable[[Row], bool]) -> Agreement:

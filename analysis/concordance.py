@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import combinations
+from itertools import combinations, permutations
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +17,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from drake_navbench.analysis.findings import Finding, is_published_tie
+from drake_navbench.analysis.gaps import RELEVANT_RATIO
 from drake_navbench.analysis.lineups import (
     ALL_SCENARIOS,
     GOAL_SCENARIOS,
@@ -33,7 +34,6 @@ from drake_navbench.analysis.tables import (
     published_table,
     published_units,
 )
-from drake_navbench.analysis.verdicts import RELEVANT_RATIO
 
 Array = NDArray[np.float64]
 
@@ -118,6 +118,51 @@ def published_orderings(
                 )
             )
     return found
+
+
+class Baseline(NamedTuple):
+    """How many orderings are found again where the controllers' labels are permuted.
+
+    permutations: how many, the right one not among them. median, best: share that agrees.
+    """
+
+    permutations: int
+    median: float
+    best: float
+
+
+def permutation_baseline(trials: pd.DataFrame, lineup: Lineup = PUBLISHED_SETTINGS) -> Baseline:
+    """Returns what a reproduction without skill scores: ours under every other order of the labels.
+
+    A permutation holds in all scenarios and metrics alike, and keeps the layouts and that the
+    controllers differ; what is lost is which of them does what.
+    """
+    published_signs, our_signs = [], []
+    for scenario, metric, published, unit in _published_rows():
+        ours = trial_values(trials, scenario, metric, lineup).mean()
+        published_signs.append(
+            [
+                0.0
+                if is_published_tie(published[a], published[b], printed_unit=unit)
+                else np.sign(published[b] - published[a])
+                for a, b in permutations(PUBLISHED_CONTROLLERS, 2)
+            ]
+        )
+        our_signs.append([np.sign(ours[b] - ours[a]) for a, b in permutations(ours.index, 2)])
+    pairs = list(permutations(range(len(PUBLISHED_CONTROLLERS)), 2))
+    column = {pair: place for place, pair in enumerate(pairs)}
+    published_of, ours_of = np.array(published_signs), np.array(our_signs)
+    ratios = []
+    for labels in permutations(range(len(PUBLISHED_CONTROLLERS))):
+        ours_then = ours_of[:, [column[labels[a], labels[b]] for a, b in pairs]]
+        is_known = (published_of != 0.0) & np.isfinite(ours_then)
+        if is_known.any():
+            ratios.append(float((0.5 + 0.5 * published_of * ours_then)[is_known].mean()))
+    # The first permutation is the identity.
+    others = ratios[1:]
+    if not others:
+        return Baseline(0, math.nan, math.nan)
+    return Baseline(len(others), float(np.median(others)), max(others))
 
 
 def concordance(orderings: Iterable[Ordering]) -> Concordance:

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
+from drake_navbench.analysis.gaps import RELEVANT_RATIO
 from drake_navbench.analysis.lineups import ALL_SCENARIOS, GOAL_SCENARIOS
 from drake_navbench.analysis.relations import (
     Inequalities,
@@ -21,7 +22,6 @@ from drake_navbench.analysis.tables import (
     published_table,
     published_units,
 )
-from drake_navbench.analysis.verdicts import RELEVANT_RATIO
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from drake_navbench.analysis.findings import Finding, findings
+from drake_navbench.analysis.gaps import RELEVANT_RATIO
 from drake_navbench.analysis.lineups import (
     PUBLISHED_SETTINGS,
     Lineup,
@@ -32,7 +33,7 @@ from drake_navbench.analysis.statistics import (
     mean_interval,
     success_interval,
 )
-from drake_navbench.analysis.verdicts import NOTHING_RANDOM, RELEVANT_RATIO
+from drake_navbench.analysis.verdicts import NOTHING_RANDOM
 
 Array = NDArray[np.float64]
 

@@ -1,49 +1,39 @@
-"""The verdict first: who is to be taken for which task, how sure that is, at what price, in words.
+"""The verdict first: who arrives, who touches, who is best at what, and what their weak points are.
 
-Every word rests on a verdict (see `verdicts`), on who reached the goal, or on two means side by
-side; nothing is said that these do not say.
+Every word rests on a verdict (see `verdicts`) or on outcomes; nothing is said that these do not
+say. Whoever is praised has the weak points in the same sentence.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import pandas as pd
 
-from drake_navbench.analysis.metrics.definition import Better, Metric
-from drake_navbench.analysis.metrics.registry import all_metrics
-from drake_navbench.analysis.numbers import number, typeset
+from drake_navbench.analysis.gaps import RELEVANT_RATIO
 from drake_navbench.analysis.scenario_analysis import (
-    HEADLINE_METRICS,
     ScenarioAnalysis,
-    Success,
 )
 from drake_navbench.analysis.statistics import CONFIDENCE
+from drake_navbench.analysis.task_lead import (
+    COMPUTE,
+    QUANTITIES,
+    SUPERLATIVES,
+    best_ones,
+    in_words,
+    listed,
+    metric_named,
+    task_sentence,
+    weak_points,
+)
 from drake_navbench.analysis.totals import ALL_DENSITIES, Total
-from drake_navbench.analysis.verdicts import RELEVANT_RATIO, Standing, comparable_trials
-from drake_navbench.log import Outcome
+from drake_navbench.analysis.verdicts import Standing, Verdict, verdict
+from drake_navbench.analysis.weak_points import weak_point, worst_of
 
-# What the best one in a metric is; the other headline metrics say much the same as one of these.
-SUPERLATIVES = {
-    "time_to_goal_s": "quickest",
-    "min_clearance_m": "farthest from obstacles",
-    "cross_track_error_mean_m": "nearest to the plan",
-    "jerk_rms_mps3": "smoothest",
-    "compute_time_p95_ms": "cheapest to compute",
-}
-# As the price of a controller: what it has more of, or less of, than the best.
-PRICES = {
-    "time_to_goal_s": "time",
-    "min_clearance_m": "clearance",
-    "cross_track_error_mean_m": "distance from the plan",
-    "jerk_rms_mps3": "jerk",
-    "compute_time_p95_ms": "compute time",
-}
-DIGITS = 3
-# Less than this much more is no price worth a word.
-PRICE_RATIO = 1.1
+CHEAPEST = "cheapest to compute"
+ALL_TRIALS = "all trials"
 
 
 class TaskLead(NamedTuple):
@@ -60,28 +50,54 @@ class Lead(NamedTuple):
     tasks: list[TaskLead]
 
 
-def lead_of(scenarios: Sequence[ScenarioAnalysis], totals: Sequence[Total] = ()) -> Lead:
+def lead_of(
+    scenarios: Sequence[ScenarioAnalysis],
+    totals: Sequence[Total] = (),
+    descriptions: Mapping[str, str] | None = None,
+) -> Lead:
     """Returns the verdict on these scenarios, each of which has trials.
 
-    totals: of suites with so many worlds that they are not looked at one by one.
+    totals: of suites with so many worlds that they are not looked at one by one. descriptions: of
+    the presets, told of those that touched something.
     """
     sentences = [_suite(suite, totals) for suite in dict.fromkeys(t.suite for t in totals)]
     if scenarios:
-        sentences += [_arrivals(scenarios), *_first_places(scenarios), *_undecided(scenarios)]
+        compute = compute_verdict(scenarios)
+        sentences += [
+            _arrivals(scenarios),
+            *_touches(scenarios, descriptions or {}),
+            *_first_places(scenarios, compute),
+            *_undecided(scenarios, compute),
+        ]
     return Lead(
         [sentence for sentence in sentences if sentence],
-        [TaskLead(scenario.scenario, _task(scenario)) for scenario in scenarios],
+        [TaskLead(scenario.scenario, task_sentence(scenario)) for scenario in scenarios],
     )
 
 
-def listed(names: Iterable[str], last: str = "and") -> str:
-    """Returns names as a sentence lists them: 'a, b and c'."""
-    *most, end = names
-    return f"{', '.join(most)} {last} {end}" if most else end
+def compute_verdict(scenarios: Sequence[ScenarioAnalysis]) -> tuple[Verdict, pd.DataFrame] | None:
+    """Returns who needs the least processor time over the trials of all scenarios, and the means.
+
+    Trials pair by scenario and seed. None where there is nothing to compare.
+    """
+    trials = _compute_times(scenarios)
+    entry = metric_named(COMPUTE)
+    found = verdict(trials, ALL_TRIALS, entry)
+    if found is None:
+        return None
+    return found, trials.groupby("controller")[[COMPUTE]].mean()
+
+
+def _compute_times(scenarios: Sequence[ScenarioAnalysis]) -> pd.DataFrame:
+    rows = pd.concat(
+        [scenario.table[["scenario", "controller", "seed", COMPUTE]] for scenario in scenarios]
+    )
+    seeds = rows["scenario"].astype(str) + "/" + rows["seed"].astype(str)
+    return rows.assign(seed=seeds, scenario=ALL_TRIALS)
 
 
 def _suite(suite: str, totals: Sequence[Total]) -> str:
-    """Returns how often each controller arrived in the worlds of a suite."""
+    """Returns how often each controller arrived and touched something in a suite."""
     own = [t for t in totals if t.suite == suite and t.density == ALL_DENSITIES]
     own.sort(key=lambda total: -total.success.value)
     rates = []
@@ -89,7 +105,13 @@ def _suite(suite: str, totals: Sequence[Total]) -> str:
         low, high = (f"{100 * end:.0f}" for end in total.success.interval)
         rates.append(f"{total.controller} {100 * total.success.value:.0f}% ({low} to {high}%)")
     worlds = max((total.worlds for total in own), default=0)
-    return f"In the {worlds} worlds of {suite} the goal was reached by {listed(rates)}."
+    text = f"In the {worlds} worlds of {suite} the goal was reached by {listed(rates)}."
+    touched = [
+        f"{total.controller} in {100 * total.collision.value:.0f}%"
+        for total in own
+        if total.collision.value > 0.0
+    ]
+    return f"{text} Something was touched by {listed(touched)}." if touched else text
 
 
 def _arrivals(scenarios: Sequence[ScenarioAnalysis]) -> str:
@@ -118,7 +140,7 @@ def _arrivals(scenarios: Sequence[ScenarioAnalysis]) -> str:
         own = f"in {arrived[ever[0]]} of {asked[ever[0]]} trials"
         return (
             f"Only {ever[0]} arrives, {own}; {listed(n for n in asked if n != ever[0])} never "
-            "reached a goal. For these tasks it is the one to take."
+            "reached a goal."
         )
     if not others:
         return f"All {len(asked)} controllers reached every goal that can be reached."
@@ -132,32 +154,62 @@ def _missed(name: str, missed: int, asked: int) -> str:
     return f"{name} missed {'all' if missed == asked else missed} of {asked}"
 
 
-def _first_places(scenarios: Sequence[ScenarioAnalysis]) -> list[str]:
-    """Returns who is best at what and where, how sure that is, and the price of the foremost."""
+def _touches(scenarios: Sequence[ScenarioAnalysis], descriptions: Mapping[str, str]) -> list[str]:
+    """Returns who touched something and where, and what their presets say of themselves."""
+    places: dict[str, list[str]] = {}
+    for scenario in scenarios:
+        for success in scenario.successes:
+            if success.touched:
+                text = f"{scenario.scenario} ({success.touched} of {success.trials})"
+                places.setdefault(success.controller, []).append(text)
+    if not places:
+        return []
+    told = [f"{name} touched something in {listed(where)}" for name, where in places.items()]
+    sentences = [f"{'; '.join(told)}: to stop before a closed way is expected, a touch never is."]
+    sentences += [
+        f"The preset {name}: {descriptions[name].rstrip('.')}."
+        for name in places
+        if descriptions.get(name)
+    ]
+    return sentences
+
+
+def _first_places(
+    scenarios: Sequence[ScenarioAnalysis], compute: tuple[Verdict, pd.DataFrame] | None
+) -> list[str]:
+    """Returns who is best at what and where, each with the weak points, and how sure that is."""
     contested = [scenario for scenario in scenarios if scenario.anyone_arrived]
     firsts: dict[str, dict[str, list[str]]] = {}
     for scenario in contested:
-        for verdict in scenario.verdicts:
-            if verdict.best and verdict.metric in SUPERLATIVES:
-                own = firsts.setdefault(verdict.best, {})
-                own.setdefault(verdict.metric, []).append(scenario.scenario)
+        for metric, best in best_ones(scenario).items():
+            firsts.setdefault(best, {}).setdefault(metric, []).append(scenario.scenario)
+    cheapest = compute[0].best if compute and contested else None
+    if cheapest:
+        firsts.setdefault(cheapest, {})
     if not firsts:
         return []
     order = sorted(firsts, key=lambda name: -sum(map(len, firsts[name].values())))
-    told = [_honours(name, firsts[name], len(contested)) for name in order]
+    count = sum(len(where) for own in firsts.values() for where in own.values()) + bool(cheapest)
     return [
-        f"{'; '.join(told)}.",
-        _how_sure(contested),
-        _price(order[0], contested),
+        *(
+            f"{_honours(name, firsts[name], len(contested), is_cheapest=name == cheapest)}; "
+            f"{_weak_side(name, firsts[name], contested, compute)}."
+            for name in order
+        ),
+        _how_sure(contested, count, is_timed=cheapest is not None),
     ]
 
 
-def _honours(name: str, own: Mapping[str, Sequence[str]], task_count: int) -> str:
+def _honours(
+    name: str, own: Mapping[str, Sequence[str]], task_count: int, *, is_cheapest: bool
+) -> str:
     places: dict[tuple[str, ...], list[str]] = {}
     for metric, word in SUPERLATIVES.items():
         if metric in own:
             places.setdefault(tuple(own[metric]), []).append(word)
     words = [listed(some) + _where(where, task_count) for where, some in places.items()]
+    if is_cheapest:
+        words.append(f"{CHEAPEST} over {ALL_TRIALS}")
     return f"{name} is {listed(words)}"
 
 
@@ -169,7 +221,23 @@ def _where(scenarios: Sequence[str], task_count: int) -> str:
     return f" in {listed(scenarios)}"
 
 
-def _how_sure(scenarios: Sequence[ScenarioAnalysis]) -> str:
+def _weak_side(
+    name: str,
+    own: Mapping[str, Sequence[str]],
+    contested: Sequence[ScenarioAnalysis],
+    compute: tuple[Verdict, pd.DataFrame] | None,
+) -> str:
+    """Returns the weak points of a controller over all tasks in words."""
+    found = [point for scenario in contested for point in weak_points(name, scenario)]
+    told = worst_of(found, {place for where in own.values() for place in where})
+    if not told and compute:
+        verdict_of_all, means = compute
+        point = weak_point(name, verdict_of_all, means, metric_named(COMPUTE), QUANTITIES[COMPUTE])
+        told = [point] if point else []
+    return in_words(told, tells_where=len(contested) > 1 or not found)
+
+
+def _how_sure(scenarios: Sequence[ScenarioAnalysis], count: int, *, is_timed: bool) -> str:
     counts = sorted({s.trials for scenario in scenarios for s in scenario.successes})
     trials = f"{counts[0]}" if len(counts) == 1 else f"{counts[0]} to {counts[-1]}"
     once = [
@@ -177,128 +245,37 @@ def _how_sure(scenarios: Sequence[ScenarioAnalysis]) -> str:
         for scenario in scenarios
         if all(success.is_one_trial for success in scenario.successes)
     ]
-    if len(once) == len(scenarios):
+    if len(once) == len(scenarios) and not is_timed:
         return "Nothing in these trials is random: each word holds for this one task, surely."
     rests = "one trial" if trials == "1" else f"{trials} trials"
+    these = f"Each of these {count} statements" if count > 1 else "This statement"
     text = (
-        f"Each of these words holds with {CONFIDENCE:.0%} confidence against all others together "
-        f"and by more than {RELEVANT_RATIO:.0%}; it rests on {rests} of each controller and task"
+        f"{these} holds by itself with {CONFIDENCE:.0%} confidence against all others together, "
+        f"by more than {RELEVANT_RATIO:.0%}, on {rests} of each controller and task"
     )
+    if count > 1:
+        text += "; among many, one in twenty may be wrong"
     return f"{text}; in {listed(once)} nothing is random." if once else f"{text}."
 
 
-def _price(name: str, scenarios: Sequence[ScenarioAnalysis]) -> str:
-    """Returns in what a controller is farthest behind the best one, where that is worth a word."""
-    worst: tuple[float, str] = (PRICE_RATIO, "")
-    for scenario in scenarios:
-        means = means_of(scenario)
-        for entry in _shown_metrics():
-            ratio, best = _ratio_to_best(means, entry, name)
-            if ratio > worst[0]:
-                amount = (
-                    f"{number(ratio, 2)} times the {PRICES[entry.name]}"
-                    if entry.better is Better.LOWER
-                    else f"{number(1.0 / ratio, 2)} of the {PRICES[entry.name]}"
-                )
-                worst = (ratio, f"{amount} of {best} in {scenario.scenario}")
-    if not worst[1]:
-        return f"{name} has no price: nowhere is it 10% behind the best."
-    return f"The price of {name} is highest where it has {worst[1]}."
-
-
-def means_of(scenario: ScenarioAnalysis) -> pd.DataFrame:
-    """Returns means over the trials that are compared: a row a controller, a column a metric."""
-    comparable = comparable_trials(scenario.table, HEADLINE_METRICS)
-    order = list(dict.fromkeys(comparable["controller"]))
-    return comparable.groupby("controller")[list(HEADLINE_METRICS)].mean().reindex(order)
-
-
-def _ratio_to_best(means: pd.DataFrame, entry: Metric, name: str) -> tuple[float, str]:
-    """Returns how many times worse than the best a controller is, and who is the best."""
-    values = means[entry.name].dropna()
-    if name not in values or len(values) < 2:
-        return 1.0, ""
-    best = values.idxmin() if entry.better is Better.LOWER else values.idxmax()
-    own, first = float(values[name]), float(values[best])
-    if abs(own - first) <= entry.relevant or min(own, first) <= 0.0:
-        return 1.0, ""
-    return (own / first if entry.better is Better.LOWER else first / own), str(best)
-
-
-def _undecided(scenarios: Sequence[ScenarioAnalysis]) -> list[str]:
+def _undecided(
+    scenarios: Sequence[ScenarioAnalysis], compute: tuple[Verdict, pd.DataFrame] | None
+) -> list[str]:
     open_questions = {
-        verdict.metric: None
+        found.metric: None
         for scenario in scenarios
-        for verdict in scenario.verdicts
-        if verdict.standing is Standing.UNDECIDED and verdict.metric in SUPERLATIVES
+        for found in scenario.verdicts
+        if found.standing is Standing.UNDECIDED
     }
-    if not open_questions:
+    words = [word for metric, word in SUPERLATIVES.items() if metric in open_questions]
+    if (
+        compute
+        and compute[0].standing is Standing.UNDECIDED
+        and any(scenario.anyone_arrived for scenario in scenarios)
+    ):
+        words.append(CHEAPEST)
+    if not words:
         return []
-    words = listed(
-        (word for metric, word in SUPERLATIVES.items() if metric in open_questions), "or"
-    )
     if all(success.trials == 1 for scenario in scenarios for success in scenario.successes):
-        return [f"One trial of each cannot show who is {words}."]
-    return [f"More trials would be needed to say who is {words} in every task."]
-
-
-def _task(scenario: ScenarioAnalysis) -> str:
-    """Returns a scenario's line: who arrives, who is best at what."""
-    if scenario.is_impossible:
-        return _impossible(scenario)
-    successes = scenario.successes
-    if not scenario.anyone_arrived:
-        return "nobody reaches the goal."
-    arriving = [success for success in successes if success.succeeded]
-    if len(successes) == 1:
-        return f"{_rate(successes[0])}."
-    if len(arriving) == 1:
-        return f"only {arriving[0].controller} arrives ({_rate(arriving[0])})."
-    always = [s.controller for s in successes if s.succeeded == s.trials]
-    partly = [
-        f"{s.controller} {s.succeeded} of {s.trials}" for s in successes if s.succeeded < s.trials
-    ]
-    text = "all arrive" if not partly else ""
-    if partly:
-        text = f"{listed(always)} always arrive{'s' * (len(always) == 1)}, " if always else ""
-        text += listed(partly)
-    return f"{text}; {_best_ones(scenario)}."
-
-
-def _rate(success: Success) -> str:
-    text = f"{success.succeeded} of {success.trials} trials reach the goal"
-    if success.is_one_trial:
-        return f"{text}, all of them the same one"
-    low, high = (f"{100 * end:.0f}" for end in success.interval)
-    return f"{text}: {low} to {high}% with 95% confidence"
-
-
-def _best_ones(scenario: ScenarioAnalysis) -> str:
-    means = means_of(scenario)
-    units = {entry.name: typeset(entry.unit) for entry in all_metrics()}
-    best = {v.metric: v.best for v in scenario.verdicts if v.best and v.metric in SUPERLATIVES}
-    if not best:
-        return "nobody is shown to be best at anything"
-    told: dict[str, list[str]] = {}
-    for metric, word in SUPERLATIVES.items():
-        if metric in best:
-            value = number(float(means.loc[best[metric], metric]), DIGITS)
-            told.setdefault(str(best[metric]), []).append(f"{word} ({value} {units[metric]})")
-    return "; ".join(f"{name} is {listed(words)}" for name, words in told.items())
-
-
-def _impossible(scenario: ScenarioAnalysis) -> str:
-    outcomes = scenario.table["outcome"]
-    aborted = int((outcomes == Outcome.ABORTED).sum())
-    if aborted == len(outcomes):
-        return f"impossible on purpose; all {aborted} trials were given up, as they should be."
-    others = Counter(outcomes[outcomes != Outcome.ABORTED])
-    rest = listed(f"{count} {str(name).replace('_', ' ')}" for name, count in others.items())
-    return (
-        f"impossible on purpose; {aborted} of {len(outcomes)} trials were given up, as they "
-        f"should be, but {rest}."
-    )
-
-
-def _shown_metrics() -> list[Metric]:
-    return [entry for entry in all_metrics() if entry.name in PRICES]
+        return [f"One trial of each cannot show who is {listed(words, 'or')}."]
+    return [f"More trials would be needed to say who is {listed(words, 'or')} in every task."]

@@ -9,11 +9,11 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from drake_navbench.analysis.lead import PRICES, means_of
 from drake_navbench.analysis.metrics.definition import Better, Metric
 from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.analysis.numbers import number, typeset
 from drake_navbench.analysis.scenario_analysis import ScenarioAnalysis
+from drake_navbench.analysis.task_lead import QUANTITIES, means_of
 
 ARRIVED = "Goals reached"
 DIGITS = 3
@@ -57,7 +57,7 @@ class Overview(NamedTuple):
 
 def overview_of(scenarios: Sequence[ScenarioAnalysis]) -> Overview:
     """Returns what the picture shows of these scenarios, each of which has trials."""
-    shown = [entry for entry in all_metrics() if entry.name in PRICES]
+    shown = [entry for entry in all_metrics() if entry.name in QUANTITIES]
     hints = {Better.LOWER: "short is good", Better.HIGHER: "long is good", Better.NEITHER: ""}
     columns = [OverviewColumn(ARRIVED, hints[Better.HIGHER])]
     columns += [OverviewColumn(entry.title, hints[entry.better]) for entry in shown]
@@ -82,7 +82,7 @@ def _row(scenario: ScenarioAnalysis) -> OverviewRow:
     best = {verdict.metric: verdict.best for verdict in scenario.verdicts}
     cells = [arrivals]
     for entry in all_metrics():
-        if entry.name not in PRICES:
+        if entry.name not in QUANTITIES:
             continue
         longest = float(means[entry.name].abs().max())
         cells.append(

@@ -225,15 +225,20 @@ def avg_heading_error(log: TrialLog) -> float:
     """Mean difference of the absolute headings of plan and robot.
 
     Formula: per pose of the first plan, with the nearest sample, | |yaw robot| - |yaw plan| | in
-    degrees; the mean. Folds the sign of the heading away. Its "std" is over the trials.
+    degrees; the mean. Of several equally near samples the first counts: a robot that turns on the
+    spot has many. Folds the sign of the heading away. Its "std" is over the trials.
     """
-    samples, plan = published_samples(log), log.course
-    if len(plan) == 0:
-        raise Undefined("there is no plan")
-    nearest = _distances_m(plan, samples.pose).argmin(axis=1)
-    robot_yaw = np.abs([wrap(yaw) for yaw in samples.pose[nearest, 2]])
-    plan_yaw = np.abs([wrap(yaw) for yaw in plan[:, 2]])
-    return float(np.degrees(np.abs(robot_yaw - plan_yaw).mean()))
+    return _heading_error_deg(log, takes_last=False)
+
+
+@metric(unit="deg", better="neither", title="Average heading error, last of equally near samples")
+def avg_heading_error_last(log: TrialLog) -> float:
+    """`avg_heading_error` by the other rule for ties, to tell what hangs on it.
+
+    Formula: as there, but of several equally near samples the last counts. The publication does not
+    say which one it takes.
+    """
+    return _heading_error_deg(log, takes_last=True)
 
 
 @metric(unit="m^2/s", better="lower", title="Energy as published")
@@ -309,6 +314,20 @@ def _steps_m(samples: PublishedSamples) -> Array:
 def _distances_m(plan: Array, pose: Array) -> Array:
     """Returns (M, N) distances between plan poses and driven poses."""
     return np.hypot(*(plan[:, None, :2] - pose[None, :, :2]).transpose(2, 0, 1))
+
+
+def _heading_error_deg(log: TrialLog, *, takes_last: bool) -> float:
+    samples, plan = published_samples(log), log.course
+    if len(plan) == 0:
+        raise Undefined("there is no plan")
+    distances = _distances_m(plan, samples.pose)
+    if takes_last:
+        nearest = distances.shape[1] - 1 - distances[:, ::-1].argmin(axis=1)
+    else:
+        nearest = distances.argmin(axis=1)
+    robot_yaw = np.abs([wrap(yaw) for yaw in samples.pose[nearest, 2]])
+    plan_yaw = np.abs([wrap(yaw) for yaw in plan[:, 2]])
+    return float(np.degrees(np.abs(robot_yaw - plan_yaw).mean()))
 
 
 def _path_errors_m(log: TrialLog) -> Array:

@@ -15,8 +15,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from drake_navbench.analysis.gaps import RELEVANT_RATIO
 from drake_navbench.analysis.statistics import CONFIDENCE, Interval
-from drake_navbench.analysis.verdicts import RELEVANT_RATIO, is_failed
+from drake_navbench.analysis.verdicts import is_failed
 
 # More do not move the ends of an interval of whole ranks.
 RESAMPLES = 1000

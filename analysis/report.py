@@ -46,7 +46,8 @@ from drake_navbench.analysis.sweep_page import write_sweep
 from drake_navbench.analysis.tables import scenario_table, table_to_markdown
 from drake_navbench.analysis.totals import differences, totals, totals_csv
 from drake_navbench.log import Outcome
-from drake_navbench.results import ResultsFolder, write_text
+from drake_navbench.results import ResultsFolder, file_name, write_text
+from drake_navbench.typed_files.typed_yaml import read_yaml
 
 REPORT_NAME = "report.html"
 # Written where recordings were imported: how far the simulation is from them.
@@ -160,7 +161,7 @@ def _page(analysis: FolderAnalysis, difference: float) -> dict[str, Any]:
     listed = listed_trials(driven)
     return {
         "manifest": analysis.manifest,
-        "lead": lead_of(scenarios, totals(trials)),
+        "lead": lead_of(scenarios, totals(trials), _descriptions_of_touching(analysis, scenarios)),
         "overview": overview_of(scenarios),
         "rank_changes": changes,
         "rank_sentences": [
@@ -205,6 +206,20 @@ def _page(analysis: FolderAnalysis, difference: float) -> dict[str, Any]:
         "most_logs_opened": MOST_LOGS_OPENED,
         "difference": difference,
         "has_all_figures": any(entry.controller for entry in analysis.figures),
+    }
+
+
+def _descriptions_of_touching(
+    analysis: FolderAnalysis, scenarios: Sequence[ScenarioAnalysis]
+) -> dict[str, str]:
+    """Returns what the presets that touched something say of themselves."""
+    touching = [s.controller for entry in scenarios for s in entry.successes if s.touched]
+    folder = analysis.path / "inputs/controllers"
+    paths = {name: folder / f"{file_name(name)}.yaml" for name in dict.fromkeys(touching)}
+    return {
+        name: str(read_yaml(path).get("description", ""))
+        for name, path in paths.items()
+        if path.is_file()
     }
 
 

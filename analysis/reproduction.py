@@ -70,11 +70,20 @@ def write_reproduction(
 def _in_a_sentence(own: Account) -> str:
     total = shares(own.judgements)[-1]
     found = concordance(own.orderings)
-    text = f"Of the publication's {total.total} claims {total.holds} hold here, {total.level} are "
-    text += f"level, {total.contradicted} do not hold, {total.undecided} are undecided"
+    text = f"Of the publication's {total.total} claims {total.holds} hold here"
+    if total.holds_from_one_trial:
+        text += f" ({total.holds_from_one_trial} of them by one trial, as nothing there is random)"
+    text += f", {total.level} are level, {total.contradicted} do not hold, {total.undecided} are "
+    text += "undecided"
     if not found.orderings:
         return f"{text}."
-    return f"{text}; {found.ratio:.0%} of the orderings in its tables are found again."
+    text += f"; {found.ratio:.0%} of the orderings in its tables are found again"
+    if not own.baseline.permutations:
+        return f"{text}."
+    return (
+        f"{text}, with the controllers' names exchanged {own.baseline.median:.0%} in the median "
+        f"and {own.baseline.best:.0%} at most."
+    )
 
 
 def findings_table(accounts: Iterable[Account]) -> pd.DataFrame:

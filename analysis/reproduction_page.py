@@ -15,10 +15,14 @@ from drake_navbench.analysis.accounts import (
     Account,
     Share,
     agreements,
+    errors_by_metric,
     lineup_agreements,
     shares,
+    shares_by_difficulty,
 )
 from drake_navbench.analysis.concordance import EXCLUDED_METRICS, PUBLISHED_TRIALS
+from drake_navbench.analysis.gaps import RELEVANT_RATIO
+from drake_navbench.analysis.heading_ties import heading_ties
 from drake_navbench.analysis.html import page_environment, relative_change
 from drake_navbench.analysis.judgement import Estimate, Judgement, Part, Verdict
 from drake_navbench.analysis.lineups import (
@@ -31,7 +35,6 @@ from drake_navbench.analysis.lineups import (
 from drake_navbench.analysis.published_cells import Comparison
 from drake_navbench.analysis.relations import PERCENT
 from drake_navbench.analysis.tables import PUBLISHED_CONTROLLERS
-from drake_navbench.analysis.verdicts import RELEVANT_RATIO
 from drake_navbench.errors import InputError
 from drake_navbench.parameter_names import flattened
 from drake_navbench.results import file_name
@@ -119,6 +122,10 @@ def render(
         "absent": [lineup for lineup in LINEUPS if lineup not in lineups],
         "shares": _share_rows(accounts),
         "total": shares(main.judgements)[-1],
+        "difficulty": shares_by_difficulty(main.judgements),
+        "errors": errors_by_metric(main),
+        "baseline": main.baseline,
+        "ties": heading_ties(trials, main.lineup, main.judgements),
         "agreements": rows,
         "together": rows[-1],
         "other_agreements": [(a.lineup, lineup_agreements(a)) for a in others],

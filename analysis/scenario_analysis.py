@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
+from drake_navbench.analysis.gaps import compare_columns, values_by_seed
 from drake_navbench.analysis.invariants import Violation, violations_of
 from drake_navbench.analysis.journey import Deed, Leg, deeds_of, legs_of
 from drake_navbench.analysis.metrics.definition import Metric
@@ -30,8 +31,7 @@ from drake_navbench.analysis.tables import trial_identity
 from drake_navbench.analysis.verdicts import (
     Verdict,
     comparable_trials,
-    compare_columns,
-    values_by_seed,
+    touch_counts,
     verdict,
 )
 from drake_navbench.errors import InputError
@@ -47,7 +47,7 @@ HEADLINE_METRICS = (
     "jerk_rms_mps3",
     "angular_jerk_rms_radps3",
     "gulati_kuipers_discomfort_s",
-    "compute_time_p95_ms",
+    "compute_cpu_time_p95_ms",
 )
 
 
@@ -89,6 +89,7 @@ class Success(NamedTuple):
     """How often a controller reached the goal, with Wilson's interval of the share.
 
     is_one_trial: whether all its trials are the same one, so that the interval says nothing.
+    touched: how many of the trials ended at a contact.
     """
 
     controller: str
@@ -96,6 +97,7 @@ class Success(NamedTuple):
     trials: int
     interval: Interval
     is_one_trial: bool = False
+    touched: int = 0
 
 
 class Pair(NamedTuple):
@@ -183,8 +185,10 @@ def analyse(scenario: str, entries: list[TrialEntry], left_out: list[LeftOut]) -
     table = result.table
     controllers = list(dict.fromkeys(table["controller"]))
     repeated = repeated_controllers(repeated_cells(table), scenario)
+    touches = touch_counts(table)
     result.successes = [
-        _success(table, name, is_one_trial=name in repeated) for name in controllers
+        _success(table, name, is_one_trial=name in repeated, touched=touches.get(name, 0))
+        for name in controllers
     ]
     result.cells = [
         cell for name in controllers for cell in _cells(entries, name, is_repeated=name in repeated)
@@ -199,18 +203,19 @@ def analyse(scenario: str, entries: list[TrialEntry], left_out: list[LeftOut]) -
                 entry,
                 anyone_arrived=result.anyone_arrived,
                 repeated=repeated,
+                touches=touches,
             )
             if found is not None:
                 result.verdicts.append(found)
     return result
 
 
-def _success(table: pd.DataFrame, controller: str, *, is_one_trial: bool) -> Success:
+def _success(table: pd.DataFrame, controller: str, *, is_one_trial: bool, touched: int) -> Success:
     outcomes = table.loc[table["controller"] == controller, "outcome"]
     succeeded = int((outcomes == Outcome.SUCCEEDED).sum())
     count = 1 if is_one_trial else len(outcomes)
     interval = success_interval(min(succeeded, count), count)
-    return Success(controller, succeeded, len(outcomes), interval, is_one_trial)
+    return Success(controller, succeeded, len(outcomes), interval, is_one_trial, touched)
 
 
 def _cells(

@@ -301,22 +301,6 @@ def detectable_difference(sd: float, pairs: int, level: float) -> float:
     return quantile * sd / math.sqrt(pairs)
 
 
-def mean_ranks(values: pd.DataFrame, *, lower_is_better: bool) -> pd.Series:
-    """Returns the mean rank of every column over the rows; 1 is best, ties share.
-
-    values: one row a seed, one column a controller. A missing value ranks last: who has no time to
-    the goal did not get there.
-    """
-    signed = values if lower_is_better else -values
-    return signed.rank(axis=1, na_option="bottom").mean()
-
-
-def critical_difference(controllers: int, blocks: int) -> float:
-    """Returns Nemenyi's critical difference of mean ranks at 95% (Demsar 2006)."""
-    quantile = stats.studentized_range.ppf(CONFIDENCE, controllers, np.inf) / math.sqrt(2.0)
-    return float(quantile * math.sqrt(controllers * (controllers + 1) / (6.0 * blocks)))
-
-
 def pareto_front(costs: Array) -> NDArray[np.bool_]:
     """Returns which rows of (N, K) costs, lower is better, no other row beats in all columns.
 

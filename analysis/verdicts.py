@@ -1,4 +1,7 @@
-"""Which controller is best at what, in words, and only where the intervals support it."""
+"""Which controller is best at what, in words, and only where the intervals support it.
+
+What counts as being behind, and as being level, stands in `gaps`.
+"""
 
 from __future__ import annotations
 
@@ -7,25 +10,23 @@ from collections.abc import Iterable, Mapping, Sequence
 from enum import StrEnum
 from typing import NamedTuple
 
-import numpy as np
 import pandas as pd
 
+from drake_navbench.analysis.gaps import RELEVANT_RATIO, Gap, gap_to, values_by_seed
 from drake_navbench.analysis.metrics.definition import Better, Metric
+from drake_navbench.analysis.metrics.registry import unrepeatable_names
 from drake_navbench.analysis.numbers import typeset
 from drake_navbench.analysis.statistics import (
     CONFIDENCE,
     ROUNDING,
     PairedComparison,
-    paired_comparison,
     trials_needed,
 )
 from drake_navbench.log import Outcome
 
-# A difference below this share of the larger mean is not worth a word, however certain; neither is
-# one below what a metric says that matters (`Metric.relevant`).
-RELEVANT_RATIO = 0.01
 SIGNIFICANT_DIGITS = 3
 NOTHING_RANDOM = "n = 1: nothing in these trials is random"
+NOBODY_TOUCHED: Mapping[str, int] = {}
 EXTREMES = {Better.LOWER: "lowest", Better.HIGHER: "highest"}
 
 
@@ -35,22 +36,25 @@ class Standing(StrEnum):
     BEST = "best"
     LEVEL = "level"
     UNDECIDED = "not decided"
+    TOUCHED = "touched"
     NO_CONTEST = "no contest"
 
 
 class Verdict(NamedTuple):
     """What can be said of one metric in one scenario.
 
-    standing: BEST where the leader's mean is better than every other with 95% confidence in all
-    comparisons together, or in the one trial there is where nothing is random; LEVEL where the
-    others in front differ from it by less than RELEVANT_RATIO; NO_CONTEST where nobody reached the
-    goal. leaders: the controller with the best mean and those that are not shown to be worse, by
-    their means. text: one sentence.
+    standing: BEST where every other controller is shown to be behind the leader by more than
+    matters, with 95% confidence in all comparisons together, or in the one trial there is where
+    nothing is random. LEVEL where the others in front are shown to differ by less than matters.
+    TOUCHED where the leader would be best, but touched an obstacle. NO_CONTEST where nobody reached
+    the goal. order: the controllers with a value, best mean first. leaders: the first of them and
+    those that are not shown to be behind it. text: one sentence.
     """
 
     scenario: str
     metric: str
     standing: Standing
+    order: tuple[str, ...]
     leaders: tuple[str, ...]
     text: str
 
@@ -60,63 +64,30 @@ class Verdict(NamedTuple):
         return self.leaders[0] if self.standing is Standing.BEST else None
 
 
-def values_by_seed(trials: pd.DataFrame, scenario: str, metric: str) -> pd.DataFrame:
-    """Returns one row a seed and one column a controller, in the order of the trials.
-
-    Of several trials with one seed the mean.
-    """
-    # Asked for every metric of every scenario; pandas' pivot table takes ten times as long.
-    is_own = (trials["scenario"] == scenario).to_numpy()
-    seeds, rows = np.unique(trials["seed"].to_numpy()[is_own], return_inverse=True)
-    own = trials["controller"].to_numpy(dtype=object)[is_own]
-    place = {name: index for index, name in enumerate(dict.fromkeys(own))}
-    columns = np.array([place[name] for name in own], dtype=int)
-    values = trials[metric].to_numpy(dtype=float)[is_own]
-    is_known = ~np.isnan(values)
-    cells = rows[is_known], columns[is_known]
-    sums = np.zeros((len(seeds), len(place)))
-    counts = np.zeros_like(sums)
-    np.add.at(sums, cells, values[is_known])
-    np.add.at(counts, cells, 1.0)
-    means = np.divide(sums, counts, out=np.full_like(sums, math.nan), where=counts > 0.0)
-    return pd.DataFrame(
-        means, index=pd.Index(seeds, name="seed"), columns=pd.Index(place, name="controller")
-    )
-
-
-def compare_columns(
-    values: pd.DataFrame,
-    first: str,
-    second: str,
-    *,
-    repeated: frozenset[str] = frozenset(),
-    confidence: float = CONFIDENCE,
-) -> PairedComparison:
-    """Returns how the second column differs from the first over the seeds (rows).
-
-    repeated: the controllers whose trials are all the same one; of two such only one pair counts.
-    """
-    if repeated >= {first, second}:
-        values = values.iloc[:1]
-    return paired_comparison(values[first], values[second], confidence=confidence)
-
-
 def is_failed(trials: pd.DataFrame) -> pd.Series:
     """Returns which trials did not reach their goal."""
     return trials["outcome"] != Outcome.SUCCEEDED
 
 
+def touch_counts(trials: pd.DataFrame) -> dict[str, int]:
+    """Returns in how many trials each controller touched something, those that did."""
+    touched = trials.loc[trials["outcome"] == Outcome.COLLIDED, "controller"]
+    return {str(name): int(count) for name, count in touched.value_counts(sort=False).items()}
+
+
 def comparable_trials(trials: pd.DataFrame, metrics: Iterable[str]) -> pd.DataFrame:
     """Returns the trials of one scenario with the metrics of failed trials taken out.
 
-    Who gives up at once is neither quick nor smooth nor safe. Where no trial of the scenario
-    reached its goal, all are kept: then the question is how they gave up.
+    Who gives up at once is neither quick nor smooth nor safe. Compute times stay: every cycle has
+    to be computed in time. Where no trial of the scenario reached its goal, all are kept: then the
+    question is how they gave up.
     """
     failed = is_failed(trials)
     if failed.all():
         return trials
+    measured_anew = set(unrepeatable_names())
     kept = trials.copy()
-    kept.loc[failed, list(metrics)] = math.nan
+    kept.loc[failed, [name for name in metrics if name not in measured_anew]] = math.nan
     return kept
 
 
@@ -127,12 +98,14 @@ def verdict(
     *,
     anyone_arrived: bool = True,
     repeated: frozenset[str] = frozenset(),
+    touches: Mapping[str, int] = NOBODY_TOUCHED,
 ) -> Verdict | None:
     """Returns what the trials show about a metric; None where there is nothing to compare.
 
     The metric needs a good direction and a value for at least two controllers. anyone_arrived:
     whether a trial of the scenario reached its goal; else nobody is best, whatever the values.
-    repeated: the controllers whose trials are all the same one.
+    repeated: the controllers whose trials are all the same one. touches: as from `touch_counts`;
+    who touched something is not best.
     """
     if entry.better is Better.NEITHER:
         return None
@@ -146,95 +119,82 @@ def verdict(
     # Bonferroni: all comparisons with the leader hold together at 95%.
     confidence = 1.0 - (1.0 - CONFIDENCE) / len(others)
     once = repeated if entry.is_repeatable else frozenset()
-    comparisons = {
-        other: compare_columns(values, leader, other, repeated=once, confidence=confidence)
+    gaps = {
+        other: gap_to(values, means, other, entry=entry, once=once, confidence=confidence)
         for other in others
     }
-    equal = [
-        other for other in others if _is_equal(comparisons[other], means, leader, other, entry)
-    ]
-    leaders = [leader]
-    for other in others:
-        is_certain = once >= {leader, other} or _is_behind(comparisons[other], entry.better)
-        if other in equal or not is_certain:
-            leaders.append(other)
+    behind = [other for other in others if gaps[other].is_shown]
+    level = [other for other in others if gaps[other].is_level]
+    leaders = [leader, *(other for other in others if other not in behind)]
     if len(leaders) == 1:
         standing = Standing.BEST
         place = "best" if anyone_arrived else EXTREMES[entry.better]
         text = f"{leader} is {place}: {_number(means[leader], entry.unit)}; "
-        text += f"next {others[0]}, {_gap(comparisons[others[0]], entry.unit)}"
+        text += f"next {others[0]}, {_gap(gaps[others[0]].comparison, entry.unit)}"
         if once >= {leader, others[0]}:
             text += f" ({NOTHING_RANDOM})"
-    elif leaders == [leader, *equal]:
+        if leader in touches and anyone_arrived:
+            standing = Standing.TOUCHED
+            text = text.replace("best", "first", 1)
+            text += f"; but {leader} touched something in {_trial_count(touches[leader])}, so that"
+            text += " nobody is best"
+    elif leaders == [leader, *level]:
         standing = Standing.LEVEL
-        text = f"level: {', '.join(leaders)} {_how_close(comparisons, means, equal, entry)}"
+        text = f"level: {', '.join(leaders)} {_how_close(gaps, means, level, entry)}"
     else:
         standing = Standing.UNDECIDED
-        text = _undecided(leaders, equal, comparisons, unit=entry.unit, confidence=confidence)
-        if equal:
-            close = _how_close(comparisons, means, equal, entry)
-            text += f"; {', '.join([leader, *equal])} {close}"
+        text = _undecided(means, leaders, gaps, entry=entry, confidence=confidence)
+        if level:
+            close = _how_close(gaps, means, level, entry)
+            text += f"; {', '.join([leader, *level])} {close}"
     if not anyone_arrived:
         standing = Standing.NO_CONTEST
     text += _note_on_missing(values, list(means.index), anyone_arrived=anyone_arrived)
-    return Verdict(scenario, entry.name, standing, tuple(leaders), text)
-
-
-def _is_equal(
-    comparison: PairedComparison, means: pd.Series, leader: str, other: str, entry: Metric
-) -> bool:
-    """Whether a difference is too small for a word; never without a pair."""
-    return _is_ratio_small(comparison, means, leader, other) or (
-        abs(comparison.difference) <= entry.relevant
-    )
-
-
-def _is_ratio_small(
-    comparison: PairedComparison, means: pd.Series, leader: str, other: str
-) -> bool:
-    scale = max(abs(means[leader]), abs(means[other]))
-    return abs(comparison.difference) <= max(RELEVANT_RATIO * scale, ROUNDING)
-
-
-def _is_behind(comparison: PairedComparison, better: Better) -> bool:
-    """Whether the pairs show it: where values are missing, they may contradict the means."""
-    low, high = comparison.interval
-    return low > 0.0 if better is Better.LOWER else high < 0.0
+    return Verdict(scenario, entry.name, standing, tuple(means.index), tuple(leaders), text)
 
 
 def _how_close(
-    comparisons: Mapping[str, PairedComparison],
-    means: pd.Series,
-    equal: Sequence[str],
-    entry: Metric,
+    gaps: Mapping[str, Gap], means: pd.Series, level: Sequence[str], entry: Metric
 ) -> str:
-    if all(abs(comparisons[name].difference) <= ROUNDING for name in equal):
+    differences = [abs(gaps[name].comparison.difference) for name in level]
+    if all(difference <= ROUNDING for difference in differences):
         return "are equal"
-    leader = means.index[0]
-    if all(_is_ratio_small(comparisons[name], means, leader, name) for name in equal):
+    scales = [max(abs(means.iloc[0]), abs(means[name])) for name in level]
+    if all(d <= RELEVANT_RATIO * scale for d, scale in zip(differences, scales, strict=True)):
         return f"differ by less than {RELEVANT_RATIO:.0%}"
     return f"differ by no more than {_number(entry.relevant, entry.unit)}"
 
 
 def _undecided(
+    means: pd.Series,
     leaders: Sequence[str],
-    equal: Sequence[str],
-    comparisons: Mapping[str, PairedComparison],
+    gaps: Mapping[str, Gap],
     *,
-    unit: str,
+    entry: Metric,
     confidence: float,
 ) -> str:
+    leader = leaders[0]
     text = f"not decided between {', '.join(leaders)}"
-    paired = [name for name in leaders[1:] if name not in equal and comparisons[name].pairs > 0]
-    if paired:
-        nearest = comparisons[paired[0]]
-        text += f": {paired[0]} {_gap(nearest, unit)}"
-        if nearest.pairs > 1:
-            needed = trials_needed(nearest.sd, abs(nearest.difference), confidence=confidence)
-            if needed > nearest.pairs:
-                text += f"; a difference of this size needs about {needed} trials"
-    else:
-        text += ": no trial in which both have a value"
+    open_ones = [
+        name for name in leaders[1:] if not gaps[name].is_level and gaps[name].comparison.pairs > 0
+    ]
+    if not open_ones:
+        return f"{text}: no trial in which both have a value"
+    nearest = open_ones[0]
+    found = gaps[nearest].comparison
+    text += f": {nearest} {_gap(found, entry.unit)}"
+    scale = max(abs(means[leader]), abs(means[nearest]))
+    bar = max(RELEVANT_RATIO * scale, entry.relevant)
+    if gaps[nearest].is_ahead:
+        text += f", which may be less than {_number(bar, entry.unit)}"
+        text += f" ({RELEVANT_RATIO:.0%})" if bar > entry.relevant else ""
+    # What has to be shown is the part of the difference beyond the bar.
+    sign = 1.0 if entry.better is Better.LOWER else -1.0
+    excess = sign * found.difference - bar
+    if found.pairs > 1 and excess > 0.0:
+        needed = trials_needed(found.sd, excess, confidence=confidence)
+        if needed > found.pairs:
+            text += f"; a difference of this size needs about {needed} trials"
     return text
 
 
@@ -257,6 +217,10 @@ def _note_on_missing(values: pd.DataFrame, compared: Sequence[str], *, anyone_ar
     if missing:
         note += f"; no value for {', '.join(missing)}"
     return note
+
+
+def _trial_count(count: int) -> str:
+    return f"{count} trial{'s' * (count != 1)}"
 
 
 def _number(value: float, unit: str, *, signed: bool = False) -> str:

@@ -37,7 +37,7 @@ from drake_navbench.analysis.figures.style import (
 from drake_navbench.analysis.metrics.definition import Metric
 from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.analysis.scenario_analysis import HEADLINE_METRICS
-from drake_navbench.analysis.verdicts import comparable_trials, is_failed
+from drake_navbench.analysis.verdicts import Verdict, is_failed
 from drake_navbench.log import TrialLog
 from drake_navbench.results import file_name
 
@@ -90,10 +90,12 @@ def write_scenario_figures(
     logs: Mapping[str, Sequence[TrialLog]],
     trials: pd.DataFrame,
     choice: FigureChoice = FigureChoice.ALL,
+    verdicts: Sequence[Verdict] = (),
 ) -> list[FigureEntry]:
     """Writes the chosen figures of a scenario below `folder`; returns what was written.
 
     logs: the readable trials by controller. trials: rows as from `trial_row`, all scenarios.
+    verdicts: those of the scenario, which the diagram of places shows.
     """
     drawable = drawable_logs(logs)
     if not drawable or choice is FigureChoice.NONE:
@@ -103,7 +105,7 @@ def write_scenario_figures(
     name = file_name(scenario)
     entries = []
     with figure_style():
-        for kind, title, figure in _comparisons(scenario, drawable, trials, look):
+        for kind, title, figure in _comparisons(scenario, drawable, trials, verdicts, look):
             stem = f"{name}/{kind}"
             write_figure(figure, folder / stem, suffixes)
             entries.append(FigureEntry(scenario, "", kind, title, stem, size_of(figure)))
@@ -117,7 +119,11 @@ def write_scenario_figures(
 
 
 def _comparisons(
-    scenario: str, logs: Mapping[str, Sequence[TrialLog]], trials: pd.DataFrame, look: Look
+    scenario: str,
+    logs: Mapping[str, Sequence[TrialLog]],
+    trials: pd.DataFrame,
+    verdicts: Sequence[Verdict],
+    look: Look,
 ) -> Iterator[tuple[str, str, Figure]]:
     """Yields kind, title and figure of what can be compared, one at a time."""
     metrics = headline_metrics()
@@ -127,10 +133,8 @@ def _comparisons(
     if figure := box_figure(box_panels(trials, scenario, metrics), look):
         yield "metrics", "Metrics, every trial", figure
     # Where nobody arrived there is no best.
-    if not is_failed(trials).all():
-        comparable = comparable_trials(trials, HEADLINE_METRICS)
-        if figure := rank_figure(rank_rows(comparable, scenario, metrics), look):
-            yield "ranks", "Ranks", figure
+    if not is_failed(trials).all() and (figure := rank_figure(rank_rows(verdicts, metrics), look)):
+        yield "ranks", "Places", figure
     if figure := pareto_figure(pareto_points(trials, scenario), look):
         yield "pareto", "Time, clearance, jerk", figure
     if figure := compute_figure(compute_times(logs), look):

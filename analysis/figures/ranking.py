@@ -1,4 +1,4 @@
-"""Controllers ranked: critical difference diagram and Pareto plot."""
+"""Controllers ranked: diagram of places and Pareto plot."""
 
 from __future__ import annotations
 
@@ -18,12 +18,13 @@ from drake_navbench.analysis.figures.style import (
     legend_below,
     new_figure,
 )
-from drake_navbench.analysis.metrics.definition import Better, Metric
-from drake_navbench.analysis.statistics import critical_difference, mean_ranks, pareto_front
-from drake_navbench.analysis.verdicts import values_by_seed
+from drake_navbench.analysis.metrics.definition import Metric
+from drake_navbench.analysis.statistics import pareto_front
+from drake_navbench.analysis.verdicts import Verdict
 from drake_navbench.log import Outcome
 
 RANK_ROW_IN = 0.36
+PATCH_WIDTH = 0.9
 MIN_MARKER_AREA, MAX_MARKER_AREA = 50.0, 330.0
 
 
@@ -38,65 +39,67 @@ class ParetoPoints(NamedTuple):
     is_on_front: np.ndarray
 
 
-class Ranks(NamedTuple):
-    """Mean ranks over the seeds, 1 is best, and the difference that counts.
+class RankRow(NamedTuple):
+    """The places of the controllers in one metric.
 
-    critical: Nemenyi's critical difference at 95% for `blocks` seeds.
+    places: 1 is the best mean. in_front: the first and those that are not shown to be behind it, as
+    the verdict on the metric says.
     """
 
-    ranks: pd.Series
-    critical: float
-    blocks: int
-
-
-class RankRow(NamedTuple):
-    """One metric in which the controllers are ranked."""
-
     metric: Metric
-    ranks: Ranks
+    places: dict[str, int]
+    in_front: tuple[str, ...]
 
 
-def ranks_of(trials: pd.DataFrame, scenario: str, entry: Metric) -> Ranks | None:
-    """Returns the mean ranks of the controllers; None where there is nothing to rank."""
-    values = values_by_seed(trials, scenario, entry.name)
-    values = values.dropna(how="all")
-    if entry.better is Better.NEITHER or values.shape[1] < 2 or len(values) == 0:
-        return None
-    ranks = mean_ranks(values, lower_is_better=entry.better is Better.LOWER)
-    return Ranks(ranks, critical_difference(values.shape[1], len(values)), len(values))
+def rank_rows(verdicts: Sequence[Verdict], metrics: Sequence[Metric]) -> list[RankRow]:
+    """Returns the places in every metric of which there is a verdict, in the order of `metrics`.
 
-
-def rank_rows(trials: pd.DataFrame, scenario: str, metrics: Sequence[Metric]) -> list[RankRow]:
-    """Returns the ranks in every metric in which the controllers can be ranked."""
-    found = [(entry, ranks_of(trials, scenario, entry)) for entry in metrics]
-    return [RankRow(entry, ranks) for entry, ranks in found if ranks is not None]
+    The words of the report rest on the same verdicts, so that the two cannot contradict each other.
+    """
+    found = {verdict.metric: verdict for verdict in verdicts}
+    return [
+        RankRow(
+            entry,
+            {name: place for place, name in enumerate(found[entry.name].order, start=1)},
+            found[entry.name].leaders,
+        )
+        for entry in metrics
+        if entry.name in found
+    ]
 
 
 def rank_figure(rows: Sequence[RankRow], look: Look) -> Figure | None:
-    """Returns a critical difference diagram, one line a metric; None without a row."""
+    """Returns a diagram of places, one line a metric; None without a row.
+
+    A grey patch lies behind those that are not shown to be behind the first one.
+    """
     if not rows:
         return None
     figure, (axes,) = new_figure(
         axes_size_in=(5.4, RANK_ROW_IN * len(rows)), margins=Margins(left=2.2)
     )
-    names = list(rows[0].ranks.ranks.index)
-    for row, (_, ranks) in enumerate(rows):
-        best = ranks.ranks.min()
-        axes.plot([best, best + ranks.critical], [row, row], color=MUTED, lw=7, alpha=0.25)
-        for name in names:
+    names = list(dict.fromkeys(name for row in rows for name in row.places))
+    for height, row in enumerate(rows):
+        for name, place in row.places.items():
+            if name in row.in_front:
+                ends = [place - 0.5 * PATCH_WIDTH, place + 0.5 * PATCH_WIDTH]
+                axes.plot(
+                    ends, [height, height], color=MUTED, lw=14, alpha=0.25, solid_capstyle="butt"
+                )
             axes.plot(
-                ranks.ranks[name],
-                row,
+                place,
+                height,
                 look.marker(name),
                 color=look.line(name)["color"],
                 ms=8,
                 mec="white",
             )
-    axes.set_yticks(range(len(rows)), [entry.title for entry, _ in rows])
+    axes.set_yticks(range(len(rows)), [row.metric.title for row in rows])
     axes.invert_yaxis()
-    axes.set_xlim(0.8, len(names) + 0.2)
-    axes.set_xlabel(f"mean rank over {rows[0].ranks.blocks} seeds, 1 is best")
-    axes.set_title("Ranks; within the bar no difference to the best is shown (Nemenyi)", x=-0.4)
+    axes.set_xlim(0.4, len(names) + 0.6)
+    axes.set_xticks(range(1, len(names) + 1))
+    axes.set_xlabel("place by the mean, 1 is best")
+    axes.set_title("Places; grey: not shown to be more than 1% behind the first", x=-0.4)
     legend_below(figure, look.marker_keys(names))
     return figure
 

@@ -1,10 +1,13 @@
 """Ranks over all scenarios of a suite, which are shared where nothing shows who is better.
 
 One controller beats another that it is shown to be better than: in arrivals, or, where these are
-not shown to differ, in the time to the goal where both arrive. What is compared is the mean over
-the scenarios, paired by the trials: trial 3 of one seed in all scenarios is one pair. All intervals
-hold together with 95% confidence (Bonferroni), and with them those of the ranks: from one more than
-the number of controllers that beat it to how many it does not beat.
+not shown to differ, in touches, or, where these are not either, in the time to the goal where both
+arrive. Who touches something more often than the other beats it in nothing: an honest stop may be
+expected, a touch never is; and who stands still touches nothing, so that touches do not come before
+arrivals. What is compared is the mean over the scenarios, paired by the trials: trial 3 of one seed
+in all scenarios is one pair. All intervals hold together with 95% confidence (Bonferroni), and with
+them those of the ranks: from one more than the number of controllers that beat it to how many it
+does not beat.
 """
 
 from __future__ import annotations
@@ -14,6 +17,7 @@ from typing import NamedTuple
 
 import pandas as pd
 
+from drake_navbench.analysis.gaps import RELEVANT_RATIO
 from drake_navbench.analysis.repeats import repeated_cells
 from drake_navbench.analysis.statistics import (
     CONFIDENCE,
@@ -24,24 +28,27 @@ from drake_navbench.analysis.statistics import (
     share_interval,
     summarize,
 )
-from drake_navbench.analysis.verdicts import RELEVANT_RATIO, is_failed
+from drake_navbench.analysis.verdicts import is_failed
+from drake_navbench.log import Outcome
 
 # Tells the runs of a suite's seeds apart in a table of their trials.
 RUN_SEED = "run_seed"
 PAIRED_BY = [RUN_SEED, "trial"]
-QUANTITIES = 2
+QUANTITIES = 3
 
 
 class Standing(NamedTuple):
     """Where a controller stands; interval: of the rank. success: a share, with Wilson's interval.
 
-    time_s: to the goal, mean over the scenarios of the trials that arrive.
+    touched: how many trials ended at a contact. time_s: to the goal, mean over the scenarios of the
+    trials that arrive.
     """
 
     controller: str
     rank: int
     interval: Interval
     arrived: int
+    touched: int
     trials: int
     success: float
     success_interval: Interval
@@ -51,15 +58,18 @@ class Standing(NamedTuple):
 class Duel(NamedTuple):
     """Two controllers compared, second minus first; winner: '' where none is shown.
 
-    decided_by: 'arrivals', 'time', or '' without a winner.
+    decided_by: 'arrivals', 'touches', 'time', or '' without a winner. denied: who would win, had it
+    not touched something more often.
     """
 
     first: str
     second: str
     arrivals: PairedComparison
+    touches: PairedComparison
     time_s: PairedComparison
     winner: str
     decided_by: str
+    denied: str = ""
 
 
 class Ranking(NamedTuple):
@@ -86,16 +96,18 @@ def rank(trials: pd.DataFrame) -> Ranking:
     repeated = repeated_cells(trials.drop(columns=RUN_SEED))
     once = {name for name in controllers if all((s, name) in repeated for s in scenarios)}
     rows = trials.assign(arrived=(~is_failed(trials)).astype(float))
+    rows["touched"] = (rows["outcome"] == Outcome.COLLIDED).astype(float)
     rows["time"] = rows["time_to_goal_s"].where(rows["arrived"] > 0.0)
-    arrived, time_s = (
+    arrived, touched, time_s = (
         rows.set_index([*PAIRED_BY, "scenario", "controller"])[name].unstack("controller")
-        for name in ("arrived", "time")
+        for name in ("arrived", "touched", "time")
     )
     pairs = list(combinations(controllers, 2))
     confidence = 1.0 - (1.0 - CONFIDENCE) / max(1, QUANTITIES * len(pairs))
     duels = tuple(
         _duel(
             arrived[[first, second]],
+            touched[[first, second]],
             time_s[[first, second]],
             confidence=confidence,
             is_one_trial=once >= {first, second},
@@ -103,7 +115,15 @@ def rank(trials: pd.DataFrame) -> Ranking:
         for first, second in pairs
     )
     standings = [
-        _standing(name, arrived[name], time_s[name], duels, len(controllers), is_once=name in once)
+        _standing(
+            name,
+            arrived[name],
+            touched[name],
+            time_s[name],
+            duels,
+            controllers=len(controllers),
+            is_once=name in once,
+        )
         for name in controllers
     ]
     standings.sort(key=lambda entry: (entry.rank, entry.interval.high, -entry.success))
@@ -111,27 +131,59 @@ def rank(trials: pd.DataFrame) -> Ranking:
 
 
 def _duel(
-    arrived: pd.DataFrame, time_s: pd.DataFrame, *, confidence: float, is_one_trial: bool
+    arrived: pd.DataFrame,
+    touched: pd.DataFrame,
+    time_s: pd.DataFrame,
+    *,
+    confidence: float,
+    is_one_trial: bool,
 ) -> Duel:
     first, second = arrived.columns
-    shares = arrived.groupby(level=PAIRED_BY).mean()
+    shares, touches = (found.groupby(level=PAIRED_BY).mean() for found in (arrived, touched))
     # A time counts only beside the other's in the same trial, else who fails in long ones is quick.
     times = time_s.dropna().groupby(level=PAIRED_BY).mean()
     if is_one_trial:
-        shares, times = shares.iloc[:1], times.iloc[:1]
-    arrivals = paired_comparison(shares[first], shares[second], confidence=confidence)
-    duration = paired_comparison(times[first], times[second], confidence=confidence)
-    winner, decided_by = "", ""
-    if arrivals.difference != 0.0 and (is_one_trial or _differ_in_arrivals(shares, arrivals)):
-        winner, decided_by = (second if arrivals.difference > 0.0 else first), "arrivals"
-    elif len(times):
-        is_relevant = abs(duration.difference) > RELEVANT_RATIO * float(times.mean().max())
-        if is_relevant and (is_one_trial or duration.interval.excludes(0.0)):
-            winner, decided_by = (second if duration.difference < 0.0 else first), "time"
-    return Duel(first, second, arrivals, duration, winner, decided_by)
+        shares, touches, times = shares.iloc[:1], touches.iloc[:1], times.iloc[:1]
+    arrivals, contacts, duration = (
+        paired_comparison(found[first], found[second], confidence=confidence)
+        for found in (shares, touches, times)
+    )
+
+    def better_of(comparison: PairedComparison, *, is_shown: bool, is_less_better: bool) -> str:
+        if comparison.difference == 0.0 or not (is_one_trial or is_shown):
+            return ""
+        return second if (comparison.difference < 0.0) == is_less_better else first
+
+    by_arrivals = better_of(
+        arrivals, is_shown=_differ_in_shares(shares, arrivals), is_less_better=False
+    )
+    by_touches = better_of(
+        contacts, is_shown=_differ_in_shares(touches, contacts), is_less_better=True
+    )
+    by_time = ""
+    if len(times) and abs(duration.difference) > RELEVANT_RATIO * float(times.mean().max()):
+        by_time = better_of(
+            duration, is_shown=_is_shown_in_time(times, confidence), is_less_better=True
+        )
+    found = ((by_arrivals, "arrivals"), (by_touches, "touches"), (by_time, "time"))
+    winner, decided_by = next(((name, by) for name, by in found if name), ("", ""))
+    denied = winner if by_touches and by_touches != winner else ""
+    if denied:
+        winner, decided_by = "", ""
+    return Duel(first, second, arrivals, contacts, duration, winner, decided_by, denied)
 
 
-def _differ_in_arrivals(shares: pd.DataFrame, comparison: PairedComparison) -> bool:
+def _is_shown_in_time(times: pd.DataFrame, confidence: float) -> bool:
+    """Whether the whole interval of the difference lies beyond 1% of the longer mean."""
+    slower, quicker = times.mean().sort_values(ascending=False, kind="stable").index
+    # What the slower one needs beyond 1% of its own time.
+    excess = paired_comparison(
+        times[quicker], (1.0 - RELEVANT_RATIO) * times[slower], confidence=confidence
+    )
+    return excess.interval.low > 0.0
+
+
+def _differ_in_shares(shares: pd.DataFrame, comparison: PairedComparison) -> bool:
     """Whether the trials show it.
 
     Where every pair differs by the same, Student's interval has no width, be it of two pairs only;
@@ -149,10 +201,11 @@ def _differ_in_arrivals(shares: pd.DataFrame, comparison: PairedComparison) -> b
 def _standing(
     name: str,
     arrived: pd.Series,
+    touched: pd.Series,
     time_s: pd.Series,
     duels: tuple[Duel, ...],
-    controllers: int,
     *,
+    controllers: int,
     is_once: bool,
 ) -> Standing:
     own = [duel for duel in duels if name in (duel.first, duel.second) and duel.winner]
@@ -168,6 +221,7 @@ def _standing(
         rank=1 + beaten,
         interval=Interval(1.0 + beaten, float(controllers - won)),
         arrived=int(arrived.sum()),
+        touched=int(touched.sum()),
         trials=len(arrived),
         success=success,
         success_interval=share_interval(success, len(shares)),

@@ -9,6 +9,8 @@ from drake_navbench.analysis.metrics.signals import Array, column
 from drake_navbench.log import TrialLog
 
 MS_PER_S = 1000.0
+# The plugin that hosts a program.
+EXTERNAL = "external"
 
 
 def cycle_times_ms(log: TrialLog, measure: str = "compute_time_ms") -> Array:
@@ -66,12 +68,21 @@ def missed_period_ratio(log: TrialLog) -> float:
     return float(np.mean(cycle_times_ms(log) > MS_PER_S / frequency))
 
 
-@metric(unit="ms", better="lower", is_repeatable=False, title="Processor time, 95th percentile")
+@metric(
+    unit="ms",
+    better="lower",
+    is_repeatable=False,
+    title="Processor time, 95th percentile",
+    relevant=0.1,
+)
 def compute_cpu_time_p95_ms(log: TrialLog) -> float:
     """Processor time that 95 of 100 control cycles keep: without waiting for other processes.
 
-    Formula: 95th percentile over the cycles of the thread's processor time.
+    Formula: 95th percentile over the cycles of the thread's processor time. A controller in a
+    process of its own (`external`) has none: its work is not that thread's.
     """
+    if log.info.get("controller_plugin") == EXTERNAL:
+        raise Undefined("the controller runs in a process of its own, which is not measured")
     times_ms = cycle_times_ms(log, "compute_cpu_time_ms")
     if np.isnan(times_ms).any():
         raise Undefined("the log is from before processor time was measured")

@@ -12,7 +12,11 @@ from scenes import straight_plan
 from synthetic_logs import circle_log, log_times, make_log, straight_log
 
 from drake_navbench.analysis.colors import controller_color
-from drake_navbench.analysis.figures.album import headline_metrics, write_scenario_figures
+from drake_navbench.analysis.figures.album import (
+    FigureChoice,
+    headline_metrics,
+    write_scenario_figures,
+)
 from drake_navbench.analysis.figures.comparison import (
     box_figure,
     box_panels,
@@ -27,7 +31,6 @@ from drake_navbench.analysis.figures.ranking import (
     pareto_figure,
     pareto_points,
     rank_rows,
-    ranks_of,
 )
 from drake_navbench.analysis.figures.style import (
     PLAN_COLOR,
@@ -38,6 +41,7 @@ from drake_navbench.analysis.figures.style import (
 )
 from drake_navbench.analysis.metrics import efficiency
 from drake_navbench.analysis.tables import trial_row
+from drake_navbench.analysis.verdicts import verdict
 from drake_navbench.errors import CannotBeWritten
 from drake_navbench.plans import Plan
 
@@ -188,10 +192,14 @@ def test_a_sheet_shows_the_first_trial_that_arrived():
     assert shown_trial([failed, straight_log(outcome="aborted")]) is failed
 
 
-def test_only_metrics_with_a_good_direction_and_a_value_are_ranked(trials):
+def test_places_are_those_of_the_verdicts(trials):
     metrics = [efficiency.time_to_goal_s, efficiency.driven_length_m, efficiency.spl]
-    rows = rank_rows(trials.assign(spl=np.nan), "own_corridor", metrics)
-    assert [row.metric.name for row in rows] == ["time_to_goal_s"]
+    verdicts = [verdict(trials.assign(spl=np.nan), "own_corridor", entry) for entry in metrics]
+    # Length has no good direction, and SPL no value.
+    (row,) = rank_rows([found for found in verdicts if found], metrics)
+    assert row.metric.name == "time_to_goal_s"
+    assert row.places == {"rpp": 1, "rpp:v=0.4": 2}
+    assert row.in_front == ("rpp",)
 
 
 def test_without_values_there_is_no_figure(trials):
@@ -229,14 +237,6 @@ def test_pareto_front_of_faster_and_clearer():
     assert list(pareto_points(rows, "s").is_on_front) == [True, True, False]
 
 
-def test_ranks_over_the_seeds(trials):
-    found = ranks_of(trials, "own_corridor", efficiency.time_to_goal_s)
-    assert found.ranks.to_dict() == {"rpp": 1.0, "rpp:v=0.4": 2.0}
-    assert found.blocks == len(SEEDS)
-    # q = 1.960 for two: 1.960 * sqrt(6 / 18).
-    assert found.critical == pytest.approx(1.960 * math.sqrt(6 / 18), rel=1e-3)
-
-
 def test_a_trial_too_short_for_derivatives_is_still_drawn():
     log = make_log([0.0, 0.02], x_m=[0.0, 0.01], outcome="error")
     with figure_style():
@@ -272,7 +272,10 @@ def test_headline_metrics_all_have_a_direction_or_none_on_purpose():
 
 def test_there_are_ranks_only_where_somebody_arrived(logs, trials, tmp_path):
     def kinds(table):
-        written = write_scenario_figures(tmp_path, "own_corridor", logs, table)
+        found = verdict(trials, "own_corridor", efficiency.time_to_goal_s)
+        written = write_scenario_figures(
+            tmp_path, "own_corridor", logs, table, FigureChoice.ALL, [found]
+        )
         return {entry.kind for entry in written}
 
     assert "ranks" in kinds(trials)

@@ -1,11 +1,17 @@
-"""The verdict in words: it says who arrives, who is best where, how sure, and at what price."""
+"""The verdict in words: who arrives, who touches, who is best where, and the weak points."""
 
 from __future__ import annotations
 
-from drake_navbench.analysis.lead import lead_of, listed
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drake_navbench.analysis.figures.ranking import rank_rows
+from drake_navbench.analysis.lead import lead_of
 from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.analysis.overview import overview_of
 from drake_navbench.analysis.scenario_analysis import TrialEntry, analyse
+from drake_navbench.analysis.task_lead import best_ones, listed
 
 NAMES = [entry.name for entry in all_metrics()]
 
@@ -38,17 +44,133 @@ JERKS = {"rpp": [4.0, 4.1, 4.0, 3.9], "dwb": [1.0, 1.1, 1.0, 0.9]}
 NEVER = {"dwb": ["aborted"] * 4}
 
 
-def test_who_is_best_where_how_sure_and_at_what_price():
+def test_who_is_best_where_how_sure_and_with_which_weak_points():
     lead = lead_of([scenario("bend", time_to_goal_s=TIMES, jerk_rms_mps3=JERKS)])
     text = " ".join(lead.sentences)
     assert text.startswith("All 2 controllers reached every goal that can be reached.")
-    assert "rpp is quickest; dwb is smoothest." in text
-    assert "with 95% confidence against all others together" in text
-    assert "rests on 4 trials of each controller" in text
-    assert "The price of rpp is highest where it has 4.0 times the jerk of dwb in bend." in text
+    # Whoever is praised has the weak point in the same sentence.
+    assert "rpp is quickest; weak point: jerk, 4.0 times dwb's (4.00 against 1.00 m/s³)." in text
+    assert "dwb is smoothest; weak point: time, 1.2 times rpp's (12.0 against 10.0 s)." in text
+    assert "Each of these 2 statements holds by itself with 95% confidence" in text
+    assert "by more than 1%, on 4 trials of each controller" in text
     assert lead.tasks[0].sentence == (
-        "all arrive; rpp is quickest (10.0 s); dwb is smoothest (1.00 m/s³)."
+        "all arrive; rpp is quickest (10.0 s), weak point: jerk, 4.0 times dwb's (4.00 against "
+        "1.00 m/s³); dwb is smoothest (1.00 m/s³), weak point: time, 1.2 times rpp's (12.0 against "
+        "10.0 s)."
     )
+
+
+def test_a_weak_point_that_is_not_shown_is_not_told():
+    # On average dwb has 1.75 times the jerk; with this spread that shows nothing.
+    jerks = {"rpp": [1.0, 3.0, 0.5, 1.5], "dwb": [4.0, 1.0, 3.5, 2.0]}
+    found = scenario(
+        "bend", time_to_goal_s={"dwb": TIMES["rpp"], "rpp": TIMES["dwb"]}, jerk_rms_mps3=jerks
+    )
+    assert lead_of([found]).sentences[1] == (
+        "dwb is quickest; it is nowhere shown to be 10% behind another one."
+    )
+
+
+def test_a_difference_beyond_one_percent_that_the_interval_does_not_show_is_no_word():
+    # The mean difference is 1.2% of the larger mean; its interval begins at 0.5%.
+    times = {"rpp": [10.0] * 4, "dwb": [10.08, 10.16, 10.08, 10.16]}
+    paths = {"rpp": [0.5] * 4, "dwb": [0.5 * value / 10.0 for value in times["dwb"]]}
+    found = scenario("bend", cross_track_error_mean_m=paths)
+    assert found.verdicts[0].standing == "not decided"
+    assert "which may be less than 0.00506 m (1%)" in found.verdicts[0].text
+    surely = {"rpp": [0.5] * 4, "dwb": [0.512, 0.513, 0.512, 0.513]}
+    assert scenario("bend", cross_track_error_mean_m=surely).verdicts[0].best == "rpp"
+
+
+def test_weak_points_of_the_praised_tasks_come_first():
+    near = {"rpp": [0.2, 0.21, 0.19, 0.2], "dwb": [0.1, 0.11, 0.1, 0.09]}
+    scenarios = [
+        scenario("door", time_to_goal_s=TIMES, cross_track_error_mean_m=near),
+        scenario("hall", jerk_rms_mps3={"rpp": JERKS["rpp"], "dwb": [0.1, 0.11, 0.1, 0.09]}),
+    ]
+    assert lead_of(scenarios).sentences[2] == (
+        "rpp is quickest in door; weak points: distance from the plan, 2.0 times dwb's in door "
+        "(0.200 against 0.100 m) and jerk, 40 times dwb's in hall (4.00 against 0.100 m/s³)."
+    )
+
+
+def test_compute_times_are_compared_as_processor_time_over_all_trials():
+    # On the wall rpp is slower, as the machine was loaded; one trial of dwb's failed.
+    wall = {"rpp": [9.0, 9.1, 9.0, 9.1], "dwb": [5.0, 5.1, 5.0, 5.1]}
+    processor = {"rpp": [1.0, 1.1, 1.0, 1.1], "dwb": [3.0, 3.1, 3.0, 7.0]}
+    found = scenario(
+        "bend",
+        outcomes={"dwb": ["succeeded"] * 3 + ["aborted"]},
+        compute_time_p95_ms=wall,
+        compute_cpu_time_p95_ms=processor,
+    )
+    more = {"rpp": [1.0, 1.1, 1.0, 1.1], "dwb": [3.0, 3.1, 3.0, 3.1]}
+    text = " ".join(lead_of([found, scenario("door", compute_cpu_time_p95_ms=more)]).sentences)
+    assert "rpp is cheapest to compute over all trials; it is nowhere shown to be" in text
+    (verdict,) = found.verdicts
+    assert "in 4 trials" in verdict.text
+    undecided = {"rpp": [1.0, 1.1, 1.0, 1.1], "dwb": [0.2, 9.0, 3.0, 0.1]}
+    unsure = lead_of([scenario("bend", compute_cpu_time_p95_ms=undecided)])
+    assert unsure.sentences[1] == (
+        "More trials would be needed to say who is cheapest to compute in every task."
+    )
+
+
+def test_a_touch_is_told_with_what_the_preset_says_and_takes_the_first_place():
+    found = scenario(
+        "bend",
+        outcomes={"rpp": ["succeeded"] * 3 + ["collided"]},
+        time_to_goal_s={"rpp": [10.0, 10.1, 9.9, float("nan")], "dwb": TIMES["dwb"]},
+    )
+    (verdict,) = found.verdicts
+    assert (verdict.standing, verdict.best, verdict.leaders) == ("touched", None, ("rpp",))
+    assert "rpp touched something in 1 trial, so that nobody is best" in verdict.text
+    lead = lead_of([found], descriptions={"rpp": "looks at its centre alone"})
+    assert lead.sentences[1:] == [
+        "rpp touched something in bend (1 of 4): to stop before a closed way is expected, a touch "
+        "never is.",
+        "The preset rpp: looks at its centre alone.",
+    ]
+    assert lead.tasks[0].sentence == (
+        "dwb always arrives, rpp 3 of 4; something was touched by rpp in 1 of 4; nobody is shown "
+        "to be best at anything."
+    )
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_words_and_places_never_contradict_each_other(seed):
+    generator = np.random.default_rng(seed)
+    names = [f"c{number}" for number in range(generator.integers(2, 6))]
+    count = int(generator.integers(1, 9))
+    spread = 10.0 ** generator.uniform(-4.0, 0.0)
+
+    def values():
+        means = generator.choice([1.0, 1.005, 1.01, 1.02, 1.5], len(names))
+        return {
+            name: list(mean * (1.0 + spread * generator.standard_normal(count)))
+            for name, mean in zip(names, means, strict=True)
+        }
+
+    outcomes = {
+        name: list(generator.choice(["succeeded", "aborted", "collided"], count, p=[0.8, 0.1, 0.1]))
+        for name in names
+    }
+    found = scenario("bend", outcomes=outcomes, time_to_goal_s=values(), jerk_rms_mps3=values())
+    line = lead_of([found]).tasks[0].sentence
+    words = {"time_to_goal_s": "quickest", "jerk_rms_mps3": "smoothest"}
+    metrics = [entry for entry in all_metrics() if entry.name in words]
+    rows = {row.metric.name: row for row in rank_rows(found.verdicts, metrics)}
+    praised = best_ones(found)
+    for metric, word in words.items():
+        assert (word in line) <= (metric in praised)
+        if metric in praised:
+            # Who is praised is first in the figure, alone in front, and has touched nothing.
+            row = rows[metric]
+            assert row.in_front == (praised[metric],)
+            assert row.places[praised[metric]] == 1
+            assert "collided" not in outcomes[praised[metric]]
+        elif metric in rows and len(rows[metric].in_front) == 1 and found.anyone_arrived:
+            assert "collided" in outcomes[rows[metric].in_front[0]]
 
 
 def test_with_several_tasks_it_says_in_which():
@@ -56,24 +178,28 @@ def test_with_several_tasks_it_says_in_which():
         scenario("bend", time_to_goal_s=TIMES, jerk_rms_mps3=JERKS),
         scenario("door", time_to_goal_s=TIMES),
     ]
-    first = lead_of(scenarios).sentences[1]
-    assert first == "rpp is quickest in all 2 tasks; dwb is smoothest in bend."
+    first, second = lead_of(scenarios).sentences[1:3]
+    assert first.startswith("rpp is quickest in all 2 tasks; weak point: jerk, 4.0 times dwb's in ")
+    assert second.startswith("dwb is smoothest in bend; weak point: time, 1.2 times rpp's in bend ")
 
 
 def test_if_only_one_arrives_it_says_that():
     lead = lead_of([scenario("bend", outcomes=NEVER, time_to_goal_s=TIMES)])
-    assert lead.sentences[0] == (
-        "Only rpp arrives, in 4 of 4 trials; dwb never reached a goal. "
-        "For these tasks it is the one to take."
-    )
+    assert lead.sentences[0] == ("Only rpp arrives, in 4 of 4 trials; dwb never reached a goal.")
     assert lead.tasks[0].sentence.startswith("only rpp arrives (4 of 4 trials reach the goal: ")
 
 
 def test_if_nobody_arrives_nobody_is_best():
     outcomes = {"rpp": ["collided"] * 4} | NEVER
     lead = lead_of([scenario("bend", outcomes=outcomes, time_to_goal_s=TIMES)])
-    assert lead.sentences == ["No controller reached any goal, so that none is best."]
-    assert lead.tasks[0].sentence == "nobody reaches the goal."
+    assert lead.sentences == [
+        "No controller reached any goal, so that none is best.",
+        "rpp touched something in bend (4 of 4): to stop before a closed way is expected, a touch "
+        "never is.",
+    ]
+    assert lead.tasks[0].sentence == (
+        "nobody reaches the goal; something was touched by rpp in 4 of 4."
+    )
 
 
 def test_who_missed_some_is_told_with_the_count():
@@ -95,7 +221,8 @@ def test_an_impossible_task_counts_for_nobody():
     lead = lead_of([scenario("bend", time_to_goal_s=TIMES), walled])
     assert lead.sentences[0].startswith("All 2 controllers")
     assert lead.tasks[1].sentence == (
-        "impossible on purpose; 7 of 8 trials were given up, as they should be, but 1 collided."
+        "impossible on purpose; 7 of 8 trials were given up, as they should be; something was "
+        "touched by dwb in 1 of 4."
     )
     alone = lead_of([walled]).sentences[0]
     assert alone.startswith("Every task here is impossible on purpose")
@@ -133,7 +260,7 @@ def test_bars_of_those_that_did_not_always_arrive_are_marked():
 
 def test_what_is_less_than_matters_is_shown_as_such():
     compute = {"rpp": [0.02] * 4, "dwb": [5.0] * 4}
-    row = overview_of([scenario("bend", compute_time_p95_ms=compute)]).rows[0]
+    row = overview_of([scenario("bend", compute_cpu_time_p95_ms=compute)]).rows[0]
     assert [bar.text for bar in row.cells[-1]] == ["<0.1 ms", "5.00 ms"]
 
 

@@ -61,6 +61,47 @@ def test_arrivals_count_before_times():
     assert (ranking.standings[1].arrived, ranking.standings[1].trials) == (1, 8)
 
 
+def touching(ranked, controller, trials):
+    """The table with some trials of a controller ended at a contact."""
+    is_its = (ranked["controller"] == controller) & ranked["trial"].isin(trials)
+    return ranked.assign(outcome=ranked["outcome"].where(~is_its, "collided"))
+
+
+def test_of_equal_arrivals_touches_decide():
+    stops = [math.nan] * 6 + [20.0, 20.1]
+    rows = touching(table({"touches": stops, "stops": stops}), "touches", range(6))
+    ranking = rank(rows)
+    assert places(ranking) == {"stops": (1, 1, 1), "touches": (2, 2, 2)}
+    assert (ranking.duels[0].winner, ranking.duels[0].decided_by) == ("stops", "touches")
+    assert {entry.controller: entry.touched for entry in ranking.standings} == {
+        "stops": 0,
+        "touches": 6,
+    }
+
+
+def test_who_arrives_more_often_but_touches_more_often_beats_nobody():
+    # bold arrives in 10 of 16 and touches in the others; shy stands still.
+    bold = [20.0] * 10 + [math.nan] * 6
+    rows = touching(table({"bold": bold, "shy": [math.nan] * 16}), "bold", range(10, 16))
+    ranking = rank(rows)
+    assert {entry.rank for entry in ranking.standings} == {1}
+    assert (ranking.duels[0].winner, ranking.duels[0].denied) == ("", "bold")
+
+
+def test_who_stands_still_does_not_win_by_touching_nothing():
+    bold = [20.0] * 15 + [math.nan]
+    rows = touching(table({"bold": bold, "shy": [math.nan] * 16}), "bold", [15])
+    assert places(rank(rows)) == {"bold": (1, 1, 1), "shy": (2, 2, 2)}
+
+
+def test_a_time_beyond_one_percent_has_to_be_shown():
+    # 1.2% on average, but the interval begins below 1%.
+    common = 20.0 + SPREAD
+    nearly = rank(table({"a": common, "b": 1.012 * common + 0.3 * SPREAD[::-1]}))
+    assert nearly.duels[0].time_s.interval.low > 0.0
+    assert nearly.duels[0].winner == ""
+
+
 def test_two_trials_without_spread_show_nothing_of_arrivals():
     ranking = rank(table({"fails": [math.nan] * 2, "arrives": [20.0, 20.5]}))
     assert {entry.rank for entry in ranking.standings} == {1}

@@ -341,6 +341,20 @@ def test_an_impossible_task_is_named_as_one_with_its_description(tmp_path):
     assert "Impossible on purpose" not in other
 
 
+def test_a_touch_has_its_place_in_summary_and_lead_with_what_the_preset_says(tmp_path):
+    path = tmp_path / "campaign"
+    results = write_manifest(path, scenarios=["walled_in"], controllers=["rpp", "rpp:v=0.4"])
+    for controller, outcome in (("rpp", "collided"), ("rpp:v=0.4", "aborted")):
+        results.write_log(trial_log("walled_in", controller, 0, outcome=outcome))
+    preset = path / "inputs/controllers/rpp.yaml"
+    preset.parent.mkdir(parents=True)
+    preset.write_text("controller: rpp\ndescription: looks at its centre alone\nparameters: {}\n")
+    page = render(analyse_folder(path, jobs=1))
+    assert "rpp touched something in walled_in (1 of 1)" in page
+    assert "The preset rpp: looks at its centre alone." in page
+    assert page.count('<span class="outcome-collided">touched in 1</span>') == 1
+
+
 def test_a_trial_is_linked_only_to_a_replay_that_shows_it(tmp_path):
     path = write_folder(tmp_path / "campaign")
     results = ResultsFolder(path)

@@ -164,25 +164,6 @@ def test_trials_needed_refuses_no_difference():
         statistics.trials_needed(1.0, 0.0)
 
 
-def test_mean_ranks_share_ties_and_put_missing_values_last():
-    values = pd.DataFrame({"a": [1.0, 2.0], "b": [1.0, 3.0], "c": [0.5, math.nan]})
-    ranks = statistics.mean_ranks(values, lower_is_better=True)
-    # Row 1: 2.5, 2.5, 1. Row 2: 1, 2, 3.
-    assert ranks.to_dict() == {"a": 1.75, "b": 2.25, "c": 2.0}
-    high = statistics.mean_ranks(values[["a", "b"]], lower_is_better=False)
-    assert high.to_dict() == {"a": 1.75, "b": 1.25}
-
-
-def test_critical_difference_is_demsars():
-    # q = 2.569 for four, 2.343 for three.
-    assert statistics.critical_difference(4, 10) == pytest.approx(
-        2.569 * math.sqrt(20 / 60), rel=1e-3
-    )
-    assert statistics.critical_difference(3, 6) == pytest.approx(
-        2.343 * math.sqrt(12 / 36), rel=1e-3
-    )
-
-
 def test_the_pareto_front_keeps_what_nothing_beats_in_everything():
     costs = np.array([[1.0, 4.0], [2.0, 2.0], [3.0, 3.0], [4.0, 1.0], [0.5, math.nan]])
     assert list(statistics.pareto_front(costs)) == [True, True, False, True, False]

@@ -1,0 +1,83 @@
+"""In what a controller is shown to be behind the best one, and by how much, in words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Sequence
+from typing import NamedTuple
+
+import pandas as pd
+
+from drake_navbench.analysis.metrics.definition import Better, Metric
+from drake_navbench.analysis.numbers import number, typeset
+from drake_navbench.analysis.verdicts import Standing, Verdict
+
+DIGITS = 3
+# To be less than 10% behind is no weak point worth a word.
+WEAK_RATIO = 1.1
+MOST_TOLD = 2
+
+
+class WeakPoint(NamedTuple):
+    """One metric of one scenario in which a controller is shown to be behind the best one.
+
+    what: the metric in words. where: the scenario. ratio: how many times worse; infinite beside 0.
+    own, first: both means. best: who has the second.
+    """
+
+    metric: Metric
+    what: str
+    where: str
+    ratio: float
+    own: float
+    first: float
+    best: str
+
+    def in_words(self, *, tells_where: bool) -> str:
+        """Returns 'jerk, 3.9 times mppi's in empty (1.27 against 0.32 m/s³)'."""
+        shown = self.ratio if self.metric.better is Better.LOWER else 1.0 / self.ratio
+        words = "times" if self.metric.better is Better.LOWER else "of"
+        place = f" in {self.where}" if tells_where else ""
+        values = f"{_value(self.own, self.metric)} against {_value(self.first, self.metric)}"
+        values += f" {typeset(self.metric.unit)}"
+        if math.isinf(self.ratio):
+            return f"{self.what}{place} ({values} of {self.best})"
+        return f"{self.what}, {number(shown, 2)} {words} {self.best}'s{place} ({values})"
+
+
+def weak_point(
+    name: str, verdict: Verdict, means: pd.DataFrame, entry: Metric, what: str
+) -> WeakPoint | None:
+    """Returns the weak point of a controller in one metric of one scenario, None where none is.
+
+    It is one only where the verdict shows the controller to be behind, and by at least 10%.
+    means: a row a controller, a column a metric.
+    """
+    is_behind = name in verdict.order and name not in verdict.leaders
+    if not is_behind or verdict.standing is Standing.NO_CONTEST:
+        return None
+    best = verdict.order[0]
+    own, first = (float(means.loc[who, entry.name]) for who in (name, best))
+    worse, better = (own, first) if entry.better is Better.LOWER else (first, own)
+    ratio = worse / better if better > 0.0 else math.inf
+    if ratio < WEAK_RATIO:
+        return None
+    return WeakPoint(entry, what, verdict.scenario, ratio, own, first, best)
+
+
+def worst_of(found: Sequence[WeakPoint], praised_in: Collection[str]) -> list[WeakPoint]:
+    """Returns the weak points to be told: those of the praised scenarios first, then the largest.
+
+    Of each metric one, and two at most.
+    """
+    order = sorted(found, key=lambda point: (point.where not in praised_in, -point.ratio))
+    by_metric: dict[str, WeakPoint] = {}
+    for point in order:
+        by_metric.setdefault(point.metric.name, point)
+    return list(by_metric.values())[:MOST_TOLD]
+
+
+def _value(value: float, entry: Metric) -> str:
+    if 0.0 < abs(value) < entry.relevant:
+        return f"less than {entry.relevant:g}"
+    return number(value, DIGITS)

@@ -1,0 +1,117 @@
+"""How often a report says of noise that somebody is best, or level: figures of docs/verdicts.md.
+
+Controllers with known means drive trials with normal noise, shared in part by all of one seed, as
+in a benchmark that pairs its trials.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from drake_navbench.analysis.metrics import metric
+from drake_navbench.analysis.verdicts import Standing, verdict
+
+REPORTS = 1000
+RIVALS = 6
+# Of a word: one in twenty, and what 1000 reports leave open of that (three standard errors).
+MOST_WRONG = 0.05 + 3.0 * np.sqrt(0.05 * 0.95 / REPORTS)
+
+
+@metric(unit="s", better="lower")
+def time_s(log):
+    """How long it took."""
+    return 0.0
+
+
+class Rates(NamedTuple):
+    """Shares of the reports that name the first controller, another one, or call both level."""
+
+    first: float
+    other: float
+    level: float
+
+
+def rates(means, *, trials, noise, reports=REPORTS, seed=0):
+    """Returns what the verdicts of many reports say; noise: relative, of each trial."""
+    generator = np.random.default_rng(seed)
+    names = [f"c{number}" for number in range(len(means))]
+    frame = pd.DataFrame(
+        {
+            "scenario": "s",
+            "controller": np.repeat(names, trials),
+            "seed": np.tile(np.arange(trials), len(names)),
+        }
+    )
+    counts = {"first": 0, "other": 0, "level": 0}
+    for _ in range(reports):
+        shared = generator.standard_normal(trials)
+        own = generator.standard_normal((len(means), trials))
+        values = np.asarray(means)[:, None] * (1.0 + noise * (shared + own) / np.sqrt(2.0))
+        found = verdict(frame.assign(time_s=values.ravel()), "s", time_s)
+        if found.best == names[0]:
+            counts["first"] += 1
+        elif found.best:
+            counts["other"] += 1
+        elif found.standing is Standing.LEVEL:
+            counts["level"] += 1
+    return Rates(*(counts[key] / reports for key in ("first", "other", "level")))
+
+
+def table(reports=REPORTS):
+    """Prints the rows of docs/verdicts.md."""
+    worlds = {
+        "two, first 0.95% ahead": [1.0 - 0.0095, 1.0],
+        "six, first 0.95% ahead": [1.0 - 0.0095] + [1.0] * 5,
+        "two equal": [1.0] * 2,
+        "six equal": [1.0] * 6,
+        "six, first 5% ahead": [0.95] + [1.0] * 5,
+    }
+    for name, means in worlds.items():
+        for noise in (0.001, 0.01, 0.05):
+            cells = [
+                rates(means, trials=trials, noise=noise, reports=reports) for trials in (4, 8, 32)
+            ]
+            shown = [f"{c.first:.1%}, {c.other:.1%}, {c.level:.1%}" for c in cells]
+            print(f"| {name} | {noise:.1%} | {' | '.join(shown)} |")
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("trials", [4, 8, 32])
+@pytest.mark.parametrize("noise", [0.001, 0.01, 0.05])
+def test_at_most_one_word_in_twenty_calls_a_lead_of_less_than_one_percent_a_lead(trials, noise):
+    for count in (2, RIVALS):
+        found = rates([1.0 - 0.0095] + [1.0] * (count - 1), trials=trials, noise=noise)
+        assert found.first + found.other <= MOST_WRONG
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("trials", [4, 8, 32])
+@pytest.mark.parametrize("noise", [0.001, 0.01, 0.05])
+def test_at_most_one_report_in_twenty_names_one_of_equals(trials, noise):
+    found = rates([1.0] * RIVALS, trials=trials, noise=noise)
+    assert found.first + found.other <= MOST_WRONG
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("trials", [4, 8, 32])
+def test_at_most_one_report_in_twenty_calls_level_what_differs_by_more(trials):
+    assert rates([1.0 - 0.0105, 1.0], trials=trials, noise=0.003).level <= MOST_WRONG
+
+
+@pytest.mark.long
+def test_a_lead_of_five_percent_is_found():
+    found = rates([0.95] + [1.0] * (RIVALS - 1), trials=8, noise=0.01)
+    assert found.first >= 0.95
+
+
+def test_a_word_on_noise_is_rare_in_a_few_reports():
+    found = rates([1.0 - 0.0095, 1.0], trials=4, noise=0.001, reports=60)
+    assert found.first + found.other <= 0.15
+
+
+if __name__ == "__main__":
+    table()
