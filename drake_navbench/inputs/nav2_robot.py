@@ -16,6 +16,7 @@ from typing import Any
 import yaml
 
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.nav2_body import costmap_body, note_body, with_body
 from drake_navbench.inputs.nav2_check import Check, CheckRow, Status
 from drake_navbench.inputs.nav2_collision_monitor import read_collision_monitor
 from drake_navbench.inputs.nav2_columns import read_columns
@@ -178,11 +179,7 @@ class _Files:
         self._note(Status.OTHER_FORM, "robot", "mass, lidar, accelerations, localization", remark)
         body = self._body(navigation)
         if body:
-            # Another outline is another robot's, but wheels that are the base's are its model's.
-            looks = () if self._base.drive.has_wheels else ("model",)
-            for field in ("footprint", "robot_radius", *looks):
-                data.pop(field, None)
-        data |= body
+            data = with_body(data, body, self._base, self._base_name)
         data["navigation"] = {**data.get("navigation", {}), **dict.fromkeys(OPTIONAL), **navigation}
         if self._added_sensors:
             data["depth_sensors"] = {**data.get("depth_sensors", {}), **self._added_sensors}
@@ -201,6 +198,8 @@ class _Files:
         for reader, _ in self._outlines:
             settings = getattr(robot.navigation, reader.node.name.rpartition("/")[2])
             note_small_inflation(reader, settings, robot.radii[0])
+        if body:
+            note_body(self._outlines, robot, self._base_name)
         if robot.is_circle:
             self._note_outlines_of_a_radius(presets)
         return Nav2Setup(presets, robot, Check(tuple(self._rows.values())), self._places)
@@ -291,26 +290,13 @@ class _Files:
 
     def _body(self, navigation: dict[str, Any]) -> dict[str, Any]:
         """Returns the outline: the local costmap's, else the global one's, else none."""
-        given = [(reader, outline) for reader, outline in self._outlines if outline.is_given]
         if "local_costmap" in navigation and self._outlines[0][1].padding_m is not None:
             navigation["local_costmap"]["footprint_padding"] = self._outlines[0][1].padding_m
-        if not given:
+        body = costmap_body(self._outlines)
+        if not body:
             remark = f"not given, where Nav2 takes a radius of 0.1 m; that of {self._base_name}"
             self._note(Status.OTHER_FORM, "robot", "footprint", remark)
-            return {}
-        reader, outline = given[0]
-        for other_reader, other in given[1:]:
-            if other != outline:
-                name = "footprint" if other.footprint is not None else "robot_radius"
-                remark = "plans are made for the local costmap's outline and padding"
-                if other[:2] == outline[:2]:
-                    name = "footprint_padding"
-                other_reader.note(Status.OTHER_FORM, name, remark)
-        if outline.footprint is not None:
-            reader.checked(Robot, {"footprint": outline.footprint, "description": "outline"})
-            return {"footprint": outline.footprint}
-        reader.checked(Robot, {"robot_radius": outline.radius_m, "description": "outline"})
-        return {"robot_radius": outline.radius_m}
+        return body
 
     def _note_outlines_of_a_radius(self, presets: Collection[Preset]) -> None:
         remark = "the robot has a radius, whose polygon is taken; later releases refuse this"
