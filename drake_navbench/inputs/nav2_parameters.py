@@ -17,13 +17,14 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
 import yaml
 
 from drake_navbench.typed_files.typed_yaml import read_text, yaml_fault
-from drake_navbench.typed_files.yaml_loader import require_limits
+from drake_navbench.typed_files.yaml_loader import made, require_limits
 
 PARAMETERS_KEY = "ros__parameters"
 MERGE_TAG = "tag:yaml.org,2002:merge"
@@ -164,6 +165,9 @@ class _RosLoader(yaml.SafeLoader):
     bool_values: ClassVar[dict[str, bool]] = {**yaml.SafeLoader.bool_values, "y": True, "n": False}
     # PyYAML's is one of the class too; its stubs say otherwise.
     yaml_implicit_resolvers: ClassVar[dict[str | None, list[Any]]] = {}  # type: ignore[misc]
+
+    def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
+        return made(partial(super().construct_object, node, deep), node)
 
 
 _FLOAT = r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)"
