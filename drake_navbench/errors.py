@@ -11,6 +11,9 @@ MAX_LINE_LENGTH = 1000
 MAX_LINES = 100
 # A longer name is no misspelt one, and to compare it would take long.
 MAX_HINTED_LENGTH = 100
+# Share of two names that is the same, from which one counts as a slip of the other: a wrong hint
+# is worse than none.
+LIKE_A_SLIP = 0.75
 
 
 class NavbenchError(Exception):
@@ -65,7 +68,7 @@ def nearest_name_hint(name: str, known_names: Iterable[str]) -> str:
     known = sorted(known_names)
     if len(str(name)) > MAX_HINTED_LENGTH:
         return ""
-    close = difflib.get_close_matches(str(name), known, n=1, cutoff=0.6)
+    close = difflib.get_close_matches(str(name), known, n=1, cutoff=LIKE_A_SLIP)
     if close:
         return f"; did you mean {close[0]!r}?"
     return f"; known: {', '.join(known)}" if known else ""

@@ -112,6 +112,9 @@ def _note_sources(reader: NodeReader) -> None:
 def _shape(reader: NodeReader, name: str) -> Fields | None:
     """Returns a shape; None where it cannot be had."""
     kind = reader.text(f"{name}.type")
+    if kind == "circle" and reader.node.get(f"{name}.radius") == 0:
+        reader.note_block(Status.DOUBTFUL, name, "left out; its radius is 0, nothing is ever in it")
+        return None
     model = SHAPES[kind]
     own = [field for field in model.model_fields if field not in APART]
     place = f"{name}."
