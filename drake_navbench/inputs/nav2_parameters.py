@@ -23,9 +23,11 @@ from typing import Any, ClassVar, NamedTuple
 
 import yaml
 
+from drake_navbench.errors import InputError
 from drake_navbench.typed_files.typed_yaml import read_text, yaml_fault
 from drake_navbench.typed_files.yaml_loader import made, require_limits
 
+LAUNCH_SUFFIXES = (".py", ".xml", ".launch")
 PARAMETERS_KEY = "ros__parameters"
 MERGE_TAG = "tag:yaml.org,2002:merge"
 # Parts of a node's name that stand for others.
@@ -124,6 +126,11 @@ def read_parameter_file(path: Path, prepare: Callable[[str], str] | None = None)
 
     prepare: changes the text before it is taken apart, as nav2_common's substitutions do.
     """
+    if path.suffix in LAUNCH_SUFFIXES:
+        raise InputError(
+            f"{path}: is a launch file; expected the parameter file that it names, such as "
+            "nav2_params.yaml"
+        )
     text = read_text(path)
     if prepare is not None:
         text = prepare(text)
