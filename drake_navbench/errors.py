@@ -62,9 +62,7 @@ def is_machine_fault(error: BaseException) -> bool:
     return isinstance(error, MemoryError | EndedFromOutside)
 
 
-def nearest_name_hint(
-    name: str, known_names: Iterable[str], *, likeness: float = LIKENESS
-) -> str:
+def nearest_name_hint(name: str, known_names: Iterable[str], *, likeness: float = LIKENESS) -> str:
     """Returns '; did you mean X?' for the known name closest to `name`, else the list of names.
 
     likeness: from which a name counts as close; more where a wrong hint is worse than none.

@@ -99,7 +99,9 @@ def _note_sources(reader: NodeReader) -> None:
     for index, source in enumerate(reader.names("observation_sources", [])):
         kind = reader.text(f"{source}.type", "scan")
         if kind in OTHER_SENSORS:
-            remark = f"{kind}: no such sensor here, nothing stands in for it; the lidar is looked at"
+            remark = (
+                f"{kind}: no such sensor here, nothing stands in for it; the lidar is looked at"
+            )
             reader.note_block(Status.STAND_IN, source, remark)
         elif index > 0:
             remark = "left out; the robot has one lidar"

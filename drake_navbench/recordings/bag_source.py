@@ -25,6 +25,7 @@ from drake_navbench.recordings.bag_files import (
 from drake_navbench.recordings.definition_limits import require_short, require_small
 from drake_navbench.recordings.rosbags_extra import ros2_types
 
+
 class Received(NamedTuple):
     """A message as it was recorded. receive_ns: when the recorder got it, ns."""
 

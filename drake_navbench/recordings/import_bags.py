@@ -248,7 +248,7 @@ def _tasks(
 
 
 def _motion_hint(motion: RecordedMotion, start_ns: int) -> str:
-    """Returns '; it moves from 1.0 to 11.0 s: --start 1.0 --end 11.0' with the times since start_ns.
+    """Returns '; it moves from 1.0 to 11.0 s: --start 1.0 --end 11.0', seconds since start_ns.
 
     Nothing where it never moves.
     """

@@ -292,5 +292,7 @@ def test_nothing_stands_in_for_a_layer_of_range_sensors(setup_of):
         """
     )
     (row,) = setup.check.stand_ins
-    assert row.remark.endswith("nothing stands in for range sensors, what they alone see is not seen")
+    assert row.remark.endswith(
+        "nothing stands in for range sensors, what they alone see is not seen"
+    )
     assert setup.robot.navigation.local_costmap.plugins == ["inflation_layer"]

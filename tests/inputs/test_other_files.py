@@ -27,10 +27,10 @@ def in_folder(tmp_path, monkeypatch) -> Path:
 @pytest.mark.parametrize("name", ["place.pgm", "place.png"])
 def test_an_image_where_a_map_belongs_is_told_with_the_file_beside_it(in_folder, name):
     Image.new("L", (4, 3)).save(name)
-    with pytest.raises(InputError, match="is an image; expected .* a YAML file with image"):
+    with pytest.raises(InputError, match=r"is an image; expected .* a YAML file with image"):
         load_map(name)
     Path("place.yaml").write_text("image: place.pgm")
-    with pytest.raises(InputError, match="is an image; expected .* place.yaml beside it"):
+    with pytest.raises(InputError, match=r"is an image; expected .* place\.yaml beside it"):
         load_map(name)
 
 
@@ -56,7 +56,7 @@ def test_a_folder_is_no_robot_but_what_is_in_it_may_be(in_folder):
     Path("robots").mkdir()
     (in_folder / "robots" / "cart.urdf").write_text("<robot/>")
     for given in ("robots", "./robots"):
-        with pytest.raises(InputError, match="is a folder; expected a file, such as cart.urdf"):
+        with pytest.raises(InputError, match=r"is a folder; expected a file, such as cart\.urdf"):
             load_robot(given)
 
 

@@ -18,7 +18,6 @@ from robot_bags import (
     without,
     write_ros2,
 )
-
 from rosbags.rosbag2.storage_mcap import zstd
 
 from drake_navbench.__main__ import main
@@ -372,9 +371,7 @@ def test_a_topic_of_another_type_that_nobody_named_is_left_out_and_told(
 ):
     entries = without(turtlebot(make), "/local_costmap/costmap")
     grid = make.make("std_msgs/msg/Float64", data=1.0)
-    entries.append(
-        Entry("/local_costmap/costmap", "std_msgs/msg/Float64", stamp(1.0), grid)
-    )
+    entries.append(Entry("/local_costmap/costmap", "std_msgs/msg/Float64", stamp(1.0), grid))
     assert importing(bag(entries)) == 0
     said = capsys.readouterr().err
     assert "/local_costmap/costmap (costmap): has messages of std_msgs/msg/Float64" in said

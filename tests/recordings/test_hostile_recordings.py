@@ -7,7 +7,7 @@ from pathlib import Path
 
 import lz4.frame
 import pytest
-from robot_bags import states, stamp, turtlebot, without, write_ros2
+from robot_bags import turtlebot, write_ros2
 from rosbags.rosbag2.storage_mcap import zstd
 
 from drake_navbench.__main__ import main
@@ -129,7 +129,7 @@ def test_a_packed_file_may_not_unpack_to_more_than_the_limit(tmp_path):
     path.write_bytes(zstd.compress(ZEROS) * 3)
     (tmp_path / "scratch").mkdir()
     files = BagFiles(tmp_path / "scratch", 2 * len(ZEROS))
-    with pytest.raises(InputError, match="unpacks to more than 0.0336 GB"):
+    with pytest.raises(InputError, match=r"unpacks to more than 0\.0336 GB"):
         files.ready(path)
     # Of several files together, too.
     (tmp_path / "other").mkdir()
