@@ -218,6 +218,8 @@ class ControllerParameters(BaseModel):
         `nav2_release`.
     DONE_OTHERWISE: by the dotted names of parameters that Nav2 reads, and this model has not, what
         the controller does instead.
+    STOOD_IN_FOR: by the dotted names of parameters with which Nav2 would do something else, what
+        stands in where one is given.
     """
 
     WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset()
@@ -226,6 +228,7 @@ class ControllerParameters(BaseModel):
     READ_FROM: ClassVar[Mapping[str, str]] = MappingProxyType({})
     READ_UNTIL: ClassVar[Mapping[str, str]] = MappingProxyType({})
     DONE_OTHERWISE: ClassVar[Mapping[str, str]] = MappingProxyType({})
+    STOOD_IN_FOR: ClassVar[Mapping[str, str]] = MappingProxyType({})
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
@@ -259,6 +262,11 @@ class ControllerParameters(BaseModel):
         values: all that is given, where a model has others inside.
         """
         return cls.DONE_OTHERWISE.get(name)
+
+    @classmethod
+    def doubts(cls, values: Mapping[str, Any]) -> Mapping[str, str]:
+        """Returns what is hardly meant so among given values, by dotted name, and what it does."""
+        return {}
 
     def as_read(self) -> Self:
         """Returns these parameters with the defaults of those that their release does not read."""

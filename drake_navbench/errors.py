@@ -11,6 +11,8 @@ MAX_LINE_LENGTH = 1000
 MAX_LINES = 100
 # A longer name is no misspelt one, and to compare it would take long.
 MAX_HINTED_LENGTH = 100
+# Share of two names that is the same, from which one is offered for the other.
+LIKENESS = 0.6
 
 
 class NavbenchError(Exception):
@@ -60,12 +62,15 @@ def is_machine_fault(error: BaseException) -> bool:
     return isinstance(error, MemoryError | EndedFromOutside)
 
 
-def nearest_name_hint(name: str, known_names: Iterable[str]) -> str:
-    """Returns '; did you mean X?' for the known name closest to `name`, else the list of names."""
+def nearest_name_hint(name: str, known_names: Iterable[str], *, likeness: float = LIKENESS) -> str:
+    """Returns '; did you mean X?' for the known name closest to `name`, else the list of names.
+
+    likeness: from which a name counts as close; more where a wrong hint is worse than none.
+    """
     known = sorted(known_names)
     if len(str(name)) > MAX_HINTED_LENGTH:
         return ""
-    close = difflib.get_close_matches(str(name), known, n=1, cutoff=0.6)
+    close = difflib.get_close_matches(str(name), known, n=1, cutoff=likeness)
     if close:
         return f"; did you mean {close[0]!r}?"
     return f"; known: {', '.join(known)}" if known else ""

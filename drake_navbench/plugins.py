@@ -33,6 +33,10 @@ GROUP_PREFIX = f"{OUR_PACKAGE}."
 OUR_DISTRIBUTION = "drake-navbench"
 
 
+# A plugin whose name differs by more than a slip is another one.
+LIKE_A_SLIP = 0.75
+
+
 class Origin(NamedTuple):
     """Where a plugin comes from: the name of an installed package, and its version."""
 
@@ -93,7 +97,7 @@ class PluginKind:
             ours = self.built_in[name]
             return ours.load() if isinstance(ours, EntryPoint) else ours
         if not points:
-            hint = nearest_name_hint(name, self.names)
+            hint = nearest_name_hint(name, self.names, likeness=LIKE_A_SLIP)
             raise InputError(f"{self.noun} {name!r} is not registered{hint}")
         (point,) = points
         try:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zipfile
 from dataclasses import dataclass, fields
 from pathlib import Path
 
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 
 from drake_navbench.controllers.learned.features import FEATURE_COUNT
 from drake_navbench.errors import InputError
+from drake_navbench.typed_files.array_file import NoArray, arrays_of
 from drake_navbench.typed_files.input_file import read_input
 
 Array = NDArray[np.float64]
@@ -45,15 +45,17 @@ def save_network(network: Network, path: Path) -> None:
 
 def load_network(path: Path) -> Network:
     """Returns the network of a file; raises InputError where it holds none."""
-    read_input(path, max_bytes=MAX_FILE_BYTES)
+    content = read_input(path, max_bytes=MAX_FILE_BYTES)
     expected = [field.name for field in fields(Network)]
     try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays = {name: np.asarray(file[name], dtype=np.float64) for name in expected}
-    except (KeyError, OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
+        found = arrays_of(content, expected, max_bytes=MAX_FILE_BYTES)
+    except NoArray as error:
         raise InputError(
-            f"{path}: expected a file of numpy.savez with {', '.join(expected)}"
+            f"{path}: {error}; expected a file of numpy.savez with {', '.join(expected)}"
         ) from error
+    if any(np.iscomplexobj(array) for array in found.values()):
+        raise InputError(f"{path}: expected real numbers")
+    arrays = {name: array.astype(np.float64) for name, array in found.items()}
     network = Network(**arrays)
     _require_shapes(network, path)
     return network

@@ -294,6 +294,16 @@ class MppiParameters(ParametersWithCritics):
         return AskedSpeeds(self.vx_max, self.vx_min, self.wz_max, lateral, *limits)
 
     @classmethod
+    def doubts(cls, values: Mapping[str, Any]) -> Mapping[str, str]:
+        """Returns that of limits in the wrong order the upper one holds, as in Nav2."""
+        fields = cls.model_fields
+        least, most = (values.get(n, fields[n].default) for n in ("vx_min", "vx_max"))
+        if not least > most:
+            return {}
+        told = f"{least:g}, more than vx_max, {most:g}: the samples all have vx_max"
+        return {name: told for name in ("vx_min", "vx_max") if name in values}
+
+    @classmethod
     def is_read(cls, name: str, release: Any) -> bool:
         """See the base class."""
         if release == "kilted" and name in NOT_IN_KILTED:
@@ -367,7 +377,7 @@ class MppiParameters(ParametersWithCritics):
 
     @model_validator(mode="after")
     def _check_together(self) -> MppiParameters:
-        if self.vx_min > self.vx_max:
+        if self.polish.enabled and self.vx_min > self.vx_max:
             raise ValueError(f"vx_min: got {self.vx_min}, expected at most vx_max {self.vx_max}")
         if self.batch_size * self.time_steps > MAX_BATCH_CELLS:
             raise ValueError(

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -52,6 +54,9 @@ class TebParameters(ControllerParameters):
     `WITHOUT_EFFECT` names them and other parameters that are accepted and dropped.
     """
 
+    STOOD_IN_FOR: ClassVar[Mapping[str, str]] = MappingProxyType(
+        {"costmap_converter_plugin": "the lethal cells stand in for the shapes that it makes"}
+    )
     WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset(
         {
             "acc_lim_y",

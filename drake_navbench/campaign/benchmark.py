@@ -43,6 +43,7 @@ from drake_navbench.campaign.warm_up import (
 from drake_navbench.errors import NavbenchError, printable
 from drake_navbench.inputs.presets import Preset, resolved_parameters
 from drake_navbench.inputs.scenario import Scenario
+from drake_navbench.inputs.speed_check import lines_of
 from drake_navbench.log import Outcome
 from drake_navbench.processes import cache_folder
 from drake_navbench.processes.machine import available_cores
@@ -140,6 +141,9 @@ def run_from_command_line(arguments: argparse.Namespace) -> bool:
             ignored = ", ".join(preset.ignored)
             told = f"{preset.source}: has no use here and is ignored: {ignored}"
             console.print(printable(told))
+    columns = {spec.preset.name: (spec.preset, spec.robot) for spec in campaign.specs}
+    for told in lines_of(columns.values()):
+        console.print(printable(told), soft_wrap=True)
     if campaign.nav2 is not None:
         for line in short_form(campaign.nav2):
             console.print(line, soft_wrap=True)

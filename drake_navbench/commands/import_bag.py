@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from drake_navbench.command_line import CommandParser, exit_status_of
-from drake_navbench.errors import InputError
+from drake_navbench.errors import InputError, as_line
 
 if TYPE_CHECKING:
     from drake_navbench.recordings.simulation_gap import SimulationGap
@@ -96,9 +96,11 @@ def _import(arguments: argparse.Namespace) -> None:
         for log in entry.logs:
             info = log.info
             path = folder.log_path(info["scenario"]["name"], info["controller"], info["trial"])
-            print(f"{path}: {log.outcome}, {log.end_time_s:.1f} s: {info['reason']}")
+            told = f"{path}: {log.outcome}, {log.end_time_s:.1f} s: {info['reason']}"
+            # Names of frames, and what a bag of ours says, are anybody's.
+            print(as_line(told))
             for what, reason in info["missing"].items():
-                print(f"  without {what}: {reason}")
+                print(as_line(f"  without {what}: {reason}"))
         _print_gaps(entry.gaps)
         if entry.fit is not None:
             path = fit_path(folder, entry)

@@ -41,6 +41,7 @@ MAX_GREY = 255
 LUMA = np.array([0.212656, 0.715158, 0.072186])
 GREY_MODES = ("1", "L", "LA")
 COLOUR_MODES = ("P", "PA", "RGB", "RGBA")
+IMAGE_SUFFIXES = (".pgm", ".png", ".bmp", ".jpg", ".jpeg", ".gif", ".tif", ".tiff")
 # MovingAI's maps do not tell how large a cell is: corridors of a few cells fit a small robot, m.
 MOVINGAI_RESOLUTION_M = 0.2
 
@@ -136,6 +137,8 @@ def load_map(path: str | Path) -> OccupancyMap:
     if path.suffix == MOVINGAI_SUFFIX:
         cells = _read_only(read_movingai_map(path, occupied=OCCUPIED)[::-1])
         return OccupancyMap(cells, MOVINGAI_RESOLUTION_M, 0.0, 0.0, files=(path,))
+    if path.suffix.lower() in IMAGE_SUFFIXES:
+        raise _image_fault(path)
     text = read_text(path)
     fields = parse_yaml(text, str(path))
     for name in [name for name in fields if name not in MapMetadata.model_fields]:
@@ -145,7 +148,8 @@ def load_map(path: str | Path) -> OccupancyMap:
         warnings.warn(warning, InputWarning, stacklevel=2)
     metadata = validate(MapMetadata, fields, str(path), text)
     named_by = place_in(text, str(path), ["image"])
-    occupancy = _image_occupancy(path.parent / metadata.image, metadata, named_by)
+    image = _image_of(path, metadata.image)
+    occupancy = _image_occupancy(image, metadata, named_by)
     # The top row of an image is the one with the highest y.
     occupancy = occupancy[::-1]
     resolution = float(np.float32(metadata.resolution))
@@ -168,7 +172,7 @@ def load_map(path: str | Path) -> OccupancyMap:
         resolution,
         origin_x,
         origin_y,
-        files=(path, path.parent / metadata.image),
+        files=(path, image),
     )
     if max(map(abs, grid.bounds)) > MAX_LENGTH_M:
         raise InputError(
@@ -176,6 +180,25 @@ def load_map(path: str | Path) -> OccupancyMap:
             f"it within {MAX_LENGTH_M:g} m of the frame's origin"
         )
     return grid
+
+
+def _image_fault(path: Path) -> InputError:
+    """Returns the error of an image where its YAML file belongs."""
+    beside = [path.with_suffix(suffix) for suffix in (".yaml", ".yml")]
+    found = next((file.name for file in beside if file.is_file()), None)
+    wanted = f"{found} beside it" if found else "a YAML file with image, resolution and origin"
+    return InputError(f"{path}: is an image; expected the map's file that names it: {wanted}")
+
+
+def _image_of(path: Path, named: str) -> Path:
+    """Returns the image that a map's file names; of another machine's path the one beside it."""
+    image = path.parent / named
+    beside = path.parent / Path(named).name
+    if Path(named).is_absolute() and not image.is_file() and beside.is_file():
+        warning = f"{path}: image: {image}: no such file; {beside.name} beside it is taken"
+        warnings.warn(warning, InputWarning, stacklevel=3)
+        return beside
+    return image
 
 
 def _image_occupancy(image: Path, metadata: MapMetadata, named_by: str) -> NDArray[np.int8]:

@@ -10,7 +10,6 @@ Source: D. Perille et al., "Benchmarking Metric Ground Navigation", SSRR 2020; T
 
 from __future__ import annotations
 
-import io
 import math
 import re
 from collections.abc import Collection
@@ -23,6 +22,7 @@ from numpy.typing import NDArray
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.scenario import Pose, Scenario, Suite
 from drake_navbench.kernels.path_geometry import path_length
+from drake_navbench.typed_files.array_file import NoArray, array_of
 from drake_navbench.typed_files.input_file import MEGABYTE, read_input, read_input_text
 from drake_navbench.typed_files.typed_yaml import validate
 
@@ -42,6 +42,8 @@ MARGIN_M = 4.5
 
 MAX_WORLD_BYTES = 16 * MEGABYTE
 MAX_PATH_BYTES = MEGABYTE
+# The lattice of the benchmark has 30 rows and 30 columns.
+MAX_CELL = 1000
 WORLD_NAME = re.compile(r"world_(\d+)\.world")
 MODEL = re.compile(r"<model name='(unit_cylinder[^']*)'>(.*?)</model>", re.DOTALL)
 POSE = re.compile(r"<pose[^>]*>([^<]*)</pose>")
@@ -124,12 +126,13 @@ def _reference_length_m(path: Path) -> float:
     """Returns the length from start to goal along a reference path."""
     content = read_input(path, max_bytes=MAX_PATH_BYTES)
     try:
-        cells = np.load(io.BytesIO(content), allow_pickle=False)
-    except (ValueError, EOFError, OSError) as error:
-        raise InputError(f"{path}: expected an array of NumPy, cannot read it") from error
-    is_path = isinstance(cells, np.ndarray) and cells.ndim == 2 and cells.shape[1] == 2
-    if not (is_path and len(cells) and np.issubdtype(cells.dtype, np.number)):
+        cells = array_of(content)
+    except NoArray as error:
+        raise InputError(f"{path}: {error}; expected an array of NumPy of shape (n, 2)") from error
+    if cells.ndim != 2 or cells.shape[1] != 2 or not len(cells):
         raise InputError(f"{path}: expected rows and columns as an array of shape (n, 2)")
+    if np.iscomplexobj(cells) or not (np.abs(cells.astype(float)) <= MAX_CELL).all():
+        raise InputError(f"{path}: expected rows and columns of at most {MAX_CELL}")
     return path_length(reference_path(cells))
 
 

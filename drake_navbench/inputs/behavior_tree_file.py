@@ -16,11 +16,17 @@ from drake_navbench.typed_files.input_file import MEGABYTE, read_input_text
 
 MAX_FILE_BYTES = MEGABYTE
 MAX_DEPTH = 50
+# Files within each other.
+MAX_INCLUDES = 5
 MAX_NODES = 1000
 # Written as <Action ID="Spin"/> in place of <Spin/>.
 WITH_ID = ("Action", "Condition", "Control", "Decorator")
 # They stand for another tree of the file.
 SUBTREES = ("SubTree", "SubTreePlus")
+
+
+class MissingTree(InputError):
+    """A tree that stands in another file, which is not there."""
 
 
 class _Element:
@@ -34,26 +40,34 @@ class _Element:
 
 
 def read_tree_file(path: Path) -> NodeDescription:
-    """Returns the main tree of a file; raises InputError with file and line where it has none."""
+    """Returns the main tree of a file, with those of the files that it includes.
+
+    Raises MissingTree where a tree is needed that only an included file can have which is not
+    there, as that of a package (`ros_pkg`), InputError with file and line where there is none.
+    """
     root = _parsed(path)
-    trees = {e.attributes.get("ID", ""): e for e in root.children if e.tag == "BehaviorTree"}
+    missing: list[str] = []
+    trees = _trees_of(root, path, missing, MAX_INCLUDES)
     named = root.attributes.get("main_tree_to_execute")
     if named is None and len(trees) == 1:
         (named,) = trees
     if named not in trees:
+        if missing:
+            raise MissingTree(missing[0])
         raise InputError(
             f"{path}: expected a BehaviorTree that is called {named!r}, or only one; "
             f"found {', '.join(map(repr, trees)) or 'none'}"
         )
-    budget = _Budget(path)
+    budget = _Budget(path, missing)
     return budget.described(_only_child(trees[named], path), trees, {}, 0)
 
 
 class _Budget:
     """Turns elements into descriptions, and counts them: trees may name each other in a circle."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, missing: list[str]) -> None:
         self._path = path
+        self._missing = missing
         self._left = MAX_NODES
 
     def described(
@@ -79,6 +93,8 @@ class _Budget:
         if element.tag in SUBTREES:
             name = attributes.get("ID", "")
             if name not in trees:
+                if self._missing:
+                    raise MissingTree(self._missing[0])
                 raise InputError(
                     f"{self._path}, line {element.line}: no BehaviorTree is called {name!r}"
                 )
@@ -93,6 +109,27 @@ class _Budget:
         return NodeDescription(
             node=node, name=name, attributes=attributes, children=tuple(children), line=element.line
         )
+
+
+def _trees_of(
+    root: _Element, path: Path, missing: list[str], includes_left: int
+) -> dict[str, _Element]:
+    """Returns the trees of a file and of those that it includes; missing: lines of the others."""
+    trees = {}
+    for element in root.children:
+        if element.tag == "include":
+            named = element.attributes.get("path", "")
+            package = element.attributes.get("ros_pkg")
+            file = path.parent / named
+            if package is not None or not file.is_file():
+                of = f" of the package {package}" if package else ""
+                missing.append(f"line {element.line}, <include>: {named!r}{of} is not there")
+            elif includes_left == 0:
+                raise InputError(f"{path}, line {element.line}: files that include each other")
+            else:
+                trees |= _trees_of(_parsed(file), file, missing, includes_left - 1)
+    own = {e.attributes.get("ID", ""): e for e in root.children if e.tag == "BehaviorTree"}
+    return trees | own
 
 
 def _only_child(tree: _Element, path: Path) -> _Element:

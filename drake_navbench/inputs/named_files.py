@@ -11,6 +11,11 @@ from drake_navbench.errors import InputError, nearest_name_hint
 YAML_SUFFIXES = frozenset({".yaml", ".yml"})
 
 
+# What stands in files that are not of the kinds that a name may be.
+WORLDS = (".world", ".sdf", ".wbt")
+MAX_NAMED = 3
+
+
 @dataclass(frozen=True)
 class NamedFiles:
     """The YAML files of one kind that come with the package.
@@ -52,10 +57,28 @@ class NamedFiles:
                 raise InputError(
                     f"{self.kind} file {name_or_path}: cannot be read: {error.strerror}"
                 ) from error
+            if path.is_dir():
+                raise InputError(f"{self.kind} {name_or_path}: {_instead(path)}")
+            if path.suffix in WORLDS:
+                raise InputError(f"{self.kind} {name_or_path}: {_instead(path)}")
             if not is_file:
                 raise InputError(f"{self.kind} file {name_or_path}: no such file")
             return path.resolve()
+        if path.exists():
+            raise InputError(f"{self.kind} {name_or_path}: {_instead(path)}")
         raise InputError(
             f"{self.kind} {name_or_path!r} is not known"
             + nearest_name_hint(name_or_path, self.names)
         )
+
+
+def _instead(path: Path) -> str:
+    """Returns what something is that is no YAML file, and what is expected in its place."""
+    if path.is_dir():
+        suffixes = (*YAML_SUFFIXES, ".sdf", ".urdf")
+        files = sorted(file.name for file in path.iterdir() if file.suffix in suffixes)
+        named = f", such as {', '.join(files[:MAX_NAMED])} in it" if files else ""
+        return f"is a folder; expected a file{named}"
+    if path.suffix in WORLDS:
+        return "is a simulator's world; expected a YAML file (worlds of BARN are for --barn)"
+    return "expected a YAML file"

@@ -99,7 +99,9 @@ def _note_sources(reader: NodeReader) -> None:
     for index, source in enumerate(reader.names("observation_sources", [])):
         kind = reader.text(f"{source}.type", "scan")
         if kind in OTHER_SENSORS:
-            remark = f"{kind}: no such sensor here; the lidar alone is looked at"
+            remark = (
+                f"{kind}: no such sensor here, nothing stands in for it; the lidar is looked at"
+            )
             reader.note_block(Status.STAND_IN, source, remark)
         elif index > 0:
             remark = "left out; the robot has one lidar"
@@ -112,6 +114,9 @@ def _note_sources(reader: NodeReader) -> None:
 def _shape(reader: NodeReader, name: str) -> Fields | None:
     """Returns a shape; None where it cannot be had."""
     kind = reader.text(f"{name}.type")
+    if kind == "circle" and reader.node.get(f"{name}.radius") == 0:
+        reader.note_block(Status.DOUBTFUL, name, "left out; its radius is 0, nothing is ever in it")
+        return None
     model = SHAPES[kind]
     own = [field for field in model.model_fields if field not in APART]
     place = f"{name}."

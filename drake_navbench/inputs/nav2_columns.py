@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
+from typing import Any
 
 from drake_navbench.controller import NEWEST_RELEASE, RELEASE_FIELD
 from drake_navbench.errors import InputError
@@ -17,7 +18,7 @@ from drake_navbench.inputs.nav2_node_reader import similar_name_hint
 from drake_navbench.inputs.nav2_parameters import Node
 from drake_navbench.inputs.nav2_substitutions import missing_value
 from drake_navbench.inputs.presets import Preset
-from drake_navbench.parameter_names import flattened
+from drake_navbench.parameter_names import flattened, nested
 
 # The block that a rotation shim keeps its primary controller's parameters in, since Lyrical.
 PRIMARY = "primary_controller."
@@ -68,16 +69,29 @@ def _rows(server: Node, plugin: str, preset: Preset, told: Collection[str]) -> l
     model = preset.controller_class.Parameters
     names = {*model.model_fields, *(name for name, _ in flattened(preset.values))}
     release = preset.values.get(RELEASE_FIELD, NEWEST_RELEASE)
+    given = server.below(plugin)
+    others_count = model.keys_not_read(_nested(given, release))
+    doubts = model.doubts(given)
     rows = []
     for name in server.below(plugin):
         if name in told:
             continue
         full = f"{plugin}.{name}"
         bare = name.removeprefix(PRIMARY)
-        if name == "plugin" or name not in preset.ignored:
+        if name in doubts:
+            rows.append(_row(Status.DOUBTFUL, server, full, doubts[name]))
+        elif given[name] and bare in model.STOOD_IN_FOR:
+            remark = f"{given[name]}: {model.STOOD_IN_FOR[bare]}"
+            rows.append(_row(Status.STAND_IN, server, full, remark))
+        elif name == "plugin" or name not in preset.ignored:
             rows.append(_row(Status.USED, server, full))
         elif not model.is_read(bare, release):
             rows.append(_row(Status.UNREAD, server, full, f"{release} does not read it"))
+        elif name in others_count and name in model.model_fields:
+            remark = "its older name prevails"
+            if release != NEWEST_RELEASE:
+                remark = f"{release} does not read it"
+            rows.append(_row(Status.UNREAD, server, full, remark))
         elif model.is_without_effect(name, preset.values) or bare == "transform_tolerance":
             rows.append(_row(Status.NO_MEANING, server, full))
         elif instead := model.what_is_done_instead(name, preset.values):
@@ -87,6 +101,12 @@ def _rows(server: Node, plugin: str, preset: Preset, told: Collection[str]) -> l
             remark = f"{what}{similar_name_hint(name, names)}"
             rows.append(_row(Status.UNREAD, server, full, remark))
     return rows
+
+
+def _nested(given: Mapping[str, Any], release: str) -> dict[str, Any]:
+    """Returns a plugin's parameters as its model looks at them."""
+    plain = {name: value for name, value in given.items() if name != "plugin"}
+    return {RELEASE_FIELD: release, **nested(plain.items(), "")}
 
 
 def _row(status: Status, server: Node, name: str, remark: str = "") -> CheckRow:

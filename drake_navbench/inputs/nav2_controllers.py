@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from drake_navbench.controller import CONTROLLERS, RELEASE_FIELD, ControllerParameters
-from drake_navbench.errors import InputError, nearest_name_hint
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.nav2_node_reader import similar_plugin_hint
 from drake_navbench.inputs.nav2_parameters import Node, Section, nodes_called
 from drake_navbench.inputs.nav2_release import release_of
 from drake_navbench.inputs.presets import Nav2Plugin, Preset, installed_controllers
@@ -167,7 +168,7 @@ def _counterpart(plugin_type: str, where: str) -> tuple[str, type[ControllerPara
     if plugin_type not in by_type:
         raise NoCounterpart(
             f"{where}: {plugin_type!r} has no counterpart here"
-            f"{nearest_name_hint(plugin_type, by_type)}"
+            f"{similar_plugin_hint(plugin_type, by_type)}"
         )
     name = by_type[plugin_type]
     return name, controllers[name].Parameters

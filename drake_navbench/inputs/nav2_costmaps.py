@@ -48,7 +48,9 @@ MAP = "map"
 SENSING = ("obstacle_layer", "voxel_layer")
 ONLY_AS_FILTERS = ("speed_filter", "binary_filter")
 # Third-party layers that see what an obstacle layer sees.
-SENSING_ELSEWHERE = re.compile("voxel|obstacle|range|pointcloud|nvblox|stvl", re.IGNORECASE)
+SENSING_ELSEWHERE = re.compile("voxel|obstacle|pointcloud|nvblox|stvl", re.IGNORECASE)
+# Of sonars and infrared sensors, which no robot has here.
+RANGE_LAYER = "nav2_costmap_2d::RangeSensorLayer"
 # What Nav2's costmaps load where the file lists no plugins.
 DEFAULT_LAYERS = {
     "static_layer": "nav2_costmap_2d::StaticLayer",
@@ -270,4 +272,7 @@ class _CostmapReader:
         return True
 
     def _leave_out(self, name: str, plugin_type: str) -> None:
-        self._reader.note_block(Status.STAND_IN, name, f"{plugin_type}: left out")
+        why = "left out"
+        if plugin_type == RANGE_LAYER:
+            why = "left out; nothing stands in for range sensors, what they alone see is not seen"
+        self._reader.note_block(Status.STAND_IN, name, f"{plugin_type}: {why}")

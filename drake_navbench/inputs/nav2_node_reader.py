@@ -275,10 +275,19 @@ def similar_name_hint(name: str, known: Iterable[str]) -> str:
 
     Both have as many parts; `min_vel_x` is no slip of `max_vel_x`.
     """
-    alike = [n for n in known if n.count(".") == name.count(".")]
+    alike = [n for n in known if n.count(".") == name.count(".") and n != name]
     for close in difflib.get_close_matches(name, sorted(alike), n=3, cutoff=LIKE_A_SLIP):
         last, close_last = name.rpartition(".")[2], close.rpartition(".")[2]
         if difflib.SequenceMatcher(None, last, close_last).ratio() >= LIKE_A_SLIP:
+            return f"; did you mean {close!r}?"
+    return ""
+
+
+def similar_plugin_hint(plugin_type: str, known: Iterable[str]) -> str:
+    """Returns '; did you mean X?' for a type that differs by a slip in its class, else ''."""
+    for close in difflib.get_close_matches(plugin_type, sorted(known), n=1, cutoff=LIKE_A_SLIP):
+        names = [kind.rpartition("::")[2] for kind in (plugin_type, close)]
+        if difflib.SequenceMatcher(None, *names).ratio() > LIKE_A_SLIP:
             return f"; did you mean {close!r}?"
     return ""
 

@@ -17,14 +17,17 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
 import yaml
 
+from drake_navbench.errors import InputError
 from drake_navbench.typed_files.typed_yaml import read_text, yaml_fault
-from drake_navbench.typed_files.yaml_loader import require_limits
+from drake_navbench.typed_files.yaml_loader import made, require_limits
 
+LAUNCH_SUFFIXES = (".py", ".xml", ".launch")
 PARAMETERS_KEY = "ros__parameters"
 MERGE_TAG = "tag:yaml.org,2002:merge"
 # Parts of a node's name that stand for others.
@@ -123,6 +126,11 @@ def read_parameter_file(path: Path, prepare: Callable[[str], str] | None = None)
 
     prepare: changes the text before it is taken apart, as nav2_common's substitutions do.
     """
+    if path.suffix in LAUNCH_SUFFIXES:
+        raise InputError(
+            f"{path}: is a launch file; expected the parameter file that it names, such as "
+            "nav2_params.yaml"
+        )
     text = read_text(path)
     if prepare is not None:
         text = prepare(text)
@@ -164,6 +172,9 @@ class _RosLoader(yaml.SafeLoader):
     bool_values: ClassVar[dict[str, bool]] = {**yaml.SafeLoader.bool_values, "y": True, "n": False}
     # PyYAML's is one of the class too; its stubs say otherwise.
     yaml_implicit_resolvers: ClassVar[dict[str | None, list[Any]]] = {}  # type: ignore[misc]
+
+    def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
+        return made(partial(super().construct_object, node, deep), node)
 
 
 _FLOAT = r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)"

@@ -16,6 +16,7 @@ from typing import Any
 import yaml
 
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.nav2_body import costmap_body, note_body, with_body
 from drake_navbench.inputs.nav2_check import Check, CheckRow, Status
 from drake_navbench.inputs.nav2_collision_monitor import read_collision_monitor
 from drake_navbench.inputs.nav2_columns import read_columns
@@ -33,6 +34,7 @@ from drake_navbench.inputs.nav2_parameters import (
     read_parameter_file,
 )
 from drake_navbench.inputs.nav2_release import (
+    OLD_NODE,
     Found,
     has_node,
     navigation_of,
@@ -63,9 +65,8 @@ SMOOTHER_SERVER = "smoother_server"
 BT_NAVIGATOR = "bt_navigator"
 # Of a behaviour tree: what asks that server.
 SMOOTHING_NODE = "SmoothPath"
-# By name of the node; some nodes have had two.
+# By name of the node.
 SERVERS: dict[str, Callable[[NodeReader], dict[str, Any]]] = {
-    "recoveries_server": read_behavior_server,
     "behavior_server": read_behavior_server,
     "waypoint_follower": read_waypoint_follower,
     "velocity_smoother": read_velocity_smoother,
@@ -80,6 +81,8 @@ READ = (
     BT_NAVIGATOR,
     *SERVERS,
 )
+# Of controllers: the slowest that they drive ahead.
+LEAST_SPEEDS = ("min_vel_x", "vx_min")
 # What a robot has only where its file says so.
 OPTIONAL = ("velocity_smoother", "collision_monitor")
 
@@ -178,11 +181,7 @@ class _Files:
         self._note(Status.OTHER_FORM, "robot", "mass, lidar, accelerations, localization", remark)
         body = self._body(navigation)
         if body:
-            # Another outline is another robot's, but wheels that are the base's are its model's.
-            looks = () if self._base.drive.has_wheels else ("model",)
-            for field in ("footprint", "robot_radius", *looks):
-                data.pop(field, None)
-        data |= body
+            data = with_body(data, body, self._base, self._base_name)
         data["navigation"] = {**data.get("navigation", {}), **dict.fromkeys(OPTIONAL), **navigation}
         if self._added_sensors:
             data["depth_sensors"] = {**data.get("depth_sensors", {}), **self._added_sensors}
@@ -195,12 +194,15 @@ class _Files:
             self._note(Status.OTHER_FORM, "robot", f"drive.{name}", remark)
         source = ", ".join(map(str, paths))
         robot = validate(Robot, data, source)
+        self._note_smoothed_away(presets, robot)
         self._note_other_sections()
         robot = robot.model_copy(update={"directory": self._base.directory})
         check_wheels(robot, source)
         for reader, _ in self._outlines:
             settings = getattr(robot.navigation, reader.node.name.rpartition("/")[2])
             note_small_inflation(reader, settings, robot.radii[0])
+        if body:
+            note_body(self._outlines, robot, self._base_name)
         if robot.is_circle:
             self._note_outlines_of_a_radius(presets)
         return Nav2Setup(presets, robot, Check(tuple(self._rows.values())), self._places)
@@ -234,14 +236,16 @@ class _Files:
         fields |= self._costmaps()
         release = self._release.release
         of_release = {
-            PLANNER_SERVER: partial(read_planner_server, release=release),
+            PLANNER_SERVER: partial(
+                read_planner_server, release=release, cell_m=self._global_cell_m(fields)
+            ),
             BT_NAVIGATOR: partial(read_bt_navigator, release=release),
         }
         for name, read in (SERVERS | of_release).items():
             node = self._find(name)
             if node is not None:
                 fields = merged(fields, read(self._reader(node)))
-            elif name not in ("recoveries_server", *OPTIONAL):
+            elif name not in OPTIONAL:
                 self._note_missing(name)
         tree = fields["behavior_tree"].get("tree")
         if tree is not None:
@@ -253,6 +257,11 @@ class _Files:
             is_asked = tree is not None and has_node(tree, SMOOTHING_NODE)
             fields |= read_smoother_server(self._reader(smoother), is_asked=is_asked)
         return fields
+
+    def _global_cell_m(self, fields: dict[str, Any]) -> float:
+        """Returns the resolution of the costmap that plans are made on."""
+        own = self._base.navigation.global_costmap.resolution
+        return float(fields.get("global_costmap", {}).get("resolution", own))
 
     def _own_behaviors(self) -> dict[str, Any]:
         """Returns the base robot's behaviours with the release's way of driving straight."""
@@ -291,26 +300,13 @@ class _Files:
 
     def _body(self, navigation: dict[str, Any]) -> dict[str, Any]:
         """Returns the outline: the local costmap's, else the global one's, else none."""
-        given = [(reader, outline) for reader, outline in self._outlines if outline.is_given]
         if "local_costmap" in navigation and self._outlines[0][1].padding_m is not None:
             navigation["local_costmap"]["footprint_padding"] = self._outlines[0][1].padding_m
-        if not given:
+        body = costmap_body(self._outlines)
+        if not body:
             remark = f"not given, where Nav2 takes a radius of 0.1 m; that of {self._base_name}"
             self._note(Status.OTHER_FORM, "robot", "footprint", remark)
-            return {}
-        reader, outline = given[0]
-        for other_reader, other in given[1:]:
-            if other != outline:
-                name = "footprint" if other.footprint is not None else "robot_radius"
-                remark = "plans are made for the local costmap's outline and padding"
-                if other[:2] == outline[:2]:
-                    name = "footprint_padding"
-                other_reader.note(Status.OTHER_FORM, name, remark)
-        if outline.footprint is not None:
-            reader.checked(Robot, {"footprint": outline.footprint, "description": "outline"})
-            return {"footprint": outline.footprint}
-        reader.checked(Robot, {"robot_radius": outline.radius_m, "description": "outline"})
-        return {"robot_radius": outline.radius_m}
+        return body
 
     def _note_outlines_of_a_radius(self, presets: Collection[Preset]) -> None:
         remark = "the robot has a radius, whose polygon is taken; later releases refuse this"
@@ -322,12 +318,25 @@ class _Files:
                     row = self._rows[place]
                     self._rows[place] = row._replace(status=Status.DOUBTFUL, remark=remark)
 
+    def _note_smoothed_away(self, presets: Collection[Preset], robot: Robot) -> None:
+        """Notes least speeds that the velocity smoother lets no command have."""
+        smoother = robot.navigation.velocity_smoother
+        if smoother is None:
+            return
+        most = smoother.max_velocity[0]
+        for preset in presets:
+            node, block = self._places[preset.name]
+            for name, value in flattened(preset.values):
+                place = node, f"{block}.{name}"
+                if name in LEAST_SPEEDS and value > most and place in self._rows:
+                    remark = f"{value:g}, where the velocity smoother lets through {most:g}"
+                    row = self._rows[place]
+                    self._rows[place] = row._replace(status=Status.DOUBTFUL, remark=remark)
+
     def _note(self, status: Status, node: str, parameter: str, remark: str) -> None:
         self._rows[node, parameter] = CheckRow(status, node, parameter, remark)
 
     def _note_missing(self, name: str) -> None:
-        if name == "behavior_server" and self._find("recoveries_server") is not None:
-            return
         remark = f"not in the file; that of {self._base_name}"
         self._note(Status.OTHER_FORM, name, "", remark)
 
@@ -341,7 +350,10 @@ class _Files:
             self._note_unread_section(section.name.lstrip("/"))
 
     def _note_unread_section(self, name: str) -> None:
-        if name in ("local_costmap", "global_costmap"):
+        if name.rpartition("/")[2] == OLD_NODE:
+            remark = f"since humble the node is called behavior_server; {self._release.release} "
+            self._note(Status.UNREAD, name, "", f"{remark}does not read this one")
+        elif name in ("local_costmap", "global_costmap"):
             self._note(Status.UNREAD, name, "", f"the node is called {name}/{name}")
         elif any(name.endswith(f"/{other}") or name == other for other in READ):
             remark = f"another namespace; only that of '{self._namespace or '/'}' is read"

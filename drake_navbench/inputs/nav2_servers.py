@@ -7,10 +7,11 @@ nav2_waypoint_follower, nav2_velocity_smoother, nav2_collision_monitor.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
-from drake_navbench.inputs.behavior_tree_file import read_tree_file
+from drake_navbench.inputs.behavior_tree_file import MissingTree, read_tree_file
 from drake_navbench.inputs.nav2_check import Status
 from drake_navbench.inputs.nav2_controller_server import plugin_block
 from drake_navbench.inputs.nav2_node_reader import NodeReader
@@ -41,6 +42,7 @@ Fields = dict[str, Any]
 NAVFN = "nav2_navfn_planner::NavfnPlanner"
 # Fields of a planner that no Nav2 file has.
 NOT_NAV2S = {"plugin", "expansions_per_second"}
+TURNING_RADIUS = "minimum_turning_radius"
 SIMPLE_SMOOTHER = "nav2_smoother::SimpleSmoother"
 DEFAULT_SMOOTHER = "simple_smoother"
 # Nav2's smoothers by our names.
@@ -79,8 +81,11 @@ DEFAULT_BEHAVIORS = {
 }
 
 
-def read_planner_server(reader: NodeReader, release: Release) -> Fields:
-    """Returns the planner that the default tree asks for, with what the release reads of it."""
+def read_planner_server(reader: NodeReader, release: Release, cell_m: float) -> Fields:
+    """Returns the planner that the default tree asks for, with what the release reads of it.
+
+    cell_m: of the global costmap, m.
+    """
     names = reader.names("planner_plugins", [DEFAULT_PLANNER])
     if not names:
         raise reader.fault("planner_plugins", "expected at least one name")
@@ -92,7 +97,7 @@ def read_planner_server(reader: NodeReader, release: Release) -> Fields:
             reader.note_block(Status.NO_MEANING, other, remark)
     plugin_type = types[name]
     if plugin_type in PLANNERS:
-        values = _planner(reader, name, plugin_type, release)
+        values = _planner(reader, name, plugin_type, release, cell_m)
     else:
         plugin_type = SmacPlanner2DParameters.model_fields["plugin"].default
         remark = f"{types[name]}: SmacPlanner2D with its defaults stands in"
@@ -107,10 +112,12 @@ def _planner_type(reader: NodeReader, name: str, names: list[str]) -> str:
     return reader.plugin_type(name, default, "planner_plugins")
 
 
-def _planner(reader: NodeReader, name: str, plugin_type: str, release: Release) -> Fields:
+def _planner(
+    reader: NodeReader, name: str, plugin_type: str, release: Release, cell_m: float
+) -> Fields:
     model = PLANNERS.load(plugin_type).Parameters
     if model is SmacPlannerHybridParameters:
-        return _hybrid_planner(reader, name, release)
+        return _hybrid_planner(reader, name, release, cell_m)
     if model is not SmacPlanner2DParameters:
         names = [field for field in model.model_fields if field not in NOT_NAV2S]
         return reader.block(model, f"{name}.", names=names)
@@ -119,13 +126,38 @@ def _planner(reader: NodeReader, name: str, plugin_type: str, release: Release) 
     return _classic(reader.block(model, f"{name}.", names=names))
 
 
-def _hybrid_planner(reader: NodeReader, name: str, release: Release) -> Fields:
+def _hybrid_planner(reader: NodeReader, name: str, release: Release, cell_m: float) -> Fields:
     """Returns the parameters of SmacPlannerHybrid."""
-    fields = [field for field in SmacPlannerHybridParameters.model_fields if field not in NOT_NAV2S]
+    apart = (*NOT_NAV2S, TURNING_RADIUS)
+    fields = [field for field in SmacPlannerHybridParameters.model_fields if field not in apart]
     values = reader.block(SmacPlannerHybridParameters, f"{name}.", names=fields)
+    factor = reader.node.get(f"{name}.downsampling_factor", 1)
+    least_m = cell_m * (factor if isinstance(factor, int) else 1)
+    values |= _turning_radius(reader, f"{name}.{TURNING_RADIUS}", release, least_m)
     if release.age < Release.LYRICAL.age:
         reader.note(Status.OTHER_FORM, f"{name}.plugin", f"searches as in {PORTED}")
     return values
+
+
+def _turning_radius(reader: NodeReader, name: str, release: Release, least_m: float) -> Fields:
+    """Returns the turning radius, at least a cell of the search.
+
+    Since jazzy Nav2 makes it so; before, it starts with 0, too, but no curve comes of that.
+    """
+    if not reader.given(name):
+        return {}
+    radius_m = reader.number(name, least_m)
+    if radius_m < 0.0 or not math.isfinite(radius_m):
+        raise reader.fault(name, f"expected 0 or more, got {radius_m}")
+    if release.age >= Release.JAZZY.age and radius_m < least_m:
+        remark = f"{least_m:g}, a cell of the search, as in Nav2, in place of {radius_m:g}"
+        reader.note(Status.OTHER_FORM, name, remark)
+        radius_m = least_m
+    elif radius_m == 0.0:
+        remark = f"0, of which {release} makes no curve: {least_m:g}, a cell, stands in"
+        reader.note(Status.STAND_IN, name, remark)
+        radius_m = least_m
+    return {TURNING_RADIUS: radius_m}
 
 
 def _classic(values: Fields) -> Fields:
@@ -149,8 +181,6 @@ def read_behavior_server(reader: NodeReader) -> Fields:
         if behavior in values:
             values[behavior] = _drive_limits(reader, values[behavior])
     listed_in = "behavior_plugins"
-    if reader.node.name.endswith("recoveries_server"):
-        listed_in = "recovery_plugins"
     found = []
     names = reader.names(listed_in, DEFAULT_BEHAVIORS)
     for name in names:
@@ -271,7 +301,11 @@ def _tree_of(reader: NodeReader, name: str, release: Release) -> Fields:
     # Imported late: py_trees takes a while, and few files name a tree.
     from drake_navbench.navigation.behavior_tree.builder import faults_of
 
-    tree = read_tree_file(found)
+    try:
+        tree = read_tree_file(found)
+    except MissingTree as error:
+        reader.note(Status.STAND_IN, name, f"{error}; Nav2's default tree stands in")
+        return {}
     faults = list(faults_of(tree))
     if not faults:
         return {"tree": tree.model_dump(mode="json")}

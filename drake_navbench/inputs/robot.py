@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from hashlib import sha256
 from pathlib import Path
@@ -16,7 +17,7 @@ from pydantic import (
 )
 
 from drake_navbench.costmaps.observation_source import ObservationSourceSettings
-from drake_navbench.errors import InputError, nearest_name_hint
+from drake_navbench.errors import InputError, InputWarning, nearest_name_hint
 from drake_navbench.inputs.actuators import ActuatorSettings
 from drake_navbench.inputs.depth_sensor import DepthSensorSettings
 from drake_navbench.inputs.drive import DifferentialDrive, Drive, overrides_for
@@ -257,7 +258,12 @@ def _with_model(data: Mapping[str, Any], path: Path) -> Mapping[str, Any]:
     from drake_navbench.inputs.robot_model import read_robot_model
 
     found = read_robot_model(file)
-    return {"mass_kg": found.mass_kg} | dict(data) | {"footprint": found.outline.tolist()}
+    told: dict[str, Any] = {"mass_kg": found.mass_kg}
+    if found.mass_kg <= 0.0 and "mass_kg" not in data:
+        remark = f"{file}: its links have no mass; give mass_kg in a robot file where it matters"
+        warnings.warn(remark, InputWarning, stacklevel=2)
+        told = {}
+    return told | dict(data) | {"footprint": found.outline.tolist()}
 
 
 def overridden(robot: Robot, overrides: Mapping[str, Any], source: str) -> Robot:

@@ -6,9 +6,6 @@ them. An MCAP file whose end is missing is read as far as it goes.
 
 from __future__ import annotations
 
-import os
-import struct
-import tempfile
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
@@ -16,16 +13,17 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from drake_navbench.errors import InputError, as_line
-from drake_navbench.recordings.rosbags_extra import require_rosbags, ros2_types
-
-MCAP_MAGIC = b"\x89MCAP0\r\n"
-RECORD_HEADER = struct.Struct("<BQ")
-# What ends the data of an MCAP file: DataEnd without a checksum, Footer without a summary.
-MCAP_END = RECORD_HEADER.pack(0x0F, 4) + bytes(4) + RECORD_HEADER.pack(0x02, 20) + bytes(20)
-LFS_POINTER = b"version https://git-lfs"
-DATA_END, FOOTER = 0x0F, 0x02
-COPIED_BYTES = 1 << 20
-STORAGES = (".mcap", ".db3", ".bag")
+from drake_navbench.recordings.bag_files import (
+    METADATA,
+    BagFiles,
+    files_in,
+    is_cut,
+    is_packed,
+    require_content,
+    require_recording,
+)
+from drake_navbench.recordings.definition_limits import require_short, require_small
+from drake_navbench.recordings.rosbags_extra import ros2_types
 
 
 class Received(NamedTuple):
@@ -80,17 +78,20 @@ class BagSource:
         known = ros2_types().fielddefs
         for connection in connections:
             text, kind = connection.msgdef.data, connection.msgdef.format
+            place = as_line(f"{self.path}: {connection.topic}")
+            require_short(text, place)
             if kind == MessageDefinitionFormat.MSG:
-                types.register(get_types_from_msg(text, connection.msgtype))
+                defined = get_types_from_msg(text, connection.msgtype)
+                require_small(defined, place)
+                types.register(defined)
             elif kind == MessageDefinitionFormat.IDL:
-                types.register(get_types_from_idl(text))
+                defined = get_types_from_idl(text)
+                require_small(defined, place)
+                types.register(defined)
             elif connection.msgtype in known and not self.is_ros1:
                 types.register(known)
             else:
-                raise InputError(
-                    f"{self.path}: {connection.topic}: no definition of {connection.msgtype} in "
-                    "the recording"
-                )
+                raise InputError(f"{place}: no definition of {connection.msgtype} in the recording")
         for connection in connections:
             _require_whole(self.path, types, connection)
         return types
@@ -108,18 +109,19 @@ def _require_whole(path: Path, types: Any, connection: Any) -> None:
 
 
 @contextmanager
-def open_bag(path: Path) -> Iterator[BagSource]:
-    """Opens a recording; raises InputError where it is none, or holds no message."""
-    require_rosbags()
+def open_bag(path: Path, files: BagFiles) -> Iterator[BagSource]:
+    """Opens a recording; raises InputError where it is none, or holds no message.
+
+    files: where what must be changed of it is put.
+    """
     with ExitStack() as stack:
         with _errors_as_lines(path):
-            source = _opened(path, stack)
+            source = _opened(path, stack, files)
         yield source
 
 
-def _opened(path: Path, stack: ExitStack) -> BagSource:
-    losses: list[str] = []
-    readers = _open_readers(path, stack, losses)
+def _opened(path: Path, stack: ExitStack, files: BagFiles) -> BagSource:
+    readers = _open_readers(path, stack, files)
     connections = [c for reader in readers for c in reader.connections]
     counts: dict[str, int] = {}
     for connection in connections:
@@ -135,82 +137,57 @@ def _opened(path: Path, stack: ExitStack) -> BagSource:
         {name: count for name, count in counts.items() if count},
         min(reader.start_time for reader in filled),
         max(reader.end_time for reader in filled),
-        tuple(losses),
+        tuple(files.losses),
     )
 
 
-def _open_readers(path: Path, stack: ExitStack, losses: list[str]) -> list[Any]:
+def _open_readers(path: Path, stack: ExitStack, files: BagFiles) -> list[Any]:
     """Returns an open reader of each file, or one of a folder with metadata."""
     from rosbags.rosbag1 import Reader as Ros1Reader
-    from rosbags.rosbag2 import Reader, ReaderError
+    from rosbags.rosbag2 import Reader
 
     if not path.exists():
         raise InputError(f"{path}: no such file or folder")
-    files = [path]
+    found = [path]
     if path.is_dir():
-        files = sorted(file for file in path.iterdir() if file.suffix in STORAGES)
-        if (path / "metadata.yaml").is_file():
-            try:
-                return [stack.enter_context(Reader(path))]
-            except ReaderError:
-                # An interrupted recording: its metadata may tell of more than its files hold.
-                if not any(_is_cut(file) for file in files):
-                    raise
-        if not files:
-            raise InputError(f"{path}: a folder without {', '.join(STORAGES)}; not a recording")
-    elif path.suffix not in STORAGES:
-        raise InputError(
-            f"{path}: not a recording: expected {', '.join(STORAGES)} or a rosbag2 folder"
-        )
+        found = files_in(path)
+        reader = _reader_of_folder(path, found, files)
+        if reader is not None:
+            return [stack.enter_context(reader)]
+    else:
+        require_recording(path)
     readers = []
-    for file in files:
-        _require_content(file)
-        whole = file
-        if _is_cut(file):
-            folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-            whole = folder / file.name
-            losses.append(_mend(file, whole))
-        kind = Ros1Reader if file.suffix == ".bag" else Reader
-        readers.append(stack.enter_context(kind(whole)))
+    for file in found:
+        ready = files.ready(file)
+        kind = Ros1Reader if ready.suffix == ".bag" else Reader
+        readers.append(stack.enter_context(kind(ready)))
     return readers
 
 
-def _require_content(path: Path) -> None:
-    """Raises InputError where a file only points to one, as a clone without Git LFS has it."""
-    with path.open("rb") as file:
-        if file.read(len(LFS_POINTER)) == LFS_POINTER:
-            raise InputError(f"{path}: a pointer of Git LFS, not the recording; run git lfs pull")
+def _reader_of_folder(path: Path, found: list[Path], files: BagFiles) -> Any | None:
+    """Returns the reader of a folder by its metadata, None where each file is read by itself."""
+    from rosbags.rosbag2 import Reader, ReaderError
 
-
-def _is_cut(path: Path) -> bool:
-    """Returns whether a file is MCAP that was not finished: its end is not as it should be."""
-    if path.suffix != ".mcap":
-        return False
-    with path.open("rb") as file:
-        if file.read(len(MCAP_MAGIC)) != MCAP_MAGIC:
-            return False
-        file.seek(-len(MCAP_MAGIC), os.SEEK_END)
-        return file.read() != MCAP_MAGIC
-
-
-def _mend(path: Path, whole: Path) -> str:
-    """Copies the whole records of an MCAP file and ends the copy; returns what was lost."""
-    size, kept = path.stat().st_size, len(MCAP_MAGIC)
-    with path.open("rb") as source:
-        while kept + RECORD_HEADER.size <= size:
-            source.seek(kept)
-            kind, length = RECORD_HEADER.unpack(source.read(RECORD_HEADER.size))
-            past = kept + RECORD_HEADER.size + length
-            if kind in (DATA_END, FOOTER) or past > size:
-                break
-            kept = past
-        source.seek(0)
-        with whole.open("wb") as copy:
-            left = kept
-            while left:
-                left -= copy.write(source.read(min(left, COPIED_BYTES)))
-            copy.write(MCAP_END + MCAP_MAGIC)
-    return f"{path}: cut off: the last {size - kept} of {size} bytes are no whole record"
+    metadata = path / METADATA
+    for file in [*found, metadata]:
+        if file.is_file():
+            require_content(file)
+    # The library would unpack whole files without a limit.
+    if not metadata.is_file() or any(map(is_packed, found)):
+        return None
+    reader = Reader(path)
+    try:
+        reader.open()
+    except ReaderError as error:
+        # An interrupted recording: its metadata may tell of more than its files hold.
+        if any(map(is_cut, found)):
+            return None
+        if "files are missing" not in str(error):
+            raise
+        files.losses.append(f"{metadata}: names files that are not there; those that are are read")
+        return None
+    reader.close()
+    return Reader(path)
 
 
 def _messages(

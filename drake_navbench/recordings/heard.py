@@ -25,6 +25,11 @@ STATUS_TYPES = ("action_msgs/msg/GoalStatusArray", "actionlib_msgs/msg/GoalStatu
 LATCHED_ROLES = frozenset({"tf_static", "map", "trial", "status", "goal", "plan"})
 
 
+# Roles of which topics are offered that have the right type: what is measured hangs on them.
+HINTED_ROLES = ("command", "scan", "plan")
+MAX_HINTED_TOPICS = 5
+
+
 class Role(NamedTuple):
     """What a topic is for. names: where it usually is, the likeliest first. types: accepted."""
 
@@ -41,7 +46,14 @@ ROLES: Mapping[str, Role] = {
     "tf": Role(("/tf",), TF_TYPES),
     "tf_static": Role(("/tf_static",), TF_TYPES),
     "command": Role(
-        ("/cmd_vel", "/cmd_vel_smoothed", "/cmd_vel_nav"),
+        (
+            "/cmd_vel",
+            "/cmd_vel_smoothed",
+            "/cmd_vel_nav",
+            "/cmd_vel_unstamped",
+            "/diff_drive_controller/cmd_vel",
+            "/diff_drive_controller/cmd_vel_unstamped",
+        ),
         ("geometry_msgs/msg/TwistStamped", "geometry_msgs/msg/Twist"),
     ),
     "scan": Role(("/scan", "/base_scan"), ("sensor_msgs/msg/LaserScan",)),
@@ -90,8 +102,8 @@ ROLES: Mapping[str, Role] = {
 
 def choose_topics(
     source: BagSource, given: Mapping[str, str], namespace: str | None
-) -> dict[str, str]:
-    """Returns role -> topic of what there is in a recording.
+) -> tuple[dict[str, str], list[str]]:
+    """Returns role -> topic of what there is in a recording, and a line for what is left out.
 
     given: what the user says of single roles; '' for none. namespace: of the robot, where its
     topics have one; found where there is only one. Raises InputError where a topic that is named is
@@ -102,6 +114,7 @@ def choose_topics(
             raise InputError(f"--topics {role}: unknown role{nearest_name_hint(role, ROLES)}")
     prefix = _prefix(source, namespace) if "odom" not in given else _as_prefix(namespace)
     chosen: dict[str, str] = {}
+    remarks: list[str] = []
     for role, (names, types) in ROLES.items():
         if role in given:
             topic = given[role]
@@ -116,13 +129,18 @@ def choose_topics(
             present = [name for name in candidates if name in source.topics]
             fitting = [name for name in present if source.topics[name] in types]
             if not present:
+                remarks += _hint_of(role, source, namespace)
                 continue
             topic = (fitting or present)[0]
         if source.topics[topic] not in types:
-            raise InputError(
+            fault = (
                 f"{source.path}: {topic} ({role}): has messages of {source.topics[topic]}, "
                 f"expected {' or '.join(types)}"
             )
+            if role in given or role == "odom":
+                raise InputError(fault)
+            remarks.append(f"{fault}; left out")
+            continue
         chosen[role] = topic
     if "odom" not in chosen:
         found = ", ".join(sorted(source.topics)[:40])
@@ -130,7 +148,23 @@ def choose_topics(
             f"{source.path}: no odometry on {' or '.join(ROLES['odom'].names)}; name its topic "
             f"with --topics odom=TOPIC; found: {found}"
         )
-    return chosen
+    return chosen, remarks
+
+
+def _hint_of(role: str, source: BagSource, namespace: str | None) -> list[str]:
+    """Returns a line with the topics that could be a role's by their type, none without any."""
+    if role not in HINTED_ROLES:
+        return []
+    start = f"{_as_prefix(namespace)}/"
+    types = ROLES[role].types
+    fitting = [t for t, kind in source.topics.items() if kind in types and t.startswith(start)]
+    if not fitting:
+        return []
+    named = ", ".join(sorted(fitting)[:MAX_HINTED_TOPICS])
+    return [
+        f"{source.path}: no {role} where it usually is; by its type it could be {named}: name it "
+        f"with --topics {role}=TOPIC"
+    ]
 
 
 def _as_prefix(namespace: str | None) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -16,12 +16,12 @@ from drake_navbench.costmaps.map_file import OccupancyMap, load_map
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.robot import Robot, load_robot
 from drake_navbench.log import TrialLog
-from drake_navbench.recordings.bag_source import BagSource, open_bag
 from drake_navbench.recordings.decoded_messages import Cells
 from drake_navbench.recordings.drive_data import DriveData, drive_data
 from drake_navbench.recordings.drive_fit import DriveFit, as_yaml, fit_drive
 from drake_navbench.recordings.gap_page import as_plain, write_curves, write_gap_page
-from drake_navbench.recordings.heard import Column, choose_topics, read_columns
+from drake_navbench.recordings.heard import Column
+from drake_navbench.recordings.reading import Piece, read_bag
 from drake_navbench.recordings.recorded_motion import RecordedMotion, recorded_motion
 from drake_navbench.recordings.recorded_tasks import RecordedTask, task_by_hand, tasks_by_status
 from drake_navbench.recordings.recorded_trial import Subject, recorded_trial
@@ -31,6 +31,8 @@ from drake_navbench.results import ResultsFolder, file_name, only_run_in, write_
 NANOSECONDS = 1e9
 # In the name of a column, behind that of the controller that a bag of ours tells.
 RECORDED = "recording"
+# What is slower stands, m/s and rad/s.
+STANDING_MPS, STANDING_RADPS = 0.01, 0.02
 
 
 @dataclass(frozen=True)
@@ -72,17 +74,15 @@ class Imported:
 
 def read_recording(path: Path, request: ImportRequest, *, first_trial: int = 0) -> Imported:
     """Returns the trials in a recording; raises InputError where anything is wrong with it."""
-    with open_bag(path) as source:
-        topics = choose_topics(source, request.topics, request.namespace)
-        begin_ns, past_ns = _bounds(source, request)
-        columns = read_columns(source, topics, begin_ns, past_ns)
-    losses = [*source.losses, *_left_out(path, topics, columns)]
+    piece = Piece(request.topics, request.namespace, request.start_s, request.end_s)
+    recording = read_bag(path, piece)
+    columns = recording.columns
     told = _told(columns)
     robot = _robot(path, request, told)
     motion = recorded_motion(path, columns)
-    tasks = _tasks(path, request, source, columns, motion)
+    tasks = _tasks(path, request, recording.start_ns, columns, motion)
     known_map = _map(request, columns, motion)
-    notes = {"topics": topics, "losses": losses}
+    notes = {"topics": recording.topics, "losses": list(recording.losses)}
     scenario, controller = path.stem, RECORDED
     if told is not None:
         scenario = told["info"]["scenario"]["name"]
@@ -112,20 +112,7 @@ def read_recording(path: Path, request: ImportRequest, *, first_trial: int = 0) 
         if gap is not None:
             log.info["recording"]["simulation_gap"] = as_plain(gap)
     fit = _fit(path, robot, drive) if request.fits_drive else None
-    return Imported(path, tuple(logs), topics, tuple(losses), gaps, fit)
-
-
-def _left_out(
-    path: Path, topics: Mapping[str, str], columns: Mapping[str, Column]
-) -> Iterator[str]:
-    """Yields a line for each topic of which messages could not be used."""
-    for role, column in columns.items():
-        if column.unusable:
-            count = len(column.values) + column.unusable
-            yield (
-                f"{path}: {topics[role]}: {column.unusable} of {count} left out: what should be "
-                "numbers is not, or is of no size"
-            )
+    return Imported(path, tuple(logs), recording.topics, recording.losses, gaps, fit)
 
 
 def _fit(path: Path, robot: Robot, drive: DriveData | None) -> DriveFit:
@@ -232,27 +219,10 @@ def _with_recordings(manifest: Mapping[str, Any], imported: Sequence[Imported]) 
     return dict(manifest) | {"recordings": [*manifest.get("recordings", ()), *entries]}
 
 
-def _bounds(source: BagSource, request: ImportRequest) -> tuple[int | None, int | None]:
-    """Returns the first and past the last time of receipt that are wanted, ns."""
-    begin, end = request.start_s, request.end_s
-    length_s = (source.end_ns - source.start_ns) / NANOSECONDS
-    for name, value in (("start", begin), ("end", end)):
-        if value is not None and not 0.0 <= value <= length_s:
-            raise InputError(
-                f"{source.path}: --{name} {value:g}: expected 0 to {length_s:.3f} s, its length"
-            )
-    if begin is not None and end is not None and end <= begin:
-        raise InputError(f"{source.path}: --end {end:g}: expected more than --start {begin:g}")
-    begin_ns = None if begin is None else source.start_ns + round(begin * NANOSECONDS)
-    # A sample behind the end belongs to it.
-    past_ns = None if end is None else source.start_ns + round((end + 1.0) * NANOSECONDS)
-    return begin_ns, past_ns
-
-
 def _tasks(
     path: Path,
     request: ImportRequest,
-    source: BagSource,
+    start_ns: int,
     columns: Mapping[str, Column],
     motion: RecordedMotion,
 ) -> list[RecordedTask]:
@@ -260,7 +230,7 @@ def _tasks(
     if request.start_s is not None or request.end_s is not None:
 
         def moment(since_s: float) -> float:
-            ns = np.array([source.start_ns + round(since_s * NANOSECONDS)], dtype=np.int64)
+            ns = np.array([start_ns + round(since_s * NANOSECONDS)], dtype=np.int64)
             return float(motion.clock.received(ns)[0])
 
         begin_s = motion.time_s[0] if request.start_s is None else moment(request.start_s)
@@ -271,10 +241,25 @@ def _tasks(
     if status is None or not status.values:
         raise InputError(
             f"{path}: no states of a goal, such as /navigate_to_pose/_action/status, to cut tasks "
-            "by; cut by hand with --start and --end"
+            f"by; cut by hand with --start and --end{_motion_hint(motion, start_ns)}"
         )
     times = motion.clock.received(status.receive_ns)
     return tasks_by_status(path, status, times, last_s)
+
+
+def _motion_hint(motion: RecordedMotion, start_ns: int) -> str:
+    """Returns '; it moves from 1.0 to 11.0 s: --start 1.0 --end 11.0', seconds since start_ns.
+
+    Nothing where it never moves.
+    """
+    v, w, vy = np.abs(motion.twist).T
+    moving = np.flatnonzero((v > STANDING_MPS) | (vy > STANDING_MPS) | (w > STANDING_RADPS))
+    if not len(moving):
+        return ""
+    begin_s = float(motion.clock.received(np.array([start_ns], dtype=np.int64))[0])
+    first, last = motion.time_s[moving[0]] - begin_s, motion.time_s[moving[-1]] - begin_s
+    start, end = f"{max(first, 0.0):.1f}", f"{last:.1f}"
+    return f"; it moves from {start} to {end} s: --start {start} --end {end}"
 
 
 def _told(columns: Mapping[str, Column]) -> dict[str, Any] | None:

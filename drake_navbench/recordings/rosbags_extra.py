@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import sys
 from functools import lru_cache
 from importlib.util import find_spec
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, cast
 
 from drake_navbench.errors import InputError
 
@@ -26,3 +28,13 @@ def ros2_types() -> Typestore:
     from rosbags.typesys import Stores, get_typestore
 
     return get_typestore(Stores.ROS2_JAZZY)
+
+
+def open_zstd(path: Path) -> IO[bytes]:
+    """Returns a file that zstd has packed, opened to be read unpacked."""
+    if sys.version_info >= (3, 14):
+        from compression import zstd
+    else:
+        # Comes with rosbags.
+        from backports import zstd
+    return cast("IO[bytes]", zstd.open(path, "rb"))

@@ -21,6 +21,8 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
 
 from drake_navbench.errors import InputError
+from drake_navbench.typed_files.drake_warnings import few_warnings
+from drake_navbench.typed_files.input_file import MEGABYTE, read_input
 from drake_navbench.typed_files.stl_mesh import as_obj, read_stl
 
 PACKAGE_URI = re.compile(r"(?:package|model)://([^/]+)/?(.*)")
@@ -33,6 +35,10 @@ STL = ".stl"
 WITHOUT_BODY = ("sensor", "plugin")
 # Folders above the file that are looked through: more than any workspace has.
 MAX_DEPTH = 8
+
+
+MAX_FILE_BYTES = 16 * MEGABYTE
+MAX_SHAPES = 500
 
 
 class ModelText(NamedTuple):
@@ -68,10 +74,11 @@ def add_models(
     parser = Parser(plant)
     for name, folder in file.packages.items():
         parser.package_map().Add(name, str(folder))
-    if file.text is None:
-        instances = parser.AddModels(str(path))
-    else:
-        instances = parser.AddModelsFromString(file.text, path.suffix.lstrip(".").lower())
+    with few_warnings(path):
+        if file.text is None:
+            instances = parser.AddModels(str(path))
+        else:
+            instances = parser.AddModelsFromString(file.text, path.suffix.lstrip(".").lower())
     return AddedModels(tuple(instances), file.left_out)
 
 
@@ -80,12 +87,14 @@ def read_model_text(path: Path, scratch: Path, *, is_drawn: bool = False) -> Mod
 
     Raises InputError where it is a xacro file, or a collision mesh is not there or no mesh.
     """
+    content = read_input(path, max_bytes=MAX_FILE_BYTES)
     try:
-        root = ElementTree.fromstring(path.read_bytes())
+        root = ElementTree.fromstring(content)
     except (ElementTree.ParseError, OSError, ValueError):
         # Drake says what is wrong, or takes what it can.
         return ModelText(None, {}, ())
     _require_expanded(root, path)
+    _require_few_shapes(root, path)
     finder = _Meshes(path)
     _require_collisions(root, finder, path)
     left_out = [uri for link in root.iter() for uri in _remove_missing(link, finder)]
@@ -101,6 +110,15 @@ def read_model_text(path: Path, scratch: Path, *, is_drawn: bool = False) -> Mod
     _keep_prefixes(path)
     text = ElementTree.tostring(root, encoding="unicode")
     return ModelText(text, finder.packages, tuple(dict.fromkeys(left_out)))
+
+
+def _require_few_shapes(root: ElementTree.Element, path: Path) -> None:
+    """Raises InputError where there are so many shapes that Drake takes long: with their square."""
+    count = sum(element.tag in ("visual", "collision") for element in root.iter())
+    if count > MAX_SHAPES:
+        raise InputError(
+            f"{path}: {count} visual and collision shapes, expected at most {MAX_SHAPES}"
+        )
 
 
 def _keep_prefixes(path: Path) -> None:

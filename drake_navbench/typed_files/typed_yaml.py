@@ -172,6 +172,8 @@ def _describe(fault: Mapping[str, Any], model: type[BaseModel], source: str) -> 
     message = message[:1].lower() + message[1:]
     if not location:
         return f"{source}: {message}"
+    if repr(fault["input"]) in message:
+        return f"{source}: {field}: {message}"
     return f"{source}: {field}: {message}, got {_shortened(fault['input'])}"
 
 

@@ -6,7 +6,8 @@ what counts here is the size after that. Tags other than those of plain values a
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import yaml
@@ -33,6 +34,21 @@ def load_yaml(text: str) -> Any:
     """
     require_limits(text)
     return yaml.load(text, Loader=_PlainLoader)
+
+
+def made(construct: Callable[[], Any], node: yaml.Node) -> Any:
+    """Returns the value that a loader makes of a node.
+
+    Raises yaml.YAMLError where it looks like a date or a number, but is none, or is tagged as what
+    it is not: PyYAML raises of that what it comes upon.
+    """
+    try:
+        return construct()
+    except yaml.YAMLError:
+        raise
+    except (ValueError, LookupError, AttributeError, TypeError) as error:
+        reason = f": {error}" if isinstance(error, ValueError) else ""
+        raise _fault(f"{_shown(node)} is no {_short_tag(node)}{reason}", node) from error
 
 
 def line_of(text: str, location: Sequence[int | str]) -> int | None:
@@ -102,14 +118,7 @@ class _PlainLoader(_FastestLoader):
         is_text = node.tag == f"{TAG_PREFIX}str"
         if not is_text and len(node.value) > MAX_NUMBER_LENGTH and _is_scalar(node):
             raise _fault(f"{_shown(node)} is too long for {_short_tag(node)}", node)
-        try:
-            return super().construct_object(node, deep)
-        except yaml.YAMLError:
-            raise
-        except (ValueError, LookupError, AttributeError, TypeError) as error:
-            # It looks like a date or a number, but is none, or it is tagged as what it is not.
-            reason = f": {error}" if isinstance(error, ValueError) else ""
-            raise _fault(f"{_shown(node)} is no {_short_tag(node)}{reason}", node) from error
+        return made(partial(super().construct_object, node, deep), node)
 
     def construct_mapping(self, node: yaml.Node, deep: bool = False) -> dict[Any, Any]:
         if not isinstance(node, yaml.MappingNode):

@@ -278,3 +278,35 @@ def test_a_tree_follows_the_path_that_it_cuts(tmp_path):
     assert list(faults_of(tree)) == []
     follow = next(node for node in tree.iterate() if node.node == "FollowPath")
     assert follow.attributes["path"] == "{short}"
+
+
+def test_a_tree_of_an_included_file_is_taken(tmp_path):
+    (tmp_path / "more.xml").write_text(
+        "<root><BehaviorTree ID='Following'><AlwaysSuccess/></BehaviorTree></root>"
+    )
+    text = "<root main_tree_to_execute='Main'><include path='more.xml'/>"
+    text += "<BehaviorTree ID='Main'><SubTree ID='Following'/></BehaviorTree></root>"
+    assert read_tree_file(write(tmp_path, text)).node == "AlwaysSuccess"
+
+
+def test_files_that_include_each_other_are_refused(tmp_path):
+    text = "<root><include path='drive.xml'/></root>"
+    with pytest.raises(InputError, match="files that include each other"):
+        read_tree_file(write(tmp_path, text))
+
+
+@pytest.mark.parametrize(
+    "tree",
+    [
+        "<BehaviorTree ID='Own'><SubTree ID='MainTree'/></BehaviorTree></root>",
+        "</root>",
+    ],
+)
+def test_for_a_tree_of_a_package_that_is_not_there_the_default_one_stands_in(tmp_path, tree):
+    include = "<include ros_pkg='nav2_bt_navigator' path='behavior_trees/main.xml'/>"
+    text = f"<root main_tree_to_execute='{'Own' if 'Own' in tree else 'MainTree'}'>{include}{tree}"
+    setup = setup_with(tmp_path, text)
+    (row,) = setup.check.stand_ins
+    assert "'behavior_trees/main.xml' of the package nav2_bt_navigator is not there" in row.remark
+    assert row.remark.endswith("Nav2's default tree stands in")
+    assert setup.robot.navigation.behavior_tree.tree is None

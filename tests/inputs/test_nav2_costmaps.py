@@ -277,3 +277,22 @@ def test_a_global_costmap_that_rolls_is_taken_with_its_size(setup_of):
     assert costmap.rolling_window
     assert (costmap.width, costmap.height, costmap.resolution) == (9, 5, 0.1)
     assert not any(row.node.startswith("global_costmap") for row in setup.check.stand_ins)
+
+
+def test_nothing_stands_in_for_a_layer_of_range_sensors(setup_of):
+    setup = setup_of(
+        """
+        local_costmap:
+          local_costmap:
+            ros__parameters:
+              rolling_window: true
+              plugins: [sonar, inflation_layer]
+              sonar: {plugin: "nav2_costmap_2d::RangeSensorLayer", topics: [/sonar]}
+              inflation_layer: {plugin: "nav2_costmap_2d::InflationLayer"}
+        """
+    )
+    (row,) = setup.check.stand_ins
+    assert row.remark.endswith(
+        "nothing stands in for range sensors, what they alone see is not seen"
+    )
+    assert setup.robot.navigation.local_costmap.plugins == ["inflation_layer"]

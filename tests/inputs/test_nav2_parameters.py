@@ -232,6 +232,10 @@ def test_a_file_without_ros_parameters_has_no_sections(read):
         (below_server("a: &b {c: *b}"), ": a value that contains itself"),
         (below_server("a: !thing 3"), "could not determine a constructor for the tag '!thing'"),
         (below_server("a: [1"), "expected ',' or ']'"),
+        (below_server("a: !!float ''"), "line 3: '' is no !!float"),
+        (below_server("a: [1, !!int x]"), "line 3: 'x' is no !!int"),
+        (below_server("a: !!timestamp soon"), "line 3: 'soon' is no !!timestamp"),
+        (below_server("a: !!bool maybe"), "line 3: 'maybe' is no !!bool"),
     ],
 )
 def test_what_is_no_parameter_file_is_one_line(read, text, message):

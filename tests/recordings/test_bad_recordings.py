@@ -18,10 +18,11 @@ from robot_bags import (
     without,
     write_ros2,
 )
+from rosbags.rosbag2.storage_mcap import zstd
 
 from drake_navbench.__main__ import main
 from drake_navbench.log import TrialLog
-from drake_navbench.recordings.bag_source import MCAP_MAGIC
+from drake_navbench.recordings.bag_files import MCAP_MAGIC
 from drake_navbench.results import ResultsFolder
 
 MOVED = "nav_msgs/msg/Odometry"
@@ -321,3 +322,80 @@ def test_without_the_library_one_line_says_how_to_get_it(importing, bag, make, m
     path = bag(turtlebot(make))
     monkeypatch.setattr("drake_navbench.recordings.rosbags_extra.find_spec", lambda name: None)
     assert importing.fails(path).endswith("pip install 'drake-navbench[bags]'")
+
+
+def test_a_folder_packed_file_by_file_is_read(importing, bag, make):
+    path = bag(turtlebot(make))
+    file = path / "lab.mcap"
+    (path / "lab.mcap.zstd").write_bytes(zstd.compress(file.read_bytes()))
+    file.unlink()
+    metadata = path / "metadata.yaml"
+    text = metadata.read_text().replace("lab.mcap", "lab.mcap.zstd")
+    text = text.replace("compression_format: ''", "compression_format: zstd")
+    metadata.write_text(text.replace("compression_mode: ''", "compression_mode: FILE"))
+    assert importing(path) == 0
+    log = TrialLog.read(ResultsFolder(importing.out).log_path("lab", "recording", 0))
+    assert log.end_time_s == pytest.approx(10.0, abs=0.1)
+
+
+def test_a_packed_file_is_read_by_itself(importing, bag, make, tmp_path):
+    file = bag(turtlebot(make)) / "lab.mcap"
+    packed = tmp_path / "packed.mcap.zstd"
+    packed.write_bytes(zstd.compress(file.read_bytes()))
+    assert importing(packed) == 0
+
+
+@pytest.mark.parametrize("name", ["drive.mcap", "drive.sqlite", "drive"])
+def test_a_recording_of_another_name_is_known_by_its_first_bytes(name, importing, make, tmp_path):
+    folder = write_ros2(tmp_path / "lab", turtlebot(make), plugin="sqlite3")
+    path = tmp_path / name
+    path.write_bytes((folder / "lab.db3").read_bytes())
+    assert importing(path) == 0
+
+
+def test_a_file_that_was_named_anew_in_its_folder_is_read(importing, bag, make, capsys):
+    path = bag(turtlebot(make))
+    (path / "lab.mcap").rename(path / "tuesday.mcap")
+    assert importing(path) == 0
+    assert "metadata.yaml: names files that are not there" in capsys.readouterr().err
+
+
+def test_a_folder_whose_files_are_pointers_tells_how_to_get_them(importing, bag, make):
+    path = bag(turtlebot(make))
+    (path / "lab.mcap").write_bytes(b"version https://git-lfs.github.com/spec/v1\n")
+    assert "run git lfs pull" in importing.fails(path)
+
+
+def test_a_topic_of_another_type_that_nobody_named_is_left_out_and_told(
+    importing, bag, make, capsys
+):
+    entries = without(turtlebot(make), "/local_costmap/costmap")
+    grid = make.make("std_msgs/msg/Float64", data=1.0)
+    entries.append(Entry("/local_costmap/costmap", "std_msgs/msg/Float64", stamp(1.0), grid))
+    assert importing(bag(entries)) == 0
+    said = capsys.readouterr().err
+    assert "/local_costmap/costmap (costmap): has messages of std_msgs/msg/Float64" in said
+    assert said.rstrip().endswith("left out")
+
+
+def test_commands_without_a_stamp_are_found_by_their_usual_name(importing, bag, make, capsys):
+    entries = renamed(
+        turtlebot(make), lambda topic: "/cmd_vel_unstamped" if topic == "/cmd_vel" else topic
+    )
+    assert importing(bag(entries)) == 0
+    assert "no commands" not in capsys.readouterr().out
+
+
+def test_topics_that_could_be_the_commands_are_offered(importing, bag, make, capsys):
+    entries = renamed(
+        turtlebot(make), lambda topic: "/base/steer" if topic == "/cmd_vel" else topic
+    )
+    assert importing(bag(entries)) == 0
+    assert "by its type it could be /base/steer: name it with" in capsys.readouterr().err
+
+
+def test_without_states_of_a_goal_the_time_of_motion_is_offered(importing, bag, make):
+    # It drives from 1 s to 11 s, with a sample each 0.04 s.
+    line = importing.fails(bag(drive(make)))
+    assert line.endswith("it moves from 1.0 to 11.0 s: --start 1.0 --end 11.0")
+    assert importing(bag(drive(make), "again"), "--start", "1.0", "--end", "11.0") == 0

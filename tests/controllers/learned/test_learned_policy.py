@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import math
+import zipfile
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -84,6 +87,15 @@ def test_weights_come_back_as_they_were_written(tmp_path):
     assert again.weight_2.tobytes() == network.weight_2.tobytes()
 
 
+def in_brackets(path: Path) -> bytes:
+    """Returns an archive whose first array has a header of nothing but brackets."""
+    header = b"\x93NUMPY\x01\x00" + (9000).to_bytes(2, "little") + b"[" * 9000
+    file = io.BytesIO()
+    with zipfile.ZipFile(file, "w") as archive:
+        archive.writestr("weight_1.npy", header)
+    return file.getvalue()
+
+
 def narrow(network: Network) -> Network:
     return Network(network.weight_1[:-1], *list(vars(network).values())[1:])
 
@@ -92,6 +104,9 @@ def narrow(network: Network) -> Network:
     ("spoil", "told"),
     [
         (lambda path: path.write_bytes(b"no numbers"), "expected a file of numpy.savez"),
+        (lambda path: path.write_bytes(path.read_bytes()[:-30]), "expected a file of numpy.savez"),
+        (lambda path: path.write_bytes(in_brackets(path)), "expected a file of numpy.savez"),
+        (lambda path: np.savez_compressed(path, weight_1=np.zeros(10**7)), "has more than"),
         (lambda path: path.unlink(), "cannot be read"),
         (lambda path: np.savez(path, weight_1=np.ones(3)), "expected a file of numpy.savez"),
         (

@@ -1,0 +1,31 @@
+"""Whether a base can drive as fast as a column's parameters ask."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from drake_navbench.inputs.presets import Preset
+from drake_navbench.inputs.robot import Robot
+
+# What is more by less than this share is rounding.
+TOLERANCE = 0.01
+
+
+def asks_for_more(preset: Preset, robot: Robot) -> str:
+    """Returns what a column asks of a base that it cannot drive, '' where there is nothing."""
+    asked, drive = preset.for_robot(robot).parameters.asked_speeds(), robot.drive
+    has = {
+        "m/s ahead": (asked.max_linear_mps, drive.max_linear_velocity_mps),
+        "rad/s": (asked.max_angular_radps, getattr(drive, "max_angular_velocity_radps", None)),
+    }
+    return " and ".join(
+        f"{wanted:g} {unit} of a base that drives {most:g}"
+        for unit, (wanted, most) in has.items()
+        if wanted is not None and most is not None and wanted > most * (1.0 + TOLERANCE)
+    )
+
+
+def lines_of(columns: Iterable[tuple[Preset, Robot]]) -> list[str]:
+    """Returns a line for each column that asks for more than its base drives."""
+    asked = {preset.source: asks_for_more(preset, robot) for preset, robot in columns}
+    return [f"{source}: asks {what}" for source, what in asked.items() if what]

@@ -1,0 +1,64 @@
+"""Reads arrays of NumPy's files, `.npy` and `.npz`, without trusting what they say of their size.
+
+Only numbers are read; an array is made only where all of its bytes are there.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+import zipfile
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+HEADERS = {
+    (1, 0): np.lib.format.read_array_header_1_0,
+    (2, 0): np.lib.format.read_array_header_2_0,
+}
+
+
+class NoArray(ValueError):
+    """What was read is no array of numbers; the text says why."""
+
+
+def array_of(content: bytes) -> NDArray[Any]:
+    """Returns the array of numbers in the bytes of a .npy file; raises NoArray."""
+    file = io.BytesIO(content)
+    try:
+        version = np.lib.format.read_magic(file)
+        shape, is_fortran, dtype = HEADERS[version](file)
+    except Exception as error:
+        # Of a header that is no header NumPy, and Python's parser below it, raise much.
+        raise NoArray("no array of NumPy") from error
+    if not np.issubdtype(dtype, np.number):
+        raise NoArray(f"an array of {dtype}, expected numbers")
+    count = math.prod(shape)
+    if min(shape, default=0) < 0 or count * dtype.itemsize != len(content) - file.tell():
+        raise NoArray(f"an array of shape {shape} with bytes for another")
+    values = np.frombuffer(content, dtype=dtype, offset=file.tell())
+    return values.reshape(shape, order="F" if is_fortran else "C")
+
+
+def arrays_of(content: bytes, names: Sequence[str], *, max_bytes: int) -> dict[str, NDArray[Any]]:
+    """Returns the arrays of some names in the bytes of a .npz file; raises NoArray.
+
+    max_bytes: of each, unpacked.
+    """
+    arrays = {}
+    try:
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            for name in names:
+                with archive.open(f"{name}.npy") as member:
+                    unpacked = member.read(max_bytes + 1)
+                if len(unpacked) > max_bytes:
+                    raise NoArray(f"{name} has more than {max_bytes} bytes")
+                arrays[name] = array_of(unpacked)
+    except NoArray:
+        raise
+    except Exception as error:
+        # As of a damaged header: zipfile and what unpacks for it raise much.
+        raise NoArray("no file of numpy.savez") from error
+    return arrays

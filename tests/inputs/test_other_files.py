@@ -1,0 +1,96 @@
+"""Files of another kind than asked for are told for what they are, with what is expected."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from drake_navbench.costmaps.map_file import load_map
+from drake_navbench.errors import InputError, InputWarning
+from drake_navbench.inputs.nav2_parameters import read_parameter_file
+from drake_navbench.inputs.robot import load_robot
+from drake_navbench.inputs.scenario import load_scenario
+
+URDF = """<robot name="a"><link name="base_link">{mass}{shapes}</link></robot>"""
+BOX = "<collision{name}><geometry><box size='0.4 0.6 0.2'/></geometry></collision>"
+MASS = "<inertial><mass value='4'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/>"
+
+
+@pytest.fixture
+def in_folder(tmp_path, monkeypatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize("name", ["place.pgm", "place.png"])
+def test_an_image_where_a_map_belongs_is_told_with_the_file_beside_it(in_folder, name):
+    Image.new("L", (4, 3)).save(name)
+    with pytest.raises(InputError, match=r"is an image; expected .* a YAML file with image"):
+        load_map(name)
+    Path("place.yaml").write_text("image: place.pgm")
+    with pytest.raises(InputError, match=r"is an image; expected .* place\.yaml beside it"):
+        load_map(name)
+
+
+def test_an_image_of_another_machines_path_is_taken_from_beside_the_map(in_folder):
+    Image.new("L", (4, 3), 254).save("place.pgm")
+    Path("place.yaml").write_text(
+        "image: /home/robot/place.pgm\nresolution: 0.05\norigin: [0.0, 0.0, 0.0]\n"
+        "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.25\n"
+    )
+    with pytest.warns(InputWarning, match="no such file; place.pgm beside it is taken"):
+        assert load_map("place.yaml").occupancy.shape == (3, 4)
+
+
+@pytest.mark.parametrize("name", ["lab.world", "lab.sdf"])
+def test_a_simulators_world_is_no_scenario(in_folder, name):
+    Path(name).write_text("<sdf version='1.6'/>")
+    for given in (name, f"./{name}", str(in_folder / name)):
+        with pytest.raises(InputError, match="is a simulator's world; expected a YAML file"):
+            load_scenario(given)
+
+
+def test_a_folder_is_no_robot_but_what_is_in_it_may_be(in_folder):
+    Path("robots").mkdir()
+    (in_folder / "robots" / "cart.urdf").write_text("<robot/>")
+    for given in ("robots", "./robots"):
+        with pytest.raises(InputError, match=r"is a folder; expected a file, such as cart\.urdf"):
+            load_robot(given)
+
+
+@pytest.mark.parametrize("name", ["nav2.launch.py", "nav2.launch.xml"])
+def test_a_launch_file_is_no_parameter_file(in_folder, name):
+    Path(name).write_text("def generate_launch_description(): ...")
+    with pytest.raises(InputError, match="is a launch file; expected the parameter file"):
+        read_parameter_file(Path(name))
+
+
+def test_a_model_without_mass_is_a_robot_of_unknown_mass(in_folder):
+    Path("cart.urdf").write_text(URDF.format(mass="", shapes=BOX.format(name="")))
+    with pytest.warns(InputWarning, match="cart.urdf: its links have no mass; give mass_kg"):
+        robot = load_robot("cart.urdf")
+    assert robot.mass_kg is None
+    assert np.ptp(robot.outline, axis=0).tolist() == [0.4, 0.6]
+
+
+def test_a_model_of_more_shapes_than_drake_takes_in_seconds_is_refused(in_folder):
+    shapes = 501 * BOX.format(name="")
+    Path("cart.urdf").write_text(URDF.format(mass=f"{MASS}</inertial>", shapes=shapes))
+    with pytest.raises(InputError, match="501 visual and collision shapes, expected at most 500"):
+        load_robot("cart.urdf")
+
+
+def test_of_drakes_warnings_the_first_are_told_under_the_files_name(in_folder, caplog):
+    # A mesh that is not there has the text rewritten, so that Drake parses no file.
+    mesh = "<visual><geometry><mesh filename='package://none/a.obj'/></geometry></visual>"
+    shapes = mesh + 20 * BOX.format(name=" name='box'")
+    Path("cart.urdf").write_text(URDF.format(mass=f"{MASS}</inertial>", shapes=shapes))
+    with pytest.warns(InputWarning, match="left out"):
+        load_robot("cart.urdf")
+    told = [record.getMessage() for record in caplog.records]
+    assert len(told) == 4
+    assert all(re.search(r"/cart\.urdf: ", text) for text in told)
+    assert "literal" not in "".join(told)
+    assert told[-1].endswith("16 warnings more")
