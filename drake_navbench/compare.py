@@ -24,13 +24,13 @@ from drake_navbench.errors import InputError
 EXIT_REGRESSION = 1
 
 EPILOG = """\
-A change counts where its 95% interval over the paired trials excludes zero and it exceeds the
-tolerance; success counts by the trial. A regression test for CI:
+A change counts where its 95% interval over the paired trials excludes zero and
+it exceeds the tolerance; success counts by the trial. A regression test for CI:
 
-  python -m drake_navbench.compare results/main results/branch --junit compare.xml
+  drake-navbench compare results/main results/branch --junit compare.xml
 
-exit status: 0 no listed metric got worse, 1 one did, or with --require-all something could not be
-compared, 2 wrong input, or nothing could be compared
+exit status: 0 no listed metric got worse, 1 one did, or with --require-all
+something could not be compared, 2 wrong input, or nothing could be compared
 """
 
 

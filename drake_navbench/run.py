@@ -27,17 +27,18 @@ from drake_navbench.errors import InputError, InputWarning
 ALLOWED_WITH_RESUME = {"cluster", "resume", "jobs", "quiet"}
 
 EPILOG = """\
-examples:
-  python -m drake_navbench.run                             the published benchmark
-  python -m drake_navbench.run empty --controllers rpp     one scenario, one controller
-  python -m drake_navbench.run my_scenario.yaml --controllers rpp,rpp:lookahead_dist=0.9
-  python -m drake_navbench.run --params nav2_params.yaml   the controllers of a Nav2 file
-  python -m drake_navbench.run --nav2 nav2_params.yaml     the whole of a Nav2 file
-  python -m drake_navbench.run doorway --sweep rpp.lookahead_dist=0.3:0.9:4 --controllers rpp
-  python -m drake_navbench.run --map map.yaml --goals 10 --controllers rpp,dwb
+examples (drake-navbench run is the same as python -m drake_navbench.run):
+  drake-navbench run                            the published benchmark
+  drake-navbench run empty --controllers rpp    one scenario, one controller
+  drake-navbench run mine.yaml --controllers rpp,rpp:lookahead_dist=0.9
+  drake-navbench run --params nav2_params.yaml  the controllers of a Nav2 file
+  drake-navbench run --nav2 nav2_params.yaml    the whole of a Nav2 file
+  drake-navbench run doorway --controllers rpp \\
+      --sweep rpp.lookahead_dist=0.3:0.9:4      one parameter, four values
+  drake-navbench run --map map.yaml --goals 10 --controllers rpp,dwb
 
-exit status: 0 every trial ran (an abort is a result), 1 some trial ended in an error,
-2 wrong input, 130 interrupted
+exit status: 0 every trial ran (an abort is a result), 1 some trial ended in an
+error, 2 wrong input, 130 interrupted
 """
 
 
@@ -45,6 +46,7 @@ def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
     parser = CommandParser(
         prog="python -m drake_navbench.run",
+        usage="%(prog)s [SCENARIO ...] [OPTIONS]",
         description="Drives mobile-robot controllers through scenarios in Drake and compares them.",
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,

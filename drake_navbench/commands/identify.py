@@ -21,12 +21,13 @@ from drake_navbench.command_line import (
 
 EPILOG = """\
 examples:
-  python -m drake_navbench identify --budget 4h --out identification
-  python -m drake_navbench identify --budget 2h --seed 0,1 --out identification
-  python -m drake_navbench identify --controllers rpp,dwb --budget 200 --out identification
+  drake-navbench identify --budget 4h --out identification
+  drake-navbench identify --budget 2h --seed 0,1 --out identification
+  drake-navbench identify --controllers rpp,dwb --budget 200 \\
+      --out identification
 
-exit status: 0 done, 1 a trial came to no end, 2 wrong input, 130 interrupted (the same command goes
-on)
+exit status: 0 done, 1 a trial came to no end, 2 wrong input, 130 interrupted
+(the same command goes on)
 """
 
 
@@ -34,9 +35,10 @@ def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
     parser = CommandParser(
         prog="python -m drake_navbench identify",
-        description="Searches the layouts and settings that the publication does not print for "
-        "those that come nearest to a part of its tables, and tells how well they predict the part "
-        "held out: each scenario and each controller in turn.",
+        usage="%(prog)s [OPTIONS] --budget N|TIME --out DIR",
+        description="Searches the layouts and settings that the publication does not print for\n"
+        "those that come nearest to a part of its tables, and tells how well they\n"
+        "predict the part held out: each scenario and each controller in turn.",
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

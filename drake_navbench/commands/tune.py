@@ -22,11 +22,12 @@ from drake_navbench.command_line import (
 
 EPILOG = """\
 example:
-  python -m drake_navbench tune rpp --scenarios doorway,one_obstacle --held-out static_obstacles \\
-      --objectives time,clearance,jerk --out tuning/rpp
+  drake-navbench tune rpp --scenarios doorway,one_obstacle \\
+      --held-out static_obstacles --objectives time,clearance,jerk \\
+      --out tuning/rpp
 
-exit status: 0 done, 1 a trial came to no end, 2 wrong input, 130 interrupted (the same command goes
-on)
+exit status: 0 done, 1 a trial came to no end, 2 wrong input, 130 interrupted
+(the same command goes on)
 """
 
 
@@ -34,9 +35,9 @@ def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
     parser = CommandParser(
         prog="python -m drake_navbench tune",
-        description="Searches parameters of a preset that beat it in several objectives at once, "
-        "then tells what is left of them on fresh seeds and in scenarios that the search has not "
-        "seen.",
+        description="Searches parameters of a preset that beat it in several objectives at\n"
+        "once, then tells what is left of them on fresh seeds and in scenarios that the\n"
+        "search has not seen.",
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
