@@ -9,7 +9,7 @@ from contextlib import suppress
 from importlib.metadata import version
 from pathlib import Path
 
-from drake_navbench.processes.cache_folder import INSTALLATION, NUMBA_VARIABLE, user_cache_folder
+from drake_navbench.processes.cache_folder import installation_digest, kernel_folder
 from drake_navbench.processes.kernel_cache import COLUMNS_NAME
 
 
@@ -35,8 +35,4 @@ def note_compiled(columns: Iterable[str]) -> None:
 
 
 def _file() -> Path:
-    """Returns where the list is: with the kernels, or with what else is kept for the user."""
-    if folder := os.environ.get(NUMBA_VARIABLE):
-        return Path(folder) / COLUMNS_NAME
-    beside = INSTALLATION / "__pycache__"
-    return (beside if os.access(beside, os.W_OK | os.X_OK) else user_cache_folder()) / COLUMNS_NAME
+    return kernel_folder() / f"{installation_digest()}.{COLUMNS_NAME}"
