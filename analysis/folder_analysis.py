@@ -169,10 +169,14 @@ def _analyse_scenario(
     for log in logs:
         by_controller.setdefault(log.info["controller"], []).append(log)
     table = analysis.table
-    written = write_scenario_figures(root / FIGURES_FOLDER, scenario, by_controller, table, figures)
+    written = write_scenario_figures(
+        root / FIGURES_FOLDER, scenario, by_controller, table, figures, columns=controllers
+    )
     drawable = drawable_logs(by_controller)
     is_drawn = bool(drawable) and figures is not FigureChoice.NONE
-    chart = chart_data(scenario, drawable, table, headline_metrics()) if is_drawn else None
+    chart = (
+        chart_data(scenario, drawable, table, headline_metrics(), controllers) if is_drawn else None
+    )
     return analysis, written, chart
 
 

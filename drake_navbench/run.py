@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+import time
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -273,6 +274,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _run(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> int:
+    began_s = time.perf_counter()
     if arguments.list:
         from drake_navbench.campaign.console import terminal
         from drake_navbench.commands.listing import print_listing
@@ -288,7 +290,7 @@ def _run(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> int:
         return EXIT_DONE
     from drake_navbench.campaign.benchmark import run_from_command_line
 
-    any_error = run_from_command_line(arguments)
+    any_error = run_from_command_line(arguments, began_s=began_s)
     return EXIT_FAILED if any_error else EXIT_DONE
 
 

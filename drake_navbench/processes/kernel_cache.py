@@ -22,8 +22,8 @@ from drake_navbench.processes.cache_folder import installation_digest, kernel_fo
 CHECKED_VARIABLE = "DRAKE_NAVBENCH_KERNELS_CHECKED"
 TABLE_NAME = "kernel_sources.json"
 NOTE_NAME = "installation.txt"
-# Of the list of columns whose kernels are compiled, see compiled_columns.py.
-COLUMNS_NAME = "compiled_columns.json"
+# Of the list of parts whose kernels are compiled, see compiled_parts.py.
+PARTS_NAME = "compiled_parts.json"
 IMPORT = re.compile(
     r"^\s*(?:from|import)\s+([\w.]+)(?:\s+import\s+(\([^)]*\)|[^\n]*))?", re.MULTILINE
 )
@@ -69,7 +69,7 @@ def forget_stale_kernels(packages: Mapping[str, Path]) -> list[str]:
     try:
         cache.mkdir(parents=True, exist_ok=True)
         if _forget([modules[name] for name in stale & modules.keys()], cache):
-            (cache / f"{installation_digest()}.{COLUMNS_NAME}").unlink(missing_ok=True)
+            (cache / f"{installation_digest()}.{PARTS_NAME}").unlink(missing_ok=True)
         if before is None:
             _begin_folder(cache, installation)
         _write(table, now)

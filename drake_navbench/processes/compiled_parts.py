@@ -1,4 +1,4 @@
-"""Which columns have their kernels compiled, so that a run need not see to it again."""
+"""Which parts of trials have their kernels compiled, so that no run sees to it again."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from importlib.metadata import version
 from pathlib import Path
 
 from drake_navbench.processes.cache_folder import installation_digest, kernel_folder
-from drake_navbench.processes.kernel_cache import COLUMNS_NAME
+from drake_navbench.processes.kernel_cache import PARTS_NAME
 
 
-def compiled_columns() -> set[str]:
-    """Returns the columns whose kernels were compiled by the numba that is installed."""
+def compiled_parts() -> set[str]:
+    """Returns the parts whose kernels were compiled by the numba that is installed."""
     try:
         found = json.loads(_file().read_text(encoding="utf-8"))
         return set(found[version("numba")])
@@ -22,9 +22,9 @@ def compiled_columns() -> set[str]:
         return set()
 
 
-def note_compiled(columns: Iterable[str]) -> None:
-    """Keeps that the kernels of columns are compiled, beside what was known."""
-    known = sorted(compiled_columns().union(columns))
+def note_compiled(parts: Iterable[str]) -> None:
+    """Keeps that the kernels of parts are compiled, beside what was known."""
+    known = sorted(compiled_parts().union(parts))
     # Where it cannot be kept, nor can kernels.
     with suppress(OSError):
         file = _file()
@@ -35,4 +35,4 @@ def note_compiled(columns: Iterable[str]) -> None:
 
 
 def _file() -> Path:
-    return kernel_folder() / f"{installation_digest()}.{COLUMNS_NAME}"
+    return kernel_folder() / f"{installation_digest()}.{PARTS_NAME}"
