@@ -139,7 +139,9 @@ def render(
 
 def _columns(analysis: FolderAnalysis) -> list[str]:
     """Returns all columns of the results: those that were asked for, and those that were driven."""
-    driven = [name for entry in analysis.scenarios for name in entry.controllers]
+    driven = [
+        name for entry in analysis.scenarios if entry.trials for name in entry.table["controller"]
+    ]
     return [*analysis.manifest.get("controllers", []), *driven]
 
 

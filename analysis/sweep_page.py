@@ -24,6 +24,7 @@ from drake_navbench.analysis.sweeps import (
     SUCCEEDED,
     Slope,
     SlopeDifference,
+    constants,
     heat_maps,
     is_numeric,
     long_table,
@@ -114,7 +115,9 @@ def _metrics() -> list[tuple[str, str]]:
 
 def _axis_section(stem: Path, rows: pd.DataFrame, field: str, look: Look) -> AxisSection:
     panels = [
-        ResponsePanel(f"{name} [{unit}]", responses(rows, field, name))
+        ResponsePanel(
+            f"{name} [{unit}]", [*responses(rows, field, name), *constants(rows, field, name)]
+        )
         for name, unit in _metrics()
         if rows[name].notna().any()
     ]

@@ -80,8 +80,8 @@ def write_race_replay(
     """Writes a page in which trials of one scenario drive side by side, one colour a controller.
 
     logs: of different controllers, with at least one sample each. model: the robot's SDF file, or
-    None to draw a prism over its outline. columns: all of the results, for colours that are the same
-    on every page. Equal logs give equal bytes.
+    None to draw a prism over its outline. columns: all of the results, for colours that are the
+    same on every page. Equal logs give equal bytes.
     """
     columns = [*columns, *(log.info["controller"] for log in logs)]
     stage = Stage()

@@ -14,7 +14,7 @@ import pandas as pd
 from rich.console import Console
 
 from drake_navbench.analysis.rank_changes import rank_changes
-from drake_navbench.analysis.sweeps import SUCCEEDED, long_table, response_table
+from drake_navbench.analysis.sweeps import SUCCEEDED, long_table, response_table, swept_fields
 from drake_navbench.analysis.tables import scenario_table
 from drake_navbench.analysis.totals import told_by_totals, totals
 from drake_navbench.campaign.asked import request_from_arguments, short_form
@@ -36,6 +36,7 @@ from drake_navbench.campaign.request import Request
 from drake_navbench.campaign.run_results import Results
 from drake_navbench.campaign.suite_console import print_rank_changes, print_totals
 from drake_navbench.campaign.warm_up import cold_parts, start_worker_server, warm_up
+from drake_navbench.command_line import listed_names
 from drake_navbench.errors import NavbenchError, printable
 from drake_navbench.inputs.presets import Preset, resolved_parameters
 from drake_navbench.log import Outcome
@@ -49,35 +50,42 @@ PRINTED_IN_SWEEP = {SUCCEEDED: "share", "time_to_goal_s": "s", "min_clearance_m"
 
 
 def run_benchmark(
-    scenarios: Sequence[str] = (),
-    controllers: Sequence[str | Preset] = (),
+    scenarios: str | Sequence[str] = (),
+    controllers: str | Preset | Sequence[str | Preset] = (),
     *,
     trials: int = DEFAULT_TRIALS,
     seed: int = 0,
     jobs: int | None = None,
     robot: str = DEFAULT_ROBOT,
     out: str | Path | None = None,
-    sweeps: Sequence[str] = (),
+    sweeps: str | Sequence[str] = (),
     samples: int | None = None,
 ) -> Results:
     """Runs a benchmark and returns its trials: a table with the metrics, and their logs.
 
-    The arguments are those of the command line. `out` keeps the logs in a new folder, of which
+    The arguments are those of the command line; several controllers may be one string with commas,
+    as there. `out` keeps the logs in a new folder, of which
     `python -m drake_navbench.report` makes a report; `--resume` goes on with it unless a
     controller was a Preset, which a manifest cannot name. Raises InputError where one is wrong,
     NavbenchError where trials came to no end by something that they did not do.
     """
     out = None if out is None else Path(out).absolute()
+    scenarios = [scenarios] if isinstance(scenarios, str) else list(scenarios)
+    sweeps = [sweeps] if isinstance(sweeps, str) else list(sweeps)
+    if isinstance(controllers, str):
+        controllers = listed_names(controllers)
+    elif isinstance(controllers, Preset):
+        controllers = [controllers]
     names = [c if isinstance(c, str) else c.name for c in controllers]
     asked = {
-        "scenarios": list(scenarios),
+        "scenarios": scenarios,
         "controllers": names,
         "parameter_files": [],
         "trials": trials,
         "seed": seed,
         "robot": robot,
         "replay": "none",
-        "sweeps": list(sweeps),
+        "sweeps": sweeps,
         "samples": samples,
     }
     request = validate(Request, asked, "run_benchmark")
@@ -258,7 +266,8 @@ def _print_tables(
     impossible = {spec.scenario.name for spec in campaign.specs if spec.scenario.is_impossible}
     if campaign.sweep:
         for scenario, rows in long_table(trials, campaign.sweep).groupby("scenario", sort=False):
-            print_scenario(console, response_table(rows, PRINTED_IN_SWEEP), str(scenario))
+            table = response_table(rows, swept_fields(campaign.sweep), PRINTED_IN_SWEEP)
+            print_scenario(console, table, str(scenario))
     else:
         for scenario in dict.fromkeys(trials["scenario"]):
             if scenario not in told:
