@@ -199,9 +199,9 @@ def response_table(
 ) -> pd.DataFrame:
     """Returns the means of some metrics at every value of every field, in one scenario.
 
-    rows: of one scenario from `long_table`. fields: the swept ones. metrics: their units. Indexed by (metric at which
-    value, unit), one column a controller; one that does not have the field has the same mean at
-    every value, NaN where it has none.
+    rows: of one scenario from `long_table`. fields: the swept ones. metrics: their units.
+    Indexed by (metric at which value, unit), one column a controller; one that does not have the
+    field has the same mean at every value, NaN where it has none.
     """
     cells: dict[tuple[str, str], dict[str, float]] = {}
     for field in fields:
