@@ -14,10 +14,8 @@ from drake_navbench.analysis.numbers import number
 from drake_navbench.analysis.rank_changes import RankChange, sentence
 from drake_navbench.analysis.statistics import Interval, Summary
 from drake_navbench.analysis.totals import Share, Total
-from drake_navbench.campaign.console import fits
+from drake_navbench.campaign.console import NAME_WIDTH, fits
 
-# A longer name of a controller takes several lines where the terminal is narrow.
-NARROW_NAME_WIDTH = 14
 HEADINGS = ("controller", "density", "worlds", "success", "collided", "scored", "BARN score")
 
 
@@ -41,7 +39,7 @@ def _totals_table(totals: Sequence[Total], *, is_narrow: bool) -> Table:
         cells = _cells(total)
         if is_narrow:
             name, *others = cells
-            lines = "\n".join(wrap(name, NARROW_NAME_WIDTH))
+            lines = "\n".join(wrap(name, NAME_WIDTH))
             cells = [lines, *(text.replace(" (", "\n").rstrip(")") for text in others)]
         table.add_row(*cells)
     return table
@@ -60,7 +58,7 @@ def print_rank_changes(console: Console, changes: Sequence[RankChange]) -> None:
         for change in own:
             clean, harsh = change.clean, change.harsh
             table.add_row(
-                "\n".join(wrap(change.controller, NARROW_NAME_WIDTH)),
+                "\n".join(wrap(change.controller, NAME_WIDTH)),
                 f"{clean.arrived}/{clean.trials}",
                 f"{harsh.arrived}/{harsh.trials}",
                 clean.text,
