@@ -92,15 +92,6 @@
   find("#navbench-player .camera").addEventListener("change", (event) => setCamera(event.target.value));
 
   // ---- the strip of charts
-  // A single slow cycle would flatten the curve of all others: the axis ends at so many times what
-  // all but a fiftieth stay below, and the peak stands beside it as a number.
-  const MOST = 0.98, ROOM_ABOVE_MOST = 3;
-  function top_of(key, values, low) {
-    const highest = Math.max(low + 1e-3, ...values);
-    if (key !== "compute" || !values.length) return highest;
-    const most = values.slice().sort((a, b) => a - b)[Math.floor(MOST * (values.length - 1))];
-    return Math.max(low + 1e-3, Math.min(highest, ROOM_ABOVE_MOST * most));
-  }
   const SIGNALS = [["v", "v [m/s]"], ["w", "ω [rad/s]"], ["clearance", "clearance [m]"], ["compute", "compute [ms]"]];
   const LEFT = 132, RIGHT = 12;
   let background = null;
@@ -123,7 +114,9 @@
     const each = height / SIGNALS.length;
     SIGNALS.forEach(([key, label], row) => {
       const values = robots.flatMap((robot) => robot[key].filter((value) => value !== null));
-      const low = Math.min(0, ...values), high = top_of(key, values, low);
+      const low = Math.min(0, ...values), highest = Math.max(low + 1e-3, ...values);
+      // Beyond the axis of compute times a peak is cut off, and told as a number.
+      const high = key === "compute" && data.compute_top_ms ? Math.max(low + 1e-3, data.compute_top_ms) : highest;
       const top = row * each + 4, room = each - 8;
       const down = (value) => top + room * (high - Math.min(value, high)) / (high - low);
       pen.strokeStyle = color("--nb-line");
@@ -138,7 +131,6 @@
       pen.fillStyle = color("--nb-muted");
       pen.textAlign = "right";
       pen.fillText(values.length ? String(Number(high.toPrecision(2))) : "–", LEFT - 5, top + 5);
-      const highest = Math.max(...values);
       if (highest > high && each >= 30) pen.fillText(`peak ${Number(highest.toPrecision(2))}`, LEFT - 5, top + 18);
       // The chosen one last, above the others.
       const order = robots.map((_, index) => index).sort((a, b) => (a === state.chosen) - (b === state.chosen));

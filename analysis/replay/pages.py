@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 from pydantic import TypeAdapter
 from pydrake.geometry import Rgba
@@ -57,7 +56,7 @@ from drake_navbench.analysis.replay.scene import (
     goal_tolerance_m,
 )
 from drake_navbench.analysis.replay.stage import Stage
-from drake_navbench.analysis.replay.strip import strip_of
+from drake_navbench.analysis.replay.strip import compute_top_ms, strip_of
 from drake_navbench.inputs.world import Obstacle, World
 from drake_navbench.inputs.world_geometry import MOVING_COLOR
 from drake_navbench.log import Outcome, TrialLog
@@ -70,8 +69,8 @@ RACE_TURN_PERIOD_S, RACE_MAX_TURNS = 0.5, 400
 TRIAL_TURN_PERIOD_S, TRIAL_MAX_TURNS = 0.2, 200
 # Of all controllers together; each takes about 5 kB of the page.
 RACE_MAX_COSTMAPS = 160
-# Beyond the northernmost pose on a floor, so that its name lies on no path.
-FLOOR_LABEL_ABOVE_M = 1.5
+# Beyond the floor, so that its name lies on nothing.
+FLOOR_LABEL_ABOVE_M = 1.0
 
 
 def write_race_replay(
@@ -211,7 +210,8 @@ def _page_data(logs: Sequence[TrialLog], course: Bounds, columns: Sequence[str])
         "bounds": [*x, *y],
         "aspect": CAMERA_ASPECT,
         "robots": robots,
-        "floors": _floor_labels(logs),
+        "compute_top_ms": compute_top_ms([robot["compute"] for robot in robots]),
+        "floors": _floor_labels(logs[0]),
     }
 
 
@@ -265,7 +265,7 @@ def _moving_rows(stage: Stage, logs: Sequence[TrialLog], pace: Pace) -> list[Leg
             rows.append(LegendRow("people", LAYER_COLOR, paths))
         else:
             # All at once they would be as many crowds as there are robots.
-            detail = "they walk anew in each robot's trial and react to that robot"
+            detail = "each trial has its own"
             rows.append(
                 LegendRow("people of the chosen one", LAYER_COLOR, paths, detail, is_of_chosen=True)
             )
@@ -334,20 +334,19 @@ def _has_arrays(log: TrialLog) -> bool:
     return any(np.ndim(value) > 0 for _, notes in log.diagnostics for value in notes.values())
 
 
-def _floor_labels(logs: Sequence[TrialLog]) -> list[dict[str, Any]]:
-    """Returns the names of the floors that were driven on, with the place of each label, m."""
-    driven = pd.concat([log.samples for log in logs])
-    names = logs[0].info.get("floors", [])
-    if "floor" not in driven or not names:
-        return []
-    return [
-        {
-            "name": names[int(index)],
-            "x": round(float((rows["x_m"].min() + rows["x_m"].max()) / 2.0), 2),
-            "y": round(float(rows["y_m"].max()) + FLOOR_LABEL_ABOVE_M, 2),
-        }
-        for index, rows in driven.groupby("floor")
-    ]
+def _floor_labels(log: TrialLog) -> list[dict[str, Any]]:
+    """Returns the names of a mission's floors, with the place of each label, m."""
+    labels = []
+    for floor in log.info.get("floors", ()):
+        low_x, _, high_x, high_y = floor["bounds_m"]
+        labels.append(
+            {
+                "name": floor["name"],
+                "x": round(0.5 * (low_x + high_x), 2),
+                "y": round(high_y + FLOOR_LABEL_ABOVE_M, 2),
+            }
+        )
+    return labels
 
 
 def _plan_row() -> LegendRow:
