@@ -17,7 +17,7 @@ from drake_navbench.analysis.rank_changes import rank_changes
 from drake_navbench.analysis.sweeps import SUCCEEDED, long_table, response_table, swept_fields
 from drake_navbench.analysis.tables import scenario_table
 from drake_navbench.analysis.totals import told_by_totals, totals
-from drake_navbench.campaign.asked import request_from_arguments, short_form
+from drake_navbench.campaign.asked import listed_controllers, request_from_arguments, short_form
 from drake_navbench.campaign.campaign import DEFAULT_TRIALS, Campaign, plan_campaign
 from drake_navbench.campaign.cluster import require_cluster
 from drake_navbench.campaign.compile_progress import CompileProgress
@@ -36,7 +36,6 @@ from drake_navbench.campaign.request import Request
 from drake_navbench.campaign.run_results import Results
 from drake_navbench.campaign.suite_console import print_rank_changes, print_totals
 from drake_navbench.campaign.warm_up import cold_parts, start_worker_server, warm_up
-from drake_navbench.command_line import listed_names
 from drake_navbench.errors import NavbenchError, printable
 from drake_navbench.inputs.presets import Preset, resolved_parameters
 from drake_navbench.log import Outcome
@@ -73,7 +72,7 @@ def run_benchmark(
     scenarios = [scenarios] if isinstance(scenarios, str) else list(scenarios)
     sweeps = [sweeps] if isinstance(sweeps, str) else list(sweeps)
     if isinstance(controllers, str):
-        controllers = listed_names(controllers)
+        controllers = listed_controllers(controllers)
     elif isinstance(controllers, Preset):
         controllers = [controllers]
     names = [c if isinstance(c, str) else c.name for c in controllers]
