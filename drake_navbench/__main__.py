@@ -8,8 +8,6 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from importlib import import_module
-from importlib.metadata import version
-from platform import python_version
 
 from drake_navbench import __version__
 from drake_navbench.command_line import EXIT_DONE, EXIT_WRONG_INPUT, print_text
@@ -77,6 +75,9 @@ def usage() -> str:
 
 def versions() -> str:
     """Returns the line of --version: ours, and what the motion depends on."""
+    from importlib.metadata import version
+    from platform import python_version
+
     drake, numba = version("drake"), version("numba")
     return f"drake_navbench {__version__} (Drake {drake}, numba {numba}, Python {python_version()})"
 
