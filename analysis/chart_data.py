@@ -45,11 +45,12 @@ def chart_data(
     logs: Mapping[str, Sequence[TrialLog]],
     trials: pd.DataFrame,
     metrics: Sequence[Metric],
+    columns: Sequence[str] = (),
 ) -> Chart:
     """Returns the numbers of a scenario's charts, as JSON can hold them.
 
     logs: by controller, each with samples. trials: their rows as from `trial_row`. metrics: those
-    of the chart of metrics.
+    of the chart of metrics. columns: all of the results, for colours that are the same everywhere.
     """
     names = list(logs)
     every = [log for own in logs.values() for log in own]
@@ -59,7 +60,7 @@ def chart_data(
     return {
         "scenario": scenario,
         "controllers": names,
-        "colors": [controller_color(name) for name in names],
+        "colors": [controller_color(name, (*names, *columns)) for name in names],
         "bounds": _rounded([low[0], high[0], low[1], high[1]]),
         "walls": _walls(longest),
         "plans": [_xy(plan.poses[:, :2], MAX_POINTS_A_TRIAL) for plan in longest.first_plans],

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import colorsys
 import zlib
+from collections.abc import Iterable
+from functools import lru_cache
 
 # Okabe and Ito's palette, whose yellow and black are left to markers, and a violet that it lacks.
 CONTROLLER_COLORS = {
@@ -15,21 +16,42 @@ CONTROLLER_COLORS = {
     "mppi_nav2": "#cc79a7",
     "harmony": "#6a3d9a",
 }
-# Hues, in degrees, that none of these has or comes near to.
-FALLBACK_HUES_DEG = (60, 78, 96, 114, 132, 238)
-# Middling saturation, and lightnesses that are readable on white.
-FALLBACK_SATURATION, FALLBACK_LIGHTNESSES = 0.55, (0.32, 0.5)
+# Of other columns: each the colour farthest in OKLab from those before it and from the table's,
+# among those that can be read on white and on black.
+OTHER_COLORS = (
+    "#c300ff",
+    "#5a5a00",
+    "#3cd200",
+    "#0f2dff",
+    "#c30069",
+    "#8778ff",
+    "#ff69ff",
+    "#876969",
+    "#87c396",
+    "#a52d00",
+)
 
 
-def controller_color(name: str) -> str:
-    """Returns the colour '#rrggbb' of a controller; unknown names get one that never changes."""
-    if name in CONTROLLER_COLORS:
-        return CONTROLLER_COLORS[name]
-    level, place = divmod(
-        zlib.crc32(name.encode()) % (len(FALLBACK_LIGHTNESSES) * len(FALLBACK_HUES_DEG)),
-        len(FALLBACK_HUES_DEG),
-    )
-    rgb = colorsys.hls_to_rgb(
-        FALLBACK_HUES_DEG[place] / 360.0, FALLBACK_LIGHTNESSES[level], FALLBACK_SATURATION
-    )
-    return "#" + "".join(f"{round(255 * channel):02x}" for channel in rgb)
+def controller_color(name: str, beside: Iterable[str] = ()) -> str:
+    """Returns the colour '#rrggbb' of a column.
+
+    beside: all columns of the results that it belongs to, none of which has the same colour, as
+    long as there are no more than OTHER_COLORS of those that the table does not know.
+    """
+    return _colors(frozenset({name, *beside}))[name]
+
+
+@lru_cache
+def _colors(names: frozenset[str]) -> dict[str, str]:
+    """Returns a colour by name, the same whatever the order of the names.
+
+    A name has its own first choice, so that it mostly looks the same in other results, too.
+    """
+    chosen = {name: CONTROLLER_COLORS[name] for name in names & CONTROLLER_COLORS.keys()}
+    free: list[str] = []
+    for name in sorted(names - CONTROLLER_COLORS.keys()):
+        free = free or list(OTHER_COLORS)
+        first = OTHER_COLORS[zlib.crc32(name.encode()) % len(OTHER_COLORS)]
+        chosen[name] = first if first in free else free[0]
+        free.remove(chosen[name])
+    return chosen

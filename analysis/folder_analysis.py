@@ -170,11 +170,19 @@ def _analyse_scenario(
         by_controller.setdefault(log.info["controller"], []).append(log)
     table = analysis.table
     written = write_scenario_figures(
-        root / FIGURES_FOLDER, scenario, by_controller, table, figures, analysis.verdicts
+        root / FIGURES_FOLDER,
+        scenario,
+        by_controller,
+        table,
+        figures,
+        verdicts=analysis.verdicts,
+        columns=controllers,
     )
     drawable = drawable_logs(by_controller)
     is_drawn = bool(drawable) and figures is not FigureChoice.NONE
-    chart = chart_data(scenario, drawable, table, headline_metrics()) if is_drawn else None
+    chart = (
+        chart_data(scenario, drawable, table, headline_metrics(), controllers) if is_drawn else None
+    )
     return analysis, written, chart
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Iterable
+from functools import partial
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -18,8 +20,11 @@ PERCENT = 100.0
 LONG_DECIMALS = re.compile(r"(\.\d\d)\d+")
 
 
-def page_environment() -> Environment:
-    """Returns the environment of the templates: text is escaped, a missing value is an error."""
+def page_environment(columns: Iterable[str] = ()) -> Environment:
+    """Returns the environment of the templates: text is escaped, a missing value is an error.
+
+    columns: all that the page names, so that `color` gives each its own colour.
+    """
     environment = Environment(
         loader=PackageLoader("drake_navbench.analysis", "templates"),
         autoescape=True,
@@ -27,7 +32,7 @@ def page_environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.globals.update(color=controller_color)
+    environment.globals.update(color=partial(controller_color, beside=tuple(columns)))
     return environment
 
 

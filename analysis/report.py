@@ -122,7 +122,7 @@ def render(
 
     publication: a sentence on what the trials say of it.
     """
-    environment = page_environment()
+    environment = page_environment(_columns(analysis))
     environment.globals.update(
         figures_folder=FIGURES_FOLDER,
         figure_source=lambda stem: inline_svg(analysis.path / FIGURES_FOLDER / f"{stem}.svg"),
@@ -136,6 +136,14 @@ def render(
     )
     page = _page(analysis, difference) | {"publication": publication}
     return environment.get_template("report.html").render(page=page)
+
+
+def _columns(analysis: FolderAnalysis) -> list[str]:
+    """Returns all columns of the results: those that were asked for, and those that were driven."""
+    driven = [
+        name for entry in analysis.scenarios if entry.trials for name in entry.table["controller"]
+    ]
+    return [*analysis.manifest.get("controllers", []), *driven]
 
 
 def interval(bounds: Interval) -> str:

@@ -101,7 +101,7 @@ def render(
     parameters_of: ParametersOf = nothing_known,
 ) -> str:
     """Returns the page's HTML; parameters_of: as for `changed_parameters`."""
-    environment = page_environment()
+    environment = page_environment([*manifest.get("controllers", []), *trials["controller"]])
     environment.filters.update(
         number=_number, span=_span, duration=_duration, change=relative_change, percent=_percent,
         size=_size,

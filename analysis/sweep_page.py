@@ -24,6 +24,7 @@ from drake_navbench.analysis.sweeps import (
     SUCCEEDED,
     Slope,
     SlopeDifference,
+    constants,
     heat_maps,
     is_numeric,
     long_table,
@@ -77,19 +78,20 @@ def write_sweep(folder: Path, trials: pd.DataFrame, sweep: Mapping[str, Mapping[
     table = long_table(trials, sweep)
     write_text(ResultsFolder(folder).table_path(TABLE_NAME, ".csv"), table.to_csv(index=False))
     fields = swept_fields(sweep)
+    columns = list(dict.fromkeys(table["controller"]))
     with figure_style():
         sections = [
-            _scenario_section(folder, str(scenario), rows, fields)
+            _scenario_section(folder, str(scenario), rows, fields, columns)
             for scenario, rows in table.groupby("scenario", sort=False)
         ]
-    environment = page_environment()
+    environment = page_environment(columns)
     environment.filters.update(number=number)
     page = {
         "folder": folder.resolve().name,
         "fields": fields,
         "sections": sections,
         "trial_count": len(table),
-        "controllers": list(dict.fromkeys(table["controller"])),
+        "controllers": columns,
         "seeds": table["seed"].nunique() // max(table["scenario"].nunique(), 1),
     }
     path = folder / PAGE_NAME
@@ -98,9 +100,9 @@ def write_sweep(folder: Path, trials: pd.DataFrame, sweep: Mapping[str, Mapping[
 
 
 def _scenario_section(
-    folder: Path, scenario: str, rows: pd.DataFrame, fields: list[str]
+    folder: Path, scenario: str, rows: pd.DataFrame, fields: list[str], columns: list[str]
 ) -> ScenarioSection:
-    look = Look(list(dict.fromkeys(rows["controller"])))
+    look = Look(list(dict.fromkeys(rows["controller"])), columns)
     stem = folder / FIGURES / file_name(scenario)
     axes = [_axis_section(stem, rows, field, look) for field in fields if rows[field].notna().any()]
     return ScenarioSection(scenario, axes, list(_maps(stem, rows, fields)))
@@ -113,7 +115,9 @@ def _metrics() -> list[tuple[str, str]]:
 
 def _axis_section(stem: Path, rows: pd.DataFrame, field: str, look: Look) -> AxisSection:
     panels = [
-        ResponsePanel(f"{name} [{unit}]", responses(rows, field, name))
+        ResponsePanel(
+            f"{name} [{unit}]", [*responses(rows, field, name), *constants(rows, field, name)]
+        )
         for name, unit in _metrics()
         if rows[name].notna().any()
     ]

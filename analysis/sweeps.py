@@ -74,8 +74,9 @@ def long_table(trials: pd.DataFrame, sweep: Mapping[str, Mapping[str, Any]]) -> 
             column.append(values.get(field))
     for kind in WHO:
         table[kind] = [sweep[f"{kind}s"][name]["of"] for name in trials[kind]]
+    behind = table.columns.get_loc(WHO[-1]) + 1
     for place, (field, values_of_field) in enumerate(fields.items()):
-        table.insert(len(WHO) + place, field, values_of_field)
+        table.insert(behind + place, field, values_of_field)
     table[SUCCEEDED] = (table["outcome"] == Outcome.SUCCEEDED).astype(float)
     return table
 
@@ -110,6 +111,21 @@ def responses(table: pd.DataFrame, field: str, metric: str) -> list[Response]:
                 [_interval(cell, metric) for cell in cells],
                 [len(cell) for cell in cells],
             )
+        )
+    return found
+
+
+def constants(table: pd.DataFrame, field: str, metric: str) -> list[Response]:
+    """Returns the mean of each controller that does not have the field, in one scenario.
+
+    It is the same whatever the field is: its only value is None. table: as for `responses`.
+    """
+    found = []
+    for controller, rows in table[table[field].isna()].groupby("controller", sort=False):
+        cell = _by_seed(rows, metric)
+        mean = float(cell.mean()) if len(cell) else np.nan
+        found.append(
+            Response(str(controller), [None], [mean], [_interval(cell, metric)], [len(cell)])
         )
     return found
 
@@ -178,13 +194,15 @@ def slope_differences(table: pd.DataFrame, field: str, metric: str) -> list[Slop
     ]
 
 
-def response_table(rows: pd.DataFrame, metrics: Mapping[str, str]) -> pd.DataFrame:
+def response_table(
+    rows: pd.DataFrame, fields: Sequence[str], metrics: Mapping[str, str]
+) -> pd.DataFrame:
     """Returns the means of some metrics at every value of every field, in one scenario.
 
-    rows: of one scenario from `long_table`. metrics: their units. Indexed by (metric at which
-    value, unit), one column a controller; NaN where it does not have the field.
+    rows: of one scenario from `long_table`. fields: the swept ones. metrics: their units.
+    Indexed by (metric at which value, unit), one column a controller; one that does not have the
+    field has the same mean at every value, NaN where it has none.
     """
-    fields = list(rows.columns[len(WHO) : rows.columns.get_loc("trial")])
     cells: dict[tuple[str, str], dict[str, float]] = {}
     for field in fields:
         for metric, unit in metrics.items():
@@ -192,6 +210,10 @@ def response_table(rows: pd.DataFrame, metrics: Mapping[str, str]) -> pd.DataFra
                 for value, mean in zip(found.values, found.means, strict=True):
                     line = cells.setdefault((f"{metric} at {field}={value}", unit), {})
                     line[found.controller] = mean
+            for found in constants(rows, field, metric):
+                for at_value, line in cells.items():
+                    if at_value[0].startswith(f"{metric} at {field}="):
+                        line[found.controller] = found.means[0]
     table = pd.DataFrame(list(cells.values()), columns=list(dict.fromkeys(rows["controller"])))
     table.index = pd.MultiIndex.from_tuples(cells, names=["metric", "unit"])
     return table.dropna(how="all")

@@ -9,7 +9,8 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 
-from drake_navbench.command_line import EXIT_DONE, EXIT_WRONG_INPUT
+from drake_navbench import __version__
+from drake_navbench.command_line import EXIT_DONE, EXIT_WRONG_INPUT, print_text
 from drake_navbench.errors import nearest_name_hint
 
 # Command -> module with `main(argv)`, and the line that --help prints.
@@ -39,7 +40,7 @@ COMMANDS = {
     ),
     "nav2-gate": (
         "drake_navbench.commands.nav2_gate",
-        "say whether a change to Nav2's controllers makes them drive worse",
+        "say whether a change to Nav2's code makes its controllers worse",
     ),
     "list": ("drake_navbench.commands.listing", "list scenarios, controllers and robots"),
     "completion": (
@@ -61,18 +62,31 @@ def usage() -> str:
             "commands:",
             *lines,
             "",
-            "python -m drake_navbench COMMAND --help tells more of each; drake-navbench COMMAND is",
-            "the same.",
+            "python -m drake_navbench COMMAND --help tells more of each, --version which",
+            "version this is; drake-navbench COMMAND is the same.",
+            "",
         ]
     )
+
+
+def versions() -> str:
+    """Returns the line of --version: ours, and what the motion depends on."""
+    from importlib.metadata import version
+    from platform import python_version
+
+    drake, numba = version("drake"), version("numba")
+    return f"drake_navbench {__version__} (Drake {drake}, numba {numba}, Python {python_version()})"
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs the command that the first argument names; returns the exit status."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     if not arguments or arguments[0] in ("-h", "--help"):
-        print(usage())
+        print_text(usage())
         return EXIT_DONE if arguments else EXIT_WRONG_INPUT
+    if arguments[0] == "--version":
+        print_text(f"{versions()}\n")
+        return EXIT_DONE
     name, *rest = arguments
     if name not in COMMANDS:
         print(

@@ -31,7 +31,8 @@ class CommandParser(argparse.ArgumentParser):
     """Reads the arguments of a command; a wrong one is one line on stderr and EXIT_WRONG_INPUT."""
 
     def __init__(self, *args: Any, **options: Any) -> None:
-        super().__init__(*args, **options)
+        # An abbreviation would mean something else as soon as there is one more option.
+        super().__init__(*args, **{"allow_abbrev": False, **options})
         self._given: Sequence[str] = ()
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[Any, list[str]]:
@@ -56,22 +57,37 @@ class CommandParser(argparse.ArgumentParser):
         self.exit(EXIT_WRONG_INPUT, f"{as_line(f'{command}: {message}')}\n")
 
     def _unknown_options(self) -> list[str]:
-        """Returns what was given that begins as no option does; each step has its own."""
+        """Returns what was given that is no option; each step of a command has its own."""
         if self._subparsers is not None:
             return []
         before = takewhile(lambda text: text != "--", self._given)
         names = [text.partition("=")[0] for text in before if text.startswith("--")]
-        known = tuple(self._option_string_actions)
-        return [
-            name
-            for name in names
-            if " " not in name and not any(option.startswith(name) for option in known)
-        ]
+        known = self._option_string_actions
+        return [name for name in names if " " not in name and name not in known]
 
     def _unknown_option(self, text: str) -> str:
         name = text.partition("=")[0]
         known = [option for option in self._option_string_actions if option.startswith("--")]
-        return f"option {name!r} is not known{nearest_name_hint(name, known)}"
+        longer = [option for option in known if len(name) > 2 and option.startswith(name)]
+        return f"option {name!r} is not known{nearest_name_hint(name, longer or known)}"
+
+    def _print_message(self, message: str, file: Any = None) -> None:
+        """Writes the text of --help, or an error, to a reader that may have gone."""
+        print_text(message, file or sys.stderr)
+
+
+def print_text(text: str, file: Any = None) -> None:
+    """Writes a text to stdout or another file at once; that nobody reads it (`| head`) is fine."""
+    file = file or sys.stdout
+    try:
+        print(text, end="", file=file, flush=True)
+    except BrokenPipeError:
+        _forget_output(file)
+
+
+def _forget_output(file: Any) -> None:
+    """Lets what is still buffered go nowhere: at the interpreter's end it would be a traceback."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), file.fileno())
 
 
 def exit_status_of(
@@ -97,7 +113,7 @@ def exit_status_of(
         print(interrupted, file=sys.stderr)
         return EXIT_INTERRUPTED
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _forget_output(sys.stdout)
         return EXIT_DONE
     return EXIT_DONE if status is None else status
 

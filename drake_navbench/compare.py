@@ -24,16 +24,17 @@ from drake_navbench.errors import InputError
 EXIT_REGRESSION = 1
 
 EPILOG = """\
-Trials of equal seed are paired. Arrivals and touches are judged by the exact sign test, metrics by
-Wilcoxon's, all corrected for their number: where nothing but noise differs, any change at all is
-told in at most 5% of comparisons. Losses that so few trials cannot decide are named, and are no
-regression. A regression test for CI:
+Trials of equal seed are paired. Arrivals and touches are judged by the exact
+sign test, metrics by Wilcoxon's, all corrected for their number: where nothing
+but noise differs, any change at all is told in at most 5% of comparisons.
+Losses that so few trials cannot decide are named, and are no regression.
+A regression test for CI:
 
-  python -m drake_navbench.compare results/main results/branch --junit compare.xml
+  drake-navbench compare results/main results/branch --junit compare.xml
 
-exit status: 0 no listed metric got worse, 1 one did, or a trial ended as an error that did not in
-BASELINE, or with --require-all something could not be compared, 2 wrong input, or nothing could be
-compared
+exit status: 0 no listed metric got worse, 1 one did, or a trial ended as an
+error that did not in BASELINE, or with --require-all something could not be
+compared, 2 wrong input, or nothing could be compared
 """
 
 

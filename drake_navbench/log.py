@@ -273,8 +273,9 @@ class TrialLog:
         return pa.table(columns).replace_schema_metadata(metadata)
 
     @classmethod
-    def read(cls, path: Path) -> TrialLog:
+    def read(cls, path: str | Path) -> TrialLog:
         """Reads a log; raises InputError where the file is no whole log of this schema version."""
+        path = Path(path)
         try:
             if not path.is_file():
                 raise InputError(f"{path}: not a readable trial log: no such file")

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+import time
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -27,17 +28,18 @@ from drake_navbench.errors import InputError, InputWarning
 ALLOWED_WITH_RESUME = {"cluster", "resume", "jobs", "quiet"}
 
 EPILOG = """\
-examples:
-  python -m drake_navbench.run                             the published benchmark
-  python -m drake_navbench.run empty --controllers rpp     one scenario, one controller
-  python -m drake_navbench.run my_scenario.yaml --controllers rpp,rpp:lookahead_dist=0.9
-  python -m drake_navbench.run --params nav2_params.yaml   the controllers of a Nav2 file
-  python -m drake_navbench.run --nav2 nav2_params.yaml     the whole of a Nav2 file
-  python -m drake_navbench.run doorway --sweep rpp.lookahead_dist=0.3:0.9:4 --controllers rpp
-  python -m drake_navbench.run --map map.yaml --goals 10 --controllers rpp,dwb
+examples (drake-navbench run is the same as python -m drake_navbench.run):
+  drake-navbench run                            the published benchmark
+  drake-navbench run empty --controllers rpp    one scenario, one controller
+  drake-navbench run mine.yaml --controllers rpp,rpp:lookahead_dist=0.9
+  drake-navbench run --params nav2_params.yaml  the controllers of a Nav2 file
+  drake-navbench run --nav2 nav2_params.yaml    the whole of a Nav2 file
+  drake-navbench run doorway --controllers rpp \\
+      --sweep rpp.lookahead_dist=0.3:0.9:4      one parameter, four values
+  drake-navbench run --map map.yaml --goals 10 --controllers rpp,dwb
 
-exit status: 0 every trial ran (an abort is a result), 1 some trial ended in an error,
-2 wrong input, 130 interrupted
+exit status: 0 every trial ran (an abort is a result), 1 some trial ended in an
+error, 2 wrong input, 130 interrupted
 """
 
 
@@ -45,6 +47,7 @@ def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
     parser = CommandParser(
         prog="python -m drake_navbench.run",
+        usage="%(prog)s [SCENARIO ...] [OPTIONS]",
         description="Drives mobile-robot controllers through scenarios in Drake and compares them.",
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -271,6 +274,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _run(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> int:
+    began_s = time.perf_counter()
     if arguments.list:
         from drake_navbench.campaign.console import terminal
         from drake_navbench.commands.listing import print_listing
@@ -286,7 +290,7 @@ def _run(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> int:
         return EXIT_DONE
     from drake_navbench.campaign.benchmark import run_from_command_line
 
-    any_error = run_from_command_line(arguments)
+    any_error = run_from_command_line(arguments, began_s=began_s)
     return EXIT_FAILED if any_error else EXIT_DONE
 
 

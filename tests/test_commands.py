@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 import tomllib
-from importlib.metadata import EntryPoint
+from contextlib import suppress
+from importlib.metadata import EntryPoint, version
 from pathlib import Path
 
 import pytest
 
+from drake_navbench import __version__
 from drake_navbench.__main__ import COMMANDS, main
 
 
@@ -25,6 +28,37 @@ def test_help_names_every_command(capsys):
     assert main(["--help"]) == 0
     shown = capsys.readouterr().out
     assert all(f"\n  {command} " in shown for command in COMMANDS)
+
+
+def test_the_version_is_told(capsys):
+    assert main(["--version"]) == 0
+    told = capsys.readouterr().out
+    assert told.startswith(f"drake_navbench {__version__} (Drake {version('drake')}, numba ")
+
+
+@pytest.mark.parametrize("command", ["", *COMMANDS])
+def test_help_fits_a_terminal_of_80_columns(command, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    with suppress(SystemExit):
+        main([command, "--help"] if command else ["--help"])
+    assert [line for line in capsys.readouterr().out.splitlines() if len(line) > 80] == []
+
+
+@pytest.mark.parametrize("arguments", [[], ["--help"], ["run", "--help"], ["completion", "bash"]])
+def test_a_reader_may_leave_early(arguments):
+    """As `| head -3` does: here the reader has gone before anything is written."""
+    read_end, write_end = os.pipe()
+    os.close(read_end)
+    done = subprocess.run(
+        [sys.executable, "-m", "drake_navbench", *arguments],
+        stdout=write_end,
+        stderr=subprocess.PIPE,
+        text=True,
+        check=False,
+    )
+    os.close(write_end)
+    assert done.stderr == ""
+    assert done.returncode in (0, 2)
 
 
 def test_without_a_command_the_usage_is_shown_as_wrong_input(capsys):
@@ -66,7 +100,10 @@ def test_an_unknown_option_of_any_command_is_one_line(command, capsys):
         (["run", "--trails", "8"], "option '--trails' is not known; did you mean '--trials'?"),
         (["run", "--sedd=4"], "option '--sedd' is not known; did you mean '--seed'?"),
         (["run", "--trials", "x"], "argument --trials: got 'x', expected a whole number"),
-        (["run", "--s", "3"], "ambiguous option: --s could match --start, "),
+        # No option may be cut short, so that one more does not change what a script means.
+        (["run", "--trial", "3"], "option '--trial' is not known; did you mean '--trials'?"),
+        (["run", "--control=rpp"], "option '--control' is not known; did you mean '--contr"),
+        (["run", "--s", "3"], "option '--s' is not known; did you mean '--set'?"),
         (["run", "-x"], "option '-x' is not known; known: --barn, "),
         (["run", "empty", "--seed", "1", "doorway"], "unrecognized arguments: doorway"),
         (["run", "--robot", "--\x1b[31m"], "option '--\\x1b[31m' is not known; known: "),

@@ -90,17 +90,20 @@ def write_scenario_figures(
     logs: Mapping[str, Sequence[TrialLog]],
     trials: pd.DataFrame,
     choice: FigureChoice = FigureChoice.ALL,
+    *,
     verdicts: Sequence[Verdict] = (),
+    columns: Sequence[str] = (),
 ) -> list[FigureEntry]:
     """Writes the chosen figures of a scenario below `folder`; returns what was written.
 
     logs: the readable trials by controller. trials: rows as from `trial_row`, all scenarios.
-    verdicts: those of the scenario, which the diagram of places shows.
+    verdicts: those of the scenario, which the diagram of places shows. columns: all of the results,
+    for colours that are the same everywhere.
     """
     drawable = drawable_logs(logs)
     if not drawable or choice is FigureChoice.NONE:
         return []
-    look = Look(list(dict.fromkeys([*logs, *trials["controller"]])))
+    look = Look(list(dict.fromkeys([*logs, *trials["controller"]])), columns)
     suffixes = (SVG, PNG) if choice is FigureChoice.ALL else (SVG,)
     name = file_name(scenario)
     entries = []

@@ -91,13 +91,15 @@ STYLE: Any = {
 class Look:
     """Colour, line style and marker of each controller of a campaign."""
 
-    def __init__(self, controllers: Sequence[str]) -> None:
+    def __init__(self, controllers: Sequence[str], columns: Iterable[str] = ()) -> None:
+        """columns: all of the results, beside which each has a colour of its own."""
+        self._beside = (*controllers, *columns)
         self._place = {name: place for place, name in enumerate(controllers)}
 
     def line(self, controller: str) -> dict[str, Any]:
         """Returns the keywords of a line."""
         return {
-            "color": controller_color(controller),
+            "color": controller_color(controller, self._beside),
             "linestyle": LINE_STYLES[self._place[controller] % len(LINE_STYLES)],
         }
 

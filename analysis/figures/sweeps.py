@@ -56,6 +56,9 @@ def response_figure(panels: Sequence[ResponsePanel], field: str, look: Look) -> 
 
 
 def _draw_response(axes: Axes, response: Response, look: Look) -> None:
+    if response.values == [None]:
+        _draw_constant(axes, response, look)
+        return
     is_number = all(isinstance(value, (int, float)) for value in response.values)
     places = np.array(response.values if is_number else range(len(response.values)), dtype=float)
     means = np.array(response.means)
@@ -68,6 +71,16 @@ def _draw_response(axes: Axes, response: Response, look: Look) -> None:
     axes.fill_between(places, low, high, color=line["color"], alpha=0.15, lw=0)
     if not is_number:
         axes.set_xticks(places, [str(value) for value in response.values])
+
+
+def _draw_constant(axes: Axes, response: Response, look: Look) -> None:
+    """Draws a controller that the field does not change: a level line with its interval."""
+    line = look.line(response.controller)
+    if np.isfinite(response.means[0]):
+        axes.axhline(response.means[0], **line)
+    low, high = response.intervals[0]
+    if np.isfinite(low) and np.isfinite(high):
+        axes.axhspan(low, high, color=line["color"], alpha=0.1, lw=0)
 
 
 def heat_map_figure(maps: Sequence[HeatMap], fields: Sequence[str], label: str) -> Figure:

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from itertools import combinations
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -31,6 +32,11 @@ ENDINGS = {
     "through": ("came through", THROUGH),
 }
 
+# Its difference to the baseline does not fit the axis: a failed trial counts 100% worse.
+BEYOND: dict[str, Any] = {"marker": "^", "color": "#a3261b", "ms": 5, "ls": "none"}
+# As a box plot has it: the axis ends so many spreads above what most configurations stay below.
+MOST, SPREADS_ABOVE = 75.0, 2.0
+
 Point = Mapping[str, Any]
 
 
@@ -47,11 +53,12 @@ def front_figure(
     figure, axes = new_figure(
         rows, columns, axes_size_in=(2.9, 2.4), margins=Margins(between_columns=0.8)
     )
+    limits = _limits(configurations, len(objectives))
     for (across, down), place in zip(pairs, axes, strict=False):
         for ending, (_, look) in ENDINGS.items():
             chosen = [entry for entry in configurations if entry["ending"] == ending]
-            _plot(place, chosen, "means", across, down, look)
-        _plot(place, front, "tuning", across, down, ON_FRONT)
+            _plot(place, _differences(chosen, "means", across, down), look, limits, across, down)
+        _plot(place, _differences(front, "tuning", across, down), ON_FRONT, limits, across, down)
         place.axhline(0.0, color=INK, lw=0.7)
         if across >= 0:
             place.axvline(0.0, color=INK, lw=0.7)
@@ -61,7 +68,11 @@ def front_figure(
         unused.remove()
     keys = [
         Line2D([], [], label=label, **look)
-        for label, look in (*ENDINGS.values(), ("front", ON_FRONT))
+        for label, look in (
+            *ENDINGS.values(),
+            ("front", ON_FRONT),
+            *([("beyond the axis", BEYOND)] if any(map(np.isfinite, limits)) else []),
+        )
     ]
     legend_below(figure, keys)
     return figure
@@ -78,6 +89,7 @@ def slices_figure(
     is_number = not any(isinstance(value, (bool, str)) for value in values)
     names = sorted(set(map(str, values)))
     places = values if is_number else [names.index(str(value)) for value in values]
+    limits = _limits(configurations, len(objectives))
     for index, (name, place) in enumerate(zip(objectives, axes, strict=True)):
         for ending, (_, look) in ENDINGS.items():
             chosen = [
@@ -85,8 +97,7 @@ def slices_figure(
                 for x, entry in zip(places, configurations, strict=True)
                 if entry["ending"] == ending
             ]
-            if chosen:
-                place.plot(*zip(*chosen, strict=True), **look)
+            _plot(place, chosen, look, limits, -1, index)
         place.axhline(0.0, color=INK, lw=0.7)
         if not is_number:
             place.set_xticks(range(len(names)), names)
@@ -95,9 +106,42 @@ def slices_figure(
     return figure
 
 
+def _limits(configurations: Sequence[Point], count: int) -> list[float]:
+    """Returns where the axis of each objective ends, percent; infinity where all of them fit.
+
+    One failed trial, which counts 100% worse, would press all others together.
+    """
+    limits = []
+    for index in range(count):
+        values = [PERCENT * entry["means"][index] for entry in configurations]
+        most = float(np.percentile(values, MOST)) if values else 0.0
+        limit = max(0.0, most) + SPREADS_ABOVE * (most - min(values, default=0.0))
+        limits.append(limit if values and max(values) > limit > most else np.inf)
+    return limits
+
+
+def _differences(
+    points: Sequence[Point], key: str, across: int, down: int
+) -> list[tuple[float, float]]:
+    """Returns x and y of points; across: an objective, or -1 for the order of the search."""
+    return [
+        (p["number"] if across < 0 else PERCENT * p[key][across], PERCENT * p[key][down])
+        for p in points
+    ]
+
+
 def _plot(
-    axes: Axes, points: Sequence[Point], key: str, across: int, down: int, look: Mapping[str, Any]
+    axes: Axes,
+    places: Sequence[tuple[float, float]],
+    look: Mapping[str, Any],
+    limits: Sequence[float],
+    across: int,
+    down: int,
 ) -> None:
-    if points:
-        x = [p["number"] if across < 0 else PERCENT * p[key][across] for p in points]
-        axes.plot(x, [PERCENT * p[key][down] for p in points], **look)
+    """Plots points, those beyond the axes at their end, as such; across: -1 for no objective."""
+    ends = np.inf if across < 0 else limits[across], limits[down]
+    inside = [place for place in places if place[0] <= ends[0] and place[1] <= ends[1]]
+    beyond = [tuple(np.minimum(place, ends)) for place in places if place not in inside]
+    for chosen, own in ((inside, look), (beyond, BEYOND)):
+        if chosen:
+            axes.plot(*zip(*chosen, strict=True), **own)

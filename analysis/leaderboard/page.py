@@ -71,7 +71,7 @@ def write_leaderboard(entries: Sequence[Entry], suite: Suite, out: Path) -> Path
 
 
 def _render(ranking: Ranking, cards: Sequence[Card], suite: Suite) -> str:
-    environment = page_environment()
+    environment = page_environment(card.controller for card in cards)
     environment.filters.update(
         number=partial(number, digits=DIGITS), interval=_interval, percent=_percent, ranks=_ranks
     )

@@ -114,9 +114,11 @@
     const each = height / SIGNALS.length;
     SIGNALS.forEach(([key, label], row) => {
       const values = robots.flatMap((robot) => robot[key].filter((value) => value !== null));
-      const low = Math.min(0, ...values), high = Math.max(low + 1e-3, ...values);
+      const low = Math.min(0, ...values), highest = Math.max(low + 1e-3, ...values);
+      // Beyond the axis of compute times a peak is cut off, and told as a number.
+      const high = key === "compute" && data.compute_top_ms ? Math.max(low + 1e-3, data.compute_top_ms) : highest;
       const top = row * each + 4, room = each - 8;
-      const down = (value) => top + room * (high - value) / (high - low);
+      const down = (value) => top + room * (high - Math.min(value, high)) / (high - low);
       pen.strokeStyle = color("--nb-line");
       pen.lineWidth = 1;
       pen.beginPath();
@@ -129,6 +131,7 @@
       pen.fillStyle = color("--nb-muted");
       pen.textAlign = "right";
       pen.fillText(values.length ? String(Number(high.toPrecision(2))) : "–", LEFT - 5, top + 5);
+      if (highest > high && each >= 30) pen.fillText(`peak ${Number(highest.toPrecision(2))}`, LEFT - 5, top + 18);
       // The chosen one last, above the others.
       const order = robots.map((_, index) => index).sort((a, b) => (a === state.chosen) - (b === state.chosen));
       for (const index of order) {
@@ -182,6 +185,24 @@
   }
   strip.addEventListener("pointerdown", (event) => { strip.setPointerCapture(event.pointerId); seekTo(event); });
   strip.addEventListener("pointermove", (event) => { if (event.buttons) seekTo(event); });
+
+  // ---- the names of floors, above the scene
+  const labels = (data.floors || []).map((floor) => {
+    const label = document.createElement("div");
+    label.className = "navbench-floor";
+    label.textContent = floor.name;
+    document.body.append(label);
+    return [label, floor];
+  });
+  function placeLabels() {
+    const pane = find("#meshcat-pane").getBoundingClientRect();
+    for (const [label, floor] of labels) {
+      const place = viewer.camera.position.clone().set(...inView(floor.x, floor.y, 0)).project(viewer.camera);
+      label.hidden = place.z > 1;
+      label.style.left = `${pane.left + (place.x + 1) / 2 * pane.width}px`;
+      label.style.top = `${pane.top + (1 - place.y) / 2 * pane.height}px`;
+    }
+  }
 
   // ---- the player
   const button = player.querySelector(".play"), slider = player.querySelector("input"), clock = player.querySelector("output");
@@ -244,6 +265,7 @@
       follow();
       drawCursor();
     }
+    placeLabels();
     slider.max = animator.duration || 1;
     slider.value = animator.time;
     button.textContent = animator.playing ? "Pause" : "Play";

@@ -12,6 +12,8 @@ from typing import Any
 
 MESHCAT_TITLE = "<title>Drake MeshCat</title>"
 OVERLAY = "overlay"
+# Without it a telephone shows a page as wide as a desk's, in letters that nobody can read.
+VIEWPORT = '<meta name="viewport" content="width=device-width, initial-scale=1">'
 
 
 @dataclass(frozen=True)
@@ -40,8 +42,8 @@ class LegendRow:
             f'  <div class="row"><label><input type="checkbox" checked data-paths="{paths}"'
             f"{of_chosen}>"
             f'<span class="swatch" style="background: {self.color}"></span>'
-            f'<span class="name">{html.escape(self.name)}</span>'
-            f'<span class="detail{emphasis}">{html.escape(self.detail)}</span></label>'
+            f'<span class="text"><span class="name">{html.escape(self.name)}</span> '
+            f'<span class="detail{emphasis}">{html.escape(self.detail)}</span></span></label>'
             f"{self._buttons()}</div>"
         )
 
@@ -66,13 +68,16 @@ def assemble(
     title: str,
     subtitle: str,
     sections: Sequence[Sequence[LegendRow]],
+    notes: Sequence[str] = (),
     data: Mapping[str, Any],
 ) -> str:
     """Returns Meshcat's static page with title, legend (one block a section), charts and player.
 
     data: `bounds` of the course [x0, x1, y0, y1] m, `aspect` of the window for which the camera is
     aimed, and `robots`: for each its `name`, `color`, Meshcat paths `group` and `robot`, and what
-    `strip.strip_of` returns.
+    `strip.strip_of` returns; `compute_top_ms`: where the axis of compute times ends;
+    `floors`: of each the `name` and the place `x`, `y` m of its label.
+    notes: sentences below the legend, such as how to get layers that are lacking.
     """
     blocks = ["\n".join(row.markup() for row in section) for section in sections if section]
     # What ends a script must not stand in one.
@@ -84,8 +89,9 @@ def assemble(
         title=html.escape(title),
         subtitle=html.escape(subtitle),
         rows="\n  <hr>\n".join(blocks),
+        notes="\n".join(f'  <p class="note">{html.escape(note)}</p>' for note in notes),
     )
-    page = scene_html.replace(MESHCAT_TITLE, f"<title>{html.escape(title)}</title>", 1)
+    page = scene_html.replace(MESHCAT_TITLE, f"{VIEWPORT}<title>{html.escape(title)}</title>", 1)
     body, end, rest = page.rpartition("</body>")
     return body + overlay + end + rest
 

@@ -56,7 +56,7 @@ from drake_navbench.analysis.replay.scene import (
     goal_tolerance_m,
 )
 from drake_navbench.analysis.replay.stage import Stage
-from drake_navbench.analysis.replay.strip import strip_of
+from drake_navbench.analysis.replay.strip import compute_top_ms, strip_of
 from drake_navbench.inputs.world import Obstacle, World
 from drake_navbench.inputs.world_geometry import MOVING_COLOR
 from drake_navbench.log import Outcome, TrialLog
@@ -69,14 +69,20 @@ RACE_TURN_PERIOD_S, RACE_MAX_TURNS = 0.5, 400
 TRIAL_TURN_PERIOD_S, TRIAL_MAX_TURNS = 0.2, 200
 # Of all controllers together; each takes about 5 kB of the page.
 RACE_MAX_COSTMAPS = 160
+# Beyond the floor, so that its name lies on nothing.
+FLOOR_LABEL_ABOVE_M = 1.0
 
 
-def write_race_replay(logs: Sequence[TrialLog], path: Path, *, model: Path | None) -> None:
+def write_race_replay(
+    logs: Sequence[TrialLog], path: Path, *, model: Path | None, columns: Sequence[str] = ()
+) -> None:
     """Writes a page in which trials of one scenario drive side by side, one colour a controller.
 
     logs: of different controllers, with at least one sample each. model: the robot's SDF file, or
-    None to draw a prism over its outline. Equal logs give equal bytes.
+    None to draw a prism over its outline. columns: all of the results, for colours that are the
+    same on every page. Equal logs give equal bytes.
     """
+    columns = [*columns, *(log.info["controller"] for log in logs)]
     stage = Stage()
     robot_model = load_model(model, outline_of(logs[0]), _caster_angles(logs[0]))
     pace = Pace.fitting(
@@ -90,7 +96,15 @@ def write_race_replay(logs: Sequence[TrialLog], path: Path, *, model: Path | Non
     bounds = _add_surroundings(stage, logs, course)
     add_course(stage, course)
     rows = [
-        _add_trial(stage, log, robot_model, pace=pace, layer=layer, trial_count=len(logs))
+        _add_trial(
+            stage,
+            log,
+            robot_model,
+            pace=pace,
+            columns=columns,
+            layer=layer,
+            trial_count=len(logs),
+        )
         for layer, log in enumerate(logs)
     ]
     names = [row.name for row in rows]
@@ -106,7 +120,8 @@ def write_race_replay(logs: Sequence[TrialLog], path: Path, *, model: Path | Non
         title=logs[0].info["scenario"]["name"],
         subtitle=logs[0].info["scenario"]["description"],
         sections=[rows, layers],
-        data=_page_data(logs, bounds),
+        notes=_notes(logs, layers, is_race=True),
+        data=_page_data(logs, bounds, columns),
     )
     path.write_text(page, encoding="utf-8")
 
@@ -118,10 +133,12 @@ def _caster_angles(log: TrialLog) -> list[float] | None:
     return angles
 
 
-def write_trial_replay(log: TrialLog, path: Path, *, model: Path | None) -> None:
+def write_trial_replay(
+    log: TrialLog, path: Path, *, model: Path | None, columns: Sequence[str] = ()
+) -> None:
     """Writes a page with one trial and what its controller had in mind.
 
-    The log needs at least one sample. model: as for `write_race_replay`.
+    The log needs at least one sample. model, columns: as for `write_race_replay`.
     """
     scenario = log.info["scenario"]
     stage = Stage()
@@ -134,7 +151,7 @@ def write_trial_replay(log: TrialLog, path: Path, *, model: Path | None) -> None
     )
     bounds = _add_surroundings(stage, [log], log.first_plans)
     add_plans_in_force(stage, log.plans, pace.turn_period_s)
-    row = _add_trial(stage, log, robot_model, pace=pace)
+    row = _add_trial(stage, log, robot_model, pace=pace, columns=columns)
     layers = [
         LegendRow("robot", row.color, [RobotPaths(row.name).robot]),
         LegendRow("driven path", row.color, [RobotPaths(row.name).driven]),
@@ -149,7 +166,8 @@ def write_trial_replay(log: TrialLog, path: Path, *, model: Path | None) -> None
         title=f"{scenario['name']}: {row.name}",
         subtitle=f"{scenario['description']}; trial {log.info['trial']}, seed {log.info['seed']}",
         sections=[[row], layers],
-        data=_page_data([log], bounds),
+        notes=_notes([log], layers, is_race=False),
+        data=_page_data([log], bounds, columns),
     )
     path.write_text(page, encoding="utf-8")
 
@@ -178,15 +196,23 @@ def _add_surroundings(
     return course
 
 
-def _page_data(logs: Sequence[TrialLog], course: Bounds) -> dict[str, Any]:
+def _page_data(logs: Sequence[TrialLog], course: Bounds, columns: Sequence[str]) -> dict[str, Any]:
     """Returns what the page's own script must know of the robots, in the order of the legend."""
     robots = []
     for log in logs:
         name = log.info["controller"]
         paths = {"group": RobotPaths(name).group, "robot": RobotPaths(name).robot}
-        robots.append({"name": name, "color": controller_color(name), **paths, **strip_of(log)})
+        robots.append(
+            {"name": name, "color": controller_color(name, columns), **paths, **strip_of(log)}
+        )
     x, y = zip(course.low.tolist(), course.high.tolist(), strict=True)
-    return {"bounds": [*x, *y], "aspect": CAMERA_ASPECT, "robots": robots}
+    return {
+        "bounds": [*x, *y],
+        "aspect": CAMERA_ASPECT,
+        "robots": robots,
+        "compute_top_ms": compute_top_ms([robot["compute"] for robot in robots]),
+        "floors": _floor_labels(logs[0]),
+    }
 
 
 def _add_trial(
@@ -195,12 +221,13 @@ def _add_trial(
     model: RobotModel,
     *,
     pace: Pace,
+    columns: Sequence[str],
     layer: int = 0,
     trial_count: int = 1,
 ) -> LegendRow:
     """Draws robot, path and hits of a trial below one path; returns its row in the legend."""
     name = log.info["controller"]
-    color = controller_color(name)
+    color = controller_color(name, columns)
     rgba = rgba_of(color)
     motion = base_motion(log)
     add_robot(
@@ -233,9 +260,15 @@ def _moving_rows(stage: Stage, logs: Sequence[TrialLog], pace: Pace) -> list[Leg
         color = css_color(Rgba(*MOVING_COLOR))
         rows.append(LegendRow("moving obstacles", color, [MOVING_PATH]))
     if any(log.people is not None for log in logs):
-        # Everybody's own: they react to the robot of their trial.
         paths = [RobotPaths(log.info["controller"]).people for log in logs]
-        rows.append(LegendRow("people", LAYER_COLOR, paths))
+        if len(logs) == 1:
+            rows.append(LegendRow("people", LAYER_COLOR, paths))
+        else:
+            # All at once they would be as many crowds as there are robots.
+            detail = "each trial has its own"
+            rows.append(
+                LegendRow("people of the chosen one", LAYER_COLOR, paths, detail, is_of_chosen=True)
+            )
     return rows
 
 
@@ -275,6 +308,45 @@ def _intention_rows(stage: Stage, log: TrialLog, pace: Pace) -> list[LegendRow]:
         for name, add, rgba in kinds
         if add(stage, path := f"/{name.replace(' ', '_')}", cycles, pace.turn_period_s)
     ]
+
+
+def _notes(logs: Sequence[TrialLog], layers: Sequence[LegendRow], *, is_race: bool) -> list[str]:
+    """Returns how to get the layers that the page lacks."""
+    paths = {path for row in layers for path in row.paths}
+    notes = []
+    if not any(RobotPaths(log.info["controller"]).costmap in paths for log in logs):
+        notes.append("No local costmaps in these logs: run without --no-costmaps.")
+    if is_race:
+        notes.append(
+            "What a controller has in mind (prediction, samples, carrot) has a page for each "
+            "trial: run with --replay each."
+        )
+    elif not any(log.diagnostics and _has_arrays(log) for log in logs):
+        notes.append(
+            "What the controller had in mind (prediction, samples, carrot) is not in this log: "
+            "run with --replay each."
+        )
+    return notes
+
+
+def _has_arrays(log: TrialLog) -> bool:
+    """Returns whether the controller's arrays were asked to be logged, and there are any."""
+    return any(np.ndim(value) > 0 for _, notes in log.diagnostics for value in notes.values())
+
+
+def _floor_labels(log: TrialLog) -> list[dict[str, Any]]:
+    """Returns the names of a mission's floors, with the place of each label, m."""
+    labels = []
+    for floor in log.info.get("floors", ()):
+        low_x, _, high_x, high_y = floor["bounds_m"]
+        labels.append(
+            {
+                "name": floor["name"],
+                "x": round(0.5 * (low_x + high_x), 2),
+                "y": round(high_y + FLOOR_LABEL_ABOVE_M, 2),
+            }
+        )
+    return labels
 
 
 def _plan_row() -> LegendRow:

@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 Event = TypeVar("Event")
 
 FRAMES_PER_SECOND = 20
+# How Drake begins the warning about a texture that is no longer there.
+LATE_TEXTURE = "Unknown CAS key"
 
 
 class Stage:
@@ -109,6 +111,24 @@ def spaced_in_time(
         if not kept or time_s - kept[-1][0] >= period_s - 0.5 / FRAMES_PER_SECOND:
             kept.append((time_s, event))
     return kept
+
+
+@contextmanager
+def without_late_texture_warnings() -> Iterator[None]:
+    """Keeps Meshcat from a line for each texture that a page asks for after it was replaced.
+
+    A costmap that is shown live is a new texture several times a second; the page shows the next.
+    """
+    logger = logging.getLogger("drake")
+
+    def is_told(record: logging.LogRecord) -> bool:
+        return LATE_TEXTURE not in record.getMessage()
+
+    logger.addFilter(is_told)
+    try:
+        yield
+    finally:
+        logger.removeFilter(is_told)
 
 
 @contextmanager

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,9 @@ from drake_navbench.log import Outcome, TrialLog
 # A line of the strip is some 1000 pixels long; a race has several of them.
 MAX_POINTS = 400
 DECIMALS = 3
+# A single slow cycle would flatten the curves of all others: the axis of compute times ends at so
+# many times what all but a fiftieth stay below.
+MOST_PERCENT, ROOM_ABOVE_MOST = 98.0, 3.0
 
 
 def strip_of(log: TrialLog) -> Mapping[str, Any]:
@@ -41,6 +44,18 @@ def strip_of(log: TrialLog) -> Mapping[str, Any]:
         "end": float(log.samples["time_s"].iloc[-1]),
         "failed": log.outcome is not Outcome.SUCCEEDED,
     }
+
+
+def compute_top_ms(curves: Sequence[Sequence[float | None]]) -> float | None:
+    """Returns where the axis of compute times ends, ms; None where there are none.
+
+    Peaks beyond it are cut off by the page, which tells the highest as a number.
+    """
+    known = [value for curve in curves for value in curve if value is not None]
+    if not known:
+        return None
+    most = float(np.percentile(known, MOST_PERCENT))
+    return round(min(max(known), ROOM_ABOVE_MOST * most), DECIMALS)
 
 
 def _rounded(values: NDArray[np.float64]) -> list[float | None]:

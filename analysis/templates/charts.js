@@ -73,7 +73,9 @@
         const pieces = new Bokeh.ColumnDataSource({ data: { x0: numbers(trial.x.slice(0, -1)), y0: numbers(trial.y.slice(0, -1)), x1: numbers(trial.x.slice(1)), y1: numbers(trial.y.slice(1)), error: trial.error.slice(1) } });
         own(state, figure.segment({ field: "x0" }, { field: "y0" }, { field: "x1" }, { field: "y1" }, { source: pieces, line_width: 4, line_color: { field: "error", transform: mapper } }), trial.controller, () => state.byError);
       }
-      const bar = new Bokeh.ColorBar({ color_mapper: mapper, title: "from the plan [m]", height: 8, width: 120, background_fill_alpha: 0, major_label_text_color: css("--ink"), title_text_color: css("--ink"), orientation: "horizontal", location: "top_left" });
+      // Its own ticks: those that Bokeh picks are round, and of so short a scale often only the 0.
+      const ticker = new Bokeh.FixedTicker({ ticks: [0, worst / 2, worst] }), formatter = new Bokeh.PrintfTickFormatter({ format: "%.2g" });
+      const bar = new Bokeh.ColorBar({ color_mapper: mapper, ticker, formatter, title: "from the plan [m]", height: 8, width: 120, background_fill_alpha: 0, major_label_text_color: css("--ink"), title_text_color: css("--ink"), orientation: "horizontal", location: "top_left" });
       figure.add_layout(bar);
       state.drawn.push(() => { bar.visible = state.byError; });
       bar.visible = state.byError;

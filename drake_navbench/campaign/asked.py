@@ -19,10 +19,14 @@ from drake_navbench.trial.column_controller import check_controller
 from drake_navbench.typed_files.typed_yaml import validate
 
 
+def listed_controllers(text: str) -> tuple[str, ...]:
+    """Returns the columns of a list with commas, in its order."""
+    return tuple(name.strip() for name in text.split(",") if name.strip())
+
+
 def request_from_arguments(arguments: argparse.Namespace) -> Request:
     """Returns the request; raises InputError where arguments do not go together."""
-    listed = arguments.controllers.split(",") if arguments.controllers else []
-    controllers = tuple(name.strip() for name in listed if name.strip())
+    controllers = listed_controllers(arguments.controllers or "")
     if arguments.controllers is not None and not controllers:
         raise InputError(f"--controllers {arguments.controllers!r}: expected names, found none")
     if controllers:

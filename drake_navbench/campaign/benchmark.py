@@ -14,12 +14,13 @@ import pandas as pd
 from rich.console import Console
 
 from drake_navbench.analysis.rank_changes import rank_changes
-from drake_navbench.analysis.sweeps import SUCCEEDED, long_table, response_table
+from drake_navbench.analysis.sweeps import SUCCEEDED, long_table, response_table, swept_fields
 from drake_navbench.analysis.tables import scenario_table
 from drake_navbench.analysis.totals import told_by_totals, totals
-from drake_navbench.campaign.asked import request_from_arguments, short_form
+from drake_navbench.campaign.asked import listed_controllers, request_from_arguments, short_form
 from drake_navbench.campaign.campaign import DEFAULT_TRIALS, Campaign, plan_campaign
 from drake_navbench.campaign.cluster import require_cluster
+from drake_navbench.campaign.compile_progress import CompileProgress
 from drake_navbench.campaign.console import CampaignProgress, print_scenario, terminal
 from drake_navbench.campaign.driving import Undriven, run_campaign
 from drake_navbench.campaign.manifest import (
@@ -34,12 +35,7 @@ from drake_navbench.campaign.replays import write_replays
 from drake_navbench.campaign.request import Request
 from drake_navbench.campaign.run_results import Results
 from drake_navbench.campaign.suite_console import print_rank_changes, print_totals
-from drake_navbench.campaign.warm_up import (
-    cold_columns,
-    start_worker_server,
-    warm_up,
-    warm_up_planners,
-)
+from drake_navbench.campaign.warm_up import cold_parts, start_worker_server, warm_up
 from drake_navbench.errors import NavbenchError, printable
 from drake_navbench.inputs.presets import Preset, resolved_parameters
 from drake_navbench.inputs.scenario import Scenario
@@ -55,25 +51,32 @@ PRINTED_IN_SWEEP = {SUCCEEDED: "share", "time_to_goal_s": "s", "min_clearance_m"
 
 
 def run_benchmark(
-    scenarios: Sequence[str | Scenario] = (),
-    controllers: Sequence[str | Preset] = (),
+    scenarios: str | Scenario | Sequence[str | Scenario] = (),
+    controllers: str | Preset | Sequence[str | Preset] = (),
     *,
     trials: int = DEFAULT_TRIALS,
     seed: int = 0,
     jobs: int | None = None,
     robot: str = DEFAULT_ROBOT,
     out: str | Path | None = None,
-    sweeps: Sequence[str] = (),
+    sweeps: str | Sequence[str] = (),
     samples: int | None = None,
 ) -> Results:
     """Runs a benchmark and returns its trials: a table with the metrics, and their logs.
 
-    The arguments are those of the command line. `out` keeps the logs in a new folder, of which
+    The arguments are those of the command line; several controllers may be one string with commas,
+    as there. `out` keeps the logs in a new folder, of which
     `python -m drake_navbench.report` makes a report; `--resume` goes on with it unless a
     Preset or Scenario was given, which a manifest cannot name. Raises InputError where one is
     wrong, NavbenchError where trials came to no end by something that they did not do.
     """
     out = None if out is None else Path(out).absolute()
+    scenarios = [scenarios] if isinstance(scenarios, str | Scenario) else list(scenarios)
+    sweeps = [sweeps] if isinstance(sweeps, str) else list(sweeps)
+    if isinstance(controllers, str):
+        controllers = listed_controllers(controllers)
+    elif isinstance(controllers, Preset):
+        controllers = [controllers]
     names = [c if isinstance(c, str) else c.name for c in controllers]
     scenario_names = [s if isinstance(s, str) else s.name for s in scenarios]
     is_told_by_names = [*names, *scenario_names] == [*controllers, *scenarios]
@@ -85,7 +88,7 @@ def run_benchmark(
         "seed": seed,
         "robot": robot,
         "replay": "none",
-        "sweeps": list(sweeps),
+        "sweeps": sweeps,
         "samples": samples,
     }
     request = validate(Request, asked, "run_benchmark")
@@ -110,9 +113,10 @@ def run_benchmark(
     return Results(table, folder.path, temporary)
 
 
-def run_from_command_line(arguments: argparse.Namespace) -> bool:
+def run_from_command_line(arguments: argparse.Namespace, *, began_s: float) -> bool:
     """Does what the command line asks; returns whether any trial ended in an error.
 
+    began_s: of `time.perf_counter` when the command began, for the time that it took in all.
     Raises InputError, before anything is written, where the input is wrong.
     """
     console = terminal(quiet=arguments.quiet)
@@ -159,7 +163,13 @@ def run_from_command_line(arguments: argparse.Namespace) -> bool:
                 require_writable(folder.path)
                 begin(folder, campaign, request, jobs)
             return _run(
-                request, campaign, folder, jobs=jobs, console=console, cluster=arguments.cluster
+                request,
+                campaign,
+                folder,
+                jobs=jobs,
+                console=console,
+                began_s=began_s,
+                cluster=arguments.cluster,
             )
     except KeyboardInterrupt:
         console.print(
@@ -184,14 +194,12 @@ def _run(
     *,
     jobs: int,
     console: Console,
+    began_s: float,
     cluster: str | None = None,
 ) -> bool:
     if line := cache_folder.notice():
         console.print(line)
-    if columns := cold_columns(campaign.specs):
-        console.print("Compiling the kernels, once for this installation (up to a minute) ...")
-        warm_up(columns, jobs=jobs)
-    warm_up_planners(campaign.specs)
+    _compile_cold_parts(campaign, console, jobs)
     started = time.perf_counter()
     start_worker_server()
     # The report and its figures take as long to import as the server of the workers to start.
@@ -232,14 +240,29 @@ def _run(
     driven_s = float(trials["simulated_time_s"].sum())
     count = f"{len(trials)} trial{'s' if len(trials) > 1 else ''}"
     console.print(
-        f"{count}, {driven_s:.0f} s of driving, in {wall_s:.0f} s. "
-        f"Open {folder.path / ('sweep.html' if campaign.sweep else 'report.html')}"
+        f"{count}, {driven_s:.0f} s of driving, in {time.perf_counter() - began_s:.0f} s, "
+        f"of which the trials took {wall_s:.0f} s. "
+        f"Open {folder.path / ('sweep.html' if campaign.sweep else 'report.html')}",
+        soft_wrap=True,
     )
     errors = trials[trials["outcome"] == Outcome.ERROR]
     for row in errors.itertuples():
         where = f"{row.scenario}, {row.controller}, trial {row.trial}"
         _print_error(f"error: {where}: {row.reason}")
     return bool(undriven) or not errors.empty
+
+
+def _compile_cold_parts(campaign: Campaign, console: Console, jobs: int) -> None:
+    """Has the kernels compiled that the trials need and that nobody has needed before."""
+    cold = cold_parts(campaign.specs)
+    if not cold.names:
+        return
+    parts = ", ".join(cold.names)
+    console.print(
+        printable(f"Compiling what is needed for the first time: {parts}"), soft_wrap=False
+    )
+    with CompileProgress(console, cache_folder.kernel_folder()) as progress:
+        warm_up(cold, jobs=jobs, on_progress=progress.update)
 
 
 def _print_tables(
@@ -249,7 +272,8 @@ def _print_tables(
     impossible = {spec.scenario.name for spec in campaign.specs if spec.scenario.is_impossible}
     if campaign.sweep:
         for scenario, rows in long_table(trials, campaign.sweep).groupby("scenario", sort=False):
-            print_scenario(console, response_table(rows, PRINTED_IN_SWEEP), str(scenario))
+            table = response_table(rows, swept_fields(campaign.sweep), PRINTED_IN_SWEEP)
+            print_scenario(console, table, str(scenario))
     else:
         for scenario in dict.fromkeys(trials["scenario"]):
             if scenario not in told:

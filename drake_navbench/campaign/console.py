@@ -101,7 +101,7 @@ def print_scenario(
     note = f": {IMPOSSIBLE}" if is_impossible else ""
     console.print(Text(f"{scenario}{note}", style="bold"))
     for block in _blocks(console, table):
-        if _fits(console, block):
+        if fits(console, _shown(block)):
             console.print(_shown(block))
         else:
             _print_as_list(console, block)
@@ -114,15 +114,15 @@ def _blocks(console: Console, table: pd.DataFrame) -> list[pd.DataFrame]:
     for parts in range(1, count + 1):
         bounds = [round(part * count / parts) for part in range(parts + 1)]
         blocks = [table.iloc[:, first:last] for first, last in pairwise(bounds)]
-        if all(_fits(console, block) for block in blocks):
+        if all(fits(console, _shown(block)) for block in blocks):
             break
     return blocks
 
 
-def _fits(console: Console, block: pd.DataFrame) -> bool:
+def fits(console: Console, table: Table) -> bool:
     """Tells whether a table can be printed with nothing in it wrapped."""
     unlimited = console.options.update(max_width=MAX_WIDTH)
-    return Measurement.get(console, unlimited, _shown(block)).maximum <= console.width
+    return Measurement.get(console, unlimited, table).maximum <= console.width
 
 
 def _shown(table: pd.DataFrame) -> Table:

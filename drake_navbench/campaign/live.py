@@ -9,7 +9,7 @@ from rich.console import Console
 
 from drake_navbench.analysis.replay.live_scene import Course, LiveScene
 from drake_navbench.analysis.replay.scene import goal_tolerance_m
-from drake_navbench.analysis.replay.stage import make_meshcat
+from drake_navbench.analysis.replay.stage import make_meshcat, without_late_texture_warnings
 from drake_navbench.campaign.campaign import Campaign
 from drake_navbench.campaign.live_server import LiveServer
 from drake_navbench.log import Outcome
@@ -26,7 +26,7 @@ def show_live(campaign: Campaign, console: Console, *, realtime_rate: float = RE
     """
     meshcat = make_meshcat()
     any_error = False
-    with LiveServer(meshcat.web_url()) as server:
+    with LiveServer(meshcat.web_url()) as server, without_late_texture_warnings():
         console.print(f"Open {server.address} in a browser. Ctrl-C ends it.")
         for spec in campaign.specs:
             scene = LiveScene(

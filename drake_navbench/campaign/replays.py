@@ -59,11 +59,12 @@ def _write_scenario(
     if not driven:
         return
     write_whole(
-        folder.replay_path(scenario), lambda path: write_race_replay(driven, path, model=model)
+        folder.replay_path(scenario),
+        lambda path: write_race_replay(driven, path, model=model, columns=columns),
     )
     if each:
         for log in driven:
             write_whole(
                 folder.replay_path(scenario, log.info["controller"]),
-                partial(write_trial_replay, log, model=model),
+                partial(write_trial_replay, log, model=model, columns=columns),
             )

@@ -69,17 +69,22 @@ class Results:
         """
         from drake_navbench.analysis.replay import write_race_replay, write_trial_replay
 
+        columns = list(dict.fromkeys(self.trials["controller"]))
         if controller is not None:
             path = ResultsFolder(self.path).log_path(scenario, controller, trial)
             log, page = self.log(scenario, controller, trial), path.with_suffix(".html")
-            write_whole(page, lambda file: write_trial_replay(log, file, model=model_of(log)))
+            write_whole(
+                page,
+                lambda file: write_trial_replay(log, file, model=model_of(log), columns=columns),
+            )
             return ReplayPage(page)
-        names = dict.fromkeys(self.trials["controller"])
-        logs = [self.log(scenario, name, trial) for name in names]
+        logs = [self.log(scenario, name, trial) for name in columns]
         driven = [log for log in logs if len(log.samples)]
         if not driven:
             raise InputError(f"{scenario}: no trial came to its first sample; nothing to show")
         page = ResultsFolder(self.path).replay_path(scenario)
         model = model_of(driven[0])
-        write_whole(page, lambda file: write_race_replay(driven, file, model=model))
+        write_whole(
+            page, lambda file: write_race_replay(driven, file, model=model, columns=columns)
+        )
         return ReplayPage(page)

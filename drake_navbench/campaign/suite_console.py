@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from textwrap import wrap
 
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
+from rich.console import Console, JustifyMethod
 from rich.table import Table
 from rich.text import Text
 
@@ -13,6 +14,7 @@ from drake_navbench.analysis.numbers import number
 from drake_navbench.analysis.rank_changes import RankChange, sentence
 from drake_navbench.analysis.statistics import Interval, Summary
 from drake_navbench.analysis.totals import Share, Total
+from drake_navbench.campaign.console import NAME_WIDTH, fits
 
 HEADINGS = ("controller", "density", "worlds", "success", "collided", "scored", "BARN score")
 
@@ -21,15 +23,26 @@ def print_totals(console: Console, totals: Sequence[Total]) -> None:
     """Prints a table a suite: shares in percent and scores, with their 95% intervals."""
     for suite in dict.fromkeys(total.suite for total in totals):
         console.print(Text(f"{suite}: totals over its worlds, with 95% intervals", style="bold"))
-        table = Table(box=SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0))
-        for heading in HEADINGS:
-            is_name = heading in ("controller", "density")
-            table.add_column(heading, justify="left" if is_name else "right", no_wrap=not is_name)
-        for total in totals:
-            if total.suite == suite:
-                table.add_row(*_cells(total))
-        console.print(table)
+        own = [total for total in totals if total.suite == suite]
+        wide, narrow = (_totals_table(own, is_narrow=is_narrow) for is_narrow in (False, True))
+        console.print(wide if fits(console, wide) else narrow)
         console.print()
+
+
+def _totals_table(totals: Sequence[Total], *, is_narrow: bool) -> Table:
+    """Returns a table a line a total; a narrow one has intervals and long names on more lines."""
+    table = Table(box=SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0))
+    for heading in HEADINGS:
+        is_name = heading in ("controller", "density")
+        table.add_column(heading, justify="left" if is_name else "right", no_wrap=True)
+    for total in totals:
+        cells = _cells(total)
+        if is_narrow:
+            name, *others = cells
+            lines = "\n".join(wrap(name, NAME_WIDTH))
+            cells = [lines, *(text.replace(" (", "\n").rstrip(")") for text in others)]
+        table.add_row(*cells)
+    return table
 
 
 def print_rank_changes(console: Console, changes: Sequence[RankChange]) -> None:
@@ -39,11 +52,13 @@ def print_rank_changes(console: Console, changes: Sequence[RankChange]) -> None:
         console.print(Text(sentence(own), style="bold"))
         table = Table(box=SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0))
         for heading in ("controller", "arrived", "", "rank", "", "change"):
-            table.add_column(heading, justify="left" if heading == "controller" else "right")
+            # Of all columns the words of a change may take several lines.
+            justify: JustifyMethod = "left" if heading == "controller" else "right"
+            table.add_column(heading, justify=justify, no_wrap=heading != "change")
         for change in own:
             clean, harsh = change.clean, change.harsh
             table.add_row(
-                change.controller,
+                "\n".join(wrap(change.controller, NAME_WIDTH)),
                 f"{clean.arrived}/{clean.trials}",
                 f"{harsh.arrived}/{harsh.trials}",
                 clean.text,

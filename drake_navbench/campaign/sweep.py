@@ -10,9 +10,9 @@ from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
-from pydantic import BaseModel
 
-from drake_navbench.errors import InputError, nearest_name_hint
+from drake_navbench.campaign.sweep_fields import ROBOT, SCENARIO, owner_of
+from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot, merged, overridden
 from drake_navbench.inputs.scenario import Scenario
@@ -21,9 +21,6 @@ from drake_navbench.typed_files.typed_yaml import parse_yaml, validate
 
 # Of all axes together; each is driven by every controller in every scenario.
 MAX_POINTS = 10_000
-# Fields of robot and scenario that a trial does not depend on, or that are set from elsewhere.
-WITHOUT_EFFECT = {"description", "directory", "model", "name", "robot_overrides"}
-ROBOT, SCENARIO = "robot", "scenario"
 RANGE = re.compile(r"([^:,]+):([^:,]+)(?::([^:,]+)(:log)?)?")
 # Enough to tell values apart; more would make names that nobody reads.
 SHOWN_DIGITS = 6
@@ -160,7 +157,7 @@ def expand(
     scenario. Raises InputError for a field that nobody has, or a value that it cannot take.
     """
     columns = {preset.name: preset for preset in presets}
-    owners = {field: _owner(field, columns) for point in points[:1] for field in point}
+    owners = {field: owner_of(field, columns) for point in points[:1] for field in point}
     for scenario in scenarios:
         shared: dict[str, tuple[dict[str, Any], list[Mapping[str, Any]]]] = {}
         for point in points:
@@ -178,26 +175,6 @@ def expand(
                     variant = column_at(preset, given)
                     driven.setdefault(variant.name, (variant, name, given))
             yield SweptScenario(changed, scenario.name, values, tuple(driven.values()))
-
-
-def _owner(field: str, columns: Mapping[str, Preset]) -> str:
-    """Returns the column that a field belongs to, or ROBOT or SCENARIO."""
-    before, dot, rest = field.partition(".")
-    if dot and before in columns:
-        return before
-    is_told = dot and before in (ROBOT, SCENARIO)
-    first = rest.partition(".")[0] if is_told else before
-    candidates = [before] if is_told else [ROBOT, SCENARIO]
-    models: dict[str, type[BaseModel]] = {ROBOT: Robot, SCENARIO: Scenario}
-    fields = {owner: set(models[owner].model_fields) - WITHOUT_EFFECT for owner in candidates}
-    for owner, names in fields.items():
-        if first in names:
-            return owner
-    known = [*columns, *set().union(*fields.values())]
-    raise InputError(
-        f"--sweep {field}: expected COLUMN.PARAMETER, or a field of the robot or the scenario, "
-        f"got {first!r}{nearest_name_hint(first, known)}"
-    )
 
 
 def _scenario_at(

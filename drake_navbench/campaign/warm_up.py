@@ -1,16 +1,20 @@
-"""Compiles the kernels, once for an installation, and starts the server of the workers."""
+"""Compiles the kernels that trials need and nobody has needed before; starts the workers' server.
+
+What has kernels of its own is a part of a trial: its controller, its people, its planner and so on.
+The parts whose kernels are compiled are kept in a list, see `compiled_parts`.
+"""
 
 from __future__ import annotations
 
 import gc
 import inspect
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from drake_navbench.processes.compiled_columns import compiled_columns, note_compiled
+from drake_navbench.processes.compiled_parts import compiled_parts, note_compiled
 from drake_navbench.processes.workers import Task, run_tasks, start_server
 
 if TYPE_CHECKING:
@@ -21,6 +25,10 @@ PRELOAD_MODULE = "drake_navbench.campaign.worker_preload"
 # Together they plan with a smoother and with filters, recover, and begin with a turn.
 WARM_UP_SCENARIOS = ("one_obstacle", "speed_zone", "dead_end")
 WARM_UP_S = 0.1
+# Long enough that everything in a world has moved, sensed and been measured.
+WORLD_WARM_UP_S = 1.0
+# Drives where only the world is to be compiled.
+WORLD_COLUMN = "rpp"
 # With and without obstacles, on straight and winding plans.
 SCENES = 5
 # The compiler makes millions of objects that live on: to look through them all for garbage every
@@ -33,25 +41,87 @@ def start_worker_server() -> None:
     start_server([PRELOAD_MODULE])
 
 
-def cold_columns(specs: Sequence[TrialSpec]) -> list[TrialSpec]:
-    """Returns a specification for each column with a controller of ours that is not compiled yet.
+@dataclass(frozen=True)
+class Cold:
+    """Trials with parts that are not compiled yet.
 
-    Others' are left to the trials: they may do anything when they are called.
+    columns: one for each such controller. worlds: one for each other such part. names: of the
+    parts, as a user is told of them.
     """
-    compiled = compiled_columns()
+
+    columns: tuple[TrialSpec, ...]
+    worlds: tuple[TrialSpec, ...]
+    names: tuple[str, ...]
+
+
+def cold_parts(specs: Sequence[TrialSpec]) -> Cold:
+    """Returns the trials that have something to compile.
+
+    Controllers of somebody else are left to the trials: they may do anything when they are called.
+    """
+    compiled = compiled_parts()
     columns = {_column_name(spec): spec for spec in specs if not spec.code_owner}
-    return [spec for name, spec in columns.items() if name not in compiled]
+    cold_columns = {name: spec for name, spec in columns.items() if name not in compiled}
+    with_columns = {
+        part
+        for column in list(cold_columns.values())[:1]
+        for spec in warm_up_specs(column)
+        for part in world_parts(spec)
+    }
+    worlds: dict[str, TrialSpec] = {}
+    # Columns of a scenario share its world, unless one brings a robot of its own.
+    for spec in {(spec.scenario.name, id(spec.robot)): spec for spec in specs}.values():
+        for part in world_parts(spec):
+            if part not in compiled and part not in with_columns:
+                worlds.setdefault(part, spec)
+    drivers = {id(spec): spec for spec in worlds.values()}
+    return Cold(
+        tuple(cold_columns.values()), tuple(drivers.values()), (*cold_columns, *sorted(worlds))
+    )
 
 
-def warm_up(columns: Sequence[TrialSpec], *, jobs: int) -> None:
-    """Has the kernels compiled that columns need, in up to `jobs` processes side by side.
+def world_parts(spec: TrialSpec) -> set[str]:
+    """Returns the parts of a trial that have kernels of their own, but for the controller."""
+    robot, navigation = spec.robot, spec.robot.navigation
+    costmaps = navigation.local_costmap, navigation.global_costmap
+    worlds = [spec.scenario.world, *(floor.world for floor in spec.scenario.floors)]
+    crowds = [world.people for world in worlds if world.people is not None]
+    switches = {
+        "AMCL": robot.localization.amcl,
+        "the collision monitor": navigation.collision_monitor,
+        "moving obstacles": any(world.moving_obstacles for world in worlds),
+        "depth sensors": robot.depth_sensors,
+    }
+    return {
+        f"drive {robot.drive.type}",
+        f"drive {getattr(robot.drive, 'physics', 'ideal')}",
+        "a round body" if robot.is_circle else "an outline",
+        f"planner {navigation.planner.plugin.rpartition('::')[2]}",
+        f"smoother {navigation.smoother.type}",
+        *(f"layer {name}" for costmap in costmaps for name in costmap.plugins),
+        *(
+            "recorded people" if people.recording else f"people ({people.model})"
+            for people in crowds
+        ),
+        *(name for name, is_there in switches.items() if is_there),
+    }
 
-    Whatever goes wrong is left for the trials to meet.
+
+def warm_up(
+    cold: Cold, *, jobs: int, on_progress: Callable[[int, int], None] = lambda done, total: None
+) -> None:
+    """Has kernels compiled, in up to `jobs` processes side by side.
+
+    on_progress: is told how many of how many steps are done. Whatever goes wrong is left for the
+    trials to meet.
     """
     start_worker_server()
-    for _ in run_tasks(list(_warm_up_tasks(columns)), jobs=jobs):
-        pass
-    note_compiled(map(_column_name, columns))
+    tasks = list(_warm_up_tasks(cold))
+    on_progress(0, len(tasks))
+    for done, _ in enumerate(run_tasks(tasks, jobs=jobs), start=1):
+        on_progress(done, len(tasks))
+    driven = [spec for column in cold.columns[:1] for spec in warm_up_specs(column)]
+    note_compiled({*cold.names, *(part for spec in driven for part in world_parts(spec))})
 
 
 def warm_up_specs(column: TrialSpec) -> list[TrialSpec]:
@@ -95,32 +165,47 @@ def decide_in_scenes(column: TrialSpec) -> int:
 
 
 def drive_briefly(column: TrialSpec) -> None:
-    """Drives a column for a moment."""
+    """Drives a column for a moment, and measures it."""
+    from drake_navbench.analysis.tables import trial_row
     from drake_navbench.trial.trial import simulate
 
     _collect_rarely()
     for spec in warm_up_specs(column):
-        simulate(spec)
+        trial_row(simulate(spec))
 
 
-def warm_up_planners(specs: Sequence[TrialSpec]) -> None:
-    """Has the kernels of planners compiled that the default robot does not use.
+def drive_world_briefly(spec: TrialSpec) -> None:
+    """Drives a trial's robot through its world for a moment, and measures it.
 
-    Theirs take so long that a worker that compiled them might look as if it hung.
+    A simple controller drives: one of somebody else is left to the trials.
     """
-    from drake_navbench.trial.planning import compile_planner
+    from drake_navbench.analysis.tables import trial_row
+    from drake_navbench.inputs.presets import load_preset
+    from drake_navbench.trial.trial import simulate
 
-    for robot in {spec.robot.navigation.planner.plugin: spec.robot for spec in specs}.values():
-        compile_planner(robot)
+    _collect_rarely()
+    scenario = spec.scenario.model_copy(update={"timeout_s": WORLD_WARM_UP_S})
+    trial_row(
+        simulate(
+            replace(
+                spec,
+                scenario=scenario,
+                preset=load_preset(WORLD_COLUMN),
+                compute_times_ms=None,
+            )
+        )
+    )
 
 
-def _warm_up_tasks(columns: Sequence[TrialSpec]) -> Iterator[Task]:
+def _warm_up_tasks(cold: Cold) -> Iterator[Task]:
     """Yields what has most to compile first, in an order in which few compile the same."""
-    for column in columns[:1]:
+    for column in cold.columns[:1]:
         yield Task(drive_briefly, (column,))
-    for column in sorted(columns[1:], key=_size_of_code, reverse=True):
+    for column in sorted(cold.columns[1:], key=_size_of_code, reverse=True):
         yield Task(decide_in_scenes, (column,))
-    for column in columns[1:]:
+    for spec in cold.worlds:
+        yield Task(drive_world_briefly, (spec,))
+    for column in cold.columns[1:]:
         yield Task(drive_briefly, (column,))
 
 

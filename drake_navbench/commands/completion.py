@@ -10,7 +10,7 @@ import argparse
 from collections.abc import Sequence
 from importlib import import_module
 
-from drake_navbench.command_line import CommandParser
+from drake_navbench.command_line import EXIT_DONE, CommandParser, print_text
 
 PROGRAM = "drake-navbench"
 SHELLS = ("bash", "zsh", "tcsh")
@@ -47,5 +47,5 @@ def main(argv: Sequence[str] | None = None) -> int:
     shell = build_parser().parse_args(argv).shell
     import shtab
 
-    print(shtab.complete(whole_parser(), shell))
-    return 0
+    print_text(f"{shtab.complete(whole_parser(), shell)}\n")
+    return EXIT_DONE

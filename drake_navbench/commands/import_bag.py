@@ -22,6 +22,7 @@ def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
     parser = CommandParser(
         prog="python -m drake_navbench import-bag",
+        usage="%(prog)s BAG [BAG ...] --out DIR [OPTIONS]",
         description="Makes trials of recordings (MCAP, rosbag2, ROS 1) of a real or simulated "
         "robot, one for each goal that it was given, and measures them like any others.",
         epilog="exit status: 0 done, 1 a worker was ended from outside, 2 wrong input",

@@ -13,16 +13,19 @@ from pathlib import Path
 from drake_navbench.command_line import CommandParser, exit_status_of, positive_number
 
 EPILOG = """\
-a suite is a YAML file with name, version, scenarios, trials, robot, and seeds unless it is sealed
+a suite is a YAML file with name, version, scenarios, trials, robot, and seeds
+unless it is sealed
 
 example:
-  python -m drake_navbench leaderboard seal suite.yaml --secret ~/suite_seeds.yaml
-  python -m drake_navbench leaderboard reveal suite.yaml --secret ~/suite_seeds.yaml
-  python -m drake_navbench run doorway --controllers rpp --trials 8 --seed SEED --out results/rpp
-  python -m drake_navbench leaderboard enter results/rpp --suite suite.yaml
-  python -m drake_navbench leaderboard build results/rpp --suite suite.yaml --out board
+  drake-navbench leaderboard seal suite.yaml --secret ~/suite_seeds.yaml
+  drake-navbench leaderboard reveal suite.yaml --secret ~/suite_seeds.yaml
+  drake-navbench run doorway --controllers rpp --trials 8 --seed SEED \\
+      --out results/rpp
+  drake-navbench leaderboard enter results/rpp --suite suite.yaml
+  drake-navbench leaderboard build results/rpp --suite suite.yaml --out board
 
-exit status: 0 done, 2 wrong input, such as an entry that is refused, 130 interrupted
+exit status: 0 done, 2 wrong input, such as an entry that is refused,
+130 interrupted
 """
 
 

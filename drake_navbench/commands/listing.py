@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.table import Table
 
 from drake_navbench.campaign.console import terminal
-from drake_navbench.command_line import CommandParser
+from drake_navbench.command_line import CommandParser, exit_status_of
 from drake_navbench.errors import InputError, printable
 from drake_navbench.inputs.presets import load_preset, preset_files
 from drake_navbench.inputs.robot import ROBOT_FILES
@@ -78,5 +78,4 @@ def main(argv: Sequence[str] | None = None) -> int:
         prog="python -m drake_navbench list",
         description="Lists scenarios, controllers, robots, and installed plugins of others.",
     ).parse_args(argv)
-    print_listing(terminal())
-    return 0
+    return exit_status_of(lambda: print_listing(terminal()))

@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from drake_navbench.command_line import CommandParser, exit_status_of
@@ -68,16 +69,23 @@ def render(log_path: Path, path: Path, model: Path | None) -> None:
 
     from drake_navbench.analysis.replay import write_trial_replay
     from drake_navbench.log import TrialLog
-    from drake_navbench.results import write_whole
+    from drake_navbench.results import ResultsFolder, write_whole
 
     log = TrialLog.read(log_path)
     if log.samples.empty:
         raise InputError(f"{log_path}: the trial ended before its first sample; nothing to show")
     if model is not None and not model.is_file():
         raise InputError(f"--model {model}: no such file")
+    columns: list[str] = []
+    # A log may lie anywhere; in a results folder its colour is that of the report.
+    with suppress(InputError, IndexError):
+        columns = list(ResultsFolder(log_path.absolute().parents[3]).read_manifest()["controllers"])
     shown = model or _built_in_model(log.info["robot"].get("model"))
     try:
-        write_whole(path, lambda unfinished: write_trial_replay(log, unfinished, model=shown))
+        write_whole(
+            path,
+            lambda unfinished: write_trial_replay(log, unfinished, model=shown, columns=columns),
+        )
     except ValidationError as error:
         fault = error.errors()[0]
         place = ".".join(map(str, fault["loc"]))

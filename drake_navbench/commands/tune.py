@@ -22,11 +22,12 @@ from drake_navbench.command_line import (
 
 EPILOG = """\
 example:
-  python -m drake_navbench tune rpp --scenarios doorway,one_obstacle --held-out static_obstacles \\
-      --objectives time,clearance,jerk --out tuning/rpp
+  drake-navbench tune rpp --scenarios doorway,one_obstacle \\
+      --held-out static_obstacles --objectives time,clearance,jerk \\
+      --out tuning/rpp
 
-exit status: 0 done, 1 a trial came to no end, 2 wrong input or a full disk, 130 interrupted (the
-same command goes on after a full disk or an interruption)
+exit status: 0 done, 1 a trial came to no end, 2 wrong input or a full disk, 130
+interrupted (the same command goes on after a full disk or an interruption)
 """
 
 
@@ -34,10 +35,10 @@ def build_parser() -> argparse.ArgumentParser:
     """Returns the parser of the command line."""
     parser = CommandParser(
         prog="python -m drake_navbench tune",
-        description="Searches parameters of a preset that beat it in several objectives at once, "
-        "then tells what is left of them on fresh seeds and in scenarios that the search has not "
-        "seen. A set that touches anything is out: every search also drives a closed way and "
-        "random worlds for that.",
+        description="Searches parameters of a preset that beat it in several objectives at\n"
+        "once, then tells what is left of them on fresh seeds and in scenarios that the\n"
+        "search has not seen. A set that touches anything is out: every search also\n"
+        "drives a closed way and random worlds for that.",
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

@@ -1,39 +1,63 @@
-"""A folder for compiled kernels and fonts where the usual ones cannot be written.
+"""Folders for what is expensive to make again: compiled kernels, fonts, builds of Nav2.
 
-numba keeps compiled kernels beside the code or in the user's cache, and refuses to start where it
-may write into neither; matplotlib complains in every process.
+Kernels are kept with the user, never beside the code: an installation that is removed leaves
+nothing behind, and one that cannot be written works. Each installation has its own folder, known by
+its path, so that two trees never compile each other's kernels anew.
 """
 
 from __future__ import annotations
 
+import hashlib
 import os
 import stat
+import sys
 import tempfile
 from pathlib import Path
 
 NUMBA_VARIABLE, MATPLOTLIB_VARIABLE = "NUMBA_CACHE_DIR", "MPLCONFIGDIR"
+# Which folder for kernels is ours and not the user's choice; processes of this one inherit it, and
+# so does a process of another installation that one of them starts.
+OWN_VARIABLE = "DRAKE_NAVBENCH_KERNELS"
 INSTALLATION = Path(__file__).parents[1]
+KERNELS = "kernels"
+DIGEST_LENGTH = 12
 
 
 def provide_cache_folder() -> None:
-    """Names a folder of this user's among the temporary ones, unless a usual one will do.
+    """Tells numba, and where it must matplotlib, where to keep what they compile.
 
-    It is named in the environment, so that every process of a run finds it.
+    The folder is named in the environment, so that every process of a run finds it. One that the
+    user has named stays.
     """
-    if _can_be_written(_user_cache()):
+    if not _can_be_written(_user_cache()):
+        os.environ.setdefault(MATPLOTLIB_VARIABLE, _own_temporary_folder())
+    given = os.environ.get(NUMBA_VARIABLE)
+    is_ours = not given or given == os.environ.get(OWN_VARIABLE)
+    if not is_ours or (given and Path(given).name == installation_digest()):
         return
-    folder = _own_temporary_folder()
-    os.environ.setdefault(MATPLOTLIB_VARIABLE, folder)
-    if not _can_be_written(INSTALLATION):
-        os.environ.setdefault(NUMBA_VARIABLE, folder)
+    folder = str(user_cache_folder() / KERNELS / installation_digest())
+    os.environ[NUMBA_VARIABLE] = os.environ[OWN_VARIABLE] = folder
+    if "numba.core.config" in sys.modules:
+        # It has read the environment already.
+        sys.modules["numba.core.config"].reload_config()
+
+
+def kernel_folder() -> Path:
+    """Returns where this installation's compiled kernels are kept."""
+    return Path(os.environ[NUMBA_VARIABLE])
+
+
+def installation_digest() -> str:
+    """Returns what tells this installation's folder from those of others."""
+    return hashlib.sha256(str(INSTALLATION).encode()).hexdigest()[:DIGEST_LENGTH]
 
 
 def notice() -> str:
-    """Returns the line that tells of it, '' where the usual folders are used."""
+    """Returns the line that tells of a folder among the temporary ones, '' where there is none."""
     folder = os.environ.get(NUMBA_VARIABLE, "")
-    if not folder or folder != _name_of_temporary_folder():
+    if not folder.startswith(f"{_name_of_temporary_folder()}{os.sep}"):
         return ""
-    return f"Neither the installation nor the home can be written: kernels are kept in {folder}"
+    return f"The user's cache folder cannot be written: kernels are kept in {folder}"
 
 
 def user_cache_folder() -> Path:

@@ -10,16 +10,20 @@ from __future__ import annotations
 import json
 import os
 import re
+import shutil
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
 
+from drake_navbench.processes.cache_folder import installation_digest, kernel_folder
+
 # Set for the processes that this one starts: they need not look again.
 CHECKED_VARIABLE = "DRAKE_NAVBENCH_KERNELS_CHECKED"
 TABLE_NAME = "kernel_sources.json"
-# Of the list of columns whose kernels are compiled, see compiled_columns.py.
-COLUMNS_NAME = "compiled_columns.json"
+NOTE_NAME = "installation.txt"
+# Of the list of parts whose kernels are compiled, see compiled_parts.py.
+PARTS_NAME = "compiled_parts.json"
 IMPORT = re.compile(
     r"^\s*(?:from|import)\s+([\w.]+)(?:\s+import\s+(\([^)]*\)|[^\n]*))?", re.MULTILINE
 )
@@ -42,15 +46,16 @@ def packages_with_kernels() -> dict[str, Path]:
 def forget_stale_kernels(packages: Mapping[str, Path]) -> list[str]:
     """Removes compiled kernels of modules that have changed, or that import one that has.
 
-    packages: folders by the names of the packages in them; the first one keeps the table of what
-    their files were like. Returns the names of these modules. Where the folder cannot be written,
-    nothing is kept there either, and nothing is done.
+    packages: folders by the names of the packages in them. Returns the names of these modules.
+    Where the folder of the kernels cannot be written, nothing is kept there, and nothing is done.
     """
-    if os.environ.get(CHECKED_VARIABLE):
+    installation = str(next(iter(packages.values())))
+    # A process of another installation that this one starts has to look for itself.
+    if os.environ.get(CHECKED_VARIABLE) == installation:
         return []
-    os.environ[CHECKED_VARIABLE] = "1"
-    cache = next(iter(packages.values())) / "__pycache__"
-    table = cache / TABLE_NAME
+    os.environ[CHECKED_VARIABLE] = installation
+    cache = kernel_folder()
+    table = cache / f"{installation_digest()}.{TABLE_NAME}"
     modules = dict(_modules(packages))
     now = {name: _stamp(path) for name, path in modules.items()}
     before = _read(table)
@@ -62,9 +67,11 @@ def forget_stale_kernels(packages: Mapping[str, Path]) -> list[str]:
         changed = {name for name in now.keys() | before.keys() if now.get(name) != before.get(name)}
         stale = _with_importers(changed, modules)
     try:
-        cache.mkdir(exist_ok=True)
-        if sum(_forget(modules[name]) for name in stale & modules.keys()):
-            (cache / COLUMNS_NAME).unlink(missing_ok=True)
+        cache.mkdir(parents=True, exist_ok=True)
+        if _forget([modules[name] for name in stale & modules.keys()], cache):
+            (cache / f"{installation_digest()}.{PARTS_NAME}").unlink(missing_ok=True)
+        if before is None:
+            _begin_folder(cache, installation)
         _write(table, now)
     except OSError:
         return []
@@ -112,18 +119,37 @@ def _imports(path: Path) -> Iterator[str]:
             yield f"{module}.{name}"
 
 
-def _forget(source: Path) -> int:
-    """Removes a module's compiled kernels; returns how many files there were."""
+def _forget(sources: Iterable[Path], cache: Path) -> int:
+    """Removes the compiled kernels of modules; returns how many files there were.
+
+    numba keeps those of FOLDER/module.py as FOLDER_<digest of the path>/module.<kernel>.nbi. Those
+    of somebody else's module of the same name and folder are removed too, and compiled again.
+    """
+    names = {(source.parent.name, source.stem) for source in sources}
     found = [
         path
-        for kind in ("nbi", "nbc")
-        for path in (source.parent / "__pycache__").glob(f"{source.stem}.*.{kind}")
+        for path in cache.glob("*/*.nb[ic]")
+        if (path.parent.name.rpartition("_")[0], path.name.partition(".")[0]) in names
     ]
     for path in found:
         # Another process may do the same.
         with suppress(FileNotFoundError):
             path.unlink()
     return len(found)
+
+
+def _begin_folder(cache: Path, installation: str) -> None:
+    """Notes whose kernels a new folder holds; removes the folders of installations that are gone.
+
+    A folder that the user has named is left alone.
+    """
+    if cache.name != installation_digest():
+        return
+    for note in cache.parent.glob(f"*/{NOTE_NAME}"):
+        with suppress(OSError, ValueError):
+            if not Path(note.read_text(encoding="utf-8")).exists():
+                shutil.rmtree(note.parent, ignore_errors=True)
+    (cache / NOTE_NAME).write_text(installation, encoding="utf-8")
 
 
 def _read(table: Path) -> dict[str, Stamp] | None:

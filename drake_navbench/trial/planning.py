@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -19,9 +18,8 @@ from drake_navbench.kernels.grid import FREE, LETHAL, Costmap, Grid
 from drake_navbench.kernels.path_geometry import path_from_elements, path_from_polyline
 from drake_navbench.kernels.rasterize import mark_polygon
 from drake_navbench.navigation.behavior_tree.board import SmoothPath
-from drake_navbench.navigation.planner import Planner, PlanningError
+from drake_navbench.navigation.planner import Planner
 from drake_navbench.navigation.planner_settings import make_planner
-from drake_navbench.navigation.smac_planner_hybrid_parameters import SmacPlannerHybridParameters
 from drake_navbench.navigation.smoother_settings import make_smoother
 
 Array = NDArray[np.float64]
@@ -79,16 +77,6 @@ def planner_of(robot: Robot) -> Planner:
     outline = None if robot.is_circle else robot.padded_outline
     inflation = robot.navigation.global_costmap.inflation_layer
     return make_planner(robot.navigation.planner, footprint=outline, inflation=inflation)
-
-
-def compile_planner(robot: Robot) -> None:
-    """Has the kernels of a robot's planner compiled, where that takes long: it plans once."""
-    if not isinstance(robot.navigation.planner, SmacPlannerHybridParameters):
-        return
-    costs = np.full((80, 80), FREE, np.uint8)
-    costs[36:44, 50] = LETHAL
-    with suppress(PlanningError):
-        planner_of(robot).plan(Costmap(costs, 0.0, 0.0, 0.05), (0.5, 2.0, 0.0), (3.5, 2.0, 0.0))
 
 
 def _require_path(noun: str, name: str, path: Any) -> None:

@@ -2,43 +2,58 @@
 
 from __future__ import annotations
 
-import colorsys
 from itertools import combinations
 
-import pytest
+import numpy as np
 
-from drake_navbench.analysis.colors import CONTROLLER_COLORS, controller_color
+from drake_navbench.analysis.colors import CONTROLLER_COLORS, OTHER_COLORS, controller_color
 
-OTHERS = ["rpp@mine", "teb_fast", "graceful", "vector_pursuit", "learned", *map(str, range(50))]
-
-
-def channels(color: str) -> list[float]:
-    return [int(color[place : place + 2], 16) / 255.0 for place in (1, 3, 5)]
+# Of OKLab: neighbours in the palette of Okabe and Ito are 0.16 apart.
+CLEARLY_APART = 0.14
+VARIANTS = [f"rpp:lookahead_dist={place / 10}" for place in range(1, 10)]
 
 
-def apart_deg(first: str, second: str) -> float:
-    hues = [360.0 * colorsys.rgb_to_hls(*channels(color))[0] for color in (first, second)]
-    turn = abs(hues[0] - hues[1])
-    return min(turn, 360.0 - turn)
+def oklab(color: str) -> np.ndarray:
+    """Returns a colour in a space where distances are as large as they look (Ottosson, 2020)."""
+    channels = np.array([int(color[place : place + 2], 16) / 255.0 for place in (1, 3, 5)])
+    linear = np.where(channels <= 0.04045, channels / 12.92, ((channels + 0.055) / 1.055) ** 2.4)
+    cones = np.cbrt(
+        [
+            [0.4122214708, 0.5363325363, 0.0514459929],
+            [0.2119034982, 0.6806995451, 0.1073969566],
+            [0.0883024619, 0.2817188376, 0.6299787005],
+        ]
+        @ linear
+    )
+    return (
+        np.array(
+            [
+                [0.2104542553, 0.7936177850, -0.0040720468],
+                [1.9779984951, -2.4285922050, 0.4505937099],
+                [0.0259040371, 0.7827717662, -0.8086757660],
+            ]
+        )
+        @ cones
+    )
 
 
-def distance(first: str, second: str) -> float:
-    return sum((a - b) ** 2 for a, b in zip(channels(first), channels(second), strict=True)) ** 0.5
+def test_all_colours_are_told_apart():
+    everybody = [*CONTROLLER_COLORS.values(), *OTHER_COLORS]
+    for first, second in combinations(everybody, 2):
+        assert np.linalg.norm(oklab(first) - oklab(second)) > CLEARLY_APART, (first, second)
 
 
-@pytest.mark.parametrize("name", OTHERS)
-def test_nobody_elses_colour_is_like_that_of_a_controller_of_the_table(name):
-    color = controller_color(name)
-    for known, of_known in CONTROLLER_COLORS.items():
-        assert apart_deg(color, of_known) > 10.0, known
-        assert distance(color, of_known) > 0.15, known
+def test_variants_of_a_controller_have_colours_of_their_own():
+    """By name alone two of nine mostly had the same one."""
+    columns = ["rpp", *VARIANTS]
+    assert len({controller_color(name, columns) for name in columns}) == 10
 
 
-def test_those_of_the_table_are_told_apart():
-    for first, second in combinations(CONTROLLER_COLORS.values(), 2):
-        assert distance(first, second) > 0.2
+def test_the_order_of_the_columns_does_not_matter():
+    for name in VARIANTS:
+        assert controller_color(name, VARIANTS) == controller_color(name, VARIANTS[::-1])
 
 
 def test_a_name_keeps_its_colour():
-    assert controller_color("rpp@mine") == controller_color("rpp@mine")
-    assert controller_color("rpp") == "#0072b2"
+    assert controller_color("rpp", VARIANTS) == controller_color("rpp") == "#0072b2"
+    assert controller_color("mine", ["rpp", "dwb"]) == controller_color("mine")

@@ -19,6 +19,7 @@ from scenes import straight_plan
 from drake_navbench.analysis.colors import controller_color
 from drake_navbench.analysis.replay import write_race_replay, write_trial_replay
 from drake_navbench.analysis.replay.global_plans import PLAN_PATH
+from drake_navbench.analysis.replay.strip import compute_top_ms
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.log import TrialLog
 from drake_navbench.plans import Plan
@@ -66,11 +67,49 @@ def race_page(tmp_path_factory):
 
 
 def test_race_names_every_controller_with_its_colour_and_outcome(race_page):
-    assert '<span class="name">dwb</span><span class="detail">succeeded, 4.0 s' in race_page
+    assert '<span class="name">dwb</span> <span class="detail">succeeded, 4.0 s' in race_page
     assert "aborted, 2.0 s: no trajectory &lt;left&gt;" in race_page
     assert '<span class="name">mine:a/b=1 &amp; more</span>' in race_page
     for name in ("dwb", "teb"):
         assert f"background: {controller_color(name)}" in race_page
+
+
+def test_a_page_fits_a_telephone(race_page):
+    assert '<meta name="viewport" content="width=device-width, initial-scale=1">' in race_page
+
+
+def test_a_page_says_how_to_get_what_it_lacks(race_page, tmp_path):
+    assert "run with --replay each." in race_page
+    without = alone(tmp_path, replay_log("dwb"))
+    assert "is not in this log: run with --replay each." in without
+    with_all = alone(tmp_path, with_diagnostics(replay_log("mppi")))
+    assert "--replay each" not in with_all
+
+
+def test_variants_of_a_controller_have_colours_of_their_own(tmp_path):
+    names = [f"rpp:lookahead_dist={place / 10}" for place in range(1, 5)]
+    page = race(tmp_path, [replay_log(name) for name in names])
+    assert len(set(re.findall(r'swatch" style="background: (#\w+)"', page)[:4])) == 4
+
+
+def test_floors_have_names_above_the_scene(tmp_path):
+    log = replay_log("dwb")
+    floors = [
+        {"name": "ground", "offset_m": [0.0, 0.0], "bounds_m": [-2.0, -1.0, 4.0, 3.0]},
+        {"name": "ward", "offset_m": [9.0, 0.0], "bounds_m": [7.0, -1.0, 13.0, 3.0]},
+    ]
+    log = dataclasses.replace(log, info=dict(log.info) | {"floors": floors})
+    page = alone(tmp_path, log)
+    labels = [{"name": "ground", "x": 1.0, "y": 4.0}, {"name": "ward", "x": 10.0, "y": 4.0}]
+    assert json.dumps({"floors": labels}, separators=(",", ":"))[1:-1] in page
+
+
+def test_a_slow_cycle_does_not_flatten_the_curve_of_compute_times():
+    usual = [2.0] * 400
+    assert compute_top_ms([usual]) == 2.0
+    # One cycle of 170 ms among 800 of 2 ms: the axis ends at 6 ms.
+    assert compute_top_ms([usual, [*usual[1:], 170.0, None]]) == 6.0
+    assert compute_top_ms([[None]]) is None
 
 
 def test_race_moves_every_robot(race_page):

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 import time
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -169,6 +170,29 @@ def mean_column(browser):
     return browser.evaluate(
         f"Array.from({TABLE}.tBodies[0].rows, (row) => row.cells[6].dataset.value)"
     )
+
+
+def test_sorted_published_metrics_keep_the_units_apart(opened):
+    """Metres once stood between seconds and percent, by the bare number."""
+    opened.evaluate("document.querySelectorAll('table[class=sortable] thead button')[2].click()")
+    units = opened.evaluate(
+        """Array.from(document.querySelector("table[class=sortable]").tBodies[0].rows,
+          (row) => row.dataset.unit)"""
+    )
+    changes = sum(first != second for first, second in pairwise(units))
+    assert len(set(units)) > 3
+    assert changes == len(set(units)) - 1
+
+
+def test_the_scale_of_the_distance_from_the_plan_has_three_numbers(opened):
+    bars = """Bokeh.documents.flatMap((one) => one.roots()).flatMap((figure) => figure.center)
+      .filter((one) => one.type === "ColorBar").map((bar) => bar.ticker.ticks)"""
+    opened.evaluate("document.querySelector('.by-error').scrollIntoView()")
+    opened.wait_for(f"{bars}.length > 0")
+    low, middle, high = opened.evaluate(bars)[0]
+    assert low == 0.0
+    assert 2.0 * middle == pytest.approx(high)
+    assert high > 0.0
 
 
 def test_a_click_sorts_by_number_and_another_turns_it_round(opened):

@@ -6,12 +6,16 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from drake_navbench.analysis.figures.style import Look
+from drake_navbench.analysis.figures.sweeps import ResponsePanel, response_figure
 from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.analysis.sweep_page import write_sweep
 from drake_navbench.analysis.sweeps import (
     SUCCEEDED,
+    constants,
     heat_maps,
     long_table,
+    response_table,
     responses,
     slope_differences,
     slopes,
@@ -88,6 +92,37 @@ def test_the_share_that_succeeded_has_wilsons_interval():
 def test_only_who_has_a_field_answers_to_it():
     found = responses(long_table(trials(), SWEEP), LOOKAHEAD, TIME)
     assert [entry.controller for entry in found] == ["rpp"]
+
+
+def test_who_does_not_have_a_field_is_the_same_all_along_it():
+    (found,) = constants(long_table(trials(), SWEEP), LOOKAHEAD, TIME)
+    assert (found.controller, found.values) == ("dwb", [None])
+    table = response_table(long_table(trials(), SWEEP), [LOOKAHEAD], {TIME: "s"})
+    assert list(table.columns) == ["dwb", "rpp"]
+    # Half of the table was dashes.
+    assert table.notna().all(axis=None)
+    assert set(table["dwb"]) == {found.means[0]}
+
+
+def test_a_table_of_real_trials_begins_with_the_suite_and_has_no_other_fields():
+    """The suite and its density stand before the scenario: these became fields of the sweep."""
+    real = trials()
+    real.insert(0, "suite", "")
+    real.insert(1, "density", "")
+    table = long_table(real, SWEEP)
+    assert list(table.columns[2:6]) == ["scenario", "controller", NOISE, LOOKAHEAD]
+    told = response_table(table, [NOISE, LOOKAHEAD], {TIME: "s"}).index.get_level_values("metric")
+    assert {name.split("=")[0] for name in told} == {f"{TIME} at {NOISE}", f"{TIME} at {LOOKAHEAD}"}
+
+
+def test_a_column_without_the_field_is_drawn_as_a_level_line():
+    table = long_table(trials(), SWEEP)
+    both = [*responses(table, LOOKAHEAD, TIME), *constants(table, LOOKAHEAD, TIME)]
+    figure = response_figure([ResponsePanel(TIME, both)], LOOKAHEAD, Look(["rpp", "dwb"]))
+    (axes,) = figure.axes
+    level = [line for line in axes.lines if len(set(line.get_ydata())) == 1]
+    assert len(level) == 1
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["rpp", "dwb"]
 
 
 def test_slopes_are_those_of_each_seed():

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import sys
+import time
+from contextlib import nullcontext, suppress
 from pathlib import Path
+from urllib.error import HTTPError
 from urllib.request import urlopen
 
 import pytest
 from rich.console import Console
 
+from drake_navbench.analysis.replay.stage import make_meshcat, without_late_texture_warnings
 from drake_navbench.campaign import live
 from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.campaign.live_server import LiveServer
@@ -27,6 +31,18 @@ def test_the_server_tells_when_there_is_another_page():
         server.show("<p>second</p>")
         assert urlopen(server.address).read() == b"<p>second</p>"
         assert urlopen(f"{server.address}number").read() != first
+
+
+def test_a_texture_that_was_replaced_is_no_news(caplog):
+    """A page that lagged behind made over a hundred such lines a minute."""
+    meshcat = make_meshcat()
+    stranger = f"{meshcat.web_url()}/cas-v1/{64 * '0'}"
+    for wanted, is_quiet in ((1, False), (1, True)):
+        with without_late_texture_warnings() if is_quiet else nullcontext():
+            with suppress(HTTPError):
+                urlopen(stranger)
+            time.sleep(0.1)
+        assert sum("Unknown CAS key" in line for line in caplog.messages) == wanted
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)

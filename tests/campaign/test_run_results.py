@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from drake_navbench import run_benchmark
+from drake_navbench import TrialLog, run_benchmark
 from drake_navbench.campaign.run_results import Results
 from drake_navbench.errors import InputError
 
@@ -46,6 +46,15 @@ def test_a_log_has_metrics_a_picture_and_a_replay(results, tmp_path):
     page = log.replay(tmp_path / "replay.html")
     assert "navbench-strip" in page.path.read_text(encoding="utf-8")
     assert "<iframe" in page._repr_html_()
+
+
+def test_names_and_paths_may_be_plain_strings(tmp_path):
+    """Each letter of a name was a scenario: 'e', 'm', 'p', 't', 'y'."""
+    out = str(tmp_path / "out")
+    found = run_benchmark("restricted_small", "rpp, dwb", trials=1, jobs=1, out=out)
+    assert list(found.trials["controller"]) == ["rpp", "dwb"]
+    log = TrialLog.read(f"{out}/trials/restricted_small/rpp/trial_000.parquet")
+    assert log.info["controller"] == "rpp"
 
 
 def test_report_and_replays_are_made_from_it(results):

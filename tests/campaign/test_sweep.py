@@ -105,9 +105,13 @@ def test_samples_give_every_column_its_own_point():
     [
         ("rpp.lookahead_dst=1,2", "lookahead_dst: unknown field; did you mean 'lookahead_dist'"),
         ("localization.xy=1,2", "localization.xy: unknown field"),
-        ("localisation.xy_std_m=1,2", "did you mean 'localization'"),
+        ("localisation.xy_std_m=1,2", "did you mean 'localization.xy_std_m'"),
         ("localization.xy_std_m=-1,2", "greater than or equal to 0, got -1"),
         ("name=a,b", "expected COLUMN.PARAMETER"),
+        # Fields are found by their last name, too; thirty names help nobody.
+        ("lookahead_dist=1,2", r"got 'lookahead_dist'; did you mean 'rpp.lookahead_dist'\?$"),
+        ("inflation_radius=1,2", r"costmap.inflation_layer.inflation_radius' or 'navigation.local"),
+        ("xyzzy=1,2", "got 'xyzzy'$"),
     ],
 )
 def test_a_field_or_value_that_cannot_be_is_one_line(text, told):

@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
+import os
+import re
+import subprocess
+import sys
+from dataclasses import replace
+
 import pytest
 
-from drake_navbench.campaign.warm_up import cold_columns, decide_in_scenes, warm_up, warm_up_specs
+from drake_navbench.campaign.warm_up import (
+    cold_parts,
+    decide_in_scenes,
+    warm_up,
+    warm_up_specs,
+)
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import load_scenario
-from drake_navbench.processes.cache_folder import NUMBA_VARIABLE
+from drake_navbench.processes import compiled_parts
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import simulate
 
@@ -20,7 +31,7 @@ def column(name: str) -> TrialSpec:
 
 @pytest.fixture
 def nothing_is_known(tmp_path, monkeypatch):
-    monkeypatch.setenv(NUMBA_VARIABLE, str(tmp_path))
+    monkeypatch.setattr(compiled_parts, "_file", lambda: tmp_path / "list.json")
 
 
 @pytest.mark.parametrize("spec", warm_up_specs(column("rpp")), ids=lambda spec: spec.scenario.name)
@@ -42,11 +53,43 @@ def test_a_controller_decides_in_scenes_with_nothing_around_it(name):
 
 def test_a_column_is_compiled_once(nothing_is_known):
     specs = [column("rpp"), column("rpp:lookahead_dist=0.5"), column("dwb")]
-    assert [spec.preset.controller for spec in cold_columns(specs)] == ["rpp", "dwb"]
-    warm_up([column("rpp")], jobs=1)
-    assert [spec.preset.controller for spec in cold_columns(specs)] == ["dwb"]
+    cold = cold_parts(specs)
+    assert [spec.preset.controller for spec in cold.columns] == ["rpp", "dwb"]
+    assert cold.names == ("rpp", "dwb")
+    warm_up(cold_parts(specs[:1]), jobs=1)
+    assert cold_parts(specs).names == ("dwb",)
+
+
+def test_people_are_compiled_before_the_trials_and_told(nothing_is_known):
+    """They once compiled for 36 s behind a bar that stood still."""
+    with_people = replace(column("rpp"), scenario=load_scenario("doorway_people"))
+    cold = cold_parts([with_people])
+    assert {"rpp", "people (social_force)"} <= set(cold.names)
+    steps: list[tuple[int, int]] = []
+    only_world = replace(cold, columns=())
+    warm_up(only_world, jobs=1, on_progress=lambda *step: steps.append(step))
+    assert steps == [(0, 1), (1, 1)]
+    assert "people (social_force)" not in cold_parts([with_people]).names
+
+
+@pytest.mark.long
+def test_after_the_warm_up_a_trial_with_people_compiles_next_to_nothing(tmp_path):
+    """From an empty cache: 15 s of kernels of people and of their metrics came with the trial."""
+    ask = [sys.executable, "-m", "drake_navbench.run", "doorway_people", "--controllers", "rpp"]
+    done = subprocess.run(
+        [*ask, "--trials", "1", "--replay", "none", "--out", str(tmp_path / "results")],
+        env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "kernels")},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    told = re.search(r"needed for the first time: rpp, .*people \(social_force\)", done.stdout)
+    assert told is not None
+    (before,) = re.findall(r"(\d+) compiled,", done.stdout)
+    after = len(list((tmp_path / "kernels").glob("*/*.nbc")))
+    assert after - int(before) < 5
 
 
 def test_a_controller_of_somebody_else_is_left_to_the_trials(nothing_is_known, monkeypatch):
     monkeypatch.setattr(TrialSpec, "code_owner", "theirs")
-    assert cold_columns([column("rpp")]) == []
+    assert cold_parts([column("rpp")]).columns == ()

@@ -1,67 +1,97 @@
-"""Where neither home nor installation can be written, kernels are kept among temporary files."""
+"""Compiled kernels are kept with the user, apart for each installation, never beside the code."""
 
 import os
 import stat
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 
 from drake_navbench.processes import cache_folder
-from drake_navbench.processes.cache_folder import notice, provide_cache_folder
+from drake_navbench.processes.cache_folder import (
+    OWN_VARIABLE,
+    installation_digest,
+    notice,
+    provide_cache_folder,
+    user_cache_folder,
+)
+
+VARIABLES = ("NUMBA_CACHE_DIR", OWN_VARIABLE, "MPLCONFIGDIR", "XDG_CACHE_HOME")
 
 
 @pytest.fixture
 def provided(monkeypatch, tmp_path):
-    """A function that provides the folder where only some others can be written."""
+    """A function that provides the folders where the user's cache can be written, or cannot."""
     monkeypatch.setattr(cache_folder.tempfile, "tempdir", str(tmp_path / "temporary"))
     (tmp_path / "temporary").mkdir()
-    for variable in ("NUMBA_CACHE_DIR", "MPLCONFIGDIR", "XDG_CACHE_HOME"):
+    for variable in VARIABLES:
         monkeypatch.setenv(variable, "")
         monkeypatch.delenv(variable)
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
 
-    def provide(*, home: bool, installation: bool) -> list[str]:
-        monkeypatch.setattr(
-            cache_folder,
-            "_can_be_written",
-            lambda path: installation if path == cache_folder.INSTALLATION else home,
-        )
+    def provide(*, home: bool = True) -> tuple[str | None, str | None]:
+        monkeypatch.setattr(cache_folder, "_can_be_written", lambda path: home)
         provide_cache_folder()
-        named = [os.environ.get(variable) for variable in ("NUMBA_CACHE_DIR", "MPLCONFIGDIR")]
-        return [name for name in named if name]
+        return os.environ.get("NUMBA_CACHE_DIR"), os.environ.get("MPLCONFIGDIR")
 
     return provide
 
 
-def test_a_home_that_can_be_written_is_enough(provided):
-    assert provided(home=True, installation=False) == []
+def test_kernels_are_kept_in_the_users_cache(provided, tmp_path):
+    kernels = tmp_path / "home" / ".cache" / "drake_navbench" / "kernels" / installation_digest()
+    assert provided() == (str(kernels), None)
     assert notice() == ""
 
 
-def test_with_the_installation_alone_only_fonts_are_kept_elsewhere(provided):
-    (folder,) = provided(home=False, installation=True)
-    assert os.environ["MPLCONFIGDIR"] == folder
-    assert notice() == ""
-
-
-def test_with_neither_both_are_kept_among_temporary_files(provided, tmp_path):
-    numba, matplotlib = provided(home=False, installation=False)
-    assert numba == matplotlib == str(tmp_path / "temporary" / f"drake_navbench-{os.getuid()}")
-    assert stat.S_IMODE(os.stat(numba).st_mode) == 0o700
-    assert notice().endswith(f"kernels are kept in {numba}")
+def test_without_a_home_all_is_kept_among_temporary_files(provided, tmp_path):
+    temporary = tmp_path / "temporary" / f"drake_navbench-{os.getuid()}"
+    kernels, fonts = provided(home=False)
+    assert kernels == str(temporary / "kernels" / installation_digest())
+    assert fonts == str(temporary)
+    assert stat.S_IMODE(temporary.stat().st_mode) == 0o700
+    assert notice().endswith(f"kernels are kept in {kernels}")
     assert len(notice().splitlines()) == 1
     # The next process finds it again.
-    assert provided(home=False, installation=False) == [numba, matplotlib]
+    assert provided(home=False) == (kernels, fonts)
 
 
 def test_a_folder_that_others_can_write_into_is_not_trusted(provided, tmp_path):
     foreign = tmp_path / "temporary" / f"drake_navbench-{os.getuid()}"
     foreign.mkdir()
     foreign.chmod(0o777)
-    numba, _ = provided(home=False, installation=False)
-    assert numba != str(foreign)
-    assert stat.S_IMODE(os.stat(numba).st_mode) == 0o700
+    kernels, _ = provided(home=False)
+    assert foreign not in Path(kernels).parents
 
 
 def test_what_the_user_has_named_stays(provided, monkeypatch):
     monkeypatch.setenv("NUMBA_CACHE_DIR", "/elsewhere")
-    assert provided(home=False, installation=False)[0] == "/elsewhere"
+    assert provided()[0] == "/elsewhere"
+
+
+def test_an_installation_that_another_one_starts_has_its_own_folder(provided, monkeypatch):
+    theirs, _ = provided()
+    monkeypatch.setattr(cache_folder, "INSTALLATION", Path("/another/drake_navbench"))
+    assert provided()[0] == str(user_cache_folder() / "kernels" / installation_digest()) != theirs
+
+
+def test_no_kernel_is_kept_beside_the_code(tmp_path):
+    """What pip does not know of it would leave behind: once 328 files."""
+    script = (
+        "import numpy\n"
+        "from drake_navbench.kernels import angles\n"
+        "kernel = next(v for v in vars(angles).values() if hasattr(v, 'py_func'))\n"
+        "kernel(1.0)\n"
+        "print(kernel._cache._cache_path)\n"
+    )
+    environment = {k: v for k, v in os.environ.items() if k not in VARIABLES}
+    done = subprocess.run(
+        [sys.executable, "-c", script],
+        env=environment | {"XDG_CACHE_HOME": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    folder = Path(done.stdout.strip())
+    assert folder.parent == tmp_path / "drake_navbench" / "kernels" / installation_digest()
+    assert [path.suffix for path in folder.iterdir()].count(".nbc") == 1

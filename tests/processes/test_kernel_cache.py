@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from drake_navbench.processes.cache_folder import OWN_VARIABLE, installation_digest
 from drake_navbench.processes.kernel_cache import CHECKED_VARIABLE, forget_stale_kernels
 
 SOURCES = {
@@ -23,70 +24,95 @@ SOURCES = {
 
 
 @pytest.fixture
-def lab(tmp_path) -> Path:
-    folder = tmp_path / "lab"
-    (folder / "__pycache__").mkdir(parents=True)
-    for name, text in SOURCES.items():
-        (folder / name).write_text(text)
-        stem = name.removesuffix(".py")
-        for kind in ("nbi", "1.nbc"):
-            (folder / "__pycache__" / f"{stem}.kernel-3.py311.{kind}").touch()
+def cache(tmp_path, monkeypatch) -> Path:
+    """The folder of compiled kernels, as an installation has it among those of others."""
+    folder = tmp_path / "kernels" / installation_digest()
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(folder))
+    monkeypatch.setenv(OWN_VARIABLE, str(folder))
     return folder
 
 
 @pytest.fixture
-def look(lab, monkeypatch):
+def lab(tmp_path, cache) -> Path:
+    folder = tmp_path / "lab"
+    folder.mkdir()
+    for name, text in SOURCES.items():
+        (folder / name).write_text(text)
+    keep_again(cache)
+    return folder
+
+
+@pytest.fixture
+def look(lab, cache, monkeypatch):
     """Returns what looks for stale kernels, as a new process does; returns whose are left."""
 
     def look() -> set[str]:
         monkeypatch.delenv(CHECKED_VARIABLE, raising=False)
         forget_stale_kernels({"lab": lab})
-        return {path.name.partition(".")[0] for path in (lab / "__pycache__").glob("*.nb?")}
+        return {path.name.partition(".")[0] for path in cache.glob("lab_0a1b/*.nb?")}
 
     return look
 
 
-def keep_again(lab: Path) -> None:
+def keep_again(cache: Path) -> None:
+    folder = cache / "lab_0a1b"
+    folder.mkdir(parents=True, exist_ok=True)
     for name in SOURCES:
-        (lab / "__pycache__" / f"{name.removesuffix('.py')}.kernel-3.py311.nbi").touch()
+        for kind in ("nbi", "1.nbc"):
+            (folder / f"{name.removesuffix('.py')}.kernel-3.py311.{kind}").touch()
 
 
 def test_what_was_kept_before_anybody_knew_of_what_is_forgotten(look):
     assert look() == set()
 
 
-def test_nothing_is_forgotten_where_nothing_has_changed(lab, look):
+def test_nothing_is_forgotten_where_nothing_has_changed(lab, cache, look):
     look()
-    keep_again(lab)
+    keep_again(cache)
     assert look() == {name.removesuffix(".py") for name in SOURCES}
 
 
-def test_who_imports_what_has_changed_is_forgotten_however_far(lab, look):
+def test_who_imports_what_has_changed_is_forgotten_however_far(lab, cache, look):
     look()
-    keep_again(lab)
+    keep_again(cache)
     (lab / "base.py").write_text("# changed\n")
     assert look() == {"__init__", "apart"}
 
 
-def test_who_imported_what_is_gone_is_forgotten(lab, look):
+def test_who_imported_what_is_gone_is_forgotten(lab, cache, look):
     look()
-    keep_again(lab)
+    keep_again(cache)
     (lab / "caller.py").unlink()
     assert look() == {"__init__", "apart", "base", "caller"}  # Nobody's file any more.
 
 
-def test_processes_of_this_one_do_not_look_again(lab, look):
+def test_processes_of_this_one_do_not_look_again(lab, cache, look):
     look()
-    keep_again(lab)
+    keep_again(cache)
     (lab / "base.py").write_text("# changed\n")
-    os.environ[CHECKED_VARIABLE] = "1"
     assert forget_stale_kernels({"lab": lab}) == []
 
 
-def test_a_table_that_cannot_be_read_is_made_anew(lab, look):
+def test_an_installation_that_another_one_starts_looks_for_itself(lab, cache, look, monkeypatch):
     look()
-    (lab / "__pycache__" / "kernel_sources.json").write_text("[")
-    keep_again(lab)
+    keep_again(cache)
+    (lab / "base.py").write_text("# changed\n")
+    monkeypatch.setenv(CHECKED_VARIABLE, "/another/installation")
+    assert "lab.caller" in forget_stale_kernels({"lab": lab})
+
+
+def test_the_kernels_of_an_installation_that_is_gone_are_removed(tmp_path, cache, look):
+    for name, installation in {"gone": tmp_path / "removed", "there": tmp_path}.items():
+        (cache.parent / name).mkdir()
+        (cache.parent / name / "installation.txt").write_text(str(installation))
+    look()
+    assert {path.name for path in cache.parent.iterdir()} == {"there", cache.name}
+
+
+def test_a_table_that_cannot_be_read_is_made_anew(lab, cache, look):
+    look()
+    (cache / f"{installation_digest()}.kernel_sources.json").write_text("[")
+    keep_again(cache)
     assert look() == set()
 
 
