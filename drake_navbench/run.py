@@ -24,7 +24,7 @@ from drake_navbench.command_line import (
 )
 from drake_navbench.errors import InputError, InputWarning
 
-ALLOWED_WITH_RESUME = {"cluster", "resume", "jobs", "quiet"}
+ALLOWED_WITH_RESUME = {"cluster", "cluster_tls", "trust_network", "resume", "jobs", "quiet"}
 
 EPILOG = """\
 examples:
@@ -182,8 +182,19 @@ def _add_how(parser: argparse.ArgumentParser) -> None:
     add(
         "--cluster",
         metavar="ADDRESS|local:N",
-        help="drive on the workers of a dask scheduler, tcp://HOST:PORT, or of one with N workers "
+        help="drive on the workers of a dask scheduler, tls://HOST:PORT, or of one with N workers "
         "that is started here",
+    )
+    add(
+        "--cluster-tls",
+        type=Path,
+        metavar="DIR",
+        help="ca.pem, cert.pem and key.pem by which a tls:// cluster and this run know each other",
+    )
+    add(
+        "--trust-network",
+        action="store_true",
+        help="take a tcp:// cluster: whoever reaches its machines may run code as you",
     )
     add(
         "--live", action="store_true", help="show each trial in a browser, in real time, one by one"

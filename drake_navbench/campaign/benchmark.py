@@ -19,7 +19,11 @@ from drake_navbench.analysis.tables import scenario_table
 from drake_navbench.analysis.totals import told_by_totals, totals
 from drake_navbench.campaign.asked import request_from_arguments, short_form
 from drake_navbench.campaign.campaign import DEFAULT_TRIALS, Campaign, plan_campaign
-from drake_navbench.campaign.cluster import require_cluster
+from drake_navbench.campaign.cluster_connection import (
+    ClusterPlace,
+    cluster_place,
+    require_cluster,
+)
 from drake_navbench.campaign.console import CampaignProgress, print_scenario, terminal
 from drake_navbench.campaign.driving import Undriven, run_campaign
 from drake_navbench.campaign.manifest import (
@@ -141,9 +145,10 @@ def run_from_command_line(arguments: argparse.Namespace) -> bool:
         for line in short_form(campaign.nav2):
             console.print(line, soft_wrap=True)
     jobs = arguments.jobs or available_cores()
-    if arguments.cluster is not None:
+    cluster = cluster_place(arguments)
+    if cluster is not None:
         # That nobody answers is known before anything is written.
-        require_cluster(arguments.cluster)
+        require_cluster(cluster)
     try:
         with only_run_in(folder.path):
             if resumed:
@@ -151,9 +156,7 @@ def run_from_command_line(arguments: argparse.Namespace) -> bool:
             else:
                 require_writable(folder.path)
                 begin(folder, campaign, request, jobs)
-            return _run(
-                request, campaign, folder, jobs=jobs, console=console, cluster=arguments.cluster
-            )
+            return _run(request, campaign, folder, jobs=jobs, console=console, cluster=cluster)
     except KeyboardInterrupt:
         console.print(
             f"Go on with: python -m drake_navbench.run --resume {folder.path}", soft_wrap=True
@@ -177,7 +180,7 @@ def _run(
     *,
     jobs: int,
     console: Console,
-    cluster: str | None = None,
+    cluster: ClusterPlace | None = None,
 ) -> bool:
     if line := cache_folder.notice():
         console.print(line)

@@ -10,7 +10,8 @@ from typing import NamedTuple
 import pandas as pd
 
 from drake_navbench.campaign.campaign import Campaign
-from drake_navbench.campaign.cluster import TrialEnding, connected, drive_on_cluster
+from drake_navbench.campaign.cluster import TrialEnding, drive_on_cluster
+from drake_navbench.campaign.cluster_connection import ClusterPlace, connected
 from drake_navbench.campaign.trial_tasks import TRIALS_PER_WORKER, Row, table_row, trial_task
 from drake_navbench.campaign.warm_up import start_worker_server
 from drake_navbench.errors import InputError
@@ -58,7 +59,7 @@ def run_campaign(
     jobs: int,
     on_progress: Callable[[Progress], None] = lambda progress: None,
     on_refused_log: Callable[[str], None] = lambda line: None,
-    cluster: str | None = None,
+    cluster: ClusterPlace | None = None,
     on_refused_worker: Callable[[str], None] = lambda line: None,
 ) -> Driven:
     """Drives every trial that has no log of its own in the folder yet; writes the table of trials.
@@ -67,7 +68,7 @@ def run_campaign(
     is ended from outside, or for which the machine has too little, is left to be driven again.
     Ctrl-C stops the workers and leaves the finished logs behind, from which a resumed run goes on.
     on_refused_log: is told of every log that is not the one of its trial, which is driven again.
-    cluster: where to drive in place of `jobs` workers here, see `cluster.connected`.
+    cluster: where to drive in place of `jobs` workers here.
     on_refused_worker: is told of every worker of it that has other software.
     Raises CannotBeWritten where a log cannot be kept: there is no use in driving on.
     """
@@ -122,10 +123,10 @@ def _drive_there(
     campaign: Campaign,
     indices: Sequence[int],
     folder: ResultsFolder,
-    address: str,
+    place: ClusterPlace,
     on_refused_worker: Callable[[str], None],
 ) -> Generator[TrialEnding, None, None]:
-    with connected(address) as client:
+    with connected(place) as client:
         yield from drive_on_cluster(
             client,
             campaign.specs,
