@@ -112,7 +112,9 @@ def test_certificates_that_cannot_be_used_are_a_line(spoil, told, certificates, 
         (tmp_path / path.name).chmod(0o600)
     spoil(tmp_path)
     asked = ["--cluster", "tls://127.0.0.1:8786", "--cluster-tls", str(tmp_path)]
-    assert command.main(["empty", "--controllers", "rpp", *asked, "--out", str(tmp_path / "o")]) == 2
+    assert (
+        command.main(["empty", "--controllers", "rpp", *asked, "--out", str(tmp_path / "o")]) == 2
+    )
     error = capsys.readouterr().err
     assert error.startswith(f"--cluster-tls {tmp_path}")
     assert told in error
