@@ -46,7 +46,7 @@ from drake_navbench.analysis.sweep_page import write_sweep
 from drake_navbench.analysis.tables import scenario_table, table_to_markdown
 from drake_navbench.analysis.totals import differences, totals, totals_csv
 from drake_navbench.log import Outcome
-from drake_navbench.results import ResultsFolder, write_text
+from drake_navbench.results import ResultsFolder, require_own_folders, write_text
 
 REPORT_NAME = "report.html"
 # Written where recordings were imported: how far the simulation is from them.
@@ -83,8 +83,9 @@ def build_report(
     figures: which of them to draw. difference: share of the mean for which the needed number of
     trials is told. measured: rows of these logs as from `tables.trial_row`, not to be measured
     again. parameters_of: as for `write_reproduction`. Raises InputError where the folder is no
-    results folder.
+    results folder, or has links to others in it.
     """
+    require_own_folders(folder)
     analysis = analyse_folder(folder, figures=figures, jobs=jobs, measured=measured)
     results = ResultsFolder(folder)
     trials = analysis.trials
