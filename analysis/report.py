@@ -45,6 +45,7 @@ from drake_navbench.analysis.sweep_page import PAGE_NAME as SWEEP_PAGE_NAME
 from drake_navbench.analysis.sweep_page import write_sweep
 from drake_navbench.analysis.tables import scenario_table, table_to_markdown
 from drake_navbench.analysis.totals import differences, totals, totals_csv
+from drake_navbench.csv_text import csv_text
 from drake_navbench.log import Outcome
 from drake_navbench.results import ResultsFolder, require_own_folders, write_text
 
@@ -92,12 +93,14 @@ def build_report(
     for scenario in analysis.scenarios:
         if scenario.trials and not scenario.is_told_by_totals:
             table = scenario_table(trials, scenario.scenario)
-            write_text(results.table_path(scenario.scenario, ".csv"), table.to_csv())
+            write_text(
+                results.table_path(scenario.scenario, ".csv"), csv_text(table, has_index=True)
+            )
             write_text(results.table_path(scenario.scenario, ".md"), table_to_markdown(table))
             legs = legs_table(scenario.trials)
             if len(legs):
                 path = results.table_path(f"{scenario.scenario}_legs", ".csv")
-                write_text(path, legs.to_csv(index=False))
+                write_text(path, csv_text(legs))
     if told := totals(trials):
         write_text(folder / TOTALS_NAME, totals_csv(told))
     publication = ""

@@ -104,6 +104,7 @@ class _Manifest(FrozenModel):
     sweep: dict[str, dict[str, _Origin]] = Field(default_factory=dict)
     packages: dict[str, str] = Field(default_factory=dict)
     plugins: dict[str, str] = Field(default_factory=dict)
+    killed_once: tuple[str, ...] = ()
     wall_clock_s: float = Field(0.0, ge=0.0)
     identity: str = ""
     drake_navbench: str = ""

@@ -22,7 +22,7 @@ from drake_navbench.command_line import (
     positive_number,
     whole_number,
 )
-from drake_navbench.errors import InputError, InputWarning
+from drake_navbench.errors import InputError, InputWarning, printable
 
 ALLOWED_WITH_RESUME = {"cluster", "cluster_tls", "trust_network", "resume", "jobs", "quiet"}
 
@@ -258,7 +258,7 @@ def _input_warnings_as_lines(*, quiet: bool) -> Iterator[None]:
             message: Warning | str, category: type[Warning], *where: Any, **options: Any
         ) -> None:
             if issubclass(category, InputWarning):
-                print(message, file=sys.stderr)
+                print(printable(str(message)), file=sys.stderr)
             else:
                 show_others(message, category, *where, **options)
 

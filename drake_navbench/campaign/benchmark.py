@@ -281,5 +281,6 @@ def _undriven_line(entry: Undriven) -> str:
 
 
 def _print_error(text: str) -> None:
-    """Prints a line that may hold anything, as it is, however quiet the run is."""
-    terminal(stderr=True).print(text, soft_wrap=True)
+    """Prints lines that may hold anything, however quiet the run is."""
+    for line in text.split("\n"):
+        terminal(stderr=True).print(printable(line), soft_wrap=True)
