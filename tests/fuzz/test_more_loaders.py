@@ -9,7 +9,6 @@ from dataclasses import fields
 from types import SimpleNamespace
 
 import numpy as np
-import optuna
 import pytest
 from bounds import fuzz, only_input_errors
 from damage import as_text, damaged, damaged_bytes, damaged_text
@@ -22,8 +21,6 @@ from drake_navbench.controllers.learned.network import Network, load_network
 from drake_navbench.inputs.barn import barn_scenarios
 from drake_navbench.inputs.robot_model import read_robot_model
 from drake_navbench.recordings.bag_source import BagSource
-from drake_navbench.tuning.study import JOURNAL, configurations_of, open_study
-from drake_navbench.tuning.task import TuningTask
 
 BARN_WORLD = """<sdf version='1.6'><world name='default'>
 <model name='unit_cylinder_1'><pose frame=''>-2.0 3.0 0.5 0 0 0</pose><link name='link'>
@@ -156,41 +153,6 @@ def test_weights(content, file):
         load_network(path)
 
 
-@pytest.fixture(scope="module")
-def task() -> TuningTask:
-    """A task as `tune` makes it."""
-    return TuningTask.model_construct(objectives=("time", "jerk"))
-
-
-@pytest.fixture(scope="module")
-def journal(tmp_path_factory, task) -> bytes:
-    """The journal of a study with a few trials."""
-    optuna.logging.set_verbosity(optuna.logging.ERROR)
-    study = open_study(tmp_path_factory.mktemp("study"), task)
-    for number in range(3):
-        trial = study.ask()
-        trial.suggest_float("speed", 0.1, 1.0)
-        trial.set_user_attr("pairs", number)
-        study.tell(trial, [0.1, 0.2])
-    (path,) = {trial for trial in [study._storage._backend._file_path]}
-    with open(path, "rb") as written:
-        return written.read()
-
-
-@fuzz
-@given(data=st.data())
-def test_journals(data, file, journal, task):
-    path = file(f"study/{JOURNAL}", data.draw(damaged_bytes(journal) | damaged_lines(journal)))
-    with only_input_errors():
-        configurations_of(open_study(path.parent, task))
-
-
-def damaged_lines(content: bytes) -> st.SearchStrategy[bytes]:
-    """Draws the lines of a file in another order, some of them twice or not at all."""
-    lines = content.splitlines(keepends=True)
-    return st.lists(st.sampled_from(lines), max_size=len(lines)).map(b"".join)
-
-
 class OneMessage:
     """What a reader of a bag gives: a connection with its definition, and a message of zeros."""
 
@@ -223,6 +185,7 @@ def definitions(draw: st.DrawFn) -> tuple[MessageDefinitionFormat, str]:
 @fuzz
 @given(definition=definitions())
 def test_definitions_of_bags(definition, tmp_path_factory):
+    pytest.importorskip("drake_navbench.recordings.definition_limits")
     reader = OneMessage(*definition)
     source = BagSource(tmp_path_factory.getbasetemp() / "lab", (reader,), False)
     with only_input_errors():
