@@ -7,7 +7,7 @@ from contextlib import closing
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import pandas as pd
 
@@ -28,7 +28,7 @@ from drake_navbench.analysis.scenario_analysis import (
     read_trials,
 )
 from drake_navbench.analysis.totals import told_by_totals
-from drake_navbench.errors import InputError, NavbenchError
+from drake_navbench.errors import InputError
 from drake_navbench.log import Outcome, TrialLog
 from drake_navbench.processes.worker_process import Raised, Returned
 from drake_navbench.processes.workers import Task, run_tasks, start_server
@@ -59,8 +59,27 @@ class FolderAnalysis:
 
     @property
     def left_out(self) -> list[LeftOut]:
-        """The files that could not be read."""
+        """The files that could not be read, and figures that could not be drawn."""
         return [entry for scenario in self.scenarios for entry in scenario.left_out]
+
+
+class _ScenarioTask(NamedTuple):
+    """What `_analyse_scenario` takes."""
+
+    root: Path
+    paths: Sequence[Path]
+    controllers: Sequence[str]
+    figures: FigureChoice
+    known: KnownValues
+    told: frozenset[str]
+
+    @property
+    def name(self) -> str:
+        """Of the folder of the scenario's logs."""
+        return self.paths[0].parent.parent.name
+
+
+_ScenarioResult = tuple[ScenarioAnalysis, list[FigureEntry], Chart | None]
 
 
 def analyse_folder(
@@ -86,7 +105,7 @@ def analyse_folder(
         known = rows_of_table(ResultsFolder(path), measured)
     told = told_by_totals(manifest.get("suites", {}))
     tasks = [
-        (
+        _ScenarioTask(
             path,
             files[key],
             controllers,
@@ -127,18 +146,45 @@ def find_logs(path: Path) -> tuple[Mapping[str, Any], dict[Path, list[Path]]]:
     return manifest, files
 
 
-def _analyse_apart(tasks: Sequence[tuple[Any, ...]], jobs: int) -> list[Any]:
-    """Returns the results of `_analyse_scenario`, each from a worker; raises what one raised."""
+def _analyse_apart(tasks: Sequence[_ScenarioTask], jobs: int) -> list[_ScenarioResult]:
+    """Returns the results of `_analyse_scenario`, each from a worker; raises what one raised.
+
+    A scenario whose worker was ended is analysed again, then without figures, then left out. What
+    is missing is told as left out.
+    """
     start_server([__name__])
-    results = []
-    with closing(run_tasks([Task(_analyse_scenario, task) for task in tasks], jobs=jobs)) as ended:
-        for task, ending in ended:
+    first, ended = _analyse_once(tasks, jobs)
+    again, ended = _analyse_once([task for task, _ in ended], jobs)
+    plain = [task._replace(figures=FigureChoice.NONE) for task, _ in ended]
+    without, lost = _analyse_once(plain, jobs)
+    reasons = {task.name: reason for task, reason in ended}
+    for task, (analysis, _, _) in without:
+        reason = f"not drawn: {reasons[task.name]}"
+        analysis.left_out.append(LeftOut(f"{FIGURES_FOLDER}/{task.name}", reason))
+    found = [result for _, result in (*first, *again, *without)]
+    return [*found, *(_lost(task, reason) for task, reason in lost)]
+
+
+def _analyse_once(
+    tasks: Sequence[_ScenarioTask], jobs: int
+) -> tuple[list[tuple[_ScenarioTask, _ScenarioResult]], list[tuple[_ScenarioTask, str]]]:
+    """Returns the tasks that have a result, and those whose worker was ended, with how."""
+    results, ended = [], []
+    own = {Task(_analyse_scenario, task): task for task in tasks}
+    with closing(run_tasks(list(own), jobs=jobs)) as endings:
+        for task, ending in endings:
             if isinstance(ending, Raised):
                 raise ending.error
-            if not isinstance(ending, Returned):
-                raise NavbenchError(f"{task.arguments[1][0].parent.parent}: {ending.sentence}")
-            results.append(ending.value)
-    return results
+            if isinstance(ending, Returned):
+                results.append((own[task], ending.value))
+            else:
+                ended.append((own[task], ending.sentence))
+    return results, ended
+
+
+def _lost(task: _ScenarioTask, reason: str) -> _ScenarioResult:
+    left_out = [LeftOut(path.relative_to(task.root).as_posix(), reason) for path in task.paths]
+    return analyse(task.name, [], left_out), [], None
 
 
 def _analyse_scenario(
@@ -148,7 +194,7 @@ def _analyse_scenario(
     figures: FigureChoice,
     known: KnownValues,
     told: frozenset[str],
-) -> tuple[ScenarioAnalysis, list[FigureEntry], Chart | None]:
+) -> _ScenarioResult:
     read = read_some_trials if has_many(paths) else read_trials
     logs, entries, left_out = read(paths, root, known)
     logs.sort(key=lambda log: (_place(log.info["controller"], controllers), log.info["trial"]))

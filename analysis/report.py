@@ -45,8 +45,9 @@ from drake_navbench.analysis.sweep_page import PAGE_NAME as SWEEP_PAGE_NAME
 from drake_navbench.analysis.sweep_page import write_sweep
 from drake_navbench.analysis.tables import scenario_table, table_to_markdown
 from drake_navbench.analysis.totals import differences, totals, totals_csv
+from drake_navbench.csv_text import csv_text
 from drake_navbench.log import Outcome
-from drake_navbench.results import ResultsFolder, file_name, write_text
+from drake_navbench.results import ResultsFolder, file_name, require_own_folders, write_text
 from drake_navbench.typed_files.typed_yaml import read_yaml
 
 REPORT_NAME = "report.html"
@@ -84,20 +85,23 @@ def build_report(
     figures: which of them to draw. difference: share of the mean for which the needed number of
     trials is told. measured: rows of these logs as from `tables.trial_row`, not to be measured
     again. parameters_of: as for `write_reproduction`. Raises InputError where the folder is no
-    results folder.
+    results folder, or has links to others in it.
     """
+    require_own_folders(folder)
     analysis = analyse_folder(folder, figures=figures, jobs=jobs, measured=measured)
     results = ResultsFolder(folder)
     trials = analysis.trials
     for scenario in analysis.scenarios:
         if scenario.trials and not scenario.is_told_by_totals:
             table = scenario_table(trials, scenario.scenario)
-            write_text(results.table_path(scenario.scenario, ".csv"), table.to_csv())
+            write_text(
+                results.table_path(scenario.scenario, ".csv"), csv_text(table, has_index=True)
+            )
             write_text(results.table_path(scenario.scenario, ".md"), table_to_markdown(table))
             legs = legs_table(scenario.trials)
             if len(legs):
                 path = results.table_path(f"{scenario.scenario}_legs", ".csv")
-                write_text(path, legs.to_csv(index=False))
+                write_text(path, csv_text(legs))
     if told := totals(trials):
         write_text(folder / TOTALS_NAME, totals_csv(told))
     publication = ""

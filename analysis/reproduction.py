@@ -18,6 +18,7 @@ from drake_navbench.analysis.judgement import Judgement, Part
 from drake_navbench.analysis.lineups import present_lineups
 from drake_navbench.analysis.reproduction_page import ParametersOf, nothing_known, render
 from drake_navbench.analysis.tables import PUBLISHED_CONTROLLERS, published_table
+from drake_navbench.csv_text import csv_text
 from drake_navbench.results import ResultsFolder, write_text
 
 PAGE_NAME = "reproduction.html"
@@ -54,9 +55,9 @@ def write_reproduction(
         trials = pd.read_parquet(results.trials_path)
     accounts = [account(trials, lineup) for lineup in present_lineups(trials)]
     tables = folder / "tables"
-    write_text(tables / FINDINGS_NAME, findings_table(accounts).to_csv(index=False))
-    write_text(tables / COMPARISON_NAME, comparison_table(accounts).to_csv(index=False))
-    write_text(tables / ORDERINGS_NAME, orderings_table(accounts).to_csv(index=False))
+    write_text(tables / FINDINGS_NAME, csv_text(findings_table(accounts)))
+    write_text(tables / COMPARISON_NAME, csv_text(comparison_table(accounts)))
+    write_text(tables / ORDERINGS_NAME, csv_text(orderings_table(accounts)))
     page = folder / PAGE_NAME
     write_text(
         page,

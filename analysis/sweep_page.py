@@ -33,6 +33,7 @@ from drake_navbench.analysis.sweeps import (
     slopes,
     swept_fields,
 )
+from drake_navbench.csv_text import csv_text
 from drake_navbench.results import ResultsFolder, file_name, write_text
 
 PAGE_NAME = "sweep.html"
@@ -76,7 +77,7 @@ def write_sweep(folder: Path, trials: pd.DataFrame, sweep: Mapping[str, Mapping[
     trials: as from `tables.trial_row`. sweep: the manifest's.
     """
     table = long_table(trials, sweep)
-    write_text(ResultsFolder(folder).table_path(TABLE_NAME, ".csv"), table.to_csv(index=False))
+    write_text(ResultsFolder(folder).table_path(TABLE_NAME, ".csv"), csv_text(table))
     fields = swept_fields(sweep)
     columns = list(dict.fromkeys(table["controller"]))
     with figure_style():

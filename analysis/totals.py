@@ -22,6 +22,7 @@ from drake_navbench.analysis.statistics import (
     share_interval,
     summarize,
 )
+from drake_navbench.csv_text import csv_text
 from drake_navbench.log import Outcome
 
 # Suites of more worlds than these are told by their totals alone: nobody reads 300 tables.
@@ -147,7 +148,7 @@ def totals_csv(found: Iterable[Total]) -> str:
         }
         for total in found
     ]
-    return pd.DataFrame(rows).to_csv(index=False)
+    return csv_text(pd.DataFrame(rows))
 
 
 def _with_interval(name: str, value: float, interval: Interval) -> dict[str, float]:

@@ -16,6 +16,7 @@ from drake_navbench.command_line import (
     positive_number,
     positive_percentage,
 )
+from drake_navbench.errors import as_line
 
 
 def build_parser() -> argparse.ArgumentParser:
@@ -64,7 +65,7 @@ def _report(arguments: argparse.Namespace) -> None:
         parameters_of=resolved_parameters,
     )
     for entry in result.left_out:
-        print(f"left out: {entry.path}: {entry.reason}", file=sys.stderr)
+        print(as_line(f"left out: {entry.path}: {entry.reason}"), file=sys.stderr)
     print(f"{result.path}: {result.trial_count} trial{'s' if result.trial_count > 1 else ''}")
 
 

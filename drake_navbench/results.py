@@ -104,6 +104,7 @@ class _Manifest(FrozenModel):
     sweep: dict[str, dict[str, _Origin]] = Field(default_factory=dict)
     packages: dict[str, str] = Field(default_factory=dict)
     plugins: dict[str, str] = Field(default_factory=dict)
+    killed_once: tuple[str, ...] = ()
     wall_clock_s: float = Field(0.0, ge=0.0)
     identity: str = ""
     drake_navbench: str = ""
@@ -204,7 +205,8 @@ def only_run_in(path: Path) -> Iterator[None]:
     """Keeps every other run out of a folder while the block runs; makes it where there is none.
 
     The lock is the system's and on the folder itself: it ends with this process, however that
-    ends. Raises InputError where another run is in it, CannotBeWritten where it cannot be made.
+    ends. Raises InputError where another run is in it or a folder inside is a link,
+    CannotBeWritten where it cannot be made.
     """
     try:
         path.mkdir(parents=True, exist_ok=True)
@@ -220,9 +222,30 @@ def only_run_in(path: Path) -> Iterator[None]:
         except OSError:
             # A file system without locks: there the user alone can take care.
             pass
+        require_own_folders(path)
         yield
     finally:
         os.close(descriptor)
+
+
+def require_own_folders(path: Path) -> None:
+    """Raises InputError where a folder inside a results folder is a link.
+
+    What is written into such a folder would change files somewhere else. The results folder itself
+    may be reached by a link.
+    """
+    waiting = [path]
+    while waiting:
+        with os.scandir(waiting.pop()) as entries:
+            for entry in entries:
+                if entry.is_dir(follow_symlinks=False):
+                    waiting.append(Path(entry.path))
+                # A link to a file is replaced when the file is written.
+                elif entry.is_symlink() and not entry.is_file():
+                    raise InputError(
+                        f"{entry.path}: is a link to {os.readlink(entry.path)}; "
+                        "expected a folder of its own"
+                    )
 
 
 def remove_unfinished(path: Path) -> None:

@@ -23,9 +23,9 @@ from drake_navbench.command_line import (
     positive_number,
     whole_number,
 )
-from drake_navbench.errors import InputError, InputWarning
+from drake_navbench.errors import InputError, InputWarning, printable
 
-ALLOWED_WITH_RESUME = {"cluster", "resume", "jobs", "quiet"}
+ALLOWED_WITH_RESUME = {"cluster", "cluster_tls", "trust_network", "resume", "jobs", "quiet"}
 
 EPILOG = """\
 examples (drake-navbench run is the same as python -m drake_navbench.run):
@@ -185,8 +185,19 @@ def _add_how(parser: argparse.ArgumentParser) -> None:
     add(
         "--cluster",
         metavar="ADDRESS|local:N",
-        help="drive on the workers of a dask scheduler, tcp://HOST:PORT, or of one with N workers "
+        help="drive on the workers of a dask scheduler, tls://HOST:PORT, or of one with N workers "
         "that is started here",
+    )
+    add(
+        "--cluster-tls",
+        type=Path,
+        metavar="DIR",
+        help="ca.pem, cert.pem and key.pem by which a tls:// cluster and this run know each other",
+    )
+    add(
+        "--trust-network",
+        action="store_true",
+        help="take a tcp:// cluster: whoever reaches its machines may run code as you",
     )
     add(
         "--live", action="store_true", help="show each trial in a browser, in real time, one by one"
@@ -250,7 +261,7 @@ def _input_warnings_as_lines(*, quiet: bool) -> Iterator[None]:
             message: Warning | str, category: type[Warning], *where: Any, **options: Any
         ) -> None:
             if issubclass(category, InputWarning):
-                print(message, file=sys.stderr)
+                print(printable(str(message)), file=sys.stderr)
             else:
                 show_others(message, category, *where, **options)
 

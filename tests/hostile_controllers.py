@@ -36,6 +36,13 @@ class Honest:
         return Decision(np.array([0.2, 0.0]), memory + 1)
 
 
+class KillsItself(Honest):
+    """Looks as if the system had ended its worker."""
+
+    def step(self, observation, memory):
+        os.kill(os.getpid(), signal.SIGKILL)
+
+
 class RaisesInterrupt(Honest):
     def step(self, observation, memory):
         raise KeyboardInterrupt

@@ -14,6 +14,7 @@ PACKAGE = "drake_navbench"
 # Modules and folders at the root of the package that any folder may use: they use kernels at most.
 CONTRACTS = {
     "controller",
+    "csv_text",
     "errors",
     "log",
     "logged_costmaps",

@@ -13,6 +13,7 @@ import yaml
 
 from drake_navbench.__main__ import main
 from drake_navbench.campaign.benchmark import run_benchmark
+from drake_navbench.commands.replay import _built_in_model
 
 SEEDS = (3, 8)
 SCENARIO = """\
@@ -101,16 +102,50 @@ def test_folders_of_one_column_each_are_compared_and_keep_their_own_replays(root
     assert [path.parent.name for path in replays] == ["entry_1", *2 * ["entry_3"], *2 * ["entry_4"]]
 
 
-def test_an_entry_without_a_replay_is_refused(root, capsys):
-    for replay in (root / "seed_8" / "trials").rglob("trial_001.html"):
-        replay.unlink()
-    told = refusal(root, capsys)
-    assert "no replay of short, rpp:desired_linear_vel=0.01, trial 1" in told
+def test_replays_are_drawn_from_the_logs_and_pages_of_an_entry_are_never_read(root):
+    own = root / "seed_3"
+    for page in (own / "trials/short/rpp/trial_000.html", own / "replays/short.html"):
+        page.parent.mkdir(exist_ok=True)
+        page.write_text("<script>theirs()</script>")
+    assert build(root) == 0
+    drawn = list((root / "board").rglob("*.html"))
+    assert len(drawn) == 6
+    assert not any("theirs()" in page.read_text() for page in drawn)
 
 
-def test_one_replay_a_scenario_is_asked_for_where_nothing_failed(root, capsys):
-    (root / "seed_3" / "trials" / "short" / "rpp" / "trial_000.html").unlink()
-    assert "no replay of short, rpp, trial 0" in refusal(root, capsys)
+@pytest.mark.parametrize("step", ["enter", "build"])
+@pytest.mark.parametrize(
+    "name", ["trials/short/rpp/trial_000.html", "inputs/note.txt", "leaderboard.json", "tables"]
+)
+def test_an_entry_with_a_link_is_refused(name, step, root, tmp_path, capsys):
+    victim = tmp_path / "secret"
+    victim.write_text("the organiser's own")
+    link = root / "seed_3" / name
+    link.unlink(missing_ok=True)
+    link.symlink_to(victim)
+    enter = ["leaderboard", "enter", str(root / "seed_3"), "--suite", str(root / "suite.yaml")]
+    status = build(root) if step == "build" else main(enter)
+    assert status == 2
+    told = capsys.readouterr().err
+    assert told == f"{link}: is a link; an entry has regular files only\n"
+    assert not (root / "board").exists()
+
+
+def test_an_entry_whose_manifest_names_files_elsewhere_is_refused(root, tmp_path, capsys):
+    """Otherwise it would tell whether a file of the organiser has a digest."""
+    (tmp_path / "secret").write_text("the organiser's own")
+    manifest = root / "seed_8" / "manifest.json"
+    inputs = json.loads(manifest.read_text())["inputs"]
+    for name in ("../../../secret", "/etc/passwd", "controllers/../../manifest.json", ""):
+        change_json(manifest, inputs=inputs | {name: "0" * 64})
+        assert f"inputs: {name!r}: expected the name of a file in inputs/" in refusal(root, capsys)
+
+
+def test_a_log_that_names_a_model_elsewhere_has_none(tmp_path):
+    (tmp_path / "own.sdf").write_text("<sdf version='1.9'/>")
+    assert _built_in_model("wheelchair.sdf") is not None
+    for name in (str(tmp_path / "own.sdf"), "../models/wheelchair.sdf", ".", ""):
+        assert _built_in_model(name) is None
 
 
 def test_an_entry_with_another_seed_is_refused(root, capsys):

@@ -201,8 +201,9 @@ def compute_figure(times: ComputeTimes | None, look: Look) -> Figure | None:
         return None
     figure, (axes,) = new_figure(axes_size_in=WIDE_IN)
     for controller, (times_ms, share) in times.curves.items():
-        axes.plot(times_ms, share, **look.line(controller), label=controller)
-    axes.axvline(times.period_ms, color=INK, lw=0.9, ls=(0, (4, 3)), label="control period")
+        axes.plot(times_ms, share, **look.line(controller))
+    period = axes.axvline(times.period_ms, color=INK, lw=0.9, ls=(0, (4, 3)))
+    period.set_label("control period")
     axes.set_xscale("log")
     axes.set_yscale("log")
     for axis in (axes.xaxis, axes.yaxis):
@@ -211,8 +212,7 @@ def compute_figure(times: ComputeTimes | None, look: Look) -> Figure | None:
     axes.set_xlabel("compute time of a control cycle [ms]")
     axes.set_ylabel("share of cycles at least as long")
     axes.set_title("Compute time, all cycles")
-    handles, _ = axes.get_legend_handles_labels()
-    legend_below(figure, handles)
+    legend_below(figure, [*look.line_keys(times.curves), period])
     return figure
 
 

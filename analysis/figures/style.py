@@ -74,6 +74,8 @@ STYLE: Any = {
     "svg.fonttype": "none",
     "svg.hashsalt": "drake_navbench",
     "text.color": INK,
+    # Names are anybody's, and text: '$' begins no formula.
+    "text.parse_math": False,
     # Hinting shifts glyphs to whole pixels, which at this resolution costs more than it gives.
     "text.hinting": "none",
     # The grid shows where the ticks are.
@@ -217,7 +219,11 @@ def legend_below(figure: Figure, handles: Sequence[Artist]) -> None:
             )
         )
     figure.set_figheight(new_in)
-    figure.legend(handles=handles, loc="lower center", ncols=columns)
+    names = [str(handle.get_label()) for handle in handles]
+    # A name that begins with '_' would be left out, so that each is given when its place is made.
+    legend = figure.legend(handles, ["-"] * len(names), loc="lower center", ncols=columns)
+    for text, name in zip(legend.get_texts(), names, strict=True):
+        text.set_text(name)
 
 
 def legend_above(axes: Axes) -> None:

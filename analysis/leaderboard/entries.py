@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import re
+import stat
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -35,6 +37,8 @@ STAMP_NAME = "leaderboard.json"
 # The seed of a trial, of the run's seed, the scenario and the trial's number.
 SeedOf = Callable[[int, str, int], int]
 SHOWN_DIGEST = 12
+# As of `campaign.manifest`: a file, or one in a folder, by names of `file_name`.
+INPUT_NAME = re.compile(r"([A-Za-z0-9_][A-Za-z0-9._-]*/)?[A-Za-z0-9_][A-Za-z0-9._-]*")
 
 
 class _Stamp(FrozenModel):
@@ -115,55 +119,54 @@ class Entry:
         path = self.folder.path / "inputs/controllers" / f"{file_name(controller)}.yaml"
         return validate(CardPreset, read_yaml(path), str(path))
 
-    def replay(self, trial: TrialName) -> Path | None:
-        """Returns the replay that shows a trial; the first trials may be in that of the race."""
-        paths = [self.folder.log_path(*trial).with_suffix(".html")]
-        if trial.trial == 0:
-            paths.append(self.folder.replay_path(trial.scenario, trial.controller))
-            paths.append(self.folder.replay_path(trial.scenario))
-        return next((path for path in paths if path.is_file()), None)
+    def shown(self, scenario: str, controller: str) -> TrialName | None:
+        """Returns the first trial of a controller in a scenario that a replay can show."""
+        count = int(self.trials["trial"].max()) + 1
+        trials = (TrialName(scenario, controller, trial) for trial in range(count))
+        return next(filter(self.can_be_shown, trials), None)
 
-    def first_replay(self, scenario: str, controller: str) -> Path | None:
-        """Returns a replay of a controller in a scenario, None where there is not a single one."""
-        count = self.trials["trial"].max() + 1
-        shown = (self.replay(TrialName(scenario, controller, trial)) for trial in range(count))
-        return next((path for path in shown if path is not None), None)
+    def can_be_shown(self, trial: TrialName) -> bool:
+        """Whether a trial came as far as its first sample."""
+        return not TrialLog.read(self.folder.log_path(*trial)).samples.empty
 
 
-def enter(path: Path, suite: Suite, *, seed_of: SeedOf, render: Callable[[Path], object]) -> int:
-    """Checks a results folder, writes what it lacks of replays, and enters it for the suite.
+def enter(path: Path, suite: Suite, *, seed_of: SeedOf) -> None:
+    """Checks a results folder and enters it for the suite.
 
-    render: writes the replay of a log beside it. Returns the number of replays written. Raises
-    InputError, before anything is written, where it is no entry of the suite.
+    Raises InputError, before anything is written, where it is no entry of the suite.
     """
-    entry = _checked(path, suite, seed_of)
-    lacking = list(_without_replay(entry, suite))
-    for trial in lacking:
-        render(entry.folder.log_path(*trial))
+    _require_regular_files(path)
+    _checked(path, suite, seed_of)
     stamp = _Stamp(suite=suite.name, version=suite.version, digest=suite.digest)
     write_text(path / STAMP_NAME, json.dumps(stamp.model_dump(), indent=2) + "\n")
-    return len(lacking)
 
 
 def read_entries(paths: Sequence[Path], suite: Suite, *, seed_of: SeedOf) -> list[Entry]:
     """Returns the entries in results folders, all checked; raises InputError.
 
     Refused is what was entered for another suite or version, has other seeds, scenarios, trials or
-    another robot, is not finished, lacks a replay, or was driven with other inputs than the rest.
+    another robot, is not finished, holds a link, or was driven with other inputs than the rest.
     """
     entries = []
     for path in paths:
+        _require_regular_files(path)
         _require_stamp(path, suite)
-        entry = _checked(path, suite, seed_of)
-        for lacking in _without_replay(entry, suite):
-            raise InputError(
-                f"{path}: no replay of {_told(lacking)}; expected one of every failure and of each "
-                "scenario and controller, which `leaderboard enter` writes"
-            )
-        entries.append(entry)
+        entries.append(_checked(path, suite, seed_of))
     _require_equal_inputs(entries)
     _require_every_seed(entries, suite)
     return entries
+
+
+def _require_regular_files(path: Path) -> None:
+    """Raises InputError where a folder holds anything but folders and regular files.
+
+    An entry is somebody else's: a link would let it name any file of whoever reads the entry.
+    """
+    for place in path.rglob("*"):
+        mode = place.lstat().st_mode
+        if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
+            kind = "a link" if stat.S_ISLNK(mode) else "no regular file"
+            raise InputError(f"{place}: is {kind}; an entry has regular files only")
 
 
 def _require_stamp(path: Path, suite: Suite) -> None:
@@ -235,6 +238,10 @@ def _require_own_inputs(path: Path, manifest: Mapping[str, Any]) -> None:
     for part in ("scenarios", "robots"):
         needed += [f"{part}/{file_name(name)}.yaml" for name in manifest["scenarios"]]
     for name in dict.fromkeys([*needed, *hashes]):
+        if not INPUT_NAME.fullmatch(name):
+            raise InputError(
+                f"{path}: manifest.json: inputs: {name!r}: expected the name of a file in inputs/"
+            )
         place = path / "inputs" / name
         if file_digest(place, max_bytes=MAX_FILE_BYTES) != hashes.get(name):
             raise InputError(f"{place}: is not what was driven; manifest.json has another SHA-256")
@@ -273,27 +280,6 @@ def _paired_with(path: Path, scenario: str) -> str:
     """Returns the scenario that gives the seeds: the clean one of a harsher one."""
     resolved = read_yaml(path / "inputs/scenarios" / f"{file_name(scenario)}.yaml")
     return str(resolved.get("clean_scenario") or scenario)
-
-
-def _without_replay(entry: Entry, suite: Suite) -> Iterator[TrialName]:
-    """Yields failures without a replay, then the first trials of cells without any."""
-    told = set()
-    for trial in entry.failed:
-        if entry.replay(trial) is None and _can_be_shown(entry.folder.log_path(*trial)):
-            told.add(trial[:2])
-            yield trial
-    for scenario in suite.scenarios:
-        for controller in entry.controllers:
-            if (scenario, controller) in told or entry.first_replay(scenario, controller):
-                continue
-            first = TrialName(scenario, controller, 0)
-            if _can_be_shown(entry.folder.log_path(*first)):
-                yield first
-
-
-def _can_be_shown(log: Path) -> bool:
-    """Whether a trial came as far as its first sample."""
-    return not TrialLog.read(log).samples.empty
 
 
 def _require_equal_inputs(entries: Sequence[Entry]) -> None:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import shutil
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -18,7 +17,7 @@ from drake_navbench.analysis.numbers import EMPTY, number
 from drake_navbench.analysis.statistics import Interval
 from drake_navbench.analysis.verdicts import is_failed
 from drake_navbench.parameter_names import flattened
-from drake_navbench.results import file_name, require_writable, write_text, write_whole
+from drake_navbench.results import file_name, require_writable, write_text
 
 PAGE_NAME = "leaderboard.html"
 REPLAYS = Path("replays")
@@ -52,19 +51,25 @@ class Card(NamedTuple):
     stand_ins: tuple[str, ...]
 
 
-def write_leaderboard(entries: Sequence[Entry], suite: Suite, out: Path) -> Path:
+# Writes the replay of a log (first) as a page (second).
+Render = Callable[[Path, Path], None]
+
+
+def write_leaderboard(entries: Sequence[Entry], suite: Suite, out: Path, *, render: Render) -> Path:
     """Writes the page of a suite's entries and their replays into a new folder; returns its path.
 
-    entries: as from `read_entries`. Raises InputError where the folder cannot be written to.
+    entries: as from `read_entries`. render: draws each replay from its log; an entry's own pages
+    are never read, since anything may stand in them. Raises InputError where the folder cannot be
+    written to, or a log cannot be drawn.
     """
     require_writable(out)
     ranking = rank(pd.concat([entry.trials for entry in entries], ignore_index=True))
     # Two folders have replays of the same names.
-    places = {
-        entry.folder.path: out / REPLAYS / f"entry_{number}"
+    replays = {
+        entry.folder.path: _Replays(entry, out / REPLAYS / f"entry_{number}", render)
         for number, entry in enumerate(entries, start=1)
     }
-    cards = [_card(standing, entries, suite, places) for standing in ranking.standings]
+    cards = [_card(standing, entries, suite, replays) for standing in ranking.standings]
     path = out / PAGE_NAME
     write_text(path, _render(ranking, cards, suite))
     return path
@@ -86,7 +91,7 @@ def _render(ranking: Ranking, cards: Sequence[Card], suite: Suite) -> str:
 
 
 def _card(
-    standing: Standing, entries: Sequence[Entry], suite: Suite, places: Mapping[Path, Path]
+    standing: Standing, entries: Sequence[Entry], suite: Suite, replays: Mapping[Path, _Replays]
 ) -> Card:
     name = standing.controller
     own = [entry for entry in entries if name in entry.controllers]
@@ -109,41 +114,48 @@ def _card(
         failures=tuple(
             failure
             for entry in own
-            for failure in _failures(entry, name, places[entry.folder.path])
+            for failure in _failures(entry, name, replays[entry.folder.path])
         ),
         replays={
-            scenario: _published(
-                own[0], own[0].first_replay(scenario, name), places[own[0].folder.path]
-            )
+            scenario: replays[own[0].folder.path].link(own[0].shown(scenario, name))
             for scenario in suite.scenarios
         },
         stand_ins=tuple(stand_ins),
     )
 
 
-def _failures(entry: Entry, controller: str, place: Path) -> Iterator[Failure]:
+def _failures(entry: Entry, controller: str, replays: _Replays) -> Iterator[Failure]:
     trials = entry.trials
     failed = trials[(trials["controller"] == controller) & is_failed(trials)]
     for row in failed.to_dict("records"):
         trial = TrialName(row["scenario"], controller, row["trial"])
-        replay = _published(entry, entry.replay(trial), place)
+        link = replays.link(trial if entry.can_be_shown(trial) else None)
         reason = str(row["reason"] or "")
-        yield Failure(trial.scenario, entry.seed, trial.trial, row["outcome"], reason, replay)
+        yield Failure(trial.scenario, entry.seed, trial.trial, row["outcome"], reason, link)
 
 
-def _published(entry: Entry, replay: Path | None, place: Path) -> str:
-    """Copies a replay to the page, so that both can be handed on; returns the link, '' for none.
+class _Replays:
+    """The replays of an entry, each drawn from its log when it is first linked to.
 
-    place: of the entry's replays, in a folder beside the page.
+    place: their folder, in a folder beside the page.
     """
-    if replay is None:
-        return ""
-    # Those of a run lie in one folder, those of single trials beside their logs.
-    parts = replay.relative_to(entry.folder.path).with_suffix("").parts[1:]
-    copy = place / f"{file_name('--'.join(parts))}.html"
-    if not copy.exists():
-        write_whole(copy, lambda path: shutil.copyfile(replay, path))
-    return copy.relative_to(place.parents[1]).as_posix()
+
+    def __init__(self, entry: Entry, place: Path, render: Render) -> None:
+        self._entry = entry
+        self._place = place
+        self._render = render
+
+    def link(self, trial: TrialName | None) -> str:
+        """Returns the link to the replay of a trial, '' for none."""
+        if trial is None:
+            return ""
+        stem = "--".join(
+            (file_name(trial.scenario), file_name(trial.controller), f"trial_{trial.trial:03d}")
+        )
+        page = self._place / f"{file_name(stem)}.html"
+        if not page.exists():
+            self._render(self._entry.folder.log_path(*trial), page)
+        return page.relative_to(self._place.parents[1]).as_posix()
 
 
 def _interval(bounds: Interval, scale: float = 1.0) -> str:

@@ -59,6 +59,7 @@ class ClientProcess:
         self._name = os.path.basename(command[0])
         self._packer = msgpack.Packer(autoreset=True)
         self._answer = bytearray()
+        self._asked = ""
         self._output = b""
         their_in, self._to_client = os.pipe()
         self._from_client, their_out = os.pipe()
@@ -106,6 +107,7 @@ class ClientProcess:
         """
         if not self._end.alive:
             raise ExternalControllerFailed(f"{self._name}: was ended before")
+        self._asked = str(message["call"])
         deadline = time.monotonic() + deadline_s
         body = self._packer.pack(message)
         self._send(LENGTH.pack(len(body)) + body, deadline)
@@ -195,7 +197,7 @@ class ClientProcess:
         if code is None:
             self.fail("closed its pipe")
         if code >= 0:
-            self.fail(f"ended with exit code {code}")
+            self.fail(f"ended with exit code {code} before it answered {self._asked}")
         name = signal.strsignal(-code) or "unknown"
         how = f"was ended by signal {-code} ({name})"
         if -code in OUTSIDE_SIGNALS:

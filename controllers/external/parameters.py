@@ -33,6 +33,18 @@ class ExternalParameters(ControllerParameters):
         default_factory=dict, description="Handed to the client as it is, in `configure`."
     )
 
+    @field_validator("command", mode="before")
+    @classmethod
+    def _check_kind(cls, command: object) -> object:
+        if isinstance(command, str):
+            return command
+        if isinstance(command, list | tuple) and all(isinstance(word, str) for word in command):
+            return tuple(command)
+        raise ValueError(
+            "expected a program with its arguments, a text or a list of texts (of a program named "
+            "false: command=\"'false'\")"
+        )
+
     @field_validator("command")
     @classmethod
     def _check_command(cls, command: str | tuple[str, ...]) -> str | tuple[str, ...]:

@@ -114,7 +114,10 @@ def _numbers(text: str) -> list[int]:
                 f"got {part!r}"
             )
         first = int(found[1])
-        numbers |= dict.fromkeys(range(first, int(found[2] or first) + 1, int(found[3] or 1)))
+        last = int(found[2] or first)
+        if last < first:
+            raise InputError(f"--worlds {text}: {part} ends before it begins; expected LOW-HIGH")
+        numbers |= dict.fromkeys(range(first, last + 1, int(found[3] or 1)))
     return list(numbers)
 
 

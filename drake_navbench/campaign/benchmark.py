@@ -19,7 +19,11 @@ from drake_navbench.analysis.tables import scenario_table
 from drake_navbench.analysis.totals import told_by_totals, totals
 from drake_navbench.campaign.asked import listed_controllers, request_from_arguments, short_form
 from drake_navbench.campaign.campaign import DEFAULT_TRIALS, Campaign, plan_campaign
-from drake_navbench.campaign.cluster import require_cluster
+from drake_navbench.campaign.cluster_connection import (
+    ClusterPlace,
+    cluster_place,
+    require_cluster,
+)
 from drake_navbench.campaign.compile_progress import CompileProgress
 from drake_navbench.campaign.console import CampaignProgress, print_scenario, terminal
 from drake_navbench.campaign.driving import Undriven, run_campaign
@@ -152,9 +156,10 @@ def run_from_command_line(arguments: argparse.Namespace, *, began_s: float) -> b
         for line in short_form(campaign.nav2):
             console.print(line, soft_wrap=True)
     jobs = arguments.jobs or available_cores()
-    if arguments.cluster is not None:
+    cluster = cluster_place(arguments)
+    if cluster is not None:
         # That nobody answers is known before anything is written.
-        require_cluster(arguments.cluster)
+        require_cluster(cluster)
     try:
         with only_run_in(folder.path):
             if resumed:
@@ -169,7 +174,7 @@ def run_from_command_line(arguments: argparse.Namespace, *, began_s: float) -> b
                 jobs=jobs,
                 console=console,
                 began_s=began_s,
-                cluster=arguments.cluster,
+                cluster=cluster,
             )
     except KeyboardInterrupt:
         console.print(
@@ -195,7 +200,7 @@ def _run(
     jobs: int,
     console: Console,
     began_s: float,
-    cluster: str | None = None,
+    cluster: ClusterPlace | None = None,
 ) -> bool:
     if line := cache_folder.notice():
         console.print(line)
@@ -309,5 +314,6 @@ def _undriven_line(entry: Undriven) -> str:
 
 
 def _print_error(text: str) -> None:
-    """Prints a line that may hold anything, as it is, however quiet the run is."""
-    terminal(stderr=True).print(text, soft_wrap=True)
+    """Prints lines that may hold anything, however quiet the run is."""
+    for line in text.split("\n"):
+        terminal(stderr=True).print(printable(line), soft_wrap=True)

@@ -126,6 +126,7 @@ def plan_campaign(
     points = points_of([parse_axis(text) for text in sweeps], samples=samples, seed=seed)
     swept = list(expand(points, loaded, columns, robot))
     specs = []
+    checked: list[tuple[Preset, Robot]] = []
     for entry in swept:
         scenario = entry.scenario
         loaded_robot = scenario.load_robot(robot)
@@ -134,8 +135,11 @@ def plan_campaign(
         check_plugins(scenario, loaded_robot)
         fitted = [preset.for_robot(loaded_robot) for preset, _, _ in entry.columns]
         for preset in fitted:
-            # Some parameters are wrong only for this robot or its control period.
-            check_controller(preset, loaded_robot)
+            # Some parameters are wrong only for this robot or its control period. One of another
+            # process is started for it, so that a robot of many scenarios is asked about once.
+            if (preset, loaded_robot) not in checked:
+                check_controller(preset, loaded_robot)
+                checked.append((preset, loaded_robot))
             warn_of_rotation(preset, loaded_robot)
         paired_with = scenario.clean_scenario or entry.base
         firsts = [

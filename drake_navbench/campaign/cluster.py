@@ -9,12 +9,10 @@ machine that had it is gone, does no harm.
 
 from __future__ import annotations
 
-import logging
-import re
 import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, closing, contextmanager, suppress
+from contextlib import closing, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -29,19 +27,11 @@ from drake_navbench.trial.spec import TrialSpec
 if TYPE_CHECKING:
     from distributed import Client, Future
 
-LOCAL = "local:"
-# As of dask, with a port always; what is none would leave a client behind that it cannot close.
-ADDRESS = re.compile(r"((tcp|tls|ws|wss|ucx)://)?([^\s/:]+|\[[0-9a-fA-F:]+\]):([0-9]{1,5})")
-LAST_PORT = 65535
 # Long enough that what dask does for it is not worth mentioning, short enough to lose.
 TRIALS_PER_CHUNK = 16
-MOST_LOCAL_WORKERS = 256
-CONNECT_TIMEOUT_S = 5.0
 # Waiting chunks for each worker, and of a small cluster at least so many: there is always work for
 # a worker that comes late, and the scheduler never has a whole campaign in its memory.
 CHUNKS_PER_WORKER, LEAST_CHUNKS = 4, 32
-# How often the process that has a chunk may be gone before the chunk is given up.
-ALLOWED_FAILURES = 10
 
 Row = dict[str, object]
 
@@ -83,85 +73,6 @@ def chunks_of(specs: Sequence[TrialSpec], indices: Sequence[int]) -> list[list[i
         for own in cells.values()
         for first in range(0, len(own), TRIALS_PER_CHUNK)
     ]
-
-
-def require_cluster(address: str) -> None:
-    """Raises InputError where a campaign cannot be driven at an address."""
-    if address.startswith(LOCAL):
-        _local_count(address)
-        _dask()
-    elif not _is_address(address):
-        raise InputError(
-            f"--cluster {address}: expected tcp://HOST:PORT of a scheduler, or local:N"
-        )
-    else:
-        with connected(address):
-            pass
-
-
-@contextmanager
-def connected(address: str) -> Iterator[Client]:
-    """Yields a client of a scheduler, or of `local:N` workers that end with the block.
-
-    Raises InputError where there is none that answers, or dask.distributed is not installed.
-    """
-    dask = _dask()
-    from distributed import Client, LocalCluster
-
-    logging.getLogger("distributed").setLevel(logging.ERROR)
-    settings = {
-        # Its processes have workers of their own.
-        "distributed.worker.daemon": False,
-        "distributed.scheduler.allowed-failures": ALLOWED_FAILURES,
-    }
-    with ExitStack() as stack:
-        stack.enter_context(dask.config.set(settings))
-        if address.startswith(LOCAL):
-            place: Any = stack.enter_context(
-                LocalCluster(
-                    n_workers=_local_count(address),
-                    threads_per_worker=1,
-                    processes=True,
-                    dashboard_address=None,
-                    silence_logs=logging.ERROR,
-                )
-            )
-        else:
-            place = address
-        try:
-            client = Client(place, timeout=CONNECT_TIMEOUT_S, set_as_default=False)
-        except (OSError, ValueError, TypeError) as error:
-            raise InputError(
-                f"--cluster {address}: no scheduler answers there within "
-                f"{CONNECT_TIMEOUT_S:g} s; expected HOST:PORT of one, or local:N"
-            ) from error
-        yield stack.enter_context(client)
-
-
-def _dask() -> Any:
-    try:
-        import dask
-        import distributed  # noqa: F401
-    except ImportError as error:
-        raise InputError(
-            "dask.distributed is not installed; pip install 'drake-navbench[cluster]'"
-        ) from error
-    return dask
-
-
-def _is_address(text: str) -> bool:
-    found = ADDRESS.fullmatch(text)
-    return found is not None and 1 <= int(found[4]) <= LAST_PORT
-
-
-def _local_count(address: str) -> int:
-    text = address.removeprefix(LOCAL)
-    count = int(text) if text.isdecimal() else 0
-    if not 1 <= count <= MOST_LOCAL_WORKERS:
-        raise InputError(
-            f"--cluster {address}: expected local:N with N from 1 to {MOST_LOCAL_WORKERS}"
-        )
-    return count
 
 
 def drive_on_cluster(

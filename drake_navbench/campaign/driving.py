@@ -10,17 +10,21 @@ from typing import NamedTuple
 import pandas as pd
 
 from drake_navbench.campaign.campaign import Campaign
-from drake_navbench.campaign.cluster import TrialEnding, connected, drive_on_cluster
+from drake_navbench.campaign.cluster import TrialEnding, drive_on_cluster
+from drake_navbench.campaign.cluster_connection import ClusterPlace, connected
 from drake_navbench.campaign.trial_tasks import TRIALS_PER_WORKER, Row, table_row, trial_task
 from drake_navbench.campaign.warm_up import start_worker_server
-from drake_navbench.errors import InputError
+from drake_navbench.errors import EndedFromOutside, InputError
 from drake_navbench.log import Outcome, TrialLog
 from drake_navbench.processes.fingerprint import Fingerprint
 from drake_navbench.processes.worker_process import Raised, Returned
-from drake_navbench.processes.workers import Ending, run_tasks
+from drake_navbench.processes.workers import Died, Ending, run_tasks
 from drake_navbench.results import ResultsFolder
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import NotDriven, log_of_ending
+
+# In the manifest: trials with code of others whose worker or client was killed.
+KILLED_ONCE = "killed_once"
 
 
 @dataclass
@@ -58,16 +62,17 @@ def run_campaign(
     jobs: int,
     on_progress: Callable[[Progress], None] = lambda progress: None,
     on_refused_log: Callable[[str], None] = lambda line: None,
-    cluster: str | None = None,
+    cluster: ClusterPlace | None = None,
     on_refused_worker: Callable[[str], None] = lambda line: None,
 ) -> Driven:
     """Drives every trial that has no log of its own in the folder yet; writes the table of trials.
 
     A trial that breaks, hangs or ends its worker becomes a row with the outcome `error`. One that
-    is ended from outside, or for which the machine has too little, is left to be driven again.
+    is ended from outside, or for which the machine has too little, is left to be driven again;
+    where code of others drives and its worker is killed for the second time, that code did it.
     Ctrl-C stops the workers and leaves the finished logs behind, from which a resumed run goes on.
     on_refused_log: is told of every log that is not the one of its trial, which is driven again.
-    cluster: where to drive in place of `jobs` workers here, see `cluster.connected`.
+    cluster: where to drive in place of `jobs` workers here.
     on_refused_worker: is told of every worker of it that has other software.
     Raises CannotBeWritten where a log cannot be kept: there is no use in driving on.
     """
@@ -88,7 +93,7 @@ def run_campaign(
         for index, ending, made_by, workers in endings:
             spec = campaign.specs[index]
             try:
-                rows[index] = _row_of(ending, spec, folder)
+                rows[index] = _row_of(_blamed(ending, spec, folder), spec, folder)
                 progress.failed += rows[index]["outcome"] == Outcome.ERROR
             except NotDriven as reason:
                 undriven.append(Undriven(spec, str(reason)))
@@ -122,10 +127,10 @@ def _drive_there(
     campaign: Campaign,
     indices: Sequence[int],
     folder: ResultsFolder,
-    address: str,
+    place: ClusterPlace,
     on_refused_worker: Callable[[str], None],
 ) -> Generator[TrialEnding, None, None]:
-    with connected(address) as client:
+    with connected(place) as client:
         yield from drive_on_cluster(
             client,
             campaign.specs,
@@ -154,6 +159,31 @@ def _read_back(
         else:
             rows[index] = table_row(log)
     return rows
+
+
+def _blamed(ending: Ending, spec: TrialSpec, folder: ResultsFolder) -> Ending:
+    """Returns how a trial ended; a second kill is the doing of the code of others that it runs.
+
+    Nobody can tell who has killed a process. A trial that kills its own would be driven again by
+    every `--resume`, so that the first kill is noted in the manifest.
+    """
+    is_kill = (
+        ending.is_killed
+        if isinstance(ending, Died)
+        else isinstance(ending, Raised) and isinstance(ending.error, EndedFromOutside)
+    )
+    runs_others_code = bool(spec.code_owner) or spec.preset.controller == "external"
+    if not (is_kill and runs_others_code and isinstance(ending, Died | Raised)):
+        return ending
+    name = folder.log_path(spec.scenario.name, spec.preset.name, spec.trial).stem
+    trial = "/".join((spec.scenario.name, spec.preset.name, name))
+    manifest = folder.read_manifest()
+    killed = manifest.get(KILLED_ONCE, [])
+    if trial in killed:
+        reason = f"{ending.sentence}, for the second time: taken for the doing of its controller"
+        return Died(reason, is_from_outside=False)
+    folder.write_manifest(manifest | {KILLED_ONCE: [*killed, trial]})
+    return ending
 
 
 def _row_of(ending: Ending, spec: TrialSpec, folder: ResultsFolder) -> Row:

@@ -2,17 +2,47 @@
 
 from __future__ import annotations
 
+import re
 import threading
+from collections.abc import Sequence
+from http.client import HTTPException
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from types import TracebackType
 from typing import Any
+from urllib.parse import urlsplit
 from urllib.request import urlopen
 
 HOST = "localhost"
+OWN_NAMES = (HOST, "127.0.0.1", "::1")
 # The page asks for it now and then, and loads itself anew when it has changed.
 NUMBER_PATH = "/number"
+PAGE_PATH = "/"
 # Where Meshcat has what its scene is made of.
-ASSETS_PATH = "/cas-v1/"
+ASSET_PATH = re.compile(r"/cas-v1/[A-Za-z0-9._-]{1,200}")
+# For a browser to say what it wants, and for Meshcat to answer.
+PATIENCE_S = 10.0
+
+
+class _QuietServer(ThreadingHTTPServer):
+    """Breaks off without a word with whoever says no request, or leaves before the answer."""
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Says nothing: the terminal is for the trials."""
+
+
+def _is_from_here(hosts: Sequence[str] | None, origin: str | None) -> bool:
+    """Whether a request names this machine, and comes from no page of another place.
+
+    Otherwise any page in the same browser could read ours, by a name of its own for this machine.
+    The port may be another one, as through a tunnel.
+    """
+    if hosts is None or len(hosts) != 1:
+        return False
+    try:
+        name = urlsplit(f"http://{hosts[0]}").hostname
+    except ValueError:
+        return False
+    return name in OWN_NAMES and origin in (None, f"http://{hosts[0]}")
 
 
 class LiveServer:
@@ -28,12 +58,21 @@ class LiveServer:
         own = self
 
         class Handler(BaseHTTPRequestHandler):
+            timeout = PATIENCE_S
+
             def do_GET(self) -> None:
+                if not _is_from_here(self.headers.get_all("Host"), self.headers.get("Origin")):
+                    self.send_error(403)
+                    return
                 try:
-                    kind, body = own._answer(self.path)
-                except OSError:
+                    answer = own._answer(self.path)
+                except (OSError, ValueError, HTTPException):
+                    # Meshcat has no such thing, or is gone.
+                    answer = None
+                if answer is None:
                     self.send_error(404)
                     return
+                kind, body = answer
                 self.send_response(200)
                 self.send_header("Content-Type", kind)
                 self.send_header("Content-Length", str(len(body)))
@@ -44,7 +83,7 @@ class LiveServer:
             def log_message(self, format: str, *arguments: Any) -> None:
                 """Says nothing: the terminal is for the trials."""
 
-        self._server = ThreadingHTTPServer((HOST, 0), Handler)
+        self._server = _QuietServer((HOST, 0), Handler)
         self._thread = threading.Thread(target=self._server.serve_forever, daemon=True)
 
     @property
@@ -57,15 +96,17 @@ class LiveServer:
         self._page = page.encode()
         self._number += 1
 
-    def _answer(self, path: str) -> tuple[str, bytes]:
-        """Returns the kind and the content of what is asked for; raises OSError."""
+    def _answer(self, path: str) -> tuple[str, bytes] | None:
+        """Returns the kind and the content of what is asked for, None where there is no such."""
+        if path == PAGE_PATH:
+            return "text/html; charset=utf-8", self._page
         if path == NUMBER_PATH:
             return "text/plain", str(self._number).encode()
-        if path.startswith(ASSETS_PATH):
+        if ASSET_PATH.fullmatch(path):
             # A page may load textures from where it comes from only.
-            with urlopen(f"{self._scene_address}{path}") as answer:
+            with urlopen(f"{self._scene_address}{path}", timeout=PATIENCE_S) as answer:
                 return answer.headers.get_content_type(), answer.read()
-        return "text/html; charset=utf-8", self._page
+        return None
 
     def __enter__(self) -> LiveServer:
         self._thread.start()

@@ -56,11 +56,11 @@ def build_parser() -> argparse.ArgumentParser:
         "--secret", type=Path, metavar="FILE", help="what `seal` wrote (checks what is revealed)"
     )
 
-    enter = steps.add_parser("enter", help="check a results folder, and write missing replays")
+    enter = steps.add_parser("enter", help="check a results folder, and note for which suite it is")
     enter.add_argument("results", nargs="+", type=Path, metavar="RESULTS", help="results folders")
     enter.add_argument("--suite", type=Path, required=True, metavar="FILE", help="the suite")
 
-    build = steps.add_parser("build", help="write the page of all entries")
+    build = steps.add_parser("build", help="draw the replays, and write the page of all entries")
     build.add_argument("results", nargs="+", type=Path, metavar="RESULTS", help="entered folders")
     build.add_argument("--suite", type=Path, required=True, metavar="FILE", help="the suite")
     build.add_argument("--out", type=Path, required=True, metavar="DIR", help="a new folder")
@@ -97,18 +97,11 @@ def _enter(arguments: argparse.Namespace) -> None:
     from drake_navbench.analysis.leaderboard.entries import enter
     from drake_navbench.analysis.leaderboard.suite import read_open_suite
     from drake_navbench.campaign.campaign import trial_seed
-    from drake_navbench.commands.replay import render
 
     suite = read_open_suite(arguments.suite)
     for path in arguments.results:
-        written = enter(
-            path,
-            suite,
-            seed_of=trial_seed,
-            render=lambda log: render(log, log.with_suffix(".html"), None),
-        )
-        replays = f"{written} replay{'s' if written != 1 else ''} written"
-        print(f"{path}: entered for {suite.name} version {suite.version}, {replays}")
+        enter(path, suite, seed_of=trial_seed)
+        print(f"{path}: entered for {suite.name} version {suite.version}")
 
 
 def _build(arguments: argparse.Namespace) -> None:
@@ -116,10 +109,14 @@ def _build(arguments: argparse.Namespace) -> None:
     from drake_navbench.analysis.leaderboard.page import write_leaderboard
     from drake_navbench.analysis.leaderboard.suite import read_open_suite
     from drake_navbench.campaign.campaign import trial_seed
+    from drake_navbench.commands.replay import render
 
     suite = read_open_suite(arguments.suite)
     entries = read_entries(arguments.results, suite, seed_of=trial_seed)
-    print(write_leaderboard(entries, suite, arguments.out))
+    page = write_leaderboard(
+        entries, suite, arguments.out, render=lambda log, path: render(log, path, None)
+    )
+    print(page)
 
 
 if __name__ == "__main__":

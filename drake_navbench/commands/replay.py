@@ -106,8 +106,9 @@ def _built_in_model(name: object) -> Path | None:
 
     if not isinstance(name, str) or not name:
         return None
+    # A log is anybody's: what it names is no path.
     path = ROBOT_FILES.folder / name
-    return path if path.is_file() else None
+    return path if path.name == name and path.is_file() else None
 
 
 if __name__ == "__main__":

@@ -14,7 +14,13 @@ from collections.abc import Callable
 from multiprocessing.connection import Connection
 from typing import Any, Final, NamedTuple
 
-from drake_navbench.errors import InputError, NavbenchError, one_line, printable
+from drake_navbench.errors import (
+    EndedFromOutside,
+    InputError,
+    NavbenchError,
+    one_line,
+    printable,
+)
 
 # A task that holds the interpreter's lock keeps a worker from noticing that its caller has died.
 ALARM_MARGIN_S = 60.0
@@ -29,7 +35,7 @@ class Returned(NamedTuple):
 
 
 class Raised(NamedTuple):
-    """The task's function raised: an InputError as it was, anything else as a TaskFailed."""
+    """The task's function raised: what a caller tells apart as it was, else a TaskFailed."""
 
     error: NavbenchError
 
@@ -87,7 +93,7 @@ def _ending_of(
         signal.setitimer(signal.ITIMER_REAL, time_limit_s + ALARM_MARGIN_S)
     try:
         return Returned(function(*arguments))
-    except InputError as error:
+    except (InputError, EndedFromOutside) as error:
         return Raised(error)
     except BaseException as error:
         return Raised(TaskFailed(one_line(error), traceback.format_exc()))

@@ -77,10 +77,15 @@ class TimedOut(NamedTuple):
 
 
 class Died(NamedTuple):
-    """The worker died. sentence: how. is_from_outside: something else than the task made it."""
+    """The worker died.
+
+    sentence: how. is_from_outside: something else than the task made it, as far as one can tell.
+    is_killed: it was this worker that somebody ended, by a signal; that may be the task itself.
+    """
 
     sentence: str
     is_from_outside: bool
+    is_killed: bool = False
 
 
 Failure = Raised | TimedOut | Died
@@ -311,9 +316,11 @@ class _Worker:
         if code >= 0:
             return Died(f"the worker process died with exit code {code}", is_from_outside=False)
         name = signal.strsignal(-code) or "unknown"
+        is_from_outside = -code in OUTSIDE_SIGNALS
         return Died(
             f"the worker process was ended by signal {-code} ({name})",
-            is_from_outside=-code in OUTSIDE_SIGNALS,
+            is_from_outside,
+            is_killed=is_from_outside,
         )
 
     def stop(self) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+from drake_navbench.csv_text import csv_text
 from drake_navbench.log import TrialLog
 
 # Trajectory -> columns of a log; evo compares the second with the first.
@@ -16,7 +17,7 @@ TRAJECTORIES = {
 
 def csv_of(log: TrialLog) -> str:
     """Returns the samples as comma-separated values, one row a sample, columns as in the log."""
-    return str(log.samples.to_csv(index=False, lineterminator="\n"))
+    return csv_text(log.samples)
 
 
 def tum_of(log: TrialLog, trajectory: str) -> str:

@@ -94,7 +94,7 @@ def test_files_that_cannot_be_read_are_left_out_and_named(reported, text):
     assert "not a readable trial log" in reasons["trials/empty/rpp/trial_007.parquet"]
     assert "schema version 99" in reasons["trials/empty/rpp/trial_008.parquet"]
     assert "not a trial log" in reasons["trials/empty/rpp/trial_009.parquet"]
-    assert "3 files could not be read" in text
+    assert "3 files could not be read or drawn" in text
     for path in reasons:
         assert path in text
 

@@ -12,7 +12,7 @@ import pytest
 from drake_navbench.campaign import driving, trial_tasks
 from drake_navbench.campaign.campaign import Campaign, plan_campaign
 from drake_navbench.campaign.driving import run_campaign
-from drake_navbench.errors import CannotBeWritten, InputError
+from drake_navbench.errors import CannotBeWritten, EndedFromOutside, InputError
 from drake_navbench.log import Outcome, TrialLog
 from drake_navbench.processes.worker_process import Raised, TaskFailed
 from drake_navbench.processes.workers import Died, TimedOut
@@ -108,6 +108,24 @@ def test_a_trial_that_ended_its_worker_has_a_log_of_it(case, campaign, folder):
     row = driving._row_of(ENDINGS_OF_THE_TRIAL[case], campaign.specs[0], folder)
     assert row["outcome"] == Outcome.ERROR
     assert logs_in(folder) == ["trial_000.parquet"]
+
+
+def test_a_client_that_is_killed_is_an_error_the_second_time(campaign, folder):
+    killed = Raised(EndedFromOutside("client: was ended by signal 9 (Killed)"))
+    own = campaign.specs[0]
+    client = dataclasses.replace(
+        own, preset=dataclasses.replace(own.preset, controller="external", name="client")
+    )
+    assert driving._blamed(killed, client, folder) is killed
+    again = driving._blamed(killed, client, folder)
+    assert again == Died(
+        "client: was ended by signal 9 (Killed), for the second time: taken for the doing of its "
+        "controller",
+        is_from_outside=False,
+    )
+    # One of ours kills nobody.
+    for _ in range(3):
+        assert driving._blamed(killed, own, folder) is killed
 
 
 def test_a_campaign_stops_where_a_log_cannot_be_kept(campaign, folder):

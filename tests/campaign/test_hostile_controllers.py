@@ -21,6 +21,7 @@ from drake_navbench.plugins import forget_installed
 from drake_navbench.results import ResultsFolder
 from drake_navbench.trial import task_cost
 
+OTHERS = [f"{name} = hostile_controllers:{name}" for name in ("Honest", "KillsItself")]
 SCENARIO = "description: nothing in the way\ngoal: [1.0, 0.0, 0.0]\ntimeout_s: 4.0\n"
 
 
@@ -39,7 +40,7 @@ def installed(tmp_path_factory, patch) -> Iterator[Path]:
     (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: hostile\nVersion: 1.0\n")
     points = [f"{plugin.__name__} = hostile_controllers:{plugin.__name__}" for plugin in ALL]
     (metadata / "entry_points.txt").write_text(
-        "\n".join(["[drake_navbench.controllers]", "Honest = hostile_controllers:Honest", *points])
+        "\n".join(["[drake_navbench.controllers]", *OTHERS, *points])
     )
     (path / "short.yaml").write_text(SCENARIO)
     patch.syspath_prepend(path)
@@ -137,6 +138,24 @@ def test_a_spoilt_process_serves_only_the_column_that_spoilt_it(installed, tmp_p
     assert set(ours["outcome"]) == {Outcome.SUCCEEDED}
     # A clock that stands still would make it 0.
     assert (ours["compute_time_p99_ms"] > 0.0).all()
+
+
+def test_what_kills_its_own_worker_is_an_error_the_second_time(installed, tmp_path):
+    """Whoever killed the first one, so that resuming comes to an end; others are not blamed."""
+    folder = ResultsFolder(tmp_path / "out")
+    columns = [column("KillsItself"), load_preset("rpp")]
+    first = drive(installed, columns, folder, trials=1)
+    assert [entry.spec.preset.name for entry in first.undriven] == ["KillsItself"]
+    campaign = plan_campaign([str(installed / "short.yaml")], columns, trials=1)
+    second = run_campaign(campaign, folder, jobs=1)
+    assert second.undriven == []
+    rows = second.trials.set_index("controller")
+    assert rows.loc["KillsItself", "outcome"] == "error"
+    assert rows.loc["KillsItself", "reason"] == (
+        "the worker process was ended by signal 9 (Killed), for the second time: taken for the "
+        "doing of its controller"
+    )
+    assert rows.loc["rpp", "outcome"] == "succeeded"
 
 
 def test_run_trial_drives_a_plugin_apart(installed):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import socket
+import struct
 import sys
 import time
 from contextlib import nullcontext, suppress
@@ -43,6 +45,70 @@ def test_a_texture_that_was_replaced_is_no_news(caplog):
                 urlopen(stranger)
             time.sleep(0.1)
         assert sum("Unknown CAS key" in line for line in caplog.messages) == wanted
+
+
+def status_of(server, request: bytes) -> int:
+    """Returns the status that raw bytes are answered with, 0 where there is no answer."""
+    port = int(server.address.split(":")[2].strip("/"))
+    with socket.create_connection(("127.0.0.1", port), timeout=10.0) as stranger:
+        stranger.sendall(request)
+        stranger.shutdown(socket.SHUT_WR)
+        answer = b"".join(iter(lambda: stranger.recv(4096), b""))
+    return int(answer.split()[1]) if answer.startswith(b"HTTP/1.") else 0
+
+
+def get(path="/", *headers: str) -> bytes:
+    return "\r\n".join([f"GET {path} HTTP/1.0", *headers, "", ""]).encode()
+
+
+@pytest.mark.parametrize(
+    ("request_bytes", "status"),
+    [
+        (get("/", "Host: localhost:8000"), 200),
+        (get("/", "Host: 127.0.0.1"), 200),
+        (get("/", "Host: [::1]:7"), 200),
+        (get("/", "Host: localhost:1", "Origin: http://localhost:1"), 200),
+        # A name of somebody else that leads here, and a page of somebody else that asks.
+        (get("/", "Host: rebound.example"), 403),
+        (get("/", "Host: localhost.example:80"), 403),
+        (get("/number", "Host: localhost", "Origin: http://other.example"), 403),
+        (get("/number", "Host: localhost:1", "Origin: http://localhost:2"), 403),
+        (get("/", "Host: localhost", "Origin: null"), 403),
+        (get("/", "Host: localhost", "Host: localhost"), 403),
+        (get("/", "Host: [::1"), 403),
+        (get("/"), 403),
+        (get("/other", "Host: localhost"), 404),
+        (get("/cas-v1/../../etc/passwd", "Host: localhost"), 404),
+        (get("/cas-v1/%0d%0aX:", "Host: localhost"), 404),
+        (get("/cas-v1/\x01", "Host: localhost"), 404),
+        (get("/cas-v1/none", "Host: localhost"), 404),
+        (get("//@x/cas-v1/", "Host: localhost"), 404),
+        (b"POST / HTTP/1.0\r\nHost: localhost\r\n\r\n", 501),
+        (b"GET / HTTP/9.x\r\n\r\n", 0),
+        (b"\x16\x03\x01\x02\x00\r\n\r\n", 0),
+        (b"GET /" + b"a" * 70_000 + b" HTTP/1.0\r\n\r\n", 414),
+        (b"", 0),
+    ],
+)
+def test_odd_requests_are_answered_and_print_nothing(request_bytes, status, capfd):
+    with LiveServer() as server:
+        server.show("<p>page</p>")
+        assert status_of(server, request_bytes) == status
+        assert urlopen(server.address).read() == b"<p>page</p>"
+    assert "".join(capfd.readouterr()) == ""
+
+
+def test_a_browser_that_leaves_early_prints_nothing(capfd):
+    with LiveServer() as server:
+        server.show("x" * 10_000_000)
+        port = int(server.address.split(":")[2].strip("/"))
+        with socket.create_connection(("127.0.0.1", port)) as stranger:
+            reset_at_close = struct.pack("ii", 1, 0)
+            stranger.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, reset_at_close)
+            stranger.sendall(get("/", "Host: localhost"))
+            stranger.recv(10)
+        assert len(urlopen(server.address).read()) == 10_000_000
+    assert "".join(capfd.readouterr()) == ""
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)

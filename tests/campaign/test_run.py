@@ -4,6 +4,7 @@ import json
 import shutil
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 
 import pandas as pd
@@ -13,7 +14,7 @@ from drake_navbench import report
 from drake_navbench.analysis.metrics.registry import unrepeatable_names
 from drake_navbench.campaign import benchmark
 from drake_navbench.campaign.asked import request_from_arguments
-from drake_navbench.errors import NavbenchError
+from drake_navbench.errors import InputWarning, NavbenchError
 from drake_navbench.log import TrialLog
 from drake_navbench.results import only_run_in
 from drake_navbench.run import build_parser, main
@@ -169,6 +170,14 @@ WRONG_INPUTS = {
     ),
     "unknown robot": (["empty", "--robot", "wheelchar"], "did you mean 'wheelchair'?"),
     "unreadable file": (["empty", "--params", "none.yaml"], "none.yaml: cannot be read"),
+    "worlds that end before they begin": (
+        ["--barn", ".", "--worlds", "3,9-1"],
+        "--worlds 3,9-1: 9-1 ends before it begins; expected LOW-HIGH",
+    ),
+    "a truth value as a client": (
+        ["empty", "--controllers", "external:command=false"],
+        "command: expected a program with its arguments, a text or a list of texts",
+    ),
     "no results folder": (["--resume", "."], "not a results folder"),
     "resume with more": (["empty", "--resume", "."], "expected no SCENARIO"),
 }
@@ -221,6 +230,18 @@ def test_a_wrong_argument_is_one_line_and_exit_2(case, tmp_path, monkeypatch, ca
     monkeypatch.chdir(tmp_path)
     check_refused(*WRONG_INPUTS[case], capsys)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_warning_is_a_line_of_at_most_1000_characters(tmp_path, monkeypatch, capsys):
+    def warn(parser, arguments):
+        warnings.warn("\x1b[31m" + "x" * 5000, InputWarning, stacklevel=1)
+        return 0
+
+    monkeypatch.setattr("drake_navbench.run._run", warn)
+    assert main(["empty"]) == 0
+    (line,) = capsys.readouterr().err.splitlines()
+    assert len(line) == 1000
+    assert line.isprintable()
 
 
 @pytest.mark.parametrize("case", WRONG_SCENARIOS)

@@ -4,23 +4,19 @@
 """
 
 import json
-import os
-import resource
-import time
 from collections.abc import Callable
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import pytest
 import yaml
+from bounds import fuzz, only_input_errors
 from damage import as_text, damaged, damaged_bytes, damaged_text
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
 from drake_navbench.costmaps.map_file import load_map
-from drake_navbench.errors import InputError
 from drake_navbench.inputs.parameter_files import load_parameter_file
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.robot import load_robot
@@ -32,51 +28,6 @@ from drake_navbench.trial.task_cost import check_cost
 from drake_navbench.typed_files.typed_yaml import read_yaml
 
 CORPUS = Path(__file__).parent / "corpus"
-# A few seconds' worth in every run.
-FEW_CASES = 40
-CASES = int(os.environ.get("FUZZ_CASES", FEW_CASES))
-MAX_TIME_S = 5.0
-MAX_MEMORY_BYTES = 1e9
-
-fuzz = settings(
-    max_examples=CASES,
-    # Few cases are the same in every run, many are new ones each time.
-    derandomize=CASES == FEW_CASES,
-    deadline=None,
-    suppress_health_check=list(HealthCheck),
-)
-
-
-@contextmanager
-def only_input_errors(limit_s: float = MAX_TIME_S):
-    """Lets only errors through that a user can read, and asserts that time and memory are kept."""
-    started = time.process_time()
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    try:
-        yield
-    except InputError as error:
-        lines = str(error).splitlines()
-        assert lines
-        assert all(line.isprintable() and len(line) <= 1000 for line in lines)
-    grown_bytes = 1024 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
-    assert time.process_time() - started < limit_s
-    assert grown_bytes < MAX_MEMORY_BYTES
-
-
-@pytest.fixture(scope="module")
-def file(tmp_path_factory) -> Callable[[str, bytes | str], Path]:
-    """A function that writes a file of a name and returns its path."""
-    folder = tmp_path_factory.mktemp("fuzz")
-
-    def write(name: str, content: bytes | str) -> Path:
-        path = folder / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        if isinstance(content, str):
-            content = content.encode(errors="surrogatepass")
-        path.write_bytes(content)
-        return path
-
-    return write
 
 
 def read_scenario(path: Path) -> None:

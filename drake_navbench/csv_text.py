@@ -1,0 +1,46 @@
+"""Tables as CSV that a spreadsheet shows as it is and never runs."""
+
+from __future__ import annotations
+
+import re
+
+import pandas as pd
+
+# What a spreadsheet takes for the begin of a formula; leading blanks do not help.
+FORMULA = re.compile(r"\s*[=+\-@]")
+AS_TEXT = "'"
+
+
+def csv_text(table: pd.DataFrame, *, has_index: bool = False) -> str:
+    """Returns a table as CSV with one line end everywhere.
+
+    A cell or name that begins as a formula does and is no number has AS_TEXT before it.
+    has_index: whether the index is written, too.
+    """
+    shown = table.reset_index() if has_index else table.copy()
+    # By place, since two columns may have one name.
+    columns = [
+        column
+        if pd.api.types.is_numeric_dtype(column) or pd.api.types.is_bool_dtype(column)
+        else column.map(_as_text)
+        for _, column in shown.items()
+    ]
+    names = [_as_text(name) for name in shown.columns]
+    written = pd.concat(columns, axis=1, keys=range(len(columns))) if columns else shown
+    return str(written.to_csv(index=False, header=names, lineterminator="\n"))
+
+
+def _as_text(value: object) -> object:
+    if not isinstance(value, str):
+        return value
+    # It would end the row, as the writer does not know.
+    text = value.replace("\r", " ")
+    return AS_TEXT + text if FORMULA.match(text) and not _is_number(text) else text
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

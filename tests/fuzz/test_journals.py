@@ -1,0 +1,51 @@
+"""Whatever a study's journal holds, `tune` goes on with it or refuses it in a line."""
+
+from __future__ import annotations
+
+import optuna
+import pytest
+from bounds import fuzz, only_input_errors
+from damage import damaged_bytes
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drake_navbench.tuning.study import configurations_of
+from drake_navbench.tuning.task import TuningTask
+
+journals = pytest.importorskip("drake_navbench.tuning.journal")
+
+
+@pytest.fixture(scope="module")
+def task() -> TuningTask:
+    """A task as `tune` makes it."""
+    return TuningTask.model_construct(objectives=("time", "jerk"))
+
+
+@pytest.fixture(scope="module")
+def journal(tmp_path_factory, task) -> bytes:
+    """The journal of a study with a few trials."""
+    optuna.logging.set_verbosity(optuna.logging.ERROR)
+    folder = tmp_path_factory.mktemp("study")
+    study = journals.open_study(folder, task, lambda line: None)
+    for number in range(3):
+        trial = study.ask()
+        trial.suggest_float("speed", 0.1, 1.0)
+        trial.set_user_attr("pairs", number)
+        study.tell(trial, [0.1, 0.2])
+    return (folder / journals.JOURNAL).read_bytes()
+
+
+@fuzz
+@given(data=st.data())
+def test_journals(data, file, journal, task):
+    path = file(
+        f"study/{journals.JOURNAL}", data.draw(damaged_bytes(journal) | damaged_lines(journal))
+    )
+    with only_input_errors():
+        configurations_of(journals.open_study(path.parent, task, lambda line: None))
+
+
+def damaged_lines(content: bytes) -> st.SearchStrategy[bytes]:
+    """Draws the lines of a file in another order, some of them twice or not at all."""
+    lines = content.splitlines(keepends=True)
+    return st.lists(st.sampled_from(lines), max_size=len(lines)).map(b"".join)
