@@ -101,9 +101,9 @@ def test_a_head_that_fails_is_red(what, law, pairs):
 @pytest.mark.parametrize(
     ("what", "law", "pairs", "least"),
     [
-        ("touches in a half", Law(touches=0.5), 16, 0.6),
+        ("touches in a half", Law(touches=0.5), 16, 0.5),
         ("touches in three quarters", Law(touches=0.75), 16, 0.95),
-        ("touches in a quarter", Law(touches=0.25), 32, 0.6),
+        ("touches in a quarter", Law(touches=0.25), 32, 0.45),
     ],
 )
 def test_compare_finds_losses_of_this_size(what, law, pairs, least):

@@ -28,11 +28,12 @@ def test_a_change_is_driven_and_told(tiny, copied, tmp_path, capsys):
     out, junit = tmp_path / "out", tmp_path / "gate.xml"
     arguments = ["nav2-gate", "tiny", str(copied), "--controllers", "tiny::Controller"]
     arguments += ["--scenarios", "empty", "--trials", "2", "--jobs", "1"]
-    # Two pairs are too few for an alarm, whatever they do.
-    assert main([*arguments, "--out", str(out), "--junit", str(junit)]) == 0
+    status = main([*arguments, "--out", str(out), "--junit", str(junit)])
     shown = capsys.readouterr().out
-    assert shown.startswith("# Nav2 gate: green\n")
-    assert "2 pairs of equal seed, of which 0 drove the same" in shown
+    # Two pairs decide only where nothing in them is random.
+    assert status == int("which counts once: tiny::Controller in empty" in shown)
+    assert shown.startswith(f"# Nav2 gate: {'red' if status else 'green'}\n")
+    assert "0 of 2 pairs of trials are equal in outcome and all metrics" in shown
     assert 'classname="empty.tiny::Controller" name="success_rate"' in junit.read_text()
     assert (out / "manifest.json").is_file()
     assert "tiny::Controller" in find_build("gate-head").controllers
