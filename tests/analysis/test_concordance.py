@@ -15,6 +15,7 @@ from drake_navbench.analysis.concordance import (
     ceilings,
     concordance,
     is_covered,
+    permutation_baseline,
     published_orderings,
 )
 from drake_navbench.analysis.findings import findings
@@ -124,3 +125,21 @@ def test_pairs_in_which_nothing_is_random_say_nothing_of_the_ceiling():
 
 def test_there_is_no_ceiling_with_fewer_than_two_times_four_trials():
     assert ceilings(published_trials(7, noise=0.01)) == {}
+
+
+def test_exchanged_names_find_fewer_orderings_again_than_the_right_ones():
+    trials = published_trials()
+    assert concordance(published_orderings(trials)).ratio == 1.0
+    baseline = permutation_baseline(trials)
+    assert baseline.permutations == 23
+    # About half is what chance gives; exchanging two that are alike costs least.
+    assert 0.4 < baseline.median < 0.6
+    assert baseline.median < baseline.best < 0.95
+
+
+def test_a_table_of_equal_controllers_has_no_ordering_to_find():
+    trials = published_trials()
+    numbers = trials.select_dtypes("number").columns.drop("trial")
+    baseline = permutation_baseline(trials.assign(**dict.fromkeys(numbers, 1.0)))
+    # An exact tie counts one half, under every name.
+    assert (baseline.median, baseline.best) == (0.5, 0.5)

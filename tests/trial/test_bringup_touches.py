@@ -1,4 +1,4 @@
-"""The presets of nav2_bringup look at the robot's centre alone; the wheelchair's front touches."""
+"""The presets of nav2_bringup look at the centre alone; the front of the wheelchair touches."""
 
 from __future__ import annotations
 
