@@ -211,7 +211,7 @@ def pooled(rows: pd.DataFrame, rivals: list[str]) -> pd.DataFrame:
     trials, found = wide(rows), []
     is_open = ~trials.index.get_level_values("scenario").isin(CLOSED)
     families = [group for _, group in trials[is_open].groupby(level="family")]
-    for rival in rivals:
+    for rival in rivals if families else ():
         counts = [success_lost(group, rival)[:2] for group in families]
         lost, count = (sum(column) for column in zip(*counts, strict=True))
         margin, bound = POOLED_SUCCESS_MARGIN, share_bound(lost, count)
