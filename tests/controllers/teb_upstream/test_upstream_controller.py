@@ -119,24 +119,24 @@ def test_the_plan_is_cut_at_the_nearest_pose_and_after_the_lookahead():
 
 def test_the_piece_that_leads_to_the_first_pose_counts_though_the_path_handler_has_dropped_it():
     plan = straight_plan(4.0)
-    seen = observation(pose=np.array([0.52, 0.1, 0.3]), plan=plan[5:], global_plan=plan)
-    local = cut_local_plan(seen, TebUpstreamParameters(max_global_plan_lookahead_dist=1.05))
-    # From 0.4 m on; without that piece it would be 1.6 m.
+    seen = observation(pose=np.array([0.52, 0.1, 0.3]), plan=plan[10:], global_plan=plan)
+    local = cut_local_plan(seen, TebUpstreamParameters(max_global_plan_lookahead_dist=1.02))
+    # From 0.45 m on, in steps of 0.05 m; without that piece it would be 1.55 m.
     assert local.poses[-1, 0] == pytest.approx(1.5)
 
 
 def test_what_lies_farther_behind_than_the_prune_distance_stays_dropped_until_the_next_plan():
     plan = straight_plan(4.0)
-    # 0.6 m is the first pose within 1 m of 1.55 m.
-    assert pruned_begin(plan, 0, np.array([1.55, 0.0, 0.0]), 1.0) == 6
-    assert pruned_begin(plan, 6, np.array([0.1, 0.0, 0.0]), 1.0) == 6
-    assert pruned_begin(plan, 6, np.array([0.1, 5.0, 0.0]), 1.0) == 6
+    # In steps of 0.05 m, 0.6 m is the first pose within 1 m of 1.57 m.
+    assert pruned_begin(plan, 0, np.array([1.57, 0.0, 0.0]), 1.0) == 12
+    assert pruned_begin(plan, 12, np.array([0.1, 0.0, 0.0]), 1.0) == 12
+    assert pruned_begin(plan, 12, np.array([0.1, 5.0, 0.0]), 1.0) == 12
     driven = controller()
-    seen = observation(global_plan=plan, pose=np.array([1.55, 0.0, 0.0]))
+    seen = observation(global_plan=plan, pose=np.array([1.57, 0.0, 0.0]))
     memory = driven.step(seen, driven.initial_memory()).memory
-    assert memory.plan_begin == 6
+    assert memory.plan_begin == 12
     back = replace(seen, pose=np.zeros(3))
-    assert driven.step(back, memory).memory.plan_begin == 6
+    assert driven.step(back, memory).memory.plan_begin == 12
     assert driven.step(replace(back, plan_id=1), memory).memory.plan_begin == 0
 
 
