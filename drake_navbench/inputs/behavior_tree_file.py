@@ -115,7 +115,7 @@ def _trees_of(
     root: _Element, path: Path, missing: list[str], includes_left: int
 ) -> dict[str, _Element]:
     """Returns the trees of a file and of those that it includes; missing: lines of the others."""
-    trees = {}
+    trees: dict[str, _Element] = {}
     for element in root.children:
         if element.tag == "include":
             named = element.attributes.get("path", "")
