@@ -178,7 +178,10 @@ def test_a_client_that_is_not_graceful_is_at_rest_at_once(start):
 @pytest.mark.parametrize(
     ("deed", "told"),
     [
-        ("dies", "ended with exit code 3; it printed last: the last straw"),
+        (
+            "dies",
+            "ended with exit code 3 before it answered compute; it printed last: the last straw",
+        ),
         ("crashes", "was ended by signal 11 (Segmentation fault)"),
         ("hangs", "no answer to compute within 0.2 s"),
         ("closes", "closed its pipe"),
