@@ -74,7 +74,9 @@ class PairedCell(NamedTuple):
         pair without an error counts: then the question is how they gave up.
         """
         arrived = self.arrived
-        return arrived.all(axis=1) if arrived.any() else self.ended
+        if not arrived.any():
+            return self.ended
+        return np.asarray(arrived.all(axis=1))
 
     @property
     def equal(self) -> Mask:
@@ -119,15 +121,16 @@ def paired_cells(contest: Contest, metrics: Sequence[Metric]) -> Iterator[Paired
         *(repeated_cells(table.reset_index()) for table in (before, after))
     )
     places = before.reset_index()[IDENTITY[:2]]
-    for cell, rows in places.groupby(IDENTITY[:2], sort=False).indices.items():
+    for (scenario, controller), rows in places.groupby(IDENTITY[:2], sort=False).indices.items():
         yield PairedCell(
             contest.label,
-            *cell,
+            scenario,
+            controller,
             first[rows],
             second[rows],
             repeatable,
             outcomes[rows],
-            is_one_trial=cell in repeated,
+            is_one_trial=(scenario, controller) in repeated,
         )
 
 
@@ -142,7 +145,8 @@ def lost_trials(contest: Contest) -> list[LostTrial]:
     return [
         LostTrial(
             contest.label,
-            *identity[:2],
+            identity[0],
+            identity[1],
             int(identity[2]),
             reason=str(reasons.get(identity, "")),
             is_missing=identity in missing[1],

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 
 Array = NDArray[np.float64]
@@ -247,7 +247,7 @@ def _effect_of_ranks(ranks: Array) -> float:
     return float(ranks.sum() / np.abs(ranks).sum()) if len(ranks) else 0.0
 
 
-def holm(p_values: Sequence[float], smallest: Sequence[float] | None = None) -> Array:
+def holm(p_values: ArrayLike, smallest: ArrayLike | None = None) -> Array:
     """Returns p-values adjusted for their number (Holm 1979); NaN stays and does not count.
 
     smallest: the smallest p-value that each test could have given with its own pairs, whatever

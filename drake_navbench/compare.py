@@ -84,11 +84,12 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _compare(arguments: argparse.Namespace) -> int:
     from drake_navbench.analysis import compare
+    from drake_navbench.analysis.paired_tests import DEFAULT_LISTED
     from drake_navbench.analysis.paired_text import lost_lines, sentence
 
     comparison = compare.compare_folders(
         [arguments.baseline, *arguments.others],
-        listed=_listed(arguments.fail_on, compare.DEFAULT_LISTED),
+        listed=_listed(arguments.fail_on, DEFAULT_LISTED),
         tolerance=arguments.tolerance,
         jobs=arguments.jobs,
     )

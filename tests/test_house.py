@@ -17,10 +17,13 @@ SETUPTOOLS, PROJECT = PYPROJECT["tool"]["setuptools"], PYPROJECT["project"]
 # Modules that are named otherwise than the distribution that brings them.
 DISTRIBUTIONS = {
     "PIL": "pillow",
+    "backports": "backports.zstd",
     "drake_navbench": PROJECT["name"].replace("-", "_"),
     "pydrake": "drake",
     "yaml": "pyyaml",
 }
+# Of Pythons newer than the oldest that we support.
+NEWER_STANDARD_LIBRARY = {"compression"}
 MOST_PARAMETERS = 12
 MANY_PARAMETERS = 8
 # Functions with more than MANY_PARAMETERS. The list only shrinks: a name that no longer belongs on
@@ -174,7 +177,7 @@ def imported_by(code: str) -> set[str]:
             names |= {alias.name.partition(".")[0] for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
             names.add(node.module.partition(".")[0])
-    return names - sys.stdlib_module_names
+    return names - sys.stdlib_module_names - NEWER_STANDARD_LIBRARY
 
 
 def test_every_library_that_is_imported_is_declared():

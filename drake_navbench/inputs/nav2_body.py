@@ -72,9 +72,13 @@ def note_body(outlines: Outlines, robot: Robot, base_name: str) -> None:
     if robot.collision_outline is None:
         return
     reader, outline = next(entry for entry in outlines if entry[1].is_given)
-    taken = circle_footprint(outline.radius_m) if outline.footprint is None else outline.footprint
+    if outline.footprint is not None:
+        taken = np.array(outline.footprint, dtype=float)
+    else:
+        assert outline.radius_m is not None  # One of the two is given.
+        taken = circle_footprint(outline.radius_m)
     padding = robot.navigation.local_costmap.footprint_padding
-    padded = shapely.Polygon(pad_footprint(np.array(taken, dtype=float), padding))
+    padded = shapely.Polygon(pad_footprint(taken, padding))
     outside = max(padded.distance(shapely.Point(corner)) for corner in robot.outline)
     remark = f"what the costmaps take; the body of {base_name}, {_size(robot)}, touches obstacles"
     status = Status.OTHER_FORM

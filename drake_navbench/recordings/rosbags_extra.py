@@ -35,6 +35,5 @@ def open_zstd(path: Path) -> IO[bytes]:
     if sys.version_info >= (3, 14):
         from compression import zstd
     else:
-        # Comes with rosbags.
         from backports import zstd
     return cast("IO[bytes]", zstd.open(path, "rb"))

@@ -105,7 +105,7 @@ def drive_gate(
     folder: new; the logs go there. Two builds that are the same program are not driven. Raises
     InputError where one has no such controller, or input is wrong otherwise.
     """
-    sides = [side_of(build) for build in (base, head)]
+    sides = side_of(base), side_of(head)
     if base.host == head.host:
         tell("both are the same program, down to the last byte; nothing was driven")
         return GateResult(*sides, tuple(scenarios))

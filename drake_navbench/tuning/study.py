@@ -135,11 +135,17 @@ def drive_baseline(trials: Trials, objectives: Sequence[Objective], *, jobs: int
     return rows
 
 
+class Sampling(NamedTuple):
+    """How a study proposes configurations: a sampler after Sobol's first points, and a seed."""
+
+    sampler: Sampler
+    seed: int
+
+
 class Search:
     """Asks a study for configurations and races them.
 
-    baseline: what the baseline did in the pairs. sampler: after the first points, which are
-    Sobol's. journal: the file of the study, for messages.
+    baseline: what the baseline did in the pairs. journal: the file of the study, for messages.
     """
 
     def __init__(
@@ -150,13 +156,13 @@ class Search:
         objectives: Sequence[Objective],
         *,
         baseline: Sequence[Row],
-        sampler: Sampler,
-        seed: int,
+        sampling: Sampling,
         jobs: int,
         journal: Path,
     ) -> None:
         self._study, self._space, self._trials = study, space, trials
-        self._objectives, self._sampler, self._seed = objectives, sampler, seed
+        self._objectives = objectives
+        self._sampler, self._seed = sampling
         self._jobs, self._baseline, self._journal = jobs, baseline, journal
         self._looks = looks_until(len(trials.pairs))
         self._scales = scales_of(baseline, objectives)

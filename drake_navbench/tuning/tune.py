@@ -26,6 +26,7 @@ from drake_navbench.tuning.search_space import SearchSpace, search_space
 from drake_navbench.tuning.study import (
     Configuration,
     Ending,
+    Sampling,
     Search,
     Trials,
     configurations_of,
@@ -67,8 +68,7 @@ def tune(request: TuningRequest, tell: Callable[[str], None]) -> None:
         trials,
         objectives,
         baseline=driven_baseline[: len(trials.pairs)],
-        sampler=request.sampler,
-        seed=request.seed,
+        sampling=Sampling(request.sampler, request.seed),
         jobs=request.jobs,
         journal=request.out / JOURNAL,
     )

@@ -21,6 +21,7 @@ from drake_navbench.tuning.pairs import planned_pairs
 from drake_navbench.tuning.search_space import search_space
 from drake_navbench.tuning.study import (
     Ending,
+    Sampling,
     Search,
     Trials,
     configurations_of,
@@ -98,8 +99,7 @@ def make_search(tmp_path, monkeypatch):
             trials,
             objectives,
             baseline=driven[: len(pairs)],
-            sampler="tpe",
-            seed=0,
+            sampling=Sampling("tpe", 0),
             jobs=1,
             journal=tmp_path / folder / JOURNAL,
         )
