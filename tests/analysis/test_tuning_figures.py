@@ -14,7 +14,7 @@ def configurations(*means: float) -> list[dict]:
             "number": number,
             "means": [mean, mean],
             "tuning": [mean, mean],
-            "is_dropped": False,
+            "ending": "through",
             "parameters": {"lookahead_dist": 0.1 * number},
         }
         for number, mean in enumerate(means)
