@@ -185,7 +185,10 @@ def test_a_client_that_is_not_graceful_is_at_rest_at_once(start):
         ("crashes", "was ended by signal 11 (Segmentation fault)"),
         ("hangs", "no answer to compute within 0.2 s"),
         ("closes", "closed its pipe"),
-        ("raises", "ended with exit code 1; it printed last: ZeroDivisionError: division by zero"),
+        (
+            "raises",
+            "ended with exit code 1 before it answered compute; it printed last: ZeroDivisionError: division by zero",
+        ),
         ("sends too much", "announced an answer of 2147483648 bytes, expected at most 16777216"),
         ("sends garbage", "its answer is no MessagePack"),
         ("sends half", "no answer to compute within 0.2 s"),
@@ -255,7 +258,10 @@ def test_one_that_the_system_kills_is_the_machines_fault(step):
         (("nowhere/to/be_found",), "'nowhere/to/be_found': no such program"),
         ((sys.executable, str(HOSTILE), "refuses"), "refused to be configured: speed: expected"),
         ((sys.executable, str(HOSTILE), "speaks another protocol"), "speaks protocol 7, expected"),
-        ((sys.executable, str(HOSTILE), "dies at once"), "ended with exit code 3; it printed last"),
+        (
+            (sys.executable, str(HOSTILE), "dies at once"),
+            "ended with exit code 3 before it answered configure; it printed last",
+        ),
         ((sys.executable, "-c", "pass"), "ended with exit code 0"),
     ],
 )
