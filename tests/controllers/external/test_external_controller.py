@@ -187,7 +187,8 @@ def test_a_client_that_is_not_graceful_is_at_rest_at_once(start):
         ("closes", "closed its pipe"),
         (
             "raises",
-            "ended with exit code 1 before it answered compute; it printed last: ZeroDivisionError: division by zero",
+            "ended with exit code 1 before it answered compute; "
+            "it printed last: ZeroDivisionError: division by zero",
         ),
         ("sends too much", "announced an answer of 2147483648 bytes, expected at most 16777216"),
         ("sends garbage", "its answer is no MessagePack"),
