@@ -19,9 +19,9 @@ example:
   python -m drake_navbench nav2-build ~/nav2_ws/src/navigation2 --as mine
   python -m drake_navbench run one_obstacle --controllers rpp,rpp@mine
 
-exit status: 0 done, 2 wrong input: no checkout, a release that is not known,
-a compiler or a library that is missing, nothing that can be compiled, or something
-of --packages that cannot
+exit status: 0 done, 2 wrong input: no checkout, a release that is not known, a
+compiler or a library that is missing, nothing that can be compiled, or
+something of --packages that cannot
 """
 
 

@@ -34,10 +34,10 @@ if TYPE_CHECKING:
     from drake_navbench.side_by_side.gate import GateResult
 
 EPILOG = """\
-Trials of equal seed are paired. A trial that ends as an error, or is missing, is
-named, and red where all of the base came to an end. Arrivals, touches and every
-metric are tested and corrected for their number: a change that changes nothing
-turns the gate red in at most 5 of 100 times. In CI:
+Trials of equal seed are paired. A trial that ends as an error, or is missing,
+is named, and red where all of the base came to an end. Arrivals, touches and
+every metric are tested and corrected for their number: a change that changes
+nothing turns the gate red in at most 5 of 100 times. In CI:
 
   python -m drake_navbench nav2-gate main_checkout branch_checkout \\
       --controllers rpp,mppi_nav2 --markdown gate.md --junit gate.xml
@@ -45,9 +45,9 @@ turns the gate red in at most 5 of 100 times. In CI:
 What a gate has driven is judged anew, with nothing built or driven, by
 --rows DIR/trials.parquet and the names of the two builds.
 
-exit status: 0 green, 1 red: a trial came to no end, or something became worse by
-more than the tolerance, 2 wrong input, or trials that came to no end as some of
-the base do
+exit status: 0 green, 1 red: a trial came to no end, or something became worse
+by more than the tolerance, 2 wrong input, or trials that came to no end as
+some of the base do
 """
 
 
