@@ -34,6 +34,7 @@ from drake_navbench.analysis.weak_points import weak_point, worst_of
 
 CHEAPEST = "cheapest to compute"
 ALL_TRIALS = "all trials"
+TOUCHES_ARE_FAULTS = "A controller may stop where the way is closed; it must never touch anything."
 
 
 class TaskLead(NamedTuple):
@@ -103,15 +104,15 @@ def _suite(suite: str, totals: Sequence[Total]) -> str:
     rates = []
     for total in own:
         low, high = (f"{100 * end:.0f}" for end in total.success.interval)
-        rates.append(f"{total.controller} {100 * total.success.value:.0f}% ({low} to {high}%)")
+        rates.append(f"{total.controller} in {100 * total.success.value:.0f}% ({low} to {high}%)")
     worlds = max((total.worlds for total in own), default=0)
-    text = f"In the {worlds} worlds of {suite} the goal was reached by {listed(rates)}."
+    text = f"How often the goal was reached in the {worlds} worlds of {suite}: {listed(rates)}."
     touched = [
         f"{total.controller} in {100 * total.collision.value:.0f}%"
         for total in own
         if total.collision.value > 0.0
     ]
-    return f"{text} Something was touched by {listed(touched)}." if touched else text
+    return f"{text} How often something was touched: {listed(touched)}." if touched else text
 
 
 def _arrivals(scenarios: Sequence[ScenarioAnalysis]) -> str:
@@ -129,7 +130,7 @@ def _arrivals(scenarios: Sequence[ScenarioAnalysis]) -> str:
     ever = [name for name in asked if arrived[name]]
     others = [name for name in asked if name not in always]
     if not ever:
-        return "No controller reached any goal, so that none is best."
+        return "No controller reached any goal, so none is best."
     missed = listed(
         _missed(name, asked[name] - arrived[name], asked[name]) for name in others or [""]
     )
@@ -139,7 +140,7 @@ def _arrivals(scenarios: Sequence[ScenarioAnalysis]) -> str:
     if len(ever) == 1:
         own = f"in {arrived[ever[0]]} of {asked[ever[0]]} trials"
         return (
-            f"Only {ever[0]} arrives, {own}; {listed(n for n in asked if n != ever[0])} never "
+            f"Only {ever[0]} arrived, {own}; {listed(n for n in asked if n != ever[0])} never "
             "reached a goal."
         )
     if not others:
@@ -160,12 +161,12 @@ def _touches(scenarios: Sequence[ScenarioAnalysis], descriptions: Mapping[str, s
     for scenario in scenarios:
         for success in scenario.successes:
             if success.touched:
-                text = f"{scenario.scenario} ({success.touched} of {success.trials})"
+                text = f"{scenario.scenario} ({success.touched} of {success.trials} trials)"
                 places.setdefault(success.controller, []).append(text)
     if not places:
         return []
     told = [f"{name} touched something in {listed(where)}" for name, where in places.items()]
-    sentences = [f"{'; '.join(told)}: to stop before a closed way is expected, a touch never is."]
+    sentences = [f"{'; '.join(told)}. {TOUCHES_ARE_FAULTS}"]
     sentences += [
         f"The preset {name}: {descriptions[name].rstrip('.')}."
         for name in places
@@ -192,7 +193,7 @@ def _first_places(
     count = sum(len(where) for own in firsts.values() for where in own.values()) + bool(cheapest)
     return [
         *(
-            f"{_honours(name, firsts[name], len(contested), is_cheapest=name == cheapest)}; "
+            f"{_honours(name, firsts[name], len(contested), is_cheapest=name == cheapest)}"
             f"{_weak_side(name, firsts[name], contested, compute)}."
             for name in order
         ),
@@ -246,16 +247,16 @@ def _how_sure(scenarios: Sequence[ScenarioAnalysis], count: int, *, is_timed: bo
         if all(success.is_one_trial for success in scenario.successes)
     ]
     if len(once) == len(scenarios) and not is_timed:
-        return "Nothing in these trials is random: each word holds for this one task, surely."
+        return "Nothing in these trials is random, so these statements are sure, for these tasks."
     rests = "one trial" if trials == "1" else f"{trials} trials"
     these = f"Each of these {count} statements" if count > 1 else "This statement"
     text = (
-        f"{these} holds by itself with {CONFIDENCE:.0%} confidence against all others together, "
-        f"by more than {RELEVANT_RATIO:.0%}, on {rests} of each controller and task"
+        f"{these} rests on {rests} of each controller and task. With {CONFIDENCE:.0%} confidence "
+        f"the controller beats each of the others by more than {RELEVANT_RATIO:.0%} there."
     )
     if count > 1:
-        text += "; among many, one in twenty may be wrong"
-    return f"{text}; in {listed(once)} nothing is random." if once else f"{text}."
+        text += " One in twenty such statements may be wrong."
+    return f"{text} Nothing is random in {listed(once)}." if once else text
 
 
 def _undecided(
@@ -268,14 +269,16 @@ def _undecided(
         if found.standing is Standing.UNDECIDED
     }
     words = [word for metric, word in SUPERLATIVES.items() if metric in open_questions]
-    if (
-        compute
+    is_compute_open = (
+        compute is not None
         and compute[0].standing is Standing.UNDECIDED
         and any(scenario.anyone_arrived for scenario in scenarios)
-    ):
-        words.append(CHEAPEST)
-    if not words:
-        return []
+    )
     if all(success.trials == 1 for scenario in scenarios for success in scenario.successes):
-        return [f"One trial of each cannot show who is {listed(words, 'or')}."]
-    return [f"More trials would be needed to say who is {listed(words, 'or')} in every task."]
+        words += [CHEAPEST] * is_compute_open
+        return [f"One trial of each cannot show who is {listed(words, 'or')}."] if words else []
+    somewhere = "In some tasks more" if len(scenarios) > 1 else "More"
+    told = [f"{somewhere} trials are needed to say who is {listed(words, 'or')}."] if words else []
+    if is_compute_open:
+        told.append(f"More trials are needed to say who is {CHEAPEST}.")
+    return told

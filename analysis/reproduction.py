@@ -74,16 +74,16 @@ def _in_a_sentence(own: Account) -> str:
     text = f"Of the publication's {total.total} claims {total.holds} hold here"
     if total.holds_from_one_trial:
         text += f" ({total.holds_from_one_trial} of them by one trial, as nothing there is random)"
-    text += f", {total.level} are level, {total.contradicted} do not hold, {total.undecided} are "
-    text += "undecided"
+    text += f", {total.level} are level, {total.contradicted} do not hold and {total.undecided} "
+    text += "are undecided"
     if not found.orderings:
         return f"{text}."
-    text += f"; {found.ratio:.0%} of the orderings in its tables are found again"
+    text += f". {found.ratio:.0%} of the orderings in its tables are found again"
     if not own.baseline.permutations:
         return f"{text}."
     return (
-        f"{text}, with the controllers' names exchanged {own.baseline.median:.0%} in the median "
-        f"and {own.baseline.best:.0%} at most."
+        f"{text}; if the controllers' names are exchanged at will, half of the exchanges find "
+        f"{own.baseline.median:.0%} or less, and the best one {own.baseline.best:.0%}."
     )
 
 

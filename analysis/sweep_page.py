@@ -19,7 +19,7 @@ from drake_navbench.analysis.figures.sweeps import (
     response_figure,
 )
 from drake_navbench.analysis.html import page_environment
-from drake_navbench.analysis.numbers import number
+from drake_navbench.analysis.numbers import number, typeset
 from drake_navbench.analysis.sweeps import (
     SUCCEEDED,
     Slope,
@@ -111,7 +111,8 @@ def _scenario_section(
 
 def _metrics() -> list[tuple[str, str]]:
     """Returns name and unit of what is shown along a field."""
-    return [(SUCCEEDED, "share"), *((entry.name, entry.unit) for entry in headline_metrics())]
+    headline = [(entry.name, typeset(entry.unit)) for entry in headline_metrics()]
+    return [(SUCCEEDED, "share"), *headline]
 
 
 def _axis_section(stem: Path, rows: pd.DataFrame, field: str, look: Look) -> AxisSection:

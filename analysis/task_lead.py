@@ -50,7 +50,7 @@ def task_sentence(scenario: ScenarioAnalysis) -> str:
     if len(successes) == 1:
         return f"{_rate(successes[0])}{touched}."
     if len(arriving) == 1:
-        return f"only {arriving[0].controller} arrives ({_rate(arriving[0])}){touched}."
+        return f"only {arriving[0].controller} arrives: {_rate(arriving[0])}{touched}."
     always = [s.controller for s in successes if s.succeeded == s.trials]
     partly = [
         f"{s.controller} {s.succeeded} of {s.trials}" for s in successes if s.succeeded < s.trials
@@ -59,38 +59,38 @@ def task_sentence(scenario: ScenarioAnalysis) -> str:
     if partly:
         text = f"{listed(always)} always arrive{'s' * (len(always) == 1)}, " if always else ""
         text += listed(partly)
-    return f"{text}{touched}; {_best_ones(scenario)}."
+    return f"{text}{touched}. {_best_ones(scenario)}."
 
 
 def _touched_there(scenario: ScenarioAnalysis) -> str:
     told = [
-        f"{success.controller} in {success.touched} of {success.trials}"
+        f"{success.controller} touched something in {success.touched} of {success.trials} trials"
         for success in scenario.successes
         if success.touched
     ]
-    return f"; something was touched by {listed(told)}" if told else ""
+    return f". {listed(told)}" if told else ""
 
 
 def _rate(success: Success) -> str:
     text = f"{success.succeeded} of {success.trials} trials reach the goal"
     if success.is_one_trial:
-        return f"{text}, all of them the same one"
+        return f"{text}; nothing is random, so they are all the same trial"
     low, high = (f"{100 * end:.0f}" for end in success.interval)
-    return f"{text}: {low} to {high}% with 95% confidence"
+    return f"{text}; with 95% confidence {low} to {high}% of all such trials do"
 
 
 def _best_ones(scenario: ScenarioAnalysis) -> str:
     means = means_of(scenario)
     best = best_ones(scenario)
     if not best:
-        return "nobody is shown to be best at anything"
+        return "Nobody is shown to be best at anything"
     told: dict[str, list[str]] = {}
     for metric, name in best.items():
         value = number(float(means.loc[name, metric]), DIGITS)
         unit = typeset(metric_named(metric).unit)
         told.setdefault(name, []).append(f"{SUPERLATIVES[metric]} ({value} {unit})")
-    return "; ".join(
-        f"{name} is {listed(words)}, "
+    return ". ".join(
+        f"{name} is {listed(words)}"
         + in_words(worst_of(weak_points(name, scenario), ()), tells_where=False)
         for name, words in told.items()
     )
@@ -100,14 +100,14 @@ def _impossible(scenario: ScenarioAnalysis) -> str:
     outcomes = scenario.table["outcome"]
     aborted = int((outcomes == Outcome.ABORTED).sum())
     if aborted == len(outcomes):
-        return f"impossible on purpose; all {aborted} trials were given up, as they should be."
-    text = f"impossible on purpose; {aborted} of {len(outcomes)} trials were given up, as they "
-    text += f"should be{_touched_there(scenario)}"
+        return f"impossible on purpose. All {aborted} trials ended with giving up, as they should."
+    text = f"impossible on purpose. {aborted} of {len(outcomes)} trials ended with giving up, as "
+    text += f"they should{_touched_there(scenario)}"
     others = Counter(outcomes[~outcomes.isin([Outcome.ABORTED, Outcome.COLLIDED])])
     if not others:
         return f"{text}."
     rest = listed(f"{count} {str(name).replace('_', ' ')}" for name, count in others.items())
-    return f"{text}; and {rest}."
+    return f"{text}. The others: {rest}."
 
 
 def best_ones(scenario: ScenarioAnalysis) -> dict[str, str]:
@@ -127,10 +127,10 @@ def weak_points(name: str, scenario: ScenarioAnalysis) -> list[WeakPoint]:
 
 
 def in_words(points: Sequence[WeakPoint], *, tells_where: bool) -> str:
+    """Returns how a sentence that praises a controller ends: with its weak points."""
     if not points:
-        return "it is nowhere shown to be 10% behind another one"
-    words = listed(point.in_words(tells_where=tells_where) for point in points)
-    return f"weak point{'s' * (len(points) > 1)}: {words}"
+        return ", and is nowhere shown to be 10% behind another controller"
+    return f", but has {listed(point.in_words(tells_where=tells_where) for point in points)}"
 
 
 def means_of(scenario: ScenarioAnalysis) -> pd.DataFrame:

@@ -34,15 +34,15 @@ class WeakPoint(NamedTuple):
     best: str
 
     def in_words(self, *, tells_where: bool) -> str:
-        """Returns 'jerk, 3.9 times mppi's in empty (1.27 against 0.32 m/s³)'."""
-        shown = self.ratio if self.metric.better is Better.LOWER else 1.0 / self.ratio
-        words = "times" if self.metric.better is Better.LOWER else "of"
+        """Returns what the controller has: "3.9 times mppi's jerk (1.27 against 0.32 m/s³)"."""
         place = f" in {self.where}" if tells_where else ""
         values = f"{_value(self.own, self.metric)} against {_value(self.first, self.metric)}"
-        values += f" {typeset(self.metric.unit)}"
+        place += f" ({values} {typeset(self.metric.unit)})"
+        if self.metric.better is not Better.LOWER:
+            return f"{number(100.0 / self.ratio, 2)}% of {self.best}'s {self.what}{place}"
         if math.isinf(self.ratio):
-            return f"{self.what}{place} ({values} of {self.best})"
-        return f"{self.what}, {number(shown, 2)} {words} {self.best}'s{place} ({values})"
+            return f"more {self.what} than {self.best}{place}"
+        return f"{number(self.ratio, 2)} times {self.best}'s {self.what}{place}"
 
 
 def weak_point(

@@ -6,7 +6,9 @@ Only the standard library is imported before the arguments are read, so that --h
 from __future__ import annotations
 
 import argparse
+import shutil
 import sys
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -119,9 +121,24 @@ def _listed(text: str | None, default: tuple[str, ...]) -> tuple[str, ...]:
     return listed_names(text)
 
 
+def wrapped_lines(text: str, width: int) -> str:
+    """Returns Markdown with its long lines broken at spaces; rows of tables stay whole."""
+    lines = []
+    for line in text.splitlines():
+        wraps = len(line) > width and not line.startswith("|")
+        lines += (
+            textwrap.wrap(line, width, break_long_words=False, break_on_hyphens=False)
+            if wraps
+            else [line]
+        )
+    return "\n".join(lines) + "\n"
+
+
 def _write(path: Path | None, text: str) -> None:
     if path is None:
-        sys.stdout.write(text)
+        is_terminal = sys.stdout.isatty()
+        width = shutil.get_terminal_size().columns
+        sys.stdout.write(wrapped_lines(text, width) if is_terminal else text)
         return
     try:
         path.write_text(text, encoding="utf-8")

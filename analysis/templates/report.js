@@ -1,5 +1,7 @@
 "use strict";
-// Sorts a table by a column: numbers by value within a unit, the rest as text, empty cells last.
+// Sorts a table by a column: numbers by value, the rest as text, empty cells last. A column whose
+// head says data-unit has values in the unit of each row: metres are not compared with seconds, so
+// rows of one unit stay together, and the units keep the order in which they stand in the table.
 function keyOf(row, column) {
   const cell = row.cells[column];
   const text = "value" in cell.dataset ? cell.dataset.value : cell.firstChild ? cell.textContent.trim() : "";
@@ -9,12 +11,12 @@ function keyOf(row, column) {
 function sortTable(table, column, descending) {
   const body = table.tBodies[0];
   const rows = Array.from(body.rows, (row) => ({ row, key: keyOf(row, column) }));
-  // Metres are not compared with seconds: rows of a unit stay together, units in their first order.
+  const hasUnits = "unit" in table.tHead.rows[0].cells[column].dataset;
   const units = [...new Set(rows.map(({ row }) => row.dataset.unit))];
   const unitOf = ({ row }) => units.indexOf(row.dataset.unit);
   const numeric = rows.every(({ key }) => key.empty || Number.isFinite(key.value));
   rows.sort((a, b) => {
-    if (numeric && unitOf(a) !== unitOf(b)) return unitOf(a) - unitOf(b);
+    if (hasUnits && unitOf(a) !== unitOf(b)) return unitOf(a) - unitOf(b);
     if (a.key.empty || b.key.empty) return a.key.empty - b.key.empty;
     const order = numeric ? a.key.value - b.key.value : a.key.text.localeCompare(b.key.text);
     return descending ? -order : order;

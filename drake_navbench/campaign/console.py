@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
+import re
 from itertools import pairwise
-from textwrap import wrap
 from types import TracebackType
 
 import pandas as pd
@@ -30,6 +30,7 @@ IMPOSSIBLE = "impossible on purpose, every trial should be aborted"
 PIPE_WIDTH = 160
 # Longer names of controllers take several lines.
 NAME_WIDTH = 12
+NAME_WORD = re.compile(r"[^:_=/-]*[:_=/-]|[^:_=/-]+")
 # Wider than any table is.
 MAX_WIDTH = 100_000
 
@@ -119,6 +120,20 @@ def _blocks(console: Console, table: pd.DataFrame) -> list[pd.DataFrame]:
     return blocks
 
 
+def name_lines(name: str) -> str:
+    """Returns a name on lines of at most NAME_WIDTH letters, broken behind : _ = / and -.
+
+    A word that is longer than a line is broken within.
+    """
+    lines = [""]
+    for word in NAME_WORD.findall(name):
+        if lines[-1] and len(lines[-1]) + len(word) > NAME_WIDTH:
+            lines.append("")
+        line = lines.pop() + word
+        lines += [line[at : at + NAME_WIDTH] for at in range(0, len(line), NAME_WIDTH)]
+    return "\n".join(lines)
+
+
 def fits(console: Console, table: Table) -> bool:
     """Tells whether a table can be printed with nothing in it wrapped."""
     unlimited = console.options.update(max_width=MAX_WIDTH)
@@ -130,7 +145,7 @@ def _shown(table: pd.DataFrame) -> Table:
     shown.add_column("metric", no_wrap=True)
     shown.add_column("unit", no_wrap=True)
     for controller in table.columns:
-        name = "\n".join(wrap(str(controller), NAME_WIDTH))
+        name = name_lines(str(controller))
         shown.add_column(name, justify="right", no_wrap=True)
     counts = table.index.get_level_values("unit") == COUNT_UNIT
     for (metric, unit), values in table[~counts].iterrows():

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from textwrap import wrap
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console, JustifyMethod
@@ -14,7 +13,7 @@ from drake_navbench.analysis.numbers import number
 from drake_navbench.analysis.rank_changes import RankChange, sentence
 from drake_navbench.analysis.statistics import Interval, Summary
 from drake_navbench.analysis.totals import Share, Total
-from drake_navbench.campaign.console import NAME_WIDTH, fits
+from drake_navbench.campaign.console import fits, name_lines
 
 HEADINGS = ("controller", "density", "worlds", "success", "collided", "scored", "BARN score")
 
@@ -39,8 +38,7 @@ def _totals_table(totals: Sequence[Total], *, is_narrow: bool) -> Table:
         cells = _cells(total)
         if is_narrow:
             name, *others = cells
-            lines = "\n".join(wrap(name, NAME_WIDTH))
-            cells = [lines, *(text.replace(" (", "\n").rstrip(")") for text in others)]
+            cells = [name_lines(name), *(text.replace(" (", "\n").rstrip(")") for text in others)]
         table.add_row(*cells)
     return table
 
@@ -58,7 +56,7 @@ def print_rank_changes(console: Console, changes: Sequence[RankChange]) -> None:
         for change in own:
             clean, harsh = change.clean, change.harsh
             table.add_row(
-                "\n".join(wrap(change.controller, NAME_WIDTH)),
+                name_lines(change.controller),
                 f"{clean.arrived}/{clean.trials}",
                 f"{harsh.arrived}/{harsh.trials}",
                 clean.text,

@@ -240,6 +240,14 @@ def test_a_complete_comparison_satisfies_require_all(folders):
     assert command.main(arguments) == 0
 
 
+def test_in_a_terminal_lines_are_broken_between_words_and_tables_stay():
+    row = "| rpp:lookahead_dist=0.4 | 1 |"
+    text = f"equal in: rpp:lookahead_dist=0.4 in empty\n{row}\n"
+    assert command.wrapped_lines(text, 24) == (
+        f"equal in:\nrpp:lookahead_dist=0.4\nin empty\n{row}\n"
+    )
+
+
 def test_a_summary_is_the_last_line_even_where_nothing_changed(folders, capsys):
     assert command.main([str(folders["main"]), str(folders["main"]), "--jobs", "1"]) == 0
     last = capsys.readouterr().err.splitlines()[-1]

@@ -49,13 +49,13 @@ def test_who_is_best_where_how_sure_and_with_which_weak_points():
     text = " ".join(lead.sentences)
     assert text.startswith("All 2 controllers reached every goal that can be reached.")
     # Whoever is praised has the weak point in the same sentence.
-    assert "rpp is quickest; weak point: jerk, 4.0 times dwb's (4.00 against 1.00 m/s³)." in text
-    assert "dwb is smoothest; weak point: time, 1.2 times rpp's (12.0 against 10.0 s)." in text
-    assert "Each of these 2 statements holds by itself with 95% confidence" in text
-    assert "by more than 1%, on 4 trials of each controller" in text
+    assert "rpp is quickest, but has 4.0 times dwb's jerk (4.00 against 1.00 m/s³)." in text
+    assert "dwb is smoothest, but has 1.2 times rpp's time (12.0 against 10.0 s)." in text
+    assert "Each of these 2 statements rests on 4 trials of each controller and task. " in text
+    assert "With 95% confidence the controller beats each of the others by more than 1%" in text
     assert lead.tasks[0].sentence == (
-        "all arrive; rpp is quickest (10.0 s), weak point: jerk, 4.0 times dwb's (4.00 against "
-        "1.00 m/s³); dwb is smoothest (1.00 m/s³), weak point: time, 1.2 times rpp's (12.0 against "
+        "all arrive. rpp is quickest (10.0 s), but has 4.0 times dwb's jerk (4.00 against "
+        "1.00 m/s³). dwb is smoothest (1.00 m/s³), but has 1.2 times rpp's time (12.0 against "
         "10.0 s)."
     )
 
@@ -67,7 +67,7 @@ def test_a_weak_point_that_is_not_shown_is_not_told():
         "bend", time_to_goal_s={"dwb": TIMES["rpp"], "rpp": TIMES["dwb"]}, jerk_rms_mps3=jerks
     )
     assert lead_of([found]).sentences[1] == (
-        "dwb is quickest; it is nowhere shown to be 10% behind another one."
+        "dwb is quickest, and is nowhere shown to be 10% behind another controller."
     )
 
 
@@ -89,8 +89,8 @@ def test_weak_points_of_the_praised_tasks_come_first():
         scenario("hall", jerk_rms_mps3={"rpp": JERKS["rpp"], "dwb": [0.1, 0.11, 0.1, 0.09]}),
     ]
     assert lead_of(scenarios).sentences[2] == (
-        "rpp is quickest in door; weak points: distance from the plan, 2.0 times dwb's in door "
-        "(0.200 against 0.100 m) and jerk, 40 times dwb's in hall (4.00 against 0.100 m/s³)."
+        "rpp is quickest in door, but has 2.0 times dwb's distance from the plan in door "
+        "(0.200 against 0.100 m) and 40 times dwb's jerk in hall (4.00 against 0.100 m/s³)."
     )
 
 
@@ -106,14 +106,12 @@ def test_compute_times_are_compared_as_processor_time_over_all_trials():
     )
     more = {"rpp": [1.0, 1.1, 1.0, 1.1], "dwb": [3.0, 3.1, 3.0, 3.1]}
     text = " ".join(lead_of([found, scenario("door", compute_cpu_time_p95_ms=more)]).sentences)
-    assert "rpp is cheapest to compute over all trials; it is nowhere shown to be" in text
+    assert "rpp is cheapest to compute over all trials, and is nowhere shown to be" in text
     (verdict,) = found.verdicts
     assert "in 4 trials" in verdict.text
     undecided = {"rpp": [1.0, 1.1, 1.0, 1.1], "dwb": [0.2, 9.0, 3.0, 0.1]}
     unsure = lead_of([scenario("bend", compute_cpu_time_p95_ms=undecided)])
-    assert unsure.sentences[1] == (
-        "More trials would be needed to say who is cheapest to compute in every task."
-    )
+    assert unsure.sentences[1] == ("More trials are needed to say who is cheapest to compute.")
 
 
 def test_a_touch_is_told_with_what_the_preset_says_and_takes_the_first_place():
@@ -127,12 +125,12 @@ def test_a_touch_is_told_with_what_the_preset_says_and_takes_the_first_place():
     assert "rpp touched something in 1 trial, so that nobody is best" in verdict.text
     lead = lead_of([found], descriptions={"rpp": "looks at its centre alone"})
     assert lead.sentences[1:] == [
-        "rpp touched something in bend (1 of 4): to stop before a closed way is expected, a touch "
-        "never is.",
+        "rpp touched something in bend (1 of 4 trials). A controller may stop where the way is "
+        "closed; it must never touch anything.",
         "The preset rpp: looks at its centre alone.",
     ]
     assert lead.tasks[0].sentence == (
-        "dwb always arrives, rpp 3 of 4; something was touched by rpp in 1 of 4; nobody is shown "
+        "dwb always arrives, rpp 3 of 4. rpp touched something in 1 of 4 trials. Nobody is shown "
         "to be best at anything."
     )
 
@@ -173,32 +171,44 @@ def test_words_and_places_never_contradict_each_other(seed):
             assert "collided" in outcomes[rows[metric].in_front[0]]
 
 
+def test_a_smaller_clearance_is_a_share_of_the_best_one_and_jerk_beside_none_is_more_jerk():
+    clearances = {"rpp": [0.5, 0.51, 0.49, 0.5], "dwb": [0.2, 0.21, 0.2, 0.19]}
+    lead = lead_of([scenario("bend", min_clearance_m=clearances, jerk_rms_mps3=JERKS)])
+    text = " ".join(lead.sentences)
+    assert (
+        "dwb is smoothest, but has 40% of rpp's smallest clearance (0.200 against 0.500 m)" in text
+    )
+    still = {"rpp": JERKS["rpp"], "dwb": [0.0] * 4}
+    lead = lead_of([scenario("bend", min_clearance_m=clearances, jerk_rms_mps3=still)])
+    assert "but has more jerk than dwb (4.00 against 0 m/s³)" in " ".join(lead.sentences)
+
+
 def test_with_several_tasks_it_says_in_which():
     scenarios = [
         scenario("bend", time_to_goal_s=TIMES, jerk_rms_mps3=JERKS),
         scenario("door", time_to_goal_s=TIMES),
     ]
     first, second = lead_of(scenarios).sentences[1:3]
-    assert first.startswith("rpp is quickest in all 2 tasks; weak point: jerk, 4.0 times dwb's in ")
-    assert second.startswith("dwb is smoothest in bend; weak point: time, 1.2 times rpp's in bend ")
+    assert first.startswith("rpp is quickest in all 2 tasks, but has 4.0 times dwb's jerk in ")
+    assert second.startswith("dwb is smoothest in bend, but has 1.2 times rpp's time in bend ")
 
 
 def test_if_only_one_arrives_it_says_that():
     lead = lead_of([scenario("bend", outcomes=NEVER, time_to_goal_s=TIMES)])
-    assert lead.sentences[0] == ("Only rpp arrives, in 4 of 4 trials; dwb never reached a goal.")
-    assert lead.tasks[0].sentence.startswith("only rpp arrives (4 of 4 trials reach the goal: ")
+    assert lead.sentences[0] == ("Only rpp arrived, in 4 of 4 trials; dwb never reached a goal.")
+    assert lead.tasks[0].sentence.startswith("only rpp arrives: 4 of 4 trials reach the goal; ")
 
 
 def test_if_nobody_arrives_nobody_is_best():
     outcomes = {"rpp": ["collided"] * 4} | NEVER
     lead = lead_of([scenario("bend", outcomes=outcomes, time_to_goal_s=TIMES)])
     assert lead.sentences == [
-        "No controller reached any goal, so that none is best.",
-        "rpp touched something in bend (4 of 4): to stop before a closed way is expected, a touch "
-        "never is.",
+        "No controller reached any goal, so none is best.",
+        "rpp touched something in bend (4 of 4 trials). A controller may stop where the way is "
+        "closed; it must never touch anything.",
     ]
     assert lead.tasks[0].sentence == (
-        "nobody reaches the goal; something was touched by rpp in 4 of 4."
+        "nobody reaches the goal. rpp touched something in 4 of 4 trials."
     )
 
 
@@ -208,7 +218,7 @@ def test_who_missed_some_is_told_with_the_count():
     assert (
         lead.sentences[0] == "Only rpp reached every goal that can be reached; dwb missed 1 of 4."
     )
-    assert lead.tasks[0].sentence.startswith("rpp always arrives, dwb 3 of 4; ")
+    assert lead.tasks[0].sentence.startswith("rpp always arrives, dwb 3 of 4. ")
 
 
 def test_an_impossible_task_counts_for_nobody():
@@ -221,8 +231,8 @@ def test_an_impossible_task_counts_for_nobody():
     lead = lead_of([scenario("bend", time_to_goal_s=TIMES), walled])
     assert lead.sentences[0].startswith("All 2 controllers")
     assert lead.tasks[1].sentence == (
-        "impossible on purpose; 7 of 8 trials were given up, as they should be; something was "
-        "touched by dwb in 1 of 4."
+        "impossible on purpose. 7 of 8 trials ended with giving up, as they should. dwb touched "
+        "something in 1 of 4 trials."
     )
     alone = lead_of([walled]).sentences[0]
     assert alone.startswith("Every task here is impossible on purpose")
@@ -231,9 +241,7 @@ def test_an_impossible_task_counts_for_nobody():
 def test_what_is_not_decided_is_not_claimed():
     close = {"rpp": [10.0, 12.0, 11.0, 10.5], "dwb": [12.0, 11.0, 11.5, 10.9]}
     lead = lead_of([scenario("bend", time_to_goal_s=close)])
-    assert lead.sentences[1:] == [
-        "More trials would be needed to say who is quickest in every task."
-    ]
+    assert lead.sentences[1:] == ["More trials are needed to say who is quickest."]
 
 
 def test_one_trial_each_shows_nothing():

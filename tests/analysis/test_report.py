@@ -131,7 +131,7 @@ def rendered(path, *, scenario="empty", **speeds_mps):
 
 def row_of(text, title):
     """Returns the cells of the first row with this title, without its unit."""
-    row = re.search(rf'<tr><th scope="row">(?:(?!</th>).)*>{title}<.*?</tr>', text, re.S)
+    row = re.search(rf'<tr[^>]*><th scope="row">(?:(?!</th>).)*>{title}<.*?</tr>', text, re.S)
     return re.findall(r"<td(?: class=\"n\"[^>]*)?>(.*?)</td>", row.group())
 
 
@@ -332,8 +332,8 @@ def test_an_impossible_task_is_named_as_one_with_its_description(tmp_path):
     results.write_log(trial_log("empty", "rpp", 0))
     page = render(analyse_folder(path, jobs=1))
     assert (
-        "1 succeeded, 1 aborted. The task in walled_in is impossible on purpose: "
-        "1 of the aborted trials did there what was expected." in re.sub(r"\s+", " ", page)
+        "1 succeeded, 1 aborted. The task in walled_in is impossible on purpose, "
+        "where a trial should end as aborted: 1 did." in re.sub(r"\s+", " ", page)
     )
     own, other = (re.search(rf"<h2>{name}.*?</section>", page, re.S)[0] for name in WALLED)
     assert "<p>Walls all round.</p>" in own
@@ -350,7 +350,7 @@ def test_a_touch_has_its_place_in_summary_and_lead_with_what_the_preset_says(tmp
     preset.parent.mkdir(parents=True)
     preset.write_text("controller: rpp\ndescription: looks at its centre alone\nparameters: {}\n")
     page = render(analyse_folder(path, jobs=1))
-    assert "rpp touched something in walled_in (1 of 1)" in page
+    assert "rpp touched something in walled_in (1 of 1 trials)" in page
     assert "The preset rpp: looks at its centre alone." in page
     assert page.count('<span class="outcome-collided">touched in 1</span>') == 1
 

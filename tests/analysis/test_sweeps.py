@@ -158,3 +158,12 @@ def test_the_page_shows_curves_slopes_and_maps(tmp_path):
     assert page.count("<svg") == 4
     assert "rpp changes by 10.00 s a unit more than dwb" in page
     assert (tmp_path / "tables" / "sweep.csv").is_file()
+
+
+def test_the_page_has_typeset_units_and_no_interval_of_one_seed(tmp_path):
+    many = write_sweep(tmp_path, trials(), SWEEP).read_text()
+    assert "m/s^3" not in many
+    assert '<span class="muted">[' in many
+    one = write_sweep(tmp_path, trials(seeds=(2,)), SWEEP).read_text()
+    assert "Slopes, for one unit" in one
+    assert "[–, –]" not in one

@@ -10,7 +10,7 @@ import pytest
 from rich.console import Console
 
 from drake_navbench.analysis.tables import published_rows
-from drake_navbench.campaign.console import PIPE_WIDTH, print_scenario, terminal
+from drake_navbench.campaign.console import PIPE_WIDTH, name_lines, print_scenario, terminal
 
 CONTROLLERS = ("dwb", "rpp", "teb", "mppi", "mppi_nav2", "rpp:lookahead_dist=0.9", "a", "b")
 
@@ -77,3 +77,17 @@ def test_an_impossible_task_is_called_so():
 def test_in_a_pipe_the_width_is_that_of_columns_where_it_is_given(columns, width, monkeypatch):
     monkeypatch.setenv("COLUMNS", columns)
     assert terminal().width == width
+
+
+@pytest.mark.parametrize(
+    ("name", "lines"),
+    [
+        ("teb_upstream", ["teb_upstream"]),
+        ("rpp:lookahead_dist=0.4", ["rpp:", "lookahead_", "dist=0.4"]),
+        ("mppi_nav2_ackermann", ["mppi_nav2_", "ackermann"]),
+        ("abcdefghijklmnop", ["abcdefghijkl", "mnop"]),
+        ("a:abcdefghijklmnop", ["a:", "abcdefghijkl", "mnop"]),
+    ],
+)
+def test_a_long_name_is_broken_between_its_words(name, lines):
+    assert name_lines(name).split("\n") == lines

@@ -48,7 +48,7 @@ def test_controllers_keep_their_names(width):
         assert name in text
     starts = [line.partition(" ")[0] for line in lines]
     place = next(place for place, start in enumerate(starts) if start.startswith("rpp:"))
-    assert "".join(starts[place : place + 2]).startswith("rpp:lookahead_dist=0.35")
+    assert "".join(starts[place : place + 3]).startswith("rpp:lookahead_dist=0.35")
 
 
 def test_wide_enough_each_total_is_a_line():
