@@ -141,7 +141,7 @@ def load_map(path: str | Path) -> OccupancyMap:
     if metadata.free_thresh > metadata.occupied_thresh:
         warning = (
             f"{path}: free_thresh {metadata.free_thresh} exceeds occupied_thresh "
-            f"{metadata.occupied_thresh}; a grey that both claim is free"
+            f"{metadata.occupied_thresh}; a grey that both claim is free, as in Nav2 from Jazzy on"
         )
         warnings.warn(warning, InputWarning, stacklevel=2)
     named_by = place_in(text, str(path), ["image"])

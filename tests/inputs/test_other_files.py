@@ -145,5 +145,7 @@ def test_a_mesh_that_drake_cannot_read_is_named_with_what_may_be_done(in_folder)
 
 def test_a_list_of_tree_nodes_is_no_tree(in_folder):
     Path("nodes.xml").write_text("<root><TreeNodesModel/></root>")
-    with pytest.raises(InputError, match="expected one BehaviorTree, or main_tree_to_.*; found no"):
+    with pytest.raises(
+        InputError, match=r"expected one BehaviorTree, or main_tree_to_.*; found no"
+    ):
         read_tree_file(Path("nodes.xml"))
