@@ -124,7 +124,7 @@ def _unreadable(path: Path, error: BaseException) -> InputError:
     if mesh is not None:
         remedy = "convert it, or give a footprint in a robot file"
         return InputError(
-            f"{path}: expected meshes in .obj, .vtk or .gltf, found {mesh[1]}; {remedy}"
+            f"{path}: expected meshes in .stl, .obj, .vtk or .gltf, found {mesh[1]}; {remedy}"
         )
     return InputError(f"{path}: cannot be read as a robot's model: {one_line(error)}")
 

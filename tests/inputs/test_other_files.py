@@ -134,15 +134,6 @@ def test_a_model_without_base_link_is_told_its_links(in_folder):
         load_robot("cart.urdf")
 
 
-def test_a_mesh_that_drake_cannot_read_is_named_with_what_may_be_done(in_folder):
-    Path("hull.dae").write_text("<COLLADA/>")
-    mesh = "<collision><geometry><mesh filename='hull.dae'/></geometry></collision>"
-    Path("cart.urdf").write_text(URDF.format(mass="", shapes=mesh))
-    expected = r"expected meshes in \.obj, \.vtk or \.gltf, found \S*hull\.dae; convert it, or give"
-    with pytest.raises(InputError, match=expected):
-        load_robot("cart.urdf")
-
-
 def test_a_list_of_tree_nodes_is_no_tree(in_folder):
     Path("nodes.xml").write_text("<root><TreeNodesModel/></root>")
     with pytest.raises(
