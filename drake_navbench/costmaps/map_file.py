@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, field_validator
 
 from drake_navbench.costmaps.grid_size import MAX_GRID_CELLS, require_grid_size
 from drake_navbench.costmaps.movingai_map import SUFFIX as MOVINGAI_SUFFIX
@@ -79,15 +79,6 @@ class MapMetadata(FrozenModel):
     def _ignore_case(cls, value: Any) -> Any:
         return value.lower() if isinstance(value, str) else value
 
-    @model_validator(mode="after")
-    def _check_thresholds(self) -> MapMetadata:
-        if self.free_thresh > self.occupied_thresh:
-            raise ValueError(
-                f"free_thresh {self.free_thresh} must not exceed "
-                f"occupied_thresh {self.occupied_thresh}"
-            )
-        return self
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OccupancyMap(Immutable):
@@ -130,8 +121,8 @@ def load_map(path: str | Path) -> OccupancyMap:
     A map with a yaw is turned onto a grid along the axes, with an InputWarning: Nav2's costmaps
     take no notice of a yaw. A MovingAI file has its lower left corner at (0, 0) and cells of
     MOVINGAI_RESOLUTION_M. Raises InputError, one line a fault, where the file or its image cannot
-    be read, a field is missing or out of range, or the thresholds contradict each other. Fields
-    that Nav2's map server does not read, such as `map_type`, are left out with an InputWarning.
+    be read, or a field is missing or out of range. Fields that Nav2's map server does not read,
+    such as `map_type`, are left out with an InputWarning, and thresholds that overlap are told.
     """
     path = Path(path).expanduser()
     if path.suffix == MOVINGAI_SUFFIX:
@@ -147,6 +138,12 @@ def load_map(path: str | Path) -> OccupancyMap:
         warning = f"{path}: {name}: has no effect, Nav2's map server reads no such field{hint}"
         warnings.warn(warning, InputWarning, stacklevel=2)
     metadata = validate(MapMetadata, fields, str(path), text)
+    if metadata.free_thresh > metadata.occupied_thresh:
+        warning = (
+            f"{path}: free_thresh {metadata.free_thresh} exceeds occupied_thresh "
+            f"{metadata.occupied_thresh}; a grey that both claim is free, as in Nav2 from Jazzy on"
+        )
+        warnings.warn(warning, InputWarning, stacklevel=2)
     named_by = place_in(text, str(path), ["image"])
     image = _image_of(path, metadata.image)
     occupancy = _image_occupancy(image, metadata, named_by)

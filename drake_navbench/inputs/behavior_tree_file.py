@@ -54,10 +54,11 @@ def read_tree_file(path: Path) -> NodeDescription:
     if named not in trees:
         if missing:
             raise MissingTree(missing[0])
-        raise InputError(
-            f"{path}: expected a BehaviorTree that is called {named!r}, or only one; "
-            f"found {', '.join(map(repr, trees)) or 'none'}"
-        )
+        found = ", ".join(map(repr, trees)) or "none"
+        wanted = f"a BehaviorTree that is called {named!r}"
+        if named is None:
+            wanted = "one BehaviorTree, or main_tree_to_execute to name one of several"
+        raise InputError(f"{path}: expected {wanted}; found {found}")
     budget = _Budget(path, missing)
     return budget.described(_only_child(trees[named], path), trees, {}, 0)
 

@@ -206,6 +206,11 @@ def load_robot(
     InputError where the name is unknown, or the file or an override is wrong;
     `overrides_source` names the overrides in it.
     """
+    if name_or_path.endswith(".xacro"):
+        raise InputError(
+            f"{name_or_path}: is xacro, of which a model is made first: "
+            f"xacro {Path(name_or_path).name} > robot.urdf; give that"
+        )
     if Path(name_or_path).suffix in MODEL_SUFFIXES:
         path = Path(name_or_path).absolute()
         data: Mapping[str, Any] = {"description": f"robot of {path.name}", "model": path.name}

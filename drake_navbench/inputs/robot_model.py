@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tempfile
 import warnings
 from collections.abc import Iterator
@@ -26,6 +27,7 @@ from pydrake.geometry import (
     Sphere,
 )
 from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import BodyIndex, Frame
 
 from drake_navbench.errors import InputError, InputWarning, one_line
 from drake_navbench.typed_files.model_file import add_models
@@ -37,6 +39,9 @@ BASE_LINK = "base_link"
 CIRCLE_CORNERS = 32
 # Corners that lie within this of a straight edge are left out of the outline, m.
 TOLERANCE_M = 1e-3
+MAX_LINKS_NAMED = 5
+# Drake's words for a mesh of another kind.
+UNSUPPORTED_MESH = re.compile(r"unsupported extension '[^']*' for geometry data: (\S+?)\.?(?:\s|$)")
 
 
 class RobotModel(NamedTuple):
@@ -65,7 +70,7 @@ def _read(path: Path, scratch: Path) -> RobotModel:
     plant.RegisterAsSourceForSceneGraph(scene_graph)
     try:
         left_out = add_models(plant, path, scratch).left_out
-        base = plant.GetFrameByName(BASE_LINK)
+        base = _base_of(plant, path)
         plant.Finalize()
     # Drake reports a failed check as SystemExit.
     except (RuntimeError, ValueError, SystemExit) as error:
@@ -100,7 +105,27 @@ def _read(path: Path, scratch: Path) -> RobotModel:
     return RobotModel(outline, float(plant.CalcTotalMass(context)))
 
 
+def _base_of(plant: MultibodyPlant, path: Path) -> Frame:
+    """Returns the frame of the base link; raises InputError with the links where it is not there.
+
+    Of several links of that name Drake tells, with a RuntimeError.
+    """
+    if plant.HasFrameNamed(BASE_LINK):
+        return plant.GetFrameByName(BASE_LINK)
+    links = [plant.get_body(BodyIndex(index)).name() for index in range(1, plant.num_bodies())]
+    found = ", ".join(links[:MAX_LINKS_NAMED]) or "none"
+    more = len(links) - MAX_LINKS_NAMED
+    more_text = f" and {more} more" if more > 0 else ""
+    raise InputError(f"{path}: expected a link {BASE_LINK}, found {found}{more_text}")
+
+
 def _unreadable(path: Path, error: BaseException) -> InputError:
+    mesh = UNSUPPORTED_MESH.search(str(error))
+    if mesh is not None:
+        remedy = "convert it, or give a footprint in a robot file"
+        return InputError(
+            f"{path}: expected meshes in .stl, .obj, .vtk or .gltf, found {mesh[1]}; {remedy}"
+        )
     return InputError(f"{path}: cannot be read as a robot's model: {one_line(error)}")
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import UnionType
@@ -31,6 +32,8 @@ MAX_FAULTS_SHOWN = 20
 # finds it out by itself.
 EXTRA_FIELD = "extra_forbidden"
 UNKNOWN_FIELD = "unknown_field"
+# A declaration, a comment, or an element with an attribute or a child; no `<name>:` of a template.
+XML_START = re.compile(r"\s*<(\?xml|!--|[\w:.-]+\s+[\w:.-]+\s*=|[\w:.-]+>\s*<)")
 
 
 class FrozenModel(BaseModel):
@@ -58,8 +61,15 @@ class QuietModel(FrozenModel):
 
 
 def read_text(path: Path) -> str:
-    """Returns the text of a YAML file; raises InputError where it cannot be read."""
-    return read_input_text(path, max_bytes=MAX_FILE_BYTES)
+    """Returns the text of a YAML file; raises InputError where it cannot be read or is no YAML.
+
+    XML and Python are told by name, as YAML's own complaints about them help nobody.
+    """
+    text = read_input_text(path, max_bytes=MAX_FILE_BYTES)
+    if path.suffix == ".py" or XML_START.match(text):
+        kind = "Python" if path.suffix == ".py" else "XML"
+        raise InputError(f"{path}: is {kind}; expected a YAML file")
+    return text
 
 
 def read_yaml(path: Path) -> dict[str, Any]:
@@ -172,9 +182,15 @@ def _describe(fault: Mapping[str, Any], model: type[BaseModel], source: str) -> 
     message = message[:1].lower() + message[1:]
     if not location:
         return f"{source}: {message}"
-    if repr(fault["input"]) in message:
+    if _tells(message, fault["input"]):
         return f"{source}: {field}: {message}"
     return f"{source}: {field}: {message}, got {_shortened(fault['input'])}"
+
+
+def _tells(message: str, found: Any) -> bool:
+    """Whether a message names the wrong value: the 0 of "greater than 0" is a limit, no value."""
+    shown = repr(found)
+    return shown in message if isinstance(found, str) else f"got {shown}" in message
 
 
 def _dotted(location: tuple[int | str, ...]) -> str:

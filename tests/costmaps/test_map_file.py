@@ -184,9 +184,21 @@ def test_wrong_value_is_named(map_yaml, field, value, expected):
     assert expected in message
 
 
-def test_contradictory_thresholds_are_refused(map_yaml):
-    message = error_of(map_yaml(free_thresh=0.7))
-    assert "free_thresh 0.7 must not exceed occupied_thresh 0.65" in message
+def test_of_overlapping_thresholds_the_free_one_counts_as_in_nav2(map_yaml):
+    path = map_yaml(free_thresh=0.7)
+    with pytest.warns(InputWarning, match=r"free_thresh 0\.7 exceeds occupied_thresh 0\.65"):
+        load_map(path)
+    # Shares of 0, 0.686 and 1: free, claimed by both, occupied.
+    grey = np.array([[255, 80, 0]], dtype=np.uint8)
+    occupancy = occupancy_from_grey(
+        grey,
+        np.full_like(grey, 255),
+        mode=MapMode.SCALE,
+        negate=False,
+        occupied_thresh=0.65,
+        free_thresh=0.7,
+    )
+    assert occupancy.tolist() == [[0, 0, 100]]
 
 
 def test_missing_image_is_named(map_yaml):

@@ -166,7 +166,6 @@ def test_a_task_that_cannot_be_is_refused_in_one_line(capsys, tmp_path, changes,
     ("changes", "reason"),
     [
         ({"image": "nowhere.png"}, "image: no such file"),
-        ({"free_thresh": 0.7}, "free_thresh 0.7 must not exceed occupied_thresh 0.65"),
         ({"resolution": 0.0}, "resolution: expected 0.001 to 100"),
         ({"resolution": 200.0}, "resolution: expected 0.001 to 100, got 200.0"),
     ],

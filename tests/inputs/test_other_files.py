@@ -9,6 +9,7 @@ from PIL import Image
 
 from drake_navbench.costmaps.map_file import load_map
 from drake_navbench.errors import InputError, InputWarning
+from drake_navbench.inputs.behavior_tree_file import read_tree_file
 from drake_navbench.inputs.nav2_parameters import read_parameter_file
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import load_scenario
@@ -94,3 +95,48 @@ def test_of_drakes_warnings_the_first_are_told_under_the_files_name(in_folder, c
     assert all(re.search(r"/cart\.urdf: ", text) for text in told)
     assert "literal" not in "".join(told)
     assert told[-1].endswith("16 warnings more")
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "kind"),
+    [
+        ("bringup.launch.py", "def generate_launch_description(): ...", "Python"),
+        ("bringup.launch", "<launch><arg name='a'/></launch>", "XML"),
+        ("bringup.launch.xml", "<?xml version='1.0'?>\n<launch/>", "XML"),
+    ],
+)
+@pytest.mark.parametrize("load", [load_robot, load_map, load_scenario])
+def test_what_is_no_yaml_is_told_for_what_it_is(in_folder, name, text, kind, load):
+    (in_folder / name).write_text(text)
+    with pytest.raises(InputError, match=rf"{re.escape(name)}: is {kind}; expected a YAML file"):
+        load(str(in_folder / name))
+
+
+def test_a_template_that_begins_with_a_placeholder_is_yaml(in_folder):
+    Path("nav2.yaml").write_text("<robot_namespace>:\n  amcl: {ros__parameters: {a: 1}}\n")
+    assert len(read_parameter_file(Path("nav2.yaml")).sections) == 1
+
+
+def test_a_xacro_file_is_told_how_it_becomes_a_robot(in_folder):
+    Path("cart.urdf.xacro").write_text("<robot xmlns:xacro='http://ros.org/wiki/xacro'/>")
+    with pytest.raises(InputError, match=r"is xacro, .*: xacro cart\.urdf\.xacro > robot\.urdf"):
+        load_robot("cart.urdf.xacro")
+
+
+def test_a_model_without_base_link_is_told_its_links(in_folder):
+    links = "".join(f"<link name='l{i}'>{BOX.format(name='')}</link>" for i in range(7))
+    joints = "".join(
+        f"<joint name='j{i}' type='fixed'><parent link='l0'/><child link='l{i}'/></joint>"
+        for i in range(1, 7)
+    )
+    Path("cart.urdf").write_text(f"<robot name='a'>{links}{joints}</robot>")
+    with pytest.raises(InputError, match="link base_link, found l0, l1, l2, l3, l4 and 2 more"):
+        load_robot("cart.urdf")
+
+
+def test_a_list_of_tree_nodes_is_no_tree(in_folder):
+    Path("nodes.xml").write_text("<root><TreeNodesModel/></root>")
+    with pytest.raises(
+        InputError, match=r"expected one BehaviorTree, or main_tree_to_.*; found no"
+    ):
+        read_tree_file(Path("nodes.xml"))
