@@ -17,6 +17,7 @@ OWN_NAMES = (HOST, "127.0.0.1", "::1")
 # The page asks for it now and then, and loads itself anew when it has changed.
 NUMBER_PATH = "/number"
 PAGE_PATH = "/"
+ICON_PATH = "/favicon.ico"
 # Where Meshcat has what its scene is made of.
 ASSET_PATH = re.compile(r"/cas-v1/[A-Za-z0-9._-]{1,200}")
 # For a browser to say what it wants, and for Meshcat to answer.
@@ -100,6 +101,9 @@ class LiveServer:
         """Returns the kind and the content of what is asked for, None where there is no such."""
         if path == PAGE_PATH:
             return "text/html; charset=utf-8", self._page
+        if path == ICON_PATH:
+            # Every browser asks for one.
+            return "image/x-icon", b""
         if path == NUMBER_PATH:
             return "text/plain", str(self._number).encode()
         if ASSET_PATH.fullmatch(path):

@@ -54,14 +54,14 @@ def killed_while(monkeypatch, tmp_path, times):
     """Lets the first workers that draw figures be killed, so many of them."""
     drawn = folder_analysis.write_scenario_figures
 
-    def draw(folder, scenario, *rest):
+    def draw(folder, scenario, *rest, **named):
         if scenario == "empty" and rest[-1] is not FigureChoice.NONE:
             for number in range(times):
                 mark = tmp_path / f"killed_{number}"
                 if not mark.exists():
                     mark.touch()
                     kill_worker()
-        return drawn(folder, scenario, *rest)
+        return drawn(folder, scenario, *rest, **named)
 
     monkeypatch.setattr(folder_analysis, "write_scenario_figures", draw)
     # Forked, so that workers have what is patched here.

@@ -66,6 +66,7 @@ def get(path="/", *headers: str) -> bytes:
     [
         (get("/", "Host: localhost:8000"), 200),
         (get("/", "Host: 127.0.0.1"), 200),
+        (get("/favicon.ico", "Host: 127.0.0.1"), 200),
         (get("/", "Host: [::1]:7"), 200),
         (get("/", "Host: localhost:1", "Origin: http://localhost:1"), 200),
         # A name of somebody else that leads here, and a page of somebody else that asks.

@@ -99,5 +99,5 @@ def test_a_port_is_held_against_it(planners):
 def test_a_package_without_plugins_is_one_line(planning, capsys):
     assert main(["nav2-build", str(planning), "--packages", "nav2_core"]) == 2
     error = capsys.readouterr().err
-    assert "no package 'nav2_core' with a controller or planner" in error
+    assert "no package or folder of packages 'nav2_core' with a controller or planner" in error
     assert error.count("\n") == 1
