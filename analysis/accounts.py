@@ -46,7 +46,7 @@ TOGETHER = "together"
 
 @dataclass(frozen=True)
 class Account:
-    """All that is computed of one lineup."""
+    """One lineup: its findings, orderings and errors against the publication."""
 
     lineup: Lineup
     judgements: list[Judgement]

@@ -273,7 +273,7 @@ def _unmatched(baseline: pd.DataFrame, other: pd.DataFrame, name: str) -> list[U
 
 
 def _why_unmatched(before: set[int], after: set[int], name: str) -> str:
-    """Returns what keeps the trials with these seeds from being compared, '' for nothing."""
+    """Returns why the trials with these seeds cannot be compared, '' where they can."""
     if not after:
         return f"missing in {name}"
     if not before:

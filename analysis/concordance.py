@@ -132,7 +132,7 @@ class Baseline(NamedTuple):
 
 
 def permutation_baseline(trials: pd.DataFrame, lineup: Lineup = PUBLISHED_SETTINGS) -> Baseline:
-    """Returns what a reproduction without skill scores: ours under every other order of the labels.
+    """Returns the score without skill: our columns under every other order of the labels.
 
     A permutation holds in all scenarios and metrics alike, and keeps the layouts and that the
     controllers differ; what is lost is which of them does what.

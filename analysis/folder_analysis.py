@@ -40,7 +40,7 @@ DEFAULT_JOBS = 2
 
 @dataclass(frozen=True)
 class FolderAnalysis:
-    """What was computed of a results folder.
+    """The analysis of a results folder.
 
     scenarios: in the order in which they were asked for. figures: what was written. charts: what
     those of each scenario show that can be touched, see `chart_data`.
@@ -64,7 +64,7 @@ class FolderAnalysis:
 
 
 class _ScenarioTask(NamedTuple):
-    """What `_analyse_scenario` takes."""
+    """The arguments of `_analyse_scenario`."""
 
     root: Path
     paths: Sequence[Path]

@@ -43,7 +43,7 @@ class TiedFinding(NamedTuple):
 
 
 class HeadingTies(NamedTuple):
-    """What hangs on the rule."""
+    """The heading errors and findings that depend on the rule."""
 
     cells: list[TiedCell]
     findings: list[TiedFinding]

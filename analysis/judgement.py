@@ -45,7 +45,7 @@ INCLUDES_TIE_OF_MANY = "its interval includes the tie, as one of {count} differe
 
 
 class Verdict(StrEnum):
-    """What the trials say of a finding."""
+    """The verdict of the trials on a finding."""
 
     HOLDS = "holds"
     LEVEL = "level"

@@ -38,7 +38,7 @@ TOUCHES_ARE_FAULTS = "A controller may stop where the way is closed; it must nev
 
 
 class TaskLead(NamedTuple):
-    """What is to be said of one scenario."""
+    """The sentences about one scenario."""
 
     scenario: str
     sentence: str

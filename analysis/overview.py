@@ -56,7 +56,7 @@ class Overview(NamedTuple):
 
 
 def overview_of(scenarios: Sequence[ScenarioAnalysis]) -> Overview:
-    """Returns what the picture shows of these scenarios, each of which has trials."""
+    """Returns the contents of the overview picture; each of these scenarios has trials."""
     shown = [entry for entry in all_metrics() if entry.name in QUANTITIES]
     hints = {Better.LOWER: "short is good", Better.HIGHER: "long is good", Better.NEITHER: ""}
     columns = [OverviewColumn(ARRIVED, hints[Better.HIGHER])]

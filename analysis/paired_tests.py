@@ -72,7 +72,7 @@ ALARM_RATE = sum(ALARM_RATES.values())
 
 
 class Verdict(StrEnum):
-    """What the pairs say of a quantity."""
+    """The verdict of the pairs on a quantity."""
 
     WORSE = "worse"
     BETTER = "better"
@@ -84,7 +84,7 @@ class Verdict(StrEnum):
 
 
 class Quantity(NamedTuple):
-    """What is tested: an outcome or a metric. relevant: as of `Metric`."""
+    """An outcome or a metric that is tested. relevant: as of `Metric`."""
 
     name: str
     unit: str
@@ -152,7 +152,7 @@ class Finding(NamedTuple):
 
 
 class Judged(NamedTuple):
-    """What the pairs of one or several contests say.
+    """The findings of one or several contests.
 
     lost: trials that ended as an error after, or are missing there; no test is needed.
     equal, pairs: how many pairs are equal in outcome and all metrics, of how many. equal_cells,
@@ -197,7 +197,7 @@ def judge_pairs(
     metrics: Sequence[Metric] | None = None,
     tolerance: float = DEFAULT_TOLERANCE,
 ) -> Judged:
-    """Returns what changed, each family corrected over all contests together.
+    """Returns the changes, each family of tests corrected over all contests together.
 
     listed: names of metrics with a family of their own. metrics: those tested, outcomes apart; all
     that are installed where not given. tolerance: share of the base's mean up to which a change

@@ -56,7 +56,7 @@ class RankChange(NamedTuple):
 
     @property
     def words(self) -> str:
-        """What happens to it, as far as the trials show it."""
+        """The change of the controller's place, as far as the trials show it."""
         if not self.is_shown:
             return "no change shown"
         return "falls" if self.change.low > 0.0 else "rises"
@@ -141,7 +141,7 @@ def rank_changes(trials: pd.DataFrame, clean_of: Mapping[str, str]) -> list[Rank
 
 
 def sentence(changes: list[RankChange]) -> str:
-    """Returns what happens to the order from one clean scenario to a harsher one, in a sentence."""
+    """Returns a sentence: how the order changes from a clean scenario to a harsher one."""
     first = changes[0]
     moves = [
         f"{change.controller} {change.words} from rank {change.clean.rank} to {change.harsh.rank}"

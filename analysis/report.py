@@ -158,7 +158,7 @@ def interval(bounds: Interval) -> str:
 
 
 def sort_key(value: float | None) -> str:
-    """Returns what a cell is sorted by, '' where there is no value."""
+    """Returns the key by which a cell is sorted, '' where it has no value."""
     return "" if value is None or math.isnan(value) else f"{value:.7g}"
 
 
@@ -224,7 +224,7 @@ def _page(analysis: FolderAnalysis, difference: float) -> dict[str, Any]:
 def _descriptions_of_touching(
     analysis: FolderAnalysis, scenarios: Sequence[ScenarioAnalysis]
 ) -> dict[str, str]:
-    """Returns what the presets that touched something say of themselves."""
+    """Returns the descriptions of the presets that touched something."""
     touching = [s.controller for entry in scenarios for s in entry.successes if s.touched]
     folder = analysis.path / "inputs/controllers"
     paths = {name: folder / f"{file_name(name)}.yaml" for name in dict.fromkeys(touching)}

@@ -78,7 +78,7 @@ def command_line(request: Mapping[str, Any]) -> str:
 def changed_parameters(
     folder: Path, first: str, second: str, parameters_of: ParametersOf = nothing_known
 ) -> list[Change] | None:
-    """Returns where two presets differ, None where the parameters of one are not known.
+    """Returns the parameters in which two presets differ, None where one is not known.
 
     Of a preset that was driven the resolved file beside the results counts, of another what
     parameters_of returns. Raises InputError where such a file cannot be read.
@@ -210,7 +210,7 @@ def _comparison_rows(
 
 
 def _driven_name(lineup: Lineup, row: Comparison) -> str:
-    """Returns what a lineup puts in the place of the published settings: scenario or preset."""
+    """Returns the scenario or preset that a lineup drives in place of the published settings."""
     scenario = lineup.scenario(row.scenario)
     return scenario if scenario != row.scenario else lineup.presets[row.controller]
 
@@ -241,7 +241,7 @@ def _parameters(folder: Path, preset: str, parameters_of: ParametersOf) -> Mappi
 
 
 def _preset_path(folder: Path, preset: str) -> Path:
-    """Returns where the resolved parameters of a preset are."""
+    """Returns the path of a preset's resolved parameters."""
     return folder / "inputs" / "controllers" / f"{file_name(preset)}.yaml"
 
 

@@ -117,7 +117,7 @@ class Pair(NamedTuple):
 
 @dataclass
 class ScenarioAnalysis:
-    """What was computed of a scenario, all in plain values.
+    """The analysis of a scenario, in plain values.
 
     description: the scenario file's. is_impossible: whether its task is meant to be given up.
     clean_scenario: the one of which it is a harsher one, '' where there is none.

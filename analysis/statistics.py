@@ -140,7 +140,7 @@ def paired_comparison(
 
 
 def compare_differences(by_pair: Array, *, confidence: float = CONFIDENCE) -> PairedComparison:
-    """Returns what `paired_comparison` does of differences (N,), NaN where one has no value."""
+    """Returns the comparison for given differences (N,), NaN where a pair has no value."""
     differences = by_pair[np.isfinite(by_pair)]
     differences = np.where(np.abs(differences) <= ROUNDING, 0.0, differences)
     count = len(differences)

@@ -42,7 +42,7 @@ class Share(NamedTuple):
 
 
 class Total(NamedTuple):
-    """What a controller did in all worlds of a suite, or of one density of it.
+    """The totals of a controller over all worlds of a suite, or of one density of it.
 
     density: '' for all. success: the trial succeeded. collision: it ended in contact. score:
     BARN's. scored: the share with a score above 0, which is BARN's own success.

@@ -74,7 +74,7 @@ def _in_all(titles: dict[str, str], points: list[dict[str, Any]]) -> dict[str, s
 
 
 def _places(touches: dict[str, int]) -> str:
-    """Returns where something was touched and how often: 'doorway 3, random_world_7 1'."""
+    """Returns the places of touches with their number: 'doorway 3, random_world_7 1'."""
     return ", ".join(f"{name} {count}" for name, count in touches.items())
 
 

@@ -31,7 +31,7 @@ EXTREMES = {Better.LOWER: "lowest", Better.HIGHER: "highest"}
 
 
 class Standing(StrEnum):
-    """What the trials say of the first place in a metric."""
+    """The state of the first place in a metric."""
 
     BEST = "best"
     LEVEL = "level"
@@ -41,7 +41,7 @@ class Standing(StrEnum):
 
 
 class Verdict(NamedTuple):
-    """What can be said of one metric in one scenario.
+    """The verdict on one metric in one scenario.
 
     standing: BEST where every other controller is shown to be behind the leader by more than
     matters, with 95% confidence in all comparisons together, or in the one trial there is where
@@ -100,7 +100,7 @@ def verdict(
     repeated: frozenset[str] = frozenset(),
     touches: Mapping[str, int] = NOBODY_TOUCHED,
 ) -> Verdict | None:
-    """Returns what the trials show about a metric; None where there is nothing to compare.
+    """Returns the verdict on a metric; None where there is nothing to compare.
 
     The metric needs a good direction and a value for at least two controllers. anyone_arrived:
     whether a trial of the scenario reached its goal; else nobody is best, whatever the values.

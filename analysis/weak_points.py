@@ -34,7 +34,7 @@ class WeakPoint(NamedTuple):
     best: str
 
     def in_words(self, *, tells_where: bool) -> str:
-        """Returns what the controller has: "3.9 times mppi's jerk (1.27 against 0.32 m/s³)"."""
+        """Returns the weakness in words: "3.9 times mppi's jerk (1.27 against 0.32 m/s³)"."""
         place = f" in {self.where}" if tells_where else ""
         values = f"{_value(self.own, self.metric)} against {_value(self.first, self.metric)}"
         place += f" ({values} {typeset(self.metric.unit)})"

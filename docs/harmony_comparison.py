@@ -48,7 +48,7 @@ KEPT = [
 def rounds(
     folder: Path, columns: list[str], *, trials: int, seed: int, first_worlds: dict[str, int]
 ) -> list[list[tuple[str, TrialSpec]]]:
-    """Returns what to drive, by rounds: the family and the trial, by each of the columns."""
+    """Returns the trials by rounds: the family and the trial, for each of the columns."""
     named = plan_campaign(NAMED, columns, trials=trials, seed=seed, keeps_costmaps=False)
     found: list[list[tuple[str, TrialSpec]]] = [[] for _ in range(trials)]
     for spec in named.specs:

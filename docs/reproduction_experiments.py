@@ -244,7 +244,7 @@ def bearing() -> pd.DataFrame:
 
 
 def latency() -> pd.DataFrame:
-    """What a slower base changes in the bend."""
+    """Drives the bend with a slower base."""
     metrics = ("max_centripetal_acceleration", "max_path_error", "time_taken")
     slow = with_robot("one_obstacle", SLOW_RESPONSE)
     rows = []

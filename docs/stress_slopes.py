@@ -114,7 +114,7 @@ def trials_of(folder: Path, name: str, sweeps: list[str]) -> pd.DataFrame:
 
 
 def judge(clean: pd.DataFrame, stressed: Mapping[str, pd.DataFrame]) -> Findings:
-    """Returns what each field does to each controller, all fields corrected together."""
+    """Returns the effect of each field on each controller, corrected over all fields."""
     names = [metric.name for metric in METRICS]
     judged = judge_pairs(
         [Contest(clean, trials, field) for field, trials in stressed.items()],

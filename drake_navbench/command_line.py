@@ -36,7 +36,7 @@ class CommandParser(argparse.ArgumentParser):
         self._given: Sequence[str] = ()
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[Any, list[str]]:
-        """Returns what is known and the rest; an option that is left is an error here."""
+        """Returns the known arguments and the rest; an unknown option is an error."""
         self._given = sys.argv[1:] if args is None else list(args)
         known, rest = super().parse_known_args(args, namespace)
         options = [text for text in rest if text.startswith("-")]
@@ -57,7 +57,7 @@ class CommandParser(argparse.ArgumentParser):
         self.exit(EXIT_WRONG_INPUT, f"{as_line(f'{command}: {message}')}\n")
 
     def _unknown_options(self) -> list[str]:
-        """Returns what was given that is no option; each step of a command has its own."""
+        """Returns the unknown options among the arguments."""
         if self._subparsers is not None:
             return []
         before = takewhile(lambda text: text != "--", self._given)

@@ -60,7 +60,7 @@ class SpeedLimit:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ControllerSetup:
-    """What is fixed for a whole trial and known to a Nav2 controller when it is configured.
+    """The facts of a whole trial that a Nav2 controller knows when it is configured.
 
     control_period_s: time between two calls of `step`, s.
     footprint: (K, 2) padded outline in the base frame, m.
@@ -99,7 +99,7 @@ class ControllerSetup:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Observation:
-    """What a Nav2 controller sees in one cycle; all poses in the odometry frame. Read-only.
+    """The inputs of a Nav2 controller in one cycle; all poses in the odometry frame. Read-only.
 
     time_s: start of the cycle, s.
     pose: (3,) estimated x m, y m, yaw rad.
@@ -136,7 +136,7 @@ class Observation:
 
 
 class Decision(NamedTuple):
-    """What a controller returns.
+    """The result of a controller's cycle.
 
     command: (2,) v m/s, w rad/s; for a base that moves sideways it may be (3,) with vy m/s, the
         velocity to the left, as the third.
@@ -192,7 +192,7 @@ class CollisionAhead(NoValidControl):
 
 
 class AskedSpeeds(NamedTuple):
-    """What parameters ask of the base; None where they ask for nothing in particular.
+    """The speeds that parameters ask of the base; None where they ask for none.
 
     The accelerations are those that the controller counts on when it looks ahead.
     """
@@ -265,7 +265,7 @@ class ControllerParameters(BaseModel):
 
     @classmethod
     def doubts(cls, values: Mapping[str, Any]) -> Mapping[str, str]:
-        """Returns what is hardly meant so among given values, by dotted name, and what it does."""
+        """Returns values that are probably mistakes, by dotted name, with their effect."""
         return {}
 
     def as_read(self) -> Self:

@@ -117,7 +117,7 @@ class _HeaderScenario(FrozenModel):
 
 
 class _Header(FrozenModel):
-    """What everybody who reads a log relies on, of all that is in its header."""
+    """The fields of a log's header that every reader relies on."""
 
     model_config = ConfigDict(extra="allow")
 
@@ -135,7 +135,7 @@ class _Header(FrozenModel):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TrialLog:
-    """What is known of one trial after it ended.
+    """The log of one trial after it ended.
 
     samples: one row a sample, columns as in `COLUMNS` and, for robots that move sideways,
         `LATERAL_COLUMNS`, for those whose odometry drifts `ODOMETRY_COLUMNS`.
@@ -211,7 +211,7 @@ class TrialLog:
 
     @property
     def missing(self) -> Mapping[str, str]:
-        """What a recording could not tell: a column or another part of the log -> why."""
+        """The parts of the log that a recording does not have, each with the reason."""
         return self.info.get("missing", {})
 
     @property
@@ -231,7 +231,7 @@ class TrialLog:
 
     @property
     def obstacles(self) -> list[Mapping[str, Any]]:
-        """What stood in the world, as shapes of a scenario file: a map's walls as boxes too."""
+        """The world's obstacles as shapes of a scenario file; a map's walls are boxes."""
         return self.info.get("obstacles", self.info["scenario"]["world"]["obstacles"])
 
     def write(self, path: Path) -> None:
@@ -357,7 +357,7 @@ def _own_columns(found: Collection[str]) -> list[str]:
 
 
 def _analysis() -> Any:
-    """Returns what makes tables and pictures of a log.
+    """Returns the analysis module that makes tables and pictures of a log.
 
     It stands above this module and takes seconds to import; only who asks for it waits.
     """
@@ -381,7 +381,7 @@ def _read_notes(texts: Sequence[str]) -> list[dict[str, Any]]:
 
 
 def as_json(values: Mapping[str, Any]) -> str:
-    """Returns what a controller left as JSON text.
+    """Returns a controller's diagnostics as JSON text.
 
     Raises TypeError or ValueError where it is more than numbers, text, flags and arrays of them.
     """

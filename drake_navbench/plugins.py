@@ -81,7 +81,7 @@ class PluginKind:
         return name in self.built_in or name in _installed(self.group)
 
     def load(self, name: str) -> Any:
-        """Returns what is registered as `name`.
+        """Returns the plugin that is registered as `name`.
 
         Raises InputError where there is none or more than one, where it breaks when imported, or
         where it is no class with the members that it needs.
@@ -156,14 +156,14 @@ class PluginKind:
             ) from error
 
     def origin(self, name: str) -> Origin | None:
-        """Returns where what is registered as `name` comes from; None where it is ours."""
+        """Returns the origin of the plugin `name`; None where it is ours."""
         for point in _installed(self.group).get(name, ()):
             if not is_ours(point.module):
                 return _origin(point)
         return None
 
     def folder(self, name: str) -> Path | None:
-        """Returns where the module registered as `name` is, None where it is not found.
+        """Returns the folder of the plugin `name`, None where it is not found.
 
         The module is not imported, nor are the packages that it is in: what others have installed
         runs only where it is asked for.
@@ -180,7 +180,7 @@ class PluginKind:
     def load_all(
         self, check: Callable[[str, Any], Any] = lambda name, loaded: loaded
     ) -> dict[str, Any]:
-        """Returns what can be loaded, by name; warns of the others.
+        """Returns the plugins that can be loaded, by name; warns of the others.
 
         check: makes what is kept of a plugin from its name and what was loaded; raises InputError
         where that is none of this kind.

@@ -70,7 +70,7 @@ def file_name(name: str) -> str:
 
 
 class _Asked(FrozenModel):
-    """What the report and the reproduction show of a request."""
+    """The parts of a request that the report and the reproduction show."""
 
     model_config = ConfigDict(extra="allow")
 
@@ -83,14 +83,14 @@ class _Asked(FrozenModel):
 
 
 class _Origin(FrozenModel):
-    """What a scenario or column of a sweep is made of, with which values by field."""
+    """The origin of a scenario or column of a sweep, and its values by field."""
 
     of: str
     values: dict[str, Any]
 
 
 class _Manifest(FrozenModel):
-    """What everybody who reads a manifest may rely on, where it is there at all."""
+    """The fields of a manifest that every reader may rely on."""
 
     model_config = ConfigDict(extra="allow")
 
@@ -121,7 +121,7 @@ class ResultsFolder:
 
     @property
     def manifest_path(self) -> Path:
-        """What was asked, with versions, seeds and hashes of the inputs."""
+        """The file with the request, versions, seeds and hashes of the inputs."""
         return self.path / "manifest.json"
 
     @property

@@ -107,7 +107,7 @@ def slices_figure(
 
 
 def _limits(configurations: Sequence[Point], count: int) -> list[float]:
-    """Returns where the axis of each objective ends, percent; infinity where all of them fit.
+    """Returns the upper end of each objective's axis, percent; infinity where all points fit.
 
     One failed trial, which counts 100% worse, would press all others together.
     """

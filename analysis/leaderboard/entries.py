@@ -48,7 +48,7 @@ class _Stamp(FrozenModel):
 
 
 class CardPreset(FrozenModel):
-    """What a card tells of a resolved preset."""
+    """The part of a card about a resolved preset."""
 
     model_config = ConfigDict(extra="ignore")
 
@@ -85,7 +85,7 @@ class Entry:
 
     @property
     def software(self) -> str:
-        """What drove it, in words."""
+        """The software that drove the entry, in words."""
         packages = self.manifest.get("packages", {}) | self.manifest.get("plugins", {})
         told = [
             f"drake_navbench {self.manifest.get('drake_navbench', 'unknown')}",
@@ -99,7 +99,7 @@ class Entry:
         return ", ".join(told)
 
     def machines(self, key: str) -> list[Mapping[str, Any]]:
-        """Returns what the manifest tells of machines under 'machines' or 'cluster'."""
+        """Returns the machines that the manifest names under 'machines' or 'cluster'."""
         return [entry for entry in self.manifest.get(key, ()) if isinstance(entry, Mapping)]
 
     @property

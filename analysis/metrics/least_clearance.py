@@ -58,7 +58,7 @@ def _motion_of(log: TrialLog) -> tuple[Array, Array]:
 
 
 def _surroundings(log: TrialLog, states: Array, *, reach_m: float) -> Surroundings:
-    """Returns what stands within a reach of the trial's positions, and all that moves."""
+    """Returns the obstacles within reach of the trial's positions, and everything that moves."""
     world, movers = World(tuple(shapes_of(log))), movers_of(log)
     low, high = states[:, :2].min(axis=0), states[:, :2].max(axis=0)
     return Surroundings(

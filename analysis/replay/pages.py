@@ -127,7 +127,7 @@ def write_race_replay(
 
 
 def _caster_angles(log: TrialLog) -> list[float] | None:
-    """Returns where the robot's casters pointed at the start, rad; None where nothing tells."""
+    """Returns the angles of the robot's casters at the start, rad; None where unknown."""
     casters = log.info["robot"].get("drive", {}).get("casters") or {}
     angles: list[float] | None = casters.get("start_angles_rad")
     return angles
@@ -197,7 +197,7 @@ def _add_surroundings(
 
 
 def _page_data(logs: Sequence[TrialLog], course: Bounds, columns: Sequence[str]) -> dict[str, Any]:
-    """Returns what the page's own script must know of the robots, in the order of the legend."""
+    """Returns the robots' data for the page's own script, in the order of the legend."""
     robots = []
     for log in logs:
         name = log.info["controller"]

@@ -47,7 +47,7 @@ def strip_of(log: TrialLog) -> Mapping[str, Any]:
 
 
 def compute_top_ms(curves: Sequence[Sequence[float | None]]) -> float | None:
-    """Returns where the axis of compute times ends, ms; None where there are none.
+    """Returns the upper end of the axis of compute times, ms; None where there are none.
 
     Peaks beyond it are cut off by the page, which tells the highest as a number.
     """

@@ -218,7 +218,7 @@ class ClientProcess:
             self._output = (self._output + piece)[-KEPT_OUTPUT_BYTES:]
 
     def _last_words(self) -> str:
-        """Returns what the client printed last: a line for the reason, all that is kept below."""
+        """Returns the client's last words: one line for the reason, the kept rest below it."""
         text = self._output.decode(errors="replace").strip()
         return f"; it printed last: {text.splitlines()[-1]}\n{text}" if text else ""
 
@@ -233,7 +233,7 @@ def _end(process: subprocess.Popen[bytes], descriptors: Sequence[int]) -> None:
 
 
 def _end_with_parent() -> Callable[[], None]:
-    """Returns what lets a new process end when the one that has started it is killed."""
+    """Returns a function that makes a new process end when its parent is killed."""
     # What is called between fork and exec should load nothing.
     control = ctypes.CDLL(None).prctl
 

@@ -61,7 +61,7 @@ SHOWN_SAMPLES, SHOWN_STOP_STRIDE = 60, 10
 
 
 class Check(NamedTuple):
-    """What the gatekeeper asks of every motion of a cycle.
+    """The gatekeeper's conditions for every motion of a cycle.
 
     edges: (E, 4) of lethal cells. bound: least gap, m. state: (5,) of the base when the next
     command arrives. interval_s: how long that one holds. is_on_map: the base is on a free cell of
@@ -310,7 +310,7 @@ class Harmony:
         return Decision(self._command(0.0, 0.0), kept, notes)
 
     def _stopped(self, observation: Observation, memory: HarmonyMemory) -> HarmonyMemory:
-        """Returns what is left of a memory where the command is 0: what the base was told."""
+        """Returns the memory after a command of 0: only the commands sent to the base remain."""
         command = self._command(0.0, 0.0)
         sent = with_command(memory.sent, observation.twist, observation.time_s, command)
         return memory._replace(plan=None, sent=sent)
@@ -345,7 +345,7 @@ class Harmony:
         return command
 
     def _notes(self, candidates: list[Candidate], found: FoundWay) -> dict[str, Any]:
-        """Returns what the log keeps of every cycle."""
+        """Returns the diagnostics that the log keeps of every cycle."""
         best = candidates[0] if candidates else None
         return {
             "group_count": len(candidates),

@@ -122,7 +122,7 @@ class WayFinder:
     def _detour_so_far(
         self, observation: Observation, memory: HarmonyMemory, way: Way, field: DistanceField
     ) -> Array | None:
-        """Returns what is ahead of the detour so far, or another one where it is no good."""
+        """Returns the rest of the present detour, or a new one where that one no longer works."""
         if memory.detour is None:
             return None
         position = observation.pose[:2]

@@ -224,7 +224,7 @@ class RegulatedPurePursuit:
 def _kernel_settings(
     parameters: RegulatedPurePursuitParameters, release: Release, setup: ControllerSetup
 ) -> Settings:
-    """Returns what the kernels read; options that Nav2 switches off are off."""
+    """Returns the kernels' settings; options that Nav2 switches off are off."""
     values = {
         name: value for name, value in parameters.model_dump().items() if name in Settings._fields
     }

@@ -48,7 +48,7 @@ class PlannerState(NamedTuple):
 
 
 class TebUpstreamMemory(NamedTuple):
-    """What a cycle hands to the next one.
+    """The state that a cycle hands to the next one.
 
     last_command: (2,) v m/s, w rad/s; zero after a failure. history: (K, 2) past commands over
     their limits, oldest first. oscillated_s: when an oscillation was last seen; before, when the

@@ -32,7 +32,7 @@ NO_POINTS = np.empty((0, 2))
 
 
 class Scene(NamedTuple):
-    """What one cycle sees.
+    """The inputs of one cycle.
 
     plan: (P, 3) the local plan, from the robot's pose to the local goal. twist: (2,) measured.
     obstacles: (N, 2) m. via_points: (V, 2) m. samples: (K, 2) in [0, 1) for the roadmap. lots:
@@ -52,7 +52,7 @@ class Scene(NamedTuple):
 
 
 class Planned(NamedTuple):
-    """What a cycle's planning leaves.
+    """The result of a cycle's planning.
 
     plan_number: the band of the global plan's class, or -1. previous: the band that was driven so
     far and still exists, or -1.

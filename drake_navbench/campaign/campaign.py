@@ -74,7 +74,7 @@ class Campaign:
 
     @property
     def foreign_code(self) -> dict[str, str]:
-        """What is not ours: package and version by kind and name of each plugin."""
+        """The plugins of other packages: package and version by the plugin's kind and name."""
         return {name: origin for spec in self.specs for name, origin in spec.foreign_code.items()}
 
     @property
@@ -161,7 +161,7 @@ def plan_campaign(
 
 
 def _origins(swept: Sequence[SweptScenario]) -> dict[str, dict[str, Any]]:
-    """Returns what each scenario and each column of a sweep is made of; see `Campaign.sweep`."""
+    """Returns the origin of each scenario and column of a sweep; see `Campaign.sweep`."""
     return {
         "scenarios": {
             entry.scenario.name: {"of": entry.base, "values": dict(entry.values)} for entry in swept

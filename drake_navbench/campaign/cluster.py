@@ -138,7 +138,7 @@ def drive_on_cluster(
 
 
 def _ending_of(future: Future[Any]) -> ChunkEnding | Died:
-    """Returns what a chunk ended with; what the cluster did not bring to an end is not its own."""
+    """Returns the ending of a chunk; a failure of the cluster is none of its trials'."""
     try:
         found: ChunkEnding = future.result()
     except Exception as error:

@@ -50,7 +50,7 @@ class ClusterPlace(NamedTuple):
 
 
 def cluster_place(arguments: argparse.Namespace) -> ClusterPlace | None:
-    """Returns what --cluster and its options ask for; raises InputError where they disagree."""
+    """Returns the cluster that the options ask for; raises InputError where they disagree."""
     certificates, trusts = arguments.cluster_tls, arguments.trust_network
     if arguments.cluster is None:
         if certificates is not None or trusts:

@@ -45,7 +45,7 @@ class Undriven(NamedTuple):
 
 
 class Driven(NamedTuple):
-    """What became of a campaign: the table of the trials that ended, and the others.
+    """The outcome of a campaign: the table of the trials that ended, and the others.
 
     machines: of a cluster, with how many of these trials each drove.
     """

@@ -37,7 +37,7 @@ def print_listing(console: Console) -> None:
 
 
 def _robot_description(name: str) -> str:
-    """Returns what a built-in robot is; whether it fits its model is not looked at."""
+    """Returns the description of a built-in robot, without checking it against its model."""
     return str(read_yaml(ROBOT_FILES.find(name))["description"])
 
 
@@ -48,7 +48,7 @@ def _builds() -> dict[str, dict[str, str]]:
 
 
 def _origin_of_build(name: str) -> str:
-    """Returns where a build is from, or why it cannot be used."""
+    """Returns the origin of a build, or the reason why it cannot be used."""
     try:
         return f"Nav2 {find_build(name).where_from}"
     except InputError as error:

@@ -158,7 +158,7 @@ def _gate(arguments: argparse.Namespace) -> int:
 
 
 def _driven(arguments: argparse.Namespace, tell: Callable[[str], None]) -> GateResult:
-    """Returns what the two builds did in the trials that were asked for."""
+    """Drives the trials with the two builds and returns the result."""
     from drake_navbench.native.builds import FlagSet, NoiseSource
     from drake_navbench.side_by_side import gate
     from drake_navbench.side_by_side.gate_builds import build_of, left_out_changes

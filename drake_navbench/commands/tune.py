@@ -49,7 +49,7 @@ def build_parser() -> argparse.ArgumentParser:
 
 
 def _add_subject(parser: argparse.ArgumentParser) -> None:
-    """Adds what says what is searched, where, and for what."""
+    """Adds the options of the search: preset, parameters, scenarios, objectives."""
     add = parser.add_argument
     add("preset", metavar="PRESET", help="the baseline, such as rpp, or a variant of it")
     add("--scenarios", required=True, type=listed_names, metavar="LIST", help="where to search")
@@ -77,7 +77,7 @@ def _add_subject(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_budget(parser: argparse.ArgumentParser) -> None:
-    """Adds what says how much is driven."""
+    """Adds the options of the budget."""
     add = parser.add_argument
     add(
         "--configurations",
@@ -110,7 +110,7 @@ def _add_budget(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_running(parser: argparse.ArgumentParser) -> None:
-    """Adds what says how, with what and into which folder."""
+    """Adds the options of the run: sampler, processes, output folder."""
     add = parser.add_argument
     add("--seed", type=whole_number, default=0, help="of the whole tuning (0)")
     add("--sampler", choices=("tpe", "nsga2", "random"), default="tpe", help="what proposes (tpe)")

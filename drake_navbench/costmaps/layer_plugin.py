@@ -33,7 +33,7 @@ class LayerParameters(PluginParameters):
 
 
 class LayerSetup(NamedTuple):
-    """What is fixed for a whole trial.
+    """The facts of a whole trial that a layer is made from.
 
     rows, columns: of the costmap, cells. resolution: cell edge, m. rolling_window: whether it
     follows the robot. footprint: (K, 2) padded outline in the base frame, m. default_cost: of a
@@ -50,7 +50,7 @@ class LayerSetup(NamedTuple):
 
 
 class Seen(NamedTuple):
-    """What is seen in one cycle, all in the frame of the costmap.
+    """The inputs of one cycle, all in the frame of the costmap.
 
     time_s: of the cycle, s. pose: (3,) of the robot, x m, y m, yaw rad. origin: lower left corner
     of cell (0, 0) in this cycle, m. scan: the newest one, None where there is none yet. clouds: of
@@ -74,7 +74,7 @@ class Seen(NamedTuple):
 
 
 class Observed(NamedTuple):
-    """What a layer makes of what is seen.
+    """The result of a layer's `observe`.
 
     state: handed to `write` and to the next `observe`. touched: box min_x, min_y, max_x, max_y m
     around the cells that it may write otherwise than before, None for none. A costmap that stays

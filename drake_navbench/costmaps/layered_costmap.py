@@ -202,7 +202,7 @@ class LayeredCostmap:
         return CellWindow(int(first[1]), int(last[1]), int(first[0]), int(last[0]))
 
     def _reset(self, plugged: Costs | None, seen: Seen) -> Costs:
-        """Returns what the layers made last, a new array, with the window as if never written."""
+        """Returns a copy of the layers' last costs with the window set to the default cost."""
         shape = (self._geometry.rows, self._geometry.columns)
         if plugged is None or seen.window == CellWindow.whole(shape):
             return np.full(shape, self._default_cost, np.uint8)

@@ -41,7 +41,7 @@ Array = NDArray[np.float64]
 
 
 class KnotProblem(NamedTuple):
-    """What the residuals need besides the knots (K, 2) themselves; plain values and arrays.
+    """The inputs of the residuals besides the knots (K, 2): plain values and arrays.
 
     input_knots: (K, 2) m. spacing_ratios, is_reversing, cost_weights_sqrt: (K - 2,) of the inner
         knots: rho, whether the robot drives backwards after the knot, sqrt of the cost's weight.

@@ -25,7 +25,7 @@ MOST_HALVINGS = 20
 
 
 class Surroundings(NamedTuple):
-    """What an outline may come near to; arrays as in `swept_contact` and `moving_bodies`.
+    """The obstacles around an outline; arrays as in `swept_contact` and `moving_bodies`.
 
     edges (N, 4), circles (M, 3): what stands. body_edges (E, 5), body_discs (D, 4): the parts of
     bodies on the tracks knots (K, 4), firsts (B + 1,), periods (B,). moving_speed: what no point of

@@ -118,7 +118,7 @@ def _require_sampling(noise: NoiseSource, chosen: Collection[str]) -> None:
 
 
 def folders_of(checkout: Checkout) -> Callable[[Package], tuple[Path, ...]]:
-    """Returns what gives the folders of headers that the sources of a package see."""
+    """Returns a function that gives the include folders of a package's sources."""
 
     def folders(package: Package) -> tuple[Path, ...]:
         seen = checkout.seen_from([package.name])
@@ -138,7 +138,7 @@ def _folders(seen: Mapping[str, Package], made: Path) -> tuple[Path, ...]:
 
 @dataclass(frozen=True)
 class _Plan:
-    """What is to be compiled for some packages of a checkout."""
+    """The sources to be compiled for some packages of a checkout."""
 
     checkout: Checkout
     packages: Mapping[str, Package]
@@ -232,7 +232,7 @@ class _Plan:
         return host
 
     def _sources(self, package: Package) -> tuple[list[Path], list[Path]]:
-        """Returns what is compiled of a package, and what of ours in place of the rest."""
+        """Returns the sources of a package that are compiled, and ours that replace the rest."""
         if self.noise is NoiseSource.OWN or package.name not in NOISE_SOURCES:
             return list(package.sources), []
         replaced = package.folder / NOISE_SOURCES[package.name]

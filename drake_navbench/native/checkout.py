@@ -60,7 +60,7 @@ class Checkout:
     def compiled_for(
         self, names: Iterable[str], *, without: Collection[str] = ()
     ) -> dict[str, Package]:
-        """Returns what is linked for some packages: they, what they need, and its plugins.
+        """Returns the packages that are linked: the given ones, their dependencies, their plugins.
 
         Of what packages that only serve by parts of them need nothing is linked. without: packages
         with plugins for them that are left out.
@@ -136,7 +136,7 @@ def checkout_around(folder: Path) -> tuple[Path, str | None]:
 
 
 def read_checkout(root: Path) -> Checkout:
-    """Returns what a folder holds; raises InputError where it is no checkout of Nav2."""
+    """Reads the packages of a checkout of Nav2; raises InputError for any other folder."""
     root = root.absolute()
     if not root.is_dir():
         raise InputError(f"{root}: no such folder, expected a checkout of navigation2")

@@ -17,7 +17,7 @@ HOST_NEEDS = ("nav2_core",)
 
 @dataclass(frozen=True)
 class Choice:
-    """What of a checkout is built.
+    """The packages of a checkout that are built.
 
     chosen: names of packages with controllers or planners. is_asked: a user named them, so that
     none may be left out. reasons: the packages that are left out, with the reason in words.
@@ -73,7 +73,7 @@ def choose(
     compiler: Compiler,
     folders_of: Callable[[Package], tuple[Path, ...]],
 ) -> Choice:
-    """Returns what to build: what is asked for, or all with controllers that can be built.
+    """Returns the packages to build: those asked for, or all with controllers that can be built.
 
     asked: names of packages, or of folders with some. folders_of: see MissingHeaders. Raises
     InputError where that is nothing, or something asked for cannot be built.

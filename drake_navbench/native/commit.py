@@ -70,7 +70,7 @@ def _pointer(path: Path, prefix: str = "") -> str:
 
 
 def _said(own: Path, root: Path, *words: str) -> str | None:
-    """Returns what git says of a repository of ours and the checkout's files; None if it fails."""
+    """Runs git on a repository of ours with the checkout's files; None if it fails."""
     environment = {name: text for name, text in os.environ.items() if not name.startswith("GIT_")}
     environment |= {
         "GIT_CONFIG_GLOBAL": os.devnull,

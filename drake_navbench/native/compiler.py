@@ -108,7 +108,7 @@ class Compiler:
         return {name for name in names if "tune" not in name}
 
     def _output(self, arguments: Sequence[str], text: str) -> str | None:
-        """Returns what it prints for a text; None where it fails."""
+        """Returns the compiler's output for a text; None where it fails."""
         command = [*self.words, *arguments, "-x", "c++", "-"]
         done = subprocess.run(command, input=text, capture_output=True, text=True, check=False)
         return done.stdout if done.returncode == 0 else None
@@ -166,7 +166,7 @@ def find_compiler() -> Compiler:
 
 
 def missing_libraries(dependencies: Iterable[str], compiler: Compiler) -> list[str]:
-    """Returns what the system lacks, each with where one has it from."""
+    """Returns the libraries that the system lacks, each with the package that has it."""
     return [
         f"{name} ({source})"
         for name, (header, source) in SYSTEM_LIBRARIES.items()

@@ -51,12 +51,12 @@ class Flags:
 
     @property
     def everywhere(self) -> tuple[str, ...]:
-        """What all is compiled and linked with: the user's comes last."""
+        """The flags of every compilation and link; the user's come last."""
         return (*self.whole_program, *self.given)
 
     @property
     def instructions(self) -> tuple[str, ...]:
-        """What of the processor is used.
+        """The processor's instructions that are used.
 
         In one program all of it must agree on that: Eigen and xtensor lay out memory by it.
         """
@@ -94,7 +94,7 @@ class Flags:
 
     @property
     def description(self) -> str:
-        """What differs from the portable flags, in one line; empty where nothing does."""
+        """The flags that differ from the portable ones, in one line; empty where none does."""
         rows = [f"{name} {' '.join(words)}" for name, words in sorted(self.asked.items()) if words]
         if self.given:
             rows.append(f"{FLAGS_VARIABLE} {' '.join(self.given)}")

@@ -20,7 +20,7 @@ OURS = (REPLACEMENTS, NATIVE, HOST)
 
 @dataclass
 class MissingHeaders:
-    """What packages miss, each looked at once.
+    """The headers that packages miss; each package is looked at once.
 
     folders_of: a package's folders of headers, with which the compiler has the last word: an
     include may stand behind a condition.
@@ -44,7 +44,7 @@ class MissingHeaders:
         return {name: reason for name, reason in found.items() if reason is not None}
 
     def _confirmed(self, package: Package, suspects: set[Path]) -> str | None:
-        """Returns what the compiler misses in the first of some sources that misses anything."""
+        """Returns the first header that the compiler misses in some sources."""
         for source in sorted(suspects):
             header = self.compiler.missing_header(self.folders_of(package), source)
             if header is not None:

@@ -93,7 +93,7 @@ class Package:
 
     @cached_property
     def sources(self) -> tuple[Path, ...]:
-        """What is compiled of it: no programs of their own."""
+        """The package's sources that are compiled; programs are left out."""
         if self.name in PARTS:
             parts = (self.folder / part for part in PARTS[self.name])
             return tuple(path for path in parts if path.is_file())
@@ -163,7 +163,7 @@ def text_of(path: Path) -> str:
 
 
 def includes_of(path: Path) -> list[str]:
-    """Returns what a source or header includes, as it is written."""
+    """Returns the names that a source or header includes, as written."""
     return _INCLUDE.findall(text_of(path))
 
 

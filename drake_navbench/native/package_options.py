@@ -57,7 +57,7 @@ class _Command(NamedTuple):
 
 
 class Options(NamedTuple):
-    """What a package asks for: options that change its code, and others, that are not taken."""
+    """A package's compiler options: those that change its code, and others, which are not taken."""
 
     of_code: tuple[str, ...] = ()
     others: tuple[str, ...] = ()

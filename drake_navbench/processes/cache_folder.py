@@ -43,12 +43,12 @@ def provide_cache_folder() -> None:
 
 
 def kernel_folder() -> Path:
-    """Returns where this installation's compiled kernels are kept."""
+    """Returns the folder of this installation's compiled kernels."""
     return Path(os.environ[NUMBA_VARIABLE])
 
 
 def installation_digest() -> str:
-    """Returns what tells this installation's folder from those of others."""
+    """Returns a digest of the installation's path, which names its folder."""
     return hashlib.sha256(str(INSTALLATION).encode()).hexdigest()[:DIGEST_LENGTH]
 
 
@@ -61,7 +61,7 @@ def notice() -> str:
 
 
 def user_cache_folder() -> Path:
-    """Returns where what is expensive to make again is kept for this user."""
+    """Returns this user's cache folder."""
     user_cache = _user_cache()
     if _can_be_written(user_cache):
         return user_cache / "drake_navbench"

@@ -46,7 +46,7 @@ class Raised(NamedTuple):
 
 
 class TaskFailed(NavbenchError):
-    """What a task raised, in a line; `details` has its traceback."""
+    """The exception of a task, in a line; `details` has its traceback."""
 
     def __init__(self, message: str, details: str = "") -> None:
         super().__init__(message, details)

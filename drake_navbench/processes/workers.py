@@ -277,7 +277,7 @@ class _Worker:
 
     @property
     def signs(self) -> tuple[Connection, int]:
-        """What becomes ready when there is something to listen to."""
+        """The handles that become ready when the process has something to say."""
         return self._connection, self._sentinel
 
     def begin(self, task: Task) -> None:
@@ -288,7 +288,7 @@ class _Worker:
             self._connection.send((task.function, task.arguments, task.time_limit_s))
 
     def listen(self) -> Returned | Raised | Died | Literal["begun"]:
-        """Returns what the process says: BEGUN, how its task ended, or that it has died."""
+        """Returns the process's message: BEGUN, the end of its task, or its death."""
         try:
             said = self._connection.recv() if self._connection.poll() else None
         except Exception:

@@ -56,7 +56,7 @@ class BagFiles:
         return ready
 
     def _place(self, name: str) -> Path:
-        """Returns where a file of a name may be written: each in a folder of its own."""
+        """Returns a path for a file of this name, in a folder of its own."""
         self._count += 1
         folder = self.scratch / str(self._count)
         folder.mkdir()

@@ -31,7 +31,7 @@ MAX_HINTED_TOPICS = 5
 
 
 class Role(NamedTuple):
-    """What a topic is for. names: where it usually is, the likeliest first. types: accepted."""
+    """The role of a topic. names: the usual ones, the likeliest first. types: those accepted."""
 
     names: tuple[str, ...]
     types: tuple[str, ...]
@@ -172,7 +172,7 @@ def _as_prefix(namespace: str | None) -> str:
 
 
 def _prefix(source: BagSource, namespace: str | None) -> str:
-    """Returns what stands before a robot's topics: nothing, or its namespace."""
+    """Returns the prefix of a robot's topics: nothing, or its namespace."""
     role = ROLES["odom"]
     if namespace is not None:
         return _as_prefix(namespace)
@@ -196,7 +196,7 @@ def _prefix(source: BagSource, namespace: str | None) -> str:
 
 
 class Column(NamedTuple):
-    """What came in on one topic.
+    """The messages of one topic.
 
     receive_ns: (N,) int64. stamp_ns: (N,) int64, -1 where a message carries none. values: decoded.
     unusable: how many messages held what is no number, or cells of no size, and were left out.

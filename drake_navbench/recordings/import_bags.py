@@ -37,7 +37,7 @@ STANDING_MPS, STANDING_RADPS = 0.01, 0.02
 
 @dataclass(frozen=True)
 class ImportRequest:
-    """What is asked for.
+    """The arguments of an import.
 
     topics: role -> topic. scenario, controller: names of the trials and of the column, found where
     empty. start_s, end_s: seconds from the beginning of the recording; cut by hand where one is
@@ -58,7 +58,7 @@ class ImportRequest:
 
 @dataclass(frozen=True)
 class Imported:
-    """What was made of one recording. losses: what could not be read.
+    """The trial made of one recording. losses: the parts that could not be read.
 
     gaps: of each log, how far the robot's model is from it; None where there are no commands.
     fit: what was found of the drive, where that was asked for.
@@ -165,7 +165,7 @@ def import_recordings(
 
 
 def fit_path(folder: ResultsFolder, imported: Imported) -> Path:
-    """Returns where the parameters found of a recording's drive are."""
+    """Returns the path of the drive's parameters that were fitted to a recording."""
     return folder.path / "fitted_drives" / f"{file_name(imported.path.stem)}.yaml"
 
 
@@ -263,7 +263,7 @@ def _motion_hint(motion: RecordedMotion, start_ns: int) -> str:
 
 
 def _told(columns: Mapping[str, Column]) -> dict[str, Any] | None:
-    """Returns what a bag of ours tells of its trial; None of any other."""
+    """Returns the trial's header of a bag that we wrote; None for any other bag."""
     column = columns.get("trial")
     if column is None or not column.values:
         return None
@@ -287,7 +287,7 @@ def _robot(path: Path, request: ImportRequest, told: Mapping[str, Any] | None) -
 def _map(
     request: ImportRequest, columns: Mapping[str, Column], motion: RecordedMotion
 ) -> OccupancyMap | None:
-    """Returns what stands in the place: the map that is given, else the recording's last one."""
+    """Returns the map of the place: the given one, else the recording's last one."""
     if request.map_file is not None:
         return load_map(request.map_file)
     column = columns.get("map")

@@ -35,7 +35,7 @@ def tum_of(log: TrialLog, trajectory: str) -> str:
 
 
 def plain_paths(stem: Path) -> dict[str, Path]:
-    """Returns where the files of a trial go: 'csv' and each trajectory; stem: without suffix."""
+    """Returns the paths of a trial's files: 'csv' and each trajectory; stem: without suffix."""
     return {"csv": stem.with_name(f"{stem.name}.csv")} | {
         name: stem.with_name(f"{stem.name}_{name}.tum") for name in TRAJECTORIES
     }

@@ -31,7 +31,7 @@ PAGES_FILE = Path("/proc/self/statm")
 
 
 class Piece(NamedTuple):
-    """What part of a recording is wanted.
+    """The part of a recording that is wanted.
 
     topics: role -> topic as the user says. start_s, end_s: since its beginning, None for all.
     """
@@ -43,7 +43,7 @@ class Piece(NamedTuple):
 
 
 class Recording(NamedTuple):
-    """What was read. topics: role -> topic. start_ns: when its first message was received.
+    """A recording as read. topics: role -> topic. start_ns: when its first message was received.
 
     losses: what could not be read, a line each.
     """
@@ -55,7 +55,7 @@ class Recording(NamedTuple):
 
 
 def read_bag(path: Path, piece: Piece) -> Recording:
-    """Returns what is wanted of a recording; raises InputError where it cannot be had.
+    """Reads the wanted part of a recording; raises InputError where it cannot be had.
 
     It may take 1 GB of memory, or 30 times its size, and a minute, or 10 s a megabyte.
     """

@@ -37,7 +37,7 @@ _VALUES = re.compile(r"(?<!:):(?!:)")
 
 
 class Light(StrEnum):
-    """What a gate says of a change."""
+    """The verdict of a gate on a change."""
 
     RED = "red"
     GREEN = "green"
@@ -53,7 +53,7 @@ class Side(NamedTuple):
 
 
 class GateResult(NamedTuple):
-    """What two builds did in equal trials.
+    """The result of two builds in equal trials.
 
     base, head: what was driven. trials: a scenario and controller. judged: None where both are the
     same program, so that nothing was driven. folder: where the logs are; None where there are none.
@@ -70,7 +70,7 @@ class GateResult(NamedTuple):
 
     @property
     def regressions(self) -> list[Finding]:
-        """What became worse: touches first, then success, then the surest."""
+        """The findings that became worse: touches first, then success, then the surest."""
         return self.judged.of(Verdict.WORSE) if self.judged else []
 
     @property

@@ -136,7 +136,7 @@ def _side(side: Side) -> str:
 
 
 def _compiled(base: Side, head: Side) -> list[str]:
-    """Returns what the two were compiled with, where that is more than the portable flags."""
+    """Returns the flags of the two builds, where they are more than the portable ones."""
     first, second = (side.flags or "no more than the portable ones" for side in (base, head))
     if first != second:
         return [f"**The two were compiled with different flags**: {first}; {second}.", ""]

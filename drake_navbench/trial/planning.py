@@ -57,7 +57,7 @@ def make_plan(
 
 
 def path_smoother_of(robot: Robot) -> SmoothPath:
-    """Returns what smooths the paths of a behaviour tree that asks for it.
+    """Returns the smoother of the paths of a behaviour tree that asks for one.
 
     Raises InputError where the smoother cannot be made; what it returns raises PlanningError.
     """
@@ -112,7 +112,7 @@ def global_layers(scenario: Scenario, robot: Robot) -> LayeredCostmap:
 
 
 def _global_geometry(robot: Robot, known: OccupancyMap) -> GridGeometry:
-    """Returns where the cells of the global costmap lie: the map's own, or a window that rolls."""
+    """Returns the geometry of the global costmap: the map's own, or a window that rolls."""
     settings = robot.navigation.global_costmap
     if not settings.rolling_window:
         return GridGeometry.of_map(known)
@@ -126,7 +126,7 @@ def _global_geometry(robot: Robot, known: OccupancyMap) -> GridGeometry:
 
 
 def known_map(scenario: Scenario, robot: Robot) -> OccupancyMap:
-    """Returns what the robot knows of the world beforehand: the map and the known obstacles.
+    """Returns the world as the robot knows it beforehand: the map and the known obstacles.
 
     Without a map file nothing fixes the lattice, so it is laid such that the scenario's start is a
     cell's centre; all that is not an obstacle is free.

@@ -183,7 +183,7 @@ def _write_files(request: TuningRequest, column: Preset, digest: str) -> None:
 
 
 def _gap_line(point: dict[str, Any], objectives: Sequence[Objective]) -> str:
-    """Returns what is left of a front point: what the search promised, what fresh seeds gave."""
+    """Returns a line for a front point: the gain in the search, and that on fresh seeds."""
     parts = [
         f"{entry.name} {100.0 * promised:+.1f}% -> {100.0 * (promised + gap):+.1f}%"
         for entry, promised, gap in zip(objectives, point["tuning"], point["gap"], strict=True)

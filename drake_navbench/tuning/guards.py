@@ -77,7 +77,7 @@ def touches_of(rows: Sequence[Mapping[str, Any]]) -> Counter[str]:
 
 
 def told(touches: Mapping[str, int]) -> str:
-    """Returns where something was touched: 'doorway (3 trials), random_world_7 (1 trial)'."""
+    """Returns the places of touches: 'doorway (3 trials), random_world_7 (1 trial)'."""
     return ", ".join(
         f"{name} ({count} trial{'s' if count > 1 else ''})" for name, count in touches.items()
     )

@@ -12,7 +12,7 @@ from drake_navbench.tuning.study import Sampler
 
 @dataclass(frozen=True)
 class TuningRequest:
-    """What is asked for; `command` is what the files say they were made by.
+    """The arguments of a search; `command` is the one that the files name as their maker.
 
     fresh: trials a scenario of the front on fresh seeds, and in each held-out scenario.
     """

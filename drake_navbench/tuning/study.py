@@ -82,7 +82,7 @@ class Configuration(NamedTuple):
 
 
 def configurations_of(study: Study) -> list[Configuration]:
-    """Returns what was driven to its end, in order."""
+    """Returns the configurations that were driven to their end, in order."""
     found = []
     for trial in study.get_trials(deepcopy=False):
         if trial.state.is_finished() and DIFFERENCES in trial.user_attrs:
@@ -115,7 +115,7 @@ def front_of(configurations: Sequence[Configuration], most: int) -> list[Configu
 
 
 class Trials(NamedTuple):
-    """What a configuration drives, planned for the baseline.
+    """The trials of a configuration, planned for the baseline.
 
     pairs: in this order. closed: beside the first pairs. worlds: where it comes through the race.
     """
@@ -126,7 +126,7 @@ class Trials(NamedTuple):
 
 
 def drive_baseline(trials: Trials, objectives: Sequence[Objective], *, jobs: int) -> list[Row]:
-    """Returns what the baseline did in all its trials: pairs first, then closed way and worlds.
+    """Drives the baseline and returns its rows: pairs first, then closed way and worlds.
 
     Raises InputError where the pairs leave nothing to compare with.
     """

@@ -21,7 +21,7 @@ HEADERS = {
 
 
 class NoArray(ValueError):
-    """What was read is no array of numbers; the text says why."""
+    """Raised for a file that holds no array of numbers; the text says why."""
 
 
 def array_of(content: bytes) -> NDArray[Any]:

@@ -54,7 +54,7 @@ class ModelText(NamedTuple):
 
 
 class AddedModels(NamedTuple):
-    """What a file added to a plant: the models, and the meshes, only seen, that are left out."""
+    """The models that a file added to a plant, and the visual meshes that were left out."""
 
     instances: tuple[ModelInstanceIndex, ...]
     left_out: tuple[str, ...]
@@ -83,7 +83,7 @@ def add_models(
 
 
 def read_model_text(path: Path, scratch: Path, *, is_drawn: bool = False) -> ModelText:
-    """Returns what is to be parsed of a file; scratch, is_drawn: as for `add_models`.
+    """Returns the text of a file that is parsed; scratch, is_drawn: as for `add_models`.
 
     Raises InputError where it is a xacro file, or a collision mesh is not there or no mesh.
     """

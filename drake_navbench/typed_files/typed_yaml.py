@@ -93,7 +93,7 @@ def parse_yaml(text: str, source: str) -> dict[str, Any]:
 
 
 def yaml_fault(error: yaml.YAMLError, source: str) -> InputError:
-    """Returns what is wrong with a YAML text as one line."""
+    """Returns the fault of a YAML text as one line."""
     mark = getattr(error, "problem_mark", None)
     line = f", line {mark.line + 1}" if mark else ""
     problem = getattr(error, "problem", None) or getattr(error, "reason", "not YAML")

@@ -149,7 +149,7 @@ def _short_tag(node: yaml.Node) -> str:
 
 
 def _shown(node: yaml.Node) -> str:
-    """Returns what stands there, shortened; of a list or a mapping only that it is one."""
+    """Returns a value as text, shortened; a list or a mapping by its kind alone."""
     if not _is_scalar(node):
         return "a list" if isinstance(node, yaml.SequenceNode) else "a mapping"
     is_cut = len(node.value) > SHOWN_LENGTH
