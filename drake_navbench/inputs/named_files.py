@@ -73,7 +73,7 @@ class NamedFiles:
 
 
 def _instead(path: Path) -> str:
-    """Returns what something is that is no YAML file, and what is expected in its place."""
+    """Returns the kind of a path that is no YAML file, and what is expected in its place."""
     if path.is_dir():
         suffixes = (*YAML_SUFFIXES, ".sdf", ".urdf")
         files = sorted(file.name for file in path.iterdir() if file.suffix in suffixes)

@@ -130,7 +130,7 @@ def read_nav2_files(
     *,
     release: str | None = None,
 ) -> Nav2Setup:
-    """Returns what Nav2 files say together; of two that give a parameter the later one counts.
+    """Reads Nav2 files and merges them; of two that give a parameter the later one counts.
 
     base, base_name: the robot for what they do not say. values: for their substitutions. release:
     of Nav2, told by the files' own marks where not given. Raises InputError, one line with file,
@@ -170,7 +170,7 @@ class _Files:
         self._namespace = servers[0].name.removesuffix(f"/{SERVER}") if servers else ""
 
     def setup(self, paths: Sequence[Path]) -> Nav2Setup:
-        """Returns what the files make."""
+        """Returns the columns and the robot that the files describe."""
         presets = tuple(preset for node in self._servers for preset in self._columns(node))
         row = release_row(self._release)
         self._rows[row.node, row.parameter] = row

@@ -245,7 +245,7 @@ def _recovery_action(reader: NodeReader, name: str, plugin_type: str) -> str:
 
 
 def read_bt_navigator(reader: NodeReader, release: Release) -> Fields:
-    """Returns what the navigator says of its tree: the default one, or that of an XML file."""
+    """Returns the navigator's behaviour tree: the default one, or that of an XML file."""
     values = reader.block(BehaviorTreeSettings, names=("bt_loop_duration",))
     if reader.text(TREE_FILE).rpartition("/")[2]:
         values |= _tree_of(reader, TREE_FILE, release)

@@ -12,7 +12,7 @@ TOLERANCE = 0.01
 
 
 def asks_for_more(preset: Preset, robot: Robot) -> str:
-    """Returns what a column asks of a base that it cannot drive, '' where there is nothing."""
+    """Returns the speeds of a column that the base cannot drive, '' where there are none."""
     asked, drive = preset.for_robot(robot).parameters.asked_speeds(), robot.drive
     has = {
         "m/s ahead": (asked.max_linear_mps, drive.max_linear_velocity_mps),
