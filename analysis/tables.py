@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import lru_cache
-from importlib.resources import files
 from typing import Any
 
 import pandas as pd
 
 from drake_navbench.analysis.invariants import violations_of
 from drake_navbench.analysis.metrics.registry import measure_all
-from drake_navbench.analysis.published import PUBLISHED_METRICS
-from drake_navbench.log import Outcome, TrialLog
+from drake_navbench.analysis.reproduction.publication import (
+    published_table,
+)
+from drake_navbench.analysis.reproduction.published import PUBLISHED_METRICS
+from drake_navbench.logs.log import Outcome, TrialLog
 
 STD_HEADING_ERROR = "std_heading_error"
-PUBLISHED_CONTROLLERS = ("dwb", "rpp", "teb", "mppi")
 TABLE_DECIMALS = 3
 
 
@@ -48,33 +48,6 @@ def trial_identity(log: TrialLog) -> dict[str, Any]:
         "outcome": str(log.outcome),
         "reason": log.info["reason"],
     }
-
-
-@lru_cache(maxsize=1)
-def published_table() -> pd.DataFrame:
-    """Returns tables 4.1 to 4.5: scenario, metric, unit, then one column a controller."""
-    return _packaged_csv("published_tables.csv")
-
-
-@lru_cache(maxsize=1)
-def published_units() -> dict[tuple[str, str], float]:
-    """Returns the last printed digit's unit by (scenario, metric): 0.001 for 0.62 beside 0.868.
-
-    A row is printed to as many digits as the longest of its numbers shows.
-    """
-    text = _packaged_csv("published_tables.csv", dtype=str)
-    printed = text[list(PUBLISHED_CONTROLLERS)].map(lambda cell: len(cell.partition(".")[2]))
-    digits = printed.max(axis=1)
-    return {
-        (scenario, metric): 10.0 ** -int(count)
-        for scenario, metric, count in zip(text["scenario"], text["metric"], digits, strict=True)
-    }
-
-
-@lru_cache(maxsize=1)
-def published_findings() -> pd.DataFrame:
-    """Returns what the publication claims: id, scenario, metric, relation, controllers, where."""
-    return _packaged_csv("findings.csv")
 
 
 def published_rows(scenario: str) -> list[tuple[str, str]]:
@@ -157,7 +130,3 @@ def _cell(value: float, unit: str) -> str:
 
 def _markdown_row(cells: Sequence[str]) -> str:
     return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
-
-
-def _packaged_csv(name: str, **options: Any) -> pd.DataFrame:
-    return pd.read_csv(files("drake_navbench.analysis").joinpath(name).open(), **options)

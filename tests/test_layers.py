@@ -16,22 +16,14 @@ CONTRACTS = {
     "controller",
     "csv_text",
     "errors",
-    "log",
-    "logged_costmaps",
-    "logged_people",
-    "logged_scans",
-    "moment",
+    "logs",
     "noise",
-    "parameter_names",
-    "plans",
-    "plugin_parameters",
     "plugins",
     "processes",
     "program_function",
-    "results",
     "typed_files",
 }
-COMMANDS = {"__main__", "command_line", "run", "report", "compare", "commands"}
+COMMANDS = {"__main__", "run", "commands"}
 
 # Layer -> layers it may import besides itself and what stands below them all.
 BELOW_ALL = {"contracts", "kernels"}
@@ -45,27 +37,34 @@ MAY_IMPORT: dict[str, set[str]] = {
     "models": set(),
     "native": BELOW_ALL,
     "inputs": BELOW_ALL | {"costmaps", "navigation", "native"},
+    "nav2": BELOW_ALL | {"costmaps", "navigation", "inputs"},
     "systems": BELOW_ALL | {"costmaps", "navigation", "inputs"},
     "trial": BELOW_ALL | {"costmaps", "navigation", "inputs", "systems"},
     "analysis": BELOW_ALL,
     "recordings": BELOW_ALL | {"costmaps", "inputs", "trial", "analysis"},
-    "tuning": BELOW_ALL | {"inputs", "trial", "analysis", "campaign"},
-    "campaign": BELOW_ALL | {"inputs", "trial", "analysis"},
-    "gymnasium_environment": BELOW_ALL
-    | {"controllers", "navigation", "inputs", "systems", "trial"},
-    "side_by_side": BELOW_ALL
-    | {"controllers", "native", "navigation", "inputs", "trial", "analysis", "campaign"},
+    "campaign": BELOW_ALL | {"inputs", "nav2", "trial", "analysis"},
+    "studies": BELOW_ALL
+    | {
+        "controllers",
+        "native",
+        "navigation",
+        "inputs",
+        "nav2",
+        "systems",
+        "trial",
+        "analysis",
+        "campaign",
+    },
     "commands": BELOW_ALL
     | {
         "inputs",
+        "nav2",
         "trial",
         "analysis",
         "campaign",
         "recordings",
-        "gymnasium_environment",
-        "tuning",
         "native",
-        "side_by_side",
+        "studies",
     },
 }
 # What analysis may use of the engine: the shapes that were in the world, which every log has.
@@ -174,7 +173,7 @@ def test_the_layers_have_no_cycle():
         ("analysis.replay.planted", "from drake_navbench.inputs.robot import Robot"),
         ("campaign.planted", "from drake_navbench import run"),
         ("trial.planted", "from . import spec"),
-        ("trial.planted", "import drake_navbench.gymnasium_environment.tasks"),
+        ("trial.planted", "import drake_navbench.studies.gymnasium.tasks"),
     ],
 )
 def test_an_import_against_the_layers_is_found_with_its_line(module, line, tmp_path):

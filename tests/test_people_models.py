@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-SCRIPT = Path(__file__).parents[1] / "docs" / "people_models.py"
+SCRIPT = Path(__file__).parents[1] / "studies" / "people_models.py"
 
 
 @pytest.fixture(scope="module")

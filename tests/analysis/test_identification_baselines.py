@@ -13,7 +13,9 @@ DOCS = Path(__file__).parents[2] / "docs"
 
 @pytest.fixture(scope="module")
 def baselines():
-    spec = importlib.util.spec_from_file_location("baselines", DOCS / "identification_baselines.py")
+    spec = importlib.util.spec_from_file_location(
+        "baselines", DOCS.parent / "studies" / "identification_baselines.py"
+    )
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module

@@ -9,13 +9,8 @@ import pandas as pd
 import pytest
 from synthetic_logs import straight_log
 
-from drake_navbench.analysis.tables import (
-    published_findings,
-    published_table,
-    scenario_table,
-    table_to_markdown,
-    trial_row,
-)
+from drake_navbench.analysis.reproduction.publication import published_findings, published_table
+from drake_navbench.analysis.tables import scenario_table, table_to_markdown, trial_row
 
 
 def trials_of(*logs):

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from drake_navbench.analysis.lineups import PUBLISHED_SETTINGS
-from drake_navbench.analysis.tables import published_table
+from drake_navbench.analysis.reproduction.lineups import PUBLISHED_SETTINGS
+from drake_navbench.analysis.reproduction.publication import published_table
 
 
 def trials(scenario, metric, **values):

@@ -9,15 +9,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-DOCS = Path(__file__).parents[3] / "docs"
+STUDIES = Path(__file__).parents[3] / "studies"
 
 
 @pytest.fixture(scope="module")
 def judgement():
-    sys.path.insert(0, str(DOCS))
+    sys.path.insert(0, str(STUDIES))
     import harmony_judgement
 
-    sys.path.remove(str(DOCS))
+    sys.path.remove(str(STUDIES))
     return harmony_judgement
 
 
