@@ -15,11 +15,9 @@ from typing import (
     Any,
     ClassVar,
     Final,
-    Literal,
     NamedTuple,
     Protocol,
     Self,
-    get_args,
     runtime_checkable,
 )
 
@@ -32,6 +30,7 @@ from drake_navbench.kernels.grid import Costmap
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.noise import NO_NOISE, NoiseKey
 from drake_navbench.plugins.kinds import PluginKind
+from drake_navbench.releases import NEWEST_RELEASE, RELEASE_FIELD, Release, release_in
 
 CONTROLLERS = PluginKind(
     noun="controller",
@@ -40,11 +39,6 @@ CONTROLLERS = PluginKind(
 )
 
 Array = NDArray[np.float64]
-# Releases of Nav2 that a controller may follow by a parameter `nav2_release`, the oldest first.
-Nav2Release = Literal["humble", "iron", "jazzy", "kilted", "lyrical"]
-NAV2_RELEASES: Final[tuple[str, ...]] = get_args(Nav2Release)
-NEWEST_RELEASE: Final = "lyrical"
-RELEASE_FIELD: Final = "nav2_release"
 # In the parameters of an original: the robot's outline, as Nav2 writes it in one text.
 ROBOT_OUTLINE: Final = "<the robot's outline>"
 NO_PLAN = read_only(np.empty((0, 3)))
@@ -225,8 +219,8 @@ class ControllerParameters(BaseModel):
     WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset()
     PATH_HANDLER_NAMES: ClassVar[frozenset[str]] = frozenset()
     PLUGIN_NAMES: ClassVar[tuple[str, ...]] = ()
-    READ_FROM: ClassVar[Mapping[str, str]] = MappingProxyType({})
-    READ_UNTIL: ClassVar[Mapping[str, str]] = MappingProxyType({})
+    READ_FROM: ClassVar[Mapping[str, Release]] = MappingProxyType({})
+    READ_UNTIL: ClassVar[Mapping[str, Release]] = MappingProxyType({})
     DONE_OTHERWISE: ClassVar[Mapping[str, str]] = MappingProxyType({})
     STOOD_IN_FOR: ClassVar[Mapping[str, str]] = MappingProxyType({})
 
@@ -238,22 +232,25 @@ class ControllerParameters(BaseModel):
 
         values: all that is given, where a model has others inside, of which that decides.
         """
-        if not cls.is_read(name, (values or {}).get(RELEASE_FIELD, NEWEST_RELEASE)):
+        if not cls.is_read(name, release_in(values)):
             return True
         return any(name == idle or name.startswith(f"{idle}.") for idle in cls.WITHOUT_EFFECT)
 
     @classmethod
-    def is_read(cls, name: str, release: Any) -> bool:
-        """Tells whether a release of Nav2 reads a parameter, given by its dotted name."""
-        if release not in NAV2_RELEASES:
+    def is_read(cls, name: str, release: Release | None) -> bool:
+        """Tells whether a release of Nav2 reads a parameter, given by its dotted name.
+
+        Without a release every parameter is read.
+        """
+        if release is None:
             return True
-        age = NAV2_RELEASES.index(release)
         parts = name.split(".")
         # What holds for a block holds for all in it.
         places = [".".join(parts[:count]) for count in range(1, len(parts) + 1)]
-        first = [NAV2_RELEASES.index(cls.READ_FROM[p]) for p in places if p in cls.READ_FROM]
-        last = [NAV2_RELEASES.index(cls.READ_UNTIL[p]) for p in places if p in cls.READ_UNTIL]
-        return all(age >= at for at in first) and all(age <= at for at in last)
+        return all(
+            cls.READ_FROM.get(place, release) <= release <= cls.READ_UNTIL.get(place, release)
+            for place in places
+        )
 
     @classmethod
     def what_is_done_instead(cls, name: str, values: Mapping[str, Any]) -> str | None:
@@ -282,7 +279,7 @@ class ControllerParameters(BaseModel):
         Such as the block of a critic that is not among the critics, and what the release of the
         values does not read.
         """
-        release = values.get(RELEASE_FIELD, NEWEST_RELEASE)
+        release = release_in(values)
         return [name for name in _dotted_names(values) if not cls.is_read(name, release)]
 
     @classmethod
@@ -292,7 +289,7 @@ class ControllerParameters(BaseModel):
         The same without the port's own `nav2_release`, but where a release has other names, or
         another form. ROBOT_OUTLINE stands for a text that only the robot gives.
         """
-        return {name: value for name, value in values.items() if name != "nav2_release"}
+        return {name: value for name, value in values.items() if name != RELEASE_FIELD}
 
     @classmethod
     def path_handler_fields(cls, given: Mapping[str, Any]) -> dict[str, str]:

@@ -21,6 +21,7 @@ CONTRACTS = {
     "plugins",
     "processes",
     "program_function",
+    "releases",
     "typed_files",
 }
 COMMANDS = {"__main__", "run", "commands"}

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from drake_navbench.controller import InvalidPath
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.kernels.path_pruning import first_pose_beyond
+from drake_navbench.releases import Release
 
 if TYPE_CHECKING:
     from drake_navbench.controllers.dwb.parameters import DynamicWindowApproachParameters
@@ -30,7 +31,7 @@ class OwnPlan:
 
     def __init__(self, parameters: DynamicWindowApproachParameters) -> None:
         forward = parameters.forward_prune_distance
-        is_humble = parameters.nav2_release == "humble"
+        is_humble = parameters.nav2_release is Release.HUMBLE
         if forward < 0.0 and not is_humble:
             forward = math.inf
         self._prunes = parameters.prune_plan

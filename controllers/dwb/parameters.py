@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, ClassVar, Literal, Self
+from typing import Any, ClassVar, Self
 
 from pydantic import Field, field_validator, model_validator
 
@@ -14,6 +14,7 @@ from drake_navbench.controllers.dwb.critics.base import CriticParameters
 from drake_navbench.controllers.dwb.critics.registry import CRITICS, bare_name
 from drake_navbench.errors import nearest_name_hint
 from drake_navbench.plugins.kinds import PluginKind
+from drake_navbench.releases import NEWEST_RELEASE, Release, release_in
 from drake_navbench.typed_files.quantities import (
     Acceleration,
     Angle,
@@ -29,7 +30,6 @@ STANDARD_GENERATOR = "dwb_plugins::StandardTrajectoryGenerator"
 LIMITED_ACCEL_GENERATOR = "dwb_plugins::LimitedAccelGenerator"
 GENERATORS = (STANDARD_GENERATOR, LIMITED_ACCEL_GENERATOR)
 CLASS_KEY = "class"
-NEWEST_RELEASE = "lyrical"
 # What only releases before the newest one read.
 OF_ITS_OWN_PLAN = frozenset(
     {"forward_prune_distance", "prune_distance", "prune_plan", "shorten_transformed_plan"}
@@ -126,9 +126,7 @@ class DynamicWindowApproachParameters(ParametersWithCritics):
         0.25, ge=0.0, description="RotateToGoal: speed that counts as stopped [m/s]."
     )
 
-    nav2_release: Literal["humble", "iron", "jazzy", "kilted", "lyrical"] = Field(
-        "lyrical", description="Release whose rules hold."
-    )
+    nav2_release: Release = Field(NEWEST_RELEASE, description="Release whose rules hold.")
     prune_plan: bool = Field(
         True, description="Up to Kilted: passed poses farther than prune_distance go."
     )
@@ -173,7 +171,7 @@ class DynamicWindowApproachParameters(ParametersWithCritics):
     @classmethod
     def is_without_effect(cls, name: str, values: Mapping[str, Any] | None = None) -> bool:
         """See the base class; what cuts the plan has none in Lyrical."""
-        release = (values or {}).get("nav2_release", NEWEST_RELEASE)
+        release = release_in(values)
         if name in OF_ITS_OWN_PLAN and release == NEWEST_RELEASE:
             return True
         return super().is_without_effect(name, values)

@@ -28,7 +28,7 @@ from drake_navbench.controllers.graceful.cycle import (
 from drake_navbench.controllers.graceful.earlier_cycles import run_humble_cycle, run_kilted_cycle
 from drake_navbench.controllers.graceful.memory import GracefulMemory
 from drake_navbench.controllers.graceful.parameters import GracefulParameters
-from drake_navbench.controllers.graceful.releases import RELEASES
+from drake_navbench.controllers.graceful.releases import RULES
 from drake_navbench.controllers.graceful.simulation import Scene, Settings
 from drake_navbench.kernels.grid import MAX_NON_OBSTACLE
 from drake_navbench.kernels.path_pruning import range_in_circle
@@ -60,7 +60,7 @@ class Graceful:
 
     def __init__(self, parameters: GracefulParameters, setup: ControllerSetup) -> None:
         parameters = parameters.as_read()
-        self._release = RELEASES[parameters.nav2_release]
+        self._release = RULES[parameters.nav2_release]
         margin = parameters.obstacle_cost_margin
         if setup.footprint_is_circle and margin > MAX_NON_OBSTACLE:
             raise ValueError(
@@ -211,7 +211,7 @@ def _kernel_settings(parameters: GracefulParameters, setup: ControllerSetup) -> 
         name: value for name, value in parameters.model_dump().items() if name in Settings._fields
     }
     values["allow_backward"] = parameters.drives_backward
-    release = RELEASES[parameters.nav2_release]
+    release = RULES[parameters.nav2_release]
     if release.cuts_plan:
         # The outline is not widened, so no drive is tried again more slowly.
         values["footprint_scaling_linear_vel"] = math.inf

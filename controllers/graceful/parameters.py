@@ -9,13 +9,11 @@ from typing import Any, ClassVar
 from pydantic import ConfigDict, Field, model_serializer, model_validator
 
 from drake_navbench.controller import (
-    NEWEST_RELEASE,
-    RELEASE_FIELD,
     AskedSpeeds,
     ControllerParameters,
-    Nav2Release,
 )
 from drake_navbench.kernels.grid import INSCRIBED
+from drake_navbench.releases import NEWEST_RELEASE, Release, release_in
 from drake_navbench.typed_files.quantities import (
     Acceleration,
     Angle,
@@ -41,29 +39,29 @@ class GracefulParameters(ControllerParameters):
     """
 
     PATH_HANDLER_NAMES: ClassVar[frozenset[str]] = frozenset({SEARCH_DISTANCE})
-    READ_FROM: ClassVar[Mapping[str, str]] = MappingProxyType(
+    READ_FROM: ClassVar[Mapping[str, Release]] = MappingProxyType(
         {
-            MIN_LOOKAHEAD: "iron",
-            "max_lookahead": "iron",
-            "v_angular_min_in_place": "iron",
-            "initial_rotation_tolerance": "iron",
-            "prefer_final_rotation": "iron",
-            "in_place_collision_resolution": "iron",
-            "use_collision_detection": "kilted",
-            "deceleration_max": "lyrical",
-            "footprint_scaling_linear_vel": "lyrical",
-            "footprint_scaling_factor": "lyrical",
-            "footprint_scaling_step": "lyrical",
-            "obstacle_cost_margin": "lyrical",
-            "final_rotation_search_step": "lyrical",
+            MIN_LOOKAHEAD: Release.IRON,
+            "max_lookahead": Release.IRON,
+            "v_angular_min_in_place": Release.IRON,
+            "initial_rotation_tolerance": Release.IRON,
+            "prefer_final_rotation": Release.IRON,
+            "in_place_collision_resolution": Release.IRON,
+            "use_collision_detection": Release.KILTED,
+            "deceleration_max": Release.LYRICAL,
+            "footprint_scaling_linear_vel": Release.LYRICAL,
+            "footprint_scaling_factor": Release.LYRICAL,
+            "footprint_scaling_step": Release.LYRICAL,
+            "obstacle_cost_margin": Release.LYRICAL,
+            "final_rotation_search_step": Release.LYRICAL,
         }
     )
-    READ_UNTIL: ClassVar[Mapping[str, str]] = MappingProxyType(
+    READ_UNTIL: ClassVar[Mapping[str, Release]] = MappingProxyType(
         {
-            "motion_target_dist": "humble",
-            "initial_rotation_min_angle": "humble",
-            "final_rotation": "humble",
-            SEARCH_DISTANCE: "kilted",
+            "motion_target_dist": Release.HUMBLE,
+            "initial_rotation_min_angle": Release.HUMBLE,
+            "final_rotation": Release.HUMBLE,
+            SEARCH_DISTANCE: Release.KILTED,
         }
     )
 
@@ -133,8 +131,9 @@ class GracefulParameters(ControllerParameters):
         0.1, ge=0.001, description="Step at which headings are tried [rad]."
     )
 
-    nav2_release: Nav2Release = Field(
-        "lyrical", description="Release whose rules hold; Iron has no such controller: Jazzy's."
+    nav2_release: Release = Field(
+        NEWEST_RELEASE,
+        description="Release whose rules hold; Iron has no such controller: Jazzy's.",
     )
     motion_target_dist: Length = Field(
         0.6, ge=0.0, description="Humble: straight distance of the target [m]."
@@ -171,21 +170,21 @@ class GracefulParameters(ControllerParameters):
     @classmethod
     def is_without_effect(cls, name: str, values: Mapping[str, Any] | None = None) -> bool:
         """Tells also of the least lookahead, which Lyrical reads for nothing."""
-        release = (values or {}).get(RELEASE_FIELD, NEWEST_RELEASE)
+        release = release_in(values)
         is_idle = name == MIN_LOOKAHEAD and release == NEWEST_RELEASE
         return is_idle or super().is_without_effect(name, values)
 
     @classmethod
     def path_handler_fields(cls, given: Mapping[str, Any]) -> dict[str, str]:
         """See the base class; up to Kilted the controller has no path handler before it."""
-        if given.get(RELEASE_FIELD, NEWEST_RELEASE) != NEWEST_RELEASE:
+        if release_in(given) != NEWEST_RELEASE:
             return {}
         return super().path_handler_fields(given)
 
     @model_validator(mode="before")
     @classmethod
     def _with_defaults_of_release(cls, data: Any) -> Any:
-        if isinstance(data, Mapping) and data.get(RELEASE_FIELD) == "humble":
+        if isinstance(data, Mapping) and release_in(data) is Release.HUMBLE:
             return {**HUMBLE_DEFAULTS, **data}
         return data
 

@@ -6,11 +6,14 @@ what names it there follows Jazzy.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
+from drake_navbench.releases import Release
 
-class Release(NamedTuple):
+
+class Rules(NamedTuple):
     """What the controller does in a release.
 
     cuts_plan: takes the whole plan, cuts it at a circle, and tells from the length of what is left
@@ -27,14 +30,14 @@ class Release(NamedTuple):
     is_patient: bool = False
 
 
-RELEASES = MappingProxyType(
+RULES: Mapping[Release, Rules] = MappingProxyType(
     {
-        "humble": Release(
+        Release.HUMBLE: Rules(
             cuts_plan=True, aims_once=True, takes_first_of_equals=True, is_patient=True
         ),
-        "iron": Release(cuts_plan=True),
-        "jazzy": Release(cuts_plan=True),
-        "kilted": Release(cuts_plan=True),
-        "lyrical": Release(),
+        Release.IRON: Rules(cuts_plan=True),
+        Release.JAZZY: Rules(cuts_plan=True),
+        Release.KILTED: Rules(cuts_plan=True),
+        Release.LYRICAL: Rules(),
     }
 )

@@ -24,7 +24,7 @@ from drake_navbench.controllers.mppi.own_plan import OwnPlan
 from drake_navbench.controllers.mppi.parameters import MppiParameters
 from drake_navbench.controllers.mppi.polish import PolishStatus
 from drake_navbench.controllers.mppi.refinement import Refinement, Refiner
-from drake_navbench.controllers.mppi.releases import RELEASES, Goal
+from drake_navbench.controllers.mppi.releases import RULES, Goal
 from drake_navbench.controllers.mppi.sampler import CycleResult, Sampler
 from drake_navbench.errors import InputError
 from drake_navbench.kernels.speed_limit import speed_limit_ratio
@@ -54,7 +54,7 @@ class ModelPredictivePathIntegral:
             )
         self._axes = [VX, WZ, VY] if is_omni else [VX, WZ]
         self._parameters = parameters = parameters.as_read()
-        self._release = RELEASES[parameters.nav2_release]
+        self._release = RULES[parameters.nav2_release]
         self._own_plan = OwnPlan(parameters) if self._release.cuts_plan else None
         self._wants_diagnostics = setup.wants_diagnostics
         self._sampler = Sampler(parameters, setup, keeps_samples=setup.wants_diagnostics)
@@ -181,7 +181,7 @@ def straight_goal(
 
     plan: (M, 3) the local one.
     """
-    release = RELEASES[parameters.nav2_release]
+    release = RULES[parameters.nav2_release]
     if release.goal is Goal.PATH:
         return None
     follows_cusps = release.turns_at_inversion and parameters.enforce_path_inversion

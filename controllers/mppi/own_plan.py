@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from drake_navbench.controller import InvalidPath, Observation
 from drake_navbench.controllers.mppi.memory import PlanState
 from drake_navbench.controllers.mppi.parameters import MppiParameters
-from drake_navbench.controllers.mppi.releases import RELEASES
+from drake_navbench.controllers.mppi.releases import RULES
 from drake_navbench.kernels.path_pruning import (
     closest_pose,
     first_closest_pose,
@@ -31,7 +31,7 @@ class OwnPlan:
 
     def __init__(self, parameters: MppiParameters) -> None:
         self._parameters = parameters
-        self._takes_first = RELEASES[parameters.nav2_release].takes_first_of_equals
+        self._takes_first = RULES[parameters.nav2_release].takes_first_of_equals
 
     def cut(self, observation: Observation, state: PlanState) -> tuple[Array, PlanState]:
         """Returns the local plan (M, 3), a view, and the state for the next cycle.

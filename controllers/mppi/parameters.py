@@ -9,11 +9,12 @@ from typing import Any, ClassVar, Final, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from drake_navbench.controller import NEWEST_RELEASE, RELEASE_FIELD, AskedSpeeds, Nav2Release
+from drake_navbench.controller import AskedSpeeds
 from drake_navbench.controllers.critic_parameters import CriticBlock, ParametersWithCritics
 from drake_navbench.controllers.mppi.critics.base import CriticParameters
 from drake_navbench.controllers.mppi.critics.registry import CRITICS
 from drake_navbench.plugins.kinds import PluginKind
+from drake_navbench.releases import NEWEST_RELEASE, Release, release_in
 from drake_navbench.typed_files.quantities import (
     Acceleration,
     Angle,
@@ -34,8 +35,8 @@ MOTION_MODEL_PLUGINS = {
     "mppi::AckermannMotionModel": "Ackermann",
 }
 DEFAULT_MOTION_MODEL = "diff_drive"
-# In which a motion model is a name, not a plugin.
-RELEASES_WITHOUT_PLUGINS = frozenset({"humble", "iron", "jazzy", "kilted"})
+# The first release in which a motion model is a plugin; before it, it is a name.
+MOTION_MODEL_PLUGINS_SINCE = Release.LYRICAL
 DEFAULT_MOTION_MODEL_PLUGIN = "mppi::DiffDriveMotionModel"
 DEFAULT_VALIDATOR: Final = "mppi::DefaultOptimalTrajectoryValidator"
 # The cubic B-spline of the polish needs as many knots as its order.
@@ -152,7 +153,7 @@ OLDER_DEFAULTS: Mapping[str, Mapping[str, Any]] = {
     # Every column, and a collision is near from the inscribed cost on.
     "CostCritic": {"trajectory_point_step": 1, "near_collision_cost": 253},
 }
-WITH_OLDER_DEFAULTS = ("humble", "iron")
+WITH_OLDER_DEFAULTS = (Release.HUMBLE, Release.IRON)
 # Kilted lacks what Jazzy and Lyrical have.
 NOT_IN_KILTED = ("open_loop", "GoalAngleCritic.symmetric_yaw_tolerance")
 
@@ -176,37 +177,37 @@ class MppiParameters(ParametersWithCritics):
         }
     )
     PATH_HANDLER_NAMES: ClassVar[frozenset[str]] = frozenset(OF_OWN_PLAN)
-    READ_FROM: ClassVar[Mapping[str, str]] = MappingProxyType(
+    READ_FROM: ClassVar[Mapping[str, Release]] = MappingProxyType(
         {
-            "ObstaclesCritic.inflation_layer_name": "iron",
-            "PathAngleCritic.mode": "iron",
-            "ax_max": "jazzy",
-            "ax_min": "jazzy",
-            "ay_max": "jazzy",
-            "ay_min": "jazzy",
-            "az_max": "jazzy",
-            "open_loop": "jazzy",
-            "CostCritic.near_collision_cost": "jazzy",
-            "CostCritic.trajectory_point_step": "jazzy",
-            "GoalAngleCritic.symmetric_yaw_tolerance": "jazzy",
-            "publish_optimal_trajectory": "kilted",
-            "TrajectoryValidator": "lyrical",
-            "clamp_raw_controls": "lyrical",
-            "model_delay_vx": "lyrical",
-            "model_delay_vy": "lyrical",
-            "model_delay_wz": "lyrical",
-            "publish_critics_stats": "lyrical",
-            "critic_index_to_visualize": "lyrical",
-            "sgf_order": "lyrical",
+            "ObstaclesCritic.inflation_layer_name": Release.IRON,
+            "PathAngleCritic.mode": Release.IRON,
+            "ax_max": Release.JAZZY,
+            "ax_min": Release.JAZZY,
+            "ay_max": Release.JAZZY,
+            "ay_min": Release.JAZZY,
+            "az_max": Release.JAZZY,
+            "open_loop": Release.JAZZY,
+            "CostCritic.near_collision_cost": Release.JAZZY,
+            "CostCritic.trajectory_point_step": Release.JAZZY,
+            "GoalAngleCritic.symmetric_yaw_tolerance": Release.JAZZY,
+            "publish_optimal_trajectory": Release.KILTED,
+            "TrajectoryValidator": Release.LYRICAL,
+            "clamp_raw_controls": Release.LYRICAL,
+            "model_delay_vx": Release.LYRICAL,
+            "model_delay_vy": Release.LYRICAL,
+            "model_delay_wz": Release.LYRICAL,
+            "publish_critics_stats": Release.LYRICAL,
+            "critic_index_to_visualize": Release.LYRICAL,
+            "sgf_order": Release.LYRICAL,
         }
     )
-    READ_UNTIL: ClassVar[Mapping[str, str]] = MappingProxyType(
+    READ_UNTIL: ClassVar[Mapping[str, Release]] = MappingProxyType(
         {
-            "ObstaclesCritic.cost_scaling_factor": "humble",
-            "ObstaclesCritic.inflation_radius": "humble",
-            "PathAngleCritic.forward_preference": "humble",
-            "reset_period": "humble",
-            **dict.fromkeys(OF_OWN_PLAN, "kilted"),
+            "ObstaclesCritic.cost_scaling_factor": Release.HUMBLE,
+            "ObstaclesCritic.inflation_radius": Release.HUMBLE,
+            "PathAngleCritic.forward_preference": Release.HUMBLE,
+            "reset_period": Release.HUMBLE,
+            **dict.fromkeys(OF_OWN_PLAN, Release.KILTED),
         }
     )
 
@@ -255,7 +256,7 @@ class MppiParameters(ParametersWithCritics):
     sgf_order: Count = Field(2, description="Degree of the smoothing filter, 1 or 2 (else 2).")
     retry_attempt_limit: Count = Field(1, ge=0, description="New attempts after a failed one.")
     regenerate_noises: bool = Field(False, description="New noise every pass, not one for all.")
-    nav2_release: Nav2Release = Field("lyrical", description="Release whose rules hold.")
+    nav2_release: Release = Field(NEWEST_RELEASE, description="Release whose rules hold.")
     prune_distance: Length = Field(
         1.5, ge=0, description="Up to Kilted: arc length of the local plan [m]."
     )
@@ -313,7 +314,7 @@ class MppiParameters(ParametersWithCritics):
     @classmethod
     def path_handler_fields(cls, given: Mapping[str, Any]) -> dict[str, str]:
         """See the base class; up to Kilted the controller has no path handler before it."""
-        if given.get(RELEASE_FIELD, NEWEST_RELEASE) != NEWEST_RELEASE:
+        if release_in(given) != NEWEST_RELEASE:
             return {}
         return super().path_handler_fields(given)
 
@@ -359,7 +360,7 @@ class MppiParameters(ParametersWithCritics):
         by_name = {short: plugin for plugin, short in MOTION_MODEL_PLUGINS.items()}
         plugin = by_name.get(name, DEFAULT_MOTION_MODEL_PLUGIN)
         block = {"plugin": plugin} | own.pop("AckermannConstraints", {}) | dict(block or {})
-        if release in RELEASES_WITHOUT_PLUGINS:
+        if release < MOTION_MODEL_PLUGINS_SINCE:
             plugin = block.pop("plugin")
             own["motion_model"] = MOTION_MODEL_PLUGINS.get(plugin, plugin)
             return own | ({"AckermannConstraints": block} if block else {})

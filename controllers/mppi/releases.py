@@ -5,9 +5,12 @@ Source: nav2_mppi_controller, tags 1.1.20, 1.2.10, 1.3.13, 1.4.2 and 1.5.1.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import IntEnum
 from types import MappingProxyType
 from typing import NamedTuple
+
+from drake_navbench.releases import Release
 
 
 class Goal(IntEnum):
@@ -34,7 +37,7 @@ class Furthest(IntEnum):
     ALL = 2
 
 
-class Release(NamedTuple):
+class Rules(NamedTuple):
     """What the controller does in a release.
 
     cuts_plan: it cuts the local plan itself. takes_first_of_equals: of equally close poses; else
@@ -83,7 +86,7 @@ class Release(NamedTuple):
     is_patient: bool = True
 
 
-_IRON = Release(
+_IRON = Rules(
     goal=Goal.PLAN_END,
     furthest=Furthest.ALL,
     has_accelerations=False,
@@ -96,18 +99,18 @@ _IRON = Release(
     aligns_onward=False,
     angles_at_end=False,
 )
-RELEASES = MappingProxyType(
+RULES: Mapping[Release, Rules] = MappingProxyType(
     {
-        "humble": _IRON._replace(
+        Release.HUMBLE: _IRON._replace(
             takes_first_of_equals=True,
             curves_signed=False,
             reads_inflation_layer=False,
             is_patient=False,
         ),
-        "iron": _IRON,
-        "jazzy": Release(drops_last_column=True),
-        "kilted": Release(heads_as_goal=True, turns_at_inversion=True),
-        "lyrical": Release(
+        Release.IRON: _IRON,
+        Release.JAZZY: Rules(drops_last_column=True),
+        Release.KILTED: Rules(heads_as_goal=True, turns_at_inversion=True),
+        Release.LYRICAL: Rules(
             cuts_plan=False,
             goal=Goal.PATH,
             furthest=Furthest.BY_LENGTH,

@@ -32,7 +32,7 @@ from drake_navbench.controllers.mppi.motion_models import (
 )
 from drake_navbench.controllers.mppi.noise import Noise
 from drake_navbench.controllers.mppi.parameters import MppiParameters
-from drake_navbench.controllers.mppi.releases import RELEASES
+from drake_navbench.controllers.mppi.releases import RULES
 from drake_navbench.controllers.mppi.roll_out import (
     RollOutSetting,
     average_controls,
@@ -89,7 +89,7 @@ class Sampler:
         self, parameters: MppiParameters, setup: ControllerSetup, *, keeps_samples: bool = False
     ) -> None:
         self.parameters = p = parameters
-        self.release = RELEASES[parameters.nav2_release]
+        self.release = RULES[parameters.nav2_release]
         self.setup = setup
         model = _MODELS[p.motion_model]
         self.rules = SequenceRules(p, model, setup.control_period_s)

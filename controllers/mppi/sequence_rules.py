@@ -21,7 +21,7 @@ from drake_navbench.controllers.mppi.motion_models import (
     reachable,
 )
 from drake_navbench.controllers.mppi.parameters import MppiParameters
-from drake_navbench.controllers.mppi.releases import RELEASES
+from drake_navbench.controllers.mppi.releases import RULES
 from drake_navbench.errors import InputError
 
 # Control periods this close to model_dt count as equal (Optimizer::setOffset), s.
@@ -41,7 +41,7 @@ class SequenceRules:
         self, parameters: MppiParameters, model: MotionModel, control_period_s: float
     ) -> None:
         self._parameters = parameters
-        self._release = RELEASES[parameters.nav2_release]
+        self._release = RULES[parameters.nav2_release]
         self._model = model
         self._control_period_s = control_period_s
         self.base_limits = limits_of(parameters)

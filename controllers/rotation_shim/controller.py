@@ -24,7 +24,7 @@ from drake_navbench.controllers.rotation_shim.parameters import (
     NAV2_PLUGIN,
     RotationShimParameters,
 )
-from drake_navbench.controllers.rotation_shim.releases import RELEASES, Release
+from drake_navbench.controllers.rotation_shim.releases import RULES, Rules
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.grid import LETHAL
 from drake_navbench.kernels.read_only import read_only
@@ -49,7 +49,7 @@ class RotationShim:
         primary = parameters.primary_controller
         self._primary = primary.controller_class(primary.parameters, setup)
         self._parameters = parameters
-        self._release = RELEASES[parameters.nav2_release]
+        self._release = RULES[parameters.nav2_release]
         self._settings = _kernel_settings(parameters, setup, self._release)
         self._is_once = parameters.rotate_to_heading_once and self._release.has_once
         self._is_closed_loop = parameters.closed_loop or not self._release.has_open_loop
@@ -178,7 +178,7 @@ class RotationShim:
 
 
 def _kernel_settings(
-    parameters: RotationShimParameters, setup: ControllerSetup, release: Release
+    parameters: RotationShimParameters, setup: ControllerSetup, release: Rules
 ) -> Settings:
     """Returns what the kernels read; what the release does not read is at its default."""
     return Settings(

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Collection, Mapping
 from pathlib import Path
-from typing import Any, ClassVar, Literal, Self
+from typing import Any, ClassVar, Self
 
 from pydantic import (
     Field,
@@ -21,8 +21,9 @@ from pydantic import (
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from drake_navbench.controller import CONTROLLERS, AskedSpeeds, Controller, ControllerParameters
-from drake_navbench.controllers.rotation_shim.releases import RELEASES
+from drake_navbench.controllers.rotation_shim.releases import RULES
 from drake_navbench.errors import InputError, nearest_name_hint
+from drake_navbench.releases import NEWEST_RELEASE, RELEASE_FIELD, Release, release_in
 from drake_navbench.typed_files.quantities import (
     Angle,
     AngularAcceleration,
@@ -41,8 +42,6 @@ from drake_navbench.typed_files.typed_yaml import (
 NAV2_PLUGIN = "nav2_rotation_shim_controller::RotationShimController"
 PRIMARY = "primary_controller"
 PLUGIN = "plugin"
-RELEASE = "nav2_release"
-NEWEST_RELEASE = "lyrical"
 
 
 class PrimaryController(ControllerParameters):
@@ -77,9 +76,7 @@ class RotationShimParameters(ControllerParameters):
         description="The controller that drives: a block with `plugin` and its parameters, or, "
         "with these beside it, the plugin alone."
     )
-    nav2_release: Literal["humble", "iron", "jazzy", "kilted", "lyrical"] = Field(
-        "lyrical", description="Release whose rules hold."
-    )
+    nav2_release: Release = Field(NEWEST_RELEASE, description="Release whose rules hold.")
     angular_dist_threshold: Angle = Field(
         0.785, ge=0.0, description="Angle to the plan beyond which to turn [rad]."
     )
@@ -132,7 +129,7 @@ class RotationShimParameters(ControllerParameters):
         model = cls.primary_model(values or {})
         if model is None or name in cls.model_fields:
             return False
-        shared = {RELEASE: values[RELEASE]} if values and RELEASE in values else None
+        shared = {RELEASE_FIELD: release_in(values)}
         return model.is_without_effect(name.removeprefix(f"{PRIMARY}."), shared)
 
     @classmethod
@@ -144,7 +141,8 @@ class RotationShimParameters(ControllerParameters):
     @classmethod
     def for_original(cls, values: Mapping[str, Any], release: str) -> dict[str, Any]:
         """Returns values with the primary controller's in a block since Lyrical, else beside it."""
-        own = {name: value for name, value in values.items() if name not in {RELEASE, PRIMARY}}
+        not_shared = {RELEASE_FIELD, PRIMARY}
+        own = {name: value for name, value in values.items() if name not in not_shared}
         block = values.get(PRIMARY, {})
         block = dict(block) if isinstance(block, Mapping) else {PLUGIN: block}
         name = registered_name(block.get(PLUGIN))
@@ -166,7 +164,7 @@ class RotationShimParameters(ControllerParameters):
         if model is None:
             return []
         block = values[PRIMARY]
-        shared = {RELEASE: values[RELEASE]} if RELEASE in values else {}
+        shared = {RELEASE_FIELD: values[RELEASE_FIELD]} if RELEASE_FIELD in values else {}
         if isinstance(block, Mapping):
             own = shared | {name: value for name, value in block.items() if name != PLUGIN}
             return [f"{PRIMARY}.{name}" for name in model.keys_not_read(own)]
@@ -207,9 +205,8 @@ class RotationShimParameters(ControllerParameters):
         if not isinstance(data, Mapping) or isinstance(data.get(PRIMARY), PrimaryController):
             return data
         own = {name: tuples_for_lists(data[name]) for name in data if name in cls.model_fields}
-        release = RELEASES.get(own.get(RELEASE, NEWEST_RELEASE))
-        if release is not None:
-            own.setdefault("angular_disengage_threshold", release.disengage_threshold)
+        rules = RULES[release_in(own)]
+        own.setdefault("angular_disengage_threshold", rules.disengage_threshold)
         block = data.get(PRIMARY)
         if isinstance(block, Mapping):
             values = {name: value for name, value in block.items() if name != PLUGIN}
@@ -226,7 +223,7 @@ class RotationShimParameters(ControllerParameters):
             values,
             place,
             shared=() if place else cls.model_fields,
-            release=own.get(RELEASE),
+            release=own.get(RELEASE_FIELD),
         )
         return own
 
@@ -273,8 +270,8 @@ def _primary(
     model = controller.Parameters
     known = {field for name, info in model.model_fields.items() for field in _names(name, info)}
     offered = {n: v for n, v in values.items() if n not in shared or n in known}
-    if release in RELEASES and RELEASE in known:
-        offered.setdefault(RELEASE, release)
+    if release in set(Release) and RELEASE_FIELD in known:
+        offered.setdefault(RELEASE_FIELD, release)
     try:
         # Through JSON, because strictness there takes a list for a tuple.
         parameters = model.model_validate_json(json.dumps(offered, default=str), strict=True)

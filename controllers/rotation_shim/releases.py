@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
+from drake_navbench.releases import Release
 
-class Release(NamedTuple):
+
+class Rules(NamedTuple):
     """What the shim does in a release.
 
     looks_always: compares its heading with the plan's in every cycle; else a plan is looked at
@@ -34,9 +37,9 @@ class Release(NamedTuple):
     disengage_threshold: float = 0.785 / 2.0
 
 
-RELEASES = MappingProxyType(
+RULES: Mapping[Release, Rules] = MappingProxyType(
     {
-        "humble": Release(
+        Release.HUMBLE: Rules(
             takes_last_pose=False,
             stops_in_time=False,
             has_cost_threshold=False,
@@ -44,7 +47,7 @@ RELEASES = MappingProxyType(
             has_path_orientations=False,
             disengage_threshold=0.785,
         ),
-        "iron": Release(
+        Release.IRON: Rules(
             keeps_position=False,
             stops_in_time=False,
             has_cost_threshold=False,
@@ -52,8 +55,8 @@ RELEASES = MappingProxyType(
             has_path_orientations=False,
             has_open_loop=False,
         ),
-        "jazzy": Release(),
-        "kilted": Release(has_cost_threshold=False),
-        "lyrical": Release(looks_always=True),
+        Release.JAZZY: Rules(),
+        Release.KILTED: Rules(has_cost_threshold=False),
+        Release.LYRICAL: Rules(looks_always=True),
     }
 )

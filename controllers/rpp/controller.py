@@ -30,7 +30,7 @@ from drake_navbench.controllers.rpp.kernels import Settings
 from drake_navbench.controllers.rpp.memory import RppMemory
 from drake_navbench.controllers.rpp.own_plan import OwnPlan
 from drake_navbench.controllers.rpp.parameters import RegulatedPurePursuitParameters
-from drake_navbench.controllers.rpp.releases import RELEASES, Release
+from drake_navbench.controllers.rpp.releases import RULES, Rules
 from drake_navbench.kernels.command_arc import project_arc
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.kernels.settings_record import settings_record
@@ -60,7 +60,7 @@ class RegulatedPurePursuit:
 
     def __init__(self, parameters: RegulatedPurePursuitParameters, setup: ControllerSetup) -> None:
         self._parameters = parameters = parameters.as_read()
-        self._release = RELEASES[parameters.nav2_release]
+        self._release = RULES[parameters.nav2_release]
         self._own_plan = OwnPlan(parameters) if self._release.cuts_plan else None
         self._keeps_turning = (
             self._release.cuts_plan
@@ -222,7 +222,7 @@ class RegulatedPurePursuit:
 
 
 def _kernel_settings(
-    parameters: RegulatedPurePursuitParameters, release: Release, setup: ControllerSetup
+    parameters: RegulatedPurePursuitParameters, release: Rules, setup: ControllerSetup
 ) -> Settings:
     """Returns the kernels' settings; options that Nav2 switches off are off."""
     values = {

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from numba import njit
 
-from drake_navbench.controllers.rpp.releases import Release
+from drake_navbench.controllers.rpp.releases import Rules
 from drake_navbench.kernels.collision_check import distance_from_cost
 from drake_navbench.kernels.grid import FREE, MAX_NON_OBSTACLE, NO_INFORMATION
 
@@ -24,7 +24,7 @@ LEAST_SQUARED_CARROT_DISTANCE = 0.001
 class Settings(NamedTuple):
     """What the kernels need of the release, the parameters (Nav2's names) and of the setup."""
 
-    release: Release
+    release: Rules
     control_period_s: float
     inscribed_radius_m: float
     circumscribed_radius_m: float

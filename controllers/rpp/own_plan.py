@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.controllers.rpp.parameters import RegulatedPurePursuitParameters
-from drake_navbench.controllers.rpp.releases import RELEASES
+from drake_navbench.controllers.rpp.releases import RULES
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.kernels.path_pruning import range_in_circle
+from drake_navbench.releases import Release
 
 Array = NDArray[np.float64]
 
@@ -31,8 +32,8 @@ class OwnPlan:
     """Cuts local plans out of a global one; pure."""
 
     def __init__(self, parameters: RegulatedPurePursuitParameters) -> None:
-        self._release = RELEASES[parameters.nav2_release]
-        self._is_humble = parameters.nav2_release == "humble"
+        self._release = RULES[parameters.nav2_release]
+        self._is_humble = parameters.nav2_release is Release.HUMBLE
         self._searched_m = parameters.max_robot_pose_search_dist
 
     def cut(self, plan: Array, begin: int, pose: Array, costmap: Costmap) -> CutPlan:

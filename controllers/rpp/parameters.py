@@ -9,12 +9,10 @@ from typing import Any, ClassVar, Self
 from pydantic import AliasChoices, ConfigDict, Field, model_validator
 
 from drake_navbench.controller import (
-    NEWEST_RELEASE,
-    RELEASE_FIELD,
     AskedSpeeds,
     ControllerParameters,
-    Nav2Release,
 )
+from drake_navbench.releases import NEWEST_RELEASE, Release, release_in
 from drake_navbench.typed_files.quantities import (
     Acceleration,
     Angle,
@@ -42,27 +40,31 @@ class RegulatedPurePursuitParameters(ControllerParameters):
     """
 
     PATH_HANDLER_NAMES: ClassVar[frozenset[str]] = frozenset({SEARCH_DISTANCE})
-    READ_FROM: ClassVar[Mapping[str, str]] = MappingProxyType(
+    READ_FROM: ClassVar[Mapping[str, Release]] = MappingProxyType(
         {
-            "use_fixed_curvature_lookahead": "iron",
-            "curvature_lookahead_dist": "iron",
-            "interpolate_curvature_after_goal": "jazzy",
-            "use_cancel_deceleration": "jazzy",
-            "cancel_deceleration": "jazzy",
-            "stateful": "jazzy",
-            "min_distance_to_obstacle": "kilted",
-            "allow_obstacle_checking_beyond_goal": "lyrical",
-            "use_dynamic_window": "lyrical",
-            "min_linear_vel": "lyrical",
-            "max_angular_vel": "lyrical",
-            "min_angular_vel": "lyrical",
-            "max_linear_accel": "lyrical",
-            "max_linear_decel": "lyrical",
-            "max_angular_decel": "lyrical",
+            "use_fixed_curvature_lookahead": Release.IRON,
+            "curvature_lookahead_dist": Release.IRON,
+            "interpolate_curvature_after_goal": Release.JAZZY,
+            "use_cancel_deceleration": Release.JAZZY,
+            "cancel_deceleration": Release.JAZZY,
+            "stateful": Release.JAZZY,
+            "min_distance_to_obstacle": Release.KILTED,
+            "allow_obstacle_checking_beyond_goal": Release.LYRICAL,
+            "use_dynamic_window": Release.LYRICAL,
+            "min_linear_vel": Release.LYRICAL,
+            "max_angular_vel": Release.LYRICAL,
+            "min_angular_vel": Release.LYRICAL,
+            "max_linear_accel": Release.LYRICAL,
+            "max_linear_decel": Release.LYRICAL,
+            "max_angular_decel": Release.LYRICAL,
         }
     )
-    READ_UNTIL: ClassVar[Mapping[str, str]] = MappingProxyType(
-        {"use_interpolation": "iron", "stateful": "kilted", SEARCH_DISTANCE: "kilted"}
+    READ_UNTIL: ClassVar[Mapping[str, Release]] = MappingProxyType(
+        {
+            "use_interpolation": Release.IRON,
+            "stateful": Release.KILTED,
+            SEARCH_DISTANCE: Release.KILTED,
+        }
     )
 
     model_config = ConfigDict(populate_by_name=True)
@@ -169,7 +171,7 @@ class RegulatedPurePursuitParameters(ControllerParameters):
         False, description="Obey acceleration limits, staying close to the curvature."
     )
 
-    nav2_release: Nav2Release = Field("lyrical", description="Release whose rules hold.")
+    nav2_release: Release = Field(NEWEST_RELEASE, description="Release whose rules hold.")
     stateful: bool = Field(
         True, description="Jazzy, Kilted: near the end once, it turns in place until a new plan."
     )
@@ -195,7 +197,7 @@ class RegulatedPurePursuitParameters(ControllerParameters):
     def keys_not_read(cls, values: Mapping[str, Any]) -> list[str]:
         """Returns the newer name of the cruise speed where the older one counts, and others."""
         not_read = super().keys_not_read(values)
-        is_newest = values.get(RELEASE_FIELD, NEWEST_RELEASE) == NEWEST_RELEASE
+        is_newest = release_in(values) == NEWEST_RELEASE
         if SPEED in values and (OLDER_SPEED in values or not is_newest):
             not_read.append(SPEED)
         return not_read
@@ -203,7 +205,7 @@ class RegulatedPurePursuitParameters(ControllerParameters):
     @classmethod
     def path_handler_fields(cls, given: Mapping[str, Any]) -> dict[str, str]:
         """See the base class; up to Kilted the controller has no path handler before it."""
-        if given.get(RELEASE_FIELD, NEWEST_RELEASE) != NEWEST_RELEASE:
+        if release_in(given) != NEWEST_RELEASE:
             return {}
         return super().path_handler_fields(given)
 

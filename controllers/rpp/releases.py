@@ -5,11 +5,14 @@ Source: nav2_regulated_pure_pursuit_controller, tags 1.1.20, 1.2.10, 1.3.13, 1.4
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
+from drake_navbench.releases import Release
 
-class Release(NamedTuple):
+
+class Rules(NamedTuple):
     """What the controller does in a release; kernels read it, too.
 
     cuts_plan: takes the whole plan, cuts it itself, and has the carrot at a straight distance from
@@ -37,9 +40,9 @@ class Release(NamedTuple):
     is_patient: bool = False
 
 
-RELEASES = MappingProxyType(
+RULES: Mapping[Release, Rules] = MappingProxyType(
     {
-        "humble": Release(
+        Release.HUMBLE: Rules(
             cuts_plan=True,
             takes_first_of_equals=True,
             keeps_two_poses=False,
@@ -48,15 +51,15 @@ RELEASES = MappingProxyType(
             decays_from_252=True,
             is_patient=True,
         ),
-        "iron": Release(
+        Release.IRON: Rules(
             cuts_plan=True,
             keeps_two_poses=False,
             steers_by_carrot=True,
             turns_or_reverses=True,
             stops_in_time=False,
         ),
-        "jazzy": Release(cuts_plan=True),
-        "kilted": Release(cuts_plan=True, bounds_time_only=True),
-        "lyrical": Release(),
+        Release.JAZZY: Rules(cuts_plan=True),
+        Release.KILTED: Rules(cuts_plan=True, bounds_time_only=True),
+        Release.LYRICAL: Rules(),
     }
 )

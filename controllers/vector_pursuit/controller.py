@@ -29,7 +29,7 @@ from drake_navbench.controllers.vector_pursuit.cycle import (
 )
 from drake_navbench.controllers.vector_pursuit.memory import VectorPursuitMemory
 from drake_navbench.controllers.vector_pursuit.parameters import VectorPursuitParameters
-from drake_navbench.controllers.vector_pursuit.releases import RELEASES
+from drake_navbench.controllers.vector_pursuit.releases import RULES
 from drake_navbench.kernels.command_arc import project_arc
 from drake_navbench.kernels.path_pruning import range_in_circle
 from drake_navbench.kernels.poses import compose
@@ -60,7 +60,7 @@ class VectorPursuit:
 
     def __init__(self, parameters: VectorPursuitParameters, setup: ControllerSetup) -> None:
         self._parameters = parameters
-        self._release = RELEASES[parameters.nav2_release]
+        self._release = RULES[parameters.nav2_release]
         self._settings = _kernel_settings(parameters, setup)
         self._settings_record = settings_record(self._settings)
         self._wants_diagnostics = setup.wants_diagnostics
@@ -207,6 +207,6 @@ def _kernel_settings(parameters: VectorPursuitParameters, setup: ControllerSetup
         control_period_s=setup.control_period_s,
         inscribed_radius_m=setup.inscribed_radius_m,
         circumscribed_radius_m=setup.circumscribed_radius_m,
-        is_mirrored=RELEASES[parameters.nav2_release].is_mirrored,
+        is_mirrored=RULES[parameters.nav2_release].is_mirrored,
         **values,
     )

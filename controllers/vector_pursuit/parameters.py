@@ -9,12 +9,10 @@ from typing import Any, ClassVar, Self
 from pydantic import Field, model_validator
 
 from drake_navbench.controller import (
-    NEWEST_RELEASE,
-    RELEASE_FIELD,
     AskedSpeeds,
     ControllerParameters,
-    Nav2Release,
 )
+from drake_navbench.releases import NEWEST_RELEASE, Release, release_in
 from drake_navbench.typed_files.quantities import (
     Acceleration,
     Angle,
@@ -39,7 +37,9 @@ class VectorPursuitParameters(ControllerParameters):
 
     WITHOUT_EFFECT: ClassVar[frozenset[str]] = frozenset({"transform_tolerance"})
     PATH_HANDLER_NAMES: ClassVar[frozenset[str]] = frozenset({SEARCH_DISTANCE})
-    READ_UNTIL: ClassVar[Mapping[str, str]] = MappingProxyType({SEARCH_DISTANCE: "kilted"})
+    READ_UNTIL: ClassVar[Mapping[str, Release]] = MappingProxyType(
+        {SEARCH_DISTANCE: Release.KILTED}
+    )
 
     k: Number = Field(
         8.0, gt=0.0, description="How much sooner to be at the target than to face as it does [-]."
@@ -105,8 +105,9 @@ class VectorPursuitParameters(ControllerParameters):
         1.0, ge=0.0, description="Time for which a command is checked [s]."
     )
     transform_tolerance: Duration = Field(0.1, description="No effect here [s].")
-    nav2_release: Nav2Release = Field(
-        "lyrical", description="Release whose rules hold; for Lyrical: those of Humble, mostly."
+    nav2_release: Release = Field(
+        NEWEST_RELEASE,
+        description="Release whose rules hold; for Lyrical: those of Humble, mostly.",
     )
     max_robot_pose_search_dist: Length | None = Field(
         None,
@@ -126,7 +127,7 @@ class VectorPursuitParameters(ControllerParameters):
     @classmethod
     def path_handler_fields(cls, given: Mapping[str, Any]) -> dict[str, str]:
         """See the base class; up to Kilted the controller has no path handler before it."""
-        if given.get(RELEASE_FIELD, NEWEST_RELEASE) != NEWEST_RELEASE:
+        if release_in(given) != NEWEST_RELEASE:
             return {}
         return super().path_handler_fields(given)
 

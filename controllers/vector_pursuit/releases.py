@@ -7,11 +7,14 @@ first one's arithmetic on what the path handler leaves.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
+from drake_navbench.releases import Release
 
-class Release(NamedTuple):
+
+class Rules(NamedTuple):
     """What the controller does in a release.
 
     cuts_plan: takes the whole plan, and cuts it at a circle.
@@ -26,12 +29,12 @@ class Release(NamedTuple):
     is_patient: bool = False
 
 
-RELEASES = MappingProxyType(
+RULES: Mapping[Release, Rules] = MappingProxyType(
     {
-        "humble": Release(takes_first_of_equals=True, is_mirrored=False, is_patient=True),
-        "iron": Release(),
-        "jazzy": Release(),
-        "kilted": Release(),
-        "lyrical": Release(cuts_plan=False, is_mirrored=False, is_patient=True),
+        Release.HUMBLE: Rules(takes_first_of_equals=True, is_mirrored=False, is_patient=True),
+        Release.IRON: Rules(),
+        Release.JAZZY: Rules(),
+        Release.KILTED: Rules(),
+        Release.LYRICAL: Rules(cuts_plan=False, is_mirrored=False, is_patient=True),
     }
 )

@@ -18,9 +18,9 @@ from drake_navbench.inputs.robot import Robot, load_robot
 from drake_navbench.inputs.scenario import Pose, Scenario, scenario_on_map
 from drake_navbench.nav2.check import Check, CheckRow, Status
 from drake_navbench.nav2.parameter_files import load_parameter_file
-from drake_navbench.nav2.release import Release
 from drake_navbench.nav2.robot import Nav2Setup, read_nav2_files
 from drake_navbench.plugins.names import flattened
+from drake_navbench.releases import Release
 from drake_navbench.trial.goal_sampling import sample_tasks
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 

@@ -50,7 +50,11 @@ def _rows(
         place = f"{prefix}{name}"
         needed = name in part.get("required", ())
         meaning = " ".join(str(field.get("description", "")).split()).replace("|", "\\|")
-        references = [entry for entry in _references(field) if entry not in above]
+        references = [
+            reference
+            for reference in _references(field)
+            if reference not in above and "properties" in _resolved(reference, schema)
+        ]
         blocks = [_resolved(reference, schema) for reference in references]
         if not blocks:
             default = "needed" if needed else f"`{_shown(field.get('default'))}`"

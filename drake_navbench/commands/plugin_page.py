@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Literal, get_args
 
 from pydantic import Field
 
+from drake_navbench.releases import NEWEST_RELEASE, Release
 from drake_navbench.typed_files.typed_yaml import FrozenModel, read_yaml, validate
 
 DATA_FILE = "nav2_plugins.yaml"
-ReleaseName = Literal["humble", "iron", "jazzy", "kilted", "lyrical"]
-RELEASES: tuple[ReleaseName, ...] = get_args(ReleaseName)
 HEADING = """\
 # The plugins of Nav2
 
@@ -34,9 +32,9 @@ class ShippedPlugin(FrozenModel):
     """
 
     type: str
-    since: ReleaseName = "humble"
-    until: ReleaseName = "lyrical"
-    but: list[ReleaseName] = Field(default_factory=list)
+    since: Release = Release.HUMBLE
+    until: Release = NEWEST_RELEASE
+    but: list[Release] = Field(default_factory=list)
     ours: str | None = None
     beside: str | None = None
     release: str | None = None
@@ -44,10 +42,10 @@ class ShippedPlugin(FrozenModel):
     remark: str | None = None
 
     @property
-    def releases(self) -> list[str]:
+    def releases(self) -> list[Release]:
         """The releases that ship it, the oldest first."""
-        span = RELEASES[RELEASES.index(self.since) : RELEASES.index(self.until) + 1]
-        return [name for name in span if name not in self.but]
+        span = [release for release in Release if self.since <= release <= self.until]
+        return [release for release in span if release not in self.but]
 
 
 class PluginSort(FrozenModel):
@@ -93,10 +91,10 @@ def _rows(sort: PluginSort) -> Iterator[str]:
         yield f"| `{plugin.type}` | {shipped} | {here} | {plugin.release or ''} | {equal} |"
 
 
-def _span(releases: list[str]) -> str:
+def _span(releases: list[Release]) -> str:
     """Returns releases in few words."""
-    if releases == list(RELEASES):
+    if releases == list(Release):
         return "all"
-    if releases == list(RELEASES)[-len(releases) :]:
+    if releases == list(Release)[-len(releases) :]:
         return releases[0] if len(releases) == 1 else f"from {releases[0]}"
     return ", ".join(releases)

@@ -24,6 +24,7 @@ from drake_navbench.commands.command_line import (
     whole_number,
 )
 from drake_navbench.errors import InputError, InputWarning, printable
+from drake_navbench.releases import Release
 
 ALLOWED_WITH_RESUME = {"cluster", "cluster_tls", "trust_network", "resume", "jobs", "quiet"}
 
@@ -142,7 +143,7 @@ def _add_nav2_files(parser: argparse.ArgumentParser) -> None:
     )
     add(
         "--nav2-release",
-        choices=("humble", "iron", "jazzy", "kilted", "lyrical"),
+        choices=tuple(Release),
         help="what the Nav2 files of --nav2 and --params are written for (told by their own marks)",
     )
     add(

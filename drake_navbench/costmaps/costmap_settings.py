@@ -17,6 +17,7 @@ from drake_navbench.costmaps.observation_source import ObservationSourceSettings
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.plugins.kinds import PluginKind
 from drake_navbench.plugins.parameters import PluginBlocks
+from drake_navbench.releases import NEWEST_RELEASE, Release
 from drake_navbench.typed_files.quantities import CellSize, Count, Frequency, Length, Number
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
@@ -140,8 +141,8 @@ class CostmapSettings(PluginBlocks):
 
     PLUGINS: ClassVar[PluginKind] = COSTMAP_LAYERS
 
-    nav2_release: Literal["humble", "iron", "jazzy", "kilted", "lyrical"] = Field(
-        "lyrical",
+    nav2_release: Release = Field(
+        NEWEST_RELEASE,
         description="Release whose rules hold: up to Kilted inflation spreads cell by cell, and a "
         "window that rolls lies a quarter of a cell off.",
     )
@@ -192,7 +193,7 @@ class CostmapSettings(PluginBlocks):
     @property
     def is_before_lyrical(self) -> bool:
         """Whether the rules up to Kilted hold."""
-        return self.nav2_release != "lyrical"
+        return self.nav2_release < Release.LYRICAL
 
     def is_active(self, name: str) -> bool:
         """Whether a layer or filter is listed and enabled."""

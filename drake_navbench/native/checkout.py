@@ -18,15 +18,10 @@ from drake_navbench.native.package import (
     last_name,
     read_package,
 )
+from drake_navbench.releases import Release
 
-# Of nav2_core: https://docs.nav2.org/ names the releases, their branches number them so.
-RELEASES: Mapping[tuple[int, int], str] = {
-    (1, 1): "humble",
-    (1, 2): "iron",
-    (1, 3): "jazzy",
-    (1, 4): "kilted",
-    (1, 5): "lyrical",
-}
+# By the version of nav2_core; Nav2's branches number their packages so.
+RELEASE_OF_VERSION = {"{}.{}".format(*release.version): release for release in Release}
 
 
 @dataclass(frozen=True)
@@ -39,7 +34,7 @@ class Checkout:
 
     root: Path
     packages: Mapping[str, Package]
-    release: str
+    release: Release
     version: str
     commit: str
 
@@ -146,10 +141,9 @@ def read_checkout(root: Path) -> Checkout:
             f"{root}: no checkout of navigation2: no package {CORE} in it or its folders"
         )
     version = packages[CORE].version
-    numbers = tuple(int(part) for part in version.split(".")[:2] if part.isdecimal())
-    release = RELEASES.get(numbers) if len(numbers) == 2 else None
+    release = RELEASE_OF_VERSION.get(".".join(version.split(".")[:2]))
     if release is None:
-        known = ", ".join(f"{name} ({a}.{b})" for (a, b), name in RELEASES.items())
+        known = ", ".join(f"{name} ({version})" for version, name in RELEASE_OF_VERSION.items())
         raise InputError(
             f"{packages[CORE].folder / PACKAGE_FILE}: version: got {version!r}, "
             f"expected a release that is known: {known}"

@@ -10,7 +10,6 @@ from typing import Any
 from drake_navbench.nav2.check import Status
 from drake_navbench.nav2.node_reader import NodeReader
 from drake_navbench.nav2.outline import parse_points
-from drake_navbench.nav2.release import Release
 from drake_navbench.navigation.collision_monitor import (
     CollisionMonitorParameters,
     MonitorCircle,
@@ -18,6 +17,7 @@ from drake_navbench.navigation.collision_monitor import (
     SubPolygon,
     VelocityPolygon,
 )
+from drake_navbench.releases import Release
 from drake_navbench.typed_files.quantities import MAX_COUNT, MIN_COUNT
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
@@ -74,7 +74,7 @@ def _fault(reader: NodeReader, name: str) -> str:
     if kind is None:
         return f"{name} is listed, but has no type"
     is_other = isinstance(kind, str) and kind not in SHAPES
-    if is_other or (kind == "velocity_polygon" and release.age < Release.JAZZY.age):
+    if is_other or (kind == "velocity_polygon" and release < Release.JAZZY):
         return f"{name} is a {kind}, which {release} has not"
     if action in ACTIONS_SINCE_IRON and release is Release.HUMBLE:
         return f"{name} has the action {action}, which {release} has not"
@@ -86,7 +86,7 @@ def _fault(reader: NodeReader, name: str) -> str:
 
 def _takes_text(release: Release) -> bool:
     """Tells whether corners are a text, '[[x, y], ...]', and not a list of numbers."""
-    return release.age >= Release.JAZZY.age
+    return release >= Release.JAZZY
 
 
 def _has_corners(reader: NodeReader, name: str) -> bool:

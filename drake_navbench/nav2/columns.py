@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from typing import Any
 
-from drake_navbench.controller import NEWEST_RELEASE, RELEASE_FIELD
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.nav2.check import CheckRow, Status
@@ -19,6 +18,7 @@ from drake_navbench.nav2.node_reader import similar_name_hint
 from drake_navbench.nav2.parameters import Node
 from drake_navbench.nav2.substitutions import missing_value
 from drake_navbench.plugins.names import flattened, nested
+from drake_navbench.releases import NEWEST_RELEASE, RELEASE_FIELD, release_in
 
 # The block that a rotation shim keeps its primary controller's parameters in, since Lyrical.
 PRIMARY = "primary_controller."
@@ -68,7 +68,7 @@ def _column(server: Node, plugin: str, release: str, rows: list[CheckRow]) -> Pr
 def _rows(server: Node, plugin: str, preset: Preset, told: Collection[str]) -> list[CheckRow]:
     model = preset.controller_class.Parameters
     names = {*model.model_fields, *(name for name, _ in flattened(preset.values))}
-    release = preset.values.get(RELEASE_FIELD, NEWEST_RELEASE)
+    release = release_in(preset.values)
     given = server.below(plugin)
     others_count = model.keys_not_read(_nested(given, release))
     doubts = model.doubts(given)

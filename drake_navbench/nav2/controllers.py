@@ -11,13 +11,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from drake_navbench.controller import CONTROLLERS, RELEASE_FIELD, ControllerParameters
+from drake_navbench.controller import CONTROLLERS, ControllerParameters
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import Nav2Plugin, Preset, installed_controllers
 from drake_navbench.nav2.node_reader import similar_plugin_hint
 from drake_navbench.nav2.parameters import Node, Section, nodes_called
 from drake_navbench.nav2.release import release_of
 from drake_navbench.plugins.names import SEPARATOR, flattened, nested
+from drake_navbench.releases import RELEASE_FIELD
 from drake_navbench.typed_files.typed_yaml import unknown_fields
 
 SERVER = "controller_server"
@@ -28,7 +29,6 @@ DEFAULT_TYPE = "dwb_core::DWBLocalPlanner"
 # Only releases whose controller server cuts the plan have this parameter (from Lyrical on).
 PATH_HANDLERS = "path_handler_plugins"
 # The parameter, ours, of controllers that follow the release.
-RELEASE = RELEASE_FIELD
 
 
 # Our controllers by Nav2's plugin type; each says its own as `nav2_plugin`.
@@ -74,11 +74,11 @@ def controller_presets(
 
 def _with_release_told(preset: Preset, mark: str) -> Preset:
     """Returns a preset that says which release it follows, where it follows one."""
-    release = preset.values.get(RELEASE)
+    release = preset.values.get(RELEASE_FIELD)
     if release is None:
         return preset
-    if RELEASE in (preset.nav2_plugin.parameters if preset.nav2_plugin else ()):
-        mark = RELEASE
+    if RELEASE_FIELD in (preset.nav2_plugin.parameters if preset.nav2_plugin else ()):
+        mark = RELEASE_FIELD
     return replace(preset, read_as=f"{release}, told by {mark}")
 
 
@@ -100,7 +100,7 @@ def listed_plugins(server: Node) -> list[str]:
 
 def takes_release(model: type[ControllerParameters]) -> bool:
     """Tells whether a controller follows the release of Nav2 that it is given."""
-    return RELEASE in model.model_fields
+    return RELEASE_FIELD in model.model_fields
 
 
 def plugin_preset(
@@ -117,12 +117,12 @@ def plugin_preset(
     for name in model.PLUGIN_NAMES:
         if isinstance(given.get(name), str):
             _counterpart(given[name], server.where(f"{plugin}.{name}"))
-    whole = given if release is None else {RELEASE: release} | given
+    whole = given if release is None else {RELEASE_FIELD: release} | given
     fields = {} if PATH_HANDLERS in server.parameters else model.path_handler_fields(whole)
     offered = {name: value for name, value in given.items() if name not in fields}
     source = server.where(plugin)
     if release is not None and takes_release(model):
-        offered = {RELEASE: release} | offered
+        offered = {RELEASE_FIELD: release} | offered
     used = _known_values(model, offered, source)
     known = {name for name, _ in flattened(used)}
     namespace = server.name.removesuffix(SERVER).strip("/")

@@ -26,9 +26,9 @@ from drake_navbench.costmaps.costmap_settings import (
 from drake_navbench.costmaps.layer_plugin import COSTMAP_LAYERS
 from drake_navbench.nav2.check import Status
 from drake_navbench.nav2.node_reader import NodeReader
-from drake_navbench.nav2.release import PORTED, Release
 from drake_navbench.nav2.sensing import SPATIO_TEMPORAL, SensingLayers
 from drake_navbench.nav2.sensors import Nav2Sensors
+from drake_navbench.releases import NEWEST_RELEASE, Release
 
 LAYERS: dict[str, tuple[str, type]] = {
     "StaticLayer": ("static_layer", StaticLayerSettings),
@@ -150,11 +150,11 @@ class _CostmapReader:
     def settings(self, model: type[CostmapSettings]) -> dict[str, Any]:
         reader = self._reader
         self._settings = reader.block(model, names=MAP_FIELDS)
-        if self._release.age < Release.LYRICAL.age:
+        if self._release < Release.LYRICAL:
             # Of a byte that stands for both, unknown comes first: none stands for inscribed.
             unknown = self._settings.get("unknown_cost_value", UNKNOWN_BYTE)
             self._settings["inscribed_obstacle_cost_value"] = unknown
-        if self._release is not PORTED:
+        if self._release is not NEWEST_RELEASE:
             self._settings["nav2_release"] = str(self._release)
         listed = reader.names("plugins", DEFAULT_LAYERS)
         if not reader.given("plugins"):
@@ -256,7 +256,7 @@ class _CostmapReader:
     def _note_other_map(self, layer: str) -> None:
         """Notes that a static layer asks for another map than the one that is known."""
         place, found = f"{layer}.map_topic", self._reader.node.get
-        if not found(place) and self._release.age < Release.KILTED.age:
+        if not found(place) and self._release < Release.KILTED:
             # Until then a layer without a topic had the costmap's.
             place = "map_topic"
         topic = found(place)

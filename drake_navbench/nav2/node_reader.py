@@ -13,8 +13,8 @@ from drake_navbench.errors import InputError, printable
 from drake_navbench.nav2.check import CheckRow, Status
 from drake_navbench.nav2.parameters import Node
 from drake_navbench.nav2.read_by import read_by
-from drake_navbench.nav2.release import PORTED, Release
 from drake_navbench.nav2.substitutions import missing_value
+from drake_navbench.releases import NEWEST_RELEASE, Release
 
 # What nodes of every kind have, and which is about processes, frames and topics alone.
 OF_EVERY_NODE = frozenset(
@@ -55,7 +55,7 @@ class NodeReader:
     release: of Nav2, whose parameters and defaults count.
     """
 
-    def __init__(self, node: Node, rows: Rows, release: Release = PORTED) -> None:
+    def __init__(self, node: Node, rows: Rows, release: Release = NEWEST_RELEASE) -> None:
         self._node = node
         self._rows = rows
         self._release = release

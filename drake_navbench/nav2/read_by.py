@@ -20,7 +20,6 @@ from drake_navbench.costmaps.costmap_settings import (
 )
 from drake_navbench.costmaps.observation_layers import VoxelLayerParameters
 from drake_navbench.inputs.navigation_settings import ControllerServerSettings
-from drake_navbench.nav2.release import Release
 from drake_navbench.navigation.behaviors import DriveLimits
 from drake_navbench.navigation.collision_monitor import (
     CollisionMonitorParameters,
@@ -40,6 +39,7 @@ from drake_navbench.navigation.smac_planner_2d_parameters import (
 from drake_navbench.navigation.smac_planner_hybrid_parameters import SmacPlannerHybridParameters
 from drake_navbench.navigation.smoother_settings import SavitzkyGolaySmoothing, SimpleSmoothing
 from drake_navbench.navigation.theta_star_planner import ThetaStarPlannerParameters
+from drake_navbench.releases import Release
 
 HUMBLE, IRON, JAZZY, KILTED, LYRICAL = Release
 EVERY = frozenset(Release)
@@ -63,16 +63,16 @@ class ReadBy(NamedTuple):
 
 
 def _before(release: Release, value: Any) -> dict[Release, Any]:
-    return {other: value for other in Release if other.age < release.age}
+    return {other: value for other in Release if other < release}
 
 
 def _since(release: Release, before: Mapping[Release, Any] | None = None) -> ReadBy:
-    releases = frozenset(other for other in Release if other.age >= release.age)
+    releases = frozenset(other for other in Release if other >= release)
     return ReadBy(releases, before or {})
 
 
 def _until(release: Release) -> ReadBy:
-    return ReadBy(frozenset(other for other in Release if other.age <= release.age))
+    return ReadBy(frozenset(other for other in Release if other <= release))
 
 
 # Humble has them, 0 being none; iron and jazzy have not; in kilted they came again, for good.

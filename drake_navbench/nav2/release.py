@@ -8,31 +8,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from enum import StrEnum
 from typing import Any, NamedTuple
 
 from drake_navbench.kernels.grid import INSCRIBED
 from drake_navbench.nav2.check import CheckRow, Status
 from drake_navbench.nav2.parameters import Section
+from drake_navbench.releases import NEWEST_RELEASE, Release
 
-
-class Release(StrEnum):
-    """Releases of Nav2, the oldest first."""
-
-    HUMBLE = "humble"
-    IRON = "iron"
-    JAZZY = "jazzy"
-    KILTED = "kilted"
-    LYRICAL = "lyrical"
-
-    @property
-    def age(self) -> int:
-        """0 for the oldest."""
-        return list(Release).index(self)
-
-
-# What everything here is ported from, where nothing else is said.
-PORTED = Release.LYRICAL
 # What tells a release, the most decisive first:
 #
 # 1. a path in the installation of a release: it says it outright;
@@ -137,20 +119,20 @@ def release_of(sections: Iterable[Section], given: str | None) -> Found:
     paths, plugins, since, until = marks = _marks(sections)
     if paths:
         return paths[0]
-    newest = max(plugins, key=_age, default=None)
+    newest = max(plugins, key=_release, default=None)
     if newest is not None and newest.release is LAST_OF_OLD_NAMES:
         return _humble_or_iron(marks)
     # Of equals the first one in the file.
     needed = [*since, *(() if newest is None else (newest,))]
     if needed:
-        return max(needed, key=_age)
+        return max(needed, key=_release)
     if until:
-        return min(until, key=_age)
-    return Found(PORTED, "nothing in the file; the newest")
+        return min(until, key=_release)
+    return Found(NEWEST_RELEASE, "nothing in the file; the newest")
 
 
-def _age(found: Found) -> int:
-    return found.release.age
+def _release(found: Found) -> Release:
+    return found.release
 
 
 def _humble_or_iron(marks: _Marks) -> Found:
@@ -214,7 +196,7 @@ def tree_of(release: Release, tree: Mapping[str, Any]) -> dict[str, Any]:
     """
     children = tuple(tree_of(release, child) for child in tree.get("children", ()))
     attributes = dict(tree.get("attributes", {}))
-    if tree["node"] == "RoundRobin" and release.age < Release.LYRICAL.age:
+    if tree["node"] == "RoundRobin" and release < Release.LYRICAL:
         attributes["wrap_around"] = "true"
     if tree["node"] == "IsPathValid" and release is Release.KILTED:
         attributes.setdefault("max_cost", str(INSCRIBED))

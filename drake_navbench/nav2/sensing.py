@@ -24,8 +24,8 @@ from drake_navbench.costmaps.spatio_temporal_layer import (
 from drake_navbench.kernels.voxel_layer import MAX_VOXELS
 from drake_navbench.nav2.check import Status
 from drake_navbench.nav2.node_reader import NodeReader
-from drake_navbench.nav2.release import Release
 from drake_navbench.nav2.sensors import Nav2Sensors, Sight
+from drake_navbench.releases import Release
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 # What Nav2 files do not give of a source, and what says which of the robot's sensors it is.
@@ -154,7 +154,7 @@ class SensingLayers:
         found = self._reader.node.get(place)
         if not isinstance(found, int) or isinstance(found, bool):
             return {}
-        is_old = self._release.age < Release.JAZZY.age
+        is_old = self._release < Release.JAZZY
         if found in ((0, 1) if is_old else (0, 1, 2)):
             return {}
         if is_old:

@@ -16,7 +16,6 @@ from drake_navbench.nav2.check import Status
 from drake_navbench.nav2.controller_server import plugin_block
 from drake_navbench.nav2.node_reader import NodeReader
 from drake_navbench.nav2.read_by import read_by
-from drake_navbench.nav2.release import PORTED, Release
 from drake_navbench.nav2.tree_files import installed_tree, tree_beside
 from drake_navbench.navigation.behavior_tree.settings import (
     RECOVERY_ACTIONS,
@@ -36,6 +35,7 @@ from drake_navbench.navigation.waypoint_follower import (
     WaitAtWaypointParameters,
     WaypointFollowerParameters,
 )
+from drake_navbench.releases import NEWEST_RELEASE, Release
 
 Fields = dict[str, Any]
 
@@ -134,8 +134,8 @@ def _hybrid_planner(reader: NodeReader, name: str, release: Release, cell_m: flo
     factor = reader.node.get(f"{name}.downsampling_factor", 1)
     least_m = cell_m * (factor if isinstance(factor, int) else 1)
     values |= _turning_radius(reader, f"{name}.{TURNING_RADIUS}", release, least_m)
-    if release.age < Release.LYRICAL.age:
-        reader.note(Status.OTHER_FORM, f"{name}.plugin", f"searches as in {PORTED}")
+    if release < Release.LYRICAL:
+        reader.note(Status.OTHER_FORM, f"{name}.plugin", f"searches as in {NEWEST_RELEASE}")
     return values
 
 
@@ -149,7 +149,7 @@ def _turning_radius(reader: NodeReader, name: str, release: Release, least_m: fl
     radius_m = reader.number(name, least_m)
     if radius_m < 0.0 or not math.isfinite(radius_m):
         raise reader.fault(name, f"expected 0 or more, got {radius_m}")
-    if release.age >= Release.JAZZY.age and radius_m < least_m:
+    if release >= Release.JAZZY and radius_m < least_m:
         remark = f"{least_m:g}, a cell of the search, as in Nav2, in place of {radius_m:g}"
         reader.note(Status.OTHER_FORM, name, remark)
         radius_m = least_m

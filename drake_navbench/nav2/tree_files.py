@@ -9,7 +9,7 @@ import os
 import re
 from pathlib import Path
 
-from drake_navbench.nav2.release import Release
+from drake_navbench.releases import Release
 
 # Where a tree is looked for by its name, from the folder of the Nav2 file on.
 FOLDERS = (".", "behavior_trees", "behavior_tree", "bt", "../behavior_trees", "../bt")

@@ -10,9 +10,9 @@ from nav2_texts import RPP, row_of
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.nav2.check import Status
 from drake_navbench.nav2.read_by import READ_BY, read_by
-from drake_navbench.nav2.release import Release
 from drake_navbench.nav2.robot import Nav2Setup, read_nav2_files
 from drake_navbench.navigation.smoother_settings import SimpleSmoothing
+from drake_navbench.releases import Release
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 WHEELCHAIR = load_robot("wheelchair")

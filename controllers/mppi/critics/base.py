@@ -24,8 +24,9 @@ from drake_navbench.controllers.mppi.critics.batch import Batch, Float32Array, R
 from drake_navbench.controllers.mppi.float32_math import F32
 from drake_navbench.controllers.mppi.lanes import LANES, Lanes
 from drake_navbench.controllers.mppi.motion_models import MotionLimits, MotionModel
-from drake_navbench.controllers.mppi.releases import RELEASES, Release
+from drake_navbench.controllers.mppi.releases import RULES, Rules
 from drake_navbench.kernels.grid import INSCRIBED, MAX_NON_OBSTACLE, NO_INFORMATION, Costmap, Grid
+from drake_navbench.releases import NEWEST_RELEASE, Release
 from drake_navbench.typed_files.quantities import Count
 
 
@@ -90,12 +91,12 @@ class CriticContext:
     min_turning_r: float
     model_dt: float
     time_steps: int
-    nav2_release: str = "lyrical"
+    nav2_release: Release = NEWEST_RELEASE
 
     @property
-    def release(self) -> Release:
+    def release(self) -> Rules:
         """What the controller does in that release."""
-        return RELEASES[self.nav2_release]
+        return RULES[self.nav2_release]
 
     @property
     def holonomic(self) -> bool:
@@ -144,7 +145,7 @@ class Critic(ABC):
         self.context = context
 
     @classmethod
-    def of_release(cls, release: Release) -> type[Critic]:
+    def of_release(cls, release: Rules) -> type[Critic]:
         """Returns the class that scores as a release of Nav2 does."""
         return cls
 

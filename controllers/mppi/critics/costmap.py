@@ -28,6 +28,7 @@ from drake_navbench.controllers.mppi.float32_math import F32, ONE, ZERO
 from drake_navbench.controllers.mppi.lanes import LANES, Lanes
 from drake_navbench.errors import InputError
 from drake_navbench.kernels.grid import INSCRIBED, LETHAL, NO_INFORMATION
+from drake_navbench.releases import Release
 from drake_navbench.typed_files.quantities import Count, Length, Number
 
 COST_COUNT = 256
@@ -346,7 +347,7 @@ def collision_values(*, consider_footprint: bool, tracks_unknown: bool) -> NDArr
 
 def _require_outline(name: str, parameters: Any, context: CriticContext) -> None:
     # The costmap makes a polygon of a radius. Humble refused it from 1.1.19 on, jazzy from 1.3.6.
-    takes_polygon = context.nav2_release in ("humble", "iron", "jazzy")
+    takes_polygon = context.nav2_release <= Release.JAZZY
     refuses = context.setup.footprint_is_circle and not takes_polygon
     if parameters.consider_footprint and refuses:
         raise InputError(

@@ -26,7 +26,7 @@ from drake_navbench.controllers.mppi.critics.base import (
 from drake_navbench.controllers.mppi.critics.batch import Batch, Float32Array, Reach, Scene
 from drake_navbench.controllers.mppi.float32_math import F32, HALF_PI, ONE, PI, ZERO, wrap32
 from drake_navbench.controllers.mppi.lanes import LANES
-from drake_navbench.controllers.mppi.releases import Release
+from drake_navbench.controllers.mppi.releases import Rules
 from drake_navbench.typed_files.quantities import Angle, Count, Length, Number
 
 # PathAlign ignores up to this many invalid path points, whatever their share.
@@ -118,7 +118,7 @@ def path_align_costs(
 
     Path points 0 .. furthest - 1 count. A column is compared with the point whose arc length is
     nearest to the distance driven since column 0; invalid points are left out. onward: how that
-    point is looked for, see `Release.aligns_onward`.
+    point is looked for, see `Rules.aligns_onward`.
     costs: (blocks, LANES), written.
     """
     arcs = np.full(LANES, ZERO)
@@ -252,7 +252,7 @@ class PathAngleCritic(PathCritic):
         self.mode = path_angle_mode(parameters, context)
 
     @classmethod
-    def of_release(cls, release: Release) -> type[Critic]:
+    def of_release(cls, release: Rules) -> type[Critic]:
         """Returns the class that scores as a release of Nav2 does."""
         return cls if release.angles_at_end else MeanPathAngleCritic
 

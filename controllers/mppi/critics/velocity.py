@@ -19,7 +19,7 @@ from drake_navbench.controllers.mppi.critics.batch import Float32Array, Scene
 from drake_navbench.controllers.mppi.float32_math import F32, ZERO
 from drake_navbench.controllers.mppi.lanes import LANES, Lanes
 from drake_navbench.controllers.mppi.motion_models import MotionModel
-from drake_navbench.controllers.mppi.releases import Release
+from drake_navbench.controllers.mppi.releases import Rules
 from drake_navbench.typed_files.quantities import Length, Number
 
 # Ackermann's turning radius |vx| / |wz| is cut off where the robot does not turn.
@@ -38,7 +38,7 @@ class ConstraintCritic(PointwiseCritic):
     Parameters: ClassVar[type[CriticParameters]] = ConstraintParameters
 
     @classmethod
-    def of_release(cls, release: Release) -> type[Critic]:
+    def of_release(cls, release: Rules) -> type[Critic]:
         """Returns the class that scores as a release of Nav2 does."""
         return cls if release.limits_axes else SpeedConstraintCritic
 

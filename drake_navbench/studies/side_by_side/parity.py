@@ -31,6 +31,7 @@ from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.native.builds import Build
 from drake_navbench.plugins.names import flattened
+from drake_navbench.releases import RELEASE_FIELD
 from drake_navbench.studies.side_by_side.gate import column_of, split_column
 from drake_navbench.studies.side_by_side.likeness import CLOSE, Likeness, likeness_of
 from drake_navbench.studies.side_by_side.shadowing import Decided, decided, shadowed
@@ -40,7 +41,6 @@ from drake_navbench.trial.trial import run_trial
 
 # The presets that are held against their originals, in this order.
 PORTS = ("rpp", "dwb", "mppi_nav2", "graceful", "rotation_shim", "teb_upstream")
-RELEASE = "nav2_release"
 COMMANDS = ("command_v_mps", "command_w_radps")
 START_PATIENCE_S = 30.0
 
@@ -127,9 +127,9 @@ def compare_port(
 def port_of_release(name: str, build: Build) -> Preset:
     """Returns a preset with the rules of a build's release, where its port knows releases."""
     preset = load_preset(name)
-    if RELEASE not in preset.controller_class.Parameters.model_fields:
+    if RELEASE_FIELD not in preset.controller_class.Parameters.model_fields:
         return preset
-    return load_preset(f"{name}:{RELEASE}={build.release}")
+    return load_preset(f"{name}:{RELEASE_FIELD}={build.release}")
 
 
 def compare_in_scenes(

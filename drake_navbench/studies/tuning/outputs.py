@@ -6,10 +6,10 @@ from pathlib import Path
 
 import yaml
 
-from drake_navbench.controller import RELEASE_FIELD
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.logs.results import write_text
 from drake_navbench.plugins.names import flattened, nested
+from drake_navbench.releases import RELEASE_FIELD
 
 PLUGIN = "FollowPath"
 

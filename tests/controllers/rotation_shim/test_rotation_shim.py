@@ -19,7 +19,7 @@ from drake_navbench.controller import (
     SpeedLimit,
 )
 from drake_navbench.controllers.rotation_shim import RotationShim, RotationShimParameters
-from drake_navbench.controllers.rotation_shim.releases import RELEASES
+from drake_navbench.controllers.rotation_shim.releases import RULES
 from drake_navbench.kernels.grid import FREE, LETHAL, NO_INFORMATION
 
 RATE_CHANGE = 0.16
@@ -208,7 +208,7 @@ def facing(shim, plan, *, plan_id=1, memory=None, **values):
     return shim.step(observe(plan, plan_id=plan_id, **values), memory)
 
 
-@pytest.mark.parametrize("release", sorted(set(RELEASES) - {"lyrical"}))
+@pytest.mark.parametrize("release", sorted(set(RULES) - {"lyrical"}))
 def test_before_lyrical_a_plan_that_was_faced_once_is_not_looked_at_again(release):
     shim = make_shim(nav2_release=release)
     driving = facing(shim, AHEAD).memory
@@ -252,7 +252,7 @@ def test_in_humble_a_plan_shorter_than_the_sampling_distance_has_no_heading(rele
     assert turns(shim, observe(turned_plan(math.pi / 2, 0.2))) is is_turning
 
 
-@pytest.mark.parametrize("release", RELEASES)
+@pytest.mark.parametrize("release", RULES)
 def test_a_release_reads_the_cost_threshold_or_takes_lethal(release):
     costly = observe(LEFT, twist=(0.0, 1.0), costmap=make_costmap(cells=[(*LEFT_OF_FRONT, 200)]))
     shim = make_shim(nav2_release=release, max_cost_threshold=150.0)
@@ -282,7 +282,7 @@ def test_before_lyrical_distance_tells_that_the_goal_is_reached_and_most_keep_it
 def test_the_threshold_that_ends_a_turn_is_another_by_default_in_humble():
     values = {
         release: make_shim(nav2_release=release)._parameters.angular_disengage_threshold
-        for release in RELEASES
+        for release in RULES
     }
     assert values.pop("humble") == 0.785
     assert set(values.values()) == {0.3925}

@@ -1,0 +1,56 @@
+"""The releases of Nav2 that parameters and plugins may be written for.
+
+Source: the branches humble, iron, jazzy, kilted and lyrical of navigation2.
+"""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Any, Final
+
+
+class Release(StrEnum):
+    """A release of Nav2; an older one is less than a newer one."""
+
+    HUMBLE = "humble"
+    IRON = "iron"
+    JAZZY = "jazzy"
+    KILTED = "kilted"
+    LYRICAL = "lyrical"
+
+    @property
+    def version(self) -> tuple[int, int]:
+        """Major and minor number of its packages, such as (1, 3) of Jazzy's nav2_core 1.3.13."""
+        return 1, 1 + list(Release).index(self)
+
+    def __lt__(self, other: str) -> bool:
+        """Tells whether this release is older than the other."""
+        return self.version < Release(other).version
+
+    def __le__(self, other: str) -> bool:
+        """Tells whether this release is older than the other, or the same."""
+        return self.version <= Release(other).version
+
+    def __gt__(self, other: str) -> bool:
+        """Tells whether this release is newer than the other."""
+        return self.version > Release(other).version
+
+    def __ge__(self, other: str) -> bool:
+        """Tells whether this release is newer than the other, or the same."""
+        return self.version >= Release(other).version
+
+
+# The release that everything here is ported from, where nothing else is said.
+NEWEST_RELEASE: Final = Release.LYRICAL
+# A controller's parameter that says whose rules hold.
+RELEASE_FIELD: Final = "nav2_release"
+
+
+def release_in(values: Any) -> Release:
+    """Returns the release that a controller's values name, the newest where they name none.
+
+    values: a mapping, as read from a file; None counts as empty. A name that is no release counts
+    as the newest: the parameter model refuses it by itself.
+    """
+    name = (values or {}).get(RELEASE_FIELD, NEWEST_RELEASE)
+    return Release(name) if name in set(Release) else NEWEST_RELEASE
