@@ -28,7 +28,7 @@ from drake_navbench.analysis.metrics.safety import DANGER_DISTANCE_M, obstacle_o
 from drake_navbench.analysis.metrics.signals import Array, positions, times
 from drake_navbench.analysis.metrics.tracking import projection_on_plans
 from drake_navbench.analysis.numbers import typeset
-from drake_navbench.log import Outcome, TrialLog
+from drake_navbench.logs.log import Outcome, TrialLog
 
 # Of all trials of a scenario together, and of one at least and at most.
 MAX_POINTS, MIN_POINTS_A_TRIAL, MAX_POINTS_A_TRIAL = 4000, 20, 150

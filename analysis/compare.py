@@ -219,7 +219,7 @@ def to_junit(comparison: FolderComparison) -> str:
     left = len(comparison.unmatched) + len(comparison.left_out)
     suite = ElementTree.Element(
         "testsuite",
-        name="drake_navbench.compare",
+        name="drake_navbench.commands.compare",
         tests=str(len(cases) + len(comparison.errors) + left),
         failures=str(len(comparison.regressions) + len(comparison.errors)),
         errors="0",

@@ -29,10 +29,10 @@ from drake_navbench.analysis.scenario_analysis import (
 )
 from drake_navbench.analysis.totals import told_by_totals
 from drake_navbench.errors import InputError
-from drake_navbench.log import Outcome, TrialLog
+from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.processes.worker_process import Raised, Returned
 from drake_navbench.processes.workers import Task, run_tasks, start_server
-from drake_navbench.results import ResultsFolder
 
 FIGURES_FOLDER = "figures"
 DEFAULT_JOBS = 2

@@ -12,7 +12,7 @@ import numpy as np
 from drake_navbench.analysis.metrics.mission import ride_s
 from drake_navbench.analysis.metrics.signals import column, poses_at, times
 from drake_navbench.kernels.path_geometry import path_length
-from drake_navbench.log import TrialLog
+from drake_navbench.logs.log import TrialLog
 
 # The nodes of Nav2's trees that act; the others only decide which of these is next. A node's name
 # may end in where it stands, such as ClearLocalCostmap-Context.

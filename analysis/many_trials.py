@@ -20,8 +20,8 @@ from drake_navbench.analysis.scenario_analysis import (
     TrialEntry,
     read_trials,
 )
-from drake_navbench.log import TrialLog
-from drake_navbench.results import ResultsFolder
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.results import ResultsFolder
 
 # Of one scenario. All logs of fewer are opened, which is quick and tells the most.
 MOST_LOGS_OPENED = 400

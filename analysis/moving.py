@@ -19,8 +19,8 @@ from drake_navbench.inputs.moving import (
 from drake_navbench.inputs.people import NOBODY, People, WalkingPeople
 from drake_navbench.inputs.recorded_people import RecordedPeople
 from drake_navbench.kernels.moving_bodies import FAR_AWAY_M, Tracks
-from drake_navbench.log import TrialLog
-from drake_navbench.logged_people import LoggedPeople
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.people import LoggedPeople
 
 Array = NDArray[np.float64]
 

@@ -16,7 +16,7 @@ from drake_navbench.analysis.figures.style import Look, figure_style
 from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.analysis.numbers import typeset
 from drake_navbench.errors import InputError
-from drake_navbench.log import TrialLog
+from drake_navbench.logs.log import TrialLog
 
 REPLAY_HEIGHT_PX = 620
 

@@ -33,12 +33,12 @@ from drake_navbench.analysis.report_sections import (
     scenario_section,
     trial_rows,
 )
-from drake_navbench.analysis.reproduction import (
+from drake_navbench.analysis.reproduction.page import ParametersOf, nothing_known
+from drake_navbench.analysis.reproduction.reproduction import (
     PAGE_NAME,
     has_published_scenarios,
     write_reproduction,
 )
-from drake_navbench.analysis.reproduction_page import ParametersOf, nothing_known
 from drake_navbench.analysis.scenario_analysis import HEADLINE_METRICS, LeftOut, ScenarioAnalysis
 from drake_navbench.analysis.statistics import Interval
 from drake_navbench.analysis.sweep_page import PAGE_NAME as SWEEP_PAGE_NAME
@@ -46,8 +46,8 @@ from drake_navbench.analysis.sweep_page import write_sweep
 from drake_navbench.analysis.tables import scenario_table, table_to_markdown
 from drake_navbench.analysis.totals import differences, totals, totals_csv
 from drake_navbench.csv_text import csv_text
-from drake_navbench.log import Outcome
-from drake_navbench.results import ResultsFolder, file_name, require_own_folders, write_text
+from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.results import ResultsFolder, file_name, require_own_folders, write_text
 from drake_navbench.typed_files.typed_yaml import read_yaml
 
 REPORT_NAME = "report.html"

@@ -10,15 +10,15 @@ from typing import Any, NamedTuple
 
 from drake_navbench.analysis.folder_analysis import FolderAnalysis
 from drake_navbench.analysis.html import relative_change
-from drake_navbench.analysis.lineups import PUBLISHED_SETTINGS
 from drake_navbench.analysis.many_trials import MOST_LOGS_OPENED
 from drake_navbench.analysis.metrics.registry import all_metrics, installed_metrics
 from drake_navbench.analysis.numbers import short_number
+from drake_navbench.analysis.reproduction.lineups import PUBLISHED_SETTINGS
 from drake_navbench.analysis.scenario_analysis import ScenarioAnalysis, TrialEntry
 from drake_navbench.analysis.statistics import trials_needed
 from drake_navbench.analysis.tables import published_table, scenario_table
-from drake_navbench.log import Outcome
-from drake_navbench.results import ResultsFolder
+from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.results import ResultsFolder
 
 # A page of more rows than these opens slowly, and nobody reads them; trials.parquet has them all.
 MOST_TRIALS_LISTED = 1000

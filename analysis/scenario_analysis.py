@@ -35,7 +35,7 @@ from drake_navbench.analysis.verdicts import (
     verdict,
 )
 from drake_navbench.errors import InputError
-from drake_navbench.log import Outcome, TrialLog
+from drake_navbench.logs.log import Outcome, TrialLog
 
 # What a first look needs; the tables hold the rest.
 HEADLINE_METRICS = (

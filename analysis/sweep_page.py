@@ -34,7 +34,7 @@ from drake_navbench.analysis.sweeps import (
     swept_fields,
 )
 from drake_navbench.csv_text import csv_text
-from drake_navbench.results import ResultsFolder, file_name, write_text
+from drake_navbench.logs.results import ResultsFolder, file_name, write_text
 
 PAGE_NAME = "sweep.html"
 TABLE_NAME = "sweep"

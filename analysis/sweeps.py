@@ -16,7 +16,7 @@ from drake_navbench.analysis.statistics import (
     paired_comparison,
     success_interval,
 )
-from drake_navbench.log import Outcome
+from drake_navbench.logs.log import Outcome
 
 SUCCEEDED = "succeeded"
 WHO = ("scenario", "controller")

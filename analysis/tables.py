@@ -12,8 +12,8 @@ import pandas as pd
 
 from drake_navbench.analysis.invariants import violations_of
 from drake_navbench.analysis.metrics.registry import measure_all
-from drake_navbench.analysis.published import PUBLISHED_METRICS
-from drake_navbench.log import Outcome, TrialLog
+from drake_navbench.analysis.reproduction.published import PUBLISHED_METRICS
+from drake_navbench.logs.log import Outcome, TrialLog
 
 STD_HEADING_ERROR = "std_heading_error"
 PUBLISHED_CONTROLLERS = ("dwb", "rpp", "teb", "mppi")

@@ -23,7 +23,7 @@ from drake_navbench.analysis.statistics import (
     summarize,
 )
 from drake_navbench.csv_text import csv_text
-from drake_navbench.log import Outcome
+from drake_navbench.logs.log import Outcome
 
 # Suites of more worlds than these are told by their totals alone: nobody reads 300 tables.
 MAX_WORLDS_ONE_BY_ONE = 8

@@ -13,8 +13,8 @@ from drake_navbench.analysis.figures.style import SVG, figure_style, write_figur
 from drake_navbench.analysis.figures.tuning import front_figure, slices_figure
 from drake_navbench.analysis.html import page_environment
 from drake_navbench.analysis.numbers import number
-from drake_navbench.parameter_names import flattened
-from drake_navbench.results import file_name, write_text
+from drake_navbench.logs.results import file_name, write_text
+from drake_navbench.plugins.names import flattened
 
 RESULT_NAME = "tuning.json"
 PAGE_NAME = "tuning.html"

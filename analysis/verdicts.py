@@ -22,7 +22,7 @@ from drake_navbench.analysis.statistics import (
     PairedComparison,
     trials_needed,
 )
-from drake_navbench.log import Outcome
+from drake_navbench.logs.log import Outcome
 
 SIGNIFICANT_DIGITS = 3
 NOTHING_RANDOM = "n = 1: nothing in these trials is random"

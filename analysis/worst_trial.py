@@ -8,7 +8,7 @@ from pathlib import Path
 from drake_navbench.analysis.folder_analysis import find_logs
 from drake_navbench.analysis.metrics.safety import min_clearance_m
 from drake_navbench.errors import InputError
-from drake_navbench.log import Outcome, TrialLog
+from drake_navbench.logs.log import Outcome, TrialLog
 
 # The worst first. A trial that was to be given up and was is as good as one that arrived.
 FROM_WORST = (

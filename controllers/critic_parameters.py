@@ -17,7 +17,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from drake_navbench.controller import ControllerParameters
 from drake_navbench.errors import InputError, nearest_name_hint
-from drake_navbench.plugins import PluginKind
+from drake_navbench.plugins.kinds import PluginKind
 from drake_navbench.typed_files.typed_yaml import EXTRA_FIELD, tuples_for_lists, unknown_field
 
 

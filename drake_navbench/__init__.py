@@ -12,7 +12,7 @@ from drake_navbench.processes.kernel_cache import forget_stale_kernels, packages
 
 if TYPE_CHECKING:
     from drake_navbench.campaign.benchmark import run_benchmark
-    from drake_navbench.log import TrialLog
+    from drake_navbench.logs.log import TrialLog
     from drake_navbench.trial.trial import run_trial
 
 __version__ = "0.1.0"
@@ -24,7 +24,7 @@ forget_stale_kernels(packages_with_kernels())
 __all__ = ["TrialLog", "__version__", "run_benchmark", "run_trial"]
 
 _HOMES = {
-    "TrialLog": "drake_navbench.log",
+    "TrialLog": "drake_navbench.logs.log",
     "run_benchmark": "drake_navbench.campaign.benchmark",
     "run_trial": "drake_navbench.trial.trial",
 }

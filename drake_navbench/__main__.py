@@ -10,14 +10,20 @@ from collections.abc import Sequence
 from importlib import import_module
 
 from drake_navbench import __version__
-from drake_navbench.command_line import EXIT_DONE, EXIT_WRONG_INPUT, print_text
+from drake_navbench.commands.command_line import EXIT_DONE, EXIT_WRONG_INPUT, print_text
 from drake_navbench.errors import nearest_name_hint
 
 # Command -> module with `main(argv)`, and the line that --help prints.
 COMMANDS = {
     "run": ("drake_navbench.run", "drive controllers through scenarios and compare them"),
-    "report": ("drake_navbench.report", "make tables, figures and report.html again from logs"),
-    "compare": ("drake_navbench.compare", "say what became better or worse between two folders"),
+    "report": (
+        "drake_navbench.commands.report",
+        "make tables, figures and report.html again from logs",
+    ),
+    "compare": (
+        "drake_navbench.commands.compare",
+        "say what became better or worse between two folders",
+    ),
     "replay": ("drake_navbench.commands.replay", "render the replay of one trial from its log"),
     "tune": ("drake_navbench.commands.tune", "search parameters that beat a preset"),
     "train": ("drake_navbench.commands.train", "train a policy in the Gymnasium environment"),

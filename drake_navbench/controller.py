@@ -31,7 +31,7 @@ from drake_navbench.errors import NavbenchError
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.kernels.read_only import read_only
 from drake_navbench.noise import NO_NOISE, NoiseKey
-from drake_navbench.plugins import PluginKind
+from drake_navbench.plugins.kinds import PluginKind
 
 CONTROLLERS = PluginKind(
     noun="controller",

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from drake_navbench.plugins import forget_installed
+from drake_navbench.plugins.kinds import forget_installed
 
 # Tables are as wide as in a pipe, also where tests run side by side, of which each is told a width.
 os.environ.pop("COLUMNS", None)

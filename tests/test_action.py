@@ -18,8 +18,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from drake_navbench.log import TrialLog
-from drake_navbench.results import ResultsFolder
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.trial.trial import run_trial
 
 REPOSITORY = Path(__file__).parents[1]

@@ -6,7 +6,7 @@ import argparse
 
 import pytest
 
-from drake_navbench.command_line import (
+from drake_navbench.commands.command_line import (
     EXIT_DONE,
     EXIT_FAILED,
     EXIT_INTERRUPTED,

@@ -22,7 +22,7 @@ from drake_navbench.commands.plugin_page import DATA_FILE, ShippedPlugin, plugin
 from drake_navbench.controller import CONTROLLERS
 from drake_navbench.inputs.presets import preset_files
 from drake_navbench.inputs.scenario import SCENARIO_FILES
-from drake_navbench.plugins import is_ours
+from drake_navbench.plugins.kinds import is_ours
 
 REPOSITORY = Path(__file__).parents[1]
 DOCS = REPOSITORY / "docs"
@@ -60,7 +60,7 @@ def test_every_page_is_in_the_index(page):
 def test_the_gallery_has_a_picture_of_everything_that_ships(name):
     shown = f"images/gallery/{name}.svg"
     assert f"![{name}]({shown})" in (DOCS / "gallery.md").read_text(encoding="utf-8")
-    assert (DOCS / shown).is_file(), f"run `python docs/gallery.py {name}`"
+    assert (DOCS / shown).is_file(), f"run `python studies/gallery.py {name}`"
 
 
 def test_a_second_picture_of_the_wiring_in_one_process_has_the_same_bytes():

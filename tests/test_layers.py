@@ -174,7 +174,7 @@ def test_the_layers_have_no_cycle():
         ("analysis.replay.planted", "from drake_navbench.inputs.robot import Robot"),
         ("campaign.planted", "from drake_navbench import run"),
         ("trial.planted", "from . import spec"),
-        ("trial.planted", "import drake_navbench.gymnasium_environment.tasks"),
+        ("trial.planted", "import drake_navbench.studies.gymnasium.tasks"),
     ],
 )
 def test_an_import_against_the_layers_is_found_with_its_line(module, line, tmp_path):

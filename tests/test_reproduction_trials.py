@@ -9,12 +9,12 @@ import pyarrow.parquet as pq
 import pytest
 
 from drake_navbench import run_benchmark, run_trial
-from drake_navbench.analysis import published
-from drake_navbench.analysis.concordance import concordance, published_orderings
-from drake_navbench.analysis.judgement import Verdict, judge_all
-from drake_navbench.analysis.lineups import PUBLISHED_SETTINGS
-from drake_navbench.analysis.published_cells import compare_numbers, relative_error
 from drake_navbench.analysis.repeats import repeated_cells
+from drake_navbench.analysis.reproduction import published
+from drake_navbench.analysis.reproduction.concordance import concordance, published_orderings
+from drake_navbench.analysis.reproduction.judgement import Verdict, judge_all
+from drake_navbench.analysis.reproduction.lineups import PUBLISHED_SETTINGS
+from drake_navbench.analysis.reproduction.published_cells import compare_numbers, relative_error
 
 PAGE = Path(__file__).parents[1] / "docs" / "reproduction.md"
 TRIALS = 2

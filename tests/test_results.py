@@ -6,10 +6,11 @@ from pathlib import Path
 
 import pytest
 
+from drake_navbench.commands.report import main as report_main
+from drake_navbench.commands.run import main as run_main
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.named_files import NamedFiles
-from drake_navbench.report import main as report_main
-from drake_navbench.results import (
+from drake_navbench.logs.results import (
     ResultsFolder,
     file_name,
     only_run_in,
@@ -17,7 +18,6 @@ from drake_navbench.results import (
     require_writable,
     write_text,
 )
-from drake_navbench.run import main as run_main
 
 TOO_LONG = "n" * 300
 

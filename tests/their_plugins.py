@@ -15,7 +15,7 @@ from drake_navbench.navigation.behaviors import Step
 from drake_navbench.navigation.goal_check import GoalCheck
 from drake_navbench.navigation.progress_checkers import ProgressCheck
 from drake_navbench.navigation.smoother import SmootherParameters
-from drake_navbench.plugin_parameters import PluginParameters
+from drake_navbench.plugins.parameters import PluginParameters
 
 
 class DetourParameters(PluginParameters):

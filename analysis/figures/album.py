@@ -38,8 +38,8 @@ from drake_navbench.analysis.metrics.definition import Metric
 from drake_navbench.analysis.metrics.registry import all_metrics
 from drake_navbench.analysis.scenario_analysis import HEADLINE_METRICS
 from drake_navbench.analysis.verdicts import Verdict, is_failed
-from drake_navbench.log import TrialLog
-from drake_navbench.results import file_name
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.results import file_name
 
 
 class FigureChoice(StrEnum):

@@ -29,7 +29,7 @@ from drake_navbench.analysis.metrics.safety import DANGER_DISTANCE_M
 from drake_navbench.analysis.metrics.signals import Array, column, is_carried, positions
 from drake_navbench.analysis.numbers import typeset
 from drake_navbench.analysis.verdicts import is_failed
-from drake_navbench.log import TrialLog
+from drake_navbench.logs.log import TrialLog
 
 Logs = Mapping[str, Sequence[TrialLog]]
 BOX_COLUMNS = 3

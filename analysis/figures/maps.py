@@ -27,7 +27,7 @@ from drake_navbench.analysis.metrics.safety import obstacle_outlines
 from drake_navbench.analysis.metrics.signals import Array, positions, stretches
 from drake_navbench.analysis.moving import is_there, movers_of
 from drake_navbench.kernels.poses import place_outline
-from drake_navbench.log import TrialLog
+from drake_navbench.logs.log import TrialLog
 
 MARGIN_M = 0.6
 MAX_HEIGHT_IN, MIN_HEIGHT_IN, WIDTH_IN = 6.0, 1.8, 7.2

@@ -39,7 +39,7 @@ from drake_navbench.analysis.metrics.signals import (
     motion,
     times,
 )
-from drake_navbench.log import Outcome, TrialLog
+from drake_navbench.logs.log import Outcome, TrialLog
 
 Line = dict[str, Any]
 

@@ -19,7 +19,7 @@ from matplotlib.lines import Line2D
 from matplotlib.transforms import ScaledTranslation
 
 from drake_navbench.analysis.colors import controller_color
-from drake_navbench.results import write_whole
+from drake_navbench.logs.results import write_whole
 
 SVG, PNG = ".svg", ".png"
 SUFFIXES = (SVG, PNG)

@@ -9,7 +9,7 @@ import numpy as np
 from drake_navbench.analysis.metrics.definition import Undefined
 from drake_navbench.analysis.metrics.signals import Array
 from drake_navbench.kernels.footprint import circle_footprint
-from drake_navbench.log import TrialLog
+from drake_navbench.logs.log import TrialLog
 
 # Wheels with tyres on a hard floor, for logs whose robot does not tell.
 ROLLING_RESISTANCE_RATIO = 0.015

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from drake_navbench.analysis.metrics.definition import Undefined, metric
 from drake_navbench.analysis.metrics.signals import Array, column, lateral_velocity, motion, times
-from drake_navbench.log import TrialLog
+from drake_navbench.logs.log import TrialLog
 
 # Shorter peaks are those of the simulator's motor, not felt as a push.
 SUSTAINED_S = 0.1

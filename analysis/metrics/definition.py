@@ -10,7 +10,7 @@ from enum import StrEnum
 from typing import NamedTuple
 
 from drake_navbench.errors import one_line
-from drake_navbench.log import TrialLog
+from drake_navbench.logs.log import TrialLog
 
 
 class Better(StrEnum):

@@ -17,7 +17,7 @@ from drake_navbench.analysis.moving import movers_of
 from drake_navbench.inputs.world import World
 from drake_navbench.kernels.least_gap import Surroundings, least_gap
 from drake_navbench.kernels.swept_contact import pose_within_step
-from drake_navbench.log import TrialLog
+from drake_navbench.logs.log import TrialLog
 
 # Of times.
 ROUNDING_S = 1e-9

@@ -17,7 +17,7 @@ from drake_navbench.analysis.metrics.signals import (
     times,
 )
 from drake_navbench.kernels.path_geometry import path_length
-from drake_navbench.log import Outcome, TrialLog
+from drake_navbench.logs.log import Outcome, TrialLog
 
 GAVE_UP = (Outcome.ABORTED, Outcome.ERROR)
 

@@ -13,7 +13,7 @@ from drake_navbench.analysis.metrics.signals import Array, column, lateral_veloc
 from drake_navbench.analysis.moving import Movers, movers_of
 from drake_navbench.kernels.moving_bodies import clearances_of_bodies
 from drake_navbench.kernels.moving_collision_time import time_to_moving_contact
-from drake_navbench.log import Outcome, TrialLog
+from drake_navbench.logs.log import Outcome, TrialLog
 
 LOOK_PERIOD_S = 0.1
 # Of the velocity of a body: the way that it goes until the next look.

@@ -22,7 +22,7 @@ from drake_navbench.analysis.moving import is_there, movers_of
 from drake_navbench.inputs.moving import Bodies
 from drake_navbench.kernels.moving_bodies import clearances_of_bodies
 from drake_navbench.kernels.poses import place_outline
-from drake_navbench.log import TrialLog
+from drake_navbench.logs.log import TrialLog
 
 # Who are farther from their middle are not together at the time.
 TOGETHER_M = 3.6

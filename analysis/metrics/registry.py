@@ -9,8 +9,8 @@ from types import ModuleType
 
 from drake_navbench.analysis.metrics.definition import Measurement, Metric
 from drake_navbench.errors import InputError, InputWarning
-from drake_navbench.log import TrialLog
-from drake_navbench.plugins import PluginKind
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.plugins.kinds import PluginKind
 
 METRICS = PluginKind(noun="metric", group="drake_navbench.metrics", guide="docs/metrics.md")
 # The order of the catalogue and of the columns; a user's themes follow by name.

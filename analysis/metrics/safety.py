@@ -24,7 +24,7 @@ from drake_navbench.analysis.metrics.standing import edges_within, shapes_of
 from drake_navbench.inputs.world import World
 from drake_navbench.kernels.outline_distance import outline_to_circles
 from drake_navbench.kernels.swept_contact import clearance_at
-from drake_navbench.log import TrialLog
+from drake_navbench.logs.log import TrialLog
 
 # A hand's breadth and a bit on each side of a chair: what a passenger reads as "close".
 DANGER_DISTANCE_M = 0.25

@@ -11,7 +11,7 @@ from scipy.signal import savgol_filter
 
 from drake_navbench.analysis.metrics.definition import Undefined
 from drake_navbench.kernels.path_geometry import path_length
-from drake_navbench.log import TrialLog
+from drake_navbench.logs.log import TrialLog
 
 Array = NDArray[np.float64]
 

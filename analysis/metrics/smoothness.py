@@ -15,7 +15,7 @@ from drake_navbench.analysis.metrics.signals import (
     rms,
     sign_changes,
 )
-from drake_navbench.log import TrialLog
+from drake_navbench.logs.log import TrialLog
 
 SPECTRUM_CUT_HZ = 10.0
 SPECTRUM_THRESHOLD_RATIO = 0.05

@@ -29,7 +29,7 @@ from drake_navbench.analysis.metrics.signals import (
 from drake_navbench.analysis.moving import movers_of
 from drake_navbench.kernels.poses import place_outline
 from drake_navbench.kernels.social_force import social_force
-from drake_navbench.log import Outcome, TrialLog
+from drake_navbench.logs.log import Outcome, TrialLog
 
 # Of the social force, in HuNavSim's evaluation.
 SOCIAL_FACTOR = 2.1

@@ -7,7 +7,7 @@ from pydantic import TypeAdapter
 
 from drake_navbench.analysis.metrics.signals import Array
 from drake_navbench.inputs.world import Obstacle
-from drake_navbench.log import TrialLog
+from drake_navbench.logs.log import TrialLog
 
 
 def shapes_of(log: TrialLog) -> list[Obstacle]:

@@ -30,7 +30,7 @@ from drake_navbench.analysis.metrics.signals import (
 )
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.path_geometry import path_length
-from drake_navbench.log import Outcome, TrialLog
+from drake_navbench.logs.log import Outcome, TrialLog
 
 # Less is no progress: the edge of a usual costmap's cell.
 STALL_DISTANCE_M = 0.05

@@ -22,8 +22,8 @@ from drake_navbench.analysis.replay.stage import (
     frames_until,
     spaced_in_time,
 )
-from drake_navbench.log import TrialLog
-from drake_navbench.logged_scans import Scan
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.scans import Scan
 
 Array = NDArray[np.float64]
 

@@ -8,7 +8,7 @@ from drake_navbench.analysis.replay.ground_texture import textured_square
 from drake_navbench.analysis.replay.moving import on_floor
 from drake_navbench.analysis.replay.odometry_frame import world_from_odometry
 from drake_navbench.analysis.replay.stage import Stage, frame_of, spaced_in_time
-from drake_navbench.log import TrialLog
+from drake_navbench.logs.log import TrialLog
 
 COSTMAP_COLOR = Rgba(0.86, 0.35, 0.16, 1.0)
 # One texture takes about 5 kB of the page.

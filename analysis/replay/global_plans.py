@@ -11,7 +11,7 @@ from pydrake.geometry import Rgba
 from drake_navbench.analysis.replay.flat_meshes import dashes
 from drake_navbench.analysis.replay.stage import Stage, frame_of, spaced_in_time
 from drake_navbench.kernels.path_geometry import path_length
-from drake_navbench.plans import Plan
+from drake_navbench.logs.plans import Plan
 
 PLAN_PATH = "/plan"
 PLAN_COLOR = Rgba(0.15, 0.16, 0.20, 1.0)

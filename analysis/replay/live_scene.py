@@ -40,7 +40,7 @@ from drake_navbench.analysis.replay.scene import (
 from drake_navbench.analysis.replay.stage import Stage
 from drake_navbench.inputs.world import World
 from drake_navbench.kernels.poses import inverse
-from drake_navbench.moment import Moment
+from drake_navbench.logs.moment import Moment
 
 COSTMAP_PATH, PREDICTION_PATH = "/local_costmap", "/prediction"
 # What is drawn anew as a whole is so less often than the robot moves.

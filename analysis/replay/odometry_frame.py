@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.kernels.poses import carrier_pose, place_outline
-from drake_navbench.log import ODOMETRY_COLUMNS, TrialLog
+from drake_navbench.logs.log import ODOMETRY_COLUMNS, TrialLog
 
 Array = NDArray[np.float64]
 Cycle = tuple[float, Mapping[str, Any]]

@@ -10,7 +10,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 from drake_navbench.analysis.replay.moving import on_floor
 from drake_navbench.analysis.replay.stage import Stage, frames_until
 from drake_navbench.inputs.people import HIP_HALF_WIDTH_M, HIP_HEIGHT_M, foot_offsets_m
-from drake_navbench.log import TrialLog
+from drake_navbench.logs.log import TrialLog
 
 Array = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ from drake_navbench.controllers.critic_parameters import CriticBlock, Parameters
 from drake_navbench.controllers.dwb.critics.base import CriticParameters
 from drake_navbench.controllers.dwb.critics.registry import CRITICS, bare_name
 from drake_navbench.errors import nearest_name_hint
-from drake_navbench.plugins import PluginKind
+from drake_navbench.plugins.kinds import PluginKind
 from drake_navbench.typed_files.quantities import (
     Acceleration,
     Angle,

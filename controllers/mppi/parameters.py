@@ -13,7 +13,7 @@ from drake_navbench.controller import NEWEST_RELEASE, RELEASE_FIELD, AskedSpeeds
 from drake_navbench.controllers.critic_parameters import CriticBlock, ParametersWithCritics
 from drake_navbench.controllers.mppi.critics.base import CriticParameters
 from drake_navbench.controllers.mppi.critics.registry import CRITICS
-from drake_navbench.plugins import PluginKind
+from drake_navbench.plugins.kinds import PluginKind
 from drake_navbench.typed_files.quantities import (
     Acceleration,
     Angle,

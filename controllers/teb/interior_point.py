@@ -21,7 +21,7 @@ from drake_navbench.controllers.teb.curvature import (
     band_positions,
 )
 from drake_navbench.controllers.teb.objective import Weights, band_objective
-from drake_navbench.controllers.teb_band_cholesky import BANDWIDTH, factorise, substitute
+from drake_navbench.kernels.band_cholesky import BANDWIDTH, factorise, substitute
 from drake_navbench.kernels.barrier import barrier_terms, next_multiplier, share_to_bounds
 
 Array = NDArray[np.float64]

@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 
 from drake_navbench.controller import AskedSpeeds, ControllerParameters, ControllerSetup
 from drake_navbench.controllers.teb.discs import footprint_discs, line_discs
-from drake_navbench.controllers.teb_footprint import FootprintModel, FootprintType
+from drake_navbench.controllers.teb.footprint_model import FootprintModel, FootprintType
 from drake_navbench.typed_files.quantities import (
     Acceleration,
     Angle,

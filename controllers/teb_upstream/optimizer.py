@@ -14,7 +14,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from drake_navbench.controllers.teb_band_cholesky import BANDWIDTH, factorise, substitute
 from drake_navbench.controllers.teb_upstream.association import Association, attach
 from drake_navbench.controllers.teb_upstream.band import resize
 from drake_navbench.controllers.teb_upstream.normal_equations import (
@@ -27,6 +26,7 @@ from drake_navbench.controllers.teb_upstream.normal_equations import (
     System,
 )
 from drake_navbench.controllers.teb_upstream.penalties import Surroundings, Terms, add_edges
+from drake_navbench.kernels.band_cholesky import BANDWIDTH, factorise, substitute
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 from pydantic import Field, model_validator
 
 from drake_navbench.controller import AskedSpeeds, ControllerParameters
-from drake_navbench.controllers.teb_footprint import FootprintModel, footprint_of_original
+from drake_navbench.controllers.teb.footprint_model import FootprintModel, footprint_of_original
 from drake_navbench.typed_files.quantities import (
     Acceleration,
     Angle,

@@ -9,12 +9,12 @@ from collections.abc import Sequence
 from drake_navbench.campaign.request import Request
 from drake_navbench.errors import InputError, printable
 from drake_navbench.inputs.controller_file import names_file
-from drake_navbench.inputs.nav2_check import WIDTH
-from drake_navbench.inputs.nav2_robot import Nav2Setup
-from drake_navbench.inputs.nav2_substitutions import read_assignments
 from drake_navbench.inputs.presets import preset_files
 from drake_navbench.inputs.scenario import SCENARIO_FILES
 from drake_navbench.inputs.task_check import warn_of_rotation
+from drake_navbench.nav2.check import WIDTH
+from drake_navbench.nav2.robot import Nav2Setup
+from drake_navbench.nav2.substitutions import read_assignments
 from drake_navbench.trial.column_controller import check_controller
 from drake_navbench.typed_files.typed_yaml import validate
 

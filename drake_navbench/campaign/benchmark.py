@@ -44,10 +44,10 @@ from drake_navbench.errors import NavbenchError, printable
 from drake_navbench.inputs.presets import Preset, resolved_parameters
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.inputs.speed_check import lines_of
-from drake_navbench.log import Outcome
+from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.results import ResultsFolder, only_run_in, require_writable
 from drake_navbench.processes import cache_folder
 from drake_navbench.processes.machine import available_cores
-from drake_navbench.results import ResultsFolder, only_run_in, require_writable
 from drake_navbench.trial.trial import DEFAULT_ROBOT
 from drake_navbench.typed_files.typed_yaml import validate
 
@@ -70,7 +70,7 @@ def run_benchmark(
 
     The arguments are those of the command line; several controllers may be one string with commas,
     as there. `out` keeps the logs in a new folder, of which
-    `python -m drake_navbench.report` makes a report; `--resume` goes on with it unless a
+    `python -m drake_navbench report` makes a report; `--resume` goes on with it unless a
     Preset or Scenario was given, which a manifest cannot name. Raises InputError where one is
     wrong, NavbenchError where trials came to no end by something that they did not do.
     """

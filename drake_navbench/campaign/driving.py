@@ -15,11 +15,11 @@ from drake_navbench.campaign.cluster_connection import ClusterPlace, connected
 from drake_navbench.campaign.trial_tasks import TRIALS_PER_WORKER, Row, table_row, trial_task
 from drake_navbench.campaign.warm_up import start_worker_server
 from drake_navbench.errors import EndedFromOutside, InputError
-from drake_navbench.log import Outcome, TrialLog
+from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.processes.fingerprint import Fingerprint
 from drake_navbench.processes.worker_process import Raised, Returned
 from drake_navbench.processes.workers import Died, Ending, run_tasks
-from drake_navbench.results import ResultsFolder
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import NotDriven, log_of_ending
 

@@ -12,7 +12,7 @@ from drake_navbench.analysis.replay.scene import goal_tolerance_m
 from drake_navbench.analysis.replay.stage import make_meshcat, without_late_texture_warnings
 from drake_navbench.campaign.campaign import Campaign
 from drake_navbench.campaign.live_server import LiveServer
-from drake_navbench.log import Outcome
+from drake_navbench.logs.log import Outcome
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import simulate
 

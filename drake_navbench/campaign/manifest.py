@@ -17,9 +17,9 @@ from drake_navbench.campaign.campaign import Campaign
 from drake_navbench.campaign.request import Request
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import as_yaml
+from drake_navbench.logs.results import ResultsFolder, file_name, remove_unfinished, write_text
 from drake_navbench.processes.fingerprint import Fingerprint
 from drake_navbench.processes.machine import circumstances
-from drake_navbench.results import ResultsFolder, file_name, remove_unfinished, write_text
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 
 PACKAGES_IN_MANIFEST = ("drake", "numba", "numpy", "pandas", "pyarrow", "scipy")

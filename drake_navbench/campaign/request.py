@@ -12,15 +12,15 @@ from drake_navbench.campaign.campaign import Campaign, plan_campaign
 from drake_navbench.campaign.sweep import MAX_POINTS
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.barn import barn_scenarios
-from drake_navbench.inputs.nav2_check import Check, CheckRow, Status
-from drake_navbench.inputs.nav2_release import Release
-from drake_navbench.inputs.nav2_robot import Nav2Setup, read_nav2_files
 from drake_navbench.inputs.originals_beside import with_originals
-from drake_navbench.inputs.parameter_files import load_parameter_file
 from drake_navbench.inputs.presets import Preset, default_presets
 from drake_navbench.inputs.robot import Robot, load_robot
 from drake_navbench.inputs.scenario import Pose, Scenario, scenario_on_map
-from drake_navbench.parameter_names import flattened
+from drake_navbench.nav2.check import Check, CheckRow, Status
+from drake_navbench.nav2.parameter_files import load_parameter_file
+from drake_navbench.nav2.release import Release
+from drake_navbench.nav2.robot import Nav2Setup, read_nav2_files
+from drake_navbench.plugins.names import flattened
 from drake_navbench.trial.goal_sampling import sample_tasks
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 

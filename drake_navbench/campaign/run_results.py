@@ -10,8 +10,8 @@ import pandas as pd
 
 from drake_navbench.analysis.notebook import ReplayPage, model_of
 from drake_navbench.errors import InputError, nearest_name_hint
-from drake_navbench.log import TrialLog
-from drake_navbench.results import ResultsFolder, write_whole
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.results import ResultsFolder, write_whole
 
 
 class Results:

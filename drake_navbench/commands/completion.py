@@ -10,7 +10,7 @@ import argparse
 from collections.abc import Sequence
 from importlib import import_module
 
-from drake_navbench.command_line import EXIT_DONE, CommandParser, print_text
+from drake_navbench.commands.command_line import EXIT_DONE, CommandParser, print_text
 
 PROGRAM = "drake-navbench"
 SHELLS = ("bash", "zsh", "tcsh")

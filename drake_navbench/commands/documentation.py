@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from drake_navbench.analysis.catalogue import catalogue
-from drake_navbench.command_line import CommandParser, exit_status_of
+from drake_navbench.commands.command_line import CommandParser, exit_status_of
 from drake_navbench.commands.field_table import robots_page
 from drake_navbench.commands.plugin_page import DATA_FILE, plugin_page, read_plugins
 from drake_navbench.errors import InputError
@@ -32,16 +32,16 @@ from drake_navbench.inputs.scenario import (
     load_scenario,
 )
 from drake_navbench.inputs.world import World
-from drake_navbench.log import (
+from drake_navbench.logs.costmaps import COSTMAP_COLUMNS
+from drake_navbench.logs.log import (
     COLUMNS,
     LATERAL_COLUMNS,
     MISSION_COLUMNS,
     ODOMETRY_COLUMNS,
     SCHEMA_VERSION,
 )
-from drake_navbench.logged_costmaps import COSTMAP_COLUMNS
-from drake_navbench.logged_people import PEOPLE_COLUMNS
-from drake_navbench.plans import PLAN_COLUMNS
+from drake_navbench.logs.people import PEOPLE_COLUMNS
+from drake_navbench.logs.plans import PLAN_COLUMNS
 from drake_navbench.trial.column_controller import controller_setup
 from drake_navbench.trial.diagram import build_trial_diagram
 from drake_navbench.trial.spec import FollowPlan

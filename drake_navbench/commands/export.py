@@ -10,7 +10,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from drake_navbench.command_line import CommandParser, exit_status_of, positive_number
+from drake_navbench.commands.command_line import CommandParser, exit_status_of, positive_number
 
 
 def build_parser() -> argparse.ArgumentParser:

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from drake_navbench.command_line import CommandParser, exit_status_of
+from drake_navbench.commands.command_line import CommandParser, exit_status_of
 from drake_navbench.errors import InputError, as_line
 
 if TYPE_CHECKING:
@@ -75,8 +75,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _import(arguments: argparse.Namespace) -> None:
+    from drake_navbench.logs.results import ResultsFolder
     from drake_navbench.recordings.import_bags import ImportRequest, fit_path, import_recordings
-    from drake_navbench.results import ResultsFolder
 
     request = ImportRequest(
         robot=arguments.robot,

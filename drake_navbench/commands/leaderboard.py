@@ -10,7 +10,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from drake_navbench.command_line import CommandParser, exit_status_of, positive_number
+from drake_navbench.commands.command_line import CommandParser, exit_status_of, positive_number
 
 EPILOG = """\
 a suite is a YAML file with name, version, scenarios, trials, robot, and seeds

@@ -11,7 +11,12 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-from drake_navbench.command_line import CommandParser, exit_status_of, listed_names, positive_number
+from drake_navbench.commands.command_line import (
+    CommandParser,
+    exit_status_of,
+    listed_names,
+    positive_number,
+)
 from drake_navbench.errors import printable
 
 EPILOG = """\

@@ -13,7 +13,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from drake_navbench.command_line import (
+from drake_navbench.commands.command_line import (
     EXIT_DONE,
     EXIT_FAILED,
     EXIT_WRONG_INPUT,
@@ -31,7 +31,7 @@ DRIVING = ("scenarios", "trials", "flags", "noise", "robot", "seed", "jobs", "ou
 EXITS = {"GREEN": EXIT_DONE, "RED": EXIT_FAILED, "NOT_JUDGED": EXIT_WRONG_INPUT}
 
 if TYPE_CHECKING:
-    from drake_navbench.side_by_side.gate import GateResult
+    from drake_navbench.studies.side_by_side.gate import GateResult
 
 EPILOG = """\
 Trials of equal seed are paired. A trial that ends as an error, or is missing,
@@ -120,8 +120,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _gate(arguments: argparse.Namespace) -> int:
     from drake_navbench.analysis.paired_text import lost_lines, sentence, undecided_sentence
-    from drake_navbench.results import write_text
-    from drake_navbench.side_by_side import gate, gate_report
+    from drake_navbench.logs.results import write_text
+    from drake_navbench.studies.side_by_side import gate, gate_report
 
     say = partial(print, file=sys.stderr, flush=True)
 
@@ -160,8 +160,8 @@ def _gate(arguments: argparse.Namespace) -> int:
 def _driven(arguments: argparse.Namespace, tell: Callable[[str], None]) -> GateResult:
     """Drives the trials with the two builds and returns the result."""
     from drake_navbench.native.builds import FlagSet, NoiseSource
-    from drake_navbench.side_by_side import gate
-    from drake_navbench.side_by_side.gate_builds import build_of, left_out_changes
+    from drake_navbench.studies.side_by_side import gate
+    from drake_navbench.studies.side_by_side.gate_builds import build_of, left_out_changes
     from drake_navbench.trial.trial import DEFAULT_ROBOT
 
     noise = arguments.noise and NoiseSource(arguments.noise)
@@ -197,7 +197,7 @@ def _driven(arguments: argparse.Namespace, tell: Callable[[str], None]) -> GateR
 
 def _show_worst(result: GateResult, folder: Path | None, say: partial[None]) -> None:
     from drake_navbench.commands.replay import render
-    from drake_navbench.side_by_side.gate_report import worst_logs
+    from drake_navbench.studies.side_by_side.gate_report import worst_logs
 
     logs = worst_logs(result)
     if logs is None:

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-from drake_navbench.command_line import (
+from drake_navbench.commands.command_line import (
     CommandParser,
     exit_status_of,
     listed_names,
@@ -63,11 +63,11 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _compare(arguments: argparse.Namespace) -> None:
+    from drake_navbench.logs.results import write_text
     from drake_navbench.native.builds import find_build
-    from drake_navbench.results import write_text
-    from drake_navbench.side_by_side.parity import compare_port, ports_in
-    from drake_navbench.side_by_side.parity_page import to_markdown
-    from drake_navbench.side_by_side.planner_parity import compare_planners
+    from drake_navbench.studies.side_by_side.parity import compare_port, ports_in
+    from drake_navbench.studies.side_by_side.parity_page import to_markdown
+    from drake_navbench.studies.side_by_side.planner_parity import compare_planners
 
     def tell(line: str) -> None:
         print(printable(line), file=sys.stderr, flush=True)

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
-from drake_navbench.command_line import CommandParser, exit_status_of
+from drake_navbench.commands.command_line import CommandParser, exit_status_of
 from drake_navbench.errors import InputError, one_line
 
 
@@ -68,8 +68,8 @@ def render(log_path: Path, path: Path, model: Path | None) -> None:
     from pydantic import ValidationError
 
     from drake_navbench.analysis.replay import write_trial_replay
-    from drake_navbench.log import TrialLog
-    from drake_navbench.results import ResultsFolder, write_whole
+    from drake_navbench.logs.log import TrialLog
+    from drake_navbench.logs.results import ResultsFolder, write_whole
 
     log = TrialLog.read(log_path)
     if log.samples.empty:

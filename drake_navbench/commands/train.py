@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from drake_navbench.command_line import (
+from drake_navbench.commands.command_line import (
     PERCENT,
     CommandParser,
     exit_status_of,
@@ -19,7 +19,7 @@ from drake_navbench.errors import InputError
 from drake_navbench.processes.workers import BLAS_THREAD_VARIABLES
 
 if TYPE_CHECKING:
-    from drake_navbench.gymnasium_environment.training import Progress
+    from drake_navbench.studies.gymnasium.training import Progress
 
 DEFAULT_STEPS = 400_000
 EVALUATION_EPISODES = 200
@@ -64,7 +64,7 @@ def _train(arguments: argparse.Namespace) -> None:
         import gymnasium  # noqa: F401
     except ImportError as error:
         raise InputError("gymnasium is not installed; pip install 'drake-navbench[gym]'") from error
-    from drake_navbench.gymnasium_environment.training import (
+    from drake_navbench.studies.gymnasium.training import (
         TrainingSettings,
         success_rate_of_file,
         train_into_file,

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-from drake_navbench.command_line import (
+from drake_navbench.commands.command_line import (
     CommandParser,
     exit_status_of,
     listed_names,
@@ -144,8 +144,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _tune(arguments: argparse.Namespace, command: str) -> None:
     from drake_navbench.processes.machine import available_cores
-    from drake_navbench.tuning.request import TuningRequest
-    from drake_navbench.tuning.tune import tune
+    from drake_navbench.studies.tuning.request import TuningRequest
+    from drake_navbench.studies.tuning.tune import tune
 
     request = TuningRequest(
         preset=arguments.preset,

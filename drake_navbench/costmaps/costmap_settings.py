@@ -15,8 +15,8 @@ from drake_navbench.costmaps.grid_size import require_grid_size
 from drake_navbench.costmaps.layer_plugin import COSTMAP_LAYERS
 from drake_navbench.costmaps.observation_source import ObservationSourceSettings
 from drake_navbench.errors import InputError, nearest_name_hint
-from drake_navbench.plugin_parameters import PluginBlocks
-from drake_navbench.plugins import PluginKind
+from drake_navbench.plugins.kinds import PluginKind
+from drake_navbench.plugins.parameters import PluginBlocks
 from drake_navbench.typed_files.quantities import CellSize, Count, Frequency, Length, Number
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 

@@ -18,9 +18,9 @@ from pydantic import Field
 from drake_navbench.costmaps.sensor import RangeSensor
 from drake_navbench.kernels.grid import Grid
 from drake_navbench.kernels.inflation import CellWindow
-from drake_navbench.logged_scans import Scan
-from drake_navbench.plugin_parameters import PluginParameters
-from drake_navbench.plugins import PluginKind
+from drake_navbench.logs.scans import Scan
+from drake_navbench.plugins.kinds import PluginKind
+from drake_navbench.plugins.parameters import PluginParameters
 
 if TYPE_CHECKING:
     from drake_navbench.costmaps.point_cloud import PointCloud

@@ -28,7 +28,7 @@ from drake_navbench.costmaps.sensor import RangeSensor
 from drake_navbench.kernels.grid import FREE, NO_INFORMATION, Costmap, Grid
 from drake_navbench.kernels.inflation import CellWindow
 from drake_navbench.kernels.layer_grid import rolled_origin
-from drake_navbench.logged_scans import Scan
+from drake_navbench.logs.scans import Scan
 from drake_navbench.typed_files.immutable import Immutable
 
 Costs = NDArray[np.uint8]

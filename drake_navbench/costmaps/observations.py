@@ -20,7 +20,7 @@ from drake_navbench.costmaps.point_cloud import PointCloud
 from drake_navbench.costmaps.sensor import RangeSensor
 from drake_navbench.kernels.observation import Observation
 from drake_navbench.kernels.obstacle_layer import scan_points
-from drake_navbench.logged_scans import Scan
+from drake_navbench.logs.scans import Scan
 
 Reading = TypeVar("Reading")
 Buffer = tuple[tuple[float, Reading], ...]

@@ -17,7 +17,7 @@ from drake_navbench.navigation.goal_checkers import GOAL_CHECKERS
 from drake_navbench.navigation.planner_settings import PLANNERS
 from drake_navbench.navigation.progress_checkers import PROGRESS_CHECKERS
 from drake_navbench.navigation.smoother_settings import SMOOTHERS
-from drake_navbench.plugins import Origin, PluginKind, foreign_plugins
+from drake_navbench.plugins.kinds import Origin, PluginKind, foreign_plugins
 
 # Of the plugins of a robot and a scenario.
 KINDS = (

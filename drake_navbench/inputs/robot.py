@@ -28,8 +28,8 @@ from drake_navbench.inputs.named_files import NamedFiles
 from drake_navbench.inputs.navigation_settings import NavigationSettings
 from drake_navbench.inputs.timing import TimingSettings
 from drake_navbench.kernels.footprint import circle_footprint, footprint_radii, pad_footprint
-from drake_navbench.plugin_parameters import normalized
-from drake_navbench.plugins import foreign_plugins
+from drake_navbench.plugins.kinds import foreign_plugins
+from drake_navbench.plugins.parameters import normalized
 from drake_navbench.typed_files.quantities import (
     Length,
     Mass,

@@ -19,8 +19,8 @@ from pydantic import Field
 from drake_navbench.kernels.angles import wrap
 from drake_navbench.kernels.footprint import footprint_cost
 from drake_navbench.kernels.grid import LETHAL, OFF_MAP, Costmap, cost_at
-from drake_navbench.plugin_parameters import PluginBlocks, PluginParameters
-from drake_navbench.plugins import PluginKind
+from drake_navbench.plugins.kinds import PluginKind
+from drake_navbench.plugins.parameters import PluginBlocks, PluginParameters
 from drake_navbench.typed_files.quantities import (
     Acceleration,
     AngularAcceleration,

@@ -6,12 +6,12 @@ from typing import Any
 
 from drake_navbench.navigation.goal_check import GoalChecker
 from drake_navbench.navigation.goal_checkers import GOAL_CHECKERS, SimpleGoalChecker
-from drake_navbench.navigation.plugin_choice import plugin_choice
 from drake_navbench.navigation.progress_checkers import (
     PROGRESS_CHECKERS,
     ProgressChecker,
     SimpleProgressChecker,
 )
+from drake_navbench.plugins.choice import plugin_choice
 
 GoalCheckerSettings = plugin_choice(GOAL_CHECKERS, SimpleGoalChecker.nav2_plugin)
 """Parameters of a goal checker; without `plugin`, of the SimpleGoalChecker."""

@@ -23,8 +23,8 @@ from drake_navbench.navigation.goal_check import (
     squared_distance,
     stands_still,
 )
-from drake_navbench.plugin_parameters import PluginParameters
-from drake_navbench.plugins import PluginKind
+from drake_navbench.plugins.kinds import PluginKind
+from drake_navbench.plugins.parameters import PluginParameters
 from drake_navbench.typed_files.quantities import Angle, AngularSpeed, Length, Speed
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 

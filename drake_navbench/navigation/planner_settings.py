@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 from drake_navbench.costmaps.costmap_settings import InflationLayerSettings
 from drake_navbench.navigation.navfn_planner import NavfnPlanner
 from drake_navbench.navigation.planner import Planner
-from drake_navbench.navigation.plugin_choice import plugin_choice
 from drake_navbench.navigation.smac_planner_2d import SmacPlanner2D
 from drake_navbench.navigation.smac_planner_hybrid import SmacPlannerHybrid
 from drake_navbench.navigation.straight_line_planner import StraightLine
 from drake_navbench.navigation.theta_star_planner import ThetaStarPlanner
-from drake_navbench.plugin_parameters import PluginParameters
-from drake_navbench.plugins import PluginKind
+from drake_navbench.plugins.choice import plugin_choice
+from drake_navbench.plugins.kinds import PluginKind
+from drake_navbench.plugins.parameters import PluginParameters
 
 PLANNERS = PluginKind(
     noun="planner",

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from drake_navbench.kernels.angles import wrap
-from drake_navbench.plugin_parameters import PluginParameters
-from drake_navbench.plugins import PluginKind
+from drake_navbench.plugins.kinds import PluginKind
+from drake_navbench.plugins.parameters import PluginParameters
 from drake_navbench.typed_files.quantities import Angle, Duration, Length
 from drake_navbench.typed_files.typed_yaml import FrozenModel
 

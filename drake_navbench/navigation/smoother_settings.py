@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 
 from drake_navbench.kernels.grid import Costmap
 from drake_navbench.navigation import savitzky_golay_smoother, simple_smoother
-from drake_navbench.navigation.plugin_choice import plugin_choice
 from drake_navbench.navigation.smoother import Smoother, SmootherParameters, SmoothingError
 from drake_navbench.navigation.smoother_parameters import (
     ConstrainedSmootherParameters,
     SavitzkyGolaySmootherParameters,
     SimpleSmootherParameters,
 )
-from drake_navbench.plugins import PluginKind
+from drake_navbench.plugins.choice import plugin_choice
+from drake_navbench.plugins.kinds import PluginKind
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,8 @@ from importlib.resources import files
 from pathlib import Path
 
 from drake_navbench.errors import InputError, NavbenchError
-from drake_navbench.log import TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.results import ResultsFolder, write_text
 from drake_navbench.processes.worker_process import Raised, Returned
 from drake_navbench.processes.workers import Task, run_tasks, start_server
 from drake_navbench.recordings.bag_file import write_bag
@@ -17,7 +18,6 @@ from drake_navbench.recordings.messages import MessageMaker
 from drake_navbench.recordings.plain_files import TRAJECTORIES, csv_of, plain_paths, tum_of
 from drake_navbench.recordings.rosbags_extra import require_rosbags
 from drake_navbench.recordings.trial_messages import TrialMessages
-from drake_navbench.results import ResultsFolder, write_text
 
 EXPORT_FOLDER = "export"
 # Ready views of the topics, which viewers open by hand.

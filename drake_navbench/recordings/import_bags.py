@@ -15,7 +15,8 @@ from drake_navbench import __version__
 from drake_navbench.costmaps.map_file import OccupancyMap, load_map
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.robot import Robot, load_robot
-from drake_navbench.log import TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.results import ResultsFolder, file_name, only_run_in, write_text
 from drake_navbench.recordings.decoded_messages import Cells
 from drake_navbench.recordings.drive_data import DriveData, drive_data
 from drake_navbench.recordings.drive_fit import DriveFit, as_yaml, fit_drive
@@ -26,7 +27,6 @@ from drake_navbench.recordings.recorded_motion import RecordedMotion, recorded_m
 from drake_navbench.recordings.recorded_tasks import RecordedTask, task_by_hand, tasks_by_status
 from drake_navbench.recordings.recorded_trial import Subject, recorded_trial
 from drake_navbench.recordings.simulation_gap import SimulationGap, simulation_gap
-from drake_navbench.results import ResultsFolder, file_name, only_run_in, write_text
 
 NANOSECONDS = 1e9
 # In the name of a column, behind that of the controller that a bag of ours tells.

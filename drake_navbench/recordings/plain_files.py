@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 
 from drake_navbench.csv_text import csv_text
-from drake_navbench.log import TrialLog
+from drake_navbench.logs.log import TrialLog
 
 # Trajectory -> columns of a log; evo compares the second with the first.
 TRAJECTORIES = {

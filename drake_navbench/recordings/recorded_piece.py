@@ -14,9 +14,9 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from drake_navbench.kernels.grid import LETHAL, Costmap
-from drake_navbench.log import COLUMNS, LATERAL_COLUMNS, UNREPEATABLE_COLUMNS
-from drake_navbench.logged_scans import Scan
-from drake_navbench.plans import Plan
+from drake_navbench.logs.log import COLUMNS, LATERAL_COLUMNS, UNREPEATABLE_COLUMNS
+from drake_navbench.logs.plans import Plan
+from drake_navbench.logs.scans import Scan
 from drake_navbench.recordings.decoded_messages import Beams, Cells, Poses
 from drake_navbench.recordings.heard import Column
 from drake_navbench.recordings.occupancy import costs_from_occupancy

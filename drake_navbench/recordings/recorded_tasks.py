@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_navbench.errors import InputError
-from drake_navbench.log import Outcome
+from drake_navbench.logs.log import Outcome
 from drake_navbench.recordings.heard import Column
 
 Array = NDArray[np.float64]

@@ -24,7 +24,7 @@ from drake_navbench.analysis.moving import is_there, movers_of
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.world import Obstacle, World
 from drake_navbench.kernels.poses import carrier_pose, place_outline
-from drake_navbench.log import ODOMETRY_COLUMNS, UNREPEATABLE_COLUMNS, Outcome, TrialLog
+from drake_navbench.logs.log import ODOMETRY_COLUMNS, UNREPEATABLE_COLUMNS, Outcome, TrialLog
 from drake_navbench.recordings import topics
 from drake_navbench.recordings.messages import (
     LINE_LIST,

@@ -27,7 +27,7 @@ from drake_navbench.kernels.particle_filter import (
     weigh,
 )
 from drake_navbench.kernels.poses import carrier_pose, compose, placed_state
-from drake_navbench.logged_scans import Scan
+from drake_navbench.logs.scans import Scan
 from drake_navbench.navigation.mission import FloorSwitch
 from drake_navbench.noise import NoiseKey, NoiseStream
 from drake_navbench.systems.floor_aware import FloorAware, FloorClock

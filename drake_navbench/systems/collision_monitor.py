@@ -9,7 +9,7 @@ from pydrake.systems.framework import Context, LeafSystem, State
 
 from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.kernels.poses import carrier_pose
-from drake_navbench.logged_scans import Scan
+from drake_navbench.logs.scans import Scan
 from drake_navbench.navigation.collision_monitor import (
     CollisionMonitor,
     CollisionMonitorParameters,

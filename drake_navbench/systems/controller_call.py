@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from drake_navbench.controller import Decision
 from drake_navbench.errors import is_machine_fault
-from drake_navbench.log import as_json
+from drake_navbench.logs.log import as_json
 from drake_navbench.systems.diagnostics import is_array, without_arrays
 from drake_navbench.systems.ports import COMMAND_SIZE
 

@@ -10,6 +10,7 @@ from py_trees.common import Status
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, State
 
+from drake_navbench.logs.plans import Plan
 from drake_navbench.navigation.behavior_tree.board import (
     Blackboard,
     Board,
@@ -33,7 +34,6 @@ from drake_navbench.navigation.behavior_tree.snapshot import (
 from drake_navbench.navigation.mission import MissionFollower
 from drake_navbench.navigation.task import GlobalPlan, TaskState, TaskStatus
 from drake_navbench.navigation.waypoint_follower import Progress, WaypointFollower
-from drake_navbench.plans import Plan
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import STATE_SIZE, declare_object_input, declare_state_part_output
 from drake_navbench.typed_files.immutable import Immutable

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from pydrake.systems.framework import Context, LeafSystem
 
-from drake_navbench.moment import Moment
+from drake_navbench.logs.moment import Moment
 from drake_navbench.systems.lifetime import weakly_bound
 from drake_navbench.systems.ports import (
     POSE_SIZE,

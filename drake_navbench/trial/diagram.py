@@ -23,7 +23,7 @@ from drake_navbench.inputs.timeline import Timeline
 from drake_navbench.inputs.timing import TimingSettings
 from drake_navbench.inputs.world import World
 from drake_navbench.inputs.world_geometry import register_obstacles
-from drake_navbench.moment import Moment
+from drake_navbench.logs.moment import Moment
 from drake_navbench.navigation.checker_settings import make_goal_checker, make_progress_checker
 from drake_navbench.navigation.path_handler import PathHandler
 from drake_navbench.systems.actuators import SlippingWheels

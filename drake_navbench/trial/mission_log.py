@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from drake_navbench.inputs.floors import mission_legs
 from drake_navbench.inputs.scenario import Scenario
-from drake_navbench.log import MISSION_COLUMNS
+from drake_navbench.logs.log import MISSION_COLUMNS
 from drake_navbench.navigation.mission import FloorLeg, MissionProgress
 
 Event = tuple[float, Any]

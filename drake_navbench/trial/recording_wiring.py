@@ -8,7 +8,7 @@ from pydrake.systems.framework import DiagramBuilder, OutputPort
 
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.world import World
-from drake_navbench.moment import Moment
+from drake_navbench.logs.moment import Moment
 from drake_navbench.systems.clearance import Clearance
 from drake_navbench.systems.controller_server import ControllerServer
 from drake_navbench.systems.floor_aware import FloorClock

@@ -25,8 +25,8 @@ from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.inputs.task_check import check_task
 from drake_navbench.kernels.grid import Costmap
-from drake_navbench.log import TrialLog
-from drake_navbench.moment import Moment
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.moment import Moment
 from drake_navbench.processes.worker_process import Returned
 from drake_navbench.processes.workers import Died, Failure, Task, TimedOut, run_tasks, start_server
 from drake_navbench.systems.lifetime import release

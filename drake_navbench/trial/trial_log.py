@@ -14,11 +14,11 @@ from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.recorded_people import RecordedPeople
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.kernels.moving_bodies import FAR_AWAY_M
-from drake_navbench.log import COLUMNS, LATERAL_COLUMNS, ODOMETRY_COLUMNS, Outcome, TrialLog
-from drake_navbench.logged_people import DECIMALS, LoggedPeople
+from drake_navbench.logs.log import COLUMNS, LATERAL_COLUMNS, ODOMETRY_COLUMNS, Outcome, TrialLog
+from drake_navbench.logs.people import DECIMALS, LoggedPeople
+from drake_navbench.logs.plans import Plan, as_logged
 from drake_navbench.navigation.mission import MissionProgress
 from drake_navbench.navigation.task import TaskState, TaskStatus
-from drake_navbench.plans import Plan, as_logged
 from drake_navbench.systems.recorder import Recording
 from drake_navbench.systems.tree_navigator import TreeNavigator
 from drake_navbench.trial.contact_watch import ContactWatch

@@ -8,8 +8,8 @@ from results_folders import write_folder
 
 from drake_navbench.analysis.figures.album import FigureChoice
 from drake_navbench.analysis.report import ReportResult, build_report
-from drake_navbench.log import METADATA_KEY, SCHEMA_VERSION
-from drake_navbench.results import ResultsFolder
+from drake_navbench.logs.log import METADATA_KEY, SCHEMA_VERSION
+from drake_navbench.logs.results import ResultsFolder
 
 
 @pytest.fixture(scope="session")

@@ -8,8 +8,8 @@ import numpy as np
 from scenes import straight_plan
 from synthetic_logs import log_times, make_log
 
-from drake_navbench.log import TrialLog
-from drake_navbench.results import ResultsFolder
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.results import ResultsFolder
 
 CONTROLLERS = ("rpp", "rpp:v=0.4")
 SPEEDS_MPS = {"rpp": 0.5, "rpp:v=0.4": 0.4}

@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 from scenes import WHEELCHAIR, straight_plan
 
-from drake_navbench.log import COLUMNS, LATERAL_COLUMNS, TrialLog
-from drake_navbench.plans import Plan
+from drake_navbench.logs.log import COLUMNS, LATERAL_COLUMNS, TrialLog
+from drake_navbench.logs.plans import Plan
 
 LOG_PERIOD_S = 0.02
 FOOTPRINT = WHEELCHAIR.tolist()

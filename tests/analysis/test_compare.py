@@ -7,10 +7,10 @@ from xml.etree import ElementTree
 import pytest
 from results_folders import write_folder
 
-from drake_navbench import compare as command
 from drake_navbench.analysis import compare
 from drake_navbench.analysis.compare import compare_folders
 from drake_navbench.analysis.paired_tests import DEFAULT_LISTED, Verdict
+from drake_navbench.commands import compare as command
 from drake_navbench.errors import InputError
 
 

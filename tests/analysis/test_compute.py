@@ -8,7 +8,7 @@ import pytest
 from synthetic_logs import log_times, make_log
 
 from drake_navbench.analysis.metrics import Undefined, compute
-from drake_navbench.log import TrialLog
+from drake_navbench.logs.log import TrialLog
 
 
 def log_of_cycles(times_ms):

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 from trial_tables import published_trials, trials
 
-from drake_navbench.analysis.concordance import (
+from drake_navbench.analysis.reproduction.concordance import (
     EXCLUDED_METRICS,
     Ordering,
     ceilings,
@@ -18,7 +18,7 @@ from drake_navbench.analysis.concordance import (
     permutation_baseline,
     published_orderings,
 )
-from drake_navbench.analysis.findings import findings
+from drake_navbench.analysis.reproduction.findings import findings
 from drake_navbench.analysis.tables import PUBLISHED_CONTROLLERS, published_table, published_units
 
 

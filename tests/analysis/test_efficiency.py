@@ -10,7 +10,7 @@ from scenes import straight_plan
 from synthetic_logs import circle_log, log_times, make_log, straight_log
 
 from drake_navbench.analysis.metrics import Undefined, efficiency
-from drake_navbench.plans import Plan
+from drake_navbench.logs.plans import Plan
 
 
 def test_time_to_goal_belongs_to_successes_only():

@@ -43,7 +43,7 @@ from drake_navbench.analysis.metrics import efficiency
 from drake_navbench.analysis.tables import trial_row
 from drake_navbench.analysis.verdicts import verdict
 from drake_navbench.errors import CannotBeWritten
-from drake_navbench.plans import Plan
+from drake_navbench.logs.plans import Plan
 
 
 @pytest.fixture(scope="module")

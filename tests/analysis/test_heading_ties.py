@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from trial_tables import published_trials
 
-from drake_navbench.analysis.heading_ties import heading_ties
-from drake_navbench.analysis.judgement import judge_all
-from drake_navbench.analysis.lineups import PUBLISHED_SETTINGS
+from drake_navbench.analysis.reproduction.heading_ties import heading_ties
+from drake_navbench.analysis.reproduction.judgement import judge_all
+from drake_navbench.analysis.reproduction.lineups import PUBLISHED_SETTINGS
 
 
 def test_numbers_and_findings_that_hang_on_the_rule_are_told():

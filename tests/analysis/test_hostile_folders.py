@@ -16,9 +16,9 @@ from drake_navbench.analysis import folder_analysis
 from drake_navbench.analysis.figures.album import FigureChoice
 from drake_navbench.analysis.figures.style import Look, figure_style, legend_below, new_figure
 from drake_navbench.analysis.report import build_report
+from drake_navbench.commands.report import main
+from drake_navbench.commands.run import main as run_main
 from drake_navbench.errors import InputError
-from drake_navbench.report import main
-from drake_navbench.run import main as run_main
 
 
 @pytest.mark.parametrize("name", ["$\\frac{$", "$x^2$", "_hidden", "a & b <i>", "$"])

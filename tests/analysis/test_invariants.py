@@ -13,8 +13,8 @@ from drake_navbench.analysis.folder_analysis import analyse_folder
 from drake_navbench.analysis.invariants import Violation, violations_of, warnings_of
 from drake_navbench.analysis.report import render
 from drake_navbench.analysis.tables import trial_row
-from drake_navbench.log import TrialLog
-from drake_navbench.results import ResultsFolder
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.results import ResultsFolder
 
 DRIVE = {
     "max_linear_velocity_mps": 0.5,

@@ -10,7 +10,7 @@ from synthetic_logs import straight_log
 
 from drake_navbench.analysis.journey import Deed, deeds_of, legs_of
 from drake_navbench.analysis.report import build_report
-from drake_navbench.results import ResultsFolder
+from drake_navbench.logs.results import ResultsFolder
 
 
 def leg(start_s, end_s, **changes):

@@ -10,8 +10,12 @@ import pandas as pd
 import pytest
 from trial_tables import published_trials, times, trials
 
-from drake_navbench.analysis.findings import findings, is_published_tie, published_values
-from drake_navbench.analysis.judgement import (
+from drake_navbench.analysis.reproduction.findings import (
+    findings,
+    is_published_tie,
+    published_values,
+)
+from drake_navbench.analysis.reproduction.judgement import (
     ALONE,
     INCLUDES_TIE,
     NO_SPREAD,
@@ -20,8 +24,8 @@ from drake_navbench.analysis.judgement import (
     judge,
     judge_all,
 )
-from drake_navbench.analysis.lineups import GOAL_SCENARIOS, LINEUPS, trial_values
-from drake_navbench.analysis.relations import parse_relation
+from drake_navbench.analysis.reproduction.lineups import GOAL_SCENARIOS, LINEUPS, trial_values
+from drake_navbench.analysis.reproduction.relations import parse_relation
 from drake_navbench.analysis.verdicts import NOTHING_RANDOM
 
 RPP_IS_FASTEST = 2  # empty, time_taken, lowest: rpp

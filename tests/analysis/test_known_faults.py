@@ -14,9 +14,9 @@ import pytest
 from scenes import straight_plan
 from synthetic_logs import circle_log, log_times, make_log, straight_log
 
-from drake_navbench.analysis import published
 from drake_navbench.analysis.metrics import Undefined, efficiency, safety, smoothness, tracking
 from drake_navbench.analysis.metrics.registry import all_metrics, measure_all
+from drake_navbench.analysis.reproduction import published
 from drake_navbench.analysis.tables import scenario_table, trial_row
 
 

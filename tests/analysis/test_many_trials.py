@@ -12,8 +12,8 @@ from results_folders import CONTROLLERS, SCENARIOS, write_folder
 from drake_navbench.analysis import many_trials, report_sections
 from drake_navbench.analysis.folder_analysis import analyse_folder
 from drake_navbench.analysis.report import build_report
-from drake_navbench.log import TrialLog
-from drake_navbench.results import ResultsFolder
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.results import ResultsFolder
 
 
 @pytest.fixture

@@ -24,9 +24,9 @@ from drake_navbench.analysis.metrics.tracking import (
     goal_position_error_m,
     plan_progress_ratio,
 )
-from drake_navbench.analysis.published import energy, path_length
+from drake_navbench.analysis.reproduction.published import energy, path_length
 from drake_navbench.analysis.scenario_analysis import read_trials
-from drake_navbench.log import TrialLog
+from drake_navbench.logs.log import TrialLog
 
 # From the start to the lift 0.8 m, from there to the goal 1 m.
 RIDE = {"travel_s": 3.0, "door_s": 1.0}

@@ -13,9 +13,9 @@ from results_folders import CONTROLLERS, SCENARIOS, SEEDS, trial_log, write_mani
 
 from drake_navbench.analysis.figures.album import FigureChoice
 from drake_navbench.analysis.report import REPORT_NAME, build_report
-from drake_navbench.analysis.reproduction import PAGE_NAME
-from drake_navbench.log import TrialLog
-from drake_navbench.results import ResultsFolder
+from drake_navbench.analysis.reproduction.reproduction import PAGE_NAME
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.results import ResultsFolder
 
 TRIALS = tuple(product(SCENARIOS, CONTROLLERS, range(len(SEEDS))))
 # What there is of a trial; no log at all is the commonest.

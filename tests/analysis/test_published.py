@@ -9,10 +9,10 @@ import pytest
 from scenes import straight_plan
 from synthetic_logs import circle_log, log_times, make_log, straight_log
 
-from drake_navbench.analysis import published
 from drake_navbench.analysis.metrics import Undefined
-from drake_navbench.analysis.published import published_metrics, published_samples
-from drake_navbench.plans import Plan
+from drake_navbench.analysis.reproduction import published
+from drake_navbench.analysis.reproduction.published import published_metrics, published_samples
+from drake_navbench.logs.plans import Plan
 
 PERIOD_S = 0.115
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from drake_navbench.analysis.relations import (
+from drake_navbench.analysis.reproduction.relations import (
     Equals,
     Inequality,
     parse_relation,

@@ -21,8 +21,8 @@ from drake_navbench.analysis.replay import write_race_replay, write_trial_replay
 from drake_navbench.analysis.replay.global_plans import PLAN_PATH
 from drake_navbench.analysis.replay.strip import compute_top_ms
 from drake_navbench.inputs.robot import load_robot
-from drake_navbench.log import TrialLog
-from drake_navbench.plans import Plan
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.plans import Plan
 
 MAX_PAGE_BYTES = 6_000_000
 RACERS = ("dwb", "rpp", "teb", "mppi", "mppi_nav2")

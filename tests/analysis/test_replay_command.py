@@ -8,7 +8,7 @@ from replay_logs import replay_log
 
 from drake_navbench.__main__ import main
 from drake_navbench.analysis.worst_trial import worst_trial
-from drake_navbench.results import ResultsFolder
+from drake_navbench.logs.results import ResultsFolder
 
 
 @pytest.fixture(scope="module")

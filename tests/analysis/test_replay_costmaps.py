@@ -14,7 +14,7 @@ from drake_navbench.analysis.replay.costmaps import add_costmaps
 from drake_navbench.analysis.replay.ground_texture import palette, palette_rows, png
 from drake_navbench.analysis.replay.stage import Stage
 from drake_navbench.kernels.grid import FREE, INSCRIBED, LETHAL, NO_INFORMATION
-from drake_navbench.log import UNREPEATABLE_COLUMNS, TrialLog
+from drake_navbench.logs.log import UNREPEATABLE_COLUMNS, TrialLog
 from drake_navbench.trial.trial import run_trial
 
 

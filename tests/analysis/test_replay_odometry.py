@@ -14,8 +14,8 @@ from drake_navbench.analysis.replay.live_scene import COSTMAP_PATH, Course, Live
 from drake_navbench.analysis.replay.odometry_frame import cycles_in_world
 from drake_navbench.analysis.replay.stage import Stage, make_meshcat
 from drake_navbench.inputs.world import World
-from drake_navbench.log import TrialLog
-from drake_navbench.moment import Moment
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.moment import Moment
 
 TURN_RAD = math.pi / 2
 

@@ -14,15 +14,15 @@ import pytest
 from results_folders import trial_log, write_folder, write_manifest
 from synthetic_logs import straight_log
 
-from drake_navbench import report as command
 from drake_navbench.analysis.chart_library import chart_library
 from drake_navbench.analysis.figures.album import FigureChoice
 from drake_navbench.analysis.folder_analysis import analyse_folder
 from drake_navbench.analysis.metrics.definition import Metric
 from drake_navbench.analysis.report import build_report, render
 from drake_navbench.analysis.statistics import Interval
+from drake_navbench.commands import report as command
 from drake_navbench.errors import InputError
-from drake_navbench.results import ResultsFolder
+from drake_navbench.logs.results import ResultsFolder
 
 WALLED = ("walled_in", "empty")
 
@@ -243,7 +243,7 @@ def test_unless_asked_for_only_figures_that_compare_are_drawn(tmp_path):
     }
     text = (path / "report.html").read_text(encoding="utf-8")
     assert text.count("<img") == len(written)
-    assert "python -m drake_navbench.report results --figures all" in text
+    assert "python -m drake_navbench report results --figures all" in text
 
 
 def test_all_figures_are_those_and_the_motion_of_each_controller_as_png_too(reported, text):

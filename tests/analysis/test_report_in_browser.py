@@ -19,7 +19,7 @@ from drake_navbench.analysis.figures.album import FigureChoice
 from drake_navbench.analysis.replay import write_race_replay
 from drake_navbench.analysis.report import build_report
 from drake_navbench.inputs.robot import load_robot
-from drake_navbench.results import ResultsFolder
+from drake_navbench.logs.results import ResultsFolder
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)
 

@@ -10,12 +10,12 @@ import pandas as pd
 import pytest
 from trial_tables import published_trials, times, trials
 
-from drake_navbench.analysis.accounts import account, agreements, shares
-from drake_navbench.analysis.judgement import judge_all
-from drake_navbench.analysis.lineups import LINEUPS, present_lineups, trial_values
-from drake_navbench.analysis.published_cells import compare_numbers, relative_error
-from drake_navbench.analysis.reproduction import findings_table, write_reproduction
-from drake_navbench.analysis.reproduction_page import changed_parameters, command_line
+from drake_navbench.analysis.reproduction.accounts import account, agreements, shares
+from drake_navbench.analysis.reproduction.judgement import judge_all
+from drake_navbench.analysis.reproduction.lineups import LINEUPS, present_lineups, trial_values
+from drake_navbench.analysis.reproduction.page import changed_parameters, command_line
+from drake_navbench.analysis.reproduction.published_cells import compare_numbers, relative_error
+from drake_navbench.analysis.reproduction.reproduction import findings_table, write_reproduction
 from drake_navbench.analysis.tables import STD_HEADING_ERROR, published_table
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import resolved_parameters

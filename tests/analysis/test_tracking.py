@@ -10,7 +10,7 @@ from scenes import straight_plan
 from synthetic_logs import circle_log, log_times, make_log, straight_log
 
 from drake_navbench.analysis.metrics import Undefined, tracking
-from drake_navbench.plans import Plan
+from drake_navbench.logs.plans import Plan
 
 
 def test_projection_finds_the_foot_on_a_bent_line():

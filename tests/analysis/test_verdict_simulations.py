@@ -13,7 +13,7 @@ from paired_tables import METRICS, Law, draw
 
 from drake_navbench.analysis.paired_tests import ALARM_RATE, Judged, Verdict, judge_pairs
 from drake_navbench.analysis.paired_trials import Contest
-from drake_navbench.side_by_side.gate import GateResult, Light, Side
+from drake_navbench.studies.side_by_side.gate import GateResult, Light, Side
 
 pytestmark = pytest.mark.long
 

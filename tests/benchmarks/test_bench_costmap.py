@@ -19,7 +19,7 @@ from drake_navbench.kernels.poses import place_outline
 from drake_navbench.kernels.rasterize import mark_polygon
 from drake_navbench.kernels.ray_casting import cast_rays
 from drake_navbench.kernels.voxel_layer import UNKNOWN_COLUMN, update_voxel_layer, voxel_grid
-from drake_navbench.logged_scans import Scan
+from drake_navbench.logs.scans import Scan
 
 BEAMS = np.linspace(-np.pi, np.pi, 360, endpoint=False)
 FOOTPRINT = circle_footprint(0.3)

@@ -6,7 +6,7 @@ import gymnasium
 import numpy as np
 import pytest
 
-import drake_navbench.gymnasium_environment  # noqa: F401
+import drake_navbench.studies.gymnasium  # noqa: F401
 
 STEPS = 200
 

@@ -5,7 +5,7 @@ from itertools import count
 
 from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.campaign.driving import run_campaign
-from drake_navbench.results import ResultsFolder
+from drake_navbench.logs.results import ResultsFolder
 
 TRIALS = 96
 

@@ -12,12 +12,12 @@ from drake_navbench import run_benchmark
 from drake_navbench.analysis.folder_analysis import analyse_folder
 from drake_navbench.analysis.metrics.registry import unrepeatable_names
 from drake_navbench.campaign.campaign import plan_campaign
+from drake_navbench.commands.run import main
 from drake_navbench.errors import InputError, InputWarning
-from drake_navbench.inputs.parameter_files import load_parameter_file
 from drake_navbench.inputs.presets import load_preset, preset_files
 from drake_navbench.inputs.robot import ROBOT_FILES
-from drake_navbench.log import Outcome
-from drake_navbench.run import main
+from drake_navbench.logs.log import Outcome
+from drake_navbench.nav2.parameter_files import load_parameter_file
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import simulate
 from drake_navbench.typed_files.typed_yaml import read_yaml

@@ -13,17 +13,17 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from drake_navbench import run as command
 from drake_navbench.analysis.metrics.registry import unrepeatable_names
 from drake_navbench.campaign import cluster
 from drake_navbench.campaign.campaign import Campaign, plan_campaign
 from drake_navbench.campaign.cluster import TRIALS_PER_CHUNK, chunks_of
 from drake_navbench.campaign.cluster_connection import ClusterPlace
 from drake_navbench.campaign.driving import run_campaign
-from drake_navbench.log import UNREPEATABLE_COLUMNS, TrialLog
+from drake_navbench.commands import run as command
+from drake_navbench.logs.log import UNREPEATABLE_COLUMNS, TrialLog
+from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.processes.fingerprint import fingerprint
 from drake_navbench.processes.worker_process import Returned
-from drake_navbench.results import ResultsFolder
 
 SCENARIO = "description: nothing in the way\ngoal: [0.6, 0.0, 0.0]\ntimeout_s: 20.0\n"
 PATIENCE_S = 300.0

@@ -13,8 +13,8 @@ import pytest
 from distributed import Client, LocalCluster
 from distributed.security import Security
 
-from drake_navbench import run as command
 from drake_navbench.campaign.cluster_connection import ClusterPlace, connected, require_cluster
+from drake_navbench.commands import run as command
 from drake_navbench.errors import InputError
 
 

@@ -13,10 +13,10 @@ from drake_navbench.campaign import driving, trial_tasks
 from drake_navbench.campaign.campaign import Campaign, plan_campaign
 from drake_navbench.campaign.driving import run_campaign
 from drake_navbench.errors import CannotBeWritten, EndedFromOutside, InputError
-from drake_navbench.log import Outcome, TrialLog
+from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.processes.worker_process import Raised, TaskFailed
 from drake_navbench.processes.workers import Died, TimedOut
-from drake_navbench.results import ResultsFolder
 from drake_navbench.trial.trial import NotDriven
 from drake_navbench.trial.trial_log import failed_log
 

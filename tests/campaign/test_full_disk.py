@@ -15,7 +15,7 @@ from pathlib import Path
 from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.campaign.driving import run_campaign
 from drake_navbench.errors import CannotBeWritten
-from drake_navbench.results import ResultsFolder
+from drake_navbench.logs.results import ResultsFolder
 
 disk, scenario = Path(sys.argv[1]), sys.argv[2]
 campaign = plan_campaign([scenario], ["rpp"], trials=8)

@@ -16,9 +16,9 @@ from drake_navbench.campaign.driving import Driven, run_campaign
 from drake_navbench.errors import MAX_LINE_LENGTH, InputError
 from drake_navbench.inputs.foreign_code import runs_foreign_code
 from drake_navbench.inputs.presets import Preset, load_preset
-from drake_navbench.log import UNREPEATABLE_COLUMNS, Outcome, TrialLog
-from drake_navbench.plugins import forget_installed
-from drake_navbench.results import ResultsFolder
+from drake_navbench.logs.log import UNREPEATABLE_COLUMNS, Outcome, TrialLog
+from drake_navbench.logs.results import ResultsFolder
+from drake_navbench.plugins.kinds import forget_installed
 from drake_navbench.trial import task_cost
 
 OTHERS = [f"{name} = hostile_controllers:{name}" for name in ("Honest", "KillsItself")]

@@ -10,14 +10,14 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from drake_navbench import report
 from drake_navbench.analysis.metrics.registry import unrepeatable_names
 from drake_navbench.campaign import benchmark
 from drake_navbench.campaign.asked import request_from_arguments
+from drake_navbench.commands import report
+from drake_navbench.commands.run import build_parser, main
 from drake_navbench.errors import InputWarning, NavbenchError
-from drake_navbench.log import TrialLog
-from drake_navbench.results import only_run_in
-from drake_navbench.run import build_parser, main
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.results import only_run_in
 
 QUICK = ["restricted_small", "--controllers", "rpp", "--trials", "2", "--quiet"]
 QUICK += ["--replay", "none", "--figures", "none"]
@@ -237,7 +237,7 @@ def test_a_warning_is_a_line_of_at_most_1000_characters(tmp_path, monkeypatch, c
         warnings.warn("\x1b[31m" + "x" * 5000, InputWarning, stacklevel=1)
         return 0
 
-    monkeypatch.setattr("drake_navbench.run._run", warn)
+    monkeypatch.setattr("drake_navbench.commands.run._run", warn)
     assert main(["empty"]) == 0
     (line,) = capsys.readouterr().err.splitlines()
     assert len(line) == 1000

@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pandas as pd
 
-from drake_navbench.run import EXIT_DONE, main
+from drake_navbench.commands.run import EXIT_DONE, main
 
 
 def write_barn_worlds(folder, numbers):

@@ -10,7 +10,7 @@ from drake_navbench.errors import InputError
 from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.kernels.grid import FREE, LETHAL
-from drake_navbench.logged_scans import Scan
+from drake_navbench.logs.scans import Scan
 from drake_navbench.typed_files.typed_yaml import validate
 
 FOOTPRINT = np.array([[0.1, 0.1], [-0.1, 0.1], [-0.1, -0.1], [0.1, -0.1]])

@@ -17,7 +17,7 @@ from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.kernels.grid import FREE, INSCRIBED, LETHAL, NO_INFORMATION
 from drake_navbench.kernels.voxel_layer import UNKNOWN_COLUMN
-from drake_navbench.logged_scans import Scan
+from drake_navbench.logs.scans import Scan
 from drake_navbench.typed_files.typed_yaml import validate
 
 FOOTPRINT = np.array([[0.1, 0.1], [-0.1, 0.1], [-0.1, -0.1], [0.1, -0.1]])

@@ -9,10 +9,10 @@ from damage import damaged_bytes
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_navbench.tuning.study import configurations_of
-from drake_navbench.tuning.task import TuningTask
+from drake_navbench.studies.tuning.study import configurations_of
+from drake_navbench.studies.tuning.task import TuningTask
 
-journals = pytest.importorskip("drake_navbench.tuning.journal")
+journals = pytest.importorskip("drake_navbench.studies.tuning.journal")
 
 
 @pytest.fixture(scope="module")

@@ -17,13 +17,13 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from drake_navbench.costmaps.map_file import load_map
-from drake_navbench.inputs.parameter_files import load_parameter_file
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import load_scenario
 from drake_navbench.inputs.task_check import check_task
-from drake_navbench.log import TrialLog
-from drake_navbench.results import ResultsFolder
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.results import ResultsFolder
+from drake_navbench.nav2.parameter_files import load_parameter_file
 from drake_navbench.trial.task_cost import check_cost
 from drake_navbench.typed_files.typed_yaml import read_yaml
 
@@ -291,7 +291,7 @@ def test_bytes_of_logs(data, file, log_bytes):
 def test_headers_of_logs(data, file, log_bytes):
     import pyarrow.parquet as pq
 
-    from drake_navbench.log import METADATA_KEY
+    from drake_navbench.logs.log import METADATA_KEY
 
     table = pq.read_table(file("whole.parquet", log_bytes))
     header = json.loads(table.schema.metadata[METADATA_KEY])

@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 import yaml
 
-from drake_navbench.inputs.nav2_robot import read_nav2_files
-from drake_navbench.inputs.parameter_files import load_parameter_file
 from drake_navbench.inputs.robot import load_robot
+from drake_navbench.nav2.parameter_files import load_parameter_file
+from drake_navbench.nav2.robot import read_nav2_files
 
 
 @pytest.fixture

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from drake_navbench.campaign.asked import request_from_arguments
+from drake_navbench.commands.run import build_parser
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.barn import barn_scenarios, reference_path
 from drake_navbench.inputs.world import Cylinder
-from drake_navbench.run import build_parser
 
 CENTRES = ((-0.075, 0.075), (-4.425, 5.175))
 

@@ -10,12 +10,12 @@ import pytest
 
 from drake_navbench import run_benchmark
 from drake_navbench.campaign.campaign import plan_campaign
+from drake_navbench.commands.run import main
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.foreign_code import runs_foreign_code
-from drake_navbench.inputs.parameter_files import load_parameter_file
 from drake_navbench.inputs.presets import load_preset
-from drake_navbench.log import Outcome, TrialLog
-from drake_navbench.run import main
+from drake_navbench.logs.log import Outcome, TrialLog
+from drake_navbench.nav2.parameter_files import load_parameter_file
 
 CODE = """
 import numpy as np

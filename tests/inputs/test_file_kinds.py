@@ -7,10 +7,10 @@ from collections.abc import Callable
 import pytest
 
 from drake_navbench.errors import InputError
-from drake_navbench.inputs.parameter_files import load_parameter_file
 from drake_navbench.inputs.presets import preset_files
 from drake_navbench.inputs.robot import ROBOT_FILES, load_robot
 from drake_navbench.inputs.scenario import SCENARIO_FILES, load_scenario
+from drake_navbench.nav2.parameter_files import load_parameter_file
 
 SCENARIO_PATH = SCENARIO_FILES.find("one_obstacle")
 ROBOT_PATH = ROBOT_FILES.find("wheelchair")

@@ -8,13 +8,13 @@ import pytest
 from drake_navbench.controller import CONTROLLERS
 from drake_navbench.errors import InputError
 from drake_navbench.inputs import presets
-from drake_navbench.inputs.parameter_files import load_parameter_file
 from drake_navbench.inputs.presets import (
     as_yaml,
     load_preset,
     preset_files,
 )
 from drake_navbench.inputs.robot import load_robot
+from drake_navbench.nav2.parameter_files import load_parameter_file
 from drake_navbench.typed_files.typed_yaml import parse_yaml
 
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from drake_navbench.errors import InputError
-from drake_navbench.inputs.nav2_robot import read_nav2_files
 from drake_navbench.inputs.robot import ROBOT_FILES, load_robot, overridden
 from drake_navbench.inputs.running_gear import running_gear_of
+from drake_navbench.nav2.robot import read_nav2_files
 
 WHEELCHAIR_SDF = ROBOT_FILES.folder / "wheelchair.sdf"
 

@@ -10,7 +10,7 @@ import pytest
 from drake_navbench.__main__ import main
 from drake_navbench.errors import InputError
 from drake_navbench.native.builds import FlagSet, NoiseSource, find_build
-from drake_navbench.side_by_side.gate_builds import build_of, left_out_changes
+from drake_navbench.studies.side_by_side.gate_builds import build_of, left_out_changes
 
 SAMPLING = ["sampling::Controller"]
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import pytest
 
 from drake_navbench.campaign.asked import request_from_arguments
+from drake_navbench.commands.run import EXIT_WRONG_INPUT, build_parser, main
 from drake_navbench.errors import InputError, InputWarning
-from drake_navbench.inputs.nav2_robot import read_nav2_files
 from drake_navbench.inputs.originals_beside import with_originals
 from drake_navbench.inputs.robot import load_robot
-from drake_navbench.run import EXIT_WRONG_INPUT, build_parser, main
+from drake_navbench.nav2.robot import read_nav2_files
 from drake_navbench.trial.trial import simulate
 
 GRACEFUL = "nav2_graceful_controller::GracefulController"

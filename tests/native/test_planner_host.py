@@ -14,8 +14,8 @@ from drake_navbench.inputs.robot import load_robot
 from drake_navbench.kernels.grid import LETHAL, Costmap
 from drake_navbench.native.build import build_checkout
 from drake_navbench.native.builds import Build
-from drake_navbench.side_by_side.likeness import Likeness
-from drake_navbench.side_by_side.planner_parity import (
+from drake_navbench.studies.side_by_side.likeness import Likeness
+from drake_navbench.studies.side_by_side.planner_parity import (
     PlanRequest,
     compare_planners,
     request_message,

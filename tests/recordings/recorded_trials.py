@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from functools import lru_cache
 
-from drake_navbench.log import TrialLog
+from drake_navbench.logs.log import TrialLog
 from drake_navbench.trial.trial import run_trial
 
 

@@ -21,9 +21,9 @@ from robot_bags import (
 from rosbags.rosbag2.storage_mcap import zstd
 
 from drake_navbench.__main__ import main
-from drake_navbench.log import TrialLog
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.recordings.bag_files import MCAP_MAGIC
-from drake_navbench.results import ResultsFolder
 
 MOVED = "nav_msgs/msg/Odometry"
 

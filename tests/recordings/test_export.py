@@ -20,7 +20,7 @@ from drake_navbench.__main__ import main
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.world import Box, World
 from drake_navbench.kernels.grid import LETHAL
-from drake_navbench.log import TrialLog
+from drake_navbench.logs.log import TrialLog
 from drake_navbench.recordings.heard import ROLES
 from drake_navbench.recordings.messages import MessageMaker
 from drake_navbench.recordings.occupancy import (

@@ -14,9 +14,9 @@ from drake_navbench.__main__ import main
 from drake_navbench.analysis.metrics.registry import measure_all
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.kernels.grid import LETHAL
-from drake_navbench.log import LATERAL_COLUMNS, TrialLog
-from drake_navbench.plans import Plan
-from drake_navbench.results import ResultsFolder
+from drake_navbench.logs.log import LATERAL_COLUMNS, TrialLog
+from drake_navbench.logs.plans import Plan
+from drake_navbench.logs.results import ResultsFolder
 from drake_navbench.trial.trial import run_trial
 
 PRECISION = 1e-9

@@ -13,7 +13,7 @@ from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import Scenario, load_scenario
 from drake_navbench.kernels.particle_filter import hit_points, weigh
 from drake_navbench.kernels.poses import carrier_pose
-from drake_navbench.log import Outcome, TrialLog
+from drake_navbench.logs.log import Outcome, TrialLog
 from drake_navbench.systems.amcl import likelihood_field
 from drake_navbench.trial.planning import known_map
 

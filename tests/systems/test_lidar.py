@@ -8,7 +8,7 @@ from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.inputs.timeline import Timeline
 from drake_navbench.inputs.timing import TimingSettings
 from drake_navbench.inputs.world import Box, Cylinder, World
-from drake_navbench.logged_scans import Scan
+from drake_navbench.logs.scans import Scan
 from drake_navbench.systems.lidar import Lidar
 
 WALL_AHEAD = World((Box(type="box", min=(3.0, -5.0), max=(3.2, 5.0)),))

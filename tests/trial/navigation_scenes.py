@@ -4,7 +4,7 @@ from stub_controller import StubPreset
 
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import Scenario
-from drake_navbench.log import TrialLog
+from drake_navbench.logs.log import TrialLog
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import simulate
 from drake_navbench.typed_files.typed_yaml import validate

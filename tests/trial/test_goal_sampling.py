@@ -11,10 +11,10 @@ import yaml
 from PIL import Image
 
 from drake_navbench.campaign.asked import request_from_arguments
+from drake_navbench.commands.run import build_parser
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.task_check import check_task
-from drake_navbench.run import build_parser
 from drake_navbench.trial.goal_sampling import MIN_DISTANCE_M, sample_tasks
 from drake_navbench.trial.planning import make_plan
 

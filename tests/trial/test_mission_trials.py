@@ -9,7 +9,7 @@ from pydrake.systems.analysis import Simulator
 
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.scenario import Scenario
-from drake_navbench.log import Outcome, TrialLog
+from drake_navbench.logs.log import Outcome, TrialLog
 from drake_navbench.systems.lifetime import release
 from drake_navbench.trial.column_controller import built_controller
 from drake_navbench.trial.diagram import TrialDiagram, build_trial_diagram

@@ -3,10 +3,10 @@
 import pytest
 
 from drake_navbench.campaign.campaign import plan_campaign
+from drake_navbench.commands.run import main
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, Scenario, load_scenario
-from drake_navbench.run import main
 from drake_navbench.trial.task_cost import MAX_MEMORY_BYTES, check_cost
 from drake_navbench.typed_files.typed_yaml import validate
 

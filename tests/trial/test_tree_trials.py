@@ -10,7 +10,7 @@ import pytest
 from drake_navbench.inputs.behavior_tree_file import read_tree_file
 from drake_navbench.inputs.robot import load_robot, overridden
 from drake_navbench.inputs.scenario import scenario_on_map
-from drake_navbench.log import Outcome, TrialLog
+from drake_navbench.logs.log import Outcome, TrialLog
 from drake_navbench.trial.trial import run_trial
 
 WARD = Path(__file__).parents[2] / "scenarios" / "maps" / "ward.yaml"

@@ -9,7 +9,7 @@ from stub_controller import StubPreset, straight_ahead
 
 from drake_navbench import run_trial
 from drake_navbench.analysis.metrics.efficiency import duration_s
-from drake_navbench.analysis.published import published_metrics
+from drake_navbench.analysis.reproduction.published import published_metrics
 from drake_navbench.controller import Decision, NoValidControl
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import load_preset
@@ -17,7 +17,7 @@ from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, Scenario, load_scenario
 from drake_navbench.inputs.task_check import check_task
 from drake_navbench.kernels.path_geometry import path_length
-from drake_navbench.log import UNREPEATABLE_COLUMNS, Outcome, TrialLog
+from drake_navbench.logs.log import UNREPEATABLE_COLUMNS, Outcome, TrialLog
 from drake_navbench.trial.column_controller import make_controller
 from drake_navbench.trial.spec import TrialSpec
 from drake_navbench.trial.trial import simulate

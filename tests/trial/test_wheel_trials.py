@@ -10,7 +10,7 @@ import pytest
 
 from drake_navbench import run_benchmark
 from drake_navbench.inputs.robot import load_robot, overridden
-from drake_navbench.log import UNREPEATABLE_COLUMNS, Outcome, TrialLog
+from drake_navbench.logs.log import UNREPEATABLE_COLUMNS, Outcome, TrialLog
 from drake_navbench.trial.trial import run_trial
 
 MULTIBODY, PLANAR = "wheelchair_multibody", "wheelchair_casters"
@@ -92,7 +92,7 @@ def test_contact_is_found_on_wheels_as_without(tmp_path):
 def test_who_asks_for_no_wheels_loads_no_multibody():
     script = (
         "import sys\n"
-        "import drake_navbench.run, drake_navbench.trial.trial\n"
+        "import drake_navbench.commands.run, drake_navbench.trial.trial\n"
         "from drake_navbench.inputs.robot import load_robot\n"
         "load_robot('wheelchair')\n"
         "sys.exit('pydrake.multibody.plant' in sys.modules)\n"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from drake_navbench.controllers.dwb.critics.base import Critic
-from drake_navbench.plugins import PluginKind
+from drake_navbench.plugins.kinds import PluginKind
 
 CRITICS = PluginKind(
     noun="critic", group="drake_navbench.dwb_critics", members=("Parameters", "reasons", "score")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from drake_navbench.controllers.mppi.critics.base import Critic, CriticContext
-from drake_navbench.plugins import PluginKind
+from drake_navbench.plugins.kinds import PluginKind
 
 if TYPE_CHECKING:
     from drake_navbench.controllers.mppi.parameters import MppiParameters

@@ -7,8 +7,8 @@ from typing import Annotated, ClassVar
 from pydantic import BeforeValidator, Field, field_validator
 
 from drake_navbench.navigation.behavior_tree.description import NodeDescription
-from drake_navbench.plugin_parameters import PluginBlocks, PluginParameters
-from drake_navbench.plugins import PluginKind
+from drake_navbench.plugins.kinds import PluginKind
+from drake_navbench.plugins.parameters import PluginBlocks, PluginParameters
 from drake_navbench.typed_files.quantities import Angle, Count, Duration, Frequency, Length, Speed
 from drake_navbench.typed_files.typed_yaml import tuples_for_lists
 

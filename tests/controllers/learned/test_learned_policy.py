@@ -21,12 +21,12 @@ from drake_navbench.controllers.learned.features import (
 from drake_navbench.controllers.learned.network import Network, load_network, save_network
 from drake_navbench.controllers.learned.parameters import WEIGHTS_FOLDER
 from drake_navbench.errors import InputError
-from drake_navbench.gymnasium_environment.environment import NavigationEnvironment
-from drake_navbench.gymnasium_environment.training import PolicyView
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.scenario import Scenario
-from drake_navbench.log import Outcome
+from drake_navbench.logs.log import Outcome
+from drake_navbench.studies.gymnasium.environment import NavigationEnvironment
+from drake_navbench.studies.gymnasium.training import PolicyView
 from drake_navbench.trial.column_controller import make_controller
 
 SQUARE = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])

@@ -12,7 +12,7 @@ from drake_navbench.controllers.teb.curvature import (
 )
 from drake_navbench.controllers.teb.layout import row_count
 from drake_navbench.controllers.teb.objective import band_objective
-from drake_navbench.controllers.teb_band_cholesky import BANDWIDTH
+from drake_navbench.kernels.band_cholesky import BANDWIDTH
 
 INTERVALS = 7
 # The terms whose curvature is taken as a whole, with inflation beyond its kink or not.

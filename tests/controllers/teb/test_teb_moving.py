@@ -25,8 +25,8 @@ from drake_navbench.controllers.teb.motion_of_cells import farthest_free_cell
 from drake_navbench.controllers.teb.moving import Track, Tracking, track_obstacles
 from drake_navbench.controllers.teb.predicted import encounters_of, moving_fields
 from drake_navbench.controllers.teb.program import BandProgram
-from drake_navbench.controllers.teb_band_cholesky import BANDWIDTH
 from drake_navbench.inputs.presets import load_preset
+from drake_navbench.kernels.band_cholesky import BANDWIDTH
 from drake_navbench.kernels.distance_field import distance_field
 
 PERIOD_S = 0.2

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from upstream_scenes import OBSTACLES, around, settings, straight
 
-from drake_navbench.controllers.teb_band_cholesky import BANDWIDTH
 from drake_navbench.controllers.teb_upstream.band import (
     band_command,
     band_from_plan,
@@ -14,6 +13,7 @@ from drake_navbench.controllers.teb_upstream.band import (
 )
 from drake_navbench.controllers.teb_upstream.optimizer import optimize_band, solve_banded
 from drake_navbench.controllers.teb_upstream.robot_models import outline
+from drake_navbench.kernels.band_cholesky import BANDWIDTH
 
 
 def resized(time_steps, *, once=True, fewest=3, most=500):

@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from drake_navbench.controllers.teb_band_cholesky import BANDWIDTH
 from drake_navbench.controllers.teb_upstream.normal_equations import COST_KINDS, STRIDE, System
 from drake_navbench.controllers.teb_upstream.optimizer import Rounds
 from drake_navbench.controllers.teb_upstream.parameters import TebUpstreamParameters
 from drake_navbench.controllers.teb_upstream.penalties import Surroundings, add_edges
 from drake_navbench.controllers.teb_upstream.planner import association, penalty_terms, rounds
 from drake_navbench.controllers.teb_upstream.robot_models import RobotModel, circles
+from drake_navbench.kernels.band_cholesky import BANDWIDTH
 
 NOTHING = np.empty((0, 2))
 POINT = circles(np.array([[0.0, 0.0]]))

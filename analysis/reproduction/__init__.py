@@ -1,0 +1,1 @@
+"""The publication's tables and findings, and how our trials compare with them."""

@@ -1,0 +1,199 @@
+"""What the trials say of the publication, added up: verdicts, orderings, and relative errors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import pandas as pd
+
+from drake_navbench.analysis.repeats import repeated_cells
+from drake_navbench.analysis.reproduction.concordance import (
+    EXCLUDED_METRICS,
+    Baseline,
+    Ceiling,
+    Concordance,
+    Ordering,
+    ceilings,
+    concordance,
+    is_covered,
+    permutation_baseline,
+    published_orderings,
+)
+from drake_navbench.analysis.reproduction.findings import findings
+from drake_navbench.analysis.reproduction.judgement import Judgement, Verdict, judge_all
+from drake_navbench.analysis.reproduction.lineups import PUBLISHED_SETTINGS, Lineup
+from drake_navbench.analysis.reproduction.published_cells import (
+    Comparison,
+    RelativeError,
+    compare_numbers,
+    relative_error,
+)
+from drake_navbench.analysis.tables import (
+    PUBLISHED_CONTROLLERS,
+    STD_HEADING_ERROR,
+    published_table,
+)
+
+# What hardly any run could miss: 100 or 0% by the task, and a setting.
+NEAR_TRIVIAL_METRICS = ("success_rate", "max_velocity")
+# Near zero, and a spread that four trials do not tell.
+UNCERTAIN_METRICS = ("min_path_error", STD_HEADING_ERROR)
+# The title of the row of sums.
+TOGETHER = "together"
+
+
+@dataclass(frozen=True)
+class Account:
+    """One lineup: its findings, orderings and errors against the publication."""
+
+    lineup: Lineup
+    judgements: list[Judgement]
+    cells: list[Comparison]
+    orderings: list[Ordering]
+    ceilings: dict[str, Ceiling]
+    baseline: Baseline
+
+    @property
+    def compared_cells(self) -> list[Comparison]:
+        """The published numbers whose orderings count, too."""
+        return [cell for cell in self.cells if cell.metric not in EXCLUDED_METRICS]
+
+
+Row = Ordering | Comparison
+
+
+class Share(NamedTuple):
+    """How many findings came to which verdict, and how many of them rest on one trial.
+
+    holds_from_one_trial: of those that hold.
+    """
+
+    scenario: str
+    holds: int
+    level: int
+    contradicted: int
+    undecided: int
+    from_one_trial: int
+    holds_from_one_trial: int
+
+    @property
+    def total(self) -> int:
+        """All findings of the scenario."""
+        return self.holds + self.level + self.contradicted + self.undecided
+
+
+class Agreement(NamedTuple):
+    """Orderings and numbers of some cells. ceiling: None where it is not known."""
+
+    title: str
+    concordance: Concordance
+    ceiling: Ceiling | None
+    error: RelativeError
+
+
+def account(trials: pd.DataFrame, lineup: Lineup = PUBLISHED_SETTINGS) -> Account:
+    """Computes all of one lineup; trials: rows as from `tables.trial_row`."""
+    repeated = repeated_cells(trials)
+    return Account(
+        lineup,
+        judge_all(trials, lineup, repeated=repeated),
+        compare_numbers(trials, lineup, repeated=repeated),
+        published_orderings(trials, lineup),
+        ceilings(trials, lineup, repeated=repeated),
+        permutation_baseline(trials, lineup),
+    )
+
+
+def shares(judgements: Sequence[Judgement]) -> list[Share]:
+    """Returns the count of verdicts per scenario, in the order of the findings, then of all."""
+    scenarios = list(dict.fromkeys(j.finding.scenario for j in judgements))
+    rows = [
+        _share(name, [j for j in judgements if j.finding.scenario == name]) for name in scenarios
+    ]
+    return [*rows, _share(TOGETHER, judgements)]
+
+
+def shares_by_difficulty(judgements: Sequence[Judgement]) -> tuple[Share, Share]:
+    """Returns the count of verdicts of the findings that hardly any run could miss, and of others.
+
+    Success rates are 100 or 0% by the task, and the top speed is a setting.
+    """
+    easy = [j for j in judgements if j.finding.metric in NEAR_TRIVIAL_METRICS]
+    rest = [j for j in judgements if j.finding.metric not in NEAR_TRIVIAL_METRICS]
+    return _share("success rate and top speed", easy), _share("all others", rest)
+
+
+def errors_by_metric(own: Account) -> dict[str, RelativeError]:
+    """Returns the relative error of all printed numbers, of those left out and of the others.
+
+    'compared' are the metrics whose orderings count; 'uncertain' those that four trials do not
+    tell; 'all' of them together.
+    """
+    return {
+        "compared": relative_error(own.compared_cells),
+        "all": relative_error(own.cells),
+        "uncertain": relative_error(c for c in own.cells if c.metric in UNCERTAIN_METRICS),
+        "trivial": relative_error(c for c in own.cells if c.metric in NEAR_TRIVIAL_METRICS),
+    }
+
+
+def agreements(own: Account, noisy: Account | None = None) -> list[Agreement]:
+    """Returns concordance and relative error by scenario, by controller, and of all together.
+
+    Between them those of the orderings that the findings cover and of those that they do not.
+    noisy: the account of a lineup whose scenarios are set beside those that they stand for.
+    """
+    claimed = findings()
+    rows = []
+    for scenario in published_table()["scenario"].unique():
+        rows.append(_agreement(own, scenario, scenario, _is_of_scenario(scenario)))
+        if noisy is not None and noisy.lineup.scenario(scenario) != scenario:
+            title = noisy.lineup.scenario(scenario)
+            rows.append(_agreement(noisy, title, scenario, _is_of_scenario(scenario)))
+    for name in PUBLISHED_CONTROLLERS:
+        rows.append(_agreement(own, own.lineup.presets[name], name, _is_of_controller(name)))
+    covered = {ordering for ordering in own.orderings if is_covered(ordering, claimed)}
+    for title, wanted in (("claimed in a finding", True), ("not claimed", False)):
+        some = [o for o in own.orderings if (o in covered) is wanted]
+        rows.append(Agreement(title, concordance(some), None, relative_error(())))
+    return [*rows, _agreement(own, TOGETHER, "", lambda row: True)]
+
+
+def lineup_agreements(own: Account) -> list[Agreement]:
+    """Returns concordance and relative error by scenario and of all together."""
+    by_scenario = [
+        _agreement(own, name, name, _is_of_scenario(name))
+        for name in published_table()["scenario"].unique()
+    ]
+    return [*by_scenario, _agreement(own, TOGETHER, "", lambda row: True)]
+
+
+def _share(name: str, judgements: Sequence[Judgement]) -> Share:
+    verdicts = [judgement.verdict for judgement in judgements]
+    once = sum(judgement.is_one_trial for judgement in judgements)
+    counts = {verdict.name.lower(): verdicts.count(verdict) for verdict in Verdict}
+    held = sum(j.is_one_trial and j.verdict is Verdict.HOLDS for j in judgements)
+    return Share(name, **counts, from_one_trial=once, holds_from_one_trial=held)
+
+
+def _agreement(own: Account, title: str, key: str, is_wanted: Callable[[Row], bool]) -> Agreement:
+    return Agreement(
+        title,
+        concordance(filter(is_wanted, own.orderings)),
+        own.ceilings.get(key),
+        relative_error(filter(is_wanted, own.compared_cells)),
+    )
+
+
+def _is_of_scenario(name: str) -> Callable[[Row], bool]:
+    return lambda row: row.scenario == name
+
+
+def _is_of_controller(name: str) -> Callable[[Row], bool]:
+    return lambda row: name in _controllers_of(row)
+
+
+def _controllers_of(row: Ordering | Comparison) -> tuple[str, ...]:
+    return (row.first, row.second) if isinstance(row, Ordering) else (row.controller,)

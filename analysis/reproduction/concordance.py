@@ -1,0 +1,286 @@
+"""How many of the orderings of two controllers that the published tables imply are found again.
+
+The findings are claims that somebody chose to make; this is about all pairs of all numbers. Beside
+it stands the ceiling: how well two runs of our own system, as small as the published one, agree
+with each other.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import combinations, permutations
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from drake_navbench.analysis.gaps import RELEVANT_RATIO
+from drake_navbench.analysis.repeats import repeated_cells
+from drake_navbench.analysis.reproduction.findings import Finding, is_published_tie
+from drake_navbench.analysis.reproduction.lineups import (
+    ALL_SCENARIOS,
+    GOAL_SCENARIOS,
+    PUBLISHED_SETTINGS,
+    Lineup,
+    repeated_in,
+    trial_values,
+)
+from drake_navbench.analysis.reproduction.relations import Inequalities, relative_difference
+from drake_navbench.analysis.tables import (
+    PUBLISHED_CONTROLLERS,
+    STD_HEADING_ERROR,
+    published_table,
+    published_units,
+)
+
+Array = NDArray[np.float64]
+
+# Whole per cent that hardly differ, zeros, and a spread that four trials do not tell.
+EXCLUDED_METRICS = ("success_rate", "max_velocity", "min_path_error", STD_HEADING_ERROR)
+PUBLISHED_TRIALS = 4
+MAX_SPLITS = 200
+SPLIT_SEED = 0
+
+
+class Ordering(NamedTuple):
+    """Two controllers in a published row, and the same two here.
+
+    published, ours: the second's mean minus the first's as a share of the larger; ours is NaN where
+    one of them has no value.
+    """
+
+    scenario: str
+    metric: str
+    first: str
+    second: str
+    published: float
+    ours: float
+
+    @property
+    def agreement(self) -> float:
+        """1 where both have the same order, 0 where not, one half for an exact tie here."""
+        return 0.5 + 0.5 * float(np.sign(self.published) * np.sign(self.ours))
+
+
+class Concordance(NamedTuple):
+    """How many orderings agree.
+
+    orderings: with a value here. agreeing: of these; an exact tie here counts one half. level:
+    those that differ here by less than 1%, whichever way. without_value: left out.
+    """
+
+    orderings: int
+    agreeing: float
+    level: int
+    without_value: int
+
+    @property
+    def ratio(self) -> float:
+        """The share that agrees; NaN where there is none."""
+        return self.agreeing / self.orderings if self.orderings else math.nan
+
+
+class Ceiling(NamedTuple):
+    """How many orderings of one half of our own trials the other half has, over all splits.
+
+    orderings: mean count in a split. ratio, low, high: mean share that agrees, and the middle 95%
+    of the splits.
+    """
+
+    orderings: float
+    ratio: float
+    low: float
+    high: float
+
+
+def published_orderings(
+    trials: pd.DataFrame, lineup: Lineup = PUBLISHED_SETTINGS
+) -> list[Ordering]:
+    """Returns all orderings that the published tables imply, ties left out, with ours."""
+    found = []
+    for scenario, metric, published, unit in _published_rows():
+        ours = trial_values(trials, scenario, metric, lineup).mean()
+        for first, second in combinations(PUBLISHED_CONTROLLERS, 2):
+            if is_published_tie(published[first], published[second], printed_unit=unit):
+                continue
+            found.append(
+                Ordering(
+                    scenario,
+                    metric,
+                    first,
+                    second,
+                    relative_difference(published[first], published[second]),
+                    relative_difference(ours[first], ours[second])
+                    if math.isfinite(ours[first] + ours[second])
+                    else math.nan,
+                )
+            )
+    return found
+
+
+class Baseline(NamedTuple):
+    """How many orderings are found again where the controllers' labels are permuted.
+
+    permutations: how many, the right one not among them. median, best: share that agrees.
+    """
+
+    permutations: int
+    median: float
+    best: float
+
+
+def permutation_baseline(trials: pd.DataFrame, lineup: Lineup = PUBLISHED_SETTINGS) -> Baseline:
+    """Returns the score without skill: our columns under every other order of the labels.
+
+    A permutation holds in all scenarios and metrics alike, and keeps the layouts and that the
+    controllers differ; what is lost is which of them does what.
+    """
+    published_signs, our_signs = [], []
+    for scenario, metric, published, unit in _published_rows():
+        ours = trial_values(trials, scenario, metric, lineup).mean()
+        published_signs.append(
+            [
+                0.0
+                if is_published_tie(published[a], published[b], printed_unit=unit)
+                else np.sign(published[b] - published[a])
+                for a, b in permutations(PUBLISHED_CONTROLLERS, 2)
+            ]
+        )
+        our_signs.append([np.sign(ours[b] - ours[a]) for a, b in permutations(ours.index, 2)])
+    pairs = list(permutations(range(len(PUBLISHED_CONTROLLERS)), 2))
+    column = {pair: place for place, pair in enumerate(pairs)}
+    published_of, ours_of = np.array(published_signs), np.array(our_signs)
+    ratios = []
+    for labels in permutations(range(len(PUBLISHED_CONTROLLERS))):
+        ours_then = ours_of[:, [column[labels[a], labels[b]] for a, b in pairs]]
+        is_known = (published_of != 0.0) & np.isfinite(ours_then)
+        if is_known.any():
+            ratios.append(float((0.5 + 0.5 * published_of * ours_then)[is_known].mean()))
+    # The first permutation is the identity.
+    others = ratios[1:]
+    if not others:
+        return Baseline(0, math.nan, math.nan)
+    return Baseline(len(others), float(np.median(others)), max(others))
+
+
+def concordance(orderings: Iterable[Ordering]) -> Concordance:
+    """Counts those that agree."""
+    orderings = list(orderings)
+    known = [ordering for ordering in orderings if math.isfinite(ordering.ours)]
+    return Concordance(
+        orderings=len(known),
+        agreeing=sum(ordering.agreement for ordering in known),
+        level=sum(abs(ordering.ours) < RELEVANT_RATIO for ordering in known),
+        without_value=len(orderings) - len(known),
+    )
+
+
+def is_covered(ordering: Ordering, findings: Sequence[Finding]) -> bool:
+    """Whether a finding claims something of this ordering."""
+    pair = {ordering.first, ordering.second}
+    return any(
+        ordering.metric == finding.metric
+        and (
+            ordering.scenario == finding.scenario
+            or (finding.scenario == ALL_SCENARIOS and ordering.scenario in GOAL_SCENARIOS)
+        )
+        and isinstance(finding.relation, Inequalities)
+        and any(p.is_ordering and {p.lower, p.higher} == pair for p in finding.relation.parts)
+        for finding in findings
+    )
+
+
+def ceilings(
+    trials: pd.DataFrame,
+    lineup: Lineup = PUBLISHED_SETTINGS,
+    *,
+    repeated: frozenset[tuple[str, str]] | None = None,
+    size: int = PUBLISHED_TRIALS,
+) -> dict[str, Ceiling]:
+    """Returns the ceiling by published scenario, controller, and '' for all together.
+
+    One half of every split plays the publication: its means are rounded as printed, and what is a
+    tie then does not count. Splits are by trial number, so that pairs stay pairs; pairs of
+    controllers in which nothing is random (`repeated`, as from `repeats.repeated_cells`) are left
+    out. Empty where a cell has fewer than two times `size` trials.
+    """
+    splits = _splits(trials, lineup, size)
+    if splits is None:
+        return {}
+    first_half, second_half = splits
+    if repeated is None:
+        repeated = repeated_cells(trials)
+    agreeing: dict[str, list[Array]] = {}
+    for scenario, metric, _, unit in _published_rows():
+        once = repeated_in(repeated, scenario, lineup)
+        values = trial_values(trials, scenario, metric, lineup).to_numpy()[: first_half.shape[1]]
+        halves = [_means(half, values) for half in (first_half, second_half)]
+        for a, b in combinations(range(len(PUBLISHED_CONTROLLERS)), 2):
+            names = PUBLISHED_CONTROLLERS[a], PUBLISHED_CONTROLLERS[b]
+            if once.issuperset(names):
+                continue
+            counts = _agreements(halves, a, b, printed_unit=unit)
+            for key in ("", scenario, *names):
+                agreeing.setdefault(key, []).append(counts)
+    return {key: _ceiling(np.array(counts)) for key, counts in agreeing.items()}
+
+
+def _published_rows() -> Iterator[tuple[str, str, dict[str, float], float]]:
+    """Yields scenario, metric, printed values by controller, last printed unit."""
+    for row in published_table().to_dict("records"):
+        if row["metric"] not in EXCLUDED_METRICS:
+            key = row["scenario"], row["metric"]
+            yield *key, {n: float(row[n]) for n in PUBLISHED_CONTROLLERS}, published_units()[key]
+
+
+def _splits(trials: pd.DataFrame, lineup: Lineup, size: int) -> tuple[Array, Array] | None:
+    """Returns two weights (splits, trials) that average disjoint halves; None with too few."""
+    counts = [
+        int(((trials["scenario"] == lineup.scenario(scenario)) & (trials["controller"] == p)).sum())
+        for scenario in published_table()["scenario"].unique()
+        for p in lineup.presets.values()
+    ]
+    count = min(counts)
+    if count < 2 * size:
+        return None
+    generator = np.random.default_rng(SPLIT_SEED)
+    orders = np.array([generator.permutation(count) for _ in range(MAX_SPLITS)])
+    weights = np.zeros((2, MAX_SPLITS, count))
+    rows = np.arange(MAX_SPLITS)[:, None]
+    weights[0, rows, orders[:, :size]] = 1.0
+    weights[1, rows, orders[:, size : 2 * size]] = 1.0
+    return weights[0], weights[1]
+
+
+def _means(weights: Array, values: Array) -> Array:
+    """Returns (splits, controllers) means over the trials of a split that have a value."""
+    known = np.isfinite(values)
+    with np.errstate(invalid="ignore"):
+        return weights @ np.where(known, values, 0.0) / (weights @ known)
+
+
+def _agreements(halves: Sequence[Array], a: int, b: int, *, printed_unit: float) -> Array:
+    """Returns (splits,) agreement of two controllers' order in two halves; NaN where it is no
+    ordering in the first half."""
+    printed = np.round(halves[0][:, [a, b]] / printed_unit) * printed_unit
+    ours = halves[1][:, [a, b]]
+    agreement = 0.5 + 0.5 * np.sign(printed[:, 1] - printed[:, 0]) * np.sign(
+        ours[:, 1] - ours[:, 0]
+    )
+    ties = [
+        not np.isfinite(first + second)
+        or is_published_tie(first, second, printed_unit=printed_unit)
+        for first, second in printed
+    ]
+    return np.where(ties, np.nan, agreement)
+
+
+def _ceiling(agreements: Array) -> Ceiling:
+    """agreements: (orderings, splits), NaN where there is no ordering."""
+    counts = np.isfinite(agreements).sum(axis=0)
+    with np.errstate(invalid="ignore"):
+        ratios = np.nansum(agreements, axis=0) / counts
+    low, high = np.nanquantile(ratios, [0.025, 0.975])
+    return Ceiling(float(counts.mean()), float(np.nanmean(ratios)), float(low), float(high))

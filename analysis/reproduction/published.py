@@ -1,0 +1,347 @@
+"""The published metrics under their published names, each exactly as the publication computes it.
+
+Source of all of them: F. Schena, "Development of an automated benchmark for the analysis of Nav2
+controllers", Politecnico di Torino, 2024. Their weaknesses are kept, so that the comparison with
+the published tables is honest; `drake_navbench.analysis.metrics` holds the corrected forms. The
+publication plans once a trial; where there are later plans, its plan stands for the first of each
+leg.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.analysis.metrics.definition import Metric, Undefined, metric
+from drake_navbench.analysis.metrics.signals import poses_at, require
+from drake_navbench.kernels.angles import wrap
+from drake_navbench.logs.log import Outcome, TrialLog
+
+Array = NDArray[np.float64]
+
+FIRST_SAMPLE_AFTER_START_S = 0.06
+SAMPLING_PERIOD_S = 0.115
+# Sample times that differ by rounding only count as equal; far below any sampling period.
+TIME_TOLERANCE_S = 1e-9
+DROPPED_PLAN_POSES = 4
+MIN_YAW_RATE_RADPS = 0.01
+MIN_RADIUS_M = 0.01
+PERCENT = 100.0
+
+
+@dataclass(frozen=True, eq=False)
+class PublishedSamples:
+    """A trial on the publication's sampling.
+
+    time_s: (N,). pose: (N, 3) true x m, y m, yaw rad, interpolated. v_mps, w_radps: (N,) the last
+    command, held. obstacle_corner_distance_m: (N,) reference point to the nearest lower left corner
+    of a lethal cell of the local costmap, held; +inf where there is none. is_carried: (N - 1,)
+    between which samples a lift changed the floor, None where there is one floor.
+    """
+
+    time_s: Array
+    pose: Array
+    v_mps: Array
+    w_radps: Array
+    obstacle_corner_distance_m: Array
+    is_carried: NDArray[np.bool_] | None = None
+
+    @property
+    def duration_s(self) -> float:
+        """Last stamp minus first stamp, s."""
+        return float(self.time_s[-1] - self.time_s[0])
+
+    @property
+    def step_s(self) -> float:
+        """Duration by the number of samples: the publication's dt, short by one sample, s."""
+        return self.duration_s / len(self.time_s)
+
+
+def published_samples(
+    log: TrialLog,
+    *,
+    first_after_start_s: float = FIRST_SAMPLE_AFTER_START_S,
+    period_s: float = SAMPLING_PERIOD_S,
+) -> PublishedSamples:
+    """Samples a trial as the publication did: every 0.115 s from 0.06 s after the start.
+
+    The last sample lies strictly before the end. Raises Undefined where there is no sample, or a
+    recording has no commands.
+    """
+    require(log, "command_v_mps")
+    first_s = float(log.info["start_time_s"]) + first_after_start_s
+    span_s = log.end_time_s - first_s - TIME_TOLERANCE_S
+    count = int(np.ceil(span_s / period_s))
+    rows = log.samples
+    if count < 1 or len(rows) == 0:
+        raise Undefined("the trial ended before the first published sample")
+    times = first_s + period_s * np.arange(count, dtype=np.float64)
+    logged = rows["time_s"].to_numpy()
+    held = np.searchsorted(logged, times + TIME_TOLERANCE_S, side="right") - 1
+    held = np.maximum(held, 0)
+    return PublishedSamples(
+        time_s=times,
+        pose=poses_at(log, times),
+        is_carried=np.diff(rows["floor"].to_numpy()[held]) != 0 if "floor" in rows else None,
+        v_mps=rows["command_v_mps"].to_numpy()[held],
+        w_radps=rows["command_w_radps"].to_numpy()[held],
+        obstacle_corner_distance_m=rows["obstacle_corner_distance_m"].to_numpy()[held],
+    )
+
+
+def max_velocity_of(log: TrialLog) -> float:
+    """Returns the robot's highest forward velocity, m/s."""
+    return float(log.info["robot"]["drive"]["max_linear_velocity_mps"])
+
+
+@metric(unit="%", better="higher", title="Success rate")
+def success_rate(log: TrialLog) -> float:
+    """Share of the trials that reached the goal: of one trial, 100 or 0.
+
+    Formula: succeeded trials / trials.
+    """
+    return PERCENT if log.outcome is Outcome.SUCCEEDED else 0.0
+
+
+@metric(unit="m/s", better="higher", title="Average commanded speed")
+def avg_linear_speed(log: TrialLog) -> float:
+    """Mean of the commanded forward velocity.
+
+    Formula: mean(v) over the published samples.
+    """
+    return published_samples(log).v_mps.mean()
+
+
+@metric(unit="m", better="lower", title="Path length")
+def path_length(log: TrialLog) -> float:
+    """Driven length.
+
+    Formula: sum of the distances between consecutive poses of the published sampling.
+    """
+    return float(_steps_m(published_samples(log)).sum())
+
+
+@metric(unit="s", better="lower", title="Time taken")
+def time_taken(log: TrialLog) -> float:
+    """Duration of the task.
+
+    Formula: T = last stamp - first stamp of the published sampling.
+    """
+    return published_samples(log).duration_s
+
+
+@metric(unit="m", better="higher", title="Smallest distance to an obstacle cell")
+def min_obstacle_distance(log: TrialLog) -> float:
+    """Smallest distance from the reference point to a lethal cell of the local costmap.
+
+    Formula: a cell of column i and row j is taken to be at origin + resolution (i, j), its lower
+    left corner; the minimum over the published samples. Ignores the footprint, and is a cell's edge
+    longer behind the robot than ahead of it.
+    """
+    return _seen_distances_m(log).min()
+
+
+@metric(unit="m", better="neither", title="Spread of the distance to obstacles")
+def std_obstacle_distance(log: TrialLog) -> float:
+    """Spread of the distance from the reference point to the nearest lethal cell.
+
+    Formula: the distance as in min_obstacle_distance; standard deviation (divisor n) over the
+    published samples that see an obstacle.
+    """
+    return _seen_distances_m(log).std()
+
+
+@metric(unit="m/s^3", better="lower", title="Commanded jerk, r.m.s.")
+def rms_linear_jerk(log: TrialLog) -> float:
+    """Root mean square of the second difference of the commanded forward velocity.
+
+    Formula: a = diff(v)/dt, j = diff(a)/dt, sqrt(mean(j^2)) with dt = T/n. It grows as the
+    sampling period shrinks; comparable at the published period of 0.115 s only.
+    """
+    samples = published_samples(log)
+    jerk = np.diff(samples.v_mps, n=2)
+    if len(jerk) == 0:
+        raise Undefined("fewer than 3 published samples")
+    return float(np.sqrt(np.mean(jerk**2)) / samples.step_s**2)
+
+
+@metric(unit="m/s^2", better="lower", title="Largest commanded centripetal acceleration")
+def max_centripetal_acceleration(log: TrialLog) -> float:
+    """Largest centripetal acceleration of the commands.
+
+    Formula: r = v/|w| where |w| > 0.01 rad/s; v^2/r where r > 0.01 m, else 0; the maximum over the
+    published samples.
+    """
+    samples = published_samples(log)
+    turning = np.abs(samples.w_radps) > MIN_YAW_RATE_RADPS
+    radius = samples.v_mps[turning] / np.abs(samples.w_radps[turning])
+    counted = radius > MIN_RADIUS_M
+    accelerations = samples.v_mps[turning][counted] ** 2 / radius[counted]
+    return float(accelerations.max(initial=0.0))
+
+
+@metric(unit="% of v max", better="higher", title="Highest commanded velocity")
+def max_velocity(log: TrialLog) -> float:
+    """Highest commanded forward velocity as a share of the robot's highest (published: 0.5 m/s).
+
+    Formula: 100 max(v) / v max over the published samples.
+    """
+    return PERCENT * published_samples(log).v_mps.max() / max_velocity_of(log)
+
+
+@metric(unit="m", better="lower", title="Largest path error")
+def max_path_error(log: TrialLog) -> float:
+    """Largest distance from a plan pose to the nearest driven pose.
+
+    Formula: per pose of the first plan but the last 4, distance to the nearest sample; the maximum.
+    In a trial that gives up early this is the length of the plan that was not driven.
+    """
+    return _path_errors_m(log).max()
+
+
+@metric(unit="m", better="lower", title="Smallest path error")
+def min_path_error(log: TrialLog) -> float:
+    """Smallest distance from a plan pose to the nearest driven pose.
+
+    Formula: per pose of the first plan but the last 4, distance to the nearest sample; the minimum.
+    """
+    return _path_errors_m(log).min()
+
+
+@metric(unit="m", better="lower", title="Average path error")
+def avg_path_error(log: TrialLog) -> float:
+    """Mean distance from a plan pose to the nearest driven pose.
+
+    Formula: per pose of the first plan but the last 4, distance to the nearest sample; the mean. A
+    perfectly driven line reads a quarter of the distance between two samples.
+    """
+    return _path_errors_m(log).mean()
+
+
+@metric(unit="deg", better="lower", title="Average heading error")
+def avg_heading_error(log: TrialLog) -> float:
+    """Mean difference of the absolute headings of plan and robot.
+
+    Formula: per pose of the first plan, with the nearest sample, | |yaw robot| - |yaw plan| | in
+    degrees; the mean. Of several equally near samples the first counts: a robot that turns on the
+    spot has many. Folds the sign of the heading away. Its "std" is over the trials.
+    """
+    return _heading_error_deg(log, takes_last=False)
+
+
+@metric(unit="deg", better="neither", title="Average heading error, last of equally near samples")
+def avg_heading_error_last(log: TrialLog) -> float:
+    """`avg_heading_error` by the other rule for ties, to tell what hangs on it.
+
+    Formula: as there, but of several equally near samples the last counts. The publication does not
+    say which one it takes.
+    """
+    return _heading_error_deg(log, takes_last=True)
+
+
+@metric(unit="m^2/s", better="lower", title="Energy as published")
+def energy(log: TrialLog) -> float:
+    """The publication's "energy" (printed as J): the integral of the squared speed.
+
+    Formula: sum of (dx^2 + dy^2)/dt over consecutive samples with dt = T/n.
+    """
+    samples = published_samples(log)
+    if len(samples.time_s) < 2:
+        raise Undefined("fewer than 2 published samples")
+    return float((_steps_m(samples) ** 2).sum() / samples.step_s)
+
+
+@metric(unit="s", better="lower", title="Time to give up")
+def abort_time(log: TrialLog) -> float:
+    """How long the controller took to give up once it was slowest.
+
+    Formula: from the first sample at the trial's lowest v, where that is below v max, to the last
+    sample; 0 where v never drops. No value where the lowest v is that of the last sample: then
+    nothing tells when it began to give up.
+    """
+    if log.outcome is Outcome.SUCCEEDED:
+        raise Undefined("the trial reached its goal")
+    samples = published_samples(log)
+    if samples.v_mps.min() >= max_velocity_of(log):
+        return 0.0
+    slowest = int(samples.v_mps.argmin())
+    if slowest == len(samples.v_mps) - 1:
+        raise Undefined("the last published sample is the slowest")
+    return float(samples.time_s[-1] - samples.time_s[slowest])
+
+
+@metric(unit="rad/s", better="neither", title="Highest commanded yaw rate")
+def max_yaw_rate(log: TrialLog) -> float:
+    """Highest commanded yaw rate; the publication tells it in its text, not in its tables.
+
+    Formula: max |w| over the published samples.
+    """
+    return float(np.abs(published_samples(log).w_radps).max())
+
+
+# Those of its tables, in their order; std_heading_error is over trials, see tables.py.
+PUBLISHED_METRICS: tuple[Metric, ...] = (
+    success_rate,
+    avg_linear_speed,
+    path_length,
+    time_taken,
+    min_obstacle_distance,
+    std_obstacle_distance,
+    rms_linear_jerk,
+    max_centripetal_acceleration,
+    max_velocity,
+    max_path_error,
+    min_path_error,
+    avg_path_error,
+    avg_heading_error,
+    energy,
+    abort_time,
+)
+
+
+def published_metrics(log: TrialLog) -> dict[str, float]:
+    """Returns the published metrics of a trial by name, NaN where one is undefined."""
+    return {entry.name: entry.measure(log).value for entry in PUBLISHED_METRICS}
+
+
+def _steps_m(samples: PublishedSamples) -> Array:
+    steps = np.hypot(*np.diff(samples.pose[:, :2], axis=0).T)
+    return steps if samples.is_carried is None else np.where(samples.is_carried, 0.0, steps)
+
+
+def _distances_m(plan: Array, pose: Array) -> Array:
+    """Returns (M, N) distances between plan poses and driven poses."""
+    return np.hypot(*(plan[:, None, :2] - pose[None, :, :2]).transpose(2, 0, 1))
+
+
+def _heading_error_deg(log: TrialLog, *, takes_last: bool) -> float:
+    samples, plan = published_samples(log), log.course
+    if len(plan) == 0:
+        raise Undefined("there is no plan")
+    distances = _distances_m(plan, samples.pose)
+    if takes_last:
+        nearest = distances.shape[1] - 1 - distances[:, ::-1].argmin(axis=1)
+    else:
+        nearest = distances.argmin(axis=1)
+    robot_yaw = np.abs([wrap(yaw) for yaw in samples.pose[nearest, 2]])
+    plan_yaw = np.abs([wrap(yaw) for yaw in plan[:, 2]])
+    return float(np.degrees(np.abs(robot_yaw - plan_yaw).mean()))
+
+
+def _path_errors_m(log: TrialLog) -> Array:
+    whole = log.course
+    plan = whole[:-DROPPED_PLAN_POSES]
+    if len(plan) == 0:
+        raise Undefined(f"the plan has {len(whole)} poses; the last 4 are not looked at")
+    return _distances_m(plan, published_samples(log).pose).min(axis=1)
+
+
+def _seen_distances_m(log: TrialLog) -> Array:
+    require(log, "obstacle_corner_distance_m")
+    distances = published_samples(log).obstacle_corner_distance_m
+    seen = distances[np.isfinite(distances)]
+    if len(seen) == 0:
+        raise Undefined("no obstacle came into the local costmap")
+    return seen

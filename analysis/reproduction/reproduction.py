@@ -1,0 +1,173 @@
+"""The reproduction of the publication: findings judged, numbers side by side, one page.
+
+`write_reproduction` needs a results folder and nothing else; it never simulates.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pandas as pd
+
+from drake_navbench.analysis.reproduction.accounts import Account, account, shares
+from drake_navbench.analysis.reproduction.concordance import concordance, is_covered
+from drake_navbench.analysis.reproduction.findings import findings
+from drake_navbench.analysis.reproduction.judgement import Judgement, Part
+from drake_navbench.analysis.reproduction.lineups import present_lineups
+from drake_navbench.analysis.reproduction.page import ParametersOf, nothing_known, render
+from drake_navbench.analysis.tables import PUBLISHED_CONTROLLERS, published_table
+from drake_navbench.csv_text import csv_text
+from drake_navbench.logs.results import ResultsFolder, write_text
+
+PAGE_NAME = "reproduction.html"
+FINDINGS_NAME = "findings.csv"
+COMPARISON_NAME = "published_vs_ours.csv"
+ORDERINGS_NAME = "orderings.csv"
+
+
+def has_published_scenarios(scenarios: Iterable[str]) -> bool:
+    """Whether any of the scenarios is a published one, so that there is something to compare."""
+    return not set(published_table()["scenario"]).isdisjoint(scenarios)
+
+
+class Reproduction(NamedTuple):
+    """Where the page is, and what it comes to in a sentence."""
+
+    path: Path
+    sentence: str
+
+
+def write_reproduction(
+    folder: Path, trials: pd.DataFrame | None = None, parameters_of: ParametersOf = nothing_known
+) -> Reproduction:
+    """Writes findings.csv, published_vs_ours.csv, orderings.csv in tables/, and reproduction.html.
+
+    trials: rows as from `tables.trial_row`; the folder's own table if not given. Manifest and
+    inputs are the folder's. parameters_of: the resolved parameters of a preset that was not driven,
+    None where they are not known; what it changes is left out then. Raises InputError where the
+    folder is no results folder.
+    """
+    results = ResultsFolder(folder)
+    manifest = results.read_manifest()
+    if trials is None:
+        trials = pd.read_parquet(results.trials_path)
+    accounts = [account(trials, lineup) for lineup in present_lineups(trials)]
+    tables = folder / "tables"
+    write_text(tables / FINDINGS_NAME, csv_text(findings_table(accounts)))
+    write_text(tables / COMPARISON_NAME, csv_text(comparison_table(accounts)))
+    write_text(tables / ORDERINGS_NAME, csv_text(orderings_table(accounts)))
+    page = folder / PAGE_NAME
+    write_text(
+        page,
+        render(
+            folder, manifest=manifest, trials=trials, accounts=accounts, parameters_of=parameters_of
+        ),
+    )
+    return Reproduction(page, _in_a_sentence(accounts[0]))
+
+
+def _in_a_sentence(own: Account) -> str:
+    total = shares(own.judgements)[-1]
+    found = concordance(own.orderings)
+    text = f"Of the publication's {total.total} claims {total.holds} hold here"
+    if total.holds_from_one_trial:
+        text += f" ({total.holds_from_one_trial} of them by one trial, as nothing there is random)"
+    text += f", {total.level} are level, {total.contradicted} do not hold and {total.undecided} "
+    text += "are undecided"
+    if not found.orderings:
+        return f"{text}."
+    text += f". {found.ratio:.0%} of the orderings in its tables are found again"
+    if not own.baseline.permutations:
+        return f"{text}."
+    return (
+        f"{text}; if the controllers' names are exchanged at will, half of the exchanges find "
+        f"{own.baseline.median:.0%} or less, and the best one {own.baseline.best:.0%}."
+    )
+
+
+def findings_table(accounts: Iterable[Account]) -> pd.DataFrame:
+    """Returns one row a finding and lineup: published values, ours with intervals, the verdict."""
+    return pd.DataFrame(
+        [
+            _finding_row(account.lineup.name, judgement)
+            for account in accounts
+            for judgement in account.judgements
+        ]
+    )
+
+
+def comparison_table(accounts: Iterable[Account]) -> pd.DataFrame:
+    """Returns one row a published number and lineup: ours, its interval, relative difference."""
+    return pd.DataFrame(
+        [
+            {
+                "scenario": row.scenario,
+                "metric": row.metric,
+                "unit": row.unit,
+                "controller": row.controller,
+                "lineup": account.lineup.name,
+                "driven_scenario": account.lineup.scenario(row.scenario),
+                "preset": account.lineup.presets[row.controller],
+                "published": row.published,
+                "ours": row.ours.mean,
+                "ours_low": row.ours.interval.low,
+                "ours_high": row.ours.interval.high,
+                "relative_difference": row.relative_difference,
+                "trials": row.ours.count,
+            }
+            for account in accounts
+            for row in account.cells
+        ]
+    )
+
+
+def orderings_table(accounts: Iterable[Account]) -> pd.DataFrame:
+    """Returns one row a published ordering and lineup: both differences, whether they agree.
+
+    Differences are the second's mean minus the first's, as a share of the larger.
+    """
+    claimed = findings()
+    return pd.DataFrame(
+        [
+            {
+                "lineup": account.lineup.name,
+                **row._asdict(),
+                "agreement": row.agreement,
+                "is_claimed": is_covered(row, claimed),
+            }
+            for account in accounts
+            for row in account.orderings
+        ]
+    )
+
+
+def _finding_row(lineup: str, judgement: Judgement) -> dict[str, Any]:
+    finding = judgement.finding
+    deciding = judgement.deciding or Part("", judgement.verdict)
+    row: dict[str, Any] = {
+        "id": finding.number,
+        "lineup": lineup,
+        "scenario": finding.scenario,
+        "metric": finding.metric,
+        "relation": finding.relation_text,
+        "controllers": finding.controllers_text,
+        "where": finding.where,
+        "verdict": str(judgement.verdict),
+        "trials": deciding.difference.count,
+        "deciding": deciding.text,
+        "size": deciding.size,
+        "published_size": deciding.published_size,
+        "share_of_published": deciding.share_of_published,
+        "difference": deciding.difference.mean,
+        "difference_low": deciding.difference.interval.low,
+        "difference_high": deciding.difference.interval.high,
+        "note": judgement.note,
+    }
+    for name in PUBLISHED_CONTROLLERS:
+        ours = judgement.ours[name]
+        row[f"{name}_published"] = finding.published[name]
+        row[f"{name}_mean"] = ours.mean
+        row[f"{name}_low"], row[f"{name}_high"] = ours.interval
+    return row

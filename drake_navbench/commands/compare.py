@@ -1,0 +1,150 @@
+"""The command line: `python -m drake_navbench compare BASELINE OTHER...`.
+
+Only the standard library is imported before the arguments are read, so that --help is quick.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import sys
+import textwrap
+from collections.abc import Sequence
+from pathlib import Path
+
+from drake_navbench.commands.command_line import (
+    EXIT_DONE,
+    EXIT_WRONG_INPUT,
+    CommandParser,
+    exit_status_of,
+    listed_names,
+    percentage,
+    positive_number,
+)
+from drake_navbench.errors import InputError
+
+EXIT_REGRESSION = 1
+
+EPILOG = """\
+Trials of equal seed are paired. Arrivals and touches are judged by the exact
+sign test, metrics by Wilcoxon's, all corrected for their number: where nothing
+but noise differs, any change at all is told in at most 5% of comparisons.
+Losses that so few trials cannot decide are named, and are no regression.
+A regression test for CI:
+
+  drake-navbench compare results/main results/branch --junit compare.xml
+
+exit status: 0 no listed metric got worse, 1 one did, or a trial ended as an
+error that did not in BASELINE, or with --require-all something could not be
+compared, 2 wrong input, or nothing could be compared
+"""
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Returns the parser of the command line."""
+    parser = CommandParser(
+        prog="python -m drake_navbench compare",
+        description="Says what became better or worse between results folders.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    add = parser.add_argument
+    add("baseline", type=Path, metavar="BASELINE", help="the results folder to compare with")
+    add("others", type=Path, nargs="+", metavar="OTHER", help="results folders to judge")
+    add(
+        "--fail-on",
+        metavar="LIST",
+        help="metrics, comma-separated, whose getting worse is a regression, touch_rate and "
+        "success_rate always among them; none for no metric (touch_rate,success_rate,"
+        "min_clearance_m,time_to_goal_s,cross_track_error_mean_m,heading_error_mean_deg)",
+    )
+    add(
+        "--tolerance",
+        type=percentage,
+        default=0.01,
+        metavar="PERCENT",
+        help="smaller changes of a mean are none (1)",
+    )
+    add("--markdown", type=Path, metavar="FILE", help="where the report goes (standard output)")
+    add("--junit", type=Path, metavar="FILE", help="also write JUnit XML")
+    add(
+        "--require-all",
+        action="store_true",
+        help="a scenario, controller or trial that only one folder has, or that cannot be read, "
+        "fails, too",
+    )
+    add("--jobs", type=positive_number, default=2, help="parallel processes (2)")
+    return parser
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs the command; returns the exit status."""
+    arguments = build_parser().parse_args(argv)
+    # Also where a worker was ended from outside: status 1 is for regressions alone.
+    return exit_status_of(lambda: _compare(arguments), failed=EXIT_WRONG_INPUT)
+
+
+def _compare(arguments: argparse.Namespace) -> int:
+    from drake_navbench.analysis import compare
+    from drake_navbench.analysis.paired_tests import DEFAULT_LISTED
+    from drake_navbench.analysis.paired_text import lost_lines, sentence
+
+    comparison = compare.compare_folders(
+        [arguments.baseline, *arguments.others],
+        listed=_listed(arguments.fail_on, DEFAULT_LISTED),
+        tolerance=arguments.tolerance,
+        jobs=arguments.jobs,
+    )
+    text = compare.to_markdown(comparison)
+    _write(arguments.markdown, text)
+    if arguments.junit is not None:
+        _write(arguments.junit, compare.to_junit(comparison))
+    for line in lost_lines(comparison.errors):
+        print(f"regression: {line}", file=sys.stderr)
+    for finding in comparison.regressions:
+        print(f"regression: {sentence(finding)}", file=sys.stderr)
+    for line in comparison.undecided_losses:
+        print(f"not decided: {line}", file=sys.stderr)
+    for line in comparison.not_compared:
+        print(f"not compared: {line}", file=sys.stderr)
+    print(comparison.summary, file=sys.stderr)
+    worse = comparison.regressions or comparison.errors
+    fails = worse or (arguments.require_all and comparison.not_compared)
+    return EXIT_REGRESSION if fails else EXIT_DONE
+
+
+def _listed(text: str | None, default: tuple[str, ...]) -> tuple[str, ...]:
+    if text is None:
+        return default
+    if text == "none":
+        return ()
+    return listed_names(text)
+
+
+def wrapped_lines(text: str, width: int) -> str:
+    """Returns Markdown with its long lines broken at spaces; rows of tables stay whole."""
+    lines = []
+    for line in text.splitlines():
+        wraps = len(line) > width and not line.startswith("|")
+        lines += (
+            textwrap.wrap(line, width, break_long_words=False, break_on_hyphens=False)
+            if wraps
+            else [line]
+        )
+    return "\n".join(lines) + "\n"
+
+
+def _write(path: Path | None, text: str) -> None:
+    if path is None:
+        is_terminal = sys.stdout.isatty()
+        width = shutil.get_terminal_size().columns
+        sys.stdout.write(wrapped_lines(text, width) if is_terminal else text)
+        return
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror}") from error
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,73 @@
+"""The command line: `python -m drake_navbench report DIR`.
+
+Only the standard library is imported before the arguments are read, so that --help is quick.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from drake_navbench.commands.command_line import (
+    CommandParser,
+    exit_status_of,
+    positive_number,
+    positive_percentage,
+)
+from drake_navbench.errors import as_line
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Returns the parser of the command line."""
+    parser = CommandParser(
+        prog="python -m drake_navbench report",
+        description="Makes tables, figures and report.html of a results folder again, from its "
+        "logs, without simulating.",
+        epilog="exit status: 0 done, 1 a worker was ended from outside, 2 wrong input",
+    )
+    parser.add_argument("folder", type=Path, metavar="DIR", help="a results folder")
+    parser.add_argument(
+        "--figures",
+        choices=("none", "key", "all"),
+        default="key",
+        help="key: those that compare the controllers of a scenario; all: also the motion of each "
+        "controller, and every figure as PNG (key)",
+    )
+    parser.add_argument("--jobs", type=positive_number, default=2, help="parallel processes (2)")
+    parser.add_argument(
+        "--difference",
+        type=positive_percentage,
+        default=0.05,
+        metavar="PERCENT",
+        help="tell how many trials would show a difference of this size (5)",
+    )
+    return parser
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs the command; returns the exit status."""
+    arguments = build_parser().parse_args(argv)
+    return exit_status_of(lambda: _report(arguments))
+
+
+def _report(arguments: argparse.Namespace) -> None:
+    from drake_navbench.analysis.figures.album import FigureChoice
+    from drake_navbench.analysis.report import build_report
+    from drake_navbench.inputs.presets import resolved_parameters
+
+    result = build_report(
+        arguments.folder,
+        figures=FigureChoice(arguments.figures),
+        jobs=arguments.jobs,
+        difference=arguments.difference,
+        parameters_of=resolved_parameters,
+    )
+    for entry in result.left_out:
+        print(as_line(f"left out: {entry.path}: {entry.reason}"), file=sys.stderr)
+    print(f"{result.path}: {result.trial_count} trial{'s' if result.trial_count > 1 else ''}")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

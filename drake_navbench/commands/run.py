@@ -1,0 +1,309 @@
+"""The command line: `python -m drake_navbench.run`.
+
+Only the standard library is imported before the arguments are read, so that --help is quick.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from drake_navbench.commands.command_line import (
+    EXIT_DONE,
+    EXIT_FAILED,
+    EXIT_WRONG_INPUT,
+    CommandParser,
+    exit_status_of,
+    positive_number,
+    whole_number,
+)
+from drake_navbench.errors import InputError, InputWarning, printable
+
+ALLOWED_WITH_RESUME = {"cluster", "cluster_tls", "trust_network", "resume", "jobs", "quiet"}
+
+EPILOG = """\
+examples (drake-navbench run is the same as python -m drake_navbench.run):
+  drake-navbench run                            the published benchmark
+  drake-navbench run empty --controllers rpp    one scenario, one controller
+  drake-navbench run mine.yaml --controllers rpp,rpp:lookahead_dist=0.9
+  drake-navbench run --params nav2_params.yaml  the controllers of a Nav2 file
+  drake-navbench run --nav2 nav2_params.yaml    the whole of a Nav2 file
+  drake-navbench run doorway --controllers rpp \\
+      --sweep rpp.lookahead_dist=0.3:0.9:4      one parameter, four values
+  drake-navbench run --map map.yaml --goals 10 --controllers rpp,dwb
+
+exit status: 0 every trial ran (an abort is a result), 1 some trial ended in an
+error, 2 wrong input, 130 interrupted
+"""
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Returns the parser of the command line."""
+    parser = CommandParser(
+        prog="python -m drake_navbench.run",
+        usage="%(prog)s [SCENARIO ...] [OPTIONS]",
+        description="Drives mobile-robot controllers through scenarios in Drake and compares them.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    _add_what_drives(parser)
+    _add_where(parser)
+    _add_nav2_files(parser)
+    _add_sweeps(parser)
+    _add_how(parser)
+    _add_results(parser)
+    return parser
+
+
+def _add_what_drives(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument_group("what drives").add_argument
+    add(
+        "--controllers",
+        metavar="LIST",
+        help="presets, comma-separated; name:param=value[:param=value] makes a variant, and "
+        "path/to/file.py:Class stands for a name "
+        "(default: dwb, rpp, teb, teb_upstream, mppi, mppi_nav2)",
+    )
+    add(
+        "--original",
+        metavar="BUILD",
+        help="beside each column the original C++ of its controller, out of a build of nav2-build",
+    )
+    add("--robot", default="wheelchair", metavar="NAME|FILE", help="robot (wheelchair)")
+
+
+def _add_where(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument_group("where").add_argument
+    add(
+        "scenarios",
+        nargs="*",
+        default=[],
+        metavar="SCENARIO",
+        help="name of a built-in scenario or path of a YAML file (default: the published five)",
+    )
+    add(
+        "--map",
+        type=Path,
+        metavar="FILE",
+        help="a map to navigate on, of Nav2's map server or MovingAI's, with --start and --goal, "
+        "or with --goals",
+    )
+    for name in ("start", "goal"):
+        add(
+            f"--{name}",
+            type=float,
+            nargs=3,
+            metavar=("X", "Y", "YAW"),
+            help=f"{name} pose on the map, m, m, rad",
+        )
+    add(
+        "--goals",
+        type=positive_number,
+        metavar="N",
+        help="draw N tasks on the map: goals, and starts unless --start is given",
+    )
+    add(
+        "--barn", type=Path, metavar="DIR", help="BARN worlds, world_N.world with their path_files/"
+    )
+    add("--worlds", metavar="LIST", help="which of them, such as 3,10-20,100-299:50 (all)")
+
+
+def _add_nav2_files(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument_group("parameter files and Nav2").add_argument
+    add(
+        "--params",
+        action="append",
+        default=[],
+        type=Path,
+        metavar="FILE",
+        help="a preset file, or a Nav2 parameter file; its controllers become columns",
+    )
+    add(
+        "--nav2",
+        action="append",
+        default=[],
+        type=Path,
+        metavar="FILE",
+        help="a whole Nav2 parameter file: columns, costmaps, planner, checkers and so on; of "
+        "several files later ones count more",
+    )
+    add(
+        "--set",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="value for $(var NAME) or <NAME> in the Nav2 files",
+    )
+    add(
+        "--nav2-release",
+        choices=("humble", "iron", "jazzy", "kilted", "lyrical"),
+        help="what the Nav2 files of --nav2 and --params are written for (told by their own marks)",
+    )
+    add(
+        "--check",
+        action="store_true",
+        help="tell what becomes of each parameter of the Nav2 files, and run nothing",
+    )
+
+
+def _add_sweeps(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument_group("sweeps").add_argument
+    add(
+        "--sweep",
+        action="append",
+        default=[],
+        metavar="FIELD=VALUES",
+        help="drive at each of these values of a field of a controller (rpp.lookahead_dist), the "
+        "robot (localization.xy_std_m) or the scenario: 1,2,5 or LOW:HIGH:COUNT[:log]; several "
+        "make a grid",
+    )
+    add(
+        "--samples",
+        type=positive_number,
+        metavar="N",
+        help="draw N points of a Latin hypercube over the --sweep fields instead of their grid",
+    )
+
+
+def _add_how(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument_group("how").add_argument
+    add(
+        "--trials",
+        type=positive_number,
+        default=4,
+        metavar="N",
+        help="per scenario and controller (4)",
+    )
+    add("--seed", type=whole_number, default=0, help="of the whole run (0)")
+    add("--jobs", type=_jobs, default=None, metavar="N|auto", help="parallel workers (auto)")
+    add(
+        "--cluster",
+        metavar="ADDRESS|local:N",
+        help="drive on the workers of a dask scheduler, tls://HOST:PORT, or of one with N workers "
+        "that is started here",
+    )
+    add(
+        "--cluster-tls",
+        type=Path,
+        metavar="DIR",
+        help="ca.pem, cert.pem and key.pem by which a tls:// cluster and this run know each other",
+    )
+    add(
+        "--trust-network",
+        action="store_true",
+        help="take a tcp:// cluster: whoever reaches its machines may run code as you",
+    )
+    add(
+        "--live", action="store_true", help="show each trial in a browser, in real time, one by one"
+    )
+    add("--resume", type=Path, metavar="DIR", help="go on with an interrupted run")
+
+
+def _add_results(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument_group("results and output").add_argument
+    add("--out", type=Path, metavar="DIR", help="new results folder (results/<time>)")
+    add(
+        "--replay",
+        choices=("race", "each", "none"),
+        help="replays to write (race; of a sweep none)",
+    )
+    add(
+        "--figures",
+        choices=("none", "key", "all"),
+        help="of the report; key: those that compare the controllers of a scenario; all: also the "
+        "motion of each controller, and every figure as PNG (key; of a sweep none)",
+    )
+    add(
+        "--no-costmaps",
+        action="store_true",
+        help="leave the local costmaps out of the logs, which become smaller; replays lack them",
+    )
+    add("--list", action="store_true", help="list scenarios, controllers and robots")
+    add("--quiet", action="store_true", help="print errors only")
+
+
+def _jobs(text: str) -> int | None:
+    return None if text == "auto" else positive_number(text)
+
+
+def _require_nothing_else(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> None:
+    """Raises InputError where --resume comes with options that only a new run can take."""
+    for name, value in vars(arguments).items():
+        if name not in ALLOWED_WITH_RESUME and value != parser.get_default(name):
+            option = "SCENARIO" if name == "scenarios" else f"--{name.replace('_', '-')}"
+            raise InputError(
+                f"--resume {arguments.resume}: goes on with what was asked then; "
+                f"expected no {option}, got {value!r}"
+            )
+
+
+def _commas_wanted(names: Sequence[str]) -> str:
+    """Returns the sentence for controllers that were given as several arguments."""
+    return (
+        f"--controllers: expected names separated by commas, --controllers {','.join(names)}; "
+        f"got {' '.join(names)}"
+    )
+
+
+@contextmanager
+def _input_warnings_as_lines(*, quiet: bool) -> Iterator[None]:
+    """Lets warnings about the input be single lines on stderr, or none where it is to be quiet."""
+    with warnings.catch_warnings():
+        show_others = warnings.showwarning
+
+        def show(
+            message: Warning | str, category: type[Warning], *where: Any, **options: Any
+        ) -> None:
+            if issubclass(category, InputWarning):
+                print(printable(str(message)), file=sys.stderr)
+            else:
+                show_others(message, category, *where, **options)
+
+        warnings.showwarning = show
+        if quiet:
+            warnings.simplefilter("ignore", InputWarning)
+        yield
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs the command; returns the exit status."""
+    parser = build_parser()
+    arguments, rest = parser.parse_known_args(argv)
+    if rest and arguments.controllers and not any(text.startswith("-") for text in rest):
+        print(_commas_wanted([arguments.controllers, *rest]), file=sys.stderr)
+        return EXIT_WRONG_INPUT
+    if rest:
+        parser.error(f"unrecognized arguments: {' '.join(rest)}")
+    with _input_warnings_as_lines(quiet=arguments.quiet):
+        return exit_status_of(lambda: _run(parser, arguments))
+
+
+def _run(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> int:
+    began_s = time.perf_counter()
+    if arguments.list:
+        from drake_navbench.campaign.console import terminal
+        from drake_navbench.commands.listing import print_listing
+
+        print_listing(terminal())
+        return EXIT_DONE
+    if arguments.resume is not None:
+        _require_nothing_else(parser, arguments)
+    if arguments.check:
+        from drake_navbench.campaign.asked import print_check
+
+        print_check(arguments)
+        return EXIT_DONE
+    from drake_navbench.campaign.benchmark import run_from_command_line
+
+    any_error = run_from_command_line(arguments, began_s=began_s)
+    return EXIT_FAILED if any_error else EXIT_DONE
+
+
+if __name__ == "__main__":
+    sys.exit(main())

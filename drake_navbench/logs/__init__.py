@@ -1,0 +1,1 @@
+"""Logs of trials and folders of results."""

@@ -1,0 +1,399 @@
+"""TrialLog: all that is kept of a trial, and the schema that analysis reads.
+
+One Parquet file a trial. The rows are samples on the recorder's clock; what changes more slowly
+(scans, plans, the controller's diagnostics) stands in the row of the first sample that saw it and
+is null elsewhere. What does not change (scenario, robot, parameters, outcome) is JSON in the file's
+metadata. docs/log_format.md is generated from `COLUMNS`, `PLAN_COLUMNS` and `COSTMAP_COLUMNS`.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
+from html import escape
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+from numpy.typing import NDArray
+from pydantic import ConfigDict, Field
+
+from drake_navbench.errors import InputError, as_line, one_line, printable
+from drake_navbench.kernels.grid import Costmap
+from drake_navbench.logs.costmaps import costmap_columns, read_costmaps
+from drake_navbench.logs.people import LoggedPeople, people_columns, read_people
+from drake_navbench.logs.plans import (
+    PLAN_COLUMNS,
+    PLAN_ENCODINGS,
+    Plan,
+    first_of_each_leg,
+    plan_columns,
+    read_plans,
+)
+from drake_navbench.logs.scans import SCAN_LEAVES, Scan, read_scans, scan_columns
+from drake_navbench.typed_files.typed_yaml import FrozenModel, validate
+
+SCHEMA_VERSION = 2
+METADATA_KEY = b"drake_navbench"
+
+# Column -> meaning; the unit is in the name.
+COLUMNS: Mapping[str, str] = {
+    "time_s": "time since the start of the trial",
+    "x_m": "true position, world frame",
+    "y_m": "true position, world frame",
+    "yaw_rad": "true heading, not wrapped",
+    "v_mps": "true forward velocity",
+    "w_radps": "true yaw rate",
+    "estimated_x_m": "position as the controller is told",
+    "estimated_y_m": "position as the controller is told",
+    "estimated_yaw_rad": "heading as the controller is told",
+    "measured_v_mps": "forward velocity as the controller is told",
+    "measured_w_radps": "yaw rate as the controller is told",
+    "command_v_mps": "last commanded forward velocity",
+    "command_w_radps": "last commanded yaw rate",
+    "clearance_m": "from the footprint to the nearest obstacle, every 0.05 s; 0 at a contact",
+    "obstacle_cell_distance_m": "reference point to the nearest centre of a lethal cell of the "
+    "local costmap",
+    "obstacle_corner_distance_m": "reference point to the nearest lower left corner of a lethal "
+    "cell, which the publication takes for the cell",
+    "cycle_count": "control cycles so far",
+    "compute_time_ms": "wall-clock time of the last control cycle (varies from run to run)",
+    "compute_cpu_time_ms": "processor time of the thread in the last control cycle (likewise); "
+    "empty in logs from before it was measured",
+}
+# Only in logs of robots that move sideways.
+LATERAL_COLUMNS: Mapping[str, str] = {
+    "vy_mps": "true velocity to the left",
+    "measured_vy_mps": "velocity to the left as the controller is told",
+    "command_vy_mps": "last commanded velocity to the left",
+}
+# Only in logs of robots whose odometry has a frame of its own.
+ODOMETRY_COLUMNS: Mapping[str, str] = {
+    "odometry_x_m": "position in the odometry's frame, in which local costmaps and what the "
+    "controller left lie",
+    "odometry_y_m": "position in the odometry's frame",
+    "odometry_yaw_rad": "heading in the odometry's frame",
+}
+# Only in logs of missions over several floors.
+MISSION_COLUMNS: Mapping[str, str] = {
+    "floor": "index of the floor that the robot is on, among the header's `floors`",
+    "leg": "index of the leg of the mission; a ride belongs to the leg before it",
+}
+# Columns of some logs: all of a group, or none.
+OWN_COLUMNS = (LATERAL_COLUMNS, ODOMETRY_COLUMNS, MISSION_COLUMNS)
+# Columns that came later, without which a log is whole all the same.
+LATER_COLUMNS = frozenset({"compute_cpu_time_ms"})
+# Not a function of the trial: two runs of one differ in these.
+UNREPEATABLE_COLUMNS = ("compute_time_ms", "compute_cpu_time_ms")
+
+
+# Of a name or reason in the short form of a log.
+MAX_SHOWN = 80
+# Uncompressed; a trial of an hour takes a tenth of it.
+MAX_LOG_BYTES = 1_000_000_000
+
+
+class Outcome(StrEnum):
+    """How a trial ended."""
+
+    SUCCEEDED = "succeeded"
+    ABORTED = "aborted"
+    COLLIDED = "collided"
+    TIMED_OUT = "timed_out"
+    ERROR = "error"
+
+
+class _HeaderScenario(FrozenModel):
+    model_config = ConfigDict(extra="allow")
+
+    name: str
+    goal: tuple[float, float, float]
+
+
+class _Header(FrozenModel):
+    """The fields of a log's header that every reader relies on."""
+
+    model_config = ConfigDict(extra="allow")
+
+    scenario: _HeaderScenario
+    robot: dict[str, Any]
+    controller: str
+    trial: int
+    seed: int
+    outcome: Outcome
+    reason: str
+    start_time_s: float
+    end_time_s: float
+    missing: dict[str, str] = Field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TrialLog:
+    """The log of one trial after it ended.
+
+    samples: one row a sample, columns as in `COLUMNS` and, for robots that move sideways,
+        `LATERAL_COLUMNS`, for those whose odometry drifts `ODOMETRY_COLUMNS`.
+    plans: the global plans in order of time, as `drake_navbench.logs.plans.as_logged` keeps them; one
+        in the mode follow_path.
+    scans: the lidar scans in order. costmaps: the local costmaps in order, where they were kept.
+    diagnostics: (time_s, mapping) of every control cycle that left any.
+    events: (time_s, mapping) of what the navigator did: `node` and `status` where a node of its
+        behaviour tree changed, `plan_id` and `poses` where there was a new plan.
+    people: where the people were, None in worlds without any.
+    info: scenario, robot, controller, parameters, seed, outcome, reason ... as plain JSON values.
+    """
+
+    samples: pd.DataFrame
+    plans: tuple[Plan, ...]
+    info: Mapping[str, Any]
+    scans: tuple[Scan, ...] = ()
+    diagnostics: tuple[tuple[float, Mapping[str, Any]], ...] = field(default=())
+    events: tuple[tuple[float, Mapping[str, Any]], ...] = field(default=())
+    costmaps: tuple[Costmap, ...] = ()
+    people: LoggedPeople | None = None
+
+    def __repr__(self) -> str:
+        """Returns who drove what, how it ended and how much there is, as one short line."""
+        told = ", ".join(f"{name}={value}" for name, value in self._in_short().items())
+        return f"TrialLog({told})"
+
+    def _repr_html_(self) -> str:
+        """Returns the same as a small table, for notebooks."""
+        rows = "".join(
+            f"<tr><th>{name}</th><td>{escape(str(value))}</td></tr>"
+            for name, value in self._in_short().items()
+        )
+        return f"<table>{rows}</table>"
+
+    def _in_short(self) -> dict[str, Any]:
+        told = {
+            "scenario": self.info["scenario"]["name"],
+            "controller": self.info["controller"],
+            "trial": self.info["trial"],
+            "seed": self.info["seed"],
+            "outcome": self.info["outcome"],
+            "reason": self.info["reason"],
+        }
+        return {name: printable(str(value))[:MAX_SHOWN] for name, value in told.items()} | {
+            "end_time_s": f"{self.end_time_s:.4g}",
+            "samples": len(self.samples),
+            "scans": len(self.scans),
+            "plans": len(self.plans),
+        }
+
+    def metrics(self) -> pd.DataFrame:
+        """Returns every installed metric of the trial, with the reason where it has no value."""
+        return _analysis().metrics_of(self)
+
+    def plot(self) -> Any:
+        """Returns path, velocities, accelerations and energy as a picture for notebooks."""
+        return _analysis().plot(self)
+
+    def replay(self, path: Path | str) -> Any:
+        """Writes the trial's replay, a page that plays offline; notebooks show it in a frame."""
+        return _analysis().replay(self, path)
+
+    @property
+    def outcome(self) -> Outcome:
+        """How the trial ended."""
+        return Outcome(self.info["outcome"])
+
+    @property
+    def end_time_s(self) -> float:
+        """When the trial ended, s."""
+        return float(self.info["end_time_s"])
+
+    @property
+    def missing(self) -> Mapping[str, str]:
+        """The parts of the log that a recording does not have, each with the reason."""
+        return self.info.get("missing", {})
+
+    @property
+    def is_recording(self) -> bool:
+        """Whether it was made of a recording, not simulated."""
+        return "recording" in self.info
+
+    @property
+    def first_plans(self) -> tuple[Plan, ...]:
+        """The first plan of every leg that has any."""
+        return first_of_each_leg(self.plans)
+
+    @property
+    def course(self) -> NDArray[np.float64]:
+        """(N, 3) the first plans of all legs, one behind the other: x m, y m, yaw rad."""
+        return np.concatenate([np.empty((0, 3)), *(plan.poses for plan in self.first_plans)])
+
+    @property
+    def obstacles(self) -> list[Mapping[str, Any]]:
+        """The world's obstacles as shapes of a scenario file; a map's walls are boxes."""
+        return self.info.get("obstacles", self.info["scenario"]["world"]["obstacles"])
+
+    def write(self, path: Path) -> None:
+        """Writes the Parquet file; equal logs give equal bytes."""
+        pq.write_table(
+            self._table(),
+            path,
+            compression="zstd",
+            use_dictionary=[*_WITH_DICTIONARY, *self._own_columns],
+            column_encoding=dict(PLAN_ENCODINGS),
+        )
+
+    @property
+    def _own_columns(self) -> list[str]:
+        return _own_columns(self.samples.columns)
+
+    def _table(self) -> pa.Table:
+        times = self.samples["time_s"].to_numpy()
+        names = [*COLUMNS, *self._own_columns]
+        columns = {name: pa.array(self.samples[name].to_numpy()) for name in names}
+        rows = [_first_row_at(times, scan.time_s) for scan in self.scans]
+        columns |= scan_columns(self.scans, rows, len(times))
+        notes: list[str | None] = [None] * len(times)
+        for time_s, diagnostics in self.diagnostics:
+            row = _first_row_at(times, time_s)
+            notes[row] = as_json({"time_s": time_s} | dict(diagnostics))
+        columns["diagnostics"] = pa.array(notes, type=pa.string())
+        rows = [_first_row_at(times, plan.time_s) for plan in self.plans]
+        columns |= plan_columns(self.plans, rows, len(times))
+        rows = [_first_row_at(times, costmap.stamp_s) for costmap in self.costmaps]
+        columns |= costmap_columns(self.costmaps, rows, len(times))
+        columns |= people_columns(self.people, times)
+        header = dict(self.info) | {
+            "schema_version": SCHEMA_VERSION,
+            "events": [{"time_s": time_s} | dict(event) for time_s, event in self.events],
+            "scan_angles_rad": self.scans[0].angles_rad.tolist() if self.scans else [],
+        }
+        metadata = {METADATA_KEY: json.dumps(header, sort_keys=True).encode()}
+        return pa.table(columns).replace_schema_metadata(metadata)
+
+    @classmethod
+    def read(cls, path: str | Path) -> TrialLog:
+        """Reads a log; raises InputError where the file is no whole log of this schema version."""
+        path = Path(path)
+        try:
+            if not path.is_file():
+                raise InputError(f"{path}: not a readable trial log: no such file")
+            size = pq.read_metadata(path)
+            uncompressed = sum(
+                size.row_group(group).total_byte_size for group in range(size.num_row_groups)
+            )
+            if uncompressed > MAX_LOG_BYTES:
+                raise InputError(f"{path}: not a trial log: {uncompressed / 1e9:.3g} GB of columns")
+            table = pq.read_table(path)
+        # A name of a column may be no text.
+        except (OSError, UnicodeDecodeError, pa.ArrowException) as error:
+            raise InputError(f"{path}: not a readable trial log: {as_line(str(error))}") from error
+        metadata = (table.schema.metadata or {}).get(METADATA_KEY)
+        if metadata is None:
+            raise InputError(f"{path}: a Parquet file, but not a trial log")
+        try:
+            info = json.loads(metadata)
+        except (ValueError, RecursionError) as error:
+            raise InputError(f"{path}: a trial log with unreadable metadata: {error}") from error
+        if not isinstance(info, dict):
+            raise InputError(f"{path}: a trial log with unreadable metadata: expected an object")
+        version = info.pop("schema_version", None)
+        if version != SCHEMA_VERSION:
+            raise InputError(
+                f"{path}: schema version {version}, expected {SCHEMA_VERSION}; run the trial again"
+            )
+        found = set(table.column_names)
+        missing = {*COLUMNS, *PLAN_COLUMNS, "scan", "diagnostics"} - LATER_COLUMNS - found
+        for columns in OWN_COLUMNS:
+            if found & set(columns):
+                missing |= set(columns) - found
+        if missing:
+            raise InputError(
+                f"{path}: a trial log without the columns {', '.join(sorted(missing))}"
+            )
+        header = {name: info[name] for name in _Header.model_fields if name in info}
+        validate(_Header, header, str(path))
+        try:
+            return cls._of(table, info)
+        except (
+            pa.ArrowException,
+            AttributeError,
+            KeyError,
+            OverflowError,
+            RecursionError,
+            TypeError,
+            ValueError,
+        ) as error:
+            raise InputError(f"{path}: a damaged trial log: {one_line(error)}") from error
+
+    @classmethod
+    def _of(cls, table: pa.Table, info: dict[str, Any]) -> TrialLog:
+        """Returns the log that a table and its header make; raises anything where they do not."""
+        angles = np.array(info.pop("scan_angles_rad"), dtype=float)
+        events = info.pop("events", [])
+        notes = _read_notes(table["diagnostics"].drop_null().to_pylist())
+        own = _own_columns(table.column_names)
+        present = [name for name in COLUMNS if name in table.column_names]
+        samples = table.select([*present, *own]).to_pandas()
+        samples = samples.reindex(columns=[*COLUMNS, *own])
+        if not all(kind.kind in "if" for kind in samples.dtypes):
+            raise TypeError("a column does not hold numbers")
+        return cls(
+            samples=samples,
+            plans=read_plans(table),
+            info=info,
+            scans=tuple(read_scans(table["scan"].drop_null(), angles)),
+            diagnostics=tuple((float(n.pop("time_s")), n) for n in notes),
+            events=tuple((float(event.pop("time_s")), event) for event in events),
+            costmaps=read_costmaps(table),
+            people=read_people(table),
+        )
+
+
+def _own_columns(found: Collection[str]) -> list[str]:
+    """Returns the columns among those found that only some logs have."""
+    return [name for columns in OWN_COLUMNS for name in columns if name in found]
+
+
+def _analysis() -> Any:
+    """Returns the analysis module that makes tables and pictures of a log.
+
+    It stands above this module and takes seconds to import; only who asks for it waits.
+    """
+    return import_module("drake_navbench.analysis.notebook")
+
+
+# Parquet takes no encoding for a column that may have a dictionary, so these are named, by leaf.
+_WITH_DICTIONARY = [
+    *COLUMNS,
+    "diagnostics",
+    *SCAN_LEAVES,
+]
+
+
+def _read_notes(texts: Sequence[str]) -> list[dict[str, Any]]:
+    """Returns the JSON objects of texts; one call for all takes a third of the time."""
+    notes: list[dict[str, Any]] = json.loads(f"[{','.join(texts)}]")
+    if len(notes) != len(texts):
+        raise ValueError("diagnostics: expected a JSON object a row")
+    return notes
+
+
+def as_json(values: Mapping[str, Any]) -> str:
+    """Returns a controller's diagnostics as JSON text.
+
+    Raises TypeError or ValueError where it is more than numbers, text, flags and arrays of them.
+    """
+    return json.dumps(dict(values), sort_keys=True, default=_as_plain)
+
+
+def _as_plain(value: Any) -> Any:
+    """Turns numpy values, which json does not know, into plain ones."""
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    raise TypeError(f"a log may hold numbers, text, flags and arrays, got {type(value).__name__}")
+
+
+def _first_row_at(times: NDArray[np.float64], time_s: float) -> int:
+    return min(int(np.searchsorted(times, time_s)), len(times) - 1)

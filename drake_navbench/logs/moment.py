@@ -1,0 +1,31 @@
+"""What there is to be seen of a trial at a time, for those who watch it while it runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from numpy.typing import NDArray
+
+from drake_navbench.kernels.grid import Costmap
+from drake_navbench.logs.scans import Scan
+
+
+class Moment(NamedTuple):
+    """One look at a trial.
+
+    state: (6,) x m, y m, yaw rad, v m/s, w rad/s, vy m/s. scan, costmap: the latest, None before
+    there was any. plan: (N, 3) poses of the plan in force, x m, y m, yaw rad; None before there is
+    one. diagnostics: what the controller left in its last cycle. moving_poses: (B, 3) x m, y m, yaw
+    rad of what moves. odometry_from_world: (3,) where the world lies in the odometry's frame, that
+    of costmap and diagnostics; None where the two are one.
+    """
+
+    time_s: float
+    state: NDArray[Any]
+    scan: Scan | None
+    costmap: Costmap | None
+    plan: NDArray[Any] | None
+    diagnostics: Mapping[str, Any]
+    moving_poses: NDArray[Any]
+    odometry_from_world: NDArray[Any] | None = None

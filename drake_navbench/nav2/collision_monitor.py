@@ -1,0 +1,194 @@
+"""From the collision monitor of a Nav2 file to ours.
+
+Source: nav2_collision_monitor, branches humble to lyrical.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from drake_navbench.nav2.check import Status
+from drake_navbench.nav2.node_reader import NodeReader
+from drake_navbench.nav2.outline import parse_points
+from drake_navbench.nav2.release import Release
+from drake_navbench.navigation.collision_monitor import (
+    CollisionMonitorParameters,
+    MonitorCircle,
+    MonitorPolygon,
+    SubPolygon,
+    VelocityPolygon,
+)
+from drake_navbench.typed_files.quantities import MAX_COUNT, MIN_COUNT
+from drake_navbench.typed_files.typed_yaml import FrozenModel
+
+Fields = dict[str, Any]
+
+SHAPES: dict[str, type[FrozenModel]] = {
+    "polygon": MonitorPolygon,
+    "circle": MonitorCircle,
+    "velocity_polygon": VelocityPolygon,
+}
+APART = {"type", "points", "velocity_polygons"}
+# Which Nav2 reads for a holonomic velocity polygon only.
+DIRECTIONS = ("direction_start_angle", "direction_end_angle")
+ACTIONS_SINCE_IRON = ("limit", "none")
+OTHER_SENSORS = ("pointcloud", "range", "polygon", "costmap")
+
+
+def read_collision_monitor(reader: NodeReader) -> Fields:
+    """Returns the collision monitor; None where none of its shapes can be had.
+
+    Some robots start it apart from all else, so that a file may hold one that never runs: with a
+    shape that the release cannot make, such as one without a type, Nav2's does not start.
+    """
+    listed = reader.names("polygons", [])
+    faults = [fault for name in listed if (fault := _fault(reader, name))]
+    if faults:
+        for name in reader.node.parameters:
+            reader.note(Status.NO_MEANING, name)
+        remark = f"{faults[0]}: Nav2's does not start, there is none"
+        reader.note(Status.STAND_IN, "polygons", remark)
+        return {"collision_monitor": None}
+    names = ("enabled", "source_timeout", "base_shift_correction")
+    values = reader.block(CollisionMonitorParameters, names=names)
+    _note_sources(reader)
+    shapes = {name: _shape(reader, name) for name in listed}
+    values["polygons"] = {name: shape for name, shape in shapes.items() if shape is not None}
+    _note_unlisted(reader, shapes)
+    idle = (
+        "footprint_topic",
+        "polygon_pub_topic",
+        "polygon_sub_topic",
+        "polygon_subscribe_transient_local",
+        "visualize",
+    )
+    without_meaning = {f"*.{name}" for name in idle}
+    reader.finish({*without_meaning, "state_topic", "stop_pub_timeout", "toggle_topic"})
+    return {"collision_monitor": values if values["polygons"] else None}
+
+
+def _fault(reader: NodeReader, name: str) -> str:
+    """Returns why the release does not start with a shape; '' where it does."""
+    found, release = reader.node.get, reader.release
+    kind, action = found(f"{name}.type"), found(f"{name}.action_type")
+    if kind is None:
+        return f"{name} is listed, but has no type"
+    is_other = isinstance(kind, str) and kind not in SHAPES
+    if is_other or (kind == "velocity_polygon" and release.age < Release.JAZZY.age):
+        return f"{name} is a {kind}, which {release} has not"
+    if action in ACTIONS_SINCE_IRON and release is Release.HUMBLE:
+        return f"{name} has the action {action}, which {release} has not"
+    is_text = isinstance(found(f"{name}.points"), str)
+    if kind == "polygon" and is_text and not _takes_text(release) and _has_corners(reader, name):
+        return f"{name}.points is a text, where {release} takes a list of numbers"
+    return ""
+
+
+def _takes_text(release: Release) -> bool:
+    """Tells whether corners are a text, '[[x, y], ...]', and not a list of numbers."""
+    return release.age >= Release.JAZZY.age
+
+
+def _has_corners(reader: NodeReader, name: str) -> bool:
+    """Tells whether the release reads the corners of a polygon: humble approaches as the robot."""
+    approaches = reader.node.get(f"{name}.action_type") == "approach"
+    return not (approaches and reader.release is Release.HUMBLE)
+
+
+def _note_sources(reader: NodeReader) -> None:
+    for index, source in enumerate(reader.names("observation_sources", [])):
+        kind = reader.text(f"{source}.type", "scan")
+        if kind in OTHER_SENSORS:
+            remark = (
+                f"{kind}: no such sensor here, nothing stands in for it; the lidar is looked at"
+            )
+            reader.note_block(Status.STAND_IN, source, remark)
+        elif index > 0:
+            remark = "left out; the robot has one lidar"
+            reader.note_block(Status.STAND_IN, source, remark)
+        else:
+            remark = "the robot's lidar"
+            reader.note_block(Status.OTHER_FORM, source, remark)
+
+
+def _shape(reader: NodeReader, name: str) -> Fields | None:
+    """Returns a shape; None where it cannot be had."""
+    kind = reader.text(f"{name}.type")
+    if kind == "circle" and reader.node.get(f"{name}.radius") == 0:
+        reader.note_block(Status.DOUBTFUL, name, "left out; its radius is 0, nothing is ever in it")
+        return None
+    model = SHAPES[kind]
+    own = [field for field in model.model_fields if field not in APART]
+    place = f"{name}."
+    values: Fields = {}
+    for field in own:
+        if reader.gives(model, field, place + field):
+            values[field] = reader.value(place + field)
+    if "min_points" in values:
+        values["min_points"] = _as_int32(reader, f"{place}min_points")
+    if reader.given(f"{place}max_points"):
+        # In humble the only one, later the one that prevails: more points than this trigger.
+        if "min_points" in values:
+            reader.note(Status.UNREAD, f"{place}min_points", "max_points prevails")
+        values["min_points"] = int(reader.number(f"{place}max_points", 3)) + 1
+        reader.note(Status.OTHER_FORM, f"{place}max_points", "min_points less one, as in humble")
+    if kind == "velocity_polygon":
+        values["velocity_polygons"] = {
+            sub: _sub_polygon(reader, f"{place}{sub}.", holonomic=values.get("holonomic") is True)
+            for sub in reader.names(f"{place}velocity_polygons", [])
+        }
+    elif kind == "polygon":
+        values["points"] = None
+        if _has_corners(reader, name):
+            values["points"] = _points(reader, f"{place}points")
+        elif reader.given(f"{place}points"):
+            remark = f"{reader.release} does not read it; the robot's outline approaches"
+            reader.note(Status.UNREAD, f"{place}points", remark)
+        if values["points"] is None and values.get("action_type") != "approach":
+            remark = "left out; its corners come over a topic"
+            reader.note_block(Status.STAND_IN, name, remark)
+            return None
+    return {"type": kind, **reader.checked(model, {"type": kind, **values}, place)}
+
+
+def _as_int32(reader: NodeReader, name: str) -> Any:
+    """Returns a whole number as Nav2 keeps it: of larger ones the last 32 bits, with their sign."""
+    given = reader.value(name)
+    if not isinstance(given, int) or isinstance(given, bool) or MIN_COUNT <= given <= MAX_COUNT:
+        return given
+    kept = (given - MIN_COUNT) % (MAX_COUNT - MIN_COUNT + 1) + MIN_COUNT
+    reader.note(Status.OTHER_FORM, name, f"{kept}, as Nav2 keeps the last 32 bits of {given}")
+    return kept
+
+
+def _sub_polygon(reader: NodeReader, place: str, *, holonomic: bool) -> Fields:
+    apart = {"points"} if holonomic else {"points", *DIRECTIONS}
+    limits = [field for field in SubPolygon.model_fields if field not in apart]
+    values = {f: reader.value(place + f) for f in limits if reader.given(place + f)}
+    values["points"] = _points(reader, f"{place}points")
+    return reader.checked(SubPolygon, values, place)
+
+
+def _points(reader: NodeReader, name: str) -> list[list[float]] | None:
+    """Returns corners from a text as from jazzy on, or from a flat list as up to iron."""
+    given = reader.value(name)
+    if given is None:
+        return None
+    corners = parse_points(given) if isinstance(given, str) else given
+    is_flat = isinstance(corners, list) and all(isinstance(v, int | float) for v in corners)
+    if is_flat and len(corners) % 2 == 0:
+        if not isinstance(given, str) and _takes_text(reader.release):
+            # Taken nevertheless: the release may be told by nothing, and counts as the newest.
+            remark = f"a list of numbers, as up to iron, where {reader.release} takes a text"
+            reader.note(Status.OTHER_FORM, name, remark)
+        return [list(pair) for pair in zip(corners[::2], corners[1::2], strict=True)]
+    if not isinstance(corners, list):
+        raise reader.fault(name, f"expected '[[x, y], [x, y], ...]', got {str(given)[:60]!r}")
+    return corners
+
+
+def _note_unlisted(reader: NodeReader, listed: Fields) -> None:
+    kinds = (name for name in reader.node.parameters if name.endswith(".action_type"))
+    for shape in dict.fromkeys(name.rpartition(".")[0] for name in kinds):
+        if shape not in listed:
+            reader.note_block(Status.UNREAD, shape, "not listed in polygons")

@@ -1,0 +1,114 @@
+"""The columns that a whole Nav2 file makes, and what became of each controller's parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from typing import Any
+
+from drake_navbench.controller import NEWEST_RELEASE, RELEASE_FIELD
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.presets import Preset
+from drake_navbench.nav2.check import CheckRow, Status
+from drake_navbench.nav2.controllers import (
+    NoCounterpart,
+    listed_plugins,
+    plugin_preset,
+    plugin_type_of,
+)
+from drake_navbench.nav2.node_reader import similar_name_hint
+from drake_navbench.nav2.parameters import Node
+from drake_navbench.nav2.substitutions import missing_value
+from drake_navbench.plugins.names import flattened, nested
+
+# The block that a rotation shim keeps its primary controller's parameters in, since Lyrical.
+PRIMARY = "primary_controller."
+
+
+def read_columns(server: Node, release: str) -> tuple[list[Preset], list[CheckRow]]:
+    """Returns a column for each controller that there is a counterpart of, and rows for all.
+
+    release: of Nav2, for controllers that follow it. Raises InputError where there is none at all,
+    or a value is wrong.
+    """
+    _require_values(server)
+    plugins = listed_plugins(server)
+    presets: list[Preset] = []
+    rows: list[CheckRow] = []
+    left_out: list[InputError] = []
+    for plugin in plugins:
+        try:
+            preset = _column(server, plugin, release, rows)
+        except NoCounterpart as error:
+            left_out.append(error)
+            remark = f"{plugin_type_of(server, plugin)}: no such controller here, no column"
+            rows.append(_row(Status.STAND_IN, server, f"{plugin}.plugin", remark))
+        else:
+            presets.append(preset)
+            told = {row.parameter.removeprefix(f"{plugin}.") for row in rows}
+            rows += _rows(server, plugin, preset, told)
+    if not presets and left_out:
+        raise left_out[0]
+    return presets, rows
+
+
+def _require_values(server: Node) -> None:
+    for name, parameter in server.parameters.items():
+        missing = missing_value(parameter.value)
+        if missing is not None:
+            raise InputError(
+                f"{server.where(name)}: {missing} has no value; expected --set {missing}=value"
+            )
+
+
+def _column(server: Node, plugin: str, release: str, rows: list[CheckRow]) -> Preset:
+    plugin_type = plugin_type_of(server, plugin)
+    return plugin_preset(server, plugin, plugin_type, release)
+
+
+def _rows(server: Node, plugin: str, preset: Preset, told: Collection[str]) -> list[CheckRow]:
+    model = preset.controller_class.Parameters
+    names = {*model.model_fields, *(name for name, _ in flattened(preset.values))}
+    release = preset.values.get(RELEASE_FIELD, NEWEST_RELEASE)
+    given = server.below(plugin)
+    others_count = model.keys_not_read(_nested(given, release))
+    doubts = model.doubts(given)
+    rows = []
+    for name in server.below(plugin):
+        if name in told:
+            continue
+        full = f"{plugin}.{name}"
+        bare = name.removeprefix(PRIMARY)
+        if name in doubts:
+            rows.append(_row(Status.DOUBTFUL, server, full, doubts[name]))
+        elif given[name] and bare in model.STOOD_IN_FOR:
+            remark = f"{given[name]}: {model.STOOD_IN_FOR[bare]}"
+            rows.append(_row(Status.STAND_IN, server, full, remark))
+        elif name == "plugin" or name not in preset.ignored:
+            rows.append(_row(Status.USED, server, full))
+        elif not model.is_read(bare, release):
+            rows.append(_row(Status.UNREAD, server, full, f"{release} does not read it"))
+        elif name in others_count and name in model.model_fields:
+            remark = "its older name prevails"
+            if release != NEWEST_RELEASE:
+                remark = f"{release} does not read it"
+            rows.append(_row(Status.UNREAD, server, full, remark))
+        elif model.is_without_effect(name, preset.values) or bare == "transform_tolerance":
+            rows.append(_row(Status.NO_MEANING, server, full))
+        elif instead := model.what_is_done_instead(name, preset.values):
+            rows.append(_row(Status.OTHER_FORM, server, full, instead))
+        else:
+            what = "unknown, or its block is not asked for" if "." in bare else "unknown"
+            remark = f"{what}{similar_name_hint(name, names)}"
+            rows.append(_row(Status.UNREAD, server, full, remark))
+    return rows
+
+
+def _nested(given: Mapping[str, Any], release: str) -> dict[str, Any]:
+    """Returns a plugin's parameters as its model looks at them."""
+    plain = {name: value for name, value in given.items() if name != "plugin"}
+    return {RELEASE_FIELD: release, **nested(plain.items(), "")}
+
+
+def _row(status: Status, server: Node, name: str, remark: str = "") -> CheckRow:
+    parameter = server.parameters.get(name)
+    return CheckRow(status, server.name.lstrip("/"), name, remark, parameter and parameter.line)

@@ -1,0 +1,98 @@
+"""From the controller server of a Nav2 file to a robot's settings: all but the controllers.
+
+Missing parameters have Nav2's defaults. Source: nav2_controller.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import Any
+
+from drake_navbench.inputs.navigation_settings import ControllerServerSettings
+from drake_navbench.nav2.check import Status
+from drake_navbench.nav2.node_reader import NodeReader
+from drake_navbench.navigation.goal_checkers import GOAL_CHECKERS, SimpleGoalChecker
+from drake_navbench.navigation.path_handler import PathHandlerParameters
+from drake_navbench.navigation.progress_checkers import PROGRESS_CHECKERS, SimpleProgressChecker
+from drake_navbench.plugins.kinds import PluginKind
+
+Fields = dict[str, Any]
+
+PATH_HANDLER = "nav2_controller::FeasiblePathHandler"
+# What Nav2's default behaviour tree asks for by name, where there are several.
+DEFAULT_GOAL_CHECKER = "general_goal_checker"
+PATH_HANDLERS = "path_handler_plugins"
+
+
+def read_controller_server(reader: NodeReader, controllers: Collection[str]) -> Fields:
+    """Returns controller server, checkers and path handler; controllers: blocks read elsewhere."""
+    fields: Fields = {
+        "controller_server": reader.block(ControllerServerSettings),
+        "goal_checker": _goal_checker(reader),
+        "progress_checker": _progress_checker(reader),
+    }
+    if reader.gives(ControllerServerSettings, PATH_HANDLERS, PATH_HANDLERS):
+        fields["path_handler"] = _path_handler(reader)
+    reader.value("controller_plugins")
+    reader.finish({*controllers, "odom_duration", "publish_zero_velocity", "speed_limit_topic"})
+    return fields
+
+
+def _goal_checker(reader: NodeReader) -> Fields:
+    names = reader.names("goal_checker_plugins", ["goal_checker"])
+    if not names:
+        raise reader.fault("goal_checker_plugins", "expected at least one name")
+    name = DEFAULT_GOAL_CHECKER if DEFAULT_GOAL_CHECKER in names else names[0]
+    for other in names:
+        if other != name:
+            remark = f"not asked for by the default tree; {name} checks every goal"
+            reader.note_block(Status.NO_MEANING, other, remark)
+    return _checker(reader, name, GOAL_CHECKERS, SimpleGoalChecker, "goal_checker_plugins")
+
+
+def _progress_checker(reader: NodeReader) -> Fields:
+    listed_in, single = "progress_checker_plugins", "progress_checker_plugin"
+    is_listed = reader.gives(ControllerServerSettings, listed_in, listed_in)
+    if reader.gives(ControllerServerSettings, single, single):
+        # The only one in humble; in iron it prevails.
+        if is_listed:
+            reader.note(Status.UNREAD, listed_in, f"{single} prevails")
+        listed_in, is_listed = single, True
+    names = reader.names(listed_in, []) if is_listed else ["progress_checker"]
+    if not names:
+        raise reader.fault(listed_in, "expected at least one name")
+    for other in names[1:]:
+        remark = f"not asked for by the default tree; {names[0]} checks progress"
+        reader.note_block(Status.NO_MEANING, other, remark)
+    return _checker(reader, names[0], PROGRESS_CHECKERS, SimpleProgressChecker, listed_in)
+
+
+def _checker(
+    reader: NodeReader, name: str, known: PluginKind, simple: Any, listed_in: str
+) -> Fields:
+    plugin_type = reader.plugin_type(name, simple.nav2_plugin, listed_in)
+    if plugin_type not in known:
+        remark = f"{plugin_type}: {simple.nav2_plugin} stands in"
+        reader.note(Status.STAND_IN, f"{name}.plugin", remark)
+        plugin_type = simple.nav2_plugin
+    return plugin_block(reader, name, known, plugin_type)
+
+
+def _path_handler(reader: NodeReader) -> Fields:
+    names = reader.names(PATH_HANDLERS, ["PathHandler"])
+    for other in names[1:]:
+        reader.note_block(Status.NO_MEANING, other, f"{names[0]} handles every path")
+    if not names:
+        return {}
+    plugin_type = reader.plugin_type(names[0], PATH_HANDLER, PATH_HANDLERS)
+    if plugin_type != PATH_HANDLER:
+        remark = f"{plugin_type}: {PATH_HANDLER} stands in"
+        reader.note(Status.STAND_IN, f"{names[0]}.plugin", remark)
+    return reader.block(PathHandlerParameters, f"{names[0]}.")
+
+
+def plugin_block(reader: NodeReader, name: str, kind: PluginKind, plugin_type: str) -> Fields:
+    """Returns the block of a plugin of another package."""
+    model = kind.load(plugin_type).Parameters
+    names = [field for field in model.model_fields if field != "plugin"]
+    return {"plugin": plugin_type, **reader.block(model, f"{name}.", names=names)}

@@ -1,0 +1,197 @@
+"""From a Nav2 parameter file's controller_server to presets, one for each controller plugin.
+
+A parameter that the controller does not know is left out and told: Nav2, too, takes no notice of
+parameters that nothing declares. Everything else reaches the controller or is refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from drake_navbench.controller import CONTROLLERS, RELEASE_FIELD, ControllerParameters
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.presets import Nav2Plugin, Preset, installed_controllers
+from drake_navbench.nav2.node_reader import similar_plugin_hint
+from drake_navbench.nav2.parameters import Node, Section, nodes_called
+from drake_navbench.nav2.release import release_of
+from drake_navbench.plugins.names import SEPARATOR, flattened, nested
+from drake_navbench.typed_files.typed_yaml import unknown_fields
+
+SERVER = "controller_server"
+PLUGINS = "controller_plugins"
+# What Nav2 loads where the file names nothing else.
+DEFAULT_PLUGINS = ["FollowPath"]
+DEFAULT_TYPE = "dwb_core::DWBLocalPlanner"
+# Only releases whose controller server cuts the plan have this parameter (from Lyrical on).
+PATH_HANDLERS = "path_handler_plugins"
+# The parameter, ours, of controllers that follow the release.
+RELEASE = RELEASE_FIELD
+
+
+# Our controllers by Nav2's plugin type; each says its own as `nav2_plugin`.
+OUR_CONTROLLERS: Mapping[str, str] = {
+    "dwb_core::DWBLocalPlanner": "dwb",
+    "nav2_graceful_controller::GracefulController": "graceful",
+    "nav2_mppi_controller::MPPIController": "mppi",
+    "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController": "rpp",
+    "nav2_rotation_shim_controller::RotationShimController": "rotation_shim",
+    "teb_local_planner::TebLocalPlannerROS": "teb",
+    "vector_pursuit_controller::VectorPursuitController": "vector_pursuit",
+}
+
+
+class NoCounterpart(InputError):
+    """A controller plugin of a Nav2 file that is not there."""
+
+
+def controller_presets(
+    sections: Iterable[Section], path: Path, release: str | None = None
+) -> list[Preset]:
+    """Returns a preset for each plugin of each controller server in a file.
+
+    release: of Nav2, told by the file's own marks where not given. Raises InputError where there is
+    no controller server, a plugin has no counterpart here, or a value is wrong.
+    """
+    sections = list(sections)
+    servers = [node for node in nodes_called(SERVER, sections) if has_controllers(node)]
+    if not servers:
+        others = ", ".join(dict.fromkeys(section.name.lstrip("/") for section in sections))
+        raise InputError(
+            f"{path}: no parameters of a {SERVER} with {PLUGINS}; "
+            f"it is a Nav2 parameter file of {others}"
+        )
+    found = release_of(sections, release)
+    presets = [
+        plugin_preset(server, plugin, plugin_type_of(server, plugin), found.release)
+        for server in servers
+        for plugin in listed_plugins(server)
+    ]
+    return [_with_release_told(preset, found.mark) for preset in presets]
+
+
+def _with_release_told(preset: Preset, mark: str) -> Preset:
+    """Returns a preset that says which release it follows, where it follows one."""
+    release = preset.values.get(RELEASE)
+    if release is None:
+        return preset
+    if RELEASE in (preset.nav2_plugin.parameters if preset.nav2_plugin else ()):
+        mark = RELEASE
+    return replace(preset, read_as=f"{release}, told by {mark}")
+
+
+def has_controllers(node: Node) -> bool:
+    """Tells whether a controller server is given any controllers."""
+    return PLUGINS in node.parameters or any(node.below(plugin) for plugin in DEFAULT_PLUGINS)
+
+
+def listed_plugins(server: Node) -> list[str]:
+    """Returns the names of its controllers; raises InputError where one is listed twice."""
+    plugins = server.get(PLUGINS, DEFAULT_PLUGINS)
+    if not isinstance(plugins, list) or not all(isinstance(name, str) for name in plugins):
+        raise InputError(f"{server.where(PLUGINS)}: expected a list of names, got {plugins!r}")
+    for name in plugins:
+        if plugins.count(name) > 1:
+            raise InputError(f"{server.where(PLUGINS)}: {name!r} is listed twice, expected once")
+    return plugins
+
+
+def takes_release(model: type[ControllerParameters]) -> bool:
+    """Tells whether a controller follows the release of Nav2 that it is given."""
+    return RELEASE in model.model_fields
+
+
+def plugin_preset(
+    server: Node, plugin: str, plugin_type: str, release: str | None = None
+) -> Preset:
+    """Returns the preset of a plugin; its name tells file, namespace and plugin.
+
+    release: of Nav2, for a controller that follows it and is not told by the file. Raises
+    NoCounterpart where there is no controller of the type.
+    """
+    controller, model = _counterpart(plugin_type, server.where(f"{plugin}.plugin"))
+    given = server.below(plugin)
+    given.pop("plugin", None)
+    for name in model.PLUGIN_NAMES:
+        if isinstance(given.get(name), str):
+            _counterpart(given[name], server.where(f"{plugin}.{name}"))
+    whole = given if release is None else {RELEASE: release} | given
+    fields = {} if PATH_HANDLERS in server.parameters else model.path_handler_fields(whole)
+    offered = {name: value for name, value in given.items() if name not in fields}
+    source = server.where(plugin)
+    if release is not None and takes_release(model):
+        offered = {RELEASE: release} | offered
+    used = _known_values(model, offered, source)
+    known = {name for name, _ in flattened(used)}
+    namespace = server.name.removesuffix(SERVER).strip("/")
+    return Preset(
+        "/".join(filter(None, (server.file.stem, namespace, plugin))),
+        controller,
+        f"{plugin_type} from {server.file.name}",
+        used,
+        source,
+        ignored=tuple(
+            n
+            for n in given
+            if n not in fields and (n not in known or model.is_without_effect(n, whole))
+        ),
+        path_handler={field: given[name] for name, field in fields.items()},
+        nav2_plugin=Nav2Plugin(plugin_type, given),
+    ).checked()
+
+
+def plugin_type_of(server: Node, plugin: str) -> str:
+    """Returns the type of one of its controllers."""
+    name = f"{plugin}.plugin"
+    has_default = listed_plugins(server) == DEFAULT_PLUGINS and bool(server.below(plugin))
+    plugin_type = server.get(name, DEFAULT_TYPE)
+    if name not in server.parameters and not has_default:
+        raise InputError(
+            f"{server.where(plugin, PLUGINS)}: missing, but listed in {PLUGINS}; "
+            "expected a mapping with a plugin type"
+        )
+    if not isinstance(plugin_type, str):
+        raise InputError(f"{server.where(name)}: expected a plugin type, got {plugin_type!r}")
+    return plugin_type
+
+
+def _counterpart(plugin_type: str, where: str) -> tuple[str, type[ControllerParameters]]:
+    """Returns name and parameter model of the controller that a plugin type selects."""
+    ours = OUR_CONTROLLERS.get(plugin_type)
+    if ours is not None and not any(map(CONTROLLERS.origin, CONTROLLERS.names)):
+        # To ask every controller for its type takes half a second: all must be imported for it.
+        return ours, CONTROLLERS.load(ours).Parameters
+    controllers = installed_controllers()
+    by_type = {c.nav2_plugin: name for name, c in controllers.items() if c.nav2_plugin}
+    if plugin_type not in by_type:
+        raise NoCounterpart(
+            f"{where}: {plugin_type!r} has no counterpart here"
+            f"{similar_plugin_hint(plugin_type, by_type)}"
+        )
+    name = by_type[plugin_type]
+    return name, controllers[name].Parameters
+
+
+def _known_values(
+    model: type[ControllerParameters], values: Mapping[str, Any], source: str
+) -> dict[str, Any]:
+    """Returns, nested, the values that the model has fields for and Nav2 would read."""
+    known = nested(values.items(), source)
+    for name in model.keys_not_read(known):
+        _remove(known, tuple(name.split(SEPARATOR)))
+    # A model may notice an unknown name only once others are gone.
+    while any([_remove(known, place) for place in unknown_fields(model, known)]):
+        pass
+    return known
+
+
+def _remove(values: Any, place: tuple[int | str, ...]) -> bool:
+    """Removes a nested value; returns whether it was there."""
+    *blocks, last = place
+    for block in blocks:
+        values = values.get(block)
+        if not isinstance(values, dict):
+            return False
+    return values.pop(last, values) is not values

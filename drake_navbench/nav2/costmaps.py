@@ -1,0 +1,278 @@
+"""From the costmaps of a Nav2 file to ours: grid, layers and filters.
+
+A parameter that is missing has Nav2's default. Nav2 names layers freely and has any number of each
+type; here a costmap has one layer of a type, but for those that see obstacles. What differs is
+noted. Source: nav2_costmap_2d, branches humble to lyrical.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from drake_navbench.costmaps.costmap_settings import (
+    BinaryFilterSettings,
+    CostmapSettings,
+    DenoiseLayerSettings,
+    GlobalCostmapSettings,
+    InflationLayerSettings,
+    KeepoutFilterSettings,
+    LocalCostmapSettings,
+    ObstacleLayerSettings,
+    SpeedFilterSettings,
+    StaticLayerSettings,
+    VoxelLayerSettings,
+)
+from drake_navbench.costmaps.layer_plugin import COSTMAP_LAYERS
+from drake_navbench.nav2.check import Status
+from drake_navbench.nav2.node_reader import NodeReader
+from drake_navbench.nav2.release import PORTED, Release
+from drake_navbench.nav2.sensing import SPATIO_TEMPORAL, SensingLayers
+from drake_navbench.nav2.sensors import Nav2Sensors
+
+LAYERS: dict[str, tuple[str, type]] = {
+    "StaticLayer": ("static_layer", StaticLayerSettings),
+    "ObstacleLayer": ("obstacle_layer", ObstacleLayerSettings),
+    "VoxelLayer": ("voxel_layer", VoxelLayerSettings),
+    "DenoiseLayer": ("denoise_layer", DenoiseLayerSettings),
+    "InflationLayer": ("inflation_layer", InflationLayerSettings),
+    "KeepoutFilter": ("keepout_filter", KeepoutFilterSettings),
+    "SpeedFilter": ("speed_filter", SpeedFilterSettings),
+    "BinaryFilter": ("binary_filter", BinaryFilterSettings),
+}
+PACKAGE = "nav2_costmap_2d::"
+# Of a map, where the file names no other.
+UNKNOWN_BYTE = CostmapSettings.model_fields["unknown_cost_value"].default
+# What the topic of the map that a scenario knows is called, whatever its namespace.
+MAP = "map"
+SENSING = ("obstacle_layer", "voxel_layer")
+ONLY_AS_FILTERS = ("speed_filter", "binary_filter")
+# Third-party layers that see what an obstacle layer sees.
+SENSING_ELSEWHERE = re.compile("voxel|obstacle|pointcloud|nvblox|stvl", re.IGNORECASE)
+# Of sonars and infrared sensors, which no robot has here.
+RANGE_LAYER = "nav2_costmap_2d::RangeSensorLayer"
+# What Nav2's costmaps load where the file lists no plugins.
+DEFAULT_LAYERS = {
+    "static_layer": "nav2_costmap_2d::StaticLayer",
+    "obstacle_layer": "nav2_costmap_2d::ObstacleLayer",
+    "inflation_layer": "nav2_costmap_2d::InflationLayer",
+}
+MAP_FIELDS = (
+    "track_unknown_space",
+    "update_frequency",
+    "lethal_cost_threshold",
+    "trinary_costmap",
+    "unknown_cost_value",
+    "inscribed_obstacle_cost_value",
+    "use_maximum",
+)
+# Topics, frames and what is published; origins of a window that rolls; sensors' frames and rates.
+WITHOUT_MEANING = {
+    "always_send_full_costmap",
+    "initial_transform_timeout",
+    "map_topic",
+    "map_vis_z",
+    "origin_x",
+    "origin_y",
+    "publish_frequency",
+    "subscribe_to_stamped_footprint",
+    *(
+        f"*.{name}"
+        for name in (
+            "expected_update_rate",
+            "filter_info_topic",
+            "filter_name",
+            "map_subscribe_transient_local",
+            "map_topic",
+            "publish_voxel_map",
+            "sensor_frame",
+            "speed_limit_topic",
+            "binary_state_topic",
+            "subscribe_to_updates",
+            "tf_filter_tolerance",
+            "topic",
+            "transform_tolerance",
+            "transport_type",
+            "map_save_duration",
+        )
+    ),
+}
+
+
+def read_local_costmap(
+    reader: NodeReader, sensors: Nav2Sensors, release: Release, *, is_override: bool = False
+) -> dict[str, Any]:
+    """Returns the settings of the local costmap, checked, and notes all that is given.
+
+    is_override: whether the files are there to be laid over others, which say what these do not.
+    """
+    settings = _CostmapReader(reader, sensors, release).settings(LocalCostmapSettings)
+    if not reader.flag("rolling_window", False):
+        remark = "the local costmap rolls with the robot; Nav2's stays where it is"
+        left_to_others = is_override and not reader.given("rolling_window")
+        status = Status.OTHER_FORM if left_to_others else Status.STAND_IN
+        reader.note(status, "rolling_window", remark)
+    names = ("width", "height", "resolution")
+    grid = reader.block(LocalCostmapSettings, names=names)
+    reader.finish(WITHOUT_MEANING)
+    return {**settings, **grid}
+
+
+def read_global_costmap(
+    reader: NodeReader, sensors: Nav2Sensors, release: Release
+) -> dict[str, Any]:
+    """Returns the settings of the global costmap, checked, and notes all that is given."""
+    settings = _CostmapReader(reader, sensors, release).settings(GlobalCostmapSettings)
+    # Nav2's default, which is not ours.
+    grid: dict[str, Any] = {"resolution": 0.1}
+    if reader.flag("rolling_window", False):
+        names = ("rolling_window", "width", "height", "resolution")
+        grid |= reader.block(GlobalCostmapSettings, names=names)
+    else:
+        grid |= reader.block(GlobalCostmapSettings, names=("resolution",))
+        for name in ("width", "height"):
+            if reader.given(name):
+                reader.note(Status.OTHER_FORM, name, "follows from the map, or from what is known")
+    reader.finish(WITHOUT_MEANING)
+    return {**settings, **grid}
+
+
+class _CostmapReader:
+    """Reads the layers of one costmap."""
+
+    def __init__(self, reader: NodeReader, sensors: Nav2Sensors, release: Release) -> None:
+        self._reader = reader
+        self._release = release
+        self._sensing = SensingLayers(reader, sensors, release)
+        self._settings: dict[str, Any] = {}
+        self._lists: dict[str, list[str]] = {"plugins": [], "filters": []}
+
+    def settings(self, model: type[CostmapSettings]) -> dict[str, Any]:
+        reader = self._reader
+        self._settings = reader.block(model, names=MAP_FIELDS)
+        if self._release.age < Release.LYRICAL.age:
+            # Of a byte that stands for both, unknown comes first: none stands for inscribed.
+            unknown = self._settings.get("unknown_cost_value", UNKNOWN_BYTE)
+            self._settings["inscribed_obstacle_cost_value"] = unknown
+        if self._release is not PORTED:
+            self._settings["nav2_release"] = str(self._release)
+        listed = reader.names("plugins", DEFAULT_LAYERS)
+        if not reader.given("plugins"):
+            remark = f"not given; Nav2 loads {', '.join(DEFAULT_LAYERS)}"
+            reader.note(Status.OTHER_FORM, "plugins", remark)
+        filters = reader.names("filters", [])
+        stand_ins = []
+        for name in listed:
+            default = DEFAULT_LAYERS.get(name) if listed == list(DEFAULT_LAYERS) else None
+            plugin_type = reader.plugin_type(name, default, "plugins")
+            if self._read_layer(name, plugin_type, "plugins"):
+                continue
+            if not self._note_switched_off(name, plugin_type):
+                stand_ins.append((name, plugin_type, len(self._lists["plugins"])))
+        for name in filters:
+            plugin_type = reader.plugin_type(name, None, "filters")
+            if self._read_layer(name, plugin_type, "filters"):
+                continue
+            if not self._note_switched_off(name, plugin_type):
+                self._leave_out(name, plugin_type)
+        for name, plugin_type, place in stand_ins:
+            self._stand_in(name, plugin_type, place)
+        return {**self._settings, **self._lists}
+
+    def _read_layer(self, name: str, plugin_type: str, listed_in: str) -> bool:
+        """Reads a layer or filter of ours or of a plugin; returns whether it is one."""
+        if COSTMAP_LAYERS.origin(plugin_type) is not None:
+            return self._read_plugin(name, plugin_type, listed_in)
+        if plugin_type == SPATIO_TEMPORAL and listed_in == "plugins":
+            return self._read_sensing_block(name, plugin_type)
+        ours, model = LAYERS.get(plugin_type.removeprefix(PACKAGE), ("", None))
+        if model is None or not plugin_type.startswith(PACKAGE):
+            return False
+        if ours in SENSING and listed_in == "plugins":
+            is_first = ours not in self._settings
+            if not (is_first and self._sensing.is_plain(name, ours)):
+                return self._read_sensing_block(name, plugin_type)
+        if ours in self._settings:
+            if not self._note_switched_off(name, plugin_type):
+                remark = f"left out; a costmap has one layer of type {plugin_type} here"
+                self._reader.note_block(Status.STAND_IN, name, remark)
+            return True
+        values = self._sensing.read(name, ours) if ours in SENSING else self._plain(name, model)
+        if values is None:
+            return True
+        if ours == "static_layer" and values.get("enabled", True):
+            self._note_other_map(name)
+        self._settings[ours] = values
+        self._lists["filters" if ours in ONLY_AS_FILTERS else listed_in].append(ours)
+        if name != ours:
+            self._reader.note(Status.OTHER_FORM, f"{name}.plugin", f"is called {ours} here")
+        return True
+
+    def _read_sensing_block(self, name: str, plugin_type: str) -> bool:
+        """Reads a layer of ours with sources of any kind; returns True."""
+        values = self._sensing.read_block(name, plugin_type)
+        if values is not None:
+            block = self._block_name(name)
+            self._settings[block] = values
+            self._lists["plugins"].append(block)
+        return True
+
+    def _block_name(self, name: str) -> str:
+        """Returns the name of a block; another one where ours of that name may be listed, too."""
+        if name not in CostmapSettings.model_fields:
+            return name
+        block = f"{name}_plugin"
+        self._reader.note(Status.OTHER_FORM, f"{name}.plugin", f"is called {block} here")
+        return block
+
+    def _read_plugin(self, name: str, plugin_type: str, listed_in: str) -> bool:
+        """Reads a layer of another package; returns whether it may stand there."""
+        if listed_in != "plugins":
+            return False
+        model = COSTMAP_LAYERS.load(plugin_type).Parameters
+        names = [field for field in model.model_fields if field != "plugin"]
+        values = self._reader.block(model, f"{name}.", names=names)
+        block = self._block_name(name)
+        self._settings[block] = {"plugin": plugin_type, **values}
+        self._lists["plugins"].append(block)
+        return True
+
+    def _plain(self, name: str, model: type) -> dict[str, Any]:
+        return self._reader.block(model, f"{name}.")
+
+    def _stand_in(self, name: str, plugin_type: str, place: int) -> None:
+        """Puts an obstacle layer where a layer that we do not have would see obstacles."""
+        types = [block.get("plugin") for block in self._settings.values() if type(block) is dict]
+        is_blind = not any(layer in self._settings for layer in SENSING)
+        is_blind = is_blind and not any(kind in COSTMAP_LAYERS.built_in for kind in types)
+        if not (is_blind and SENSING_ELSEWHERE.search(plugin_type)):
+            self._leave_out(name, plugin_type)
+            return
+        self._settings["obstacle_layer"] = {}
+        self._lists["plugins"].insert(place, "obstacle_layer")
+        remark = f"{plugin_type}: an obstacle layer with the robot's lidar stands in"
+        self._reader.note_block(Status.STAND_IN, name, remark)
+
+    def _note_other_map(self, layer: str) -> None:
+        """Notes that a static layer asks for another map than the one that is known."""
+        place, found = f"{layer}.map_topic", self._reader.node.get
+        if not found(place) and self._release.age < Release.KILTED.age:
+            # Until then a layer without a topic had the costmap's.
+            place = "map_topic"
+        topic = found(place)
+        if topic and str(topic).rpartition("/")[2] != MAP:
+            remark = f"{topic}: the map that the scenario knows stands in"
+            self._reader.note(Status.STAND_IN, place, remark)
+
+    def _note_switched_off(self, name: str, plugin_type: str) -> bool:
+        """Notes a layer that we do not have, but that is not enabled; returns whether it is one."""
+        if self._reader.node.get(f"{name}.enabled", True) is not False:
+            return False
+        self._reader.note_block(Status.NO_MEANING, name, f"{plugin_type}: switched off")
+        return True
+
+    def _leave_out(self, name: str, plugin_type: str) -> None:
+        why = "left out"
+        if plugin_type == RANGE_LAYER:
+            why = "left out; nothing stands in for range sensors, what they alone see is not seen"
+        self._reader.note_block(Status.STAND_IN, name, f"{plugin_type}: {why}")

@@ -1,0 +1,303 @@
+"""Takes the parameters of one Nav2 node into our models and notes what becomes of each."""
+
+from __future__ import annotations
+
+import difflib
+import json
+from collections.abc import Collection, Iterable, Mapping
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from drake_navbench.errors import InputError, printable
+from drake_navbench.nav2.check import CheckRow, Status
+from drake_navbench.nav2.parameters import Node
+from drake_navbench.nav2.read_by import read_by
+from drake_navbench.nav2.release import PORTED, Release
+from drake_navbench.nav2.substitutions import missing_value
+
+# What nodes of every kind have, and which is about processes, frames and topics alone.
+OF_EVERY_NODE = frozenset(
+    {
+        "action_server_result_timeout",
+        "allow_parameter_qos_overrides",
+        "base_frame_id",
+        "bond_heartbeat_period",
+        "cmd_vel_in_topic",
+        "cmd_vel_out_topic",
+        "costmap_topic",
+        "enable_stamped_cmd_vel",
+        "footprint_topic",
+        "global_frame",
+        "introspection_mode",
+        "odom_frame_id",
+        "odom_topic",
+        "qos_overrides",
+        "robot_base_frame",
+        "service_introspection_mode",
+        "transform_tolerance",
+        "use_realtime_priority",
+        "use_sim_time",
+    }
+)
+MAX_SHOWN = 60
+# Share of two names that is the same, from which one counts as a slip of the other.
+LIKE_A_SLIP = 0.8
+
+Rows = dict[tuple[str, str], CheckRow]
+"""Rows by node and parameter."""
+
+
+class NodeReader:
+    """Reads a node's parameters one after another; each read one becomes a row of the check.
+
+    rows: where rows are added, by node and parameter; of two rows of one place the later holds.
+    release: of Nav2, whose parameters and defaults count.
+    """
+
+    def __init__(self, node: Node, rows: Rows, release: Release = PORTED) -> None:
+        self._node = node
+        self._rows = rows
+        self._release = release
+        self._seen: set[str] = set()
+        self._known: set[str] = set()
+
+    @property
+    def node(self) -> Node:
+        """The node."""
+        return self._node
+
+    @property
+    def release(self) -> Release:
+        """Of Nav2."""
+        return self._release
+
+    def note(self, status: Status, name: str, remark: str = "") -> None:
+        """Adds a row about a parameter, a block or, where the name is '', the whole node."""
+        self._seen.add(name)
+        parameter = self._node.parameters.get(name)
+        self._add(CheckRow(status, self._name, name, remark, parameter and parameter.line))
+
+    def note_block(self, status: Status, block: str, remark: str) -> None:
+        """Adds one row about all of a block, none of which is looked at any more."""
+        names = [name for name in self._node.parameters if name.startswith(f"{block}.")]
+        self._seen.update(names)
+        for name in names:
+            self._rows.pop((self._name, name), None)
+        lines = [self._node.parameters[name].line for name in names]
+        self._add(CheckRow(status, self._name, block, remark, min(lines, default=None)))
+
+    @property
+    def _name(self) -> str:
+        return self._node.name.lstrip("/")
+
+    def _add(self, row: CheckRow) -> None:
+        self._rows.pop((row.node, row.parameter), None)
+        self._rows[row.node, row.parameter] = row
+
+    def given(self, name: str) -> bool:
+        """Tells whether the file gives a parameter."""
+        self._known.add(name)
+        return name in self._node.parameters
+
+    def gives(self, model: type[BaseModel], field: str, name: str) -> bool:
+        """Tells whether the file gives a field of a model that the release reads.
+
+        name: of the field in the file. Notes it where the release does not read it.
+        """
+        if not self.given(name):
+            return False
+        if self._release in read_by(model, field).releases:
+            return True
+        self.note(Status.UNREAD, name, f"{self._release} does not read it")
+        return False
+
+    def value(self, name: str, default: Any = None) -> Any:
+        """Returns a parameter, used where it is given."""
+        if not self.given(name):
+            return default
+        missing = missing_value(self._node.get(name))
+        if missing is not None:
+            raise self.fault(name, f"{missing} has no value; expected --set {missing}=value")
+        if name not in self._seen:
+            self.note(Status.USED, name)
+        return self._node.get(name)
+
+    def number(self, name: str, default: float) -> float:
+        """Returns a parameter that must be a number."""
+        found = self.value(name, default)
+        if isinstance(found, bool) or not isinstance(found, int | float):
+            raise self.fault(name, f"expected a number, got {_shortened(found)}")
+        return found
+
+    def text(self, name: str, default: str = "") -> str:
+        """Returns a parameter that must be text."""
+        found = self.value(name, default)
+        if not isinstance(found, str):
+            raise self.fault(name, f"expected text, got {_shortened(found)}")
+        return found
+
+    def flag(self, name: str, default: bool) -> bool:
+        """Returns a parameter that must be true or false."""
+        found = self.value(name, default)
+        if not isinstance(found, bool):
+            raise self.fault(name, f"expected true or false, got {_shortened(found)}")
+        return found
+
+    def names(self, name: str, default: Iterable[str]) -> list[str]:
+        """Returns a list of plugin names; raises InputError where it is none, or one is twice."""
+        found = self.value(name, list(default))
+        if isinstance(found, str):
+            found = [found]
+        if not isinstance(found, list) or not all(isinstance(entry, str) for entry in found):
+            raise self.fault(name, f"expected a list of names, got {_shortened(found)}")
+        for entry in found:
+            if found.count(entry) > 1:
+                raise self.fault(name, f"{entry!r} is listed twice, expected once")
+        return found
+
+    def plugin_type(self, plugin: str, default: str | None, listed_in: str) -> str:
+        """Returns the type of a plugin, its parts joined by '::' as from jazzy on."""
+        name = f"{plugin}.plugin"
+        found = self.value(name, default)
+        if found is None:
+            raise self.fault(listed_in, f"{plugin!r} is listed, but {name} is missing")
+        if not isinstance(found, str):
+            raise self.fault(name, f"expected a plugin type, got {_shortened(found)}")
+        return found.replace("/", "::")
+
+    def fault(self, name: str, text: str) -> InputError:
+        """Returns the error of a parameter as one line that names file, line and parameter.
+
+        name: also of an entry below a parameter, which then is named.
+        """
+        while name not in self._node.parameters and "." in name:
+            name = name.rpartition(".")[0]
+        return InputError(f"{self._node.where(name)}: {text}")
+
+    def block(
+        self,
+        model: type[BaseModel],
+        prefix: str = "",
+        *,
+        names: Iterable[str] | None = None,
+        renamed: Mapping[str, str] | None = None,
+    ) -> dict[str, Any]:
+        """Returns the given values for the fields of a model, checked by it.
+
+        Besides, the defaults of the release where they are not the model's. prefix: of their names,
+        with its dot. names: of the fields that Nav2 has; all where not given. renamed: from our
+        names to Nav2's. Raises InputError where a value is wrong.
+        """
+        their_names = renamed or {}
+        values: dict[str, Any] = {}
+        for field in names if names is not None else model.model_fields:
+            their_name = prefix + their_names.get(field, field)
+            nested = _nested_model(model, field)
+            if nested is not None:
+                below = self.block(nested, f"{their_name}.")
+                if below:
+                    values[field] = below
+            elif self.gives(model, field, their_name):
+                values[field] = self.value(their_name)
+            elif self._release in (defaults := read_by(model, field).defaults):
+                values[field] = defaults[self._release]
+        return self.checked(model, values, prefix, their_names, is_partial=names is not None)
+
+    def checked(
+        self,
+        model: type[BaseModel],
+        values: dict[str, Any],
+        prefix: str = "",
+        renamed: Mapping[str, str] | None = None,
+        *,
+        is_partial: bool = False,
+    ) -> dict[str, Any]:
+        """Returns values that a model takes; whole floats become integers where it wants those.
+
+        is_partial: further fields will come, so that none counts as missing.
+        """
+        while True:
+            try:
+                model.model_validate_json(json.dumps(values, default=str), strict=True)
+            except ValidationError as error:
+                faults = error.errors(include_url=False, include_context=False)
+            else:
+                return values
+            faults = [f for f in faults if not (is_partial and f["type"] == "missing")]
+            if not faults:
+                return values
+            fault = faults[0]
+            location = [str(part) for part in fault["loc"] if part != fault["input"]]
+            # What is wrong with several together is told of the first.
+            field = location[0] if location else next(iter(values), "")
+            name = prefix + ".".join([(renamed or {}).get(field, field), *location[1:]])
+            whole = fault["input"]
+            wants_integer = fault["type"].startswith("int") and len(location) == 1
+            if wants_integer and isinstance(whole, float) and whole.is_integer():
+                values = {**values, field: int(whole)}
+                self.note(Status.OTHER_FORM, name, f"{whole:g}, where Nav2 takes integers only")
+                continue
+            message = fault["msg"].removeprefix("Value error, ")
+            shown = f", got {_shortened(whole)}" if location else ""
+            raise self.fault(name, message[:1].lower() + message[1:] + shown)
+
+    def finish(self, without_meaning: Collection[str] = ()) -> None:
+        """Notes what is left: as without meaning where it is listed, else as not read by Nav2.
+
+        without_meaning: names, or blocks, or '*.name' for a name in any block.
+        """
+        idle = OF_EVERY_NODE.union(without_meaning)
+        blocks = {name.partition(".")[0] for name in {*self._known, *idle} if "." in name}
+        for name in self._node.parameters:
+            if name in self._seen:
+                continue
+            parts = name.split(".")
+            if len(parts) > 1 and parts[0] not in blocks | idle:
+                self.note_block(Status.UNREAD, parts[0], "in no list of plugins or sources")
+                continue
+            starts = {".".join(parts[:count]) for count in range(1, len(parts) + 1)}
+            if starts & idle or f"*.{parts[-1]}" in idle:
+                self.note(Status.NO_MEANING, name)
+            else:
+                self.note(Status.UNREAD, name, self._misspelt(name, idle))
+
+    def _misspelt(self, name: str, idle: Collection[str]) -> str:
+        known = {*self._known, *(entry for entry in idle if "*" not in entry)}
+        elsewhere = [entry for entry in sorted(known) if entry.endswith(f".{name}")]
+        if elsewhere:
+            return f"unknown; did you mean {elsewhere[0]!r}?"
+        return f"unknown{similar_name_hint(name, known)}"
+
+
+def similar_name_hint(name: str, known: Iterable[str]) -> str:
+    """Returns '; did you mean X?' for a known name that differs by a slip only, else ''.
+
+    Both have as many parts; `min_vel_x` is no slip of `max_vel_x`.
+    """
+    alike = [n for n in known if n.count(".") == name.count(".") and n != name]
+    for close in difflib.get_close_matches(name, sorted(alike), n=3, cutoff=LIKE_A_SLIP):
+        last, close_last = name.rpartition(".")[2], close.rpartition(".")[2]
+        if difflib.SequenceMatcher(None, last, close_last).ratio() >= LIKE_A_SLIP:
+            return f"; did you mean {close!r}?"
+    return ""
+
+
+def similar_plugin_hint(plugin_type: str, known: Iterable[str]) -> str:
+    """Returns '; did you mean X?' for a type that differs by a slip in its class, else ''."""
+    for close in difflib.get_close_matches(plugin_type, sorted(known), n=1, cutoff=LIKE_A_SLIP):
+        asked, own = (kind.rpartition("::")[2] for kind in (plugin_type, close))
+        if difflib.SequenceMatcher(None, asked, own).ratio() > LIKE_A_SLIP:
+            return f"; did you mean {close!r}?"
+    return ""
+
+
+def _nested_model(model: type[BaseModel], field: str) -> type[BaseModel] | None:
+    annotation: Any = model.model_fields[field].annotation
+    is_model = isinstance(annotation, type) and issubclass(annotation, BaseModel)
+    return annotation if is_model else None
+
+
+def _shortened(value: Any) -> str:
+    text = printable(repr(value))
+    return text if len(text) <= MAX_SHOWN else f"{text[: MAX_SHOWN - 3]}..."

@@ -1,0 +1,94 @@
+"""The robot's outline as the costmaps of a Nav2 file give it, and points in text.
+
+Source: nav2_costmap_2d (array_parser, footprint), branches humble to lyrical.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import Any, NamedTuple
+
+from drake_navbench.costmaps.costmap_settings import CostmapSettings
+from drake_navbench.nav2.check import Status
+from drake_navbench.nav2.node_reader import NodeReader
+
+
+class Outline(NamedTuple):
+    """A robot's outline as a costmap gives it: corners or a radius, m, and the padding, m."""
+
+    footprint: list[list[float]] | None
+    radius_m: float | None
+    padding_m: float | None
+
+    @property
+    def is_given(self) -> bool:
+        """Whether there is one."""
+        return self.footprint is not None or self.radius_m is not None
+
+
+def note_small_inflation(
+    reader: NodeReader, costmap: CostmapSettings, inscribed_radius_m: float
+) -> None:
+    """Notes where a costmap's costs do not reach as far as the robot; Nav2 warns of it, too."""
+    radius_m = costmap.inflation_layer.inflation_radius
+    if not costmap.is_active("inflation_layer") or radius_m >= inscribed_radius_m:
+        return
+    given = (name for name in reader.node.parameters if name.endswith(".inflation_radius"))
+    remark = (
+        f"{radius_m:g} is less than the robot's inscribed radius, {inscribed_radius_m:.3g} m: "
+        "plans may touch obstacles"
+    )
+    name = next(given, "inflation_layer.inflation_radius")
+    reader.note(Status.DOUBTFUL, name, remark)
+
+
+def read_outline(reader: NodeReader) -> Outline:
+    """Returns the outline of a costmap; a footprint counts more than a radius, as in Nav2."""
+    padding = reader.value("footprint_padding")
+    footprint = _footprint(reader)
+    if footprint is None:
+        return Outline(None, reader.value("robot_radius"), padding)
+    if reader.given("robot_radius"):
+        reader.note(Status.UNREAD, "robot_radius", "footprint is given, which counts more")
+    return Outline(footprint, None, padding)
+
+
+def _footprint(reader: NodeReader) -> list[list[float]] | None:
+    given = reader.value("footprint")
+    if given is None or given in ("", "[]", []):
+        return None
+    corners = parse_points(given) if isinstance(given, str) else given
+    if isinstance(given, list):
+        remark = "a list; Nav2 takes text only, '[[x, y], ...]'"
+        reader.note(Status.OTHER_FORM, "footprint", remark)
+    if not _are_corners(corners) or len(corners) < 3:
+        text = "expected '[[x, y], [x, y], ...]' with at least 3 corners"
+        raise reader.fault("footprint", f"{text}, got {str(given)[:60]!r}")
+    return [[float(x), float(y)] for x, y in corners]
+
+
+def parse_points(text: str) -> Any:
+    """Returns the lists in a text as Nav2 reads them: commas and blanks part numbers alike.
+
+    Returns None where the text is no such list.
+    """
+    number = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+    tokens = re.findall(rf"{number}|[\[\]]|[^\s,]", text)
+    if not all(re.fullmatch(rf"{number}|[\[\]]", token) for token in tokens):
+        return None
+    spaced = " ".join(token if token in "[]" else repr(float(token)) for token in tokens)
+    spaced = re.sub(r"(?<=[\d\]]) (?=[-\d\[])", ", ", spaced)
+    try:
+        return json.loads(spaced)
+    except ValueError:
+        return None
+
+
+def _are_corners(corners: Any) -> bool:
+    return isinstance(corners, list) and all(
+        isinstance(corner, list)
+        and len(corner) == 2
+        and all(isinstance(v, int | float) and not isinstance(v, bool) for v in corner)
+        for corner in corners
+    )

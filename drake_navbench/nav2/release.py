@@ -1,0 +1,231 @@
+"""The release of Nav2 that a parameter file is written for, and what it changes.
+
+A file seldom says its release, but names plugins that only some releases load, and parameters that
+only some read. Source: the branches humble, iron, jazzy, kilted and lyrical of navigation2.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from enum import StrEnum
+from typing import Any, NamedTuple
+
+from drake_navbench.kernels.grid import INSCRIBED
+from drake_navbench.nav2.check import CheckRow, Status
+from drake_navbench.nav2.parameters import Section
+
+
+class Release(StrEnum):
+    """Releases of Nav2, the oldest first."""
+
+    HUMBLE = "humble"
+    IRON = "iron"
+    JAZZY = "jazzy"
+    KILTED = "kilted"
+    LYRICAL = "lyrical"
+
+    @property
+    def age(self) -> int:
+        """0 for the oldest."""
+        return list(Release).index(self)
+
+
+# What everything here is ported from, where nothing else is said.
+PORTED = Release.LYRICAL
+# What tells a release, the most decisive first:
+#
+# 1. a path in the installation of a release: it says it outright;
+# 2. names of plugins: no server starts that names one which is not there;
+# 3. parameters that came with a release, of which the newest counts: what is left over from older
+#    releases is not read, and stays in many files;
+# 4. parameters that went with a release, Humble where they went before it.
+#
+# Files in use on Humble are often newer ones whose plugins alone were named anew. So between Humble
+# and Iron, which name plugins alike, it is Iron only where all of 3 and 4 agree on it.
+
+# The last part of a parameter's name -> the first release that reads it.
+SINCE: Mapping[str, Release] = {
+    "action_server_result_timeout": Release.IRON,
+    "bond_heartbeat_period": Release.IRON,
+    "progress_checker_plugins": Release.IRON,
+    "costmap_update_timeout": Release.JAZZY,
+    "enable_stamped_cmd_vel": Release.JAZZY,
+    "near_collision_cost": Release.JAZZY,
+    "override_lethal_cost": Release.JAZZY,
+    "rotate_to_heading_once": Release.JAZZY,
+    "dock_direction": Release.KILTED,
+    "error_code_name_prefixes": Release.KILTED,
+    "filter_duration": Release.KILTED,
+    "service_introspection_mode": Release.KILTED,
+    "allow_parameter_qos_overrides": Release.LYRICAL,
+    "bt_search_directories": Release.LYRICAL,
+    "clamp_raw_controls": Release.LYRICAL,
+    "inscribed_obstacle_cost_value": Release.LYRICAL,
+    "introspection_mode": Release.LYRICAL,
+    "path_handler_plugins": Release.LYRICAL,
+}
+# The same -> the last release that reads it; of value where nothing newer is in the file. The first
+# is read by Iron as well, with a warning, but its own files have the plural.
+UNTIL: Mapping[str, Release] = {
+    "progress_checker_plugin": Release.HUMBLE,
+    "reset_period": Release.HUMBLE,
+    "error_code_names": Release.JAZZY,
+    "forward_prune_distance": Release.KILTED,
+    "prune_plan": Release.KILTED,
+    # Read before Humble only, which is the nearest to those releases.
+    "bt_xml_filename": Release.HUMBLE,
+    "default_bt_xml_filename": Release.HUMBLE,
+    "goal_checker_plugin": Release.HUMBLE,
+    "planner_plugin": Release.HUMBLE,
+    "plugin_names": Release.HUMBLE,
+    "plugin_types": Release.HUMBLE,
+    "recovery_plugins": Release.HUMBLE,
+}
+# The behaviour server's name before Humble: the same as a parameter that went then.
+OLD_NODE = "recoveries_server"
+INSTALLATION = re.compile(rf"/opt/ros/({'|'.join(Release)})(?=/)")
+# Up to iron these plugins were called with a slash, from jazzy on with colons.
+RENAMED = re.compile(r"nav2_(?:behaviors|navfn_planner|smac_planner|theta_star_planner)(/|::)\w+")
+# From jazzy on the navigator loads these by itself, and refuses to load them twice.
+LISTED_LIBRARIES = frozenset(
+    {"nav2_compute_path_to_pose_action_bt_node", "nav2_follow_path_action_bt_node"}
+)
+LAST_OF_OLD_NAMES, FIRST_OF_NEW_NAMES = Release.IRON, Release.JAZZY
+
+# Nav2's default tree and its nodes in a release, as settings of `BehaviorTreeSettings`.
+_UP_TO_KILTED = {"keeps_valid_path": False, "wrap_around": True}
+TREES: Mapping[Release, Mapping[str, Any]] = {
+    Release.HUMBLE: {**_UP_TO_KILTED, "heeds_error_codes": False, "backup_speed": 0.05},
+    Release.IRON: {**_UP_TO_KILTED, "backup_speed": 0.05},
+    Release.JAZZY: _UP_TO_KILTED,
+    Release.KILTED: _UP_TO_KILTED,
+    Release.LYRICAL: {},
+}
+# The controller server of these waits for ever for a costmap that is current.
+WITHOUT_COSTMAP_TIMEOUT = (Release.HUMBLE, Release.IRON)
+
+
+class Found(NamedTuple):
+    """A release, and by what it was told."""
+
+    release: Release
+    mark: str
+
+
+class _Marks(NamedTuple):
+    """What a file's names tell, in the file's order.
+
+    paths: by INSTALLATION. plugins: LAST_OF_OLD_NAMES or FIRST_OF_NEW_NAMES for each. since, until:
+    by SINCE, UNTIL and OLD_NODE.
+    """
+
+    paths: list[Found]
+    plugins: list[Found]
+    since: list[Found]
+    until: list[Found]
+
+
+def release_of(sections: Iterable[Section], given: str | None) -> Found:
+    """Returns the release that was given, else the one that the files' own marks tell.
+
+    A path in the installation of a release counts most, then the names of plugins; then the newest
+    release that some parameter needs; where there is none, the oldest that another one allows.
+    """
+    if given is not None:
+        return Found(Release(given), "--nav2-release")
+    paths, plugins, since, until = marks = _marks(sections)
+    if paths:
+        return paths[0]
+    newest = max(plugins, key=_age, default=None)
+    if newest is not None and newest.release is LAST_OF_OLD_NAMES:
+        return _humble_or_iron(marks)
+    # Of equals the first one in the file.
+    needed = [*since, *(() if newest is None else (newest,))]
+    if needed:
+        return max(needed, key=_age)
+    if until:
+        return min(until, key=_age)
+    return Found(PORTED, "nothing in the file; the newest")
+
+
+def _age(found: Found) -> int:
+    return found.release.age
+
+
+def _humble_or_iron(marks: _Marks) -> Found:
+    """Returns which of the two a file is for that names plugins as both do."""
+    of_humble = [found for found in marks.until if found.release is Release.HUMBLE]
+    if of_humble:
+        return of_humble[0]
+    if marks.since and all(found.release is Release.IRON for found in marks.since):
+        return marks.since[0]
+    return Found(Release.HUMBLE, marks.plugins[0].mark)
+
+
+def _marks(sections: Iterable[Section]) -> _Marks:
+    marks = _Marks([], [], [], [])
+    for section in sections:
+        if section.name.rpartition("/")[2] == OLD_NODE:
+            marks.until.append(Found(Release.HUMBLE, OLD_NODE))
+        for place, parameter in section.parameters.items():
+            name = place.rpartition(".")[2]
+            if name in SINCE:
+                marks.since.append(Found(SINCE[name], name))
+            if name in UNTIL:
+                marks.until.append(Found(UNTIL[name], name))
+            values = parameter.value if isinstance(parameter.value, list) else [parameter.value]
+            marks.paths.extend(filter(None, map(_by_path, values)))
+            marks.plugins.extend(filter(None, map(_by_plugin, values)))
+    return marks
+
+
+def _by_path(value: Any) -> Found | None:
+    """Returns what a value tells that has a path in the installation of a release, else None."""
+    path = INSTALLATION.search(value) if isinstance(value, str) else None
+    return None if path is None else Found(Release(path[1]), path[0])
+
+
+def _by_plugin(value: Any) -> Found | None:
+    """Returns what a value tells that is the name of a plugin or library, None of any other."""
+    if not isinstance(value, str):
+        return None
+    if value in LISTED_LIBRARIES:
+        return Found(LAST_OF_OLD_NAMES, value)
+    renamed = RENAMED.fullmatch(value)
+    if renamed is None:
+        return None
+    return Found(LAST_OF_OLD_NAMES if renamed[1] == "/" else FIRST_OF_NEW_NAMES, value)
+
+
+def navigation_of(release: Release) -> dict[str, Any]:
+    """Returns what of `NavigationSettings` has another default in a release."""
+    fields: dict[str, Any] = {"behavior_tree": dict(TREES[release])}
+    if release in WITHOUT_COSTMAP_TIMEOUT:
+        fields["controller_server"] = {"costmap_update_timeout": 0.0}
+    return fields
+
+
+def tree_of(release: Release, tree: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns a tree, as plain values, whose nodes have the defaults of a release.
+
+    Up to kilted a RoundRobin always went on with its first child after the last; in kilted a path
+    is not valid from a cost of 253 on, whatever the outline.
+    """
+    children = tuple(tree_of(release, child) for child in tree.get("children", ()))
+    attributes = dict(tree.get("attributes", {}))
+    if tree["node"] == "RoundRobin" and release.age < Release.LYRICAL.age:
+        attributes["wrap_around"] = "true"
+    if tree["node"] == "IsPathValid" and release is Release.KILTED:
+        attributes.setdefault("max_cost", str(INSCRIBED))
+    return {**tree, "attributes": attributes, "children": children}
+
+
+def has_node(tree: Mapping[str, Any], node: str) -> bool:
+    """Tells whether a tree, as plain values, has a node of a kind."""
+    return tree["node"] == node or any(has_node(child, node) for child in tree.get("children", ()))
+
+
+def release_row(found: Found) -> CheckRow:
+    """Returns what the release is, and by what it was told."""
+    return CheckRow(Status.OTHER_FORM, "nav2_release", found.release, f"told by {found.mark}")

@@ -1,0 +1,362 @@
+"""From whole Nav2 files to a robot, to columns and to a check of every parameter.
+
+What a Nav2 file cannot tell (mass, response and accelerations of the drive, lidar, localization)
+stays that of a base robot. What it tells replaces the base robot's, whole server by whole server:
+a parameter that is missing there has Nav2's default, not the base robot's value.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.presets import Preset
+from drake_navbench.inputs.robot import Robot, check_wheels, merged
+from drake_navbench.nav2.body import costmap_body, note_body, with_body
+from drake_navbench.nav2.check import Check, CheckRow, Status
+from drake_navbench.nav2.collision_monitor import read_collision_monitor
+from drake_navbench.nav2.columns import read_columns
+from drake_navbench.nav2.controller_server import read_controller_server
+from drake_navbench.nav2.controllers import SERVER, has_controllers
+from drake_navbench.nav2.costmaps import read_global_costmap, read_local_costmap
+from drake_navbench.nav2.drive import drive_for
+from drake_navbench.nav2.node_reader import NodeReader, Rows
+from drake_navbench.nav2.outline import Outline, note_small_inflation, read_outline
+from drake_navbench.nav2.parameters import (
+    PARAMETERS_KEY,
+    Node,
+    Section,
+    nodes_called,
+    read_parameter_file,
+)
+from drake_navbench.nav2.release import (
+    OLD_NODE,
+    Found,
+    has_node,
+    navigation_of,
+    release_of,
+    release_row,
+    tree_of,
+)
+from drake_navbench.nav2.sensors import Nav2Sensors
+from drake_navbench.nav2.servers import (
+    read_behavior_server,
+    read_bt_navigator,
+    read_planner_server,
+    read_smoother_server,
+    read_velocity_smoother,
+    read_waypoint_follower,
+    straight_drive_of,
+)
+from drake_navbench.nav2.substitutions import Substitutions
+from drake_navbench.plugins.names import flattened
+from drake_navbench.typed_files.typed_yaml import validate
+
+LOCAL_COSTMAP = "local_costmap/local_costmap"
+GLOBAL_COSTMAP = "global_costmap/global_costmap"
+PLANNER_SERVER = "planner_server"
+SMOOTHER_SERVER = "smoother_server"
+BT_NAVIGATOR = "bt_navigator"
+# Of a behaviour tree: what asks that server.
+SMOOTHING_NODE = "SmoothPath"
+# By name of the node.
+SERVERS: dict[str, Callable[[NodeReader], dict[str, Any]]] = {
+    "behavior_server": read_behavior_server,
+    "waypoint_follower": read_waypoint_follower,
+    "velocity_smoother": read_velocity_smoother,
+    "collision_monitor": read_collision_monitor,
+}
+READ = (
+    SERVER,
+    LOCAL_COSTMAP,
+    GLOBAL_COSTMAP,
+    PLANNER_SERVER,
+    SMOOTHER_SERVER,
+    BT_NAVIGATOR,
+    *SERVERS,
+)
+# Of controllers: the slowest that they drive ahead.
+LEAST_SPEEDS = ("min_vel_x", "vx_min")
+# What a robot has only where its file says so.
+OPTIONAL = ("velocity_smoother", "collision_monitor")
+
+
+@dataclass(frozen=True)
+class Nav2Setup:
+    """What Nav2 files make: columns, the robot that they drive, and what became of the files.
+
+    places: node and block of each column's controller, by the column's name.
+    """
+
+    presets: tuple[Preset, ...]
+    robot: Robot
+    check: Check
+    places: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+
+    def stand_ins_of(self, column: str) -> list[str]:
+        """Returns a line for all that stands in within a column's controller."""
+        node, block = self.places.get(column, ("", ""))
+        return [
+            row.text
+            for row in self.check.stand_ins
+            if block and row.node == node and row.parameter.split(".")[0] == block
+        ]
+
+    def stand_ins_of_all(self) -> list[str]:
+        """Returns a line for all that stands in whichever controller drives."""
+        own = {line for column in self.places for line in self.stand_ins_of(column)}
+        return [row.text for row in self.check.stand_ins if row.text not in own]
+
+    def robot_file(self) -> str:
+        """Returns the robot as the text of a robot file that can be kept."""
+        data = self.robot.model_dump(mode="json", exclude_unset=True)
+        data.pop("directory", None)
+        if self.robot.model_path is not None:
+            data["model"] = str(self.robot.model_path)
+        return yaml.safe_dump(data, sort_keys=False)
+
+
+def read_nav2_files(
+    paths: Sequence[Path],
+    base: Robot,
+    base_name: str,
+    values: Mapping[str, str] | None = None,
+    *,
+    release: str | None = None,
+) -> Nav2Setup:
+    """Reads Nav2 files and merges them; of two that give a parameter the later one counts.
+
+    base, base_name: the robot for what they do not say. values: for their substitutions. release:
+    of Nav2, told by the files' own marks where not given. Raises InputError, one line with file,
+    line and parameter, where something is wrong.
+    """
+    substitutions = Substitutions(values or {})
+    sections: list[Section] = []
+    rows: Rows = {}
+    for path in paths:
+        prepare = partial(substitutions.applied_to, path=path)
+        file = read_parameter_file(path, prepare)
+        if not file.sections:
+            raise InputError(f"{path}: no node with {PARAMETERS_KEY}; expected a Nav2 file")
+        sections += file.sections
+        for number, remark in enumerate(file.remarks):
+            row = CheckRow(Status.OTHER_FORM, path.name, "", remark.removeprefix(f"{path}, "))
+            rows[path.name, str(number)] = row
+    substitutions.require_all_used()
+    found = release_of(sections, release)
+    return _Files(sections, rows, base, base_name, found).setup(paths)
+
+
+class _Files:
+    """The sections of all files on the way to a robot."""
+
+    def __init__(
+        self, sections: list[Section], rows: Rows, base: Robot, base_name: str, release: Found
+    ) -> None:
+        self._release = release
+        self._places: dict[str, tuple[str, str]] = {}
+        self._sections = sections
+        self._rows = rows
+        self._base = base
+        self._base_name = base_name
+        servers = [node for node in nodes_called(SERVER, sections) if has_controllers(node)]
+        self._servers = servers
+        self._namespace = servers[0].name.removesuffix(f"/{SERVER}") if servers else ""
+
+    def setup(self, paths: Sequence[Path]) -> Nav2Setup:
+        """Returns the columns and the robot that the files describe."""
+        presets = tuple(preset for node in self._servers for preset in self._columns(node))
+        row = release_row(self._release)
+        self._rows[row.node, row.parameter] = row
+        navigation = self._navigation()
+        data = self._base.model_dump(mode="json", exclude_unset=True)
+        data["description"] = f"from {', '.join(p.name for p in paths)}, drive of {self._base_name}"
+        remark = f"not in a Nav2 file; those of {self._base_name}"
+        self._note(Status.OTHER_FORM, "robot", "mass, lidar, accelerations, localization", remark)
+        body = self._body(navigation)
+        if body:
+            data = with_body(data, body, self._base, self._base_name)
+        data["navigation"] = {**data.get("navigation", {}), **dict.fromkeys(OPTIONAL), **navigation}
+        if self._added_sensors:
+            data["depth_sensors"] = {**data.get("depth_sensors", {}), **self._added_sensors}
+        asked = [preset.parameters.asked_speeds() for preset in presets]
+        spin = navigation.get("behavior_server", {}).get("max_rotational_vel")
+        data["drive"], remarks = drive_for(
+            data.get("drive", {}), asked, self._base, self._base_name, spin_radps=spin or 0.0
+        )
+        for name, remark in remarks.items():
+            self._note(Status.OTHER_FORM, "robot", f"drive.{name}", remark)
+        source = ", ".join(map(str, paths))
+        robot = validate(Robot, data, source)
+        self._note_smoothed_away(presets, robot)
+        self._note_other_sections()
+        robot = robot.model_copy(update={"directory": self._base.directory})
+        check_wheels(robot, source)
+        for reader, _ in self._outlines:
+            settings = getattr(robot.navigation, reader.node.name.rpartition("/")[2])
+            note_small_inflation(reader, settings, robot.radii[0])
+        if body:
+            note_body(self._outlines, robot, self._base_name)
+        if robot.is_circle:
+            self._note_outlines_of_a_radius(presets)
+        return Nav2Setup(presets, robot, Check(tuple(self._rows.values())), self._places)
+
+    def _columns(self, node: Node) -> list[Preset]:
+        presets, rows = read_columns(node, self._release.release)
+        for row in rows:
+            self._rows[row.node, row.parameter] = row
+        for preset in presets:
+            self._places[preset.name] = node.name.lstrip("/"), preset.name.rpartition("/")[2]
+        return [replace(preset, ignored=()) for preset in presets]
+
+    def _find(self, name: str) -> Node | None:
+        """Returns the node of a name beside the first controller server; None without sections."""
+        full = f"{self._namespace}/{name}"
+        nodes = [node for node in nodes_called(name, self._sections) if node.name == full]
+        is_named = any(s.is_for(full) and s.name.endswith(f"/{name}") for s in self._sections)
+        return nodes[0] if nodes and is_named else None
+
+    def _navigation(self) -> dict[str, Any]:
+        fields: dict[str, Any] = {}
+        if self._servers:
+            server = self._servers[0]
+            blocks = {name.partition(".")[0] for _, name in self._rows if "." in name}
+            listed = server.get("controller_plugins", ["FollowPath"])
+            reader = self._reader(server)
+            columns_rows = dict(self._rows)
+            fields |= read_controller_server(reader, blocks & set(listed))
+            self._rows.update(columns_rows)
+        fields = merged(navigation_of(self._release.release), fields)
+        fields |= self._costmaps()
+        release = self._release.release
+        of_release = {
+            PLANNER_SERVER: partial(
+                read_planner_server, release=release, cell_m=self._global_cell_m(fields)
+            ),
+            BT_NAVIGATOR: partial(read_bt_navigator, release=release),
+        }
+        for name, read in (SERVERS | of_release).items():
+            node = self._find(name)
+            if node is not None:
+                fields = merged(fields, read(self._reader(node)))
+            elif name not in OPTIONAL:
+                self._note_missing(name)
+        tree = fields["behavior_tree"].get("tree")
+        if tree is not None:
+            fields["behavior_tree"]["tree"] = tree_of(self._release.release, tree)
+        if "behavior_server" not in fields:
+            fields |= self._own_behaviors()
+        smoother = self._find(SMOOTHER_SERVER)
+        if smoother is not None:
+            is_asked = tree is not None and has_node(tree, SMOOTHING_NODE)
+            fields |= read_smoother_server(self._reader(smoother), is_asked=is_asked)
+        return fields
+
+    def _global_cell_m(self, fields: dict[str, Any]) -> float:
+        """Returns the resolution of the costmap that plans are made on."""
+        own = self._base.navigation.global_costmap.resolution
+        return float(fields.get("global_costmap", {}).get("resolution", own))
+
+    def _own_behaviors(self) -> dict[str, Any]:
+        """Returns the base robot's behaviours with the release's way of driving straight."""
+        drive = straight_drive_of(self._release.release)
+        if not drive:
+            return {}
+        remark = (
+            f"not in the file; that of {self._base_name}, without limits where it drives straight"
+        )
+        self._note(Status.OTHER_FORM, "behavior_server", "", remark)
+        own = self._base.navigation.behavior_server.model_dump(mode="json", exclude_unset=True)
+        return {"behavior_server": merged(own, drive)}
+
+    def _reader(self, node: Node) -> NodeReader:
+        return NodeReader(node, self._rows, self._release.release)
+
+    def _costmaps(self) -> dict[str, Any]:
+        fields: dict[str, Any] = {}
+        self._outlines: list[tuple[NodeReader, Outline]] = []
+        sensors = Nav2Sensors(self._base)
+        read_local = partial(read_local_costmap, is_override=not self._servers)
+        for name, read in ((LOCAL_COSTMAP, read_local), (GLOBAL_COSTMAP, read_global_costmap)):
+            node = self._find(name)
+            if node is None:
+                self._note_missing(name)
+                continue
+            reader = self._reader(node)
+            self._outlines.append((reader, read_outline(reader)))
+            settings = read(reader, sensors, self._release.release)
+            if name == GLOBAL_COSTMAP:
+                settings["margin_m"] = self._base.navigation.global_costmap.margin_m
+            fields[name.partition("/")[0]] = settings
+        sensors.note_added()
+        self._added_sensors = sensors.added
+        return fields
+
+    def _body(self, navigation: dict[str, Any]) -> dict[str, Any]:
+        """Returns the outline: the local costmap's, else the global one's, else none."""
+        if "local_costmap" in navigation and self._outlines[0][1].padding_m is not None:
+            navigation["local_costmap"]["footprint_padding"] = self._outlines[0][1].padding_m
+        body = costmap_body(self._outlines)
+        if not body:
+            remark = f"not given, where Nav2 takes a radius of 0.1 m; that of {self._base_name}"
+            self._note(Status.OTHER_FORM, "robot", "footprint", remark)
+        return body
+
+    def _note_outlines_of_a_radius(self, presets: Collection[Preset]) -> None:
+        remark = "the robot has a radius, whose polygon is taken; later releases refuse this"
+        for preset in presets:
+            node, block = self._places[preset.name]
+            for name, value in flattened(preset.values):
+                place = node, f"{block}.{name}"
+                if name.endswith(".consider_footprint") and value is True and place in self._rows:
+                    row = self._rows[place]
+                    self._rows[place] = row._replace(status=Status.DOUBTFUL, remark=remark)
+
+    def _note_smoothed_away(self, presets: Collection[Preset], robot: Robot) -> None:
+        """Notes least speeds that the velocity smoother lets no command have."""
+        smoother = robot.navigation.velocity_smoother
+        if smoother is None:
+            return
+        most = smoother.max_velocity[0]
+        for preset in presets:
+            node, block = self._places[preset.name]
+            for name, value in flattened(preset.values):
+                place = node, f"{block}.{name}"
+                if name in LEAST_SPEEDS and value > most and place in self._rows:
+                    remark = f"{value:g}, where the velocity smoother lets through {most:g}"
+                    row = self._rows[place]
+                    self._rows[place] = row._replace(status=Status.DOUBTFUL, remark=remark)
+
+    def _note(self, status: Status, node: str, parameter: str, remark: str) -> None:
+        self._rows[node, parameter] = CheckRow(status, node, parameter, remark)
+
+    def _note_missing(self, name: str) -> None:
+        remark = f"not in the file; that of {self._base_name}"
+        self._note(Status.OTHER_FORM, name, "", remark)
+
+    def _note_other_sections(self) -> None:
+        """Notes the nodes of which nothing is read."""
+        read = {f"{self._namespace}/{name}" for name in READ}
+        read |= {node.name for node in self._servers}
+        for section in self._sections:
+            if section.name in read or section.has_wildcards:
+                continue
+            self._note_unread_section(section.name.lstrip("/"))
+
+    def _note_unread_section(self, name: str) -> None:
+        if name.rpartition("/")[2] == OLD_NODE:
+            remark = f"since humble the node is called behavior_server; {self._release.release} "
+            self._note(Status.UNREAD, name, "", f"{remark}does not read this one")
+        elif name in ("local_costmap", "global_costmap"):
+            self._note(Status.UNREAD, name, "", f"the node is called {name}/{name}")
+        elif any(name.endswith(f"/{other}") or name == other for other in READ):
+            remark = f"another namespace; only that of '{self._namespace or '/'}' is read"
+            self._note(Status.STAND_IN, name, "", remark)
+        else:
+            self._note(Status.NO_MEANING, name, "", "")

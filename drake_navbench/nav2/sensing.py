@@ -1,0 +1,270 @@
+"""From the layers of a Nav2 file that see obstacles to ours, and what their sensors become.
+
+A layer with one scan that marks and clears is the costmap's own obstacle or voxel layer; any other,
+and the second one of a type, a block that names its plugin. What differs is noted. Source:
+nav2_costmap_2d (ObstacleLayer, VoxelLayer, ObservationBuffer), branches humble to lyrical;
+spatio_temporal_voxel_layer, branch ros2.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from drake_navbench.costmaps.costmap_settings import ObstacleLayerSettings, VoxelLayerSettings
+from drake_navbench.costmaps.layer_plugin import COSTMAP_LAYERS
+from drake_navbench.costmaps.observation_source import (
+    BufferedSourceSettings,
+    ObservationSourceSettings,
+)
+from drake_navbench.costmaps.spatio_temporal_layer import (
+    SpatioTemporalSourceSettings,
+    SpatioTemporalVoxelLayerParameters,
+)
+from drake_navbench.kernels.voxel_layer import MAX_VOXELS
+from drake_navbench.nav2.check import Status
+from drake_navbench.nav2.node_reader import NodeReader
+from drake_navbench.nav2.release import Release
+from drake_navbench.nav2.sensors import Nav2Sensors, Sight
+from drake_navbench.typed_files.typed_yaml import FrozenModel
+
+# What Nav2 files do not give of a source, and what says which of the robot's sensors it is.
+OURS = ("sensor", "scanner")
+SCAN, CLOUD = "LaserScan", "PointCloud2"
+# Nav2's obstacle layer looks at points up to this height where the file says nothing, m.
+DEFAULT_LAYER_HEIGHT_M = 2.0
+SPATIO_TEMPORAL = "spatio_temporal_voxel_layer::SpatioTemporalVoxelLayer"
+VOXEL_LAYER = "nav2_costmap_2d::VoxelLayer"
+# The spatio-temporal layer's number for a lidar of many layers.
+LIDAR_MODEL = 1
+MAXIMUM = 1
+
+
+class SensingLayers:
+    """Reads the layers of one costmap that see obstacles."""
+
+    def __init__(self, reader: NodeReader, sensors: Nav2Sensors, release: Release) -> None:
+        self._reader = reader
+        self._release = release
+        self._sensors = sensors
+        self._height_m = sensors.lidar.height_m
+        self._scanner_count = 1 + len(sensors.lidar.further_poses)
+
+    def is_plain(self, name: str, ours: str) -> bool:
+        """Whether a layer is one that every costmap has, but for its parameters."""
+        sources = self._sources(name)
+        if len(sources) != 1:
+            return not sources
+        found = self._reader.node.get
+        place = f"{name}.{sources[0]}"
+        if found(f"{place}.data_type", SCAN) == CLOUD:
+            return False
+        if found(f"{place}.observation_persistence", 0.0) != 0.0:
+            return False
+        both = found(f"{place}.marking", True) is True and found(f"{place}.clearing", False) is True
+        return both or ours == "voxel_layer"
+
+    def read(self, name: str, ours: str) -> dict[str, Any] | None:
+        """Returns an obstacle or voxel layer of one scan; None where Nav2's would see nothing."""
+        sources = self._listed_sources(name)
+        if not sources:
+            return None
+        rule = self._combination(name)
+        if rule is None:
+            return None
+        if ours == "voxel_layer":
+            return self._voxel_layer(f"{name}.", sources[0], rule)
+        return self._obstacle_layer(name, sources[0], rule)
+
+    def read_block(self, name: str, plugin_type: str) -> dict[str, Any] | None:
+        """Returns the parameters of a layer with sources of any kind, None where there are none."""
+        sources = self._listed_sources(name)
+        if not sources:
+            return None
+        reader, prefix = self._reader, f"{name}."
+        is_spatio_temporal = plugin_type == SPATIO_TEMPORAL
+        rule = {} if is_spatio_temporal else self._combination(name)
+        if rule is None:
+            return None
+        parameters = (
+            SpatioTemporalVoxelLayerParameters
+            if is_spatio_temporal
+            else COSTMAP_LAYERS.load(plugin_type).Parameters
+        )
+        own = [
+            field
+            for field in parameters.model_fields
+            if field not in ("plugin", "observation_sources", *rule)
+        ]
+        levels = self._levels(prefix) if plugin_type == VOXEL_LAYER else {}
+        own = [field for field in own if field not in levels]
+        values = reader.block(parameters, prefix, names=own) | levels | rule
+        model = SpatioTemporalSourceSettings if is_spatio_temporal else BufferedSourceSettings
+        default = SpatioTemporalSourceSettings().data_type if is_spatio_temporal else SCAN
+        observed = {source: self._source(f"{prefix}{source}.", model) for source in sources}
+        scans = [s for s in sources if observed[s].get("data_type", default) == SCAN]
+        scanners = self._scanners(prefix, scans)
+        for source, given in observed.items():
+            place = f"{prefix}{source}."
+            if source in scans:
+                given |= scanners[source]
+                if not is_spatio_temporal:
+                    self._note_blindness(place, given)
+            else:
+                given["data_type"] = CLOUD
+                given["sensor"] = self._depth_sensor(source, place, given, is_spatio_temporal)
+        return {"plugin": plugin_type, **values, "observation_sources": observed}
+
+    def _listed_sources(self, name: str) -> list[str]:
+        """Returns the sources of a layer; notes where there are none, and blocks of others."""
+        sources = self._sources(name)
+        if not sources:
+            remark = "left out; without observation_sources it sees nothing, in Nav2 as well"
+            self._reader.note_block(Status.DOUBTFUL, name, remark)
+        else:
+            self._note_unlisted(f"{name}.", sources)
+        return sources
+
+    def _note_unlisted(self, prefix: str, sources: list[str]) -> None:
+        """Notes the blocks of sources that the layer does not listen to."""
+        names = [
+            n.removeprefix(prefix) for n in self._reader.node.parameters if n.startswith(prefix)
+        ]
+        blocks = (name.partition(".")[0] for name in names if "." in name)
+        for block in dict.fromkeys(blocks):
+            if block not in sources:
+                remark = "not among observation_sources"
+                self._reader.note_block(Status.UNREAD, prefix + block, remark)
+
+    def _sources(self, name: str) -> list[str]:
+        listed = self._reader.text(f"{name}.observation_sources").split()
+        return list(dict.fromkeys(listed))
+
+    def _source(self, place: str, model: type[FrozenModel]) -> dict[str, Any]:
+        """Returns what is given of an observation source; place: its name with a dot."""
+        names = [field for field in model.model_fields if field not in OURS]
+        return self._reader.block(model, place, names=names)
+
+    def _combination(self, name: str) -> dict[str, Any] | None:
+        """Returns what counts where Nav2 does not know a layer's way to write; {} where it does.
+
+        None where the layer then writes nothing, as up to iron, where 2 was not known either.
+        """
+        place = f"{name}.combination_method"
+        found = self._reader.node.get(place)
+        if not isinstance(found, int) or isinstance(found, bool):
+            return {}
+        is_old = self._release.age < Release.JAZZY.age
+        if found in ((0, 1) if is_old else (0, 1, 2)):
+            return {}
+        if is_old:
+            remark = f"left out; with combination_method {found} it writes nothing, in Nav2 as well"
+            self._reader.note_block(Status.OTHER_FORM, name, remark)
+            return None
+        self._reader.value(place)
+        remark = f"{found}, which Nav2 does not know: the larger cost counts"
+        self._reader.note(Status.OTHER_FORM, place, remark)
+        return {"combination_method": MAXIMUM}
+
+    def _scanners(self, prefix: str, scans: list[str]) -> dict[str, dict[str, Any]]:
+        """Returns which scanner each source is; all for all where their numbers differ."""
+        topics = {s: self._reader.node.get(f"{prefix}{s}.topic", s) for s in scans}
+        different = list(dict.fromkeys(topics.values()))
+        if len(different) == self._scanner_count and self._scanner_count > 1:
+            return {s: {"scanner": different.index(topics[s]) + 1} for s in scans}
+        sees_all = math.isclose(self._sensors.lidar.angle_span_rad, 2.0 * math.pi)
+        for source in scans:
+            if topics[source] == different[0]:
+                continue
+            remark = "the robot's lidar, which sees all around, is this scanner, too"
+            if not sees_all:
+                remark = "no such scanner here; the robot's lidar stands in for it"
+            status = Status.OTHER_FORM if sees_all else Status.STAND_IN
+            place = f"{prefix}{source}.topic"
+            self._reader.note(status, place, remark)
+        return {source: {} for source in scans}
+
+    def _depth_sensor(
+        self, source: str, place: str, given: dict[str, Any], is_spatio_temporal: bool
+    ) -> str:
+        """Returns the sensor of a source of points."""
+        topic = self._reader.node.get(f"{place}topic", source)
+        if is_spatio_temporal:
+            whole = SpatioTemporalSourceSettings(**given)
+            sight = Sight(
+                reach_m=max(whole.obstacle_range, whole.max_z if whole.clearing else 0.0),
+                horizontal_fov_rad=given.get("horizontal_fov_angle"),
+                vertical_fov_rad=given.get("vertical_fov_angle"),
+                is_lidar=whole.model_type == LIDAR_MODEL if "model_type" in given else None,
+            )
+        else:
+            ranges = BufferedSourceSettings(**given)
+            sight = Sight(reach_m=max(ranges.obstacle_max_range, ranges.raytrace_max_range))
+        return self._sensors.listen(self._reader, f"{place}topic", source, str(topic), sight)
+
+    def _levels(self, prefix: str) -> dict[str, Any]:
+        """Returns what counts of a voxel layer with more levels than Nav2's grid has; {} else.
+
+        Nav2 clamps the grid's levels, but takes the surplus off the unknown voxels that a free
+        column may have; below 0, as that is unsigned, it may have any number.
+        """
+        place = f"{prefix}z_voxels"
+        found = self._reader.node.get(place)
+        if isinstance(found, bool) or not isinstance(found, int) or found <= MAX_VOXELS:
+            return {}
+        remark = (
+            f"{found}, of which the grid has {MAX_VOXELS}, as in Nav2; rays that leave through its "
+            "top clear what is below, where Nav2 drops them"
+        )
+        self._reader.note(Status.OTHER_FORM, place, remark)
+        names = ("unknown_threshold",)
+        given = self._reader.block(VoxelLayerSettings, prefix, names=names)
+        allowed = VoxelLayerSettings(**given).unknown_threshold + MAX_VOXELS - found
+        allowed = allowed if allowed >= 0 else MAX_VOXELS
+        return {"z_voxels": MAX_VOXELS, "unknown_threshold": allowed}
+
+    def _voxel_layer(self, prefix: str, source: str, rule: dict[str, Any]) -> dict[str, Any]:
+        reader = self._reader
+        levels = self._levels(prefix)
+        others = ("observation_sources", *levels, *rule)
+        names = [n for n in VoxelLayerSettings.model_fields if n not in others]
+        values = reader.block(VoxelLayerSettings, prefix, names=names) | levels | rule
+        observed = {source: self._source(f"{prefix}{source}.", ObservationSourceSettings)}
+        self._note_persistence(f"{prefix}{source}.")
+        self._note_blindness(f"{prefix}{source}.", observed[source])
+        return {**values, "observation_sources": observed}
+
+    def _obstacle_layer(
+        self, name: str, source: str, rule: dict[str, Any]
+    ) -> dict[str, Any] | None:
+        reader, prefix = self._reader, f"{name}."
+        own = ("enabled", "footprint_clearing_enabled", "combination_method")
+        names = [field for field in own if field not in rule]
+        values = reader.block(ObstacleLayerSettings, prefix, names=names) | rule
+        low = reader.number(f"{prefix}min_obstacle_height", 0.0)
+        high = reader.number(f"{prefix}max_obstacle_height", DEFAULT_LAYER_HEIGHT_M)
+        place = f"{prefix}{source}."
+        given = self._source(place, ObservationSourceSettings)
+        self._note_persistence(place)
+        if not (self._sees(given) and low <= self._height_m <= high):
+            self._note_blindness(place, given)
+            remark = "left out; all of its points are too low or too high for it"
+            reader.note_block(Status.DOUBTFUL, name, remark)
+            return None
+        taken = {k: v for k, v in given.items() if k in ObstacleLayerSettings.model_fields}
+        return reader.checked(ObstacleLayerSettings, {**values, **taken}, place)
+
+    def _note_persistence(self, place: str) -> None:
+        """Looks at a persistence, which is 0 here."""
+        self._reader.number(f"{place}observation_persistence", 0.0)
+
+    def _sees(self, source: dict[str, Any]) -> bool:
+        low = source.get("min_obstacle_height", 0.0)
+        return low <= self._height_m <= source.get("max_obstacle_height", 0.0)
+
+    def _note_blindness(self, place: str, source: dict[str, Any]) -> None:
+        if not self._sees(source):
+            remark = (
+                f"not around {self._height_m:g} m, the lidar's height: it sees nothing, as in Nav2"
+            )
+            self._reader.note(Status.DOUBTFUL, f"{place}max_obstacle_height", remark)

@@ -1,0 +1,144 @@
+"""The sensors that a Nav2 file listens to, and the robot's that they are.
+
+A Nav2 file names topics and says nothing of what sends to them. The robot's scanners are there;
+a depth camera or a lidar of many layers that the robot does not have is put where its lidar is,
+with what its sources tell of its sight and its reach, and looks where their names say.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+from drake_navbench.inputs.depth_sensor import STEEPEST_RAD, DepthSensorSettings
+from drake_navbench.inputs.lidar import LidarSettings
+from drake_navbench.inputs.robot import Robot
+from drake_navbench.nav2.check import Status
+from drake_navbench.nav2.node_reader import NodeReader
+
+# Names of what sends points all around.
+LIDAR_NAMES = re.compile(
+    "lidar|laser|velodyne|vlp|livox|ouster|hesai|robosense|rslidar|mid360|pandar|scan", re.I
+)
+CAMERA_NAMES = re.compile("camera|depth|realsense|oak|zed|kinect|d4[0-9]{2}|rgbd", re.I)
+# Of such a lidar: angle up and down rad, columns, rows, height m, reach m.
+LIDAR_SIGHT: Mapping[str, Any] = {
+    "horizontal_fov_rad": 2.0 * math.pi,
+    "vertical_fov_rad": 0.52,
+    "column_count": 360,
+    "row_count": 16,
+    "height_m": 0.5,
+    "range_max_m": 12.0,
+}
+# Where a sensor looks, by a word in its name; of two words half way.
+DIRECTIONS = {"left": 0.5 * math.pi, "right": -0.5 * math.pi}
+FRONT, REAR = re.compile("front", re.I), re.compile("back|rear", re.I)
+
+
+class Sight(NamedTuple):
+    """What a source tells of its sensor: m and rad, None where it does not."""
+
+    reach_m: float
+    horizontal_fov_rad: float | None = None
+    vertical_fov_rad: float | None = None
+    is_lidar: bool | None = None
+
+
+class Nav2Sensors:
+    """The sensors of the robot that a Nav2 file is read for, and those that the file adds."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._depth_sensors = robot.depth_sensors
+        self._lidar = robot.lidar
+        self._listeners: dict[str, list[_Listener]] = {}
+
+    @property
+    def lidar(self) -> LidarSettings:
+        """The robot's scanners."""
+        return self._lidar
+
+    @property
+    def added(self) -> dict[str, dict[str, Any]]:
+        """The depth sensors that the robot did not have, as a robot file gives them."""
+        return {
+            name: self._sensor(listeners).model_dump(mode="json", exclude_defaults=True)
+            for name, listeners in self._listeners.items()
+        }
+
+    def listen(
+        self, reader: NodeReader, parameter: str, source: str, topic: str, sight: Sight
+    ) -> str:
+        """Returns the name of the sensor that sends to a source.
+
+        parameter: the source's topic, of which `note_added` tells what the sensor is, once all
+        that listen to it are known.
+        """
+        by_topic = re.sub(r"\W+", "_", topic).strip("_") or source
+        for name in (source, by_topic):
+            if name in self._depth_sensors:
+                reader.note(Status.OTHER_FORM, parameter, f"the robot's depth sensor {name}")
+                return name
+        reader.note(Status.OTHER_FORM, parameter)
+        listener = _Listener(reader, parameter, f"{source} {topic}", sight)
+        self._listeners.setdefault(by_topic, []).append(listener)
+        return by_topic
+
+    def note_added(self) -> None:
+        """Notes of each source of a sensor that the robot did not have which one it has now."""
+        for name, listeners in self._listeners.items():
+            remark = _described(name, self._sensor(listeners))
+            for reader, parameter, *_ in listeners:
+                reader.note(Status.OTHER_FORM, parameter, remark)
+
+    def _sensor(self, listeners: Sequence[_Listener]) -> DepthSensorSettings:
+        """Returns a sensor that has all that its sources tell, in whatever order they stand."""
+        names = " ".join(sorted(listener.names for listener in listeners))
+        sights = [listener.sight for listener in listeners]
+        told = [sight.is_lidar for sight in sights if sight.is_lidar is not None]
+        named_so = bool(LIDAR_NAMES.search(names)) and not CAMERA_NAMES.search(names)
+        is_lidar = any(told) if told else named_so
+        fields: dict[str, Any] = dict(LIDAR_SIGHT) if is_lidar else {}
+        horizontal = max(sight.horizontal_fov_rad or 0.0 for sight in sights)
+        vertical = max(sight.vertical_fov_rad or 0.0 for sight in sights)
+        if horizontal:
+            fields["horizontal_fov_rad"] = min(horizontal, 2.0 * math.pi)
+        if vertical:
+            fields["vertical_fov_rad"] = min(vertical, 2.0 * STEEPEST_RAD)
+        x, y, yaw = self._lidar.pose
+        sensor = DepthSensorSettings(**fields)
+        heading = yaw if _is_around(sensor) else _heading(names)
+        reach = max(sensor.range_max_m, *(sight.reach_m for sight in sights))
+        return sensor.model_copy(update={"pose": (x, y, heading), "range_max_m": reach})
+
+
+class _Listener(NamedTuple):
+    """A source of points: where its topic stands, its names, and what it tells."""
+
+    reader: NodeReader
+    parameter: str
+    names: str
+    sight: Sight
+
+
+def _described(name: str, sensor: DepthSensorSettings) -> str:
+    kind = "lidar of many layers" if _is_around(sensor) else "depth camera"
+    turned = f", turned by {sensor.pose[2]:.3g} rad" if sensor.pose[2] else ""
+    return (
+        f"no Nav2 file says what sends it: a {kind} where the lidar is, {sensor.height_m:g} m "
+        f"up{turned}, of {sensor.horizontal_fov_rad:.3g} x {sensor.vertical_fov_rad:.3g} rad "
+        f"and {sensor.range_max_m:g} m; depth_sensors.{name} in a robot file says otherwise"
+    )
+
+
+def _is_around(sensor: DepthSensorSettings) -> bool:
+    return math.isclose(sensor.horizontal_fov_rad, 2.0 * math.pi, abs_tol=0.02)
+
+
+def _heading(names: str) -> float:
+    """Returns where a sensor of such names looks, rad from straight ahead."""
+    side = next((yaw for word, yaw in DIRECTIONS.items() if word in names.lower()), 0.0)
+    if REAR.search(names):
+        return math.copysign(math.pi - 0.5 * abs(side), side) if side else math.pi
+    return 0.5 * side if side and FRONT.search(names) else side

@@ -1,0 +1,367 @@
+"""From the servers of a Nav2 file, but for controllers and costmaps, to a robot's settings.
+
+Each function takes a node and returns fields of `NavigationSettings`, checked. A parameter that is
+missing has Nav2's default. Sources: nav2_planner, nav2_behaviors, nav2_bt_navigator,
+nav2_waypoint_follower, nav2_velocity_smoother, nav2_collision_monitor.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from drake_navbench.inputs.behavior_tree_file import MissingTree, read_tree_file
+from drake_navbench.nav2.check import Status
+from drake_navbench.nav2.controller_server import plugin_block
+from drake_navbench.nav2.node_reader import NodeReader
+from drake_navbench.nav2.read_by import read_by
+from drake_navbench.nav2.release import PORTED, Release
+from drake_navbench.nav2.tree_files import installed_tree, tree_beside
+from drake_navbench.navigation.behavior_tree.settings import (
+    RECOVERY_ACTIONS,
+    BehaviorTreeSettings,
+)
+from drake_navbench.navigation.behaviors import (
+    BEHAVIORS,
+    BehaviorServerParameters,
+    DriveLimits,
+)
+from drake_navbench.navigation.planner_settings import PLANNERS
+from drake_navbench.navigation.smac_planner_2d_parameters import SmacPlanner2DParameters
+from drake_navbench.navigation.smac_planner_hybrid_parameters import SmacPlannerHybridParameters
+from drake_navbench.navigation.smoother_settings import SMOOTHERS
+from drake_navbench.navigation.velocity_smoother import VelocitySmootherParameters
+from drake_navbench.navigation.waypoint_follower import (
+    WaitAtWaypointParameters,
+    WaypointFollowerParameters,
+)
+
+Fields = dict[str, Any]
+
+NAVFN = "nav2_navfn_planner::NavfnPlanner"
+# Fields of a planner that no Nav2 file has.
+NOT_NAV2S = {"plugin", "expansions_per_second"}
+TURNING_RADIUS = "minimum_turning_radius"
+SIMPLE_SMOOTHER = "nav2_smoother::SimpleSmoother"
+DEFAULT_SMOOTHER = "simple_smoother"
+# Nav2's smoothers by our names.
+SMOOTHER_OF: Mapping[str, str] = {
+    SIMPLE_SMOOTHER: "simple",
+    "nav2_constrained_smoother::ConstrainedSmoother": "constrained",
+    "nav2_smoother::SavitzkyGolaySmoother": "savitzky_golay",
+}
+WAIT_AT_WAYPOINT = "nav2_waypoint_follower::WaitAtWaypoint"
+# What Nav2's default behaviour tree asks for by name, where there are several.
+DEFAULT_PLANNER = "GridBased"
+# The parameter that names the tree's file, and what it was called up to foxy.
+TREE_FILE = "default_nav_to_pose_bt_xml"
+OLD_TREE_FILES = ("default_bt_xml_filename", "bt_xml_filename")
+# Names of the default tree in Nav2's releases.
+DEFAULT_TREES = {
+    "navigate_w_replanning_and_recovery.xml",
+    "navigate_to_pose_w_replanning_and_recovery.xml",
+}
+# Behaviours of Nav2: type without its package -> the default tree's recovery action.
+RECOVERY_OF: Mapping[str, str] = {
+    "Spin": "spin",
+    "BackUp": "backup",
+    "Wait": "wait",
+    "DriveOnHeading": "",
+    "AssistedTeleop": "",
+}
+# The behaviours with `DriveLimits`.
+STRAIGHT = ("backup", "drive_on_heading")
+BEHAVIOR_PACKAGES = ("nav2_behaviors", "nav2_recoveries")
+DEFAULT_BEHAVIORS = {
+    "spin": "nav2_behaviors::Spin",
+    "backup": "nav2_behaviors::BackUp",
+    "drive_on_heading": "nav2_behaviors::DriveOnHeading",
+    "wait": "nav2_behaviors::Wait",
+}
+
+
+def read_planner_server(reader: NodeReader, release: Release, cell_m: float) -> Fields:
+    """Returns the planner that the default tree asks for, with what the release reads of it.
+
+    cell_m: of the global costmap, m.
+    """
+    names = reader.names("planner_plugins", [DEFAULT_PLANNER])
+    if not names:
+        raise reader.fault("planner_plugins", "expected at least one name")
+    types = {name: _planner_type(reader, name, names) for name in names}
+    name = DEFAULT_PLANNER if DEFAULT_PLANNER in names else names[0]
+    for other in names:
+        if other != name:
+            remark = f"{types[other]}: not asked for by the default tree; {name} plans"
+            reader.note_block(Status.NO_MEANING, other, remark)
+    plugin_type = types[name]
+    if plugin_type in PLANNERS:
+        values = _planner(reader, name, plugin_type, release, cell_m)
+    else:
+        plugin_type = SmacPlanner2DParameters.model_fields["plugin"].default
+        remark = f"{types[name]}: SmacPlanner2D with its defaults stands in"
+        reader.note_block(Status.STAND_IN, name, remark)
+        values = _classic({})
+    reader.finish({"expected_planner_frequency", "costmap_update_timeout"})
+    return {"planner": {"plugin": plugin_type, **values}}
+
+
+def _planner_type(reader: NodeReader, name: str, names: list[str]) -> str:
+    default = NAVFN if names == [DEFAULT_PLANNER] else None
+    return reader.plugin_type(name, default, "planner_plugins")
+
+
+def _planner(
+    reader: NodeReader, name: str, plugin_type: str, release: Release, cell_m: float
+) -> Fields:
+    model = PLANNERS.load(plugin_type).Parameters
+    if model is SmacPlannerHybridParameters:
+        return _hybrid_planner(reader, name, release, cell_m)
+    if model is not SmacPlanner2DParameters:
+        names = [field for field in model.model_fields if field not in NOT_NAV2S]
+        return reader.block(model, f"{name}.", names=names)
+    ours = {*_classic({}), *NOT_NAV2S}
+    names = [field for field in model.model_fields if field not in ours]
+    return _classic(reader.block(model, f"{name}.", names=names))
+
+
+def _hybrid_planner(reader: NodeReader, name: str, release: Release, cell_m: float) -> Fields:
+    """Returns the parameters of SmacPlannerHybrid."""
+    apart = (*NOT_NAV2S, TURNING_RADIUS)
+    fields = [field for field in SmacPlannerHybridParameters.model_fields if field not in apart]
+    values = reader.block(SmacPlannerHybridParameters, f"{name}.", names=fields)
+    factor = reader.node.get(f"{name}.downsampling_factor", 1)
+    least_m = cell_m * (factor if isinstance(factor, int) else 1)
+    values |= _turning_radius(reader, f"{name}.{TURNING_RADIUS}", release, least_m)
+    if release.age < Release.LYRICAL.age:
+        reader.note(Status.OTHER_FORM, f"{name}.plugin", f"searches as in {PORTED}")
+    return values
+
+
+def _turning_radius(reader: NodeReader, name: str, release: Release, least_m: float) -> Fields:
+    """Returns the turning radius, at least a cell of the search.
+
+    Since jazzy Nav2 makes it so; before, it starts with 0, too, but no curve comes of that.
+    """
+    if not reader.given(name):
+        return {}
+    radius_m = reader.number(name, least_m)
+    if radius_m < 0.0 or not math.isfinite(radius_m):
+        raise reader.fault(name, f"expected 0 or more, got {radius_m}")
+    if release.age >= Release.JAZZY.age and radius_m < least_m:
+        remark = f"{least_m:g}, a cell of the search, as in Nav2, in place of {radius_m:g}"
+        reader.note(Status.OTHER_FORM, name, remark)
+        radius_m = least_m
+    elif radius_m == 0.0:
+        remark = f"0, of which {release} makes no curve: {least_m:g}, a cell, stands in"
+        reader.note(Status.STAND_IN, name, remark)
+        radius_m = least_m
+    return {TURNING_RADIUS: radius_m}
+
+
+def _classic(values: Fields) -> Fields:
+    """Returns parameters of SmacPlanner2D with which it behaves as Nav2's, flaws included."""
+    switches = SmacPlanner2DParameters.nav2_classic().model_dump(exclude_unset=True)
+    return {**switches, **values}
+
+
+def read_behavior_server(reader: NodeReader) -> Fields:
+    """Returns the behaviours, and which of them the default tree finds for its recoveries."""
+    least = "min_rotational_vel"
+    names = [field for field in BehaviorServerParameters.model_fields if field != least]
+    values = reader.block(BehaviorServerParameters, names=names)
+    if reader.number(least, 0.0) < 0.0:
+        # A spin is never slower than 0 on its way.
+        reader.note(Status.OTHER_FORM, least, "as 0, to the same effect")
+        values[least] = 0.0
+    else:
+        values |= reader.block(BehaviorServerParameters, names=(least,))
+    for behavior in STRAIGHT:
+        if behavior in values:
+            values[behavior] = _drive_limits(reader, values[behavior])
+    listed_in = "behavior_plugins"
+    found = []
+    names = reader.names(listed_in, DEFAULT_BEHAVIORS)
+    for name in names:
+        default = DEFAULT_BEHAVIORS.get(name) if names == list(DEFAULT_BEHAVIORS) else None
+        plugin_type = reader.plugin_type(name, default, listed_in)
+        is_field = name in BehaviorServerParameters.model_fields
+        if BEHAVIORS.origin(plugin_type) is not None and not is_field:
+            values[name] = plugin_block(reader, name, BEHAVIORS, plugin_type)
+            found.append(name)
+            if name not in RECOVERY_ACTIONS:
+                remark = "the default tree tries it only where recovery_actions lists it"
+                reader.note(Status.OTHER_FORM, f"{name}.plugin", remark)
+        else:
+            found.append(_recovery_action(reader, name, plugin_type))
+    actions = [action for action in RECOVERY_ACTIONS if action == "clear" or action in found]
+    reader.finish(
+        {
+            "assisted_teleop",
+            "cmd_vel_teleop",
+            "cmd_vel_topic",
+            "global_costmap_topic",
+            "global_footprint_topic",
+            "local_costmap_topic",
+            "local_footprint_topic",
+            "local_frame",
+            "transform_timeout",
+        }
+    )
+    return {"behavior_server": values, "behavior_tree": {"recovery_actions": actions}}
+
+
+def straight_drive_of(release: Release) -> Fields:
+    """Returns how a release drives straight where no file says, if not as ours."""
+    fields = {name: read_by(DriveLimits, name).defaults for name in DriveLimits.model_fields}
+    limits = {name: known[release] for name, known in fields.items() if release in known}
+    return {behavior: limits for behavior in STRAIGHT} if limits else {}
+
+
+def _drive_limits(reader: NodeReader, given: Fields) -> Fields:
+    """Returns the limits of a behaviour that drives straight; in humble 0, its default, is none."""
+    limits = ("acceleration_limit", "deceleration_limit")
+    if reader.release is Release.HUMBLE and not all(given.get(name) for name in limits):
+        return {**given, **dict.fromkeys(limits)}
+    return given
+
+
+def _recovery_action(reader: NodeReader, name: str, plugin_type: str) -> str:
+    """Returns the recovery action that a behaviour serves, '' where the tree has no use for it."""
+    package, _, kind = plugin_type.partition("::")
+    if package in BEHAVIOR_PACKAGES and kind in RECOVERY_OF:
+        if not RECOVERY_OF[kind]:
+            remark = "the default tree has no use for it"
+            reader.note(Status.NO_MEANING, f"{name}.plugin", remark)
+        return RECOVERY_OF[kind]
+    action = {"back_up": "backup"}.get(name, name)
+    if action in RECOVERY_OF.values():
+        reader.note(Status.STAND_IN, f"{name}.plugin", f"{plugin_type}: Nav2's own stands in")
+        return action
+    remark = f"{plugin_type}: left out; the default tree has no use for it"
+    reader.note_block(Status.NO_MEANING, name, remark)
+    return ""
+
+
+def read_bt_navigator(reader: NodeReader, release: Release) -> Fields:
+    """Returns the navigator's behaviour tree: the default one, or that of an XML file."""
+    values = reader.block(BehaviorTreeSettings, names=("bt_loop_duration",))
+    if reader.text(TREE_FILE).rpartition("/")[2]:
+        values |= _tree_of(reader, TREE_FILE, release)
+    for name in OLD_TREE_FILES:
+        if reader.text(name).rpartition("/")[2] in DEFAULT_TREES:
+            reader.note(Status.NO_MEANING, name)
+        elif reader.given(name):
+            reader.note(Status.UNREAD, name, f"since galactic {TREE_FILE} is read in its place")
+    reader.finish(
+        {
+            "always_reload_bt_xml",
+            "bt_search_directories",
+            "default_cancel_timeout",
+            "default_nav_through_poses_bt_xml",
+            "default_server_timeout",
+            "enable_groot_monitoring",
+            "error_code_name_prefixes",
+            "error_code_names",
+            "filter_duration",
+            "goal_blackboard_id",
+            "goal_reached_tol",
+            "goal_updater_topic",
+            "goals_blackboard_id",
+            "groot_zmq_publisher_port",
+            "groot_zmq_server_port",
+            "navigate_through_poses",
+            "navigate_to_pose",
+            "navigators",
+            "path_blackboard_id",
+            "plugin_lib_names",
+            "wait_for_service_timeout",
+        }
+    )
+    return {"behavior_tree": values}
+
+
+def _tree_of(reader: NodeReader, name: str, release: Release) -> Fields:
+    """Returns the tree of an XML file, nothing where it cannot be used."""
+    named = reader.text(name)
+    file_name = named.rpartition("/")[2]
+    folder = reader.node.parameters[name].file.parent
+    found = tree_beside(folder, named)
+    if found is None and file_name in DEFAULT_TREES:
+        return {}
+    if found is None:
+        found = installed_tree(file_name, release)
+        if found is not None:
+            reader.note(Status.OTHER_FORM, name, f"that of the installed Nav2, {found}")
+    if found is None:
+        remark = f"{file_name}: not beside the file; Nav2's default tree stands in"
+        reader.note(Status.STAND_IN, name, remark)
+        return {}
+    # Imported late: py_trees takes a while, and few files name a tree.
+    from drake_navbench.navigation.behavior_tree.builder import faults_of
+
+    try:
+        tree = read_tree_file(found)
+    except MissingTree as error:
+        reader.note(Status.STAND_IN, name, f"{error}; Nav2's default tree stands in")
+        return {}
+    faults = list(faults_of(tree))
+    if not faults:
+        return {"tree": tree.model_dump(mode="json")}
+    told = "; ".join(f"line {fault.line}, {fault}" for fault in faults)
+    remark = f"{file_name}: {told}; Nav2's default tree stands in"
+    reader.note(Status.STAND_IN, name, remark)
+    return {}
+
+
+def read_waypoint_follower(reader: NodeReader) -> Fields:
+    """Returns the waypoint follower with its pause at each waypoint."""
+    values = reader.block(WaypointFollowerParameters, names=("stop_on_failure",))
+    name = reader.text("waypoint_task_executor_plugin", "wait_at_waypoint")
+    plugin_type = reader.plugin_type(name, WAIT_AT_WAYPOINT, "waypoint_task_executor_plugin")
+    if plugin_type == WAIT_AT_WAYPOINT:
+        values["wait_at_waypoint"] = reader.block(WaitAtWaypointParameters, f"{name}.")
+    else:
+        remark = f"{plugin_type}: left out; nothing is done at waypoints"
+        reader.note_block(Status.STAND_IN, name, remark)
+        values["wait_at_waypoint"] = {"enabled": False}
+    reader.finish({"loop_rate", "global_frame_id"})
+    return {"waypoint_follower": values}
+
+
+def read_velocity_smoother(reader: NodeReader) -> Fields:
+    """Returns the velocity smoother."""
+    values = reader.block(VelocitySmootherParameters)
+    reader.finish({"odom_duration", "stamp_smoothed_velocity_with_smoothing_time"})
+    return {"velocity_smoother": values}
+
+
+def read_smoother_server(reader: NodeReader, *, is_asked: bool) -> Fields:
+    """Returns the first smoother where the tree asks for one, else nothing."""
+    if not is_asked:
+        for name in reader.node.parameters:
+            reader.note(Status.NO_MEANING, name)
+        remark = "the tree smooths no path; a scenario's plan.smoother does"
+        reader.note(Status.NO_MEANING, "", remark)
+        return {}
+    listed_in = "smoother_plugins"
+    names = reader.names(listed_in, [DEFAULT_SMOOTHER])
+    if not names:
+        raise reader.fault(listed_in, "expected at least one name")
+    name, *others = names
+    for other in others:
+        reader.note_block(Status.OTHER_FORM, other, f"{name} smooths every path")
+    default = SIMPLE_SMOOTHER if names == [DEFAULT_SMOOTHER] else None
+    plugin_type = reader.plugin_type(name, default, listed_in)
+    kind = SMOOTHER_OF.get(plugin_type)
+    if kind is None:
+        reader.note_block(Status.STAND_IN, name, f"{plugin_type}: {SIMPLE_SMOOTHER} stands in")
+        return {"smoother": {"type": SMOOTHER_OF[SIMPLE_SMOOTHER]}}
+    model = SMOOTHERS.load(kind).Parameters
+    fields = [field for field in model.model_fields if field != "type"]
+    values = reader.block(model, f"{name}.", names=fields)
+    reader.finish(
+        {"costmap_topic", "footprint_topic", "local_costmap_topic", "transform_tolerance"}
+    )
+    return {"smoother": {"type": kind, **values}}

@@ -1,0 +1,42 @@
+"""Where the XML file of a behaviour tree lies that a Nav2 file names.
+
+The path in the file is that of the robot, of which the machine that reads it may have a part only.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+
+from drake_navbench.nav2.release import Release
+
+# Where a tree is looked for by its name, from the folder of the Nav2 file on.
+FOLDERS = (".", "behavior_trees", "behavior_tree", "bt", "../behavior_trees", "../bt")
+# Where it is looked for by the end of its path: the package lies around the Nav2 file.
+PACKAGE_FOLDERS = (".", "..", "../..")
+NAV2_TREES = Path("share", "nav2_bt_navigator", "behavior_trees")
+# Folders of installed packages, as ROS sets it.
+PREFIXES = "AMENT_PREFIX_PATH"
+ROS_FOLDER = Path("/opt/ros")
+
+
+def tree_beside(folder: Path, named: str) -> Path | None:
+    """Returns the file near a Nav2 file that a path names; None where there is none.
+
+    folder: of the Nav2 file. named: what it says, such as '$(find-pkg-share mine)/trees/a.xml'.
+    """
+    parts = re.sub(r"\$\([^)]*\)", "", named).strip("/").split("/")
+    places = [folder / place / parts[-1] for place in FOLDERS]
+    for count in range(2, len(parts) + 1):
+        end = Path(*parts[-count:])
+        places += [folder / place / end for place in PACKAGE_FOLDERS]
+    return next((place for place in places if place.is_file()), None)
+
+
+def installed_tree(file_name: str, release: Release) -> Path | None:
+    """Returns a tree of the Nav2 on this machine; None where it has none of this name."""
+    prefixes = [*filter(None, os.environ.get(PREFIXES, "").split(os.pathsep))]
+    folders = [*map(Path, prefixes), ROS_FOLDER / release]
+    places = [folder / NAV2_TREES / file_name for folder in folders]
+    return next((place for place in places if place.is_file()), None)

@@ -1,0 +1,1 @@
+"""Plugins: kinds, names, parameters, and which one a file chooses."""

@@ -1,0 +1,1 @@
+"""Studies: trials driven for a question of their own."""

@@ -1,0 +1,195 @@
+"""The result of a gate: Markdown for a pull request, JUnit for CI, the worst seed to look at."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from xml.etree import ElementTree
+
+from drake_navbench.analysis.metrics.definition import Better
+from drake_navbench.analysis.paired_tests import (
+    SUCCESS,
+    TOUCH,
+    Family,
+    Finding,
+    Judged,
+    Verdict,
+)
+from drake_navbench.analysis.paired_text import (
+    PROMISE,
+    cells_text,
+    equal_text,
+    lost_lines,
+    markdown_row,
+    sentence,
+    table,
+    undecided_sentence,
+)
+from drake_navbench.analysis.statistics import detectable_difference
+from drake_navbench.logs.log import Outcome
+from drake_navbench.logs.results import ResultsFolder
+from drake_navbench.studies.side_by_side.gate import GateResult, Side, column_of
+
+
+def to_markdown(result: GateResult) -> str:
+    """Returns the result: the verdict, what changed, and what so few trials could have shown."""
+    lines = [
+        f"# Nav2 gate: {result.light}",
+        "",
+        f"Base: {_side(result.base)}. Head: {_side(result.head)}.",
+        "",
+        *_compiled(result.base, result.head),
+    ]
+    judged = result.judged
+    if judged is None:
+        return "\n".join([*lines, "Both are the same program; nothing was driven.", ""])
+    tests = ", ".join(f"{judged.tests(family)} of {family}" for family in Family)
+    lines += [
+        f"{len(result.scenarios)} scenarios, {result.trials} trials each. {equal_text(judged)}",
+        "",
+        f"Tests: {tests}. {PROMISE}",
+        "",
+    ]
+    if judged.one_trial_cells:
+        lines += [
+            "All seeds drive one and the same trial, which counts once: "
+            f"{cells_text(judged.one_trial_cells)}.",
+            "",
+        ]
+    known = [trial for trial in judged.lost if trial.base_fails]
+    for title, told in (
+        ("Came to no end", lost_lines(judged.new_failures)),
+        ("Came to no end, as trials of the base do", lost_lines(known)),
+        ("Losses that are not decided", map(undecided_sentence, judged.undecided_losses)),
+    ):
+        if entries := [f"- {line}" for line in told]:
+            lines += [f"## {title}", "", *entries, ""]
+    for title, verdict in (
+        ("Became worse", Verdict.WORSE),
+        ("Became better", Verdict.BETTER),
+        ("Changed, by too little to matter", Verdict.SMALL),
+    ):
+        if found := judged.of(verdict):
+            lines += [f"## {title}", "", *table(found), ""]
+    lines += ["## What would have been seen", "", *_outcomes_seen(judged, result.trials), ""]
+    lines += ["The mean change that would turn the gate with a probability of 80%.", ""]
+    return "\n".join([*lines, *_detectable(judged), ""])
+
+
+def to_junit(result: GateResult) -> str:
+    """Returns JUnit XML: a test case a scenario, controller and metric that is listed or worse.
+
+    A trial that came to no end is a failed one where the base has none such, else an error.
+    """
+    judged = result.judged
+    findings = judged.findings if judged else ()
+    lost = judged.lost if judged else ()
+    cases = [f for f in findings if _is_listed(f) or f.verdict is Verdict.WORSE]
+    worse = [f for f in cases if f.verdict is Verdict.WORSE]
+    errors = sum(trial.base_fails for trial in lost)
+    suite = ElementTree.Element(
+        "testsuite",
+        name="drake_navbench.nav2-gate",
+        tests=str(len(cases) + len(lost)),
+        failures=str(len(worse) + len(lost) - errors),
+        errors=str(errors),
+        skipped=str(sum(f.verdict is Verdict.NO_VALUE for f in cases)),
+    )
+    for finding in cases:
+        case = _add_case(suite, finding.scenario, finding.controller, finding.quantity.name)
+        if finding.verdict is Verdict.WORSE:
+            ElementTree.SubElement(case, "failure", message=sentence(finding))
+        elif finding.verdict is Verdict.NO_VALUE:
+            ElementTree.SubElement(case, "skipped", message="no pair of trials with a value")
+        elif judged is not None and finding in judged.undecided_losses:
+            ElementTree.SubElement(case, "system-out").text = undecided_sentence(finding)
+    for trial in lost:
+        case = _add_case(suite, trial.scenario, trial.controller, f"seed {trial.seed}")
+        ending = "missing" if trial.is_missing else f"ended as an error: {trial.reason}"
+        ElementTree.SubElement(case, "error" if trial.base_fails else "failure", message=ending)
+    suites = ElementTree.Element("testsuites")
+    suites.append(suite)
+    ElementTree.indent(suites)
+    return ElementTree.tostring(suites, encoding="unicode", xml_declaration=True) + "\n"
+
+
+def worst_logs(result: GateResult) -> tuple[Path, Path] | None:
+    """Returns the logs of base and head for the seed that lost most in the first regression."""
+    if not result.regressions or result.folder is None:
+        return None
+    worst = result.regressions[0]
+    table = result.table[result.table["scenario"] == worst.scenario]
+    name, outcome = worst.quantity.name, table["outcome"]
+    own = {TOUCH: outcome == Outcome.COLLIDED, SUCCESS: outcome == Outcome.SUCCEEDED}
+    table = table.assign(worst=own.get(name, table.get(name)).astype(float))
+    columns = [column_of(worst.controller, side) for side in (result.base, result.head)]
+    by_trial = table.pivot_table(index="trial", columns="controller", values="worst")
+    loss = by_trial[columns[1]] - by_trial[columns[0]]
+    trial = (loss if worst.quantity.better is Better.LOWER else -loss).idxmax()
+    folder = ResultsFolder(result.folder)
+    base, head = (folder.log_path(worst.scenario, column, int(trial)) for column in columns)
+    return base, head
+
+
+def _side(side: Side) -> str:
+    return f"`{side.name}`, {side.about}" if side.about else f"`{side.name}`"
+
+
+def _compiled(base: Side, head: Side) -> list[str]:
+    """Returns the flags of the two builds, where they are more than the portable ones."""
+    first, second = (side.flags or "no more than the portable ones" for side in (base, head))
+    if first != second:
+        return [f"**The two were compiled with different flags**: {first}; {second}.", ""]
+    return [f"Flags of packages: {first}.", ""] if base.flags else []
+
+
+def _is_listed(finding: Finding) -> bool:
+    return finding.quantity.family is not Family.OTHERS
+
+
+def _add_case(
+    suite: ElementTree.Element, scenario: str, controller: str, name: str
+) -> ElementTree.Element:
+    classname = f"{scenario}.{controller}"
+    return ElementTree.SubElement(suite, "testcase", classname=classname, name=name)
+
+
+def _outcomes_seen(judged: Judged, trials: int) -> list[str]:
+    """Returns how many lost trials would turn the gate, and whether so few trials can at all."""
+    own = [f for f in judged.findings if f.quantity.family is Family.OUTCOMES]
+    tested = [f for f in own if not f.is_one_trial]
+    if not tested:
+        return ["Nothing is random in these trials: every change of an outcome turns the gate."]
+    fewest = tested[0].fewest_differing
+    text = (
+        f"A trial that comes to no end turns the gate. So do {fewest} trials of a scenario and "
+        f"controller that touch, or do not arrive, in the head alone."
+    )
+    if fewest > trials:
+        text += f" **{trials} trials are too few** for that."
+    return [text]
+
+
+def _detectable(judged: Judged) -> list[str]:
+    own = [f for f in judged.findings if f.quantity.family is Family.LISTED]
+    units = {f.quantity.name: f.quantity.unit for f in own}
+    rows: dict[tuple[str, str], dict[str, str]] = {}
+    for f in own:
+        rows.setdefault((f.scenario, f.controller), {})[f.quantity.name] = _seen(f)
+    titles = [f"{name} [{unit}]" if unit else name for name, unit in units.items()]
+    return [
+        markdown_row(["scenario", "controller", *titles]),
+        markdown_row(["---", "---", *["---:"] * len(titles)]),
+        *(
+            markdown_row([*cell, *(values[name] for name in units)])
+            for cell, values in rows.items()
+        ),
+    ]
+
+
+def _seen(finding: Finding) -> str:
+    found = finding.comparison
+    value = detectable_difference(found.sd, found.pairs, finding.level)
+    if finding.is_one_trial or value == 0.0:
+        return "any"
+    return f"{value:.2g}" if math.isfinite(value) else "–"

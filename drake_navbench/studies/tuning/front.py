@@ -1,0 +1,208 @@
+"""What is left of a front: on fresh seeds, in held-out scenarios, and where nobody may touch."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from drake_navbench.inputs.presets import Preset
+from drake_navbench.logs.results import file_name
+from drake_navbench.studies.tuning.guards import (
+    WORLDS_IN_SEARCH,
+    guards_for,
+    rate_at_most,
+    told,
+    touches_of,
+)
+from drake_navbench.studies.tuning.judgement import Judged, driven_in, judge, winner_of
+from drake_navbench.studies.tuning.objectives import Objective
+from drake_navbench.studies.tuning.outputs import write_nav2_file, write_preset_file
+from drake_navbench.studies.tuning.request import TuningRequest
+from drake_navbench.studies.tuning.search_space import SearchSpace
+from drake_navbench.studies.tuning.study import Configuration
+
+FRESH, HELD_OUT, FRONT = "fresh", "held_out", "front"
+CLOSED_WAY, RANDOM_WORLDS = "closed_way", "random_worlds"
+# Trials of these seeds are those of fresh seeds, of held-out scenarios and of touches alone.
+SEED_OF_FRESH, SEED_OF_HELD_OUT, SEED_OF_GUARDS = 1, 2, 3
+
+Tell = Callable[[str], None]
+
+
+def judge_front(
+    request: TuningRequest,
+    space: SearchSpace,
+    objectives: Sequence[Objective],
+    front: Sequence[Configuration],
+    result: dict[str, Any],
+    tell: Tell,
+) -> None:
+    """Drives the points of a front, and adds to the result what is left of them.
+
+    A point that touches anything in any of these trials is no part of the front.
+    """
+    names = [f"{request.preset}_tuned_{index}" for index in range(1, len(front) + 1)]
+    columns = [
+        replace(
+            space.candidate(entry.parameters),
+            name=name,
+            description=f"{request.preset}, tuned in {', '.join(request.scenarios)}",
+        )
+        for name, entry in zip(names, front, strict=True)
+    ]
+    guarded = _guarded(request, [space.baseline, *columns], tell)
+    judged = _judged(request, [space.baseline, *columns], objectives, tell)
+    # What is there is of an earlier front, whose points had these names, too.
+    for path in (request.out / FRONT).glob("*_tuned_*.yaml"):
+        path.unlink()
+    for index, (entry, column) in enumerate(zip(front, columns, strict=True)):
+        parts = {part: found[index] for part, found in judged.items()}
+        point = _point(entry, column, parts, guarded[column.name])
+        tell(_gap_line(point, objectives))
+        if point["touches"]:
+            result["touching"].append(point)
+            tell(f"{column.name}: touches something in {told(point['touches'])}: not on the front")
+        else:
+            result["front"].append(point)
+            tell(f"{column.name}: {_untouched(point)}")
+            _write_files(request, column, result["digest"])
+    kept = {point["name"] for point in result["front"]}
+    decisive = [entry for entry in judged.get(HELD_OUT, judged[FRESH]) if entry.column in kept]
+    best = winner_of(decisive)
+    where = "in the held-out scenarios" if request.held_out else "on fresh seeds"
+    result["winner"] = None if best is None else best.column
+    if best is None:
+        tell(f"none of the front is shown to beat {request.preset} {where}")
+    else:
+        tell(f"{best.column} beats {request.preset} {where}, and touches nothing")
+
+
+def _guarded(
+    request: TuningRequest, columns: Sequence[Preset], tell: Tell
+) -> dict[str, dict[str, dict[str, Any]]]:
+    """Returns the touches of each column in a closed way and random worlds, by column and part."""
+    guards = guards_for(
+        columns[0],
+        request.robot,
+        seed=request.seed,
+        first=WORLDS_IN_SEARCH,
+        worlds=request.fresh,
+    )
+    parts = {CLOSED_WAY: (guards.closed, request.fresh), RANDOM_WORLDS: (guards.worlds, 1)}
+    found: dict[str, dict[str, dict[str, Any]]] = {column.name: {} for column in columns}
+    for part, (scenarios, trials) in parts.items():
+        if not scenarios:
+            continue
+        shown = scenarios[0].name if len(scenarios) == 1 else f"{len(scenarios)} random worlds"
+        tell(f"Driving the front of {len(columns) - 1} in {shown}, for touches alone ...")
+        table = driven_in(
+            request.out / part,
+            scenarios,
+            columns,
+            trials=trials,
+            seed=request.seed + SEED_OF_GUARDS,
+            robot=request.robot,
+            jobs=request.jobs,
+        ).to_dict("records")
+        rows = {
+            column.name: [row for row in table if row["controller"] == column.name]
+            for column in columns
+        }
+        of_baseline = touches_of(rows[columns[0].name]).total()
+        for name, own in rows.items():
+            touches = touches_of(own)
+            found[name][part] = {
+                "touched": [touches.total(), of_baseline],
+                "touches": dict(touches),
+                "trials": len(own),
+                "at_most": rate_at_most(len(own)),
+            }
+    return found
+
+
+def _judged(
+    request: TuningRequest,
+    columns: Sequence[Preset],
+    objectives: Sequence[Objective],
+    tell: Tell,
+) -> dict[str, list[Judged]]:
+    """Returns the judgements of the columns behind the baseline, by part."""
+    parts = {FRESH: (request.scenarios, SEED_OF_FRESH)}
+    if request.held_out:
+        parts[HELD_OUT] = (request.held_out, SEED_OF_HELD_OUT)
+    judged = {}
+    for part, (scenarios, further_seed) in parts.items():
+        tell(f"Driving the front of {len(columns) - 1} in {', '.join(scenarios)} ...")
+        trials = driven_in(
+            request.out / part,
+            scenarios,
+            columns,
+            trials=request.fresh,
+            seed=request.seed + further_seed,
+            robot=request.robot,
+            jobs=request.jobs,
+        )
+        names = [column.name for column in columns[1:]]
+        judged[part] = judge(trials, columns[0].name, names, objectives)
+    return judged
+
+
+def _point(
+    entry: Configuration,
+    column: Preset,
+    judged: dict[str, Judged],
+    guarded: dict[str, dict[str, Any]],
+) -> dict[str, Any]:
+    touches: Counter[str] = Counter()
+    for part in judged.values():
+        touches += Counter(part.touches)
+    for guard in guarded.values():
+        touches += Counter(guard["touches"])
+    return {
+        "name": column.name,
+        "number": entry.number,
+        "parameters": entry.parameters,
+        "tuning": entry.means.tolist(),
+        "gap": (np.array(judged[FRESH].means) - entry.means).tolist(),
+        "touches": dict(touches),
+        **{part: found.as_data() for part, found in judged.items()},
+        **guarded,
+    }
+
+
+def _write_files(request: TuningRequest, column: Preset, digest: str) -> None:
+    remarks = [f"made by: {request.command}", f"study: {digest}"]
+    folder, stem = request.out / FRONT, file_name(column.name)
+    write_preset_file(column, folder / f"{stem}.preset.yaml", remarks)
+    if column.controller_class.nav2_plugin is not None:
+        write_nav2_file(column, folder / f"{stem}.nav2.yaml", remarks)
+
+
+def _gap_line(point: dict[str, Any], objectives: Sequence[Objective]) -> str:
+    """Returns a line for a front point: the gain in the search, and that on fresh seeds."""
+    parts = [
+        f"{entry.name} {100.0 * promised:+.1f}% -> {100.0 * (promised + gap):+.1f}%"
+        for entry, promised, gap in zip(objectives, point["tuning"], point["gap"], strict=True)
+    ]
+    return f"{point['name']}: optimism gap (search -> fresh seeds): {'; '.join(parts)}"
+
+
+def _untouched(point: dict[str, Any]) -> str:
+    """Returns in how many trials a point touched nothing, and what that shows."""
+    trials = sum(
+        point[part]["trials"]
+        for part in (FRESH, HELD_OUT, CLOSED_WAY, RANDOM_WORLDS)
+        if part in point
+    )
+    text = f"touches nothing in {trials} trials"
+    if RANDOM_WORLDS in point:
+        share = 100.0 * point[RANDOM_WORLDS]["at_most"]
+        text += (
+            f", {point[RANDOM_WORLDS]['trials']} random worlds among them (a touch in at "
+            f"most {share:.1f}% of such worlds, with 95% confidence)"
+        )
+    return text

@@ -1,0 +1,112 @@
+"""Trials that every search drives for touches alone: a closed way and random worlds.
+
+A metric says nothing of them. In a closed way an honest stop is right, so that whoever touches
+there has no rule that keeps its outline from obstacles; random worlds are none that a set of
+parameters was made for.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+from drake_navbench.analysis.statistics import CONFIDENCE
+from drake_navbench.campaign.campaign import plan_campaign
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.presets import Preset
+from drake_navbench.inputs.random_worlds import random_world
+from drake_navbench.inputs.scenario import Scenario, load_scenario
+from drake_navbench.logs.log import Outcome
+from drake_navbench.trial.spec import TrialSpec
+
+# The first one in which the robot has room to start. With noise, so that every seed differs.
+CLOSED_WAYS = ("restricted_small_noisy", "restricted_large_noisy")
+# That a configuration drives which comes through the race.
+WORLDS_IN_SEARCH = 4
+# More than anybody drives with one seed, so that no world is driven with two.
+WORLDS_OF_A_SEED = 10**6
+
+
+class Guards(NamedTuple):
+    """Scenarios in which nobody may touch anything.
+
+    closed: the closed way. worlds: random ones. left_out: why there is none of a kind, by kind.
+    """
+
+    closed: tuple[Scenario, ...]
+    worlds: tuple[Scenario, ...]
+    left_out: dict[str, str]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the scenarios."""
+        return tuple(scenario.name for scenario in (*self.closed, *self.worlds))
+
+
+def guards_for(baseline: Preset, robot: str, *, seed: int, first: int, worlds: int) -> Guards:
+    """Returns the closed way and so many random worlds of a seed, from the one numbered `first` on.
+
+    What a robot has no room in at its start is left out.
+    """
+    ways = [load_scenario(name) for name in CLOSED_WAYS]
+    begin = seed * WORLDS_OF_A_SEED + first
+    random = [random_world(number) for number in range(begin, begin + worlds)]
+    left_out: dict[str, str] = {}
+    closed = _with_room(ways, "closed way", baseline, robot, left_out)
+    return Guards(
+        closed[:1], _with_room(random, "random worlds", baseline, robot, left_out), left_out
+    )
+
+
+def guard_specs(
+    scenarios: Sequence[Scenario], column: Preset, robot: str, seed: int
+) -> list[TrialSpec]:
+    """Returns one trial of a column in each scenario."""
+    if not scenarios:
+        return []
+    planned = plan_campaign(
+        scenarios, [column], trials=1, seed=seed, robot=robot, keeps_costmaps=False
+    )
+    return list(planned.specs)
+
+
+def touches_of(rows: Sequence[Mapping[str, Any]]) -> Counter[str]:
+    """Returns in how many of these trials something was touched, by scenario."""
+    return Counter(str(row["scenario"]) for row in rows if row["outcome"] == Outcome.COLLIDED)
+
+
+def told(touches: Mapping[str, int]) -> str:
+    """Returns the places of touches: 'doorway (3 trials), random_world_7 (1 trial)'."""
+    return ", ".join(
+        f"{name} ({count} trial{'s' if count > 1 else ''})" for name, count in touches.items()
+    )
+
+
+def rate_at_most(trials: int) -> float:
+    """Returns how often a touch may happen, as a share, where so many trials had none.
+
+    The exact bound, 95%: with a larger share none in so many is less likely than 5%.
+    """
+    return 1.0 - (1.0 - CONFIDENCE) ** (1.0 / trials) if trials else 1.0
+
+
+def _with_room(
+    scenarios: Sequence[Scenario],
+    kind: str,
+    baseline: Preset,
+    robot: str,
+    left_out: dict[str, str],
+) -> tuple[Scenario, ...]:
+    """Returns the scenarios that can be planned; where there is none, left_out says why not."""
+    found, reasons = [], []
+    for scenario in scenarios:
+        try:
+            guard_specs([scenario], baseline, robot, 0)
+        except InputError as error:
+            reasons.append(str(error))
+        else:
+            found.append(scenario)
+    if reasons and not found:
+        left_out[kind] = reasons[0]
+    return tuple(found)

@@ -1,0 +1,94 @@
+"""Drives the trials that configurations are compared by; only what is measured of them is kept."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import closing
+from dataclasses import replace
+from typing import Any
+
+from drake_navbench.analysis.tables import trial_row
+from drake_navbench.campaign.campaign import plan_campaign
+from drake_navbench.campaign.trial_tasks import TRIALS_PER_WORKER
+from drake_navbench.campaign.warm_up import start_worker_server
+from drake_navbench.inputs.presets import Preset
+from drake_navbench.logs.log import TrialLog
+from drake_navbench.processes.worker_process import Raised, Returned
+from drake_navbench.processes.workers import Ending, Task, run_tasks
+from drake_navbench.trial.column_controller import check_controller
+from drake_navbench.trial.spec import TrialSpec
+from drake_navbench.trial.task_cost import wall_clock_limit_s
+from drake_navbench.trial.trial import drive, log_of_ending
+
+Row = dict[str, Any]
+
+
+def planned_pairs(
+    baseline: Preset, scenarios: Sequence[str], robot: str, count: int, seed: int
+) -> list[TrialSpec]:
+    """Returns `count` trials of the baseline, one scenario after the other in turn.
+
+    So a configuration meets every scenario early. Raises InputError.
+    """
+    trials = -(-count // len(set(scenarios)))
+    campaign = plan_campaign(
+        scenarios, [baseline], trials=trials, seed=seed, robot=robot, keeps_costmaps=False
+    )
+    return sorted(campaign.specs, key=lambda spec: spec.trial)[:count]
+
+
+def with_column(specs: Sequence[TrialSpec], preset: Preset) -> list[TrialSpec]:
+    """Returns the same trials driven by another column; raises InputError where it cannot be."""
+    columns: dict[int, Preset] = {}
+    for spec in specs:
+        if id(spec.robot) not in columns:
+            fitted = preset.for_robot(spec.robot)
+            check_controller(fitted, spec.robot)
+            columns[id(spec.robot)] = fitted
+    return [replace(spec, preset=columns[id(spec.robot)]) for spec in specs]
+
+
+def measure(specs: Sequence[TrialSpec], *, jobs: int) -> list[Row]:
+    """Drives trials in workers and returns their rows, in order; no log is kept.
+
+    Raises NotDriven where one came to no end by something that it did not do.
+    """
+    return drive_each(specs, trial_row, jobs=jobs)
+
+
+def drive_each(
+    specs: Sequence[TrialSpec], kept_of: Callable[[TrialLog], Row], *, jobs: int
+) -> list[Row]:
+    """Drives trials in workers and returns what is kept of each log, in order.
+
+    kept_of: a function that can be sent to a worker. Raises as `measure`.
+    """
+    start_worker_server()
+    tasks = {
+        Task(
+            _kept,
+            (spec, kept_of),
+            time_limit_s=wall_clock_limit_s(spec.scenario),
+            owner=spec.code_owner,
+        ): index
+        for index, spec in enumerate(specs)
+    }
+    rows: dict[int, Row] = {}
+    with closing(run_tasks(list(tasks), jobs=jobs, tasks_per_worker=TRIALS_PER_WORKER)) as endings:
+        for task, ending in endings:
+            index = tasks[task]
+            rows[index] = _row_of(ending, specs[index], kept_of)
+    return [rows[index] for index in range(len(specs))]
+
+
+def _kept(spec: TrialSpec, kept_of: Callable[[TrialLog], Row]) -> Row:
+    return kept_of(drive(spec))
+
+
+def _row_of(ending: Ending, spec: TrialSpec, kept_of: Callable[[TrialLog], Row]) -> Row:
+    if isinstance(ending, Returned):
+        row: Row = ending.value
+        return row
+    if isinstance(ending, Raised):
+        raise ending.error
+    return kept_of(log_of_ending(spec, ending))

@@ -1,0 +1,159 @@
+"""Which parameters of a controller are searched, between which values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from pydantic import Field, ValidationError
+
+from drake_navbench.campaign.sweep import Axis, column_at, parse_axis
+from drake_navbench.controller import CONTROLLERS
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.presets import Preset
+from drake_navbench.plugins.names import flattened
+from drake_navbench.typed_files.typed_yaml import FrozenModel, read_yaml, validate
+
+if TYPE_CHECKING:
+    from optuna.trial import Trial
+
+FILE_NAME = "tuning.yaml"
+LOGARITHMIC = ":log"
+DIGITS = 4
+
+
+class _SpaceFile(FrozenModel):
+    """The contents of a controller's tuning.yaml."""
+
+    parameters: dict[str, str] = Field(
+        min_length=1, description="LOW:HIGH, LOW:HIGH:log or a list A,B,C by parameter."
+    )
+
+
+@dataclass(frozen=True)
+class Dimension:
+    """A searched parameter: one of `choices`, or a number between `low` and `high`.
+
+    is_whole: whether the number is a whole one. is_logarithmic: whether factors count.
+    """
+
+    name: str
+    choices: tuple[Any, ...] = ()
+    low: float = 0.0
+    high: float = 0.0
+    is_whole: bool = False
+    is_logarithmic: bool = False
+
+    def suggest(self, trial: Trial) -> Any:
+        """Has a study propose a value."""
+        if self.choices:
+            return trial.suggest_categorical(self.name, self.choices)
+        if self.is_whole:
+            low, high = int(self.low), int(self.high)
+            return trial.suggest_int(self.name, low, high, log=self.is_logarithmic)
+        return trial.suggest_float(self.name, self.low, self.high, log=self.is_logarithmic)
+
+
+@dataclass(frozen=True)
+class SearchSpace:
+    """The searched parameters of a column; all others stay as they are."""
+
+    baseline: Preset
+    dimensions: tuple[Dimension, ...]
+
+    def suggest(self, trial: Trial) -> dict[str, Any]:
+        """Returns the values that a study proposes, by parameter."""
+        return plain_values({entry.name: entry.suggest(trial) for entry in self.dimensions})
+
+    def candidate(self, values: Mapping[str, Any]) -> Preset:
+        """Returns the column with these values; raises InputError where they do not go together."""
+        return column_at(self.baseline, values, "--parameter")
+
+
+def plain_values(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns values with no more digits than anybody would write into a file."""
+    return {
+        name: float(f"{value:.{DIGITS}g}") if isinstance(value, float) else value
+        for name, value in values.items()
+    }
+
+
+def search_space(baseline: Preset, asked: Sequence[str] = ()) -> SearchSpace:
+    """Returns what is searched around a preset.
+
+    asked: NAME=LOW:HIGH, NAME=LOW:HIGH:log or NAME=A,B,C; without any, what the controller's own
+    tuning.yaml lists. Raises InputError, also where there is none.
+    """
+    texts = list(asked) or _own_texts(baseline)
+    resolved = dict(flattened(baseline.parameters.model_dump(mode="json")))
+    dimensions = [parse_dimension(text, resolved) for text in texts]
+    names = [entry.name for entry in dimensions]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"--parameter {name}: is given twice")
+    space = SearchSpace(baseline, tuple(dimensions))
+    for entry in dimensions:
+        # That the parameter exists and takes both ends is known before anything is driven.
+        for value in entry.choices or (_whole(entry, entry.low), _whole(entry, entry.high)):
+            _require_taken(space, entry.name, value)
+    return space
+
+
+def _require_taken(space: SearchSpace, name: str, value: Any) -> None:
+    known = dict(flattened(space.baseline.parameters.model_dump(mode="json")))
+    try:
+        space.candidate({name: value})
+    except InputError as error:
+        # One that is taken by itself may be wrong only together with what the others are now.
+        if name not in known or _is_fault_of(error.__cause__, name):
+            raise
+
+
+def _is_fault_of(error: BaseException | None, name: str) -> bool:
+    """Tells whether a parameter was refused for its own value, not for how it goes with others."""
+    if not isinstance(error, ValidationError):
+        return False
+    last = name.rpartition(".")[2]
+    return any(fault["loc"][-1:] == (last,) for fault in error.errors(include_url=False))
+
+
+def _own_texts(baseline: Preset) -> list[str]:
+    folder = None if baseline.file is not None else CONTROLLERS.folder(baseline.controller)
+    path = None if folder is None else folder / FILE_NAME
+    if path is None or not path.is_file():
+        raise InputError(
+            f"{baseline.name}: its controller has no {FILE_NAME}; "
+            "expected --parameter NAME=LOW:HIGH"
+        )
+    content = validate(_SpaceFile, read_yaml(path), str(path))
+    return [f"{name}={values}" for name, values in content.parameters.items()]
+
+
+def parse_dimension(text: str, resolved: Mapping[str, Any]) -> Dimension:
+    """Returns what NAME=LOW:HIGH, NAME=LOW:HIGH:log or NAME=A,B,C searches; raises InputError.
+
+    resolved: values as they are now, by name; of a whole number only whole ones are searched.
+    """
+    is_logarithmic = text.endswith(LOGARITHMIC)
+    axis: Axis = parse_axis(text.removesuffix(LOGARITHMIC), option="--parameter")
+    if axis.bounds is None:
+        if len(axis.values) < 2 or is_logarithmic:
+            raise InputError(f"--parameter {text!r}: expected LOW:HIGH, or several values")
+        return Dimension(axis.field, choices=axis.values)
+    if axis.values:
+        raise InputError(f"--parameter {text!r}: expected LOW:HIGH without a count")
+    low, high = axis.bounds
+    if is_logarithmic and low <= 0.0:
+        raise InputError(f"--parameter {text!r}: a logarithmic range begins above 0, got {low:g}")
+    now = resolved.get(axis.field)
+    is_whole = isinstance(now, int) and not isinstance(now, bool)
+    if is_whole and not (low.is_integer() and high.is_integer()):
+        raise InputError(f"--parameter {text!r}: expected whole numbers")
+    return Dimension(
+        axis.field, low=low, high=high, is_whole=is_whole, is_logarithmic=is_logarithmic
+    )
+
+
+def _whole(dimension: Dimension, value: float) -> float | int:
+    return int(value) if dimension.is_whole else value

@@ -1,0 +1,203 @@
+"""Tuning from a request to its files: search, fresh seeds, held-out scenarios, front, page."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from drake_navbench.analysis.tuning_page import RESULT_NAME, write_tuning_page
+from drake_navbench.inputs.presets import Preset, load_preset
+from drake_navbench.logs.results import write_text
+from drake_navbench.studies.tuning.front import SEED_OF_HELD_OUT, judge_front
+from drake_navbench.studies.tuning.guards import (
+    WORLDS_IN_SEARCH,
+    Guards,
+    guard_specs,
+    guards_for,
+    told,
+    touches_of,
+)
+from drake_navbench.studies.tuning.journal import JOURNAL, open_study
+from drake_navbench.studies.tuning.objectives import Objective, chosen_objectives, require_random
+from drake_navbench.studies.tuning.pairs import measure, planned_pairs
+from drake_navbench.studies.tuning.request import TuningRequest, require_scenarios_and_bounds
+from drake_navbench.studies.tuning.search_space import SearchSpace, search_space
+from drake_navbench.studies.tuning.study import (
+    Configuration,
+    Ending,
+    Sampling,
+    Search,
+    Trials,
+    configurations_of,
+    drive_baseline,
+    front_of,
+    importance_of,
+)
+from drake_navbench.studies.tuning.task import TuningTask, tuning_task
+
+TRIALS_THAT_TELL_CHANCE = 2
+
+
+def tune(request: TuningRequest, tell: Callable[[str], None]) -> None:
+    """Searches, judges and writes; tell: is given each line for the user.
+
+    A study that is in the folder already is gone on with. Raises InputError.
+    """
+    objectives = chosen_objectives(request.objectives)
+    require_scenarios_and_bounds(request)
+    baseline = load_preset(request.preset)
+    space = search_space(baseline, request.parameters)
+    guards = guards_for(
+        baseline, request.robot, seed=request.seed, first=0, worlds=WORLDS_IN_SEARCH
+    )
+    trials = _planned_trials(request, baseline, guards)
+    if request.held_out:
+        _require_chance_in(request, baseline, objectives)
+    task = _task_of(request, baseline, space, guards)
+    if (request.out / JOURNAL).exists():
+        # A study of something else is refused before anything is driven for it.
+        open_study(request.out, task, tell)
+    _tell_guards(request, guards, tell)
+    driven_baseline = drive_baseline(trials, objectives, jobs=request.jobs)
+    _tell_touches_of_baseline(request.preset, driven_baseline, tell)
+    study = open_study(request.out, task, tell)
+    search = Search(
+        study,
+        space,
+        trials,
+        objectives,
+        baseline=driven_baseline[: len(trials.pairs)],
+        sampling=Sampling(request.sampler, request.seed),
+        jobs=request.jobs,
+        journal=request.out / JOURNAL,
+    )
+    search.run(request.configurations, lambda driven: tell(_line_of(driven, objectives)))
+    if request.search_only:
+        return
+    driven = configurations_of(study)
+    front = front_of(driven, request.most_front_points)
+    importance = {entry.name: importance_of(study, index) for index, entry in enumerate(objectives)}
+    result = _result(task, request, guards, driven, importance)
+    if front:
+        judge_front(request, space, objectives, front, result, tell)
+    else:
+        touched = sum(entry.ending == Ending.TOUCHED for entry in driven)
+        tell(
+            "no configuration came through the race without touching anything or failing more "
+            f"often than the baseline; {touched} of {len(driven)} touched something"
+        )
+    write_text(request.out / RESULT_NAME, json.dumps(result, indent=1) + "\n")
+    tell(f"Open {write_tuning_page(request.out)}")
+
+
+def _planned_trials(request: TuningRequest, baseline: Preset, guards: Guards) -> Trials:
+    closed, worlds = (
+        guard_specs(scenarios, baseline, request.robot, request.seed)
+        for scenarios in (guards.closed, guards.worlds)
+    )
+    pairs = planned_pairs(
+        baseline, request.scenarios, request.robot, request.most_pairs, request.seed
+    )
+    return Trials(pairs, closed, worlds)
+
+
+def _tell_guards(request: TuningRequest, guards: Guards, tell: Callable[[str], None]) -> None:
+    for kind, why in guards.left_out.items():
+        tell(f"No {kind} is driven for touches alone: {why}")
+    if not guards.names:
+        return
+    parts = [scenario.name for scenario in guards.closed]
+    if guards.worlds:
+        parts.append(f"{len(guards.worlds)} random worlds if it comes through the race")
+    tell(
+        f"Each configuration drives {request.most_pairs} pairs at most, and for touches alone "
+        f"{' and '.join(parts)}; whoever touches anything is out."
+    )
+
+
+def _tell_touches_of_baseline(
+    baseline: str, rows: Sequence[dict[str, Any]], tell: Callable[[str], None]
+) -> None:
+    touches = touches_of(rows)
+    if touches:
+        tell(
+            f"{baseline} itself touches something in {told(touches)}: only configurations that "
+            "mend this can come through"
+        )
+
+
+def _require_chance_in(
+    request: TuningRequest, baseline: Preset, objectives: Sequence[Objective]
+) -> None:
+    """Raises InputError before the search where nothing in a held-out scenario is random."""
+    count = TRIALS_THAT_TELL_CHANCE * len(request.held_out)
+    specs = planned_pairs(
+        baseline, request.held_out, request.robot, count, request.seed + SEED_OF_HELD_OUT
+    )
+    rows = measure(specs, jobs=request.jobs)
+    for scenario in dict.fromkeys(row["scenario"] for row in rows):
+        own = [row for row in rows if row["scenario"] == scenario]
+        require_random(scenario, own, objectives)
+
+
+def _task_of(
+    request: TuningRequest, baseline: Preset, space: SearchSpace, guards: Guards
+) -> TuningTask:
+    return tuning_task(
+        baseline,
+        searched=[str(dimension) for dimension in space.dimensions],
+        scenarios=request.scenarios,
+        guards=guards.names,
+        robot=request.robot,
+        objectives=request.objectives,
+        most_pairs=request.most_pairs,
+        seed=request.seed,
+    )
+
+
+def _line_of(driven: Configuration, objectives: Sequence[Objective]) -> str:
+    shown = ", ".join(
+        f"{entry.name} {100.0 * mean:+.1f}%"
+        for entry, mean in zip(objectives, driven.means, strict=True)
+    )
+    ends = {
+        Ending.THROUGH: "through,",
+        Ending.DROPPED: "dropped after",
+        Ending.TOUCHED: f"touched in {told(driven.touches)}: out after",
+    }
+    return f"{driven.number:>4}: {ends[driven.ending]} {len(driven.differences)} pairs; {shown}"
+
+
+def _result(
+    task: TuningTask,
+    request: TuningRequest,
+    guards: Guards,
+    driven: Sequence[Configuration],
+    importance: dict[str, dict[str, float]],
+) -> dict[str, Any]:
+    return {
+        "task": task.model_dump(mode="json"),
+        "digest": task.digest,
+        "command": request.command,
+        "sampler": request.sampler,
+        "held_out": list(request.held_out),
+        "left_out": guards.left_out,
+        "configurations": [
+            {
+                "number": entry.number,
+                "parameters": entry.parameters,
+                "means": entry.means.tolist(),
+                "pairs": len(entry.differences),
+                "excess": entry.excess,
+                "ending": entry.ending.value,
+                "touches": entry.touches,
+                "trials": entry.trials,
+            }
+            for entry in driven
+        ],
+        "importance": importance,
+        "front": [],
+        "touching": [],
+        "winner": None,
+    }

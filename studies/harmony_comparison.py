@@ -1,0 +1,120 @@
+"""The next comparison of harmony: `python studies/harmony_comparison.py FOLDER` drives and judges it.
+
+What is driven and how it is judged was written down before, in docs/harmony_comparison.md. Writes
+worlds into FOLDER/worlds and a line for each trial into FOLDER/trials.csv, and prints the tables in
+Markdown. It goes on where the file ends, round by round: one trial of every named scenario and one
+world of every family, each by every column, so that whatever is there is paired. A column whose
+code has changed must be deleted from the file. With --judge FILE it drives nothing.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import harmony_judgement as judgement
+import pandas as pd
+from harmony_worlds import FAMILIES, write_world
+
+from drake_navbench.campaign.campaign import plan_campaign
+from drake_navbench.campaign.trial_tasks import table_row
+from drake_navbench.studies.tuning.pairs import drive_each
+from drake_navbench.trial.spec import TrialSpec
+
+OF_ROBOT = "ax_max=2.5:ax_min=-2.5:az_max=3.0"
+# Each checks the outline, and has the wheelchair's accelerations where it has any.
+RIVALS = {
+    "rpp": "rpp",
+    "dwb": "dwb:acc_lim_theta=3.0:decel_lim_theta=-3.0",
+    "teb": "teb:acc_lim_x=2.5:acc_lim_theta=3.0",
+    "mppi": f"mppi:{OF_ROBOT}",
+    "mppi_nav2": f"mppi_nav2:{OF_ROBOT}",
+    "mppi_bringup": f"mppi_bringup:CostCritic.consider_footprint=true:{OF_ROBOT}",
+}
+NAMED = (
+    *("empty", "static_obstacles", "one_obstacle", "doorway", "everyday", "box_on_path", "pocket"),
+    *judgement.CLOSED,
+)
+# What counts. Nothing was tuned on these, and nobody has looked at them; worlds below 9000 and
+# seeds from 1000 on are for trying things out.
+SEED, TRIALS = 400, 30
+FIRST_WORLDS = {"s_curve": 9500, "u_trap": 9600, "clutter": 9700}
+KEPT = [
+    *("identity", "family", "scenario", "seed", "controller", "outcome", "simulated_time_s"),
+    *(measure.column for measure in judgement.MEASURES.values()),
+]
+
+
+def rounds(
+    folder: Path, columns: list[str], *, trials: int, seed: int, first_worlds: dict[str, int]
+) -> list[list[tuple[str, TrialSpec]]]:
+    """Returns the trials by rounds: the family and the trial, for each of the columns."""
+    named = plan_campaign(NAMED, columns, trials=trials, seed=seed, keeps_costmaps=False)
+    found: list[list[tuple[str, TrialSpec]]] = [[] for _ in range(trials)]
+    for spec in named.specs:
+        found[spec.trial].append((spec.scenario.name, spec))
+    for family in FAMILIES:
+        for place in range(trials):
+            path = write_world(folder, family, first_worlds[family] + place)
+            world = plan_campaign([str(path)], columns, trials=1, seed=seed, keeps_costmaps=False)
+            found[place].extend((family, spec) for spec in world.specs)
+    return found
+
+
+def drive_missing(path: Path, asked: list[list[tuple[str, TrialSpec]]], jobs: int) -> pd.DataFrame:
+    """Drives what a file of rows does not hold yet, and returns the asked ones."""
+    kept = pd.read_csv(path) if path.exists() else pd.DataFrame({"identity": []})
+    names = {spec: name for name, spec in {"harmony": "harmony", **RIVALS}.items()}
+    for number, members in enumerate(asked):
+        missing = [(f, spec) for f, spec in members if spec.identity not in set(kept.identity)]
+        if not missing:
+            continue
+        rows = pd.DataFrame(drive_each([spec for _, spec in missing], table_row, jobs=jobs))
+        rows = rows.assign(
+            identity=[spec.identity for _, spec in missing],
+            family=[family for family, _ in missing],
+            controller=rows["controller"].replace(names),
+        ).reindex(columns=KEPT)
+        kept = rows if kept.empty else pd.concat([kept, rows], ignore_index=True)
+        partial = path.with_suffix(".partial")
+        kept.to_csv(partial, index=False)
+        partial.replace(path)
+        print(f"round {number + 1} of {len(asked)} is driven", flush=True)
+    identities = {spec.identity for members in asked for _, spec in members}
+    return kept[kept.identity.isin(identities)]
+
+
+def tell(rows: pd.DataFrame) -> None:
+    """Prints the tables: losses first, then all families, what is pooled, and touches."""
+    rivals = [name for name in RIVALS if name in set(rows["controller"])]
+    table = judgement.by_family(judgement.verdicts(rows, rivals))
+    order = table["not inferior"].map({"no": 0, "yes": 1, "": 2})
+    told = table.iloc[order.argsort(kind="stable")].drop(columns="p")
+    for part in (told, judgement.pooled(rows, rivals), judgement.touches(rows)):
+        print(judgement.markdown(part), "\n")
+
+
+def main() -> None:
+    """Drives and judges the comparison, or judges rows."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", type=Path, nargs="?")
+    parser.add_argument("--judge", type=Path, metavar="FILE", help="rows; drives nothing")
+    parser.add_argument("--try-out", action="store_true", help="two rounds that do not count")
+    parser.add_argument("--jobs", type=int, default=1)
+    arguments = parser.parse_args()
+    if (arguments.folder is None) == (arguments.judge is None):
+        parser.error("expected FOLDER or --judge FILE, and not both")
+    if arguments.judge is not None:
+        tell(pd.read_csv(arguments.judge))
+        return
+    (arguments.folder / "worlds").mkdir(parents=True, exist_ok=True)
+    settings = {"trials": TRIALS, "seed": SEED, "first_worlds": FIRST_WORLDS}
+    if arguments.try_out:
+        settings = {"trials": 2, "seed": 1000, "first_worlds": dict.fromkeys(FAMILIES, 8000)}
+    columns = [judgement.OURS, *RIVALS.values()]
+    asked = rounds(arguments.folder / "worlds", columns, **settings)
+    tell(drive_missing(arguments.folder / "trials.csv", asked, arguments.jobs))
+
+
+if __name__ == "__main__":
+    main()

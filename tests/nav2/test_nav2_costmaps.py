@@ -1,0 +1,298 @@
+"""Costmaps of a Nav2 file: layers, and sensors for the sources they listen to."""
+
+import pytest
+from nav2_texts import COLUMN, LOCAL, SEEING, row_of
+
+from drake_navbench.nav2.check import Status
+
+
+def test_a_source_that_no_layer_listens_to_is_told(setup_of):
+    scan = "max_obstacle_height: 2.0, clearing: true"
+    sources = f"observation_sources: a, a: {{{scan}}}, b: {{{scan}}}"
+    setup = setup_of(COLUMN, LOCAL % (SEEING % ("nav2_costmap_2d::VoxelLayer", sources)))
+    assert row_of(setup, "obstacles.b").status == Status.UNREAD
+
+
+@pytest.mark.parametrize(("radius_m", "is_small"), [(0.29, True), (0.3, False)])
+def test_costs_that_do_not_reach_as_far_as_the_robot_are_doubtful(setup_of, radius_m, is_small):
+    inflation = (
+        f"inflate: {{plugin: 'nav2_costmap_2d::InflationLayer', inflation_radius: {radius_m}}}"
+    )
+    costmap = f"rolling_window: true, robot_radius: 0.29, plugins: [inflate], {inflation}"
+    # Nav2 makes the circle a polygon of 16 corners and pads it by 0.01 m.
+    row = row_of(setup_of(COLUMN, LOCAL % costmap), "inflate.inflation_radius")
+    assert row.status == (Status.DOUBTFUL if is_small else Status.USED)
+    assert ("less than the robot's inscribed radius, 0.294 m" in row.remark) == is_small
+
+
+@pytest.mark.parametrize("kind", ["ObstacleLayer", "VoxelLayer"])
+def test_a_camera_that_the_robot_does_not_have_is_put_where_its_lidar_is(setup_of, kind):
+    points = "topic: /rear_camera/points, data_type: PointCloud2, obstacle_max_range: 7.5"
+    camera = f"observation_sources: c, c: {{{points}}}"
+    setup = setup_of(COLUMN, LOCAL % (SEEING % (f"nav2_costmap_2d::{kind}", camera)))
+    costmap = setup.robot.navigation.local_costmap
+    assert costmap.plugins == ["obstacles"]
+    assert costmap.plugin_blocks["obstacles"].observation_sources["c"].sensor == (
+        "rear_camera_points"
+    )
+    (sensor,) = setup.robot.depth_sensors.values()
+    assert sensor.range_max_m == 7.5
+    assert sensor.pose == pytest.approx((0.0, 0.0, 3.14159265))
+    row = row_of(setup, "obstacles.c.topic")
+    assert row.status == Status.OTHER_FORM
+    assert "depth_sensors.rear_camera_points in a robot file says otherwise" in row.remark
+    assert setup.check.is_whole
+
+
+def test_a_camera_of_the_robot_is_taken_by_the_name_of_its_source(setup_of, tmp_path):
+    robot = tmp_path / "seeing.yaml"
+    robot.write_text("description: r\nrobot_radius: 0.2\ndepth_sensors: {oak: {height_m: 0.9}}\n")
+    source = "observation_sources: oak, oak: {data_type: PointCloud2, topic: /points}"
+    text = LOCAL % (SEEING % ("nav2_costmap_2d::VoxelLayer", source))
+    setup = setup_of(COLUMN, text, base=str(robot))
+    assert list(setup.robot.depth_sensors) == ["oak"]
+    assert row_of(setup, "obstacles.oak.topic").remark == "the robot's depth sensor oak"
+
+
+@pytest.mark.parametrize(
+    ("names", "degrees"),
+    [
+        ("front_camera", 0), ("left", 90), ("cam_right", -90), ("back", 180), ("frontleft", 45),
+        ("rear_right_depth", -135),
+    ],
+)  # fmt: skip
+def test_a_camera_looks_where_its_name_says(setup_of, names, degrees):
+    source = f"observation_sources: {names}, {names}: {{data_type: PointCloud2}}"
+    setup = setup_of(COLUMN, LOCAL % (SEEING % ("nav2_costmap_2d::VoxelLayer", source)))
+    (sensor,) = setup.robot.depth_sensors.values()
+    assert sensor.pose[2] == pytest.approx(degrees * 3.14159265 / 180.0)
+
+
+def test_a_lidar_of_many_layers_looks_all_around(setup_of):
+    source = "observation_sources: p, p: {data_type: PointCloud2, topic: /velodyne_points}"
+    setup = setup_of(COLUMN, LOCAL % (SEEING % ("nav2_costmap_2d::VoxelLayer", source)))
+    assert setup.robot.depth_sensors["velodyne_points"].horizontal_fov_rad == pytest.approx(
+        6.2831853
+    )
+
+
+TWO_SCANS = (
+    "observation_sources: a b, a: {topic: /a, clearing: true, max_obstacle_height: 2.0},"
+    " b: {topic: /b, max_obstacle_height: 2.0, obstacle_max_range: 1.0}"
+)
+
+
+def test_a_lidar_that_sees_all_around_is_every_scanner(setup_of):
+    setup = setup_of(COLUMN, LOCAL % (SEEING % ("nav2_costmap_2d::ObstacleLayer", TWO_SCANS)))
+    sources = setup.robot.navigation.local_costmap.plugin_blocks["obstacles"].observation_sources
+    assert {name: source.scanner for name, source in sources.items()} == {"a": None, "b": None}
+    assert (sources["b"].obstacle_max_range, sources["b"].clearing) == (1.0, False)
+    assert setup.check.is_whole
+
+
+def test_two_scanners_of_the_robot_are_two_sources(setup_of, tmp_path):
+    robot = tmp_path / "two.yaml"
+    robot.write_text(
+        "description: r\nrobot_radius: 0.2\nlidar: {angle_span_rad: 3.0, "
+        "further_poses: [[-0.1, 0.0, 3.14]]}\n"
+    )
+    text = LOCAL % (SEEING % ("nav2_costmap_2d::ObstacleLayer", TWO_SCANS))
+    setup = setup_of(COLUMN, text, base=str(robot))
+    sources = setup.robot.navigation.local_costmap.plugin_blocks["obstacles"].observation_sources
+    assert {name: source.scanner for name, source in sources.items()} == {"a": 1, "b": 2}
+
+
+def test_a_lidar_that_does_not_see_all_around_only_stands_in_for_a_second_one(setup_of, tmp_path):
+    robot = tmp_path / "half.yaml"
+    robot.write_text("description: r\nrobot_radius: 0.2\nlidar: {angle_span_rad: 3.0}\n")
+    text = LOCAL % (SEEING % ("nav2_costmap_2d::ObstacleLayer", TWO_SCANS))
+    setup = setup_of(COLUMN, text, base=str(robot))
+    assert row_of(setup, "obstacles.b.topic").status == Status.STAND_IN
+
+
+def test_a_second_layer_of_a_type_is_a_layer_of_its_own(setup_of):
+    scan = "observation_sources: s, s: {clearing: true, max_obstacle_height: 2.0}"
+    voxels = "nav2_costmap_2d::VoxelLayer"
+    text = (SEEING % (voxels, scan)).replace("[obstacles]", "[obstacles, more]")
+    setup = setup_of(COLUMN, LOCAL % f"{text}, more: {{plugin: {voxels}, {scan}, z_voxels: 5}}")
+    costmap = setup.robot.navigation.local_costmap
+    assert costmap.plugins == ["voxel_layer", "more"]
+    assert costmap.plugin_blocks["more"].z_voxels == 5
+    assert setup.check.is_whole
+
+
+@pytest.mark.parametrize(
+    ("release_mark", "method", "plugins"),
+    [
+        ("costmap_update_timeout: 0.3", 3, ["obstacle_layer"]),
+        ("costmap_update_timeout: 0.3", 2, ["obstacle_layer"]),
+        ("progress_checker_plugin: p", 3, []),
+        ("progress_checker_plugin: p", 2, []),
+        ("progress_checker_plugin: p", 1, ["obstacle_layer"]),
+    ],
+)
+def test_a_way_to_combine_that_nav2_does_not_know(setup_of, release_mark, method, plugins):
+    scan = (
+        f"combination_method: {method}, observation_sources: s, "
+        "s: {clearing: true, max_obstacle_height: 2.0}"
+    )
+    text = LOCAL % (SEEING % ("nav2_costmap_2d::ObstacleLayer", scan))
+    mark = f"controller_server: {{ros__parameters: {{{release_mark}, p: {{plugin: 'x'}}}}}}"
+    if "progress" in release_mark:
+        mark = mark.replace("'x'", "nav2_controller::SimpleProgressChecker")
+    setup = setup_of(COLUMN, text, mark)
+    assert setup.robot.navigation.local_costmap.plugins == plugins
+    if plugins:
+        layer = setup.robot.navigation.local_costmap.obstacle_layer
+        assert layer.combination_method == (method if method <= 2 else 1)
+
+
+def test_a_layer_that_sees_nothing_in_nav2_sees_nothing_here(setup_of):
+    # Without max_obstacle_height a source of Nav2 takes points up to 0 m only.
+    scan = "observation_sources: scan, scan: {data_type: LaserScan, clearing: true}"
+    setup = setup_of(COLUMN, LOCAL % (SEEING % ("nav2_costmap_2d::ObstacleLayer", scan)))
+    assert setup.robot.navigation.local_costmap.plugins == []
+    row = row_of(setup, "obstacles")
+    assert row.status == Status.DOUBTFUL
+    assert "too low or too high" in row.remark
+
+
+def test_a_spatio_temporal_layer_is_there_with_its_own_parameters(setup_of):
+    stvl = "spatio_temporal_voxel_layer/SpatioTemporalVoxelLayer"
+    source = "eye: {topic: /eye, clearing: true, horizontal_fov_angle: 1.2, max_z: 9.0}"
+    layer = f"voxel_decay: 15.0, observation_sources: eye, {source}"
+    setup = setup_of(COLUMN, LOCAL % (SEEING % (stvl, layer)))
+    costmap = setup.robot.navigation.local_costmap
+    assert costmap.plugins == ["obstacles"]
+    assert costmap.plugin_blocks["obstacles"].voxel_decay == 15.0
+    assert setup.robot.depth_sensors["eye"].horizontal_fov_rad == 1.2
+    assert setup.robot.depth_sensors["eye"].range_max_m == 9.0
+    assert setup.check.is_whole
+
+
+VOXELS = "nav2_costmap_2d::VoxelLayer"
+CLOUDS = "observation_sources: c, c: {data_type: PointCloud2, max_obstacle_height: 2.0}"
+SCAN = "observation_sources: s, s: {clearing: true, max_obstacle_height: 2.0}"
+
+
+@pytest.mark.parametrize(("source", "layer"), [(SCAN, "voxel_layer"), (CLOUDS, "obstacles")])
+@pytest.mark.parametrize(
+    ("given", "levels", "unknown"),
+    [
+        ("z_voxels: 16", 16, 15),
+        # Four levels that the grid does not have count against the 15 unknown ones.
+        ("z_voxels: 20", 16, 11),
+        ("z_voxels: 20, unknown_threshold: 6", 16, 2),
+        # Below 0 any number of unknown voxels is allowed.
+        ("z_voxels: 20, unknown_threshold: 3", 16, 16),
+        ("z_voxels: 40", 16, 16),
+    ],
+)
+def test_a_voxel_layer_has_16_levels_at_most_as_in_nav2(
+    setup_of, source, layer, given, levels, unknown
+):
+    setup = setup_of(COLUMN, LOCAL % (SEEING % (VOXELS, f"{given}, {source}")))
+    costmap = setup.robot.navigation.local_costmap
+    voxels = costmap.voxel_layer if layer == "voxel_layer" else costmap.plugin_blocks[layer]
+    assert (voxels.z_voxels, voxels.unknown_threshold) == (levels, unknown)
+    row = row_of(setup, "obstacles.z_voxels")
+    if given == "z_voxels: 16":
+        assert row.status == Status.USED
+    else:
+        assert row.status == Status.OTHER_FORM
+        assert "of which the grid has 16, as in Nav2" in row.remark
+
+
+def of_static_layer(setup_of, *, layer: str, costmap: str = "", mark: str = ""):
+    """Returns the rows that stand in for something of the global costmap's map."""
+    setup = setup_of(
+        COLUMN,
+        f"global_costmap: {{global_costmap: {{ros__parameters: {{plugins: [walls], {costmap} "
+        f"walls: {{plugin: 'nav2_costmap_2d::StaticLayer', {layer}}}}}}}}}\n"
+        f"some_server: {{ros__parameters: {{{mark}}}}}\n",
+    )
+    rows = [row for row in setup.check.stand_ins if row.parameter.endswith("map_topic")]
+    assert setup.robot.navigation.global_costmap.plugins == ["static_layer"]
+    return [(row.parameter, row.remark) for row in rows]
+
+
+@pytest.mark.parametrize("topic", ["map", "/map", "/robot_1/map"])
+def test_the_map_that_the_scenario_knows_is_the_map_in_any_namespace(setup_of, topic):
+    assert of_static_layer(setup_of, layer=f"map_topic: {topic}") == []
+
+
+def test_another_map_is_told_to_have_a_stand_in(setup_of):
+    remark = "/keepout_map: the map that the scenario knows stands in"
+    rows = of_static_layer(setup_of, layer="map_topic: /keepout_map")
+    assert rows == [("walls.map_topic", remark)]
+    off = of_static_layer(setup_of, layer="map_topic: /keepout_map, enabled: false")
+    assert off == []
+
+
+@pytest.mark.parametrize(
+    ("mark", "is_read"),
+    [("costmap_update_timeout: 0.3", True), ("error_code_name_prefixes: [a]", False)],
+)
+def test_up_to_jazzy_a_static_layer_without_a_topic_has_that_of_its_costmap(
+    setup_of, mark, is_read
+):
+    rows = of_static_layer(setup_of, layer="", costmap="map_topic: /other,", mark=mark)
+    assert [parameter for parameter, _ in rows] == (["map_topic"] if is_read else [])
+
+
+@pytest.mark.parametrize(
+    "plugin", ["nav2_costmap_2d::RangeSensorLayer", "social::ProxemicLayer", "nvblox::VoxelLayer"]
+)
+@pytest.mark.parametrize("listed_in", ["plugins", "filters"])
+def test_a_layer_that_is_switched_off_needs_no_stand_in(setup_of, plugin, listed_in):
+    text = f"rolling_window: true, plugins: [], {listed_in}: [idle], idle: {{plugin: {plugin}, %s}}"
+    text = text.replace("plugins: [], plugins", "plugins")
+    setup = setup_of(COLUMN, LOCAL % (text % "enabled: false, phi: 0.1"))
+    assert row_of(setup, "idle").status == Status.NO_MEANING
+    assert setup.robot.navigation.local_costmap.plugins == []
+    assert not [row for row in setup.check.stand_ins if row.parameter == "idle"]
+    setup = setup_of(COLUMN, LOCAL % (text % "enabled: true, phi: 0.1"))
+    assert row_of(setup, "idle").status == Status.STAND_IN
+
+
+def test_a_second_layer_of_a_type_that_is_switched_off_needs_no_stand_in(setup_of):
+    walls = "{plugin: 'nav2_costmap_2d::StaticLayer', %s}"
+    text = f"plugins: [a, b], a: {walls % ''}, b: {walls % 'enabled: %s'}"
+    setup = setup_of(COLUMN, LOCAL % (text % "false"))
+    assert row_of(setup, "b").status == Status.NO_MEANING
+    setup = setup_of(COLUMN, LOCAL % (text % "true"))
+    assert row_of(setup, "b").status == Status.STAND_IN
+
+
+def test_an_obstacle_layer_stands_in_for_one_of_others_that_sees(setup_of):
+    setup = setup_of(COLUMN, LOCAL % (SEEING % ("nvblox::nav2::NvbloxCostmapLayer", "a: 1")))
+    assert setup.robot.navigation.local_costmap.plugins == ["obstacle_layer"]
+    assert not setup.check.is_whole
+
+
+def test_a_global_costmap_that_rolls_is_taken_with_its_size(setup_of):
+    rolls = "global_costmap: {global_costmap: {ros__parameters: {rolling_window: true, width: 9}}}"
+    setup = setup_of(COLUMN, rolls)
+    costmap = setup.robot.navigation.global_costmap
+    assert costmap.rolling_window
+    assert (costmap.width, costmap.height, costmap.resolution) == (9, 5, 0.1)
+    assert not any(row.node.startswith("global_costmap") for row in setup.check.stand_ins)
+
+
+def test_nothing_stands_in_for_a_layer_of_range_sensors(setup_of):
+    setup = setup_of(
+        """
+        local_costmap:
+          local_costmap:
+            ros__parameters:
+              rolling_window: true
+              plugins: [sonar, inflation_layer]
+              sonar: {plugin: "nav2_costmap_2d::RangeSensorLayer", topics: [/sonar]}
+              inflation_layer: {plugin: "nav2_costmap_2d::InflationLayer"}
+        """
+    )
+    (row,) = setup.check.stand_ins
+    assert row.remark.endswith(
+        "nothing stands in for range sensors, what they alone see is not seen"
+    )
+    assert setup.robot.navigation.local_costmap.plugins == ["inflation_layer"]
