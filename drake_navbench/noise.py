@@ -34,6 +34,7 @@ class NoiseStream(IntEnum):
     WHEEL_NOISE = 18
     LIFT = 24
     LIFT_LOCALIZATION = 25
+    RANGE_SENSORS = 26
 
 
 # Philox is a counter-based generator with a key of two words: here the seed, and the rest.

@@ -91,6 +91,7 @@ def world_parts(spec: TrialSpec) -> set[str]:
         "the collision monitor": navigation.collision_monitor,
         "moving obstacles": any(world.moving_obstacles for world in worlds),
         "depth sensors": robot.depth_sensors,
+        "range sensors": robot.range_sensors,
     }
     return {
         f"drive {robot.drive.type}",

@@ -7,8 +7,9 @@ Nav2's updateCosts). What it remembers is in its state, which is never changed i
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.metadata import EntryPoint
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
@@ -24,6 +25,9 @@ from drake_navbench.plugins.parameters import PluginParameters
 
 if TYPE_CHECKING:
     from drake_navbench.costmaps.point_cloud import PointCloud
+    from drake_navbench.costmaps.range_reading import RangeReading
+
+NOTHING: Mapping[str, Any] = MappingProxyType({})
 
 
 class LayerParameters(PluginParameters):
@@ -56,7 +60,8 @@ class Seen(NamedTuple):
     of cell (0, 0) in this cycle, m. scan: the newest one, None where there is none yet. clouds: of
     sensors that send points, by name. map_from_costmap: (3,) pose of the costmap's frame in the
     map's, x m, y m, yaw rad. window: the cells that are written anew in this cycle; all of them
-    while the layers observe.
+    while the layers observe. ranges: readings of the range sensors by name, the oldest first: all
+    since the cycle before, and perhaps older ones.
     """
 
     time_s: float
@@ -66,6 +71,7 @@ class Seen(NamedTuple):
     clouds: Mapping[str, PointCloud]
     map_from_costmap: NDArray[np.float64]
     window: CellWindow
+    ranges: Mapping[str, Sequence[RangeReading]] = NOTHING
 
     @property
     def slices(self) -> tuple[slice, slice]:
@@ -90,7 +96,8 @@ class Layer(Protocol):
     """A layer of a costmap, made from its Parameters and a LayerSetup; pure.
 
     A class with `stays_in_window = True` promises that `write` changes costs only within
-    `seen.window`; it is then handed the costs themselves.
+    `seen.window`; it is then handed the costs themselves. A class with a method `is_current(state)`
+    can say that the costmap is not to be relied on: the controller then waits for it.
     """
 
     def initial_state(self) -> Any:
@@ -121,6 +128,7 @@ COSTMAP_LAYERS = PluginKind(
         for name, place in (
             ("nav2_costmap_2d::ObstacleLayer", "observation_layers:ObstacleLayer"),
             ("nav2_costmap_2d::VoxelLayer", "observation_layers:VoxelLayer"),
+            ("nav2_costmap_2d::RangeSensorLayer", "range_sensor_layer:RangeSensorLayer"),
             (
                 "spatio_temporal_voxel_layer::SpatioTemporalVoxelLayer",
                 "spatio_temporal_layer:SpatioTemporalVoxelLayer",

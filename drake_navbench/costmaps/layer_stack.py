@@ -41,6 +41,14 @@ class LayerStack:
                 boxes.append(_box(name, observed.touched))
         return after, boxes
 
+    def are_current(self, states: Mapping[str, Any]) -> bool:
+        """Returns whether all layers say that what they show can be relied on."""
+        return all(
+            layer.is_current(states[name])
+            for name, layer in self._layers.items()
+            if hasattr(layer, "is_current")
+        )
+
     def written(self, states: Mapping[str, Any], grid: Grid, seen: Seen) -> Costs:
         """Returns the costs (rows, columns) after all layers wrote within the window of `seen`.
 

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,10 +19,11 @@ from numpy.typing import NDArray
 from drake_navbench.costmaps.built_in_layers import make_layer
 from drake_navbench.costmaps.costmap_settings import CostmapSettings, LocalCostmapSettings
 from drake_navbench.costmaps.filter_masks import FilterMask
-from drake_navbench.costmaps.layer_plugin import LayerSetup, Seen
+from drake_navbench.costmaps.layer_plugin import NOTHING, LayerSetup, Seen
 from drake_navbench.costmaps.layer_stack import LayerStack
 from drake_navbench.costmaps.map_file import OccupancyMap
 from drake_navbench.costmaps.point_cloud import PointCloud
+from drake_navbench.costmaps.range_reading import RangeReading
 from drake_navbench.costmaps.sensor import RangeSensor
 from drake_navbench.kernels.grid import FREE, NO_INFORMATION, Costmap, Grid
 from drake_navbench.kernels.inflation import CellWindow
@@ -38,7 +38,6 @@ Array = NDArray[np.float64]
 FIRST_ORIGIN = (0.0, 0.0)
 # Where the costmap lies in the map's frame, unless told otherwise.
 SAME_FRAME = np.zeros(3)
-NO_CLOUDS: Mapping[str, PointCloud] = MappingProxyType({})
 
 
 class GridGeometry(NamedTuple):
@@ -137,13 +136,15 @@ class LayeredCostmap:
         scan: Scan | None,
         pose: Array,
         time_s: float,
-        clouds: Mapping[str, PointCloud] = NO_CLOUDS,
+        clouds: Mapping[str, PointCloud] = NOTHING,
+        ranges: Mapping[str, Sequence[RangeReading]] = NOTHING,
         map_from_costmap: Array | None = None,
     ) -> LayersState:
         """Returns the state after one update cycle.
 
         scan: the newest one; None leaves what was seen as it is. pose: (3,) of the robot, x m, y m,
-        yaw rad. clouds: the newest one of each sensor that sends points, by its name.
+        yaw rad. clouds: the newest one of each sensor that sends points, by its name. ranges: the
+        readings of each range sensor by its name, at least those since the update before.
         map_from_costmap: (3,) where the frame of all these lies in the map's, in which the static
         map and the masks lie; None where they are one, as they must be unless the costmap rolls.
         """
@@ -151,7 +152,7 @@ class LayeredCostmap:
         frame = SAME_FRAME if map_from_costmap is None else map_from_costmap
         origin = self._origin(state, pose)
         whole = CellWindow.whole((geometry.rows, geometry.columns))
-        seen = Seen(time_s, pose, origin, scan, clouds, frame, whole)
+        seen = Seen(time_s, pose, origin, scan, clouds, frame, whole, ranges)
         layers, boxes = self._layers.observed(state.layers, seen)
         if state.plugged is not None and not geometry.rolling_window:
             seen = seen._replace(window=self._window_around(boxes))
@@ -170,6 +171,7 @@ class LayeredCostmap:
             geometry.resolution,
             tracks_unknown=self._settings.track_unknown_space,
             stamp_s=time_s,
+            is_current=self._layers.are_current(layers),
         )
         return LayersState(origin, layers, plugged=plugged, costmap=costmap)
 

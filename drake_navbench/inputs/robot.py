@@ -17,6 +17,7 @@ from pydantic import (
 )
 
 from drake_navbench.costmaps.observation_source import ObservationSourceSettings
+from drake_navbench.costmaps.range_sensor_layer import RangeSensorLayerParameters
 from drake_navbench.errors import InputError, InputWarning, nearest_name_hint
 from drake_navbench.inputs.actuators import ActuatorSettings
 from drake_navbench.inputs.depth_sensor import DepthSensorSettings
@@ -26,6 +27,7 @@ from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.inputs.localization import LocalizationSettings
 from drake_navbench.inputs.named_files import NamedFiles
 from drake_navbench.inputs.navigation_settings import NavigationSettings
+from drake_navbench.inputs.range_sensor import RangeSensorSettings
 from drake_navbench.inputs.timing import TimingSettings
 from drake_navbench.kernels.footprint import circle_footprint, footprint_radii, pad_footprint
 from drake_navbench.plugins.kinds import foreign_plugins
@@ -44,7 +46,7 @@ ROBOT_FILES = NamedFiles(kind="robot", package="drake_navbench.models")
 class Robot(QuietModel):
     """A robot: everything that a trial needs to know of it."""
 
-    quiet: ClassVar = frozenset({"actuators", "timing"})
+    quiet: ClassVar = frozenset({"actuators", "range_sensors", "timing"})
 
     description: str = Field(min_length=1, description="One line for --list.")
     like: str | None = Field(
@@ -92,6 +94,11 @@ class Robot(QuietModel):
         description="Depth cameras and lidars of many layers by name, for layers that ask for "
         "PointCloud2.",
     )
+    range_sensors: dict[str, RangeSensorSettings] = Field(
+        default_factory=dict,
+        description="Sonars and infrared distance sensors by name, for a RangeSensorLayer and for "
+        "the collision monitor.",
+    )
     localization: LocalizationSettings = Field(default_factory=LocalizationSettings)
     actuators: ActuatorSettings = Field(default_factory=ActuatorSettings)
     timing: TimingSettings = Field(default_factory=TimingSettings)
@@ -116,6 +123,11 @@ class Robot(QuietModel):
             )
         for costmap in ("local_costmap", "global_costmap"):
             self._check_sources(costmap)
+        monitor = self.navigation.collision_monitor
+        for name, source in ({} if monitor is None else monitor.observation_sources).items():
+            if source.type == "range":
+                place = f"navigation.collision_monitor.observation_sources.{name}"
+                self._check_range_sensor(place, source.sensor or name)
         return self
 
     def _check_sources(self, costmap: str) -> None:
@@ -123,12 +135,26 @@ class Robot(QuietModel):
         settings = getattr(self.navigation, costmap)
         for layer in settings.plugins:
             block = settings.plugin_blocks.get(layer, getattr(settings, layer, None))
+            if not settings.is_active(layer):
+                continue
+            if isinstance(block, RangeSensorLayerParameters):
+                for sensor in block.topics:
+                    self._check_range_sensor(f"navigation.{costmap}.{layer}.topics", sensor)
             sources = getattr(block, "observation_sources", None)
-            if not isinstance(sources, Mapping) or not settings.is_active(layer):
+            if not isinstance(sources, Mapping):
                 continue
             for name, source in sources.items():
                 place = f"navigation.{costmap}.{layer}.observation_sources.{name}"
                 self._check_source(place, name, source)
+
+    def _check_range_sensor(self, place: str, sensor: str) -> None:
+        """Raises ValueError where the robot does not have a range sensor."""
+        if sensor not in self.range_sensors:
+            hint = nearest_name_hint(sensor, self.range_sensors)
+            raise ValueError(
+                f"{place}: the robot has no range sensor {sensor!r}{hint}; expected one of this "
+                "name in range_sensors"
+            )
 
     def _check_source(self, place: str, name: str, source: ObservationSourceSettings) -> None:
         """Raises ValueError where the robot does not have the sensor of a source."""

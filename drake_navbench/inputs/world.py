@@ -198,13 +198,16 @@ class World:
             rings += [oriented.exterior, *oriented.interiors]
         return [np.array(ring.coords[:-1]) for ring in rings]
 
-    def visible_from(self, height_m: float) -> World:
-        """Returns what of it a lidar sees that scans at a height over the floor."""
+    def visible_from(self, height_m: float, *, through_glass: bool = True) -> World:
+        """Returns what of it a sensor meets that measures at a height over the floor, m.
+
+        through_glass: whether it does not meet glass, as a lidar.
+        """
         return World(
             tuple(
                 one
                 for one in self.obstacles
-                if one.material == "solid" and one.height_m >= height_m
+                if one.height_m >= height_m and not (through_glass and one.material != "solid")
             ),
             self.walls,
             self.moving,

@@ -46,6 +46,7 @@ class Costmap:
     resolution: edge of a cell, m.
     tracks_unknown: whether NO_INFORMATION means "not seen" (else it does not occur).
     stamp_s: time of the update that made it, s.
+    is_current: whether all of its layers have what they wait for.
     """
 
     costs: NDArray[np.uint8]
@@ -54,6 +55,7 @@ class Costmap:
     resolution: float
     tracks_unknown: bool = False
     stamp_s: float = 0.0
+    is_current: bool = True
     grid: Grid = field(init=False, repr=False)
     _lethal_centres: NDArray[np.float64] | None = field(init=False, repr=False, default=None)
 

@@ -5,11 +5,13 @@ Source: nav2_collision_monitor, branches humble to lyrical.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Any
 
 from drake_navbench.nav2.check import Status
 from drake_navbench.nav2.node_reader import NodeReader
 from drake_navbench.nav2.outline import parse_points
+from drake_navbench.nav2.sensors import range_sensor_of
 from drake_navbench.navigation.collision_monitor import (
     CollisionMonitorParameters,
     MonitorCircle,
@@ -17,6 +19,7 @@ from drake_navbench.navigation.collision_monitor import (
     SubPolygon,
     VelocityPolygon,
 )
+from drake_navbench.navigation.monitor_sources import MonitorSource
 from drake_navbench.releases import Release
 from drake_navbench.typed_files.quantities import MAX_COUNT, MIN_COUNT
 from drake_navbench.typed_files.typed_yaml import FrozenModel
@@ -32,11 +35,15 @@ APART = {"type", "points", "velocity_polygons"}
 # Which Nav2 reads for a holonomic velocity polygon only.
 DIRECTIONS = ("direction_start_angle", "direction_end_angle")
 ACTIONS_SINCE_IRON = ("limit", "none")
+# What the lidar is called among the sources of a robot file.
+LIDAR = "lidar"
 OTHER_SENSORS = ("pointcloud", "range", "polygon", "costmap")
 
 
-def read_collision_monitor(reader: NodeReader) -> Fields:
+def read_collision_monitor(reader: NodeReader, *, range_sensors: Collection[str] = ()) -> Fields:
     """Returns the collision monitor; None where none of its shapes can be had.
+
+    range_sensors: the names of the robot's.
 
     Some robots start it apart from all else, so that a file may hold one that never runs: with a
     shape that the release cannot make, such as one without a type, Nav2's does not start.
@@ -51,7 +58,9 @@ def read_collision_monitor(reader: NodeReader) -> Fields:
         return {"collision_monitor": None}
     names = ("enabled", "source_timeout", "base_shift_correction")
     values = reader.block(CollisionMonitorParameters, names=names)
-    _note_sources(reader)
+    sources = _sources(reader, range_sensors)
+    if sources:
+        values["observation_sources"] = sources
     shapes = {name: _shape(reader, name) for name in listed}
     values["polygons"] = {name: shape for name, shape in shapes.items() if shape is not None}
     _note_unlisted(reader, shapes)
@@ -95,20 +104,45 @@ def _has_corners(reader: NodeReader, name: str) -> bool:
     return not (approaches and reader.release is Release.HUMBLE)
 
 
-def _note_sources(reader: NodeReader) -> None:
-    for index, source in enumerate(reader.names("observation_sources", [])):
+def _sources(reader: NodeReader, range_sensors: Collection[str]) -> Fields:
+    """Returns what is looked at, where that is more or other than the lidar; notes each source."""
+    sources: Fields = {}
+    sees_range = scans = False
+    for source in reader.names("observation_sources", []):
         kind = reader.text(f"{source}.type", "scan")
+        sensor = None
+        if kind == "range":
+            sensor = range_sensor_of(reader.text(f"{source}.topic", "scan"), range_sensors)
+        if sensor is not None:
+            sources[source] = _range_source(reader, source, sensor)
+            sees_range = True
+            continue
         if kind in OTHER_SENSORS:
             remark = (
                 f"{kind}: no such sensor here, nothing stands in for it; the lidar is looked at"
             )
             reader.note_block(Status.STAND_IN, source, remark)
-        elif index > 0:
+        elif scans:
             remark = "left out; the robot has one lidar"
             reader.note_block(Status.STAND_IN, source, remark)
         else:
+            scans = True
             remark = "the robot's lidar"
             reader.note_block(Status.OTHER_FORM, source, remark)
+        sources.setdefault(LIDAR, {"type": "scan"})
+    return sources if sees_range else {}
+
+
+def _range_source(reader: NodeReader, source: str, sensor: str) -> Fields:
+    """Returns a source that is one of the robot's range sensors."""
+    place = f"{source}."
+    names = ("enabled", "source_timeout", "obstacles_angle")
+    values = reader.block(MonitorSource, place, names=names)
+    reader.note(Status.OTHER_FORM, f"{place}topic", f"the robot's range sensor {sensor}")
+    if reader.release < Release.JAZZY:
+        # A source without data that count was passed over: it did not stop the robot.
+        values["source_timeout"] = 0.0
+    return {"type": "range", "sensor": sensor, **values}
 
 
 def _shape(reader: NodeReader, name: str) -> Fields | None:

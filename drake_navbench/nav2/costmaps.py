@@ -24,10 +24,11 @@ from drake_navbench.costmaps.costmap_settings import (
     VoxelLayerSettings,
 )
 from drake_navbench.costmaps.layer_plugin import COSTMAP_LAYERS
+from drake_navbench.costmaps.range_sensor_layer import RangeSensorLayerParameters
 from drake_navbench.nav2.check import Status
 from drake_navbench.nav2.node_reader import NodeReader
 from drake_navbench.nav2.sensing import SPATIO_TEMPORAL, SensingLayers
-from drake_navbench.nav2.sensors import Nav2Sensors
+from drake_navbench.nav2.sensors import Nav2Sensors, range_sensor_of
 from drake_navbench.releases import NEWEST_RELEASE, Release
 
 LAYERS: dict[str, tuple[str, type]] = {
@@ -49,7 +50,7 @@ SENSING = ("obstacle_layer", "voxel_layer")
 ONLY_AS_FILTERS = ("speed_filter", "binary_filter")
 # Third-party layers that see what an obstacle layer sees.
 SENSING_ELSEWHERE = re.compile("voxel|obstacle|pointcloud|nvblox|stvl", re.IGNORECASE)
-# Of sonars and infrared sensors, which no robot has here.
+# Of sonars and infrared sensors: where the robot has none, nothing stands in.
 RANGE_LAYER = "nav2_costmap_2d::RangeSensorLayer"
 # What Nav2's costmaps load where the file lists no plugins.
 DEFAULT_LAYERS = {
@@ -143,6 +144,7 @@ class _CostmapReader:
     def __init__(self, reader: NodeReader, sensors: Nav2Sensors, release: Release) -> None:
         self._reader = reader
         self._release = release
+        self._sensors = sensors
         self._sensing = SensingLayers(reader, sensors, release)
         self._settings: dict[str, Any] = {}
         self._lists: dict[str, list[str]] = {"plugins": [], "filters": []}
@@ -183,6 +185,8 @@ class _CostmapReader:
         """Reads a layer or filter of ours or of a plugin; returns whether it is one."""
         if COSTMAP_LAYERS.origin(plugin_type) is not None:
             return self._read_plugin(name, plugin_type, listed_in)
+        if plugin_type == RANGE_LAYER and listed_in == "plugins":
+            return self._read_range_layer(name)
         if plugin_type == SPATIO_TEMPORAL and listed_in == "plugins":
             return self._read_sensing_block(name, plugin_type)
         ours, model = LAYERS.get(plugin_type.removeprefix(PACKAGE), ("", None))
@@ -217,6 +221,30 @@ class _CostmapReader:
             self._lists["plugins"].append(block)
         return True
 
+    def _read_range_layer(self, name: str) -> bool:
+        """Reads a layer of range sensors; returns whether the robot has one of them."""
+        reader, place = self._reader, f"{name}.topics"
+        found = reader.node.get(place)
+        topics = [topic for topic in found if isinstance(topic, str)] if type(found) is list else []
+        known = {topic: range_sensor_of(topic, self._sensors.range_sensors) for topic in topics}
+        sensors = list(dict.fromkeys(sensor for sensor in known.values() if sensor is not None))
+        if not sensors:
+            return False
+        own = [field for field in RangeSensorLayerParameters.model_fields if field != "plugin"]
+        names = [field for field in own if field != "topics"]
+        values = reader.block(RangeSensorLayerParameters, f"{name}.", names=names)
+        missing = ", ".join(topic for topic, sensor in known.items() if sensor is None)
+        if missing:
+            remark = f"{missing}: the robot has no such range sensor, nothing stands in for it"
+            reader.note(Status.STAND_IN, place, remark)
+        else:
+            remark = f"the robot's range sensors {', '.join(sensors)}"
+            reader.note(Status.OTHER_FORM, place, remark)
+        block = self._block_name(name)
+        self._settings[block] = {"plugin": RANGE_LAYER, "topics": sensors, **values}
+        self._lists["plugins"].append(block)
+        return True
+
     def _block_name(self, name: str) -> str:
         """Returns the name of a block; another one where ours of that name may be listed, too."""
         if name not in CostmapSettings.model_fields:
@@ -244,7 +272,8 @@ class _CostmapReader:
         """Puts an obstacle layer where a layer that we do not have would see obstacles."""
         types = [block.get("plugin") for block in self._settings.values() if type(block) is dict]
         is_blind = not any(layer in self._settings for layer in SENSING)
-        is_blind = is_blind and not any(kind in COSTMAP_LAYERS.built_in for kind in types)
+        seeing = COSTMAP_LAYERS.built_in.keys() - {RANGE_LAYER}
+        is_blind = is_blind and seeing.isdisjoint(types)
         if not (is_blind and SENSING_ELSEWHERE.search(plugin_type)):
             self._leave_out(name, plugin_type)
             return

@@ -70,7 +70,6 @@ SERVERS: dict[str, Callable[[NodeReader], dict[str, Any]]] = {
     "behavior_server": read_behavior_server,
     "waypoint_follower": read_waypoint_follower,
     "velocity_smoother": read_velocity_smoother,
-    "collision_monitor": read_collision_monitor,
 }
 READ = (
     SERVER,
@@ -238,6 +237,9 @@ class _Files:
         of_release = {
             PLANNER_SERVER: partial(
                 read_planner_server, release=release, cell_m=self._global_cell_m(fields)
+            ),
+            "collision_monitor": partial(
+                read_collision_monitor, range_sensors=self._base.range_sensors
             ),
             BT_NAVIGATOR: partial(read_bt_navigator, release=release),
         }

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from drake_navbench.inputs.depth_sensor import STEEPEST_RAD, DepthSensorSettings
@@ -37,6 +37,16 @@ DIRECTIONS = {"left": 0.5 * math.pi, "right": -0.5 * math.pi}
 FRONT, REAR = re.compile("front", re.I), re.compile("back|rear", re.I)
 
 
+def range_sensor_of(topic: str, range_sensors: Collection[str]) -> str | None:
+    """Returns the robot's range sensor that sends to a topic, None where it has none.
+
+    It is called as the whole topic, `sonar_left` for `/sonar/left`, or as its last part, `left`.
+    """
+    whole = re.sub(r"\W+", "_", topic).strip("_")
+    names = (whole, topic.rpartition("/")[2])
+    return next((name for name in names if name in range_sensors), None)
+
+
 class Sight(NamedTuple):
     """What a source tells of its sensor: m and rad, None where it does not."""
 
@@ -51,6 +61,7 @@ class Nav2Sensors:
 
     def __init__(self, robot: Robot) -> None:
         self._depth_sensors = robot.depth_sensors
+        self._range_sensors = robot.range_sensors
         self._lidar = robot.lidar
         self._listeners: dict[str, list[_Listener]] = {}
 
@@ -58,6 +69,11 @@ class Nav2Sensors:
     def lidar(self) -> LidarSettings:
         """The robot's scanners."""
         return self._lidar
+
+    @property
+    def range_sensors(self) -> Collection[str]:
+        """The names of the robot's range sensors."""
+        return self._range_sensors
 
     @property
     def added(self) -> dict[str, dict[str, Any]]:

@@ -1,4 +1,4 @@
-"""Nav2's collision monitor: slows or stops a command by the points a scan sees in shapes around.
+"""Nav2's collision monitor: slows or stops a command by the points that are in shapes around.
 
 Pure functions of an immutable state. Points are (N, 2) m in the base frame, commands (3,) v m/s,
 w rad/s, vy m/s. Source: nav2_collision_monitor, branch lyrical.
@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from drake_navbench.kernels.points_inside import NO_COLLISION, count_inside, time_to_collision
+from drake_navbench.navigation.monitor_sources import THE_SCAN, MonitorSource
 from drake_navbench.typed_files.quantities import (
     Angle,
     AngularSpeed,
@@ -25,7 +26,7 @@ from drake_navbench.typed_files.quantities import (
     Size,
     Speed,
 )
-from drake_navbench.typed_files.typed_yaml import FrozenModel
+from drake_navbench.typed_files.typed_yaml import FrozenModel, QuietModel
 
 Array = NDArray[np.float64]
 Point = tuple[Length, Length]
@@ -126,18 +127,25 @@ MonitorShape = Annotated[
 ]
 
 
-class CollisionMonitorParameters(FrozenModel):
-    """Parameters of nav2_collision_monitor with one scan source."""
+class CollisionMonitorParameters(QuietModel):
+    """Parameters of nav2_collision_monitor."""
+
+    quiet: ClassVar = frozenset({"observation_sources"})
 
     polygons: dict[str, MonitorShape] = Field(
         min_length=1, description="Shapes by name, in the order in which they are looked at."
     )
-    enabled: bool = Field(True, description="Whether shapes act; a missing scan always stops.")
+    enabled: bool = Field(True, description="Whether shapes act; a missing source always stops.")
     source_timeout: Duration = Field(
-        2.0, ge=0.0, description="A scan older than this stops the robot [s]; 0: never."
+        2.0, ge=0.0, description="Data older than this stop the robot [s]; 0: never."
     )
     base_shift_correction: bool = Field(
         True, description="Take the robot's motion since the scan into account."
+    )
+    observation_sources: dict[str, MonitorSource] = Field(
+        default_factory=lambda: dict(THE_SCAN),
+        min_length=1,
+        description="What it looks at, by name, in order.",
     )
 
 
@@ -186,14 +194,10 @@ class CollisionMonitor:
     ) -> tuple[MonitorState, Array]:
         """Returns the state for the next command, and the command (3,) that is let through.
 
-        points: None where the scan is missing or too old, which stops the robot unless
-        source_timeout is 0.
+        points: None where a source is missing or too old, which stops the robot.
         """
         if points is None:
-            if self._parameters.source_timeout > 0.0:
-                stopped = MonitorState(state.shapes, "stop", INVALID_SOURCE)
-                return stopped, np.zeros(3)
-            points = np.empty((0, 2))
+            return MonitorState(state.shapes, "stop", INVALID_SOURCE), np.zeros(3)
         v, w, vy = command.tolist()
         asked: Command = (v, w, vy)
         chosen, action, polygon = asked, "none", ""
@@ -293,13 +297,3 @@ def _speed(command: Command) -> float:
     """Returns by what Nav2 orders commands: the squared sum of unlike units."""
     v, w, vy = command
     return v**2 + vy**2 + w**2
-
-
-def points_in_base(hits: Array, base_pose: Array) -> Array:
-    """Returns hits (N, 2) of the world frame in the frame of a base at (3,) x m, y m, yaw rad.
-
-    One matrix product for a whole scan; it may round otherwise than `poses.see_point`.
-    """
-    cos_yaw, sin_yaw = math.cos(base_pose[2]), math.sin(base_pose[2])
-    delta = hits - base_pose[:2]
-    return np.ascontiguousarray(delta @ np.array([[cos_yaw, -sin_yaw], [sin_yaw, cos_yaw]]))

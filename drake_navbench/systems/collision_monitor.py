@@ -1,4 +1,4 @@
-"""The last check of a command before the wheels: what the scan sees around the robot."""
+"""The last check of a command before the wheels: what the sensors see around the robot."""
 
 from __future__ import annotations
 
@@ -7,23 +7,27 @@ from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, State
 
-from drake_navbench.inputs.lidar import LidarSettings
-from drake_navbench.kernels.poses import carrier_pose
 from drake_navbench.logs.scans import Scan
 from drake_navbench.navigation.collision_monitor import (
     CollisionMonitor,
     CollisionMonitorParameters,
     MonitorState,
-    points_in_base,
 )
+from drake_navbench.navigation.monitor_sources import Mountings, Sensed, points_of
 from drake_navbench.systems.lifetime import weakly_bound
-from drake_navbench.systems.ports import COMMAND_SIZE, STATE_SIZE, declare_object_input
+from drake_navbench.systems.ports import (
+    COMMAND_SIZE,
+    STATE_SIZE,
+    declare_object_input,
+    value_or_none,
+)
 
 
 class CollisionMonitorSystem(LeafSystem):
     """Nav2's collision monitor, as one update a command period, the first at `offset_s`.
 
-    Inputs `command` [v m/s, w rad/s, vy m/s], `scan` (Scan or None) and `state` [x m, y m, yaw rad,
+    Inputs `command` [v m/s, w rad/s, vy m/s], `scan` (Scan or None), `ranges` (RangeReadings by the
+    name of the sensor, the newest last; need not be connected) and `state` [x m, y m, yaw rad,
     ...], the odometry. Outputs `safe_command` [v m/s, w rad/s, vy m/s] and `monitor_state`
     (MonitorState).
 
@@ -33,7 +37,7 @@ class CollisionMonitorSystem(LeafSystem):
     def __init__(
         self,
         parameters: CollisionMonitorParameters,
-        lidar: LidarSettings,
+        mountings: Mountings,
         *,
         footprint: NDArray[np.float64],
         period_s: float,
@@ -41,10 +45,11 @@ class CollisionMonitorSystem(LeafSystem):
     ) -> None:
         super().__init__()
         self._parameters = parameters
-        self._lidar = lidar
+        self._mountings = mountings
         self._monitor = CollisionMonitor(parameters, footprint)
         self._command_port = self.DeclareVectorInputPort("command", COMMAND_SIZE)
         self._scan_port = declare_object_input(self, "scan")
+        self._ranges_port = declare_object_input(self, "ranges")
         self._state_port = self.DeclareVectorInputPort("state", STATE_SIZE)
         self._monitor_state = self.DeclareAbstractState(AbstractValue.Make(MonitorState()))
         self._output = self.DeclareDiscreteState(COMMAND_SIZE)
@@ -63,16 +68,20 @@ class CollisionMonitorSystem(LeafSystem):
         state.get_mutable_discrete_state(self._output).SetFromVector(output)
 
     def _points(self, context: Context) -> NDArray[np.float64] | None:
-        """Returns (N, 2) what all scanners hit, base frame, m; None where it is missing or old."""
+        """Returns (N, 2) what all sources see, base frame, m; None where one stops the robot."""
+        parameters = self._parameters
         scan: Scan | None = self._scan_port.Eval(context)
-        if scan is not None:
-            scan = scan.placed_by_odometry()
-        timeout_s = self._parameters.source_timeout
-        if scan is None or 0.0 < timeout_s < context.get_time() - scan.time_s:
-            return None
-        if self._parameters.base_shift_correction:
-            base_pose = self._state_port.Eval(context)[:3]
-        else:
-            base_pose = carrier_pose(scan.sensor_pose, self._lidar.pose)
-        hits = np.vstack([own.hits for own in scan.of_all_scanners])
-        return points_in_base(hits, base_pose)
+        ranges = value_or_none(self._ranges_port, context) or {}
+        now = self._state_port.Eval(context)[:3] if parameters.base_shift_correction else None
+        sensed = Sensed(
+            context.get_time(),
+            now,
+            None if scan is None else scan.placed_by_odometry(),
+            {
+                name: [one.placed_by_odometry() for one in readings[-1:]]
+                for name, readings in ranges.items()
+            },
+        )
+        return points_of(
+            parameters.observation_sources, parameters.source_timeout, self._mountings, sensed
+        )

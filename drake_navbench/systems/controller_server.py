@@ -232,7 +232,8 @@ class ControllerServer(LeafSystem):
         now_s = context.get_time()
         costmap = self._costmap_port.Eval(context)
         request: ClearRequest | None = value_or_none(self._clear_port, context)
-        if costmap is None or (request is not None and costmap.stamp_s <= request.time_s):
+        is_old = request is not None and costmap is not None and costmap.stamp_s <= request.time_s
+        if costmap is None or is_old or not costmap.is_current:
             return self._wait_for_costmap(server, now_s)
         seed = context.get_abstract_parameter(self.seed_parameter).get_value()
         step = round((now_s - self._offset_s) / self._period_s)

@@ -35,9 +35,10 @@ class CostmapSystem(FloorAware):
     """Updates a layered costmap once a period, the first time at `offset_s`.
 
     Inputs `state` [x m, y m, yaw rad, ...], where the robot believes to be in the costmap's frame,
-    `scan` (Scan or None), `clouds` (PointCloud by the name of the sensor), `clear_request`
-    (ClearRequest or None) and `map_from_odometry` (3,), where the odometry's frame lies in the map
-    (not connected: they are one); the last three need not be connected. Output `costmap` (Costmap,
+    `scan` (Scan or None), `clouds` (PointCloud by the name of the sensor), `ranges` (the newest
+    RangeReadings by the name of the sensor), `clear_request` (ClearRequest or None) and
+    `map_from_odometry` (3,), where the odometry's frame lies in the map (not connected: they are
+    one); the last four need not be connected. Output `costmap` (Costmap,
     or None before there is one). Each update takes the newest scan; after a new request to clear,
     the next one starts from the map alone.
 
@@ -70,6 +71,7 @@ class CostmapSystem(FloorAware):
         self._odometry_port = self.DeclareVectorInputPort("state", STATE_SIZE)
         self._scan_port = declare_object_input(self, "scan")
         self._clouds_port = declare_object_input(self, "clouds")
+        self._ranges_port = declare_object_input(self, "ranges")
         self._clear_port = declare_object_input(self, "clear_request")
         self._map_port = self.DeclareVectorInputPort("map_from_odometry", POSE_SIZE)
         declare_state_part_output(
@@ -98,6 +100,10 @@ class CostmapSystem(FloorAware):
             clouds={
                 name: cloud.placed_by_odometry(own_from_odometry)
                 for name, cloud in (value_or_none(self._clouds_port, context) or {}).items()
+            },
+            ranges={
+                name: tuple(one.placed_by_odometry(own_from_odometry) for one in readings)
+                for name, readings in (value_or_none(self._ranges_port, context) or {}).items()
             },
             map_from_costmap=None if self._is_in_map else map_from_odometry,
         )

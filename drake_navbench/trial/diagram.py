@@ -37,6 +37,7 @@ from drake_navbench.systems.lidar import Lidar
 from drake_navbench.systems.local_costmap import LocalCostmap
 from drake_navbench.systems.moving_world import MovingWorld
 from drake_navbench.systems.navigator import Navigator
+from drake_navbench.systems.range_sensors import RangeSensors
 from drake_navbench.systems.recorder import Recorder
 from drake_navbench.systems.speed_filter import SpeedFilter
 from drake_navbench.systems.tree_navigator import TreeNavigator
@@ -50,6 +51,7 @@ from drake_navbench.trial.navigation_wiring import (
     add_navigation,
     connect_frame,
     connect_inputs,
+    connect_senses,
 )
 from drake_navbench.trial.recording_wiring import add_clearance, add_recorder, add_viewer
 from drake_navbench.trial.sensor_wiring import add_moving_world, add_sensors
@@ -78,6 +80,7 @@ class TrialDiagram:
     filters: tuple[SpeedFilter | BinaryFilter, ...] = ()
     to_wheels: tuple[CommandLink | SlippingWheels, ...] = ()
     transport: FloorTransport | None = None
+    range_sensors: RangeSensors | None = None
 
     @property
     def state_system(self) -> Base | FloorTransport:
@@ -94,7 +97,8 @@ class TrialDiagram:
         context = self.diagram.CreateDefaultContext()
         self.base.set_pose(self.base.GetMyMutableContextFromRoot(context), start_pose)
         self.localization.set_start(context, start_pose, seed)
-        for system in (self.lidar, self.controller_server, *self.to_wheels):
+        sensors = (self.lidar,) if self.range_sensors is None else (self.lidar, self.range_sensors)
+        for system in (*sensors, self.controller_server, *self.to_wheels):
             own = system.GetMyMutableContextFromRoot(context)
             own.get_mutable_abstract_parameter(system.seed_parameter).set_value(seed)
         if self.moving_world is not None:
@@ -142,7 +146,7 @@ def build_trial_diagram(
     conditions = conditions or conditions_of(robot)
     localization = add_localization(builder, robot, conditions, state, known_map, floors)
     moving_world = add_moving_world(builder, robot, world, scene_graph, state)
-    lidar, signals = add_sensors(
+    lidar, range_sensors, signals = add_sensors(
         builder,
         robot,
         world,
@@ -197,6 +201,7 @@ def build_trial_diagram(
         filters=filters,
         to_wheels=to_wheels,
         transport=transport,
+        range_sensors=range_sensors,
     )
 
 
@@ -249,10 +254,9 @@ def _add_local_costmap(
             floor_clock=None if floors is None else floors.clock,
         ),
     )
-    connect_inputs(builder, local_costmap, state=signals.odometry, scan=signals.scan)
+    connect_inputs(builder, local_costmap, state=signals.odometry)
+    connect_senses(builder, signals, local_costmap)
     connect_frame(builder, signals, local_costmap)
-    if signals.clouds is not None:
-        connect_inputs(builder, local_costmap, clouds=signals.clouds)
     return local_costmap
 
 

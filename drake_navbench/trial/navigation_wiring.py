@@ -8,11 +8,13 @@ from functools import partial
 from pydrake.systems.framework import DiagramBuilder, LeafSystem, OutputPort
 
 from drake_navbench.inputs.robot import Robot
+from drake_navbench.navigation.monitor_sources import Mountings
 from drake_navbench.navigation.path_validity import is_path_valid
 from drake_navbench.navigation.waypoint_follower import WaypointFollower
 from drake_navbench.systems.behavior_server import BehaviorServer
 from drake_navbench.systems.collision_monitor import CollisionMonitorSystem
 from drake_navbench.systems.controller_server import ControllerServer
+from drake_navbench.systems.costmap_system import CostmapSystem
 from drake_navbench.systems.global_costmap import GlobalCostmap
 from drake_navbench.systems.local_costmap import LocalCostmap
 from drake_navbench.systems.navigator import Navigator
@@ -38,7 +40,7 @@ class Signals:
     state: the truth. estimate: of it, in the map's frame. odometry, odometry_estimate: the same two
     in the odometry's frame. odometry_from_world, map_from_odometry: where the world lies in that,
     and where that lies in the map; None where all are one, and the former the same ports. clouds:
-    of the depth sensors; None where there are none.
+    of the depth sensors; None where there are none. ranges: of the range sensors, likewise.
     """
 
     state: OutputPort
@@ -49,6 +51,7 @@ class Signals:
     odometry_from_world: OutputPort | None = None
     map_from_odometry: OutputPort | None = None
     clouds: OutputPort | None = None
+    ranges: OutputPort | None = None
 
     @property
     def has_frames(self) -> bool:
@@ -60,6 +63,13 @@ def connect_inputs(builder: DiagramBuilder, system: LeafSystem, **inputs: Output
     """Connects the inputs of a system by name."""
     for name, port in inputs.items():
         builder.Connect(port, system.GetInputPort(name))
+
+
+def connect_senses(builder: DiagramBuilder, signals: Signals, costmap: CostmapSystem) -> None:
+    """Gives a costmap all that the robot's sensors tell."""
+    senses = {"scan": signals.scan, "clouds": signals.clouds, "ranges": signals.ranges}
+    there = {name: port for name, port in senses.items() if port is not None}
+    connect_inputs(builder, costmap, **there)
 
 
 def connect_frame(builder: DiagramBuilder, signals: Signals, system: LeafSystem) -> None:
@@ -184,10 +194,9 @@ def _add_global_costmap(
     )
     # What white noise there is moves the robot in its costmaps only where it moves the frames too.
     position = signals.estimate if signals.has_frames else signals.state
-    connect_inputs(builder, costmap, state=position, scan=signals.scan)
+    connect_inputs(builder, costmap, state=position)
+    connect_senses(builder, signals, costmap)
     connect_frame(builder, signals, costmap)
-    if signals.clouds is not None:
-        connect_inputs(builder, costmap, clouds=signals.clouds)
     return costmap
 
 
@@ -213,7 +222,10 @@ def add_command_chain(
             "collision_monitor",
             CollisionMonitorSystem(
                 navigation.collision_monitor,
-                robot.lidar,
+                Mountings(
+                    robot.lidar.pose,
+                    {name: sensor.pose for name, sensor in robot.range_sensors.items()},
+                ),
                 footprint=robot.padded_outline,
                 period_s=period_s,
                 offset_s=MONITOR_OFFSET_S,
@@ -221,6 +233,8 @@ def add_command_chain(
         )
         connect_inputs(builder, monitor, command=command, scan=signals.scan)
         connect_inputs(builder, monitor, state=signals.odometry)
+        if signals.ranges is not None:
+            connect_inputs(builder, monitor, ranges=signals.ranges)
         command = monitor.GetOutputPort("safe_command")
     return command
 

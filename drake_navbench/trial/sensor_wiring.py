@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 from pydrake.geometry import SceneGraph
 from pydrake.systems.framework import DiagramBuilder, OutputPort
@@ -13,6 +14,7 @@ from drake_navbench.inputs.world import World
 from drake_navbench.systems.depth_sensors import DepthSensors
 from drake_navbench.systems.lidar import Lidar
 from drake_navbench.systems.moving_world import MovingWorld
+from drake_navbench.systems.range_sensors import RangeSensors
 from drake_navbench.trial.floors import TrialFloors
 from drake_navbench.trial.localization_wiring import LocalizationSystem
 from drake_navbench.trial.navigation_wiring import Signals, connect_inputs
@@ -51,10 +53,10 @@ def add_sensors(
     localization: LocalizationSystem,
     moving_world: MovingWorld | None,
     floors: TrialFloors | None,
-) -> tuple[Lidar, Signals]:
-    """Adds the lidar and the depth sensors, and lets the localization have the scans.
+) -> tuple[Lidar, RangeSensors | None, Signals]:
+    """Adds the sensors, and lets the localization have the scans.
 
-    Returns the lidar, and the ports of the robot and all its senses.
+    Returns the lidar, the range sensors, and the ports of the robot and all its senses.
     """
     lidar = builder.AddNamedSystem(
         "lidar",
@@ -62,8 +64,7 @@ def add_sensors(
             conditions.lidar,
             world,
             conditions.timing,
-            floors=() if floors is None else floors.sights,
-            floor_clock=None if floors is None else floors.clock,
+            **_on_floors(floors),
         ),
     )
     scan = lidar.GetOutputPort("scan")
@@ -74,33 +75,46 @@ def add_sensors(
         connect_inputs(builder, lidar, odometry=signals.odometry)
     if moving_world is not None:
         connect_inputs(builder, lidar, moving=moving_world.GetOutputPort("scanned"))
-    clouds = _add_depth_sensors(builder, robot, world, moving_world, signals, floors)
-    return lidar, replace(signals, clouds=clouds)
+    clouds = ranges = range_sensors = None
+    if robot.depth_sensors:
+        depth_sensors = builder.AddNamedSystem(
+            "depth_sensors", DepthSensors(robot.depth_sensors, world, **_on_floors(floors))
+        )
+        _connect(builder, depth_sensors, signals, moving_world)
+        clouds = depth_sensors.GetOutputPort("clouds")
+    if robot.range_sensors:
+        range_sensors = builder.AddNamedSystem(
+            "range_sensors",
+            RangeSensors(
+                robot.range_sensors, world, keep_s=_longest_cycle_s(robot), **_on_floors(floors)
+            ),
+        )
+        _connect(builder, range_sensors, signals, moving_world)
+        ranges = range_sensors.GetOutputPort("ranges")
+    return lidar, range_sensors, replace(signals, clouds=clouds, ranges=ranges)
 
 
-def _add_depth_sensors(
+def _on_floors(floors: TrialFloors | None) -> dict[str, Any]:
+    """Returns what a sensor is told of several floors, where there are several."""
+    return {} if floors is None else {"floors": floors.sights, "floor_clock": floors.clock}
+
+
+def _longest_cycle_s(robot: Robot) -> float:
+    """Returns the time between two updates of the slower costmap, s."""
+    navigation = robot.navigation
+    costmaps = navigation.local_costmap, navigation.global_costmap
+    return max(1.0 / costmap.update_frequency for costmap in costmaps)
+
+
+def _connect(
     builder: DiagramBuilder,
-    robot: Robot,
-    world: World,
-    moving_world: MovingWorld | None,
+    sensors: DepthSensors | RangeSensors,
     signals: Signals,
-    floors: TrialFloors | None,
-) -> OutputPort | None:
-    """Adds the sensors that send points, and returns the port of their clouds, if there are any."""
-    if not robot.depth_sensors:
-        return None
-    sensors = builder.AddNamedSystem(
-        "depth_sensors",
-        DepthSensors(
-            robot.depth_sensors,
-            world,
-            floors=() if floors is None else floors.sights,
-            floor_clock=None if floors is None else floors.clock,
-        ),
-    )
+    moving_world: MovingWorld | None,
+) -> None:
+    """Connects sensors that see shapes with their heights."""
     connect_inputs(builder, sensors, state=signals.state)
     if signals.has_frames:
         connect_inputs(builder, sensors, odometry=signals.odometry)
     if moving_world is not None:
         connect_inputs(builder, sensors, moving=moving_world.GetOutputPort("solids"))
-    return sensors.GetOutputPort("clouds")

@@ -9,16 +9,26 @@ from damage import damaged_bytes
 from hypothesis import given
 from hypothesis import strategies as st
 
+from drake_navbench.studies.tuning import journal as journals
 from drake_navbench.studies.tuning.study import configurations_of
 from drake_navbench.studies.tuning.task import TuningTask
-
-journals = pytest.importorskip("drake_navbench.studies.tuning.journal")
 
 
 @pytest.fixture(scope="module")
 def task() -> TuningTask:
     """A task as `tune` makes it."""
-    return TuningTask.model_construct(objectives=("time", "jerk"))
+    return TuningTask(
+        drake_navbench="0.1.0",
+        baseline="rpp",
+        parameters={"desired_linear_vel": 0.5},
+        searched=("desired_linear_vel=0.2..1.0",),
+        scenarios=("empty",),
+        guards=(),
+        robot="wheelchair",
+        objectives=("time", "jerk"),
+        most_pairs=8,
+        seed=0,
+    )
 
 
 @pytest.fixture(scope="module")

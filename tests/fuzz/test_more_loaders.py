@@ -9,7 +9,6 @@ from dataclasses import fields
 from types import SimpleNamespace
 
 import numpy as np
-import pytest
 from bounds import fuzz, only_input_errors
 from damage import as_text, damaged, damaged_bytes, damaged_text
 from hypothesis import given
@@ -185,7 +184,6 @@ def definitions(draw: st.DrawFn) -> tuple[MessageDefinitionFormat, str]:
 @fuzz
 @given(definition=definitions())
 def test_definitions_of_bags(definition, tmp_path_factory):
-    pytest.importorskip("drake_navbench.recordings.definition_limits")
     reader = OneMessage(*definition)
     source = BagSource(tmp_path_factory.getbasetemp() / "lab", (reader,), False)
     with only_input_errors():

@@ -296,3 +296,97 @@ def test_nothing_stands_in_for_a_layer_of_range_sensors(setup_of):
         "nothing stands in for range sensors, what they alone see is not seen"
     )
     assert setup.robot.navigation.local_costmap.plugins == ["inflation_layer"]
+
+
+SONARS = """
+description: a robot with two sonars
+like: wheelchair
+range_sensors:
+  sonar_left: {pose: [0.8, 0.2, 0.3]}
+  right: {pose: [0.8, -0.2, -0.3]}
+"""
+SONAR_LAYER = (
+    "rolling_window: true, plugins: [s], s: {plugin: 'nav2_costmap_2d::RangeSensorLayer', %s}"
+)
+
+
+@pytest.fixture
+def with_sonars(tmp_path):
+    """The path of a robot with the range sensors sonar_left and right."""
+    path = tmp_path / "with_sonars.yaml"
+    path.write_text(SONARS)
+    return str(path)
+
+
+def test_a_layer_of_range_sensors_is_taken_whole_where_the_robot_has_them(setup_of, with_sonars):
+    layer = "topics: [/sonar/left, /ultrasonic/right], phi: 1, clear_on_max_reading: true"
+    setup = setup_of(COLUMN, LOCAL % (SONAR_LAYER % layer), base=with_sonars)
+    block = setup.robot.navigation.local_costmap.plugin_blocks["s"]
+    assert block.topics == ("sonar_left", "right")
+    assert (block.phi, block.clear_on_max_reading, block.mark_threshold) == (1.0, True, 0.8)
+    assert not [row for row in setup.check.stand_ins if row.parameter.startswith("s")]
+    assert setup.robot.range_sensors.keys() == {"sonar_left", "right"}
+
+
+def test_a_range_topic_that_the_robot_does_not_send_is_told(setup_of, with_sonars):
+    layer = "topics: [/sonar/left, /sonar/rear]"
+    setup = setup_of(COLUMN, LOCAL % (SONAR_LAYER % layer), base=with_sonars)
+    row = row_of(setup, "s.topics")
+    assert row.status is Status.STAND_IN
+    assert row.remark.startswith("/sonar/rear: the robot has no such range sensor")
+    assert setup.robot.navigation.local_costmap.plugin_blocks["s"].topics == ("sonar_left",)
+
+
+def test_beside_range_sensors_an_obstacle_layer_still_stands_in_for_one_of_others(
+    setup_of, with_sonars
+):
+    text = SONAR_LAYER % "topics: [/sonar/left]"
+    text = text.replace("[s]", "[s, seen]") + ", seen: {plugin: 'nvblox::NvbloxLayer'}"
+    setup = setup_of(COLUMN, LOCAL % text, base=with_sonars)
+    assert setup.robot.navigation.local_costmap.plugins == ["s", "obstacle_layer"]
+
+
+MONITOR = """
+collision_monitor:
+  ros__parameters:
+    polygons: [zone]
+    zone: {type: circle, radius: 0.5, action_type: stop}
+    observation_sources: %s
+    left: {type: range, topic: /sonar/left, obstacles_angle: 0.1, source_timeout: 0.5}
+    rear: {type: range, topic: /sonar/rear}
+    scan: {type: scan}
+"""
+
+
+def sources_of(setup):
+    """Returns type, sensor and timeout of what the collision monitor looks at, by name."""
+    sources = setup.robot.navigation.collision_monitor.observation_sources
+    return {name: (one.type, one.sensor, one.source_timeout) for name, one in sources.items()}
+
+
+def test_the_collision_monitor_looks_at_the_robots_range_sensors(setup_of, with_sonars):
+    setup = setup_of(COLUMN, MONITOR % "[left, scan]", base=with_sonars)
+    expected = {"left": ("range", "sonar_left", 0.5), "lidar": ("scan", "", None)}
+    assert sources_of(setup) == expected
+    left = setup.robot.navigation.collision_monitor.observation_sources["left"]
+    assert left.obstacles_angle == 0.1
+    setup = setup_of(COLUMN, MONITOR % "[left]", base=with_sonars)
+    assert list(sources_of(setup)) == ["left"]
+
+
+def test_the_lidar_is_looked_at_where_the_robot_has_no_such_range_sensor(setup_of, with_sonars):
+    setup = setup_of(COLUMN, MONITOR % "[rear]", base=with_sonars)
+    assert sources_of(setup) == {"scan": ("scan", "", None)}
+    row = row_of(setup, "rear")
+    assert row.status is Status.STAND_IN
+    assert row.remark == (
+        "range: no such sensor here, nothing stands in for it; the lidar is looked at"
+    )
+    setup = setup_of(COLUMN, MONITOR % "[rear, left]", base=with_sonars)
+    assert list(sources_of(setup)) == ["lidar", "left"]
+
+
+def test_up_to_iron_a_range_that_cannot_be_measured_does_not_stop_the_robot(setup_of, with_sonars):
+    old = "controller_server: {ros__parameters: {progress_checker_plugin: progress_checker}}\n"
+    setup = setup_of(COLUMN + MONITOR % "[left, scan]", old, base=with_sonars)
+    assert sources_of(setup)["left"] == ("range", "sonar_left", 0.0)

@@ -1,0 +1,69 @@
+"""A sonar or an infrared distance sensor in a robot file."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from drake_navbench.typed_files.quantities import Angle, Length, Period
+from drake_navbench.typed_files.typed_yaml import FrozenModel
+
+
+class RangeSensorSettings(FrozenModel):
+    """A sensor that tells one distance: to the nearest thing that any of its rays meets.
+
+    Its rays lie side by side at its height. With equal ranges it is a switch: -inf where something
+    is nearer, inf where nothing is.
+    """
+
+    pose: tuple[Length, Length, Angle] = Field(
+        (0.0, 0.0, 0.0), description="Mounting in the base frame: x [m], y [m], yaw [rad]."
+    )
+    height_m: Length = Field(0.2, ge=0.0, description="Height of its rays over the floor [m].")
+    radiation: Literal["ultrasound", "infrared"] = Field(
+        "ultrasound", description="What it sends out: ultrasound meets glass, infrared does not."
+    )
+    field_of_view_rad: float = Field(
+        0.5, gt=0.0, le=math.pi, description="Angle of its cone, from side to side [rad]."
+    )
+    ray_count: int = Field(15, ge=1, le=1024, description="Rays of its cone.")
+    range_min_m: Length = Field(0.02, ge=0.0, description="Shortest range [m].")
+    range_max_m: Length = Field(3.0, gt=0.0, description="Longest range [m].")
+    out_of_range: Literal["range_max", "inf"] = Field(
+        "range_max",
+        description="What it tells where nothing is in range: its longest range, as most drivers "
+        "do, or inf.",
+    )
+    period_s: Period = Field(0.1, description="Time between readings [s].")
+    range_std_m: Length = Field(0.0, ge=0.0, description="Gaussian noise on each reading [m].")
+
+    @model_validator(mode="after")
+    def _check(self) -> RangeSensorSettings:
+        if self.range_min_m > self.range_max_m:
+            raise ValueError(
+                f"range_min_m {self.range_min_m} must not be above range_max_m {self.range_max_m}"
+            )
+        return self
+
+    @property
+    def is_switch(self) -> bool:
+        """Whether it tells no distance, but whether something is there."""
+        return self.range_min_m == self.range_max_m
+
+    @property
+    def ray_angles(self) -> NDArray[np.float64]:
+        """(ray_count,) angles of the rays from the axis, rad; a single ray lies on the axis."""
+        half = 0.5 * self.field_of_view_rad if self.ray_count > 1 else 0.0
+        return np.asarray(np.linspace(-half, half, self.ray_count), dtype=np.float64)
+
+    def told_of(self, distance_m: float) -> float:
+        """Returns what the sensor tells of a distance, m; inf where it met nothing."""
+        if self.is_switch:
+            return -math.inf if distance_m <= self.range_max_m else math.inf
+        if distance_m > self.range_max_m:
+            return self.range_max_m if self.out_of_range == "range_max" else math.inf
+        return -math.inf if distance_m < self.range_min_m else distance_m

@@ -1,0 +1,163 @@
+"""What the collision monitor looks at: the lidar's scans, and sonars as points on an arc.
+
+Pure functions. Source: nav2_collision_monitor (Source, Range).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from drake_navbench.costmaps.range_reading import RangeReading
+from drake_navbench.kernels.poses import carrier_pose
+from drake_navbench.logs.scans import Scan
+from drake_navbench.typed_files.quantities import Duration
+from drake_navbench.typed_files.typed_yaml import FrozenModel
+
+Array = NDArray[np.float64]
+# x m, y m, yaw rad in the base frame.
+Mounting = tuple[float, float, float]
+
+# A reading that would be more points than this is none, as in Nav2 from Lyrical on.
+MAX_POINTS = 10_000
+DEGREE = math.pi / 180.0
+
+
+class MonitorSource(FrozenModel):
+    """A sensor that the collision monitor looks at."""
+
+    type: Literal["scan", "range"] = Field(
+        "scan", description="scan: all of the lidar's scanners; range: a range sensor."
+    )
+    sensor: str = Field(
+        "", description="Of range: name of the robot's range sensor; the source's where empty."
+    )
+    obstacles_angle: float = Field(
+        DEGREE, gt=0.0, description="Of range: angle between two points of its arc [rad]."
+    )
+    enabled: bool = Field(True, description="Whether it is looked at.")
+    source_timeout: Duration | None = Field(
+        None,
+        ge=0.0,
+        description="Older data, and a range that the sensor cannot measure, stop the robot [s]; "
+        "0: never; null: the monitor's.",
+    )
+
+    @model_validator(mode="after")
+    def _check(self) -> MonitorSource:
+        if self.sensor and self.type != "range":
+            raise ValueError(f"sensor: got {self.sensor!r}, expected type range with it")
+        return self
+
+
+THE_SCAN: Mapping[str, MonitorSource] = {"scan": MonitorSource()}
+
+
+class Sensed(NamedTuple):
+    """What there is to look at in a cycle.
+
+    time_s: of the cycle, s. base_pose: (3,) of the base now, in the frame of the readings; None
+    where each sensor is taken to be where its mounting puts it, whatever the robot has moved since.
+    scan: the newest one, None where there is none. ranges: of each sensor, the newest last.
+    """
+
+    time_s: float
+    base_pose: Array | None
+    scan: Scan | None
+    ranges: Mapping[str, Sequence[RangeReading]]
+
+
+class Mountings(NamedTuple):
+    """Where the first scanner and the range sensors, by name, are mounted in the base frame."""
+
+    scanner: Mounting
+    ranges: Mapping[str, Mounting]
+
+
+def points_of(
+    sources: Mapping[str, MonitorSource], timeout_s: float, mountings: Mountings, sensed: Sensed
+) -> Array | None:
+    """Returns the points (N, 2) m of all sources in the base frame; None where one stops the robot.
+
+    timeout_s: of sources that give none of their own, s.
+    """
+    found = [np.empty((0, 2))]
+    for name, source in sources.items():
+        if not source.enabled:
+            continue
+        own_s = timeout_s if source.source_timeout is None else source.source_timeout
+        if source.type == "scan":
+            points = _scan_points(sensed, own_s, mountings.scanner)
+        else:
+            sensor = source.sensor or name
+            points = _arc(sensed, sensor, own_s, source.obstacles_angle, mountings.ranges[sensor])
+        if points is not None:
+            found.append(points)
+        elif own_s > 0.0:
+            return None
+    return np.ascontiguousarray(np.vstack(found))
+
+
+def points_in_base(hits: Array, base_pose: Array) -> Array:
+    """Returns hits (N, 2) of the world frame in the frame of a base at (3,) x m, y m, yaw rad.
+
+    One matrix product for a whole scan; it may round otherwise than `poses.see_point`.
+    """
+    cos_yaw, sin_yaw = math.cos(base_pose[2]), math.sin(base_pose[2])
+    delta = hits - base_pose[:2]
+    return np.ascontiguousarray(delta @ np.array([[cos_yaw, -sin_yaw], [sin_yaw, cos_yaw]]))
+
+
+def arc_points(reading: RangeReading, obstacles_angle: float) -> Array | None:
+    """Returns the points (N, 2) m that stand for a reading, in the frame of its `sensor_pose`.
+
+    They lie at equal angles from the right end of the cone on, and one at its left end. None where
+    the sensor cannot measure the range. Angles add up in single precision, as in Nav2.
+    """
+    if not reading.is_within_range:
+        return None
+    end = np.float32(0.5) * np.float32(reading.field_of_view_rad)
+    if math.ceil(reading.field_of_view_rad / obstacles_angle) + 1 > MAX_POINTS:
+        return None
+    bearings, bearing = [], -end
+    while bearing < end:
+        bearings.append(bearing)
+        bearing = np.float32(float(bearing) + obstacles_angle)
+    angles = np.array([*bearings, end], dtype=np.float32)
+    own = np.float32(reading.range_m) * np.column_stack([np.cos(angles), np.sin(angles)])
+    x, y, yaw = reading.sensor_pose
+    cos_yaw, sin_yaw = math.cos(yaw), math.sin(yaw)
+    turned = own.astype(np.float64) @ np.array([[cos_yaw, sin_yaw], [-sin_yaw, cos_yaw]])
+    return np.asarray(turned + np.array([x, y]))
+
+
+def _scan_points(sensed: Sensed, timeout_s: float, mounting: Mounting) -> Array | None:
+    """Returns (N, 2) what all scanners hit, base frame, m; None where it is missing or old."""
+    scan = sensed.scan
+    if scan is None or 0.0 < timeout_s < sensed.time_s - scan.time_s:
+        return None
+    base_pose = sensed.base_pose
+    if base_pose is None:
+        base_pose = carrier_pose(scan.sensor_pose, mounting)
+    return points_in_base(np.vstack([own.hits for own in scan.of_all_scanners]), base_pose)
+
+
+def _arc(
+    sensed: Sensed, sensor: str, timeout_s: float, obstacles_angle: float, mounting: Mounting
+) -> Array | None:
+    """Returns (N, 2) the points of the newest reading of a sensor, base frame, m; None for none."""
+    readings = sensed.ranges.get(sensor, ())
+    if not readings or 0.0 < timeout_s < sensed.time_s - readings[-1].time_s:
+        return None
+    reading, base_pose = readings[-1], sensed.base_pose
+    points = arc_points(reading, obstacles_angle)
+    if points is None:
+        return None
+    if base_pose is None:
+        base_pose = carrier_pose(reading.sensor_pose, mounting)
+    return points_in_base(points, base_pose)
