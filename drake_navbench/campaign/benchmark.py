@@ -13,6 +13,7 @@ from pathlib import Path
 import pandas as pd
 from rich.console import Console
 
+from drake_navbench.analysis.pair_verdict import verdicts_within
 from drake_navbench.analysis.rank_changes import rank_changes
 from drake_navbench.analysis.sweeps import SUCCEEDED, long_table, response_table, swept_fields
 from drake_navbench.analysis.tables import scenario_table
@@ -32,6 +33,7 @@ from drake_navbench.campaign.manifest import (
     add_cluster,
     add_wall_clock,
     begin,
+    columns_by_file,
     complete,
     require_same_inputs,
 )
@@ -249,6 +251,11 @@ def _run(
         f"Open {folder.path / ('sweep.html' if campaign.sweep else 'report.html')}",
         soft_wrap=True,
     )
+    if len(campaign.nav2) > 1:
+        for verdict in verdicts_within(trials, columns_by_file(campaign), campaign.suites):
+            console.print(printable(f"Verdict: {verdict.text}"), soft_wrap=True)
+            for detail in verdict.details:
+                console.print(printable(f"  {detail}"), soft_wrap=True)
     errors = trials[trials["outcome"] == Outcome.ERROR]
     for row in errors.itertuples():
         where = f"{row.scenario}, {row.controller}, trial {row.trial}"

@@ -118,6 +118,7 @@ def _manifest(campaign: Campaign, inputs: dict[str, str]) -> dict[str, Any]:
             for columns in campaign.nav2
             for line in columns.setup.stand_ins_of_all()
         ],
+        **({"nav2_columns": columns_by_file(campaign)} if len(setups) > 1 else {}),
         "stand_ins_of_columns": {name: lines for name, lines in own.items() if lines},
         "scenarios": campaign.scenarios,
         "suites": campaign.suites,
@@ -134,6 +135,14 @@ def _manifest(campaign: Campaign, inputs: dict[str, str]) -> dict[str, Any]:
         **({"plugins": campaign.foreign_code} if campaign.foreign_code else {}),
         "platform": f"{platform.system()} {platform.machine()}",
         "created": datetime.now().astimezone().isoformat(timespec="seconds"),
+    }
+
+
+def columns_by_file(campaign: Campaign) -> dict[str, dict[str, str]]:
+    """Returns the columns of each whole file by their plugin, by the file's alias."""
+    return {
+        columns.name: {plugin: preset.name for plugin, preset in columns.plugins.items()}
+        for columns in campaign.nav2
     }
 
 
