@@ -122,7 +122,7 @@ def contest_of(
         ]
         chosen = pd.concat(parts, ignore_index=True) if parts else table.iloc[:0]
         tables.append(by_task(chosen, suites))
-    return Contest(*tables, label)
+    return Contest(tables[0], tables[1], label)
 
 
 def by_task(trials: pd.DataFrame, suites: Mapping[str, str]) -> pd.DataFrame:

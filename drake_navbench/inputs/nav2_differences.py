@@ -48,7 +48,7 @@ class Difference(NamedTuple):
 def differences(columns: Sequence[FileColumns]) -> list[Difference]:
     """Returns the parameters in which files differ, those with an effect first."""
     given = [column.setup.given for column in columns]
-    resolved = [_resolved(column) for column in columns]
+    resolved = [resolved_settings(column) for column in columns]
     rows = [_rows(column) for column in columns]
     found = []
     for key in dict.fromkeys(key for values in given for key in values):
@@ -142,7 +142,7 @@ def _is_same(first: Any, second: Any) -> bool:
     return bool(first == second)
 
 
-def _resolved(column: FileColumns) -> dict[tuple[str, str], Any]:
+def resolved_settings(column: FileColumns) -> dict[tuple[str, str], Any]:
     """Returns the settings that a file comes to, by the node and name of Nav2 that they have."""
     navigation = column.setup.robot.navigation.model_dump(mode="json")
     nodes = {field: node for node, field in FIELDS.items()}
@@ -157,6 +157,11 @@ def _resolved(column: FileColumns) -> dict[tuple[str, str], Any]:
         for name, value in flattened(preset.parameters.model_dump(mode="json")):
             found[SERVER, f"{block}.{name}"] = value
     return found
+
+
+def why_without_effect(key: tuple[str, str], column: FileColumns) -> str:
+    """Returns why a parameter that a file gives has no effect here; '' where it has one."""
+    return _reason(key, [column.setup.given], [_rows(column)])
 
 
 def _rows(column: FileColumns) -> dict[tuple[str, str], CheckRow]:
