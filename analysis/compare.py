@@ -82,6 +82,9 @@ class FolderComparison:
     matches: tuple[tuple[Match, ...], ...] = ()
     analyses: tuple[FolderAnalysis, ...] = ()
 
+    def __str__(self) -> str:
+        return in_short(self)
+
     @property
     def verdicts(self) -> list[PairVerdict]:
         """The verdict on each pair of columns, in words."""

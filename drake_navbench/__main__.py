@@ -18,6 +18,7 @@ COMMANDS = {
     "run": ("drake_navbench.run", "drive controllers through scenarios and compare them"),
     "report": ("drake_navbench.report", "make tables, figures and report.html again from logs"),
     "compare": ("drake_navbench.compare", "say what became better or worse between two folders"),
+    "runs": ("drake_navbench.commands.runs", "list results folders; rename, tag, delete them"),
     "replay": ("drake_navbench.commands.replay", "render the replay of one trial from its log"),
     "tune": ("drake_navbench.commands.tune", "search parameters that beat a preset"),
     "train": ("drake_navbench.commands.train", "train a policy in the Gymnasium environment"),

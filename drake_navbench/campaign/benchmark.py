@@ -31,6 +31,7 @@ from drake_navbench.campaign.driving import Undriven, run_campaign
 from drake_navbench.campaign.manifest import (
     Begun,
     add_cluster,
+    add_verdict,
     add_wall_clock,
     begin,
     columns_by_file,
@@ -42,7 +43,7 @@ from drake_navbench.campaign.request import Request
 from drake_navbench.campaign.run_results import Results
 from drake_navbench.campaign.suite_console import print_rank_changes, print_totals
 from drake_navbench.campaign.warm_up import cold_parts, start_worker_server, warm_up
-from drake_navbench.errors import NavbenchError, printable
+from drake_navbench.errors import InputError, NavbenchError, printable
 from drake_navbench.inputs.presets import Preset, resolved_parameters
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.inputs.speed_check import lines_of
@@ -67,11 +68,16 @@ def run_benchmark(
     out: str | Path | None = None,
     sweeps: str | Sequence[str] = (),
     samples: int | None = None,
+    nav2: str | Path | None = None,
+    against: str | Path | Sequence[str | Path] = (),
+    map: str | Path | None = None,
+    goals: int | None = None,
 ) -> Results:
     """Runs a benchmark and returns its trials: a table with the metrics, and their logs.
 
     The arguments are those of the command line; several controllers may be one string with commas,
-    as there. `out` keeps the logs in a new folder, of which
+    as there. nav2, against: whole Nav2 files, each with columns of its own. map, goals: a map on
+    which so many tasks are drawn. `out` keeps the logs in a new folder, of which
     `python -m drake_navbench.report` makes a report; `--resume` goes on with it unless a
     Preset or Scenario was given, which a manifest cannot name. Raises InputError where one is
     wrong, NavbenchError where trials came to no end by something that they did not do.
@@ -97,16 +103,32 @@ def run_benchmark(
         "sweeps": sweeps,
         "samples": samples,
     }
-    request = validate(Request, asked, "run_benchmark")
-    campaign = plan_campaign(
-        scenarios,
-        controllers,
-        trials=trials,
-        seed=seed,
-        robot=robot,
-        sweeps=sweeps,
-        samples=samples,
-    )
+    if isinstance(against, str | Path):
+        against = [against]
+    of_files = {
+        "nav2_files": [] if nav2 is None else [str(nav2)],
+        "against": [str(path) for path in against],
+        "map_task": None if map is None else {"map": str(map), "goals": goals},
+    }
+    if map is None and goals is not None:
+        raise InputError("run_benchmark: goals: expected a map as well")
+    if any(of_files.values()) and not is_told_by_names:
+        raise InputError(
+            "run_benchmark: nav2, against and map: expected controllers and scenarios by name"
+        )
+    request = validate(Request, asked | of_files, "run_benchmark")
+    if any(of_files.values()):
+        campaign = request.campaign()
+    else:
+        campaign = plan_campaign(
+            scenarios,
+            controllers,
+            trials=trials,
+            seed=seed,
+            robot=robot,
+            sweeps=sweeps,
+            samples=samples,
+        )
     temporary = tempfile.TemporaryDirectory() if out is None else None
     folder = ResultsFolder(out or Path(temporary.name if temporary else ""))
     with only_run_in(folder.path):
@@ -252,7 +274,9 @@ def _run(
         soft_wrap=True,
     )
     if len(campaign.nav2) > 1:
-        for verdict in verdicts_within(trials, columns_by_file(campaign), campaign.suites):
+        verdicts = verdicts_within(trials, columns_by_file(campaign), campaign.suites)
+        add_verdict(folder, " ".join(verdict.text for verdict in verdicts))
+        for verdict in verdicts:
             console.print(printable(f"Verdict: {verdict.text}"), soft_wrap=True)
             for detail in verdict.details:
                 console.print(printable(f"  {detail}"), soft_wrap=True)

@@ -83,6 +83,11 @@ def add_wall_clock(folder: ResultsFolder, wall_s: float) -> None:
     folder.write_manifest(manifest)
 
 
+def add_verdict(folder: ResultsFolder, text: str) -> None:
+    """Adds the verdict of the run, in words, to the manifest."""
+    folder.write_manifest({**folder.read_manifest(), "verdict": text})
+
+
 def add_cluster(folder: ResultsFolder, machines: Sequence[tuple[Fingerprint, int]]) -> str:
     """Adds to the manifest who drove how many trials; returns a warning where processors differ.
 
