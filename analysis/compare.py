@@ -15,9 +15,16 @@ from xml.etree import ElementTree
 
 import pandas as pd
 
-from drake_navbench.analysis.folder_analysis import analyse_folder, find_logs
+from drake_navbench.analysis.contests import (
+    Match,
+    contest_of,
+    matches_between,
+    matches_within,
+)
+from drake_navbench.analysis.folder_analysis import FolderAnalysis, analyse_folder, find_logs
 from drake_navbench.analysis.metrics.definition import Better
 from drake_navbench.analysis.metrics.registry import all_metrics
+from drake_navbench.analysis.pair_verdict import PairVerdict, pair_verdicts
 from drake_navbench.analysis.paired_tests import (
     DEFAULT_LISTED,
     DEFAULT_TOLERANCE,
@@ -41,6 +48,9 @@ from drake_navbench.analysis.paired_trials import Contest, LostTrial
 from drake_navbench.analysis.scenario_analysis import LeftOut
 from drake_navbench.errors import InputError, nearest_name_hint
 
+# That a comparison takes in a terminal unless all is asked for.
+MOST_LINES = 8
+
 
 class Unmatched(NamedTuple):
     """Trials of a controller in a scenario that cannot be compared. reason: which and why."""
@@ -59,7 +69,8 @@ class FolderComparison:
     """Every finding, and what could not be compared.
 
     listed: the metrics whose getting worse is a regression. unmatched: trials and columns that only
-    one of the folders has. left_out: unreadable files.
+    one of the folders has. left_out: unreadable files. contests: the tables that were compared,
+    one a folder. matches: the pairs of columns of each. analyses: of the folders.
     """
 
     baseline: str
@@ -67,6 +78,17 @@ class FolderComparison:
     judged: Judged
     unmatched: tuple[Unmatched, ...]
     left_out: tuple[LeftOut, ...]
+    contests: tuple[Contest, ...] = ()
+    matches: tuple[tuple[Match, ...], ...] = ()
+    analyses: tuple[FolderAnalysis, ...] = ()
+
+    def __str__(self) -> str:
+        return in_short(self)
+
+    @property
+    def verdicts(self) -> list[PairVerdict]:
+        """The verdict on each pair of columns, in words."""
+        return pair_verdicts(self.judged)
 
     @property
     def listed_findings(self) -> list[Finding]:
@@ -123,8 +145,11 @@ def compare_folders(
     listed: Sequence[str] = DEFAULT_LISTED,
     tolerance: float = DEFAULT_TOLERANCE,
     jobs: int = 2,
+    matches: Sequence[Match] = (),
 ) -> FolderComparison:
-    """Compares every folder with the first one.
+    """Compares every folder with the first one; of a single folder its columns with the first.
+
+    matches: columns of different names to compare; see `contests` for those that are found.
 
     listed: names of metrics whose getting worse counts as a regression; success_rate and touch_rate
     are always among them unless there is none: who fails has no time to the goal that could get
@@ -137,15 +162,18 @@ def compare_folders(
         find_logs(folder)
     analyses = [analyse_folder(folder, jobs=jobs) for folder in folders]
     baseline, *others = analyses
-    contests = [Contest(baseline.trials, other.trials, str(other.path)) for other in others]
+    found = [_matches(baseline, other, matches) for other in others]
+    found = found or [_matches_within(baseline, matches)]
+    contests = [
+        _contest(baseline, other, own)
+        for other, own in zip(others or [baseline], found, strict=True)
+    ]
     judged = judge_pairs(contests, listed=listed, tolerance=tolerance)
     compared = {finding.label for finding in judged.findings}
     unmatched: list[Unmatched] = []
     for contest in contests:
         if contest.label not in compared:
-            raise InputError(
-                f"{contest.label}: no scenario, controller and seed in common with {folders[0]}"
-            )
+            raise InputError(_nothing_common(contest, str(folders[0])))
         unmatched += _unmatched(contest.before, contest.after, contest.label)
     return FolderComparison(
         baseline=str(folders[0]),
@@ -157,7 +185,44 @@ def compare_folders(
             for a in analyses
             for entry in a.left_out
         ),
+        contests=tuple(contests),
+        matches=tuple(tuple(own) for own in found),
+        analyses=tuple(analyses),
     )
+
+
+def _columns(folder: FolderAnalysis) -> list[str]:
+    return list(dict.fromkeys(folder.trials["controller"]))
+
+
+def _matches(
+    baseline: FolderAnalysis, other: FolderAnalysis, asked: Sequence[Match]
+) -> list[Match]:
+    return matches_between(_columns(baseline), _columns(other), asked)
+
+
+def _matches_within(folder: FolderAnalysis, asked: Sequence[Match]) -> list[Match]:
+    """Returns the pairs of columns of one folder; raises InputError where it has one column."""
+    columns = _columns(folder)
+    if len(columns) < 2:
+        raise InputError(f"{folder.path}: has one column; expected a second folder to compare with")
+    return matches_within(columns, folder.manifest.get("nav2_columns", {}), asked)
+
+
+def _contest(baseline: FolderAnalysis, other: FolderAnalysis, matches: Sequence[Match]) -> Contest:
+    suites = {**baseline.manifest.get("suites", {}), **other.manifest.get("suites", {})}
+    return contest_of(baseline.trials, other.trials, matches, suites, str(other.path))
+
+
+def _nothing_common(contest: Contest, baseline: str) -> str:
+    """Returns why no trial of a contest has a partner, and what to do about it."""
+    before, after = (list(dict.fromkeys(t["controller"])) for t in contest[:2])
+    if not set(before) & set(after):
+        return (
+            f"{contest.label}: no column in common with {baseline}: {', '.join(after)} here, "
+            f"{', '.join(before)} there; --match OLD=NEW pairs two"
+        )
+    return f"{contest.label}: no scenario, controller and seed in common with {baseline}"
 
 
 def _checked(listed: Sequence[str]) -> tuple[str, ...]:
@@ -207,6 +272,17 @@ def to_markdown(comparison: FolderComparison) -> str:
         lines += [f"- {line}" for line in comparison.not_compared]
         lines.append("")
     return "\n".join(lines)
+
+
+def in_short(comparison: FolderComparison, most_lines: int = MOST_LINES) -> str:
+    """Returns the comparison as a few lines: the verdicts, and what they rest on."""
+    lines = []
+    for verdict in comparison.verdicts:
+        lines += [verdict.text, *(f"  {detail}" for detail in verdict.details)]
+    if len(lines) > most_lines:
+        left = len(lines) - most_lines + 1
+        lines = [*lines[: most_lines - 1], f"... and {left} more lines (--all)"]
+    return "\n".join(lines) + "\n"
 
 
 def to_junit(comparison: FolderComparison) -> str:

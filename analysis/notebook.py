@@ -11,6 +11,7 @@ from pathlib import Path
 import pandas as pd
 from matplotlib.figure import Figure
 
+from drake_navbench.analysis.figures.dots import dots_figure
 from drake_navbench.analysis.figures.motion import MotionSheet, sheet_of
 from drake_navbench.analysis.figures.style import Look, figure_style
 from drake_navbench.analysis.metrics.registry import all_metrics
@@ -44,6 +45,11 @@ class ReplayPage:
         address = escape(self.path.as_posix())
         frame = f'<iframe src="{address}" width="100%" height="{REPLAY_HEIGHT_PX}"></iframe>'
         return f'{frame}<p><a href="{address}">{address}</a></p>'
+
+
+def dots(trials: pd.DataFrame, metric: str) -> Picture:
+    """Returns a metric of every trial as a dot."""
+    return Picture(dots_figure(trials, metric))
 
 
 def metrics_of(log: TrialLog) -> pd.DataFrame:

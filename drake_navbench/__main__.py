@@ -24,6 +24,7 @@ COMMANDS = {
         "drake_navbench.commands.compare",
         "say what became better or worse between two folders",
     ),
+    "runs": ("drake_navbench.commands.runs", "list results folders; rename, tag, delete them"),
     "replay": ("drake_navbench.commands.replay", "render the replay of one trial from its log"),
     "tune": ("drake_navbench.commands.tune", "search parameters that beat a preset"),
     "train": ("drake_navbench.commands.train", "train a policy in the Gymnasium environment"),

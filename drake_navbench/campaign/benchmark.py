@@ -13,11 +13,12 @@ from pathlib import Path
 import pandas as pd
 from rich.console import Console
 
+from drake_navbench.analysis.pair_verdict import verdicts_within
 from drake_navbench.analysis.rank_changes import rank_changes
 from drake_navbench.analysis.sweeps import SUCCEEDED, long_table, response_table, swept_fields
 from drake_navbench.analysis.tables import scenario_table
 from drake_navbench.analysis.totals import told_by_totals, totals
-from drake_navbench.campaign.asked import listed_controllers, request_from_arguments, short_form
+from drake_navbench.campaign.asked import listed_controllers, request_from_arguments, told_of_files
 from drake_navbench.campaign.campaign import DEFAULT_TRIALS, Campaign, plan_campaign
 from drake_navbench.campaign.cluster_connection import (
     ClusterPlace,
@@ -30,8 +31,10 @@ from drake_navbench.campaign.driving import Undriven, run_campaign
 from drake_navbench.campaign.manifest import (
     Begun,
     add_cluster,
+    add_verdict,
     add_wall_clock,
     begin,
+    columns_by_file,
     complete,
     require_same_inputs,
 )
@@ -40,7 +43,7 @@ from drake_navbench.campaign.request import Request
 from drake_navbench.campaign.run_results import Results
 from drake_navbench.campaign.suite_console import print_rank_changes, print_totals
 from drake_navbench.campaign.warm_up import cold_parts, start_worker_server, warm_up
-from drake_navbench.errors import NavbenchError, printable
+from drake_navbench.errors import InputError, NavbenchError, printable
 from drake_navbench.inputs.presets import Preset, resolved_parameters
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.inputs.speed_check import lines_of
@@ -65,11 +68,16 @@ def run_benchmark(
     out: str | Path | None = None,
     sweeps: str | Sequence[str] = (),
     samples: int | None = None,
+    nav2: str | Path | None = None,
+    against: str | Path | Sequence[str | Path] = (),
+    map: str | Path | None = None,
+    goals: int | None = None,
 ) -> Results:
     """Runs a benchmark and returns its trials: a table with the metrics, and their logs.
 
     The arguments are those of the command line; several controllers may be one string with commas,
-    as there. `out` keeps the logs in a new folder, of which
+    as there. nav2, against: whole Nav2 files, each with columns of its own. map, goals: a map on
+    which so many tasks are drawn. `out` keeps the logs in a new folder, of which
     `python -m drake_navbench report` makes a report; `--resume` goes on with it unless a
     Preset or Scenario was given, which a manifest cannot name. Raises InputError where one is
     wrong, NavbenchError where trials came to no end by something that they did not do.
@@ -95,16 +103,32 @@ def run_benchmark(
         "sweeps": sweeps,
         "samples": samples,
     }
-    request = validate(Request, asked, "run_benchmark")
-    campaign = plan_campaign(
-        scenarios,
-        controllers,
-        trials=trials,
-        seed=seed,
-        robot=robot,
-        sweeps=sweeps,
-        samples=samples,
-    )
+    if isinstance(against, str | Path):
+        against = [against]
+    of_files = {
+        "nav2_files": [] if nav2 is None else [str(nav2)],
+        "against": [str(path) for path in against],
+        "map_task": None if map is None else {"map": str(map), "goals": goals},
+    }
+    if map is None and goals is not None:
+        raise InputError("run_benchmark: goals: expected a map as well")
+    if any(of_files.values()) and not is_told_by_names:
+        raise InputError(
+            "run_benchmark: nav2, against and map: expected controllers and scenarios by name"
+        )
+    request = validate(Request, asked | of_files, "run_benchmark")
+    if any(of_files.values()):
+        campaign = request.campaign()
+    else:
+        campaign = plan_campaign(
+            scenarios,
+            controllers,
+            trials=trials,
+            seed=seed,
+            robot=robot,
+            sweeps=sweeps,
+            samples=samples,
+        )
     temporary = tempfile.TemporaryDirectory() if out is None else None
     folder = ResultsFolder(out or Path(temporary.name if temporary else ""))
     with only_run_in(folder.path):
@@ -113,7 +137,7 @@ def run_benchmark(
         begin(folder, campaign, request if is_told_by_names else None, jobs)
         table, undriven, _ = run_campaign(campaign, folder, jobs=jobs)
     if undriven:
-        raise NavbenchError("\n".join(map(_undriven_line, undriven)))
+        raise NavbenchError("\n".join(_undriven_line(result) for result in undriven))
     return Results(table, folder.path, temporary)
 
 
@@ -141,6 +165,8 @@ def run_from_command_line(arguments: argparse.Namespace, *, began_s: float) -> b
         from drake_navbench.campaign.live import show_live
 
         return show_live(campaign, console)
+    for line in told_of_files(request, campaign.nav2):
+        console.print(line, soft_wrap=True)
     for preset in campaign.presets:
         if preset.read_as:
             told = f"{preset.source}: drives as in Nav2 {preset.read_as}"
@@ -152,9 +178,6 @@ def run_from_command_line(arguments: argparse.Namespace, *, began_s: float) -> b
     columns = {spec.preset.name: (spec.preset, spec.robot) for spec in campaign.specs}
     for told in lines_of(columns.values()):
         console.print(printable(told), soft_wrap=True)
-    if campaign.nav2 is not None:
-        for line in short_form(campaign.nav2):
-            console.print(line, soft_wrap=True)
     jobs = arguments.jobs or available_cores()
     cluster = cluster_place(arguments)
     if cluster is not None:
@@ -250,6 +273,13 @@ def _run(
         f"Open {folder.path / ('sweep.html' if campaign.sweep else 'report.html')}",
         soft_wrap=True,
     )
+    if len(campaign.nav2) > 1:
+        verdicts = verdicts_within(trials, columns_by_file(campaign), campaign.suites)
+        add_verdict(folder, " ".join(verdict.text for verdict in verdicts))
+        for verdict in verdicts:
+            console.print(printable(f"Verdict: {verdict.text}"), soft_wrap=True)
+            for detail in verdict.details:
+                console.print(printable(f"  {detail}"), soft_wrap=True)
     errors = trials[trials["outcome"] == Outcome.ERROR]
     for row in errors.itertuples():
         where = f"{row.scenario}, {row.controller}, trial {row.trial}"

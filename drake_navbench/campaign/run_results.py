@@ -8,7 +8,11 @@ from tempfile import TemporaryDirectory
 
 import pandas as pd
 
-from drake_navbench.analysis.notebook import ReplayPage, model_of
+from drake_navbench.analysis.compare import FolderComparison, compare_folders
+from drake_navbench.analysis.folder_analysis import analyse_folder
+from drake_navbench.analysis.metrics.registry import all_metrics
+from drake_navbench.analysis.notebook import Picture, ReplayPage, dots, model_of
+from drake_navbench.analysis.verdicts import comparable_trials, touch_counts, verdict
 from drake_navbench.errors import InputError, nearest_name_hint
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.logs.results import ResultsFolder, write_whole
@@ -27,6 +31,18 @@ class Results:
         self.trials = trials
         self.path = path
         self._temporary = temporary
+
+    @classmethod
+    def open(cls, path: str | Path, *, jobs: int = 1) -> Results:
+        """Returns the results of a folder, measured again only where it has no table of trials.
+
+        jobs: processes that measure. Raises InputError where it is no results folder.
+        """
+        folder = ResultsFolder(Path(path))
+        folder.read_manifest()
+        if folder.trials_path.is_file():
+            return cls(pd.read_parquet(folder.trials_path), folder.path)
+        return cls(analyse_folder(folder.path, jobs=jobs).trials, folder.path)
 
     def __len__(self) -> int:
         return len(self.trials)
@@ -55,6 +71,54 @@ class Results:
             if name not in known:
                 raise InputError(f"{column} {name!r} was not run{nearest_name_hint(name, known)}")
         return TrialLog.read(ResultsFolder(self.path).log_path(scenario, controller, trial))
+
+    def best(self, metric: str = "time_to_goal_s", scenario: str | None = None) -> str | None:
+        """Returns the controller that is shown to be best, None where the trials do not show one.
+
+        By the rules of the report's verdicts, over all scenarios unless one is named. Raises
+        InputError where the metric or the scenario is not known.
+        """
+        found = all_metrics()
+        names = [entry.name for entry in found]
+        if metric not in names:
+            raise InputError(f"metric {metric!r} is unknown{nearest_name_hint(metric, names)}")
+        trials = self.trials
+        if scenario is not None:
+            trials = trials[trials["scenario"] == scenario]
+            if trials.empty:
+                known = list(dict.fromkeys(self.trials["scenario"]))
+                raise InputError(
+                    f"scenario {scenario!r} was not run{nearest_name_hint(scenario, known)}"
+                )
+        parts = [comparable_trials(own, names) for _, own in trials.groupby("scenario", sort=False)]
+        pooled = pd.concat(parts)
+        seeds = pooled["scenario"].astype(str) + "/" + pooled["seed"].astype(str)
+        judged = verdict(
+            pooled.assign(seed=seeds, scenario=""),
+            "",
+            found[names.index(metric)],
+            anyone_arrived=bool((trials["outcome"] == "succeeded").any()),
+            touches=touch_counts(trials),
+        )
+        return None if judged is None else judged.best
+
+    def compare(self, other: Results | str | Path, *, jobs: int = 1) -> FolderComparison:
+        """Returns what became better or worse in another results folder; print it.
+
+        Columns of equal names are compared, and where each has one column left, these two.
+        """
+        path = other.path if isinstance(other, Results) else Path(other)
+        return compare_folders([self.path, path], jobs=jobs)
+
+    def plot(self, metric: str) -> Picture:
+        """Returns a picture of a metric: a dot a trial, a row a controller, a panel a scenario.
+
+        Raises InputError where the table has no such metric.
+        """
+        if metric not in self.trials:
+            names = [entry.name for entry in all_metrics()]
+            raise InputError(f"metric {metric!r} is unknown{nearest_name_hint(metric, names)}")
+        return dots(self.trials, metric)
 
     def report(self, *, jobs: int = 1) -> Path:
         """Makes tables, figures and report.html in the folder; returns the page's path."""

@@ -24,6 +24,8 @@ from drake_navbench.commands.command_line import (
 from drake_navbench.errors import InputError
 
 EXIT_REGRESSION = 1
+# Lines on regressions, on open losses and on what is not compared, unless all are asked for.
+MOST_OF_A_KIND = 4
 
 EPILOG = """\
 Trials of equal seed are paired. Arrivals and touches are judged by the exact
@@ -50,7 +52,24 @@ def build_parser() -> argparse.ArgumentParser:
     )
     add = parser.add_argument
     add("baseline", type=Path, metavar="BASELINE", help="the results folder to compare with")
-    add("others", type=Path, nargs="+", metavar="OTHER", help="results folders to judge")
+    add(
+        "others",
+        type=Path,
+        nargs="*",
+        metavar="OTHER",
+        help="results folders to judge; without one the columns of BASELINE are compared with its "
+        "first",
+    )
+    add(
+        "--match",
+        action="append",
+        default=[],
+        metavar="OLD=NEW",
+        help="compare these columns, whatever their names (equal names, then the one column that "
+        "each folder has left)",
+    )
+    add("--all", action="store_true", help="print every change, not 20 lines")
+    add("--html", type=Path, metavar="FILE", help="also write a page, to be read or handed on")
     add(
         "--fail-on",
         metavar="LIST",
@@ -65,7 +84,7 @@ def build_parser() -> argparse.ArgumentParser:
         metavar="PERCENT",
         help="smaller changes of a mean are none (1)",
     )
-    add("--markdown", type=Path, metavar="FILE", help="where the report goes (standard output)")
+    add("--markdown", type=Path, metavar="FILE", help="also write every change as Markdown")
     add("--junit", type=Path, metavar="FILE", help="also write JUnit XML")
     add(
         "--require-all",
@@ -86,6 +105,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _compare(arguments: argparse.Namespace) -> int:
     from drake_navbench.analysis import compare
+    from drake_navbench.analysis.contests import read_matches
     from drake_navbench.analysis.paired_tests import DEFAULT_LISTED
     from drake_navbench.analysis.paired_text import lost_lines, sentence
 
@@ -94,19 +114,30 @@ def _compare(arguments: argparse.Namespace) -> int:
         listed=_listed(arguments.fail_on, DEFAULT_LISTED),
         tolerance=arguments.tolerance,
         jobs=arguments.jobs,
+        matches=read_matches(arguments.match),
     )
-    text = compare.to_markdown(comparison)
-    _write(arguments.markdown, text)
+    if arguments.markdown is not None:
+        _write(arguments.markdown, compare.to_markdown(comparison))
+    if arguments.all or arguments.markdown is None:
+        shown = compare.to_markdown if arguments.all else compare.in_short
+        _write(None, shown(comparison))
+    if arguments.html is not None:
+        from drake_navbench.analysis.compare_page import write_compare_page
+
+        write_compare_page(comparison, arguments.html)
     if arguments.junit is not None:
         _write(arguments.junit, compare.to_junit(comparison))
-    for line in lost_lines(comparison.errors):
-        print(f"regression: {line}", file=sys.stderr)
-    for finding in comparison.regressions:
-        print(f"regression: {sentence(finding)}", file=sys.stderr)
-    for line in comparison.undecided_losses:
-        print(f"not decided: {line}", file=sys.stderr)
-    for line in comparison.not_compared:
-        print(f"not compared: {line}", file=sys.stderr)
+    found = {
+        "regression": [*lost_lines(comparison.errors), *map(sentence, comparison.regressions)],
+        "not decided": comparison.undecided_losses,
+        "not compared": comparison.not_compared,
+    }
+    for kind, lines in found.items():
+        most = len(lines) if arguments.all or arguments.markdown else MOST_OF_A_KIND
+        for line in lines[:most]:
+            print(f"{kind}: {line}", file=sys.stderr)
+        if lines[most:]:
+            print(f"{kind}: {len(lines) - most} more (--all)", file=sys.stderr)
     print(comparison.summary, file=sys.stderr)
     worse = comparison.regressions or comparison.errors
     fails = worse or (arguments.require_all and comparison.not_compared)

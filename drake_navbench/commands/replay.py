@@ -10,9 +10,13 @@ import sys
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from drake_navbench.commands.command_line import CommandParser, exit_status_of
 from drake_navbench.errors import InputError, one_line
+
+if TYPE_CHECKING:
+    from drake_navbench.logs.log import TrialLog
 
 
 def build_parser() -> argparse.ArgumentParser:
@@ -28,6 +32,12 @@ def build_parser() -> argparse.ArgumentParser:
         type=Path,
         metavar="LOG|DIR",
         help="a trial's log, trials/*/*/trial_*.parquet, or a results folder: its worst trial",
+    )
+    add(
+        "--beside",
+        type=Path,
+        metavar="LOG",
+        help="another trial of the same scenario, of another column, on the same page",
     )
     add(
         "--out",
@@ -52,8 +62,9 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _replay(arguments: argparse.Namespace) -> None:
     log = _worst_of(arguments.log) if arguments.log.is_dir() else arguments.log
-    path = arguments.out or log.with_suffix(".html")
-    render(log, path, arguments.model)
+    suffix = ".html" if arguments.beside is None else ".beside.html"
+    path = arguments.out or log.with_suffix(suffix)
+    render(log, path, arguments.model, arguments.beside)
     print(path)
 
 
@@ -63,17 +74,26 @@ def _worst_of(folder: Path) -> Path:
     return worst_trial(folder)
 
 
-def render(log_path: Path, path: Path, model: Path | None) -> None:
-    """Writes the replay of a log; raises InputError where there is nothing to show, or no model."""
+def render(log_path: Path, path: Path, model: Path | None, beside: Path | None = None) -> None:
+    """Writes the replay of a log, or of two on one page.
+
+    Raises InputError where there is nothing to show, no model, or the two are of one column or of
+    two scenarios.
+    """
     from pydantic import ValidationError
 
-    from drake_navbench.analysis.replay import write_trial_replay
+    from drake_navbench.analysis.replay import write_race_replay, write_trial_replay
     from drake_navbench.logs.log import TrialLog
     from drake_navbench.logs.results import ResultsFolder, write_whole
 
-    log = TrialLog.read(log_path)
-    if log.samples.empty:
-        raise InputError(f"{log_path}: the trial ended before its first sample; nothing to show")
+    paths = [log_path] if beside is None else [log_path, beside]
+    logs = [TrialLog.read(entry) for entry in paths]
+    log = logs[0]
+    for entry, own in zip(paths, logs, strict=True):
+        if own.samples.empty:
+            raise InputError(f"{entry}: the trial ended before its first sample; nothing to show")
+    if beside is not None:
+        _require_a_race(log, logs[1], beside)
     if model is not None and not model.is_file():
         raise InputError(f"--model {model}: no such file")
     columns: list[str] = []
@@ -84,7 +104,11 @@ def render(log_path: Path, path: Path, model: Path | None) -> None:
     try:
         write_whole(
             path,
-            lambda unfinished: write_trial_replay(log, unfinished, model=shown, columns=columns),
+            lambda unfinished: (
+                write_trial_replay(log, unfinished, model=shown, columns=columns)
+                if beside is None
+                else write_race_replay(logs, unfinished, model=shown, columns=columns)
+            ),
         )
     except ValidationError as error:
         fault = error.errors()[0]
@@ -98,6 +122,17 @@ def render(log_path: Path, path: Path, model: Path | None) -> None:
     except RuntimeError as error:
         # Drake's, of a model that it cannot parse.
         raise InputError(f"{shown or log_path}: cannot be drawn: {error}") from error
+
+
+def _require_a_race(log: TrialLog, other: TrialLog, path: Path) -> None:
+    """Raises InputError where two trials cannot be shown in one world by two colours."""
+    names = [entry.info["scenario"]["name"] for entry in (log, other)]
+    if names[0] != names[1]:
+        raise InputError(f"--beside {path}: is of {names[1]}, expected a trial of {names[0]}")
+    if log.info["controller"] == other.info["controller"]:
+        raise InputError(
+            f"--beside {path}: both are of the column {log.info['controller']!r}; expected another"
+        )
 
 
 def _built_in_model(name: object) -> Path | None:

@@ -21,10 +21,13 @@ from drake_navbench.commands.command_line import (
 )
 
 EPILOG = """\
-example:
+examples:
   drake-navbench tune rpp --scenarios doorway,one_obstacle \\
       --held-out static_obstacles --objectives time,clearance,jerk \\
       --out tuning/rpp
+  drake-navbench tune --nav2 nav2_params.yaml --map map.yaml --goals 10 \\
+      --parameter local_costmap.inflation_layer.inflation_radius=0.3:1.0 \\
+      --out tuning/mine
 
 exit status: 0 done, 1 a trial came to no end, 2 wrong input or a full disk, 130
 interrupted (the same command goes on after a full disk or an interruption)
@@ -51,8 +54,28 @@ def build_parser() -> argparse.ArgumentParser:
 def _add_subject(parser: argparse.ArgumentParser) -> None:
     """Adds the options of the search: preset, parameters, scenarios, objectives."""
     add = parser.add_argument
-    add("preset", metavar="PRESET", help="the baseline, such as rpp, or a variant of it")
-    add("--scenarios", required=True, type=listed_names, metavar="LIST", help="where to search")
+    add(
+        "preset",
+        metavar="PRESET",
+        nargs="?",
+        default="",
+        help="the baseline, such as rpp, or a variant of it",
+    )
+    add(
+        "--nav2",
+        type=Path,
+        metavar="FILE",
+        help="instead of PRESET: a whole Nav2 file; the result is a patch of it",
+    )
+    add("--plugin", metavar="NAME", help="of the file's controllers (its only one)")
+    add("--scenarios", type=listed_names, default=(), metavar="LIST", help="where to search")
+    add(
+        "--map",
+        type=Path,
+        metavar="FILE",
+        help="with --nav2: a map to search on, with --goals; as many other goals are held out",
+    )
+    add("--goals", type=positive_number, default=0, metavar="N", help="tasks to draw on the map")
     add(
         "--objectives",
         type=listed_names,
@@ -72,7 +95,8 @@ def _add_subject(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME=VALUES",
-        help="LOW:HIGH, LOW:HIGH:log or A,B,C; searches these instead of the controller's own list",
+        help="LOW:HIGH, LOW:HIGH:log or A,B,C; searches these instead of the controller's own "
+        "list; of a Nav2 file also those of other nodes, local_costmap.PARAMETER",
     )
 
 
@@ -163,6 +187,10 @@ def _tune(arguments: argparse.Namespace, command: str) -> None:
         jobs=arguments.jobs or available_cores(),
         out=arguments.out.absolute(),
         command=command,
+        nav2=arguments.nav2,
+        plugin=arguments.plugin,
+        map_file=arguments.map,
+        goals=arguments.goals,
         search_only=arguments.search_only,
     )
     tune(request, partial(print, flush=True))

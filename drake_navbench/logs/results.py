@@ -101,6 +101,7 @@ class _Manifest(FrozenModel):
     inputs: dict[str, str] = Field(default_factory=dict)
     stand_ins: tuple[str, ...] = ()
     stand_ins_of_columns: dict[str, tuple[str, ...]] = Field(default_factory=dict)
+    nav2_columns: dict[str, dict[str, str]] = Field(default_factory=dict)
     sweep: dict[str, dict[str, _Origin]] = Field(default_factory=dict)
     packages: dict[str, str] = Field(default_factory=dict)
     plugins: dict[str, str] = Field(default_factory=dict)

@@ -95,7 +95,7 @@ def test_a_tolerance_lets_small_changes_pass(folders):
 def test_a_loss_that_so_few_trials_cannot_decide_is_told_and_fails_nothing(
     folders, capsys, folder, first
 ):
-    arguments = [str(folders["main"]), str(folders[folder]), "--jobs", "1"]
+    arguments = [str(folders["main"]), str(folders[folder]), "--jobs", "1", "--all"]
     assert command.main([*arguments, "--fail-on", "min_clearance_m"]) == 0
     shown = capsys.readouterr()
     lines = [line for line in shown.err.splitlines() if line.startswith("not decided: ")]
@@ -158,7 +158,7 @@ def test_the_command_exits_1_on_a_regression_and_writes_junit(folders, tmp_path,
 
 
 def test_the_command_exits_0_without_one_and_prints_markdown(folders, capsys):
-    arguments = [str(folders["slow"]), str(folders["main"]), "--jobs", "1"]
+    arguments = [str(folders["slow"]), str(folders["main"]), "--jobs", "1", "--all"]
     assert command.main(arguments) == 0
     assert "## Better" in capsys.readouterr().out
 
@@ -197,12 +197,10 @@ def test_a_report_that_cannot_be_written_is_status_2(folders, tmp_path, capsys):
 def test_folders_without_a_common_trial_are_refused(folders, tmp_path):
     other = write_folder(tmp_path / "other")
     for path in other.glob("trials/*/*/trial_*.parquet"):
-        if path.parent.parent.name == "empty" or "rpp_" in path.parent.name:
+        if path.parent.parent.name == "empty":
             path.unlink()
     half = write_folder(tmp_path / "half")
-    for path in half.glob("trials/own_corridor/rpp/trial_*.parquet"):
-        path.unlink()
-    for path in half.glob("trials/empty/*/trial_*.parquet"):
+    for path in half.glob("trials/own_corridor/*/trial_*.parquet"):
         path.unlink()
     with pytest.raises(InputError, match="in common"):
         compared(other, half)

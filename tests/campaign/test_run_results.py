@@ -10,6 +10,10 @@ from drake_navbench import TrialLog, run_benchmark
 from drake_navbench.campaign.run_results import Results
 from drake_navbench.errors import InputError
 
+REPOSITORY = Path(__file__).parents[2]
+JAZZY = REPOSITORY / "tests" / "inputs" / "nav2_files" / "jazzy.yaml"
+WARD = REPOSITORY / "scenarios" / "maps" / "ward.yaml"
+
 
 @pytest.fixture(scope="module")
 def results():
@@ -69,3 +73,16 @@ def test_a_temporary_folder_goes_with_its_results():
     assert path.is_dir()
     del results
     assert not path.exists()
+
+
+def test_whole_nav2_files_and_a_map_are_asked_for_in_python(tmp_path):
+    with pytest.raises(InputError, match="drive alike"):
+        run_benchmark(nav2=JAZZY, against=JAZZY, map=WARD, goals=1, trials=1)
+    with pytest.raises(InputError, match="expected a map as well"):
+        run_benchmark(nav2=JAZZY, goals=1)
+    other = tmp_path / "other.yaml"
+    other.write_text(JAZZY.read_text().replace("vx_max: 0.4", "vx_max: 0.3"))
+    found = run_benchmark(nav2=JAZZY, against=other, map=WARD, goals=1, trials=1, jobs=1)
+    assert list(found.trials["controller"]) == ["jazzy", "other"]
+    speeds = found.trials.set_index("controller")["avg_linear_speed"]
+    assert speeds["other"] < speeds["jazzy"]

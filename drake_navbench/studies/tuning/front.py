@@ -20,8 +20,7 @@ from drake_navbench.studies.tuning.guards import (
 )
 from drake_navbench.studies.tuning.judgement import Judged, driven_in, judge, winner_of
 from drake_navbench.studies.tuning.objectives import Objective
-from drake_navbench.studies.tuning.outputs import write_nav2_file, write_preset_file
-from drake_navbench.studies.tuning.request import TuningRequest
+from drake_navbench.studies.tuning.request import TuningRequest, names_of
 from drake_navbench.studies.tuning.search_space import SearchSpace
 from drake_navbench.studies.tuning.study import Configuration
 
@@ -50,15 +49,16 @@ def judge_front(
         replace(
             space.candidate(entry.parameters),
             name=name,
-            description=f"{request.preset}, tuned in {', '.join(request.scenarios)}",
+            description=f"{request.preset}, tuned in {request.place}",
         )
         for name, entry in zip(names, front, strict=True)
     ]
     guarded = _guarded(request, [space.baseline, *columns], tell)
     judged = _judged(request, [space.baseline, *columns], objectives, tell)
     # What is there is of an earlier front, whose points had these names, too.
-    for path in (request.out / FRONT).glob("*_tuned_*.yaml"):
-        path.unlink()
+    for suffix in ("yaml", "patch"):
+        for path in (request.out / FRONT).glob(f"*_tuned_*.{suffix}"):
+            path.unlink()
     for index, (entry, column) in enumerate(zip(front, columns, strict=True)):
         parts = {part: found[index] for part, found in judged.items()}
         point = _point(entry, column, parts, guarded[column.name])
@@ -69,7 +69,9 @@ def judge_front(
         else:
             result["front"].append(point)
             tell(f"{column.name}: {_untouched(point)}")
-            _write_files(request, column, result["digest"])
+            remarks = [f"made by: {request.command}", f"study: {result['digest']}"]
+            stem = request.out / FRONT / file_name(column.name)
+            space.write(column, entry.parameters, stem, remarks)
     kept = {point["name"] for point in result["front"]}
     decisive = [entry for entry in judged.get(HELD_OUT, judged[FRESH]) if entry.column in kept]
     best = winner_of(decisive)
@@ -136,12 +138,13 @@ def _judged(
         parts[HELD_OUT] = (request.held_out, SEED_OF_HELD_OUT)
     judged = {}
     for part, (scenarios, further_seed) in parts.items():
-        tell(f"Driving the front of {len(columns) - 1} in {', '.join(scenarios)} ...")
+        shown = ", ".join(names_of(scenarios)) if not request.goals else f"{part} tasks"
+        tell(f"Driving the front of {len(columns) - 1} in {shown} ...")
         trials = driven_in(
             request.out / part,
             scenarios,
             columns,
-            trials=request.fresh,
+            trials=request.fresh_trials,
             seed=request.seed + further_seed,
             robot=request.robot,
             jobs=request.jobs,
@@ -172,14 +175,6 @@ def _point(
         **{part: found.as_data() for part, found in judged.items()},
         **guarded,
     }
-
-
-def _write_files(request: TuningRequest, column: Preset, digest: str) -> None:
-    remarks = [f"made by: {request.command}", f"study: {digest}"]
-    folder, stem = request.out / FRONT, file_name(column.name)
-    write_preset_file(column, folder / f"{stem}.preset.yaml", remarks)
-    if column.controller_class.nav2_plugin is not None:
-        write_nav2_file(column, folder / f"{stem}.nav2.yaml", remarks)
 
 
 def _gap_line(point: dict[str, Any], objectives: Sequence[Objective]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import yaml
@@ -14,7 +15,7 @@ from drake_navbench.releases import RELEASE_FIELD
 PLUGIN = "FollowPath"
 
 
-def write_nav2_file(preset: Preset, path: Path, remarks: list[str]) -> None:
+def write_nav2_file(preset: Preset, path: Path, remarks: Sequence[str]) -> None:
     """Writes the controller server's part of a Nav2 parameter file; remarks: its first lines.
 
     It has what the preset sets; what it leaves at Nav2's defaults is not written. A controller that
@@ -30,7 +31,7 @@ def write_nav2_file(preset: Preset, path: Path, remarks: list[str]) -> None:
     write_text(path, _commented(remarks) + text)
 
 
-def write_preset_file(preset: Preset, path: Path, remarks: list[str]) -> None:
+def write_preset_file(preset: Preset, path: Path, remarks: Sequence[str]) -> None:
     """Writes a preset file that has what the preset sets; remarks: its first lines."""
     content = {
         "controller": preset.controller,
@@ -45,5 +46,5 @@ def write_preset_file(preset: Preset, path: Path, remarks: list[str]) -> None:
     write_text(path, _commented(remarks) + yaml.safe_dump(content, sort_keys=False))
 
 
-def _commented(remarks: list[str]) -> str:
+def _commented(remarks: Sequence[str]) -> str:
     return "".join(f"# {line}\n" for line in remarks)

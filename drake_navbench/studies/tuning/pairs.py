@@ -12,6 +12,8 @@ from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.campaign.trial_tasks import TRIALS_PER_WORKER
 from drake_navbench.campaign.warm_up import start_worker_server
 from drake_navbench.inputs.presets import Preset
+from drake_navbench.inputs.robot import Robot
+from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.logs.log import TrialLog
 from drake_navbench.processes.worker_process import Raised, Returned
 from drake_navbench.processes.workers import Ending, Task, run_tasks
@@ -24,13 +26,13 @@ Row = dict[str, Any]
 
 
 def planned_pairs(
-    baseline: Preset, scenarios: Sequence[str], robot: str, count: int, seed: int
+    baseline: Preset, scenarios: Sequence[str | Scenario], robot: str, count: int, seed: int
 ) -> list[TrialSpec]:
     """Returns `count` trials of the baseline, one scenario after the other in turn.
 
     So a configuration meets every scenario early. Raises InputError.
     """
-    trials = -(-count // len(set(scenarios)))
+    trials = -(-count // len({str(entry) for entry in scenarios}))
     campaign = plan_campaign(
         scenarios, [baseline], trials=trials, seed=seed, robot=robot, keeps_costmaps=False
     )
@@ -39,13 +41,20 @@ def planned_pairs(
 
 def with_column(specs: Sequence[TrialSpec], preset: Preset) -> list[TrialSpec]:
     """Returns the same trials driven by another column; raises InputError where it cannot be."""
-    columns: dict[int, Preset] = {}
+    columns: dict[int, tuple[Preset, Robot]] = {}
     for spec in specs:
         if id(spec.robot) not in columns:
-            fitted = preset.for_robot(spec.robot)
-            check_controller(fitted, spec.robot)
-            columns[id(spec.robot)] = fitted
-    return [replace(spec, preset=columns[id(spec.robot)]) for spec in specs]
+            robot = spec.robot
+            if preset.stack is not None:
+                robot = spec.scenario.load_robot(preset.stack)
+            fitted = preset.for_robot(robot)
+            if robot not in [checked for _, checked in columns.values()]:
+                check_controller(fitted, robot)
+            columns[id(spec.robot)] = fitted, robot
+    return [
+        replace(spec, preset=columns[id(spec.robot)][0], robot=columns[id(spec.robot)][1])
+        for spec in specs
+    ]
 
 
 def measure(specs: Sequence[TrialSpec], *, jobs: int) -> list[Row]:

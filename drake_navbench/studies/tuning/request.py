@@ -2,25 +2,35 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from drake_navbench.campaign.request import MAX_TRIALS
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.robot import Robot
+from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.studies.tuning.study import Sampler
+from drake_navbench.trial.goal_sampling import sample_tasks
+
+HELD_OUT = "held_out"
+# Tasks of this further seed are held out.
+SEED_OF_OTHER_TASKS = 4
 
 
 @dataclass(frozen=True)
 class TuningRequest:
     """The arguments of a search; `command` is the one that the files name as their maker.
 
-    fresh: trials a scenario of the front on fresh seeds, and in each held-out scenario.
+    preset: of the baseline; '' for that of `nav2`, a Nav2 file whose controller `plugin` drives.
+    fresh: trials a scenario of the front on fresh seeds, and in each held-out scenario. map_file,
+    goals: a map on which so many tasks are drawn for the search, and as many others are held out.
     """
 
     preset: str
-    scenarios: tuple[str, ...]
+    scenarios: tuple[str | Scenario, ...]
     objectives: tuple[str, ...]
-    held_out: tuple[str, ...]
+    held_out: tuple[str | Scenario, ...]
     parameters: tuple[str, ...]
     configurations: int
     most_pairs: int
@@ -33,13 +43,53 @@ class TuningRequest:
     out: Path
     command: str
     search_only: bool = False
+    nav2: Path | None = None
+    plugin: str | None = None
+    map_file: Path | None = None
+    goals: int = 0
+
+    @property
+    def fresh_trials(self) -> int:
+        """Trials of each scenario in which the front is judged; a task on a map counts once."""
+        return 1 if self.goals else self.fresh
+
+    @property
+    def place(self) -> str:
+        """Where is searched, for messages."""
+        if self.map_file is not None:
+            return f"{self.goals} tasks on {self.map_file.name}"
+        return ", ".join(names_of(self.scenarios))
+
+    def with_tasks(self, robot: Robot) -> TuningRequest:
+        """Returns the request with the tasks that are drawn on its map for a robot's outline."""
+        if self.map_file is None:
+            return self
+        drawn = [
+            sample_tasks(self.map_file, robot, self.goals, seed=self.seed + further)
+            for further in (0, SEED_OF_OTHER_TASKS)
+        ]
+        other = [task.model_copy(update={"name": f"{task.name}_{HELD_OUT}"}) for task in drawn[1]]
+        return replace(self, scenarios=tuple(drawn[0]), held_out=tuple(other))
+
+
+def names_of(scenarios: Sequence[str | Scenario]) -> tuple[str, ...]:
+    """Returns the names of scenarios."""
+    return tuple(s if isinstance(s, str) else s.name for s in scenarios)
 
 
 def require_scenarios_and_bounds(request: TuningRequest) -> None:
     """Raises InputError where no scenario is named, one is named twice, or a count is too large."""
-    if not request.scenarios:
-        raise InputError("--scenarios: expected at least one")
-    doubled = sorted(set(request.scenarios) & set(request.held_out))
+    if bool(request.preset) == (request.nav2 is not None):
+        raise InputError("expected either PRESET or --nav2 FILE")
+    if (request.map_file is None) != (not request.goals):
+        raise InputError("--map: expected --goals N with it, and --goals only with --map")
+    if request.map_file is not None and request.nav2 is None:
+        raise InputError("--map: expected --nav2 FILE with it; a preset takes --scenarios")
+    if not request.scenarios and request.map_file is None:
+        raise InputError("--scenarios: expected at least one, or --map FILE with --goals N")
+    if request.scenarios and request.map_file is not None:
+        raise InputError("--scenarios: expected none beside --map")
+    doubled = sorted(set(names_of(request.scenarios)) & set(names_of(request.held_out)))
     if doubled:
         raise InputError(f"--held-out {doubled[0]}: is searched in; expected another scenario")
     counts = {

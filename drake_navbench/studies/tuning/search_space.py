@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pydantic import Field, ValidationError
@@ -13,6 +14,7 @@ from drake_navbench.controller import CONTROLLERS
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.plugins.names import flattened
+from drake_navbench.studies.tuning.outputs import write_nav2_file, write_preset_file
 from drake_navbench.typed_files.typed_yaml import FrozenModel, read_yaml, validate
 
 if TYPE_CHECKING:
@@ -70,6 +72,14 @@ class SearchSpace:
         """Returns the column with these values; raises InputError where they do not go together."""
         return column_at(self.baseline, values, "--parameter")
 
+    def write(
+        self, column: Preset, values: Mapping[str, Any], stem: Path, remarks: Sequence[str]
+    ) -> None:
+        """Writes a column with these values as a preset file and, of a plugin, a Nav2 file."""
+        write_preset_file(column, stem.with_name(f"{stem.name}.preset.yaml"), remarks)
+        if column.controller_class.nav2_plugin is not None:
+            write_nav2_file(column, stem.with_name(f"{stem.name}.nav2.yaml"), remarks)
+
 
 def plain_values(values: Mapping[str, Any]) -> dict[str, Any]:
     """Returns values with no more digits than anybody would write into a file."""
@@ -85,7 +95,7 @@ def search_space(baseline: Preset, asked: Sequence[str] = ()) -> SearchSpace:
     asked: NAME=LOW:HIGH, NAME=LOW:HIGH:log or NAME=A,B,C; without any, what the controller's own
     tuning.yaml lists. Raises InputError, also where there is none.
     """
-    texts = list(asked) or _own_texts(baseline)
+    texts = list(asked) or own_texts(baseline)
     resolved = dict(flattened(baseline.parameters.model_dump(mode="json")))
     dimensions = [parse_dimension(text, resolved) for text in texts]
     names = [entry.name for entry in dimensions]
@@ -118,7 +128,8 @@ def _is_fault_of(error: BaseException | None, name: str) -> bool:
     return any(fault["loc"][-1:] == (last,) for fault in error.errors(include_url=False))
 
 
-def _own_texts(baseline: Preset) -> list[str]:
+def own_texts(baseline: Preset) -> list[str]:
+    """Returns what the tuning.yaml of a preset's controller searches; raises InputError."""
     folder = None if baseline.file is not None else CONTROLLERS.folder(baseline.controller)
     path = None if folder is None else folder / FILE_NAME
     if path is None or not path.is_file():

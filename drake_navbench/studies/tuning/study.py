@@ -131,7 +131,8 @@ def drive_baseline(trials: Trials, objectives: Sequence[Objective], *, jobs: int
     Raises InputError where the pairs leave nothing to compare with.
     """
     rows = measure([*trials.pairs, *trials.closed, *trials.worlds], jobs=jobs)
-    require_comparable(rows[: len(trials.pairs)], objectives)
+    tasks = {spec.scenario.name for spec in trials.pairs if spec.scenario.suite is not None}
+    require_comparable(rows[: len(trials.pairs)], objectives, tasks)
     return rows
 
 

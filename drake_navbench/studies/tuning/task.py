@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Mapping
 from typing import Any
 
 from pydantic import ConfigDict, Field
@@ -43,12 +44,18 @@ class TuningTask(FrozenModel):
         return hashlib.sha256(text.encode()).hexdigest()
 
 
-def tuning_task(baseline: Preset, **asked: Any) -> TuningTask:
-    """Returns the task of a preset; asked: the other fields. Raises InputError."""
+def tuning_task(
+    baseline: Preset, of_file: Mapping[str, Any] | None = None, **asked: Any
+) -> TuningTask:
+    """Returns the task of a preset.
+
+    of_file: what else tells its parameters, of a Nav2 file. asked: the other fields. Raises
+    InputError.
+    """
     own = {
         "drake_navbench": __version__,
         "baseline": baseline.name,
-        "parameters": baseline.parameters.model_dump(mode="json"),
+        "parameters": baseline.parameters.model_dump(mode="json") | dict(of_file or {}),
     }
     return validate(TuningTask, own | asked, "command line")
 

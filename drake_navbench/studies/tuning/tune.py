@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
+from dataclasses import replace
+from hashlib import sha256
 from typing import Any
 
 from drake_navbench.analysis.tuning_page import RESULT_NAME, write_tuning_page
@@ -19,9 +21,14 @@ from drake_navbench.studies.tuning.guards import (
     touches_of,
 )
 from drake_navbench.studies.tuning.journal import JOURNAL, open_study
+from drake_navbench.studies.tuning.nav2_space import FileSpace, current_values, file_space
 from drake_navbench.studies.tuning.objectives import Objective, chosen_objectives, require_random
 from drake_navbench.studies.tuning.pairs import measure, planned_pairs
-from drake_navbench.studies.tuning.request import TuningRequest, require_scenarios_and_bounds
+from drake_navbench.studies.tuning.request import (
+    TuningRequest,
+    names_of,
+    require_scenarios_and_bounds,
+)
 from drake_navbench.studies.tuning.search_space import SearchSpace, search_space
 from drake_navbench.studies.tuning.study import (
     Configuration,
@@ -46,13 +53,15 @@ def tune(request: TuningRequest, tell: Callable[[str], None]) -> None:
     """
     objectives = chosen_objectives(request.objectives)
     require_scenarios_and_bounds(request)
-    baseline = load_preset(request.preset)
-    space = search_space(baseline, request.parameters)
+    space = _space_of(request)
+    baseline = space.baseline
+    if baseline.stack is not None:
+        request = replace(request, preset=baseline.name).with_tasks(baseline.stack)
     guards = guards_for(
         baseline, request.robot, seed=request.seed, first=0, worlds=WORLDS_IN_SEARCH
     )
     trials = _planned_trials(request, baseline, guards)
-    if request.held_out:
+    if request.held_out and not request.goals:
         _require_chance_in(request, baseline, objectives)
     task = _task_of(request, baseline, space, guards)
     if (request.out / JOURNAL).exists():
@@ -89,6 +98,12 @@ def tune(request: TuningRequest, tell: Callable[[str], None]) -> None:
         )
     write_text(request.out / RESULT_NAME, json.dumps(result, indent=1) + "\n")
     tell(f"Open {write_tuning_page(request.out)}")
+
+
+def _space_of(request: TuningRequest) -> SearchSpace:
+    if request.nav2 is None:
+        return search_space(load_preset(request.preset), request.parameters)
+    return file_space(request.nav2, request.plugin, request.robot, request.parameters)
 
 
 def _planned_trials(request: TuningRequest, baseline: Preset, guards: Guards) -> Trials:
@@ -144,10 +159,15 @@ def _require_chance_in(
 def _task_of(
     request: TuningRequest, baseline: Preset, space: SearchSpace, guards: Guards
 ) -> TuningTask:
+    of_file = {}
+    if isinstance(space, FileSpace):
+        # The whole text: another file of the same name is another task.
+        of_file = {"file": sha256(space.text.encode()).hexdigest(), **current_values(space)}
     return tuning_task(
         baseline,
+        of_file,
         searched=[str(dimension) for dimension in space.dimensions],
-        scenarios=request.scenarios,
+        scenarios=names_of(request.scenarios),
         guards=guards.names,
         robot=request.robot,
         objectives=request.objectives,
@@ -181,7 +201,7 @@ def _result(
         "digest": task.digest,
         "command": request.command,
         "sampler": request.sampler,
-        "held_out": list(request.held_out),
+        "held_out": list(names_of(request.held_out)),
         "left_out": guards.left_out,
         "configurations": [
             {

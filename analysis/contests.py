@@ -1,0 +1,166 @@
+"""Which trials are set against each other: columns of two tables or of one, tasks of a suite.
+
+The tasks of a suite, such as the goals that are drawn on a map, count as one scenario in which each
+task is one pair: trials of one task are not independent of each other.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import pandas as pd
+
+from drake_navbench.analysis.paired_trials import Contest
+from drake_navbench.errors import InputError, nearest_name_hint
+from drake_navbench.logs.log import Outcome
+
+ARROW = " -> "
+# The outcome of a task: the worst one among its trials.
+WORST_FIRST = (Outcome.ERROR, Outcome.COLLIDED)
+
+
+class Match(NamedTuple):
+    """A column of the base, and the one that is judged against it."""
+
+    old: str
+    new: str
+
+    @property
+    def name(self) -> str:
+        """The name under which both are compared, 'old -> new'."""
+        return self.old if self.old == self.new else f"{self.old}{ARROW}{self.new}"
+
+
+def matches_between(
+    before: Sequence[str], after: Sequence[str], asked: Sequence[Match] = ()
+) -> list[Match]:
+    """Returns which columns of two folders are compared.
+
+    Those of equal names; where then each folder has one column left, these two. asked: before all
+    others. Raises InputError where an asked column is not there or is asked for twice.
+    """
+    _require_known([match.old for match in asked], before)
+    _require_known([match.new for match in asked], after)
+    taken_old, taken_new = ({match[side] for match in asked} for side in (0, 1))
+    equal = [n for n in before if n in after and n not in taken_old and n not in taken_new]
+    left_old = [name for name in before if name not in (*taken_old, *equal)]
+    left_new = [name for name in after if name not in (*taken_new, *equal)]
+    last = [Match(left_old[0], left_new[0])] if len(left_old) == len(left_new) == 1 else []
+    return [*asked, *(Match(name, name) for name in equal), *last]
+
+
+def matches_within(
+    columns: Sequence[str], files: Mapping[str, Mapping[str, str]], asked: Sequence[Match] = ()
+) -> list[Match]:
+    """Returns which columns of one folder are compared.
+
+    Those asked for; else, of whole Nav2 files, those of the first file with those of each other one
+    that are the same plugin, or the only ones; else the first column with every other one. files:
+    by alias the columns by plugin. Raises InputError.
+    """
+    if asked:
+        _require_known([name for match in asked for name in match], columns)
+        return list(asked)
+    plugins = [*files.values()]
+    found = []
+    for other in plugins[1:]:
+        first = plugins[0]
+        if len(first) == len(other) == 1:
+            found.append(Match(*first.values(), *other.values()))
+        else:
+            found += [Match(first[name], other[name]) for name in first if name in other]
+    return found or [Match(columns[0], other) for other in columns[1:]]
+
+
+def _require_known(names: Sequence[str], columns: Sequence[str]) -> None:
+    for name in names:
+        if name not in columns:
+            raise InputError(f"--match: no column {name!r}{nearest_name_hint(name, columns)}")
+
+
+def read_matches(texts: Sequence[str]) -> list[Match]:
+    """Returns the matches of `--match OLD=NEW`; raises InputError.
+
+    A name with an equals sign, as of a variant, is parted at the sign in the middle.
+    """
+    matches = []
+    for text in texts:
+        parts = text.split("=")
+        middle = len(parts) // 2
+        if len(parts) % 2 or not all(parts):
+            raise InputError(f"--match {text!r}: expected OLD=NEW")
+        matches.append(Match("=".join(parts[:middle]), "=".join(parts[middle:])))
+    return matches
+
+
+def contest_of(
+    before: pd.DataFrame,
+    after: pd.DataFrame,
+    matches: Sequence[Match],
+    suites: Mapping[str, str],
+    label: str = "",
+) -> Contest:
+    """Returns the contest of these columns.
+
+    before, after: tables with one row a trial, or one and the same. suites: by scenario.
+    """
+    tables = []
+    for side, table in enumerate((before, after)):
+        parts = [
+            table[table["controller"] == match[side]].assign(controller=match.name)
+            for match in matches
+        ]
+        # What nobody is set against is told as not compared.
+        other = set((after, before)[side]["controller"])
+        taken = {match[side] for match in matches}
+        parts += [
+            table[table["controller"] == name]
+            for name in dict.fromkeys(table["controller"])
+            if name not in taken and name not in other
+        ]
+        chosen = pd.concat(parts, ignore_index=True) if parts else table.iloc[:0]
+        tables.append(by_task(chosen, suites))
+    return Contest(tables[0], tables[1], label)
+
+
+def by_task(trials: pd.DataFrame, suites: Mapping[str, str]) -> pd.DataFrame:
+    """Returns trials in which each task of a suite is one row, under the suite's name.
+
+    Metrics are means over the trials of the task. It ended as an error, touched or did not arrive
+    where one of its trials did. A suite of a single task stays as it is.
+    """
+    members: dict[str, list[str]] = {}
+    for scenario in dict.fromkeys(trials["scenario"]):
+        if scenario in suites:
+            members.setdefault(suites[scenario], []).append(scenario)
+    suite_of = {s: name for name, own in members.items() if len(own) > 1 for s in own}
+    is_task = trials["scenario"].isin(list(suite_of))
+    if not is_task.any():
+        return trials
+    numbers = [c for c in trials.select_dtypes("number") if c not in ("seed", "trial")]
+    rows = []
+    for (scenario, controller), own in trials[is_task].groupby(
+        ["scenario", "controller"], sort=False
+    ):
+        rows.append(
+            own.iloc[0].to_dict()
+            | own[numbers].mean().to_dict()
+            | {
+                "scenario": suite_of[str(scenario)],
+                "controller": controller,
+                "seed": zlib.crc32(str(scenario).encode()),
+                "outcome": _worst(list(own["outcome"])),
+                "task": scenario,
+            }
+        )
+    return pd.concat([trials[~is_task], pd.DataFrame(rows)], ignore_index=True)
+
+
+def _worst(outcomes: Sequence[str]) -> str:
+    for outcome in WORST_FIRST:
+        if outcome in outcomes:
+            return outcome
+    failed = [outcome for outcome in outcomes if outcome != Outcome.SUCCEEDED]
+    return failed[0] if failed else Outcome.SUCCEEDED

@@ -1,0 +1,135 @@
+"""What a comparison of two columns comes to, in words: better, worse, both, or not shown.
+
+It is said by the findings of `paired_tests` alone: by those that are decided, among the outcomes
+and the listed metrics.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import pandas as pd
+
+from drake_navbench.analysis.contests import ARROW, contest_of, matches_within
+from drake_navbench.analysis.numbers import typeset
+from drake_navbench.analysis.paired_tests import (
+    PERCENT,
+    SUCCESS,
+    TOUCH,
+    Family,
+    Finding,
+    Judged,
+    Verdict,
+    in_order,
+    judge_pairs,
+)
+
+# What a quantity is called where it became better or worse.
+WORDS = {
+    SUCCESS: "arrivals",
+    TOUCH: "touches",
+    "time_to_goal_s": "time to the goal",
+    "min_clearance_m": "least clearance",
+    "cross_track_error_mean_m": "distance from the path",
+    "heading_error_mean_deg": "heading error",
+}
+NO_DIFFERENCE = "no difference is shown"
+
+
+class PairVerdict(NamedTuple):
+    """The verdict on a pair of columns.
+
+    label: of the contest. name: of the pair, "old -> new". text: one sentence. details: a sentence
+    a finding that is decided, losses first.
+    """
+
+    label: str
+    name: str
+    text: str
+    details: tuple[str, ...]
+
+
+def pair_verdicts(judged: Judged) -> list[PairVerdict]:
+    """Returns the verdict on each pair of columns, in the order in which they were judged."""
+    groups: dict[tuple[str, str], list[Finding]] = {}
+    for finding in judged.findings:
+        groups.setdefault((finding.label, finding.controller), []).append(finding)
+    return [_verdict(label, name, found) for (label, name), found in groups.items()]
+
+
+def verdicts_within(
+    trials: pd.DataFrame, files: Mapping[str, Mapping[str, str]], suites: Mapping[str, str]
+) -> list[PairVerdict]:
+    """Returns the verdicts on the columns of one run against the first, see `matches_within`."""
+    matches = matches_within(list(dict.fromkeys(trials["controller"])), files)
+    return pair_verdicts(judge_pairs([contest_of(trials, trials, matches, suites)]))
+
+
+def _verdict(label: str, name: str, findings: Sequence[Finding]) -> PairVerdict:
+    told = [f for f in findings if f.quantity.family is not Family.OTHERS]
+    better = in_order(f for f in told if f.verdict is Verdict.BETTER)
+    worse = in_order(f for f in told if f.verdict is Verdict.WORSE)
+    old, arrow, new = name.partition(ARROW)
+    if not arrow:
+        old, new = "before", label or "after"
+    subject = f"{name}: {new}" if not arrow else new
+    if all(f.verdict in (Verdict.EQUAL, Verdict.NO_VALUE) for f in findings):
+        text = f"{subject} drives as {old} in every trial"
+    elif better and worse:
+        text = f"{subject} is better than {old} in {_named(better)}, and worse in {_named(worse)}"
+    elif better:
+        text = f"{subject} is better than {old}, in {_named(better)}, and worse in nothing shown"
+    elif worse:
+        text = f"{subject} is worse than {old}, in {_named(worse)}"
+    else:
+        text = f"{NO_DIFFERENCE} between {old} and {new}{_needed(told)}"
+        text = f"{name}: {text}" if not arrow else text
+    return PairVerdict(label, name, f"{text}.", tuple(map(finding_words, [*worse, *better])))
+
+
+def finding_words(finding: Finding) -> str:
+    """Returns a finding as a short sentence with its numbers."""
+    quantity, found = finding.quantity, finding.comparison
+    word = WORDS.get(quantity.name, quantity.name)
+    where = finding.scenario
+    if quantity.family is Family.OUTCOMES:
+        counts = (_count(mean, found.pairs) for mean in (finding.base_mean, finding.head_mean))
+        change = f"{' -> '.join(counts)} of {found.pairs}"
+    else:
+        low, high = found.interval
+        unit = typeset(quantity.unit)
+        change = f"{finding.base_mean:.3g} -> {finding.head_mean:.3g} {unit}".rstrip()
+        if low == low:  # No interval where there is one trial.
+            change += f" ({found.difference:+.2g}, 95% {low:+.2g} to {high:+.2g})"
+    return f"{word} {finding.verdict} in {where}: {change}"
+
+
+def _count(percent: float, pairs: int) -> str:
+    return f"{percent / PERCENT * pairs:.0f}"
+
+
+def _named(findings: Sequence[Finding]) -> str:
+    names = dict.fromkeys(WORDS.get(f.quantity.name, f.quantity.name) for f in findings)
+    *first, last = names
+    return f"{', '.join(first)} and {last}" if first else last
+
+
+def _needed(findings: Sequence[Finding]) -> str:
+    """Returns what the trials came to, and how many would decide the largest loss or gain."""
+    open_ones = in_order(f for f in findings if f.verdict is Verdict.UNDECIDED)
+    if not open_ones:
+        return ": what differs is too small to matter"
+    finding = open_ones[0]
+    quantity, found = finding.quantity, finding.comparison
+    word = WORDS.get(quantity.name, quantity.name)
+    if quantity.family is Family.OUTCOMES:
+        counts = (_count(mean, found.pairs) for mean in (finding.base_mean, finding.head_mean))
+        text = f" in {found.pairs} pairs ({word} {' -> '.join(counts)}"
+    else:
+        unit = typeset(quantity.unit)
+        text = f" in {found.pairs} pairs ({word} {found.difference:+.2g} {unit}".rstrip()
+    if (needed := finding.trials_needed) is None:
+        return f"{text})"
+    # A test of ranks cannot decide by fewer pairs than this, whatever their spread.
+    return f"{text}; about {max(needed, finding.fewest_differing)} pairs would decide)"

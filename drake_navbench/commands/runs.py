@@ -1,0 +1,183 @@
+"""The results folders as a list: `python -m drake_navbench runs`; rename, tag and delete them.
+
+Only the standard library is imported before the arguments are read, so that --help is quick.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shutil
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from drake_navbench.commands.command_line import CommandParser, exit_status_of
+from drake_navbench.errors import InputError, nearest_name_hint, printable
+
+DEFAULT_FOLDER = Path("results")
+TAGS = "tags"
+MAX_SHOWN = 60
+
+EPILOG = """\
+examples:
+  drake-navbench runs                        every run of results/, newest last
+  drake-navbench runs --tag NAME baseline    tag a run
+  drake-navbench runs --rename OLD NEW       give its folder another name
+  drake-navbench runs --delete NAME          delete it, all of its trials
+
+exit status: 0 done, 2 wrong input
+"""
+
+
+class Run(NamedTuple):
+    """A results folder in a line."""
+
+    name: str
+    created: str
+    tags: tuple[str, ...]
+    what: str
+    verdict: str
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Returns the parser of the command line."""
+    parser = CommandParser(
+        prog="python -m drake_navbench runs",
+        description="Lists the results folders below a folder, or renames, tags or deletes one.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    add = parser.add_argument
+    add("folder", type=Path, nargs="?", default=DEFAULT_FOLDER, help="where they are (results)")
+    only = parser.add_mutually_exclusive_group()
+    only.add_argument("--rename", nargs=2, metavar=("OLD", "NEW"), help="rename a run's folder")
+    only.add_argument("--tag", nargs=2, metavar=("NAME", "TAG"), help="add a tag to a run")
+    only.add_argument("--untag", nargs=2, metavar=("NAME", "TAG"), help="take a tag away")
+    only.add_argument("--delete", metavar="NAME", help="delete a run with all of its trials")
+    add("--only", metavar="TAG", help="list the runs with this tag alone")
+    return parser
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs the command; returns the exit status."""
+    arguments = build_parser().parse_args(argv)
+    return exit_status_of(lambda: _runs(arguments))
+
+
+def _runs(arguments: argparse.Namespace) -> None:
+    folder: Path = arguments.folder
+    if not folder.is_dir():
+        raise InputError(f"{folder}: no such folder; a run makes results/<time>")
+    if arguments.rename:
+        _rename(folder, *arguments.rename)
+    elif arguments.delete:
+        _delete(folder, arguments.delete)
+    elif arguments.tag or arguments.untag:
+        name, tag = arguments.tag or arguments.untag
+        _set_tag(_found(folder, name), tag, is_there=bool(arguments.tag))
+    else:
+        _print(folder, arguments.only)
+
+
+def _print(folder: Path, only: str | None) -> None:
+    runs = [run_of(path) for path in run_folders(folder)]
+    shown = [run for run in runs if only is None or only in run.tags]
+    if not shown:
+        told = f" with the tag {only!r}" if only is not None else ""
+        print(f"{folder}: no runs{told}")
+    for run in sorted(shown, key=lambda run: run.created):
+        tags = f" [{', '.join(run.tags)}]" if run.tags else ""
+        print(printable(f"{run.name}{tags}  {run.created}"))
+        print(printable(f"  {run.what}"))
+        if run.verdict:
+            print(printable(f"  {run.verdict}"))
+
+
+def run_folders(folder: Path) -> list[Path]:
+    """Returns the results folders directly below a folder."""
+    return sorted(path for path in folder.iterdir() if (path / "manifest.json").is_file())
+
+
+def run_of(path: Path) -> Run:
+    """Returns a results folder in a line; one that cannot be read says why."""
+    from drake_navbench.logs.results import ResultsFolder
+
+    try:
+        manifest = ResultsFolder(path).read_manifest()
+    except InputError as error:
+        return Run(path.name, "", (), f"cannot be read: {error}", "")
+    scenarios, columns = manifest.get("scenarios", []), manifest.get("controllers", [])
+    trials = len(list(path.glob("trials/*/*/trial_*.parquet")))
+    where = f"{len(scenarios)} scenarios" if len(scenarios) > 3 else ", ".join(scenarios)
+    return Run(
+        path.name,
+        str(manifest.get("created", "")),
+        _tags(path),
+        _shortened(f"{', '.join(columns)} in {where}; {trials} trials"),
+        str(manifest.get("verdict", "")),
+    )
+
+
+def _shortened(text: str) -> str:
+    return text if len(text) <= 2 * MAX_SHOWN else f"{text[: 2 * MAX_SHOWN - 3]}..."
+
+
+def _found(folder: Path, name: str) -> Path:
+    """Returns the results folder of a name; raises InputError where there is none."""
+    names = [path.name for path in run_folders(folder)]
+    if name not in names:
+        raise InputError(f"{folder}: no run {name!r}{nearest_name_hint(name, names)}")
+    return folder / name
+
+
+def _rename(folder: Path, old: str, new: str) -> None:
+    path = _found(folder, old)
+    if new != Path(new).name or new.startswith(".") or not new.isprintable() or not new.strip():
+        raise InputError(f"--rename {old} {new!r}: expected the name of a folder, without a path")
+    if (folder / new).exists():
+        raise InputError(f"--rename {old} {new}: {folder / new} exists already")
+    path.rename(folder / new)
+    print(folder / new)
+
+
+def _delete(folder: Path, name: str) -> None:
+    from drake_navbench.logs.results import only_run_in
+
+    path = _found(folder, name)
+    if path.is_symlink():
+        raise InputError(f"--delete {name}: {path} is a link; delete what it leads to")
+    # Not while a run is writing into it; a link inside is removed, not what it leads to.
+    with only_run_in(path):
+        shutil.rmtree(path)
+    print(f"deleted {path}")
+
+
+def _tags_path(path: Path) -> Path:
+    return path / f"{TAGS}.json"
+
+
+def _tags(path: Path) -> tuple[str, ...]:
+    try:
+        found: Any = json.loads(_tags_path(path).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return ()
+    return tuple(tag for tag in found if isinstance(tag, str)) if isinstance(found, list) else ()
+
+
+def _set_tag(path: Path, tag: str, *, is_there: bool) -> None:
+    from drake_navbench.logs.results import write_text
+
+    if not tag.strip() or not tag.isprintable() or "," in tag:
+        raise InputError(f"{path.name}: got the tag {tag!r}, expected a word without a comma")
+    others = [own for own in _tags(path) if own != tag]
+    if not is_there and len(others) == len(_tags(path)):
+        raise InputError(f"{path.name}: has no tag {tag!r}")
+    tags = [*others, tag] if is_there else others
+    write_text(_tags_path(path), json.dumps(tags) + "\n")
+    print(printable(f"{path.name}: {', '.join(tags) or 'no tags'}"))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
