@@ -12,6 +12,7 @@ import numpy as np
 
 from drake_navbench.campaign.sweep import SweptScenario, expand, parse_axis, points_of
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.nav2_check import Check
 from drake_navbench.inputs.nav2_robot import Nav2Setup
 from drake_navbench.inputs.presets import Preset, default_presets, load_preset
 from drake_navbench.inputs.robot import Robot
@@ -30,13 +31,15 @@ DEFAULT_TRIALS = 4
 class Campaign:
     """Every trial of a benchmark, in the order of its table, all input checked.
 
-    nav2: what whole Nav2 files made of it, where there were any.
+    nav2: what whole Nav2 files made of it, where there were any. model: what became of each part
+    of the robot's model, where the robot is given by that alone.
     sweep: what was swept, empty where nothing was: under `scenarios` and `controllers`, by the name
     of each scenario and column, the name `of` which it is made and its `values` by field.
     """
 
     specs: tuple[TrialSpec, ...]
     nav2: Nav2Setup | None = None
+    model: Check | None = None
     sweep: dict[str, dict[str, Any]] = field(default_factory=dict)
 
     @property
