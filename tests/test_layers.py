@@ -44,13 +44,14 @@ MAY_IMPORT: dict[str, set[str]] = {
     "scenarios": set(),
     "models": set(),
     "native": BELOW_ALL,
-    "inputs": BELOW_ALL | {"costmaps", "navigation", "native"},
+    "descriptions": BELOW_ALL,
+    "inputs": BELOW_ALL | {"costmaps", "navigation", "native", "descriptions"},
     "systems": BELOW_ALL | {"costmaps", "navigation", "inputs"},
     "trial": BELOW_ALL | {"costmaps", "navigation", "inputs", "systems"},
     "analysis": BELOW_ALL,
     "recordings": BELOW_ALL | {"costmaps", "inputs", "trial", "analysis"},
     "tuning": BELOW_ALL | {"inputs", "trial", "analysis", "campaign"},
-    "campaign": BELOW_ALL | {"inputs", "trial", "analysis"},
+    "campaign": BELOW_ALL | {"descriptions", "inputs", "trial", "analysis"},
     "gymnasium_environment": BELOW_ALL
     | {"controllers", "navigation", "inputs", "systems", "trial"},
     "side_by_side": BELOW_ALL
@@ -66,6 +67,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "tuning",
         "native",
         "side_by_side",
+        "descriptions",
     },
 }
 # What analysis may use of the engine: the shapes that were in the world, which every log has.

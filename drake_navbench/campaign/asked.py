@@ -10,9 +10,10 @@ from drake_navbench.campaign.request import Request
 from drake_navbench.errors import InputError, printable
 from drake_navbench.inputs.controller_file import names_file
 from drake_navbench.inputs.presets import preset_files
+from drake_navbench.inputs.robot import is_model
 from drake_navbench.inputs.scenario import SCENARIO_FILES
 from drake_navbench.inputs.task_check import warn_of_rotation
-from drake_navbench.nav2.check import WIDTH
+from drake_navbench.nav2.check import WIDTH, Check
 from drake_navbench.nav2.robot import Nav2Setup
 from drake_navbench.nav2.substitutions import read_assignments
 from drake_navbench.trial.column_controller import check_controller
@@ -31,8 +32,11 @@ def request_from_arguments(arguments: argparse.Namespace) -> Request:
         raise InputError(f"--controllers {arguments.controllers!r}: expected names, found none")
     if controllers:
         _require_no_controllers_among(arguments.scenarios, arguments.controllers)
-    if arguments.set and not arguments.nav2:
-        raise InputError(f"--set {arguments.set[0]!r}: expected a Nav2 file by --nav2 as well")
+    if arguments.set and not (arguments.nav2 or is_model(arguments.robot)):
+        raise InputError(
+            f"--set {arguments.set[0]!r}: expected a Nav2 file by --nav2 or a xacro file by "
+            "--robot as well"
+        )
     asked = {
         "scenarios": arguments.scenarios,
         "controllers": controllers,
@@ -46,6 +50,7 @@ def request_from_arguments(arguments: argparse.Namespace) -> Request:
         "trials": arguments.trials,
         "seed": arguments.seed,
         "robot": arguments.robot,
+        "packages": [str(path.absolute()) for path in arguments.packages],
         "replay": arguments.replay or ("none" if arguments.sweep else "race"),
         "figures": arguments.figures or ("none" if arguments.sweep else "key"),
         "keeps_costmaps": not arguments.no_costmaps,
@@ -122,18 +127,31 @@ def _numbers(text: str) -> list[int]:
 
 
 def print_check(arguments: argparse.Namespace) -> None:
-    """Prints what becomes of each parameter of the Nav2 files; raises InputError without any."""
-    if not arguments.nav2:
-        raise InputError("--check: expected a Nav2 file by --nav2")
-    setup = request_from_arguments(arguments).nav2_setup()
-    assert setup is not None
+    """Prints what becomes of each part of the Nav2 files and of the robot's model.
+
+    Raises InputError where there is neither.
+    """
+    if not (arguments.nav2 or is_model(arguments.robot)):
+        raise InputError("--check: expected a Nav2 file by --nav2, or a model by --robot")
+    request = request_from_arguments(arguments)
+    described = request.described_robot()
+    if described is not None:
+        print(printable(f"Robot: {arguments.robot}"))
+        _print_table(described.check)
+    setup = request.nav2_setup()
+    if setup is None:
+        return
     for preset in setup.presets:
         # Some parameters are wrong only for this robot.
         check_controller(preset, setup.robot)
         warn_of_rotation(preset, setup.robot)
     columns = ", ".join(preset.name for preset in setup.presets) or "none"
     print(printable(f"Columns: {columns}"))
-    print("\n".join(map(printable, setup.check.as_text(WIDTH).split("\n"))))
+    _print_table(setup.check)
+
+
+def _print_table(check: Check) -> None:
+    print("\n".join(map(printable, check.as_text(WIDTH).split("\n"))))
 
 
 def short_form(setup: Nav2Setup) -> list[str]:
