@@ -37,13 +37,14 @@ MAY_IMPORT: dict[str, set[str]] = {
     "scenarios": set(),
     "models": set(),
     "native": BELOW_ALL,
-    "inputs": BELOW_ALL | {"costmaps", "navigation", "native"},
+    "descriptions": BELOW_ALL,
+    "inputs": BELOW_ALL | {"costmaps", "navigation", "native", "descriptions"},
     "nav2": BELOW_ALL | {"costmaps", "navigation", "inputs"},
     "systems": BELOW_ALL | {"costmaps", "navigation", "inputs"},
     "trial": BELOW_ALL | {"costmaps", "navigation", "inputs", "systems"},
     "analysis": BELOW_ALL,
     "recordings": BELOW_ALL | {"costmaps", "inputs", "trial", "analysis"},
-    "campaign": BELOW_ALL | {"inputs", "nav2", "trial", "analysis"},
+    "campaign": BELOW_ALL | {"descriptions", "inputs", "nav2", "trial", "analysis"},
     "studies": BELOW_ALL
     | {
         "controllers",
@@ -66,6 +67,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "recordings",
         "native",
         "studies",
+        "descriptions",
     },
 }
 # What analysis may use of the engine: the shapes that were in the world, which every log has.

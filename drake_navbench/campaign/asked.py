@@ -11,9 +11,10 @@ from drake_navbench.campaign.request import Request
 from drake_navbench.errors import InputError, printable
 from drake_navbench.inputs.controller_file import names_file
 from drake_navbench.inputs.presets import preset_files
+from drake_navbench.inputs.robot import is_model
 from drake_navbench.inputs.scenario import SCENARIO_FILES
 from drake_navbench.inputs.task_check import warn_of_rotation
-from drake_navbench.nav2.check import WIDTH
+from drake_navbench.nav2.check import WIDTH, Check
 from drake_navbench.nav2.controllers import SERVER
 from drake_navbench.nav2.differences import difference_lines, differences
 from drake_navbench.nav2.parameters import read_parameter_file
@@ -36,8 +37,11 @@ def request_from_arguments(arguments: argparse.Namespace) -> Request:
         raise InputError(f"--controllers {arguments.controllers!r}: expected names, found none")
     if controllers:
         _require_no_controllers_among(arguments.scenarios, arguments.controllers)
-    if arguments.set and not arguments.nav2:
-        raise InputError(f"--set {arguments.set[0]!r}: expected a Nav2 file by --nav2 as well")
+    if arguments.set and not (arguments.nav2 or is_model(arguments.robot)):
+        raise InputError(
+            f"--set {arguments.set[0]!r}: expected a Nav2 file by --nav2 or a xacro file by "
+            "--robot as well"
+        )
     asked = {
         "scenarios": arguments.scenarios,
         "controllers": controllers,
@@ -53,6 +57,7 @@ def request_from_arguments(arguments: argparse.Namespace) -> Request:
         "trials": arguments.trials,
         "seed": arguments.seed,
         "robot": arguments.robot,
+        "packages": [str(path.absolute()) for path in arguments.packages],
         "replay": arguments.replay or ("none" if arguments.sweep else "race"),
         "figures": arguments.figures or ("none" if arguments.sweep else "key"),
         "keeps_costmaps": not arguments.no_costmaps,
@@ -145,10 +150,18 @@ def _numbers(text: str) -> list[int]:
 
 
 def print_check(arguments: argparse.Namespace) -> None:
-    """Prints what becomes of each parameter of the Nav2 files; raises InputError without any."""
-    if not arguments.nav2:
-        raise InputError("--check: expected a Nav2 file by --nav2")
-    columns = request_from_arguments(arguments).nav2_columns()
+    """Prints what becomes of each part of the Nav2 files and of the robot's model.
+
+    Raises InputError where there is neither.
+    """
+    if not (arguments.nav2 or is_model(arguments.robot)):
+        raise InputError("--check: expected a Nav2 file by --nav2, or a model by --robot")
+    request = request_from_arguments(arguments)
+    described = request.described_robot()
+    if described is not None:
+        print(printable(f"Robot: {arguments.robot}"))
+        _print_table(described.check)
+    columns = request.nav2_columns()
     for line in difference_lines(columns, differences(columns)) if len(columns) > 1 else ():
         print(line)
     for entry in columns:
@@ -159,7 +172,11 @@ def print_check(arguments: argparse.Namespace) -> None:
             warn_of_rotation(preset, setup.robot)
         names = ", ".join(preset.name for preset in setup.presets) or "none"
         print(printable(f"Columns: {names}"))
-        print("\n".join(map(printable, setup.check.as_text(WIDTH).split("\n"))))
+        _print_table(setup.check)
+
+
+def _print_table(check: Check) -> None:
+    print("\n".join(map(printable, check.as_text(WIDTH).split("\n"))))
 
 
 def told_of_files(request: Request, nav2: Sequence[FileColumns]) -> list[str]:

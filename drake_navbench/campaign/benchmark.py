@@ -178,6 +178,9 @@ def run_from_command_line(arguments: argparse.Namespace, *, began_s: float) -> b
     columns = {spec.preset.name: (spec.preset, spec.robot) for spec in campaign.specs}
     for told in lines_of(columns.values()):
         console.print(printable(told), soft_wrap=True)
+    if campaign.model is not None:
+        told = f"Robot's model: {campaign.model.summary()} (--check tells all)"
+        console.print(printable(told), soft_wrap=True)
     jobs = arguments.jobs or available_cores()
     cluster = cluster_place(arguments)
     if cluster is not None:

@@ -16,6 +16,7 @@ from drake_navbench.inputs.presets import Preset, default_presets, load_preset
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, Scenario, load_scenario
 from drake_navbench.inputs.task_check import check_task, warn_of_rotation
+from drake_navbench.nav2.check import Check
 from drake_navbench.nav2.whole_files import FileColumns
 from drake_navbench.trial.column_controller import check_controller
 from drake_navbench.trial.plugin_check import check_plugins
@@ -30,13 +31,15 @@ DEFAULT_TRIALS = 4
 class Campaign:
     """Every trial of a benchmark, in the order of its table, all input checked.
 
-    nav2: what each whole Nav2 file made of it, where there were any.
+    nav2: what each whole Nav2 file made of it, where there were any. model: what became of each
+    part of the robot's model, where the robot is given by that alone.
     sweep: what was swept, empty where nothing was: under `scenarios` and `controllers`, by the name
     of each scenario and column, the name `of` which it is made and its `values` by field.
     """
 
     specs: tuple[TrialSpec, ...]
     nav2: tuple[FileColumns, ...] = ()
+    model: Check | None = None
     sweep: dict[str, dict[str, Any]] = field(default_factory=dict)
 
     @property

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from pydantic import Field
 
@@ -15,11 +15,12 @@ from drake_navbench.errors import InputError
 from drake_navbench.inputs.barn import barn_scenarios
 from drake_navbench.inputs.originals_beside import with_originals
 from drake_navbench.inputs.presets import Preset, default_presets
-from drake_navbench.inputs.robot import Robot, load_robot
+from drake_navbench.inputs.robot import Robot, is_model, load_robot
 from drake_navbench.inputs.scenario import Pose, Scenario, scenario_on_map
 from drake_navbench.nav2.check import CheckRow, Status
 from drake_navbench.nav2.differences import differences, require_different
 from drake_navbench.nav2.parameter_files import load_parameter_file
+from drake_navbench.nav2.robot import base_frame_of
 from drake_navbench.nav2.whole_files import (
     FileColumns,
     WholeFile,
@@ -30,6 +31,9 @@ from drake_navbench.plugins.names import flattened
 from drake_navbench.releases import Release
 from drake_navbench.trial.goal_sampling import sample_tasks
 from drake_navbench.typed_files.typed_yaml import FrozenModel
+
+if TYPE_CHECKING:
+    from drake_navbench.inputs.described_robot import DescribedRobot
 
 # Of each scenario and controller.
 MAX_TRIALS = 100_000
@@ -65,6 +69,7 @@ class Request(FrozenModel):
     values.
     nav2_release: what these, and Nav2 files among parameter_files, are written for; None where
     their own marks are to tell it.
+    packages: folders in which the packages are looked for that a robot's model or a world names.
     original: the build of Nav2 whose controllers drive beside those of the columns.
     sweeps: axes as of `parse_axis`. samples: of a Latin hypercube over them, None for their grid.
     keeps_costmaps: whether the logs hold the local costmaps.
@@ -84,6 +89,7 @@ class Request(FrozenModel):
     trials: int = Field(ge=1, le=MAX_TRIALS)
     seed: int = Field(ge=0, le=MAX_SEED)
     robot: str
+    packages: tuple[str, ...] = ()
     replay: Literal["race", "each", "none"]
     figures: Literal["none", "key", "all"] = "key"
     sweeps: tuple[str, ...] = ()
@@ -109,7 +115,53 @@ class Request(FrozenModel):
                 f"--name {self.names[unknown[0]]}={unknown[0]}: expected a file of --nav2 or "
                 "--against"
             )
-        return columns_of_files(named, self.robot, self.substitutions, release=self.nav2_release)
+        described = self.described_robot()
+        columns = columns_of_files(
+            named,
+            self.robot,
+            self.substitutions,
+            release=self.nav2_release,
+            base=self._robot(),
+            other_names=() if described is None else described.source.arguments,
+        )
+        if described is None:
+            return columns
+        # Drake and the model's readers are loaded for those who have a model.
+        from drake_navbench.nav2.model_check import contradictions
+
+        return tuple(entry.with_rows(contradictions(entry.setup, described)) for entry in columns)
+
+    def described_robot(self) -> DescribedRobot | None:
+        """Returns what the robot's model tells, None where it is no model; raises InputError."""
+        if not is_model(self.robot):
+            return None
+        from drake_navbench.descriptions.xacro_file import require_declared
+        from drake_navbench.inputs.described_robot import describe_robot
+
+        found = describe_robot(
+            Path(self.robot), self.substitutions, self._folders, self._base_frame
+        )
+        if not self.nav2_files:
+            require_declared(Path(self.robot), list(self.substitutions), found.source.arguments)
+        return found
+
+    def _robot(self) -> Robot:
+        return load_robot(
+            self.robot,
+            arguments=self.substitutions,
+            packages=self._folders,
+            base_frame=self._base_frame,
+        )
+
+    @property
+    def _folders(self) -> list[Path]:
+        return list(map(Path, self.packages))
+
+    @property
+    def _base_frame(self) -> str | None:
+        if not (self.nav2_files and is_model(self.robot)):
+            return None
+        return base_frame_of(list(map(Path, self.nav2_files)))
 
     def campaign(self) -> Campaign:
         """Returns the trials of this request, all input checked; raises InputError."""
@@ -132,19 +184,22 @@ class Request(FrozenModel):
             )
         if self.original is not None:
             presets = with_originals(presets or default_presets(), self.original)
-        robot = nav2[0].setup.robot if nav2 else load_robot(self.robot)
+        robot = nav2[0].setup.robot if nav2 else self._robot()
         further = [columns.setup.robot for columns in nav2[1:]]
+        described = self.described_robot()
         campaign = plan_campaign(
             self._scenarios(robot, further),
             presets,
             trials=self.trials,
             seed=self.seed,
-            robot=robot if nav2 else self.robot,
+            robot=robot if nav2 or described is not None else self.robot,
             wants_diagnostics=self.replay == "each",
             sweeps=self.sweeps,
             samples=self.samples,
             keeps_costmaps=self.keeps_costmaps,
         )
+        if described is not None:
+            campaign = replace(campaign, model=described.check)
         if not nav2:
             return campaign
         scenarios = {spec.scenario.name: spec.scenario for spec in campaign.specs}

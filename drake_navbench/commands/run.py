@@ -77,7 +77,21 @@ def _add_what_drives(parser: argparse.ArgumentParser) -> None:
         metavar="BUILD",
         help="beside each column the original C++ of its controller, out of a build of nav2-build",
     )
-    add("--robot", default="wheelchair", metavar="NAME|FILE", help="robot (wheelchair)")
+    add(
+        "--robot",
+        default="wheelchair",
+        metavar="NAME|FILE",
+        help="robot: a name, a robot file, or its model in URDF, SDF or xacro (wheelchair)",
+    )
+    add(
+        "--packages",
+        action="append",
+        default=[],
+        type=Path,
+        metavar="DIR",
+        help="where ROS packages and Gazebo models are looked for, besides the repository around "
+        "a file that names them",
+    )
 
 
 class _Once(argparse.Action):
@@ -172,7 +186,7 @@ def _add_nav2_files(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME=VALUE",
-        help="value for $(var NAME) or <NAME> in the Nav2 files",
+        help="value for $(var NAME) or <NAME> in the Nav2 files, or for a robot's xacro argument",
     )
     add(
         "--nav2-release",
@@ -182,7 +196,8 @@ def _add_nav2_files(parser: argparse.ArgumentParser) -> None:
     add(
         "--check",
         action="store_true",
-        help="tell what becomes of each parameter of the Nav2 files, and run nothing",
+        help="tell what becomes of each parameter of the Nav2 files and each part of the robot's "
+        "model, and run nothing",
     )
 
 

@@ -39,7 +39,7 @@ from drake_navbench.typed_files.quantities import (
 )
 from drake_navbench.typed_files.typed_yaml import QuietModel, read_yaml, validate
 
-MODEL_SUFFIXES = (".sdf", ".urdf")
+MODEL_SUFFIXES = (".sdf", ".urdf", ".xacro")
 ROBOT_FILES = NamedFiles(kind="robot", package="drake_navbench.models")
 
 
@@ -57,8 +57,8 @@ class Robot(QuietModel):
     )
     model: str | None = Field(
         None,
-        description="SDF or URDF file beside this file, or one that comes with the package, for "
-        "the replay; it gives footprint and mass where this file does not.",
+        description="SDF, URDF or xacro file beside this file, or one that comes with the "
+        "package, for the replay; it gives footprint and mass where this file does not.",
     )
     footprint: list[tuple[Length, Length]] | None = Field(
         None, min_length=3, description="Outline in the base frame, x forward, y left [m]."
@@ -225,21 +225,20 @@ def load_robot(
     overrides: Mapping[str, Any] | None = None,
     *,
     overrides_source: str = "overrides",
+    arguments: Mapping[str, str] | None = None,
+    packages: Sequence[Path] = (),
+    base_frame: str | None = None,
 ) -> Robot:
     """Returns a built-in robot by name, or one from a file; `overrides` replace single fields.
 
-    A model in SDF or URDF alone is a robot with the default drive, lidar and settings. Raises
-    InputError where the name is unknown, or the file or an override is wrong;
-    `overrides_source` names the overrides in it.
+    A model in SDF, URDF or xacro alone is a robot as it describes itself, by default where it does
+    not. Raises InputError where the name is unknown, or the file or an override is wrong;
+    `overrides_source` names the overrides in it. arguments: of xacro. packages: folders in which
+    ROS packages are looked for. base_frame: the link of a model that is its base.
     """
-    if name_or_path.endswith(".xacro"):
-        raise InputError(
-            f"{name_or_path}: is xacro, of which a model is made first: "
-            f"xacro {Path(name_or_path).name} > robot.urdf; give that"
-        )
-    if Path(name_or_path).suffix in MODEL_SUFFIXES:
+    if is_model(name_or_path):
         path = Path(name_or_path).absolute()
-        data: Mapping[str, Any] = {"description": f"robot of {path.name}", "model": path.name}
+        data: Mapping[str, Any] = _read_model(Path(name_or_path), arguments, packages, base_frame)
     else:
         path = ROBOT_FILES.find(name_or_path)
         data = _read_robot(path)
@@ -251,11 +250,34 @@ def load_robot(
     return _robot_of(merged(data, fitting), overrides_source, path.parent)
 
 
+def is_model(name_or_path: str) -> bool:
+    """Tells whether a robot is given by its model alone."""
+    return Path(name_or_path).suffix in MODEL_SUFFIXES
+
+
+def _read_model(
+    path: Path,
+    arguments: Mapping[str, str] | None = None,
+    packages: Sequence[Path] = (),
+    base_frame: str | None = None,
+) -> dict[str, Any]:
+    """Returns the fields of a robot that its model alone describes."""
+    # Drake takes a while to load, and most robots do without.
+    from drake_navbench.inputs.described_robot import describe_robot
+    from drake_navbench.inputs.robot_model import described_fields, warn_of_shapes
+
+    found = describe_robot(path, arguments, packages, base_frame)
+    warn_of_shapes(found)
+    return described_fields(found)
+
+
 def _read_robot(path: Path, above: tuple[Path, ...] = ()) -> dict[str, Any]:
     """Returns the fields of a robot file, and of those that it is like.
 
     above: files that are like this one. A model stands beside the file that names it.
     """
+    if is_model(path.name):
+        return _read_model(path)
     data = read_yaml(path)
     require_kind(data, ROBOT, path)
     other = data.pop("like", None)

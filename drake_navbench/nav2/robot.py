@@ -129,6 +129,18 @@ class Nav2Setup:
         return yaml.safe_dump(data, sort_keys=False)
 
 
+def base_frame_of(paths: Sequence[Path]) -> str | None:
+    """Returns the link that Nav2 files take for the robot's base; None where they do not say."""
+    sections = [section for path in paths for section in read_parameter_file(path).sections]
+    for name in (LOCAL_COSTMAP, GLOBAL_COSTMAP):
+        for node in nodes_called(name, sections):
+            frame = node.get("robot_base_frame")
+            if isinstance(frame, str) and frame:
+                # Behind the namespace of a robot among several.
+                return frame.rpartition("/")[2]
+    return None
+
+
 def read_nav2_files(
     paths: Sequence[Path],
     base: Robot,
@@ -136,16 +148,18 @@ def read_nav2_files(
     values: Mapping[str, str] | None = None,
     *,
     release: str | None = None,
+    other_names: Collection[str] = (),
 ) -> Nav2Setup:
     """Reads Nav2 files and merges them; of two that give a parameter the later one counts.
 
     base, base_name: the robot for what they do not say. values: for their substitutions. release:
-    of Nav2, told by the files' own marks where not given. Raises InputError, one line with file,
+    of Nav2, told by the files' own marks where not given. other_names: values that the files need
+    not take. Raises InputError, one line with file,
     line and parameter, where something is wrong.
     """
     substitutions = Substitutions(values or {})
     read = read_sections(paths, substitutions)
-    substitutions.require_all_used()
+    substitutions.require_all_used(other_names)
     return setup_of(read, base, base_name, release=release)
 
 

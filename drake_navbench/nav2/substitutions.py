@@ -6,7 +6,7 @@ Sources: nav2_common's ReplaceString, launch_ros's ParameterFile with allow_subs
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
 from drake_navbench.errors import InputError
@@ -53,10 +53,13 @@ class Substitutions:
         self._asked.add(name)
         return self._values.get(name, DEFAULTS.get(name, found[0]))
 
-    def require_all_used(self) -> None:
-        """Raises InputError where a value is given that no file asks for."""
+    def require_all_used(self, others: Collection[str] = ()) -> None:
+        """Raises InputError where a value is given that no file asks for.
+
+        others: names that something else than a Nav2 file takes.
+        """
         for name in self._values:
-            if name not in self._asked:
+            if name not in self._asked and name not in others:
                 known = ", ".join(sorted(self._asked)) or "none"
                 raise InputError(
                     f"--set {name}: no file has $(var {name}) or <{name}>; found: {known}"

@@ -6,14 +6,14 @@ file's own costmaps, planner, smoother, monitor and checkers in `Preset.stack`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import Preset
-from drake_navbench.inputs.robot import load_robot
+from drake_navbench.inputs.robot import Robot, load_robot
 from drake_navbench.nav2.check import Check, CheckRow
 from drake_navbench.nav2.robot import Nav2Setup, read_sections, setup_of
 from drake_navbench.nav2.substitutions import Substitutions
@@ -87,11 +87,15 @@ def columns_of_files(
     values: Mapping[str, str] | None = None,
     *,
     release: str | None = None,
+    base: Robot | None = None,
+    other_names: Collection[str] = (),
 ) -> tuple[FileColumns, ...]:
     """Returns the columns of whole Nav2 files, to drive beside each other.
 
     robot: name or file of the robot for what no Nav2 file tells. values: for the files'
-    substitutions. release: of Nav2, told by each file's own marks where not given.
+    substitutions. release: of Nav2, told by each file's own marks where not given. base: that robot
+    where it is loaded already. other_names: names in `values` that others use, such as the
+    arguments of the robot's model.
 
     All drive the same base, whose speeds are those that the controllers of all files ask for. One
     file alone drives as by `--nav2`. To drive a patched file against the original:
@@ -105,7 +109,7 @@ def columns_of_files(
 
     Raises InputError where a file is wrong, or two have one name.
     """
-    base = load_robot(robot)
+    base = base or load_robot(robot)
     _require_different_names(files)
     substitutions = Substitutions(values or {})
 
@@ -115,7 +119,7 @@ def columns_of_files(
         )
         for file in files
     ]
-    substitutions.require_all_used()
+    substitutions.require_all_used(other_names)
     alone = [setup_of(entry, base, robot, release=release) for entry in read]
     columns = []
     for file, entry, setup in zip(files, read, alone, strict=True):

@@ -1,15 +1,13 @@
 """Reads a robot's SDF or URDF file as its owners have it: with ROS packages, without some meshes.
 
-A mesh of `package://name/...` or `model://name/...` is looked for in folders called `name`, or with
-a package.xml of that name, beside and above the file; then below AMENT_PREFIX_PATH (share/name) and
-ROS_PACKAGE_PATH. What is seen but cannot be found is left out; what touches must be there. STL
-meshes become OBJ ones.
+Where a mesh of `package://name/...` or `model://name/...` is looked for, `ros_packages` says. What
+is seen but cannot be found is left out; what touches must be there. Meshes in formats that Drake
+does not read become OBJ ones.
 """
 
 from __future__ import annotations
 
 import contextlib
-import os
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -21,22 +19,19 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
 
 from drake_navbench.errors import InputError
+from drake_navbench.processes.limited_call import call_limited
 from drake_navbench.typed_files.drake_warnings import few_warnings
 from drake_navbench.typed_files.input_file import MEGABYTE, read_input
-from drake_navbench.typed_files.stl_mesh import as_obj, read_stl
+from drake_navbench.typed_files.ros_packages import PACKAGE_URI, Packages
 
-PACKAGE_URI = re.compile(r"(?:package|model)://([^/]+)/?(.*)")
 XACRO_SPACE = re.compile(r"\{[^}]*xacro[^}]*\}")
 XACRO_VALUE = re.compile(r"\$[{(].*")
-PACKAGE_FILE = "package.xml"
-STL = ".stl"
+# Meshes that Drake does not read, and the function that writes them as OBJ.
+CONVERTED = (".stl", ".dae", ".glb", ".ply")
+WRITE_OBJS = "drake_navbench.typed_files.mesh_child:write_objs"
 # Of SDF, what is nothing that touches, is seen or weighs. Gazebo takes elements in them that SDF
 # does not define, at which Drake stops; Drake itself passes over the rest.
 WITHOUT_BODY = ("sensor", "plugin")
-# Folders above the file that are looked through: more than any workspace has.
-MAX_DEPTH = 8
-
-
 MAX_FILE_BYTES = 16 * MEGABYTE
 MAX_SHAPES = 500
 
@@ -66,7 +61,7 @@ def add_models(
     """Adds the models of a file to a plant.
 
     scratch: a folder for meshes in another format, there as long as the plant. is_drawn: whether
-    the STL meshes of what is only seen are to be had, too, where they can be read. Raises
+    the converted meshes of what is only seen are to be had, too, where they can be read. Raises
     InputError where it is a xacro file, or a collision mesh is not there or no mesh, and what Drake
     raises where it cannot be parsed.
     """
@@ -100,7 +95,7 @@ def read_model_text(path: Path, scratch: Path, *, is_drawn: bool = False) -> Mod
     left_out = [uri for link in root.iter() for uri in _remove_missing(link, finder)]
     is_renamed = root.tag == "robot" and _remove_empty_names(root)
     is_thinned = root.tag == "sdf" and _remove_without_body(root)
-    is_rewritten = _rewrite_stl(root, finder, scratch, is_drawn=is_drawn)
+    is_rewritten = _rewrite_meshes(root, finder, scratch, path, is_drawn=is_drawn)
     if not (left_out or is_renamed or is_thinned or is_rewritten):
         return ModelText(None, finder.packages, ())
     for holder, key, uri in _uris(root):
@@ -179,33 +174,39 @@ def _remove_missing(link: ElementTree.Element, finder: _Meshes) -> list[str]:
     return removed
 
 
-def _rewrite_stl(
-    root: ElementTree.Element, finder: _Meshes, scratch: Path, *, is_drawn: bool
+def _rewrite_meshes(
+    root: ElementTree.Element, finder: _Meshes, scratch: Path, path: Path, *, is_drawn: bool
 ) -> bool:
-    """Has OBJ meshes in place of STL ones; tells whether there were any.
+    """Has OBJ meshes in place of those that Drake does not read; tells whether there were any.
 
-    Those that make the outline must be readable: of collision shapes, of visual ones where there
-    are no others. The others are only wanted where they are drawn.
+    Those that touch must be readable, of visual ones where there are no others. The others are only
+    wanted where they are drawn.
     """
     collisions, visuals = list(root.iter("collision")), list(root.iter("visual"))
     needed = collisions or visuals
-    written: dict[Path, Path] = {}
-    for shape in [*needed, *(visuals if is_drawn and collisions else ())]:
-        for holder, key, uri in _uris(shape):
-            place = finder.place(uri)
-            if place is None or place.suffix.lower() != STL:
-                continue
-            try:
-                points = None if place in written else read_stl(place)
-            except InputError:
-                if shape in needed:
-                    raise
-                continue
-            if points is not None:
-                written[place] = scratch.absolute() / f"{len(written)}.obj"
-                written[place].write_text(as_obj(points))
-            _set(holder, key, f"file://{written[place]}")
-    return bool(written)
+    wanted = [*needed, *(visuals if is_drawn and collisions else ())]
+    places = {
+        (holder, key): place
+        for shape in wanted
+        for holder, key, uri in _uris(shape)
+        if (place := finder.place(uri)) is not None and place.suffix.lower() in CONVERTED
+    }
+    files = list(dict.fromkeys(places.values()))
+    if not files:
+        return False
+    asked = [
+        {"file": str(file), "obj": str(scratch.absolute() / f"{index}.obj")}
+        for index, file in enumerate(files)
+    ]
+    written = dict(zip(files, call_limited(WRITE_OBJS, asked, str(path)), strict=True))
+    required = {holder for shape in needed for holder, _, _ in _uris(shape)}
+    for (holder, key), place in places.items():
+        answer = written[place]
+        if "obj" in answer:
+            _set(holder, key, f"file://{answer['obj']}")
+        elif holder in required:
+            raise InputError(f"{place}: cannot be read as a mesh: {answer['fault']}")
+    return True
 
 
 def _uris(element: ElementTree.Element) -> Iterator[tuple[ElementTree.Element, str, str]]:
@@ -228,56 +229,25 @@ class _Meshes:
     """Looks for the files of URIs; packages: the folders of those that were named and found."""
 
     def __init__(self, path: Path) -> None:
-        self._folder = path.parent.absolute()
         self._drakes = PackageMap()
-        self.packages: dict[str, Path] = {}
+        self._around = Packages(path)
+
+    @property
+    def packages(self) -> Mapping[str, Path]:
+        """The folders of the packages that were named and found."""
+        return self._around.found
 
     def has(self, uri: str) -> bool:
         """Tells whether the file of a URI is there; those in Drake's own packages are."""
-        named = PACKAGE_URI.fullmatch(uri)
-        if named is not None and self._drakes.Contains(named[1]):
-            return True
-        return self.place(uri) is not None
+        return self._is_drakes(uri) or self.place(uri) is not None
 
     def place(self, uri: str) -> Path | None:
         """Returns the file of a URI; None where it is not there, or in Drake's own packages."""
+        if self._is_drakes(uri):
+            return None
+        file = self._around.place(uri)
+        return file if file is not None and file.is_file() else None
+
+    def _is_drakes(self, uri: str) -> bool:
         named = PACKAGE_URI.fullmatch(uri)
-        if named is None:
-            file = self._folder / uri.removeprefix("file://")
-            return file if file.is_file() else None
-        name, rest = named.groups()
-        if self._drakes.Contains(name):
-            return None
-        folder = self.packages.get(name) or _package(name, self._folder)
-        if folder is None:
-            return None
-        self.packages[name] = folder
-        file = folder / rest
-        return file if file.is_file() else None
-
-
-def _package(name: str, start: Path) -> Path | None:
-    """Returns the folder of a package; start: of the file that names it."""
-    above = [start, *start.parents][:MAX_DEPTH]
-    environment = {
-        variable: [Path(entry) for entry in os.environ.get(variable, "").split(os.pathsep) if entry]
-        for variable in ("AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH")
-    }
-    places = [
-        *above,
-        *(folder / name for folder in above),
-        *(prefix / "share" / name for prefix in environment["AMENT_PREFIX_PATH"]),
-        *environment["ROS_PACKAGE_PATH"],
-        *(entry / name for entry in environment["ROS_PACKAGE_PATH"]),
-    ]
-    return next((place for place in places if _is_package(place, name)), None)
-
-
-def _is_package(folder: Path, name: str) -> bool:
-    if not folder.is_dir():
-        return False
-    file = folder / PACKAGE_FILE
-    if file.is_file():
-        said = re.search(r"<name>\s*([^<\s]+)\s*</name>", file.read_text(errors="replace"))
-        return said is not None and said[1] == name
-    return folder.name == name
+        return named is not None and self._drakes.Contains(named[1])

@@ -1,0 +1,208 @@
+"""How a model drives, by its plugins of Gazebo and its ros2_control blocks and files."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+from xml.etree import ElementTree
+
+from drake_navbench.descriptions.body import Wheel
+from drake_navbench.descriptions.model import Model
+from drake_navbench.descriptions.poses import number
+from drake_navbench.descriptions.xml_file import text_of
+from drake_navbench.errors import InputError
+from drake_navbench.typed_files.ros_packages import Packages
+from drake_navbench.typed_files.typed_yaml import read_yaml
+
+DIFFERENTIAL, OMNIDIRECTIONAL, ACKERMANN = "differential", "omnidirectional", "ackermann"
+# Words in the file or name of a plugin, or the type of a controller, first fit first.
+KINDS = (
+    ("ackermann", ACKERMANN),
+    ("tricycle", ACKERMANN),
+    ("bicycle_steering", ACKERMANN),
+    ("mecanum", OMNIDIRECTIONAL),
+    ("planar_move", OMNIDIRECTIONAL),
+    ("planar-move", OMNIDIRECTIONAL),
+    ("omni", OMNIDIRECTIONAL),
+    ("velocity-control", OMNIDIRECTIONAL),
+    ("diff_drive", DIFFERENTIAL),
+    ("diff-drive", DIFFERENTIAL),
+    ("diffdrive", DIFFERENTIAL),
+    ("skid_steer", DIFFERENTIAL),
+    ("skid-steer", DIFFERENTIAL),
+)
+CONTROL = ("ros2_control", "ros_control")
+# Where this is the fastest, the model gives a bound of its simulator, none of a robot.
+FASTEST_MPS, FASTEST_RADPS, LARGEST_MPS2 = 20.0, 50.0, 200.0
+LEAST = 1e-3
+
+
+class FoundDrive(NamedTuple):
+    """kind: '' where nothing tells it. source: what told it. values: by our own names, SI units."""
+
+    kind: str
+    source: str
+    values: dict[str, float]
+
+
+def drive_of(model: Model, wheels: Sequence[Wheel], packages: Packages) -> FoundDrive:
+    """Returns how a model drives: by its plugin, else its ros2_control file, else its wheels."""
+    radius_m = next((w.radius_m for w in wheels if w.radius_m is not None), None)
+    found = _by_plugin(model) or _by_controllers(model, packages)
+    if found is None:
+        names = " ".join(w.joint.child.lower() for w in wheels)
+        is_mecanum = len(wheels) >= 3 and ("mecanum" in names or "omni" in names)
+        kind = OMNIDIRECTIONAL if is_mecanum else DIFFERENTIAL if len(wheels) >= 2 else ""
+        found = FoundDrive(kind, f"{len(wheels)} wheels" if wheels else "", {})
+    values = dict(found.values)
+    if radius_m is not None:
+        values.setdefault("wheel_radius_m", radius_m)
+    sides = [float(w.position[1]) for w in wheels]
+    if len(sides) >= 2 and max(sides) - min(sides) > LEAST:
+        values.setdefault("wheel_separation_m", max(sides) - min(sides))
+    _add_wheel_limits(values, model, wheels)
+    return found._replace(values=_sensible(values))
+
+
+def _kind_of(text: str) -> str:
+    return next((kind for word, kind in KINDS if word in text.lower()), "")
+
+
+def _by_plugin(model: Model) -> FoundDrive | None:
+    for plugin in model.plugins:
+        kind = _kind_of(plugin.name)
+        if kind:
+            name = plugin.name.split()[0] if plugin.name.split() else kind
+            return FoundDrive(kind, name, _plugin_values(plugin.element, kind))
+    return None
+
+
+def _plugin_values(plugin: ElementTree.Element, kind: str) -> dict[str, float]:
+    def told(*names: str) -> float | None:
+        return next((v for v in (number(text_of(plugin, n)) for n in names) if v is not None), None)
+
+    diameter = told("wheel_diameter", "wheelDiameter")
+    radius = told("wheel_radius", "wheelRadius") or (0.5 * diameter if diameter else None)
+    values = {
+        "wheel_radius_m": radius,
+        "wheel_separation_m": told("wheel_separation", "wheelSeparation", "kingpin_width"),
+        "max_linear_velocity_mps": told("max_linear_velocity", "max_velocity", "max_speed"),
+        "min_linear_velocity_mps": told("min_linear_velocity", "min_velocity"),
+        "max_angular_velocity_radps": told("max_angular_velocity"),
+        "max_linear_acceleration_mps2": told(
+            # Of the classic plugin that is a wheel's rim, m/s^2; 0 stands for none.
+            "max_linear_acceleration",
+            "max_acceleration",
+            "max_wheel_acceleration",
+        ),
+        "max_angular_acceleration_radps2": told("max_angular_acceleration"),
+    }
+    if kind == ACKERMANN:
+        wheelbase = told("wheel_base", "wheelbase")
+        steering = told("steering_limit", "max_steer")
+        if wheelbase and steering and 0.0 < steering < 0.5 * math.pi:
+            values["wheelbase_m"] = wheelbase
+            values["min_turning_radius_m"] = wheelbase / math.tan(steering)
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def _by_controllers(model: Model, packages: Packages) -> FoundDrive | None:
+    """Returns what the parameter files of ros2_control's plugin say."""
+    for plugin in model.plugins:
+        if not any(word in plugin.name for word in CONTROL):
+            continue
+        for element in plugin.element.iter("parameters"):
+            place = packages.place((element.text or "").strip())
+            found = None if place is None else _controllers_in(place)
+            if found is not None:
+                return found
+    return None
+
+
+def _controllers_in(path: Path) -> FoundDrive | None:
+    try:
+        data = read_yaml(path)
+    except InputError:
+        return None
+    types = {
+        name: str(block.get("type", ""))
+        for node in data.values()
+        for name, block in _parameters(node).items()
+        if isinstance(block, Mapping)
+    }
+    for name, kind_name in types.items():
+        kind = _kind_of(kind_name)
+        node = data.get(name) or data.get(f"/{name}")
+        if kind:
+            return FoundDrive(kind, path.name, _controller_values(_parameters(node)))
+    return None
+
+
+def _parameters(node: Any) -> Mapping[str, Any]:
+    """Returns the parameters of a node; {} where there are none."""
+    block = node.get("ros__parameters") if isinstance(node, Mapping) else None
+    return block if isinstance(block, Mapping) else {}
+
+
+def _controller_values(parameters: Mapping[str, Any]) -> dict[str, float]:
+    def told(path: str) -> float | None:
+        value: Any = parameters.get(path)
+        if value is None:
+            value = parameters
+            for part in path.split("."):
+                value = value.get(part) if isinstance(value, Mapping) else None
+        is_number = isinstance(value, int | float) and not isinstance(value, bool)
+        return float(value) if is_number and math.isfinite(value) else None
+
+    names = {
+        "wheel_separation_m": "wheel_separation",
+        "wheel_radius_m": "wheel_radius",
+        "max_linear_velocity_mps": "linear.x.max_velocity",
+        "min_linear_velocity_mps": "linear.x.min_velocity",
+        "max_linear_acceleration_mps2": "linear.x.max_acceleration",
+        "max_angular_velocity_radps": "angular.z.max_velocity",
+        "max_angular_acceleration_radps2": "angular.z.max_acceleration",
+        "wheelbase_m": "wheelbase",
+    }
+    values = {ours: told(theirs) for ours, theirs in names.items()}
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def _add_wheel_limits(values: dict[str, float], model: Model, wheels: Sequence[Wheel]) -> None:
+    """Adds the speed at which the wheels turn as fast as their joints may, where none is given."""
+    limits = [w.joint.velocity_radps for w in wheels if w.joint.velocity_radps]
+    names = {w.joint.name for w in wheels}
+    for plugin in model.plugins:
+        for joint in plugin.element.iter("joint"):
+            if plugin.name != "ros2_control" or joint.get("name") not in names:
+                continue
+            for interface in joint.findall("command_interface"):
+                if interface.get("name") == "velocity":
+                    most = [number(p.text) for p in interface if p.get("name") == "max"]
+                    limits += [value for value in most if value]
+    radius = values.get("wheel_radius_m")
+    if limits and radius and "max_linear_velocity_mps" not in values:
+        values["max_linear_velocity_mps"] = min(limits) * radius
+
+
+def _sensible(values: Mapping[str, float]) -> dict[str, float]:
+    """Returns the values without those that bound nothing, such as 1e16 rad/s or 0."""
+    most = {
+        "max_linear_velocity_mps": FASTEST_MPS,
+        "max_angular_velocity_radps": FASTEST_RADPS,
+        "max_linear_acceleration_mps2": LARGEST_MPS2,
+        "max_angular_acceleration_radps2": LARGEST_MPS2,
+    }
+    kept = {
+        name: value
+        for name, value in values.items()
+        if name == "min_linear_velocity_mps" or LEAST <= value <= most.get(name, math.inf)
+    }
+    back = kept.get("min_linear_velocity_mps")
+    if back is not None and not -FASTEST_MPS <= back <= 0.0:
+        del kept["min_linear_velocity_mps"]
+    if "max_linear_velocity_mps" in kept and "min_linear_velocity_mps" not in kept:
+        kept["min_linear_velocity_mps"] = -kept["max_linear_velocity_mps"]
+    return kept

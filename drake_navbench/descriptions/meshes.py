@@ -1,0 +1,111 @@
+"""Meshes, read in a process with bounds on memory and time; what was read once is kept."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from collections.abc import Sequence
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from drake_navbench.descriptions.model import Array, Shape
+from drake_navbench.descriptions.robots_extra import HOW_TO_INSTALL
+from drake_navbench.errors import InputError
+from drake_navbench.processes.cache_folder import user_cache_folder
+from drake_navbench.processes.limited_call import call_limited
+from drake_navbench.typed_files.input_file import MEGABYTE, file_digest
+
+MAX_MESH_BYTES = 500 * MEGABYTE
+FOLDER = "meshes"
+# Changes wherever the same file would now be read into something else.
+VERSION = 1
+CHILD = "drake_navbench.typed_files.mesh_child"
+
+
+def mesh_outlines(shapes: Sequence[Shape], to_base: Array) -> list[dict[str, Any]]:
+    """Returns what `mesh_child.outlines` does for mesh shapes, whose frame `to_base` turns."""
+    return _read("outlines", [_asked(shape, to_base) for shape in shapes])
+
+
+def mesh_sections(
+    shapes: Sequence[Shape], bands: Sequence[Sequence[float]]
+) -> list[dict[str, Any]]:
+    """Returns what `mesh_child.sections` does for mesh shapes; bands: heights of each cut, m."""
+    plain = [list(map(float, heights)) for heights in bands]
+    return _read("sections", [_asked(shape, np.eye(4)) | {"bands": plain} for shape in shapes])
+
+
+def _asked(shape: Shape, to_base: Array) -> dict[str, Any]:
+    transform = to_base @ shape.pose @ np.diag([*shape.size, 1.0])
+    return {
+        "file": str(shape.mesh),
+        "submesh": shape.submesh,
+        "is_centred": shape.is_centred,
+        "transform": transform.round(9).tolist(),
+    }
+
+
+def _read(function: str, asked: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Returns an answer for each mesh: from the cache, else read now, all in one process."""
+    files = [_cache_file(function, entry) for entry in asked]
+    answers = [_cached(file) for file in files]
+    missing = [index for index, answer in enumerate(answers) if answer is None]
+    if missing:
+        for index, answer in zip(
+            missing, _read_now(function, [asked[i] for i in missing]), strict=True
+        ):
+            answers[index] = _explained(answer)
+            if "fault" not in answer:
+                _keep(files[index], answer)
+    return [answer or {} for answer in answers]
+
+
+def _read_now(function: str, asked: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Reads meshes together, and where that takes too much one by one."""
+    try:
+        return list(call_limited(f"{CHILD}:{function}", asked, "meshes"))
+    except InputError:
+        if len(asked) == 1:
+            return [{"fault": "needs more than 1 GB of memory or 30 s"}]
+    half = len(asked) // 2
+    return _read_now(function, asked[:half]) + _read_now(function, asked[half:])
+
+
+def _explained(answer: dict[str, Any]) -> dict[str, Any]:
+    fault = answer.get("fault", "")
+    if "collada" in fault and ("No module" in fault or "not installed" in fault):
+        return {"fault": f"needs the library pycollada: {HOW_TO_INSTALL}"}
+    return answer
+
+
+def _cache_file(function: str, entry: dict[str, Any]) -> Path:
+    try:
+        digest = file_digest(Path(entry["file"]), max_bytes=MAX_MESH_BYTES)
+    except InputError:
+        digest = ""
+    name = json.dumps([VERSION, function, digest, {**entry, "file": ""}])
+    return user_cache_folder() / FOLDER / f"{sha256(name.encode()).hexdigest()}.json"
+
+
+def _cached(file: Path) -> dict[str, Any] | None:
+    try:
+        found = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return found if isinstance(found, dict) else None
+
+
+def _keep(file: Path, answer: dict[str, Any]) -> None:
+    """Writes an answer whole or not at all; a cache that cannot be written is none."""
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(dir=file.parent)
+        with os.fdopen(handle, "w", encoding="utf-8") as out:
+            json.dump(answer, out)
+        os.replace(name, file)
+    except OSError:
+        return

@@ -1,0 +1,85 @@
+"""A file with one model, URDF, SDF or xacro, read into plain data."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from xml.etree import ElementTree
+
+from drake_navbench.descriptions.model import Model
+from drake_navbench.descriptions.sdf import SdfReader
+from drake_navbench.descriptions.urdf import read_urdf
+from drake_navbench.descriptions.xacro_file import XACRO, Expanded, expand_xacro
+from drake_navbench.descriptions.xml_file import read_xml
+from drake_navbench.errors import InputError
+from drake_navbench.typed_files.input_file import MEGABYTE, read_input
+from drake_navbench.typed_files.ros_packages import Packages
+
+MAX_FILE_BYTES = 64 * MEGABYTE
+MODEL_SUFFIXES = (".urdf", ".sdf", XACRO)
+# What only xacro gives a meaning, also in files called .urdf.
+XACRO_MARKS = re.compile(r"<xacro:|=\s*[\"'][^\"']*\$[{(]")
+# Roots of files of other simulators; see docs/robots.md.
+OTHERS = {"mujoco": "MuJoCo", "mujocoinclude": "MuJoCo"}
+
+
+@dataclass(frozen=True)
+class Source:
+    """A model with the file it comes from.
+
+    root: the XML, expanded where it was xacro. arguments: of its xacro files, with their values.
+    is_expanded: whether the file was xacro.
+    """
+
+    path: Path
+    model: Model
+    root: ElementTree.Element
+    packages: Packages
+    arguments: Mapping[str, str] = field(default_factory=dict)
+    is_expanded: bool = False
+
+
+def read_source(
+    path: Path, arguments: Mapping[str, str] | None = None, folders: Sequence[Path] = ()
+) -> Source:
+    """Returns the model in a file; raises InputError, one line, where there is none.
+
+    arguments: for xacro. folders: where packages are looked for besides the repository.
+    """
+    packages = Packages(path, folders)
+    text = read_input(path, max_bytes=MAX_FILE_BYTES).decode(errors="replace")
+    is_expanded = path.suffix == XACRO or XACRO_MARKS.search(text) is not None
+    expanded = expand_xacro(path, arguments, folders) if is_expanded else Expanded(text)
+    root = read_xml(expanded.text.encode(), str(path))
+    model = read_urdf(root, packages) if root.tag == "robot" else _sdf_model(root, path, packages)
+    if not model.links:
+        raise InputError(f"{path}: cannot be read as a robot's model: expected links, found none")
+    return Source(path, model, root, packages, expanded.arguments, is_expanded)
+
+
+def _sdf_model(root: ElementTree.Element, path: Path, packages: Packages) -> Model:
+    """Returns the first model of an SDF text, also where it stands in a world or is included."""
+    if root.tag in OTHERS:
+        raise InputError(
+            f"{path}: is a model of {OTHERS[root.tag]}; expected URDF, SDF or xacro, "
+            f"which {OTHERS[root.tag]}'s tools write"
+        )
+    if root.tag not in ("sdf", "model", "gazebo"):
+        raise InputError(
+            f"{path}: cannot be read as a robot's model: expected <robot> or <sdf>, found "
+            f"<{root.tag}>"
+        )
+    reader = SdfReader(packages)
+    element = root if root.tag == "model" else root.find("model")
+    if element is None:
+        element = root.find("world/model")
+    folder = path.parent.absolute()
+    if element is None:
+        include = root.find("include")
+        found = None if include is None else reader.included(include)
+        if found is None:
+            raise InputError(f"{path}: cannot be read as a robot's model: expected a <model>")
+        element, folder = found
+    return reader.read(element, folder)

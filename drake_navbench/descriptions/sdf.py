@@ -1,0 +1,278 @@
+"""SDF as models: a file's own model, or those of a world, with what they include."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.descriptions.model import Joint, Link, Model, Plugin, Sensor, Shape
+from drake_navbench.descriptions.poses import inverse, number, numbers
+from drake_navbench.descriptions.sdf_frames import Frames
+from drake_navbench.descriptions.xml_file import read_xml, text_of
+from drake_navbench.errors import InputError
+from drake_navbench.typed_files.input_file import MEGABYTE, read_input
+from drake_navbench.typed_files.ros_packages import MODEL_FILE, Packages
+
+Array = NDArray[np.float64]
+
+MAX_FILE_BYTES = 64 * MEGABYTE
+# Models in models: more is a file that includes itself.
+MAX_NESTED = 16
+MAX_LINKS = 50_000
+FUEL = ("http://", "https://")
+UNSHAPED = ("heightmap", "image")
+
+
+class SdfReader:
+    """Reads models of SDF; remarks: what was left out, and why."""
+
+    def __init__(self, packages: Packages) -> None:
+        self._packages = packages
+        self._files: dict[Path, ElementTree.Element] = {}
+        self._link_count = 0
+        self.remarks: list[str] = []
+
+    def read(self, element: ElementTree.Element, folder: Path, pose: Array | None = None) -> Model:
+        """Returns a <model> at a pose; folder: that its relative files are in."""
+        model = Model(element.get("name") or "model", remarks=self.remarks)
+        model.is_static = _is_true(text_of(element, "static"))
+        self._add(model, element, folder, np.eye(4) if pose is None else pose, "", 0)
+        return model
+
+    def included(self, include: ElementTree.Element) -> tuple[ElementTree.Element, Path] | None:
+        """Returns the <model> that an <include> names, and its folder; None, told, without one."""
+        uri = (text_of(include, "uri") or "").strip().rstrip("/")
+        place = self._place(uri)
+        if place is None:
+            why = "is on the net; expected its folder by --packages" if uri.startswith(FUEL) else ""
+            self._tell(f"left out {uri}: {why or 'no such model in the repository or --packages'}")
+            return None
+        file = _model_file(place) if place.is_dir() else place
+        if file is None or not file.is_file():
+            self._tell(f"left out {uri}: no SDF file in {place}")
+            return None
+        root = self._root(file)
+        model = root if root.tag == "model" else root.find("model")
+        if model is None:
+            what = "a light" if root.find("light") is not None else "no model"
+            self._tell(f"left out {uri}: it holds {what}")
+            return None
+        return model, file.parent
+
+    def _place(self, uri: str) -> Path | None:
+        if uri.startswith(FUEL):
+            name = uri.rpartition("/")[2]
+            if name.isdecimal():
+                name = uri.rsplit("/", 2)[1]
+            return self._packages.model(name)
+        if "://" not in uri and uri and self._packages.place(uri) is None:
+            # Newer Gazebo takes the bare name of a model, too.
+            return self._packages.model(uri)
+        return self._packages.place(uri)
+
+    def _root(self, file: Path) -> ElementTree.Element:
+        if file not in self._files:
+            content = read_input(file, max_bytes=MAX_FILE_BYTES)
+            self._files[file] = read_xml(content, str(file))
+        return self._files[file]
+
+    def _add(
+        self,
+        model: Model,
+        element: ElementTree.Element,
+        folder: Path,
+        pose: Array,
+        prefix: str,
+        depth: int,
+    ) -> None:
+        """Adds the parts of a <model> at a pose; prefix: of the names in it."""
+        if depth > MAX_NESTED:
+            raise InputError(f"model {model.name}: nests deeper than {MAX_NESTED} models")
+        frames = Frames(element)
+        for nested in element.findall("model"):
+            self._add(
+                model,
+                nested,
+                folder,
+                pose @ frames.of(nested.get("name", "")),
+                f"{prefix}{nested.get('name', '')}::",
+                depth + 1,
+            )
+        for include in element.findall("include"):
+            self._include(model, include, frames, pose, prefix, depth)
+        for link in element.findall("link"):
+            self._add_link(model, link, frames, folder, pose, prefix)
+        for joint in element.findall("joint"):
+            model.joints.append(_joint(joint, frames, pose, prefix))
+        for plugin in element.findall("plugin"):
+            name = f"{plugin.get('filename', '')} {plugin.get('name', '')}"
+            model.plugins.append(Plugin(name, plugin))
+        unknown = sorted(name for name in frames.unknown if "::" not in name)
+        if unknown:
+            self._tell(f"model {model.name}: poses relative to {unknown[0]!r}, which it has not")
+
+    def _include(
+        self,
+        model: Model,
+        include: ElementTree.Element,
+        frames: Frames,
+        pose: Array,
+        prefix: str,
+        depth: int,
+    ) -> None:
+        found = self.included(include)
+        if found is None:
+            return
+        element, folder = found
+        name = text_of(include, "name") or element.get("name") or ""
+        if include.find("pose") is not None:
+            own = frames.pose_of(include)
+        else:
+            own = Frames(element).pose_of(element)
+        frames.add(name, own)
+        self._add(model, element, folder, pose @ own, f"{prefix}{name}::", depth + 1)
+
+    def _add_link(
+        self,
+        model: Model,
+        element: ElementTree.Element,
+        frames: Frames,
+        folder: Path,
+        pose: Array,
+        prefix: str,
+    ) -> None:
+        self._link_count += 1
+        if self._link_count > MAX_LINKS:
+            raise InputError(f"more than {MAX_LINKS} links; expected a smaller world")
+        name = element.get("name", "")
+        place = pose @ frames.of(name)
+        mass = number(text_of(element, "inertial/mass"))
+
+        def placed(part: ElementTree.Element) -> Array:
+            own = part.find("pose")
+            said = None if own is None else own.get("relative_to")
+            return pose @ frames.pose_of(part) if said else place @ frames_of_part(part)
+
+        def frames_of_part(part: ElementTree.Element) -> Array:
+            return Frames(part).pose_of(part)
+
+        model.links[prefix + name] = Link(
+            prefix + name,
+            place,
+            mass or 0.0,
+            self._shapes(element, "collision", placed, folder),
+            self._shapes(element, "visual", placed, folder),
+        )
+        for sensor in element.findall("sensor"):
+            kind = sensor.get("type", "")
+            model.sensors.append(Sensor(sensor.get("name", ""), kind, placed(sensor), sensor))
+
+    def _shapes(
+        self,
+        link: ElementTree.Element,
+        role: str,
+        placed: Callable[[ElementTree.Element], Array],
+        folder: Path,
+    ) -> tuple[Shape, ...]:
+        found = []
+        for element in link.findall(role):
+            geometry = element.find("geometry")
+            for shape in geometry if geometry is not None else ():
+                read = self._shape(shape, placed(element), folder)
+                if read is not None:
+                    found.append(read)
+                elif shape.tag in UNSHAPED and role == "collision":
+                    self._tell(f"left out a {shape.tag}: only flat floors are driven on")
+        return tuple(found)
+
+    def _shape(self, element: ElementTree.Element, pose: Array, folder: Path) -> Shape | None:
+        def given(name: str) -> float:
+            return number(text_of(element, name)) or 0.0
+
+        if element.tag == "box":
+            return Shape("box", pose, tuple(numbers(text_of(element, "size"), 3)))
+        if element.tag in ("cylinder", "capsule", "cone"):
+            return Shape(element.tag, pose, (given("radius"), given("length")))
+        if element.tag == "sphere":
+            return Shape("sphere", pose, (given("radius"),))
+        if element.tag == "drake.ellipsoid":
+            return Shape("ellipsoid", pose, (given("a"), given("b"), given("c")))
+        if element.tag == "ellipsoid":
+            return Shape("ellipsoid", pose, tuple(numbers(text_of(element, "radii"), 3)))
+        if element.tag == "plane":
+            return Shape("plane", pose)
+        if element.tag == "polyline":
+            corners = [numbers(point.text, 2) for point in element.findall("point")]
+            return Shape("polyline", pose, (given("height"),), corners=np.array(corners))
+        if element.tag == "mesh":
+            return self._mesh(element, pose, folder)
+        return None
+
+    def _mesh(self, element: ElementTree.Element, pose: Array, folder: Path) -> Shape:
+        uri = text_of(element, "uri") or text_of(element, "filename") or ""
+        scale = text_of(element, "scale")
+        place = self._packages.place(uri, folder) if uri else None
+        if place is None and uri.startswith(FUEL):
+            # https://.../models/NAME/VERSION/files/meshes/part.dae
+            name, _, rest = uri.partition("/models/")[2].partition("/")
+            model = self._packages.model(name)
+            file = None if model is None else model / rest.partition("files/")[2]
+            place = file if file is not None and file.is_file() else None
+        return Shape(
+            "mesh",
+            pose,
+            tuple(numbers(scale, 3, 1.0)) if scale else (1.0, 1.0, 1.0),
+            mesh=place if place is not None and place.is_file() else None,
+            uri=uri,
+            submesh=text_of(element, "submesh/name") or "",
+            is_centred=_is_true(text_of(element, "submesh/center")),
+        )
+
+    def _tell(self, remark: str) -> None:
+        if remark not in self.remarks:
+            self.remarks.append(remark)
+
+
+def _joint(element: ElementTree.Element, frames: Frames, pose: Array, prefix: str) -> Joint:
+    child = text_of(element, "child") or ""
+    place = pose @ frames.pose_of(element, child)
+    axis = np.array(numbers(text_of(element, "axis/xyz") or "0 0 1", 3))
+    parent = text_of(element, "parent") or ""
+    return Joint(
+        prefix + element.get("name", ""),
+        element.get("type", "fixed"),
+        prefix + parent,
+        prefix + child,
+        place[:3, :3] @ axis,
+        number(text_of(element, "axis/limit/velocity")),
+    )
+
+
+def _model_file(folder: Path) -> Path | None:
+    """Returns the SDF file of a model's folder: that of the highest version in its model.config."""
+    config = folder / MODEL_FILE
+    if config.is_file():
+        root = read_xml(read_input(config, max_bytes=MEGABYTE), str(config))
+        named = [
+            (number(entry.get("version")) or 0.0, (entry.text or "").strip())
+            for entry in root.iter("sdf")
+        ]
+        there = [entry for entry in named if entry[1] and (folder / entry[1]).is_file()]
+        if there:
+            return folder / max(there)[1]
+    others = sorted(folder.glob("*.sdf"))
+    return others[0] if others else None
+
+
+def placement(element: ElementTree.Element, pose: Array) -> Array:
+    """Returns where a model's frame is whose `placement_frame`, if it names one, is at a pose."""
+    name = element.get("placement_frame", "")
+    return pose @ inverse(Frames(element).of(name)) if name else pose
+
+
+def _is_true(text: str | None) -> bool:
+    return text in ("1", "true", "True")

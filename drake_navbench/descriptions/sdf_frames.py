@@ -1,0 +1,93 @@
+"""The frames of one SDF model: poses relative to links, joints, frames and nested models."""
+
+from __future__ import annotations
+
+from xml.etree import ElementTree
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_navbench.descriptions.poses import numbers, pose_of
+from drake_navbench.descriptions.xml_file import text_of
+
+Array = NDArray[np.float64]
+
+MODEL_FRAMES = ("", "__model__", "world")
+PLACED = ("link", "frame", "model", "joint")
+
+
+class Frames:
+    """Where the named parts of a model lie in the frame of the model.
+
+    unknown: names that poses are relative to and that the model does not have; these poses count
+    as relative to the model.
+    """
+
+    def __init__(self, model: ElementTree.Element) -> None:
+        self._elements: dict[str, ElementTree.Element] = {}
+        for element in model:
+            if element.tag in PLACED and element.get("name"):
+                self._elements.setdefault(str(element.get("name")), element)
+        self._poses: dict[str, Array] = {}
+        self._pending: set[str] = set()
+        self.unknown: set[str] = set()
+
+    def add(self, name: str, pose: Array) -> None:
+        """Adds a frame at a pose in the model's frame."""
+        self._poses[name] = pose
+
+    def pose_of(self, element: ElementTree.Element, default: str = "") -> Array:
+        """Returns the pose of an element in the model's frame.
+
+        default: the frame that its pose is relative to where it does not say.
+        """
+        pose = element.find("pose")
+        own = np.eye(4) if pose is None else pose_element(pose)
+        said = None if pose is None else pose.get("relative_to") or pose.get("frame")
+        return self.of(said or default) @ own
+
+    def of(self, name: str) -> Array:
+        """Returns the pose of a named part in the model's frame."""
+        if name in MODEL_FRAMES:
+            return np.eye(4)
+        if name in self._poses:
+            return self._poses[name]
+        element = self._elements.get(name)
+        if element is None or name in self._pending:
+            self.unknown.add(name)
+            return np.eye(4)
+        self._pending.add(name)
+        default = ""
+        if element.tag == "joint":
+            default = text_of(element, "child") or ""
+        elif element.tag == "frame":
+            default = element.get("attached_to", "")
+        pose = self.pose_of(element, default)
+        self._pending.discard(name)
+        self._poses[name] = pose
+        return pose
+
+
+def pose_element(element: ElementTree.Element) -> Array:
+    """Returns the pose that the text of a <pose> tells."""
+    values = numbers(element.text, 6)
+    if element.get("degrees") in ("true", "1"):
+        values[3:] = [float(np.radians(value)) for value in values[3:]]
+    if element.get("rotation_format") == "quat_xyzw":
+        return _pose_of_quaternion(numbers(element.text, 7))
+    return pose_of(values)
+
+
+def _pose_of_quaternion(values: list[float]) -> Array:
+    x, y, z, w = values[3:7]
+    norm = x * x + y * y + z * z + w * w
+    pose = np.eye(4)
+    pose[:3, 3] = values[:3]
+    if norm > 0.0:
+        s = 2.0 / norm
+        pose[:3, :3] = [
+            [1 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w)],
+            [s * (x * y + z * w), 1 - s * (x * x + z * z), s * (y * z - x * w)],
+            [s * (x * z - y * w), s * (y * z + x * w), 1 - s * (x * x + y * y)],
+        ]
+    return pose

@@ -1,0 +1,58 @@
+"""XML of strangers: of a limited size and depth, without entities, prefixes left out."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+from xml.etree import ElementTree
+
+from drake_navbench.errors import InputError, as_line
+
+# Deeper than any model nests; the functions that walk through elements call themselves.
+MAX_XML_DEPTH = 200
+MAX_ELEMENTS = 2_000_000
+ENTITY = re.compile(rb"<!ENTITY", re.IGNORECASE)
+# A prefix that no declaration binds, as `drake:` in many files; parsers stop at those.
+PREFIXED = re.compile(rb"<(/?)([A-Za-z_][\w.-]*):([A-Za-z_])")
+PREFIXED_ATTRIBUTE = re.compile(rb"(\s)([A-Za-z_][\w.-]*):([A-Za-z_][\w.-]*\s*=\s*[\"'])")
+DECLARED = re.compile(rb"<\?xml[^>]*\?>")
+
+
+def read_xml(content: bytes, source: str) -> ElementTree.Element:
+    """Returns the root element of a text; tags and attributes without prefixes.
+
+    Raises InputError, one line, where it is no XML, declares entities or nests too deeply.
+    """
+    if ENTITY.search(content):
+        raise InputError(f"{source}: declares XML entities; expected none")
+    # Files that begin with a blank line before the declaration are common.
+    content = DECLARED.sub(b"", content.lstrip(), count=1)
+    content = PREFIXED.sub(rb"<\1\2.\3", content)
+    content = PREFIXED_ATTRIBUTE.sub(rb"\1\2.\3", content)
+    parser: Any = ElementTree.XMLPullParser(["start", "end"])
+    depth = count = 0
+    root: ElementTree.Element | None = None
+    try:
+        for start in range(0, len(content), 65536):
+            parser.feed(content[start : start + 65536])
+            for event, element in parser.read_events():
+                if root is None:
+                    root = element
+                depth += 1 if event == "start" else -1
+                count += event == "start"
+                if depth > MAX_XML_DEPTH or count > MAX_ELEMENTS:
+                    raise InputError(f"{source}: nests too deeply or is too long for a model")
+        parser.close()
+        for _ in parser.read_events():
+            pass
+    except (ElementTree.ParseError, ValueError) as error:
+        raise InputError(f"{source}: is no XML: {as_line(str(error))}") from error
+    if root is None:
+        raise InputError(f"{source}: is no XML: it is empty")
+    return root
+
+
+def text_of(element: ElementTree.Element | None, path: str) -> str | None:
+    """Returns the text below an element at a path; None where there is none."""
+    found = None if element is None else element.find(path)
+    return None if found is None or found.text is None else found.text.strip()

@@ -1,0 +1,276 @@
+"""A robot as its model describes it: fields of a robot file, and what became of each part."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import shapely
+
+from drake_navbench.descriptions.body import (
+    Body,
+    base_of,
+    floor_of,
+    read_body,
+    to_base_of,
+    wheels_of,
+)
+from drake_navbench.descriptions.gazebo_drive import (
+    ACKERMANN,
+    DIFFERENTIAL,
+    OMNIDIRECTIONAL,
+    FoundDrive,
+    drive_of,
+)
+from drake_navbench.descriptions.gazebo_sensors import FoundSensor, FoundSensors, alike, sensors_of
+from drake_navbench.descriptions.model import Array, Shape
+from drake_navbench.descriptions.model_source import MODEL_SUFFIXES, Source, read_source
+from drake_navbench.errors import InputError
+from drake_navbench.nav2.check import Check, CheckRow, Status
+
+__all__ = ["MODEL_SUFFIXES", "DescribedRobot", "describe_robot"]
+
+# Names of a drive's values that are fields of every base; the others tell of wheels.
+LIMITS = (
+    "max_linear_velocity_mps",
+    "min_linear_velocity_mps",
+    "max_linear_acceleration_mps2",
+)
+TURNING = ("max_angular_velocity_radps", "max_angular_acceleration_radps2")
+# How far inside of the outline the base origin is at least, m.
+ORIGIN_MARGIN_M = 0.01
+DEFAULTS = "not told; the default"
+
+
+@dataclass(frozen=True)
+class DescribedRobot:
+    """A robot's model, read: fields of a robot file; rows of a table, as of `--check`.
+
+    base: the link that is the base frame. height_m: of its highest point over the floor. source:
+    the model itself.
+    """
+
+    fields: Mapping[str, Any]
+    check: Check
+    base: str
+    height_m: float
+    source: Source
+
+
+def describe_robot(
+    path: Path,
+    arguments: Mapping[str, str] | None = None,
+    folders: Sequence[Path] = (),
+    base_frame: str | None = None,
+) -> DescribedRobot:
+    """Returns what a URDF, SDF or xacro file says of a robot; raises InputError.
+
+    arguments: for xacro. folders: where packages are looked for besides the repository around the
+    file. base_frame: the link that is the base, where the model has it.
+    """
+    try:
+        changed_ns = path.stat().st_mtime_ns
+    except (OSError, ValueError):
+        changed_ns = 0
+    given = tuple(sorted((arguments or {}).items()))
+    return _described(path.absolute(), str(path), given, tuple(folders), base_frame, changed_ns)
+
+
+@lru_cache(maxsize=8)
+def _described(
+    path: Path,
+    shown: str,
+    arguments: tuple[tuple[str, str], ...],
+    folders: tuple[Path, ...],
+    base_frame: str | None,
+    changed_ns: int,
+) -> DescribedRobot:
+    source = read_source(path, dict(arguments), folders)
+    model = source.model
+    base = base_of(model, base_frame)
+    body = read_body(model, base)
+    wheels = wheels_of(model, base)
+    floor_m = floor_of(model, body, wheels)
+    table = _Table(f"model {path.name}")
+    table.note_base(base, base_frame, source)
+    fields: dict[str, Any] = {"description": f"robot of {path.name}"}
+    fields |= table.body(body, source, shown)
+    fields |= table.mass(model.mass_kg)
+    fields |= table.sensors(sensors_of(model, to_base_of(model, base), floor_m))
+    fields |= table.drive(drive_of(model, wheels, source.packages))
+    for remark in dict.fromkeys((*body.left_out, *model.remarks)):
+        table.add(Status.STAND_IN, "shapes", remark)
+    height_m = max(body.high_m - floor_m, 0.05)
+    return DescribedRobot(fields, Check(tuple(table.rows)), base, height_m, source)
+
+
+class _Table:
+    """The rows of a model on the way to fields."""
+
+    def __init__(self, node: str) -> None:
+        self._node = node
+        self.rows: list[CheckRow] = []
+
+    def add(self, status: Status, name: str, remark: str = "") -> None:
+        """Adds a row."""
+        self.rows.append(CheckRow(status, self._node, name, remark))
+
+    def note_base(self, base: str, wanted: str | None, source: Source) -> None:
+        """Notes the base link and the arguments of xacro."""
+        if source.arguments:
+            told = ", ".join(f"{name}={value}" for name, value in source.arguments.items())
+            self.add(Status.USED, "xacro arguments", told)
+        if wanted is not None and base.rpartition("::")[2] != wanted:
+            self.add(Status.STAND_IN, "base frame", f"no link {wanted}; {base} is taken")
+        else:
+            self.add(Status.USED, "base frame", base)
+
+    def body(self, body: Body, source: Source, shown: str) -> dict[str, Any]:
+        """Returns the footprint; raises InputError where nothing tells it."""
+        if body.outline is None:
+            why = "; ".join(body.left_out) or "expected links with collision or visual shapes"
+            if not body.left_out:
+                why += ", found none"
+            raise InputError(f"{shown}: tells no outline: {why}; give it in a robot file")
+        outline = _around_origin(body.outline)
+        if len(outline) != len(body.outline) or not np.allclose(outline, body.outline):
+            self.add(Status.STAND_IN, "footprint", f"made larger: {body.base} lies outside of it")
+        unseen = [
+            shape.uri for shape in _visuals(source) if shape.kind == "mesh" and not shape.mesh
+        ]
+        if unseen and body.role == "collisions":
+            more = f" and {len(set(unseen)) - 1} more" if len(set(unseen)) > 1 else ""
+            remark = f"left out {unseen[0]}{more}, no such file or package; only seen"
+            self.add(Status.OTHER_FORM, "shapes", remark)
+        size = body.outline.max(axis=0) - body.outline.min(axis=0)
+        what = "collision" if body.role == "collisions" else "visual"
+        remark = f"{size[0]:.3g} x {size[1]:.3g} m, hull of the {what} shapes"
+        self.add(Status.USED, "footprint", remark)
+        return {"footprint": outline.tolist()}
+
+    def mass(self, mass_kg: float) -> dict[str, Any]:
+        """Returns the mass, where there is one."""
+        if mass_kg <= 0.0:
+            self.add(Status.STAND_IN, "mass", "0 kg in all links; no energy is told")
+            return {}
+        self.add(Status.USED, "mass", f"{mass_kg:.4g} kg")
+        return {"mass_kg": mass_kg}
+
+    def sensors(self, found: FoundSensors) -> dict[str, Any]:
+        """Returns the fields lidar and depth_sensors."""
+        fields: dict[str, Any] = {}
+        if found.scanners:
+            fields["lidar"] = self._scanners(found.scanners)
+        elif found.clouds:
+            layered = [c for c in found.clouds if "pixels" not in c.remark]
+            if layered:
+                fields["lidar"] = self._scan_of_layers(layered[0])
+        else:
+            self.add(Status.STAND_IN, "lidar", "none described; the default one at the base")
+        clouds: dict[str, Any] = {}
+        for sensor in found.clouds:
+            name = _unique(sensor.name or "cloud", clouds)
+            clouds[name] = sensor.fields
+            self.add(Status.USED, f"sensor {sensor.name}", _sight(sensor))
+        if clouds:
+            fields["depth_sensors"] = clouds
+        if found.others:
+            self.add(Status.NO_MEANING, ", ".join(dict.fromkeys(found.others)))
+        return fields
+
+    def _scanners(self, scanners: Sequence[FoundSensor]) -> dict[str, Any]:
+        first, *others = scanners
+        fields = dict(first.fields)
+        self.add(Status.USED, f"lidar {first.name}", _sight(first))
+        if first.remark:
+            self.add(Status.OTHER_FORM, f"lidar {first.name}", first.remark)
+        if others and alike(scanners):
+            fields["further_poses"] = [other.fields["pose"] for other in others]
+            for other in others:
+                self.add(Status.USED, f"lidar {other.name}", "another of the same kind")
+        else:
+            for other in others:
+                remark = f"left out; of another kind than {first.name}: {_sight(other)}"
+                self.add(Status.STAND_IN, f"lidar {other.name}", remark)
+        return fields
+
+    def _scan_of_layers(self, sensor: FoundSensor) -> dict[str, Any]:
+        remark = "has many layers; the planar scan is a level one from where it is"
+        self.add(Status.OTHER_FORM, f"lidar {sensor.name}", remark)
+        names = ("pose", "height_m", "range_min_m", "range_max_m", "period_s")
+        fields = {name: sensor.fields[name] for name in names if name in sensor.fields}
+        return fields | {"beam_count": sensor.fields["column_count"]}
+
+    def drive(self, found: FoundDrive) -> dict[str, Any]:
+        """Returns the field drive."""
+        values, kind = found.values, found.kind
+        wheels = [
+            f"{text} {values[name]:.4g} m"
+            for name, text in (("wheel_radius_m", "radius"), ("wheel_separation_m", "separation"))
+            if name in values
+        ]
+        if wheels:
+            self.add(Status.USED, "wheels", ", ".join(wheels))
+        if kind == ACKERMANN and not {"wheelbase_m", "min_turning_radius_m"} <= values.keys():
+            remark = f"{found.source}: without wheelbase and steering limit; a differential base"
+            self.add(Status.STAND_IN, "drive", remark)
+            kind = DIFFERENTIAL
+        elif kind:
+            self.add(Status.USED, "drive", f"{kind}, by {found.source}")
+        else:
+            self.add(Status.STAND_IN, "drive", "none described; the default differential base")
+        fields: dict[str, Any] = {}
+        if kind in (OMNIDIRECTIONAL, ACKERMANN):
+            fields["type"] = kind
+        names = LIMITS if kind == ACKERMANN else LIMITS + TURNING
+        fields |= {name: values[name] for name in names if name in values}
+        if kind == ACKERMANN:
+            fields |= {name: values[name] for name in ("wheelbase_m", "min_turning_radius_m")}
+        if kind == OMNIDIRECTIONAL and "max_linear_velocity_mps" in values:
+            fields["max_lateral_velocity_mps"] = values["max_linear_velocity_mps"]
+        limits = [f"{name} {fields[name]:.4g}" for name in names if name in fields]
+        if limits:
+            self.add(Status.USED, "limits", ", ".join(limits))
+        missing = [name for name in names if name not in fields and name != LIMITS[1]]
+        if missing:
+            self.add(Status.OTHER_FORM, ", ".join(missing), DEFAULTS)
+        return {"drive": fields} if fields else {}
+
+
+def _sight(sensor: FoundSensor) -> str:
+    """Returns where a sensor is and how far it sees, as a remark."""
+    fields = sensor.fields
+    x, y, yaw = fields["pose"]
+    place = f"at {x:.3g}, {y:.3g}, {fields['height_m']:.3g} m up"
+    turned = f", turned by {yaw:.3g} rad" if abs(yaw) > 1e-3 else ""
+    reach = f", {fields['range_max_m']:g} m" if "range_max_m" in fields else ""
+    beams = f", {fields['beam_count']} beams" if "beam_count" in fields else ""
+    more = f"; {sensor.remark}" if sensor.remark and "beam_count" not in fields else ""
+    return f"{place}{turned}{reach}{beams}, {1.0 / fields['period_s']:.3g} Hz{more}"
+
+
+def _visuals(source: Source) -> list[Shape]:
+    return [shape for link in source.model.links.values() for shape in link.visuals]
+
+
+def _around_origin(outline: Array) -> Array:
+    """Returns an outline (K, 2) that the base origin is inside of: itself, or its hull with that.
+
+    Costmaps take a footprint around the base frame alone.
+    """
+    polygon = shapely.Polygon(outline)
+    if polygon.contains(shapely.Point(0.0, 0.0)):
+        return outline
+    hull = shapely.union(polygon, shapely.Point(0.0, 0.0).buffer(ORIGIN_MARGIN_M)).convex_hull
+    return np.round(shapely.get_coordinates(hull.normalize())[:-1], 4)[::-1]
+
+
+def _unique(name: str, taken: Mapping[str, Any]) -> str:
+    number, unique = 2, name
+    while unique in taken:
+        unique, number = f"{name}_{number}", number + 1
+    return unique

@@ -1,0 +1,76 @@
+"""Where a Nav2 file and the robot's model contradict each other: users find their errors there."""
+
+from __future__ import annotations
+
+import shapely
+
+from drake_navbench.costmaps.observation_source import ObservationSourceSettings
+from drake_navbench.inputs.described_robot import DescribedRobot
+from drake_navbench.nav2.check import CheckRow, Status
+from drake_navbench.nav2.robot import Nav2Setup
+
+# What an outline may leave out of the body, and how much larger it may be, m.
+UNCOVERED_M, TOO_LARGE_M = 0.02, 0.15
+# A speed above the limit by less is a matter of rounding, m/s and rad/s.
+SPEED_TOLERANCE = 0.01
+
+
+def contradictions(setup: Nav2Setup, described: DescribedRobot) -> list[CheckRow]:
+    """Returns a row for each thing that the files and the model tell differently."""
+    node = f"Nav2 file and model {described.source.path.name}"
+    told = [*_outline(setup, described), *_speeds(setup, described), *_ranges(setup, described)]
+    return [CheckRow(Status.DOUBTFUL, node, name, remark) for name, remark in told]
+
+
+def _outline(setup: Nav2Setup, described: DescribedRobot) -> list[tuple[str, str]]:
+    body = shapely.Polygon(described.fields["footprint"])
+    padded = shapely.Polygon(setup.robot.padded_outline)
+    uncovered_m = max(padded.distance(shapely.Point(p)) for p in body.exterior.coords)
+    larger_m = max(body.distance(shapely.Point(p)) for p in padded.exterior.coords)
+    if uncovered_m > UNCOVERED_M:
+        remark = f"the body reaches {uncovered_m:.2g} m beyond the costmap's padded outline"
+        return [("footprint", remark)]
+    if larger_m > TOO_LARGE_M:
+        remark = f"the costmap's padded outline reaches {larger_m:.2g} m beyond the body"
+        return [("footprint", remark)]
+    return []
+
+
+def _speeds(setup: Nav2Setup, described: DescribedRobot) -> list[tuple[str, str]]:
+    limits = described.fields.get("drive", {})
+    told = []
+    for preset in setup.presets:
+        asked = preset.parameters.asked_speeds()
+        for name, value, limit in (
+            ("linear speed", asked.max_linear_mps, limits.get("max_linear_velocity_mps")),
+            ("turning speed", asked.max_angular_radps, limits.get("max_angular_velocity_radps")),
+        ):
+            if limit is not None and value is not None and value > limit + SPEED_TOLERANCE:
+                unit = "m/s" if name == "linear speed" else "rad/s"
+                remark = f"asks for up to {value:.3g} {unit}, the model allows {limit:.3g} {unit}"
+                told.append((f"{preset.name}: {name}", remark))
+    return told
+
+
+def _ranges(setup: Nav2Setup, described: DescribedRobot) -> list[tuple[str, str]]:
+    reach_m = described.fields.get("lidar", {}).get("range_max_m")
+    if reach_m is None:
+        return []
+    told = []
+    for costmap in ("local_costmap", "global_costmap"):
+        settings = getattr(setup.robot.navigation, costmap)
+        for layer in ("obstacle_layer", "voxel_layer"):
+            block = getattr(settings, layer, None)
+            if block is None or layer not in settings.plugins:
+                continue
+            sources = getattr(block, "observation_sources", None)
+            found = list(sources.values()) if isinstance(sources, dict) else [block]
+            for source in found:
+                most_m = getattr(source, "obstacle_max_range", 0.0)
+                is_scan = not isinstance(source, ObservationSourceSettings) or (
+                    source.data_type == "LaserScan"
+                )
+                if is_scan and most_m > reach_m:
+                    remark = f"{most_m:g} m, the model's lidar sees {reach_m:g} m"
+                    told.append((f"{costmap}.{layer}.obstacle_max_range", remark))
+    return told

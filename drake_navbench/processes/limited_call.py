@@ -1,0 +1,95 @@
+"""A function called in a process of its own, with bounds on memory and time.
+
+For files of strangers whose readers may be led to take both without end. The function takes and
+returns what JSON can hold, and is named `package.module:function`, so that nothing but its own
+module is imported beside it.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import os
+import resource
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+from drake_navbench.errors import InputError, NavbenchError, as_line, one_line
+
+GIGABYTE = 2**30
+MEMORY_LIMIT_BYTES = GIGABYTE
+TIME_LIMIT_S = 30
+# What a child says on its last line where memory was short.
+OUT_OF_MEMORY = "out of memory"
+# One thread: each thread of a numerical library reserves memory that counts against the limit.
+ONE_THREAD = {name: "1" for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")}
+
+
+def call_limited(
+    function: str,
+    argument: Any,
+    source: str,
+    *,
+    folder: Path | None = None,
+    memory_bytes: int = MEMORY_LIMIT_BYTES,
+    time_s: int = TIME_LIMIT_S,
+) -> Any:
+    """Returns what `package.module:function` returns for an argument, called in a new process.
+
+    source: the file that is read, for errors. folder: the process's working folder. Raises
+    InputError, one line, where the function raises, or memory or time do not suffice.
+    """
+    command = [sys.executable, "-m", __name__, function, str(memory_bytes), str(time_s)]
+    # The child finds the package where this process did.
+    paths = os.pathsep.join([str(Path(__file__).parents[2]), *filter(None, sys.path)])
+    try:
+        done = subprocess.run(
+            command,
+            input=json.dumps(argument).encode(),
+            capture_output=True,
+            cwd=folder,
+            env={**os.environ, **ONE_THREAD, "PYTHONPATH": paths},
+            timeout=time_s,
+            check=False,
+        )
+    except subprocess.TimeoutExpired as error:
+        raise InputError(f"{source}: not read within {time_s} s") from error
+    try:
+        answer = json.loads(done.stdout)
+    except ValueError:
+        answer = {"fault": OUT_OF_MEMORY if done.returncode else "no answer"}
+    if "fault" not in answer:
+        return answer["value"]
+    if answer["fault"] == OUT_OF_MEMORY:
+        limit = f"{memory_bytes / GIGABYTE:g} GB of memory and {time_s} s"
+        raise InputError(f"{source}: not read: expected a file that needs at most {limit}")
+    raise InputError(f"{source}: {answer['fault']}")
+
+
+def main(function: str, memory_bytes: int, time_s: int) -> None:
+    """Calls the function in the child; the answer goes to stdout, all that is printed to stderr."""
+    resource.setrlimit(resource.RLIMIT_AS, (memory_bytes, memory_bytes))
+    resource.setrlimit(resource.RLIMIT_CPU, (time_s, time_s))
+    out = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)
+    out.write(_answer(function, sys.stdin.read()))
+    out.flush()
+
+
+def _answer(function: str, argument: str) -> str:
+    module, _, name = function.partition(":")
+    try:
+        value = getattr(importlib.import_module(module), name)(json.loads(argument))
+        return json.dumps({"value": value})
+    except MemoryError:
+        return json.dumps({"fault": OUT_OF_MEMORY})
+    except NavbenchError as error:
+        return json.dumps({"fault": as_line(str(error))})
+    except Exception as error:
+        return json.dumps({"fault": as_line(one_line(error))})
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], int(sys.argv[2]), int(sys.argv[3]))

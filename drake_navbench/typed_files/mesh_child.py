@@ -1,0 +1,173 @@
+"""The inside of the process that reads meshes; see `descriptions.meshes` and `model_file`."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import shapely
+import trimesh
+from numpy.typing import NDArray
+
+from drake_navbench.errors import one_line
+from drake_navbench.typed_files.mesh_slices import cut
+
+Array = NDArray[np.float64]
+
+MAX_TRIANGLES = 1_000_000
+# A replay of more is slow to load.
+MAX_DRAWN = 100_000
+COLLADA = ".dae"
+STL = ".stl"
+# A binary STL file: a text of 80 bytes, the number of triangles, then each of them.
+STL_HEAD_BYTES, STL_TRIANGLE_BYTES = 84, 50
+SUFFIXES = (STL, ".obj", COLLADA, ".glb", ".gltf", ".ply")
+# What stands at the beginning of a COLLADA file: a metre in its unit, and which axis is up.
+UNIT = re.compile(r"<unit\b[^>]*\bmeter\s*=\s*[\"']([^\"']+)")
+UP_AXIS = re.compile(r"<up_axis>\s*(\w)_UP")
+ASSET_BYTES = 20_000
+# (4, 4) from a frame with another axis up to one with z up.
+TO_Z_UP = {
+    "Y": np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]]),
+    "X": np.array([[0.0, -1, 0, 0], [0, 0, -1, 0], [1, 0, 0, 0], [0, 0, 0, 1]]),
+}
+
+
+def outlines(asked: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Returns for each mesh the hull of its points over the floor, and its lowest and highest.
+
+    asked: file, submesh, is_centred and transform (4, 4) each. Of one that cannot be read `fault`.
+    """
+    return [_answer(mesh, _outline) for mesh in asked]
+
+
+def sections(asked: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Returns for each mesh the areas that it covers at heights: rings of corners (K, 2) m.
+
+    asked: as for `outlines`, and bands: the heights of each cut.
+    """
+    return [_answer(mesh, _section) for mesh in asked]
+
+
+def write_objs(asked: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Writes each mesh as OBJ, z up and in metres, into the file `obj`; else tells the `fault`.
+
+    asked: file and obj each. One of more than MAX_DRAWN triangles is drawn as its convex hull.
+    """
+    return [_answer({**mesh, "transform": np.eye(4)}, _written) for mesh in asked]
+
+
+def _written(corners: Array, mesh: dict[str, Any]) -> dict[str, Any]:
+    if len(corners) > MAX_DRAWN:
+        hull = trimesh.convex.convex_hull(corners.reshape(-1, 3))
+        corners = np.asarray(hull.vertices[hull.faces])
+    points = corners.reshape(-1, 3)
+    lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in points]
+    lines += [f"f {first} {first + 1} {first + 2}" for first in range(1, len(points), 3)]
+    Path(mesh["obj"]).write_text("\n".join([*lines, ""]), encoding="utf-8")
+    return {"obj": mesh["obj"]}
+
+
+def _answer(mesh: dict[str, Any], work: Any) -> dict[str, Any]:
+    try:
+        corners = read_corners(
+            Path(mesh["file"]), mesh.get("submesh", ""), bool(mesh.get("is_centred"))
+        )
+        transform = np.array(mesh["transform"])
+        placed = corners @ transform[:3, :3].T + transform[:3, 3]
+        return dict(work(placed, mesh))
+    except MemoryError:
+        raise
+    except Exception as error:
+        text = str(error) if isinstance(error, ValueError) else one_line(error)
+        return {"fault": text or one_line(error)}
+
+
+def _outline(corners: Array, mesh: dict[str, Any]) -> dict[str, Any]:
+    points = corners.reshape(-1, 3)
+    hull = shapely.MultiPoint(np.unique(points[:, :2].round(5), axis=0)).convex_hull
+    return {
+        "corners": shapely.get_coordinates(hull).tolist(),
+        "low": float(points[:, 2].min()),
+        "high": float(points[:, 2].max()),
+    }
+
+
+def _section(corners: Array, mesh: dict[str, Any]) -> dict[str, Any]:
+    points = corners.reshape(-1, 3)
+    return {
+        "bands": [cut(corners, heights) for heights in mesh["bands"]],
+        "low": float(points[:, 2].min()),
+        "high": float(points[:, 2].max()),
+        "bounds": [*points[:, :2].min(axis=0).tolist(), *points[:, :2].max(axis=0).tolist()],
+    }
+
+
+def read_corners(path: Path, submesh: str = "", is_centred: bool = False) -> Array:
+    """Returns the corners (T, 3, 3) m of a mesh's triangles, z up.
+
+    submesh: the name of the only part that counts, '' for all; is_centred: whether that is moved
+    to the origin. Raises ValueError where there are none or too many.
+    """
+    suffix = path.suffix.lower()
+    if suffix not in SUFFIXES:
+        raise ValueError(f"expected a mesh in {', '.join(SUFFIXES)}")
+    _require_few_in_stl(path)
+    options: dict[str, Any] = {"skip_materials": True} if suffix == ".obj" else {}
+    scene = trimesh.load_scene(path, **options)
+    parts = []
+    for name in scene.graph.nodes_geometry:
+        transform, geometry_name = scene.graph[name]
+        geometry = scene.geometry[geometry_name]
+        if not isinstance(geometry, trimesh.Trimesh):
+            continue
+        if submesh and submesh not in (name, geometry_name, geometry.metadata.get("name")):
+            continue
+        if len(geometry.faces) > MAX_TRIANGLES:
+            raise ValueError(_too_many(len(geometry.faces)))
+        points = geometry.vertices @ transform[:3, :3].T + transform[:3, 3]
+        parts.append(points[geometry.faces])
+    if submesh and not parts:
+        return read_corners(path)
+    if not parts:
+        raise ValueError("expected triangles, found none")
+    corners = np.vstack(parts).astype(float)
+    if len(corners) > MAX_TRIANGLES:
+        raise ValueError(_too_many(len(corners)))
+    if not np.isfinite(corners).all():
+        raise ValueError("expected finite corners")
+    if suffix == COLLADA:
+        corners = _as_metres_z_up(corners, path)
+    if is_centred:
+        points = corners.reshape(-1, 3)
+        corners = corners - 0.5 * (points.min(axis=0) + points.max(axis=0))
+    return corners
+
+
+def _require_few_in_stl(path: Path) -> None:
+    """Raises ValueError where the head of a binary STL file tells of too many triangles."""
+    if path.suffix.lower() != STL:
+        return
+    with path.open("rb") as file:
+        count = int.from_bytes(file.read(STL_HEAD_BYTES)[80:], "little")
+    is_binary = path.stat().st_size == STL_HEAD_BYTES + count * STL_TRIANGLE_BYTES
+    if is_binary and count > MAX_TRIANGLES:
+        raise ValueError(_too_many(count))
+
+
+def _too_many(count: int) -> str:
+    return f"has {count} triangles, expected at most {MAX_TRIANGLES}"
+
+
+def _as_metres_z_up(corners: Array, path: Path) -> Array:
+    """Returns the corners of a COLLADA file in metres with z up, as its head says."""
+    with path.open(encoding="utf-8", errors="replace") as file:
+        head = file.read(ASSET_BYTES)
+    unit, up = UNIT.search(head), UP_AXIS.search(head)
+    # Without a word COLLADA means y up; what modellers of robots export says which.
+    turned = TO_Z_UP.get(up[1].upper()) if up else None
+    if turned is not None:
+        corners = corners @ turned[:3, :3].T
+    return corners * (float(unit[1]) if unit else 1.0)

@@ -1,0 +1,193 @@
+"""Where the packages of ROS lie that a file names, and where the files of their URIs lie.
+
+A package is a folder with a package.xml of its name, a folder of its name with a model.config, or
+any folder of its name. It is looked for in the folders that the user named, in the repository
+around the file, beside and above the file, and below AMENT_PREFIX_PATH (share/name) and
+ROS_PACKAGE_PATH.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Sequence
+from functools import lru_cache
+from pathlib import Path
+
+from drake_navbench.errors import InputError
+
+PACKAGE_URI = re.compile(r"(?:package|model)://([^/]+)/?(.*)")
+PACKAGE_FILE = "package.xml"
+MODEL_FILE = "model.config"
+# A downloaded model lies in a folder with the number of its version.
+VERSION = re.compile(r"\d+")
+PACKAGE_NAME = re.compile(r"<name>\s*([^<\s]+)\s*</name>")
+# Folders above the file that are looked through: more than any workspace has.
+MAX_DEPTH = 8
+# Folders of a repository that are looked through: a hundred times those of a large one.
+MAX_FOLDERS = 50_000
+# What is made, not written: a second copy of the packages may stand there.
+NO_SOURCES = frozenset({"build", "install", "log", "node_modules", "__pycache__"})
+
+
+class Packages:
+    """The packages around a file, with those below the folders that the user named."""
+
+    def __init__(self, file: Path, folders: Sequence[Path] = ()) -> None:
+        self._folder = file.parent.absolute()
+        for folder in folders:
+            if not folder.is_dir():
+                raise InputError(f"--packages {folder}: expected a folder")
+        self.root = repository_of(file)
+        self._roots = (*(folder.absolute() for folder in folders), self.root)
+        self.found: dict[str, Path] = {}
+
+    def folder(self, name: str) -> Path | None:
+        """Returns the folder of a package; None where there is none."""
+        if name in self.found:
+            return self.found[name]
+        if name in ("", ".", ".."):
+            return None
+        for known in (packages_below, models_below):
+            for root in self._roots:
+                place = known(root).get(name)
+                if place is not None:
+                    self.found[name] = place
+                    return place
+        place = _package_nearby(name, self._folder)
+        if place is not None:
+            self.found[name] = place
+        return place
+
+    def all(self) -> dict[str, Path]:
+        """Returns every package with a package.xml, by name: in the repository and as named."""
+        known: dict[str, Path] = {}
+        for root in reversed(self._roots):
+            known |= packages_below(root)
+        return known
+
+    def model(self, name: str) -> Path | None:
+        """Returns the folder of a model of Gazebo, whose name is its folder's in any case."""
+        for root in self._roots:
+            place = models_below(root).get(name) or models_below(root).get(name.lower())
+            if place is not None:
+                return place
+        return self.folder(name)
+
+    def place(self, uri: str, folder: Path | None = None) -> Path | None:
+        """Returns the file or folder of a URI or relative path; None where it is not there.
+
+        folder: that relative paths are relative to; None: the file's own. What lies outside of the
+        repository, of the named folders and of the packages is not there.
+        """
+        named = PACKAGE_URI.fullmatch(uri)
+        if named is not None:
+            package = self.model(named[1]) if uri[0] == "m" else self.folder(named[1])
+            return None if package is None else self._inside(package / named[2])
+        return self._inside((folder or self._folder) / uri.removeprefix("file://"))
+
+    def _inside(self, path: Path) -> Path | None:
+        try:
+            if not path.exists():
+                return None
+            resolved = path.resolve()
+        except (OSError, ValueError):
+            return None
+        allowed = (*self._roots, self._folder, *self.found.values())
+        is_inside = any(resolved.is_relative_to(root.resolve()) for root in allowed)
+        return path if is_inside else None
+
+
+def repository_of(file: Path) -> Path:
+    """Returns the folder of the repository around a file.
+
+    That is the next folder above with `.git`; without one the folder of the outermost package
+    around the file and its neighbours; without any the file's own folder.
+    """
+    above = [*file.absolute().parents][:MAX_DEPTH]
+    checkout = next((folder for folder in above if (folder / ".git").exists()), None)
+    if checkout is not None:
+        return checkout
+    packages = [folder for folder in above if (folder / PACKAGE_FILE).is_file()]
+    return packages[-1].parent if packages else above[0]
+
+
+@lru_cache(maxsize=64)
+def packages_below(root: Path) -> dict[str, Path]:
+    """Returns the packages below a folder by name; of two of a name the one nearer to the root."""
+    found: dict[str, Path] = {}
+    for folder in _folders(root):
+        name = _name_in(folder / PACKAGE_FILE)
+        if name is not None:
+            found.setdefault(name, folder)
+    return found
+
+
+@lru_cache(maxsize=64)
+def models_below(root: Path) -> dict[str, Path]:
+    """Returns the folders with a model.config below a folder, by name and by name in lower case."""
+    found: dict[str, Path] = {}
+    for folder in _folders(root):
+        if (folder / MODEL_FILE).is_file():
+            name = folder.parent.name if VERSION.fullmatch(folder.name) else folder.name
+            found.setdefault(name, folder)
+            found.setdefault(name.lower(), folder)
+    return found
+
+
+@lru_cache(maxsize=64)
+def _folders(root: Path) -> tuple[Path, ...]:
+    """Returns a folder and those below it, level by level, without what is made or hidden."""
+    level, found = [root], list[Path]()
+    while level:
+        below: list[Path] = []
+        for folder in level:
+            found.append(folder)
+            if len(found) >= MAX_FOLDERS:
+                return tuple(found)
+            try:
+                entries = sorted(os.scandir(folder), key=lambda entry: entry.name)
+            except OSError:
+                continue
+            below += [
+                Path(entry.path)
+                for entry in entries
+                if entry.is_dir(follow_symlinks=False)
+                and not entry.name.startswith(".")
+                and entry.name not in NO_SOURCES
+            ]
+        level = below
+    return tuple(found)
+
+
+def _name_in(file: Path) -> str | None:
+    """Returns the name in a package.xml; None without such a file."""
+    try:
+        said = PACKAGE_NAME.search(file.read_text(errors="replace"))
+    except OSError:
+        return None
+    return said[1] if said else None
+
+
+def _package_nearby(name: str, start: Path) -> Path | None:
+    """Returns the folder of a package beside or above `start`, or where ROS looks."""
+    above = [start, *start.parents][:MAX_DEPTH]
+    environment = {
+        variable: [Path(entry) for entry in os.environ.get(variable, "").split(os.pathsep) if entry]
+        for variable in ("AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH")
+    }
+    places = [
+        *above,
+        *(folder / name for folder in above),
+        *(prefix / "share" / name for prefix in environment["AMENT_PREFIX_PATH"]),
+        *environment["ROS_PACKAGE_PATH"],
+        *(entry / name for entry in environment["ROS_PACKAGE_PATH"]),
+    ]
+    return next((place for place in places if _is_package(place, name)), None)
+
+
+def _is_package(folder: Path, name: str) -> bool:
+    if not folder.is_dir():
+        return False
+    file = folder / PACKAGE_FILE
+    return _name_in(file) == name if file.is_file() else folder.name == name

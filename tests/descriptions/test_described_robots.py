@@ -1,0 +1,276 @@
+"""A robot's xacro, URDF or SDF is read as it lies in its repository, and says what it told."""
+
+from __future__ import annotations
+
+import math
+import time
+
+import numpy as np
+import pytest
+import shapely
+from descriptions_scenes import XACRO, write_repository
+
+from drake_navbench.descriptions.xacro_file import expand_xacro
+from drake_navbench.errors import InputError, InputWarning
+from drake_navbench.inputs.described_robot import describe_robot
+from drake_navbench.inputs.robot import load_robot
+from drake_navbench.nav2.check import Status
+from drake_navbench.processes.limited_call import call_limited
+
+
+def link(body: str, name: str = "base_link") -> str:
+    return f'<link name="{name}">{body}</link>'
+
+
+def collision(geometry: str, origin: str = "") -> str:
+    return f"<collision>{origin}<geometry>{geometry}</geometry></collision>"
+
+
+BOX = collision('<box size="0.6 0.4 0.2"/>')
+
+
+def urdf(folder, body, name="cart.urdf"):
+    path = folder / name
+    path.write_text(f'<robot name="cart">{body}</robot>')
+    return path
+
+
+def rows(path, status):
+    return [row.text for row in describe_robot(path).check.of(status)]
+
+
+def test_xacro_finds_its_packages_by_package_xml_and_takes_arguments(tmp_path):
+    path = write_repository(tmp_path)
+    robot = load_robot(str(path), arguments={"length": "1.0"})
+    assert shapely.Polygon(robot.outline).bounds == pytest.approx((-0.5, -0.27, 0.5, 0.27))
+    assert load_robot(str(path)).outline[:, 0].max() == pytest.approx(0.3)
+    assert "xacro arguments (length=0.6)" in describe_robot(path).check.as_text(200)
+
+
+def test_lidar_drive_mass_and_wheels_are_those_of_the_model(tmp_path):
+    robot = load_robot(str(write_repository(tmp_path)))
+    lidar = robot.lidar
+    assert lidar.pose == pytest.approx((0.2, 0.0, 0.0))
+    assert lidar.height_m == pytest.approx(0.3)
+    assert (lidar.beam_count, lidar.range_max_m, lidar.range_std_m) == (180, 8.0, 0.02)
+    assert lidar.angle_span_rad == pytest.approx(3.14)
+    assert lidar.period_s == pytest.approx(0.2)
+    assert robot.drive.max_linear_velocity_mps == 0.4
+    assert robot.drive.max_linear_acceleration_mps2 == 1.5
+    assert robot.mass_kg == pytest.approx(22.0)
+
+
+def test_a_package_elsewhere_is_found_by_packages_alone(tmp_path):
+    path = write_repository(tmp_path / "a")
+    other = tmp_path / "b" / "cart_parts"
+    (tmp_path / "b").mkdir()
+    (path.parents[2] / "deeper" / "cart_parts").rename(other)
+    with pytest.raises(InputError, match=r"needs the package 'cart_parts'.*--packages"):
+        load_robot(str(path))
+    assert load_robot(str(path), packages=[tmp_path / "b"]).mass_kg == pytest.approx(22.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ('<robot xmlns:xacro="a"><xacro:include filename="gone.xacro"/></robot>', "gone.xacro"),
+        ('<robot><link name="${nothing}"/></robot>', "nothing"),
+        ("<robot><link", "xacro cannot expand it"),
+    ],
+)
+def test_xacro_that_cannot_be_expanded_is_one_line(tmp_path, text, reason):
+    path = tmp_path / "cart.urdf.xacro"
+    path.write_text(text)
+    with pytest.raises(InputError, match=reason) as caught:
+        load_robot(str(path))
+    assert "\n" not in str(caught.value)
+    assert str(path) in str(caught.value)
+
+
+def test_xacro_that_never_ends_or_eats_memory_is_stopped(tmp_path):
+    path = tmp_path / "cart.urdf.xacro"
+    path.write_text('<robot><link name="${len([0]*10**9)}"/></robot>')
+    began = time.monotonic()
+    with pytest.raises(InputError, match="at most 1 GB of memory and 30 s"):
+        expand_xacro(path)
+    assert time.monotonic() - began < 30.0
+
+
+def test_a_call_that_takes_too_long_is_one_line():
+    with pytest.raises(InputError, match=r"^the file: not read within 1 s$"):
+        call_limited("time:sleep", 10, "the file", time_s=1)
+
+
+def test_an_expansion_bomb_is_refused_before_it_is_expanded(tmp_path):
+    path = tmp_path / "cart.urdf"
+    entities = "".join(f'<!ENTITY a{i} "{f"&a{i - 1};" * 10}">' for i in range(1, 10))
+    path.write_text(f'<!DOCTYPE r [<!ENTITY a0 "x">{entities}]><robot name="&a9;"/>')
+    with pytest.raises(InputError, match=r"cart\.urdf: declares XML entities; expected none"):
+        load_robot(str(path))
+
+
+def test_a_package_uri_leads_out_of_no_package(tmp_path):
+    (tmp_path / "secret.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    folder = tmp_path / "repository" / "cart"
+    folder.mkdir(parents=True)
+    (tmp_path / "repository" / ".git").mkdir()
+    (folder / "package.xml").write_text("<package><name>cart</name></package>")
+    for uri in ("package://../../secret.obj", "package://cart/../../secret.obj"):
+        path = urdf(folder, link(BOX + collision(f'<mesh filename="{uri}"/>')))
+        assert any("no such file or package" in row for row in rows(path, Status.STAND_IN))
+
+
+def test_what_was_refused_before_is_told(tmp_path):
+    """No mass, a mesh that is gone beside a box, a material twice, an element nobody knows."""
+    path = urdf(
+        tmp_path,
+        '<material name="a"/><material name="a"/><whatever/>'
+        + link(BOX + collision('<mesh filename="package://gone/hull.stl"/>'), "chassis"),
+    )
+    with pytest.warns(InputWarning, match=r"left out package://gone/hull\.stl"):
+        robot = load_robot(str(path))
+    assert shapely.Polygon(robot.outline).bounds == pytest.approx((-0.3, -0.2, 0.3, 0.2))
+    told = " ".join(rows(path, Status.STAND_IN))
+    assert "0 kg in all links" in told
+    assert "base frame (chassis)" in describe_robot(path).check.as_text(200)
+
+
+def test_relative_to_places_links_and_inertials_of_an_sdf(tmp_path):
+    """The mast stands at x = 1 of the base, by way of a frame 0.5 m ahead of it."""
+    path = tmp_path / "cart.sdf"
+    path.write_text(
+        '<sdf version="1.8"><model name="cart"><link name="base_link">'
+        "<inertial><pose relative_to='base_link'>0 0 1 0 0 0</pose><mass>3</mass></inertial>"
+        '<collision name="a"><geometry><box><size>0.2 0.2 0.1</size></box></geometry></collision>'
+        '</link><frame name="f" attached_to="base_link"><pose>0.5 0 0 0 0 0</pose></frame>'
+        '<link name="mast"><pose relative_to="f">0.5 0 0 0 0 1.5707963</pose>'
+        '<collision name="b"><geometry><box><size>0.4 0.2 0.1</size></box></geometry></collision>'
+        "</link></model></sdf>"
+    )
+    robot = load_robot(str(path))
+    assert shapely.Polygon(robot.outline).bounds == pytest.approx((-0.1, -0.2, 1.1, 0.2))
+    assert robot.mass_kg == 3.0
+
+
+COLLADA = """<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema"
+ version="1.4.1"><asset><unit name="centimeter" meter="0.01"/><up_axis>Y_UP</up_axis></asset>
+<library_geometries><geometry id="g"><mesh>
+<source id="p"><float_array id="pa" count="9">-20 0 -10 20 0 -10 0 50 30</float_array>
+<technique_common><accessor source="#pa" count="3" stride="3"><param name="X" type="float"/>
+<param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+<triangles count="1"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p></triangles>
+</mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="s"><node id="n"><instance_geometry url="#g"/></node>
+</visual_scene></library_visual_scenes><scene><instance_visual_scene url="#s"/></scene></COLLADA>
+"""
+
+
+def test_a_collada_mesh_has_its_unit_and_its_upright_axis(tmp_path):
+    """In centimetres with y up: (x, y, z) cm is (x, -z, y) / 100 m, so 0.5 m high."""
+    (tmp_path / "hull.dae").write_text(COLLADA)
+    path = urdf(tmp_path, link(collision('<mesh filename="hull.dae"/>')))
+    robot = load_robot(str(path))
+    assert shapely.Polygon(robot.outline).bounds == pytest.approx((-0.2, -0.3, 0.2, 0.1))
+    assert describe_robot(path).height_m == pytest.approx(0.5)
+
+
+def test_a_mesh_of_too_many_triangles_is_told(tmp_path):
+    count = 1_000_001
+    triangles = np.zeros(count, dtype=[("floats", "<f4", 12), ("attribute", "<u2")])
+    data = b"".ljust(80) + count.to_bytes(4, "little") + triangles.tobytes()
+    (tmp_path / "hull.stl").write_bytes(data)
+    path = urdf(tmp_path, link(BOX + collision('<mesh filename="hull.stl"/>')))
+    told = " ".join(rows(path, Status.STAND_IN))
+    assert "has 1000001 triangles, expected at most 1000000" in told
+
+
+def sensor(kind: str, body: str) -> str:
+    return f'<gazebo reference="eye"><sensor name="eye" type="{kind}">{body}</sensor></gazebo>'
+
+
+EYE = (
+    '<joint name="j" type="fixed"><parent link="base_link"/><child link="eye"/>'
+    '<origin xyz="0.1 0.05 0.4" rpy="{rpy}"/></joint><link name="eye"/>'
+)
+
+
+def test_a_depth_camera_looks_down_as_the_model_says(tmp_path):
+    camera = (
+        "<camera><horizontal_fov>1.2</horizontal_fov><image><width>640</width>"
+        "<height>480</height></image><clip><near>0.2</near><far>4</far></clip></camera>"
+    )
+    body = link(BOX) + EYE.format(rpy="0 0.3 0") + sensor("depth_camera", camera)
+    found = load_robot(str(urdf(tmp_path, body))).depth_sensors["eye"]
+    assert found.pitch_rad == pytest.approx(0.3, abs=1e-4)
+    assert found.horizontal_fov_rad == pytest.approx(1.2)
+    # tan(v / 2) = tan(0.6) x 480 / 640
+    assert found.vertical_fov_rad == pytest.approx(2 * math.atan(0.75 * math.tan(0.6)), abs=1e-4)
+    assert (found.range_min_m, found.range_max_m) == (0.2, 4.0)
+
+
+def test_a_lidar_upside_down_counts_its_angles_the_other_way(tmp_path):
+    ray = (
+        "<ray><scan><horizontal><samples>90</samples><min_angle>-0.5</min_angle>"
+        "<max_angle>1.5</max_angle></horizontal></scan><range><max>5</max></range></ray>"
+    )
+    body = link(BOX) + EYE.format(rpy="3.1415926 0 0") + sensor("ray", ray)
+    lidar = load_robot(str(urdf(tmp_path, body))).lidar
+    assert lidar.angle_min_rad == pytest.approx(-1.5, abs=1e-4)
+    assert lidar.angle_span_rad == pytest.approx(2.0)
+
+
+def test_two_lidars_of_a_kind_scan_together_and_of_two_kinds_the_first(tmp_path):
+    path = write_repository(tmp_path)
+    second = XACRO[XACRO.index('<gazebo reference="laser">') : XACRO.index("<gazebo><plugin")]
+    second = second.replace('name="front"', 'name="rear"').replace(
+        "<update", "<pose>-0.4 0 0 0 0 3.14159265</pose><update"
+    )
+    path.write_text(XACRO.replace("<gazebo><plugin", f"{second}<gazebo><plugin"))
+    assert load_robot(str(path)).lidar.further_poses[0][0] == pytest.approx(-0.2)
+    other = second.replace("<max>8</max>", "<max>20</max>")
+    path.write_text(XACRO.replace("<gazebo><plugin", f"{other}<gazebo><plugin"))
+    assert not load_robot(str(path)).lidar.further_poses
+    assert any("of another kind than front" in row for row in rows(path, Status.STAND_IN))
+
+
+def test_the_limits_of_ros2_control_are_those_of_its_file(tmp_path):
+    path = write_repository(tmp_path)
+    config = path.parents[1] / "controllers.yaml"
+    config.write_text(
+        "controller_manager:\n  ros__parameters:\n    base:\n"
+        "      type: diff_drive_controller/DiffDriveController\n"
+        "base:\n  ros__parameters:\n    wheel_separation: 0.5\n"
+        "    linear.x.max_velocity: 0.7\n    angular: {z: {max_velocity: 1.9}}\n"
+    )
+    text = XACRO[: XACRO.index("<gazebo><plugin")]
+    path.write_text(
+        f'{text}<gazebo><plugin filename="libgazebo_ros2_control.so" name="c">'
+        "<parameters>$(find cart_description)/controllers.yaml</parameters></plugin></gazebo>"
+        "</robot>"
+    )
+    drive = load_robot(str(path)).drive
+    assert drive.max_linear_velocity_mps == 0.7
+    assert drive.max_angular_velocity_radps == 1.9
+
+
+def test_a_base_frame_outside_of_the_shapes_is_told_and_taken_in(tmp_path):
+    origin = '<origin xyz="1 0 0"/>'
+    path = urdf(tmp_path, link(collision('<box size="0.6 0.4 0.2"/>', origin)))
+    assert load_robot(str(path)).outline[:, 0].min() == pytest.approx(-0.01, abs=1e-3)
+    assert any("base_link lies outside of it" in row for row in rows(path, Status.STAND_IN))
+
+
+def test_a_mujoco_model_is_told_in_one_line(tmp_path):
+    path = tmp_path / "cart.sdf"
+    path.write_text("<mujoco><worldbody/></mujoco>")
+    with pytest.raises(InputError, match="is a model of MuJoCo; expected URDF, SDF or xacro"):
+        load_robot(str(path))
+
+
+def test_a_robot_file_may_be_like_a_model(tmp_path):
+    path = write_repository(tmp_path)
+    own = path.parent / "mine.yaml"
+    own.write_text("description: mine\nlike: cart.urdf.xacro\nlidar: {range_max_m: 3.0}\n")
+    robot = load_robot(str(own))
+    assert (robot.lidar.range_max_m, robot.lidar.beam_count) == (3.0, 180)
