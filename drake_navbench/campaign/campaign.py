@@ -12,11 +12,11 @@ import numpy as np
 
 from drake_navbench.campaign.sweep import SweptScenario, expand, parse_axis, points_of
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.check import Check
 from drake_navbench.inputs.presets import Preset, default_presets, load_preset
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, Scenario, load_scenario
 from drake_navbench.inputs.task_check import check_task, warn_of_rotation
-from drake_navbench.nav2.check import Check
 from drake_navbench.nav2.whole_files import FileColumns
 from drake_navbench.trial.column_controller import check_controller
 from drake_navbench.trial.plugin_check import check_plugins

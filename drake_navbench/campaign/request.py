@@ -13,11 +13,11 @@ from drake_navbench.campaign.campaign import Campaign, plan_campaign
 from drake_navbench.campaign.sweep import MAX_POINTS
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.barn import barn_scenarios
+from drake_navbench.inputs.check import CheckRow, Status
 from drake_navbench.inputs.originals_beside import with_originals
 from drake_navbench.inputs.presets import Preset, default_presets
 from drake_navbench.inputs.robot import Robot, is_model, load_robot
 from drake_navbench.inputs.scenario import Pose, Scenario, scenario_on_map
-from drake_navbench.nav2.check import CheckRow, Status
 from drake_navbench.nav2.differences import differences, require_different
 from drake_navbench.nav2.parameter_files import load_parameter_file
 from drake_navbench.nav2.robot import base_frame_of

@@ -30,7 +30,7 @@ from drake_navbench.descriptions.gazebo_sensors import FoundSensor, FoundSensors
 from drake_navbench.descriptions.model import Array, Shape
 from drake_navbench.descriptions.model_source import MODEL_SUFFIXES, Source, read_source
 from drake_navbench.errors import InputError
-from drake_navbench.nav2.check import Check, CheckRow, Status
+from drake_navbench.inputs.check import Check, CheckRow, Status
 
 __all__ = ["MODEL_SUFFIXES", "DescribedRobot", "describe_robot"]
 

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import shapely
 
+from drake_navbench.inputs.check import Status
 from drake_navbench.inputs.robot import ROBOT_FILES, Robot
 from drake_navbench.kernels.footprint import circle_footprint, pad_footprint
-from drake_navbench.nav2.check import Status
 from drake_navbench.nav2.node_reader import NodeReader
 from drake_navbench.nav2.outline import Outline
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import Any
 
-from drake_navbench.nav2.check import Status
+from drake_navbench.inputs.check import Status
 from drake_navbench.nav2.node_reader import NodeReader
 from drake_navbench.nav2.outline import parse_points
 from drake_navbench.nav2.sensors import range_sensor_of

@@ -6,8 +6,8 @@ from collections.abc import Collection, Mapping
 from typing import Any
 
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.check import CheckRow, Status
 from drake_navbench.inputs.presets import Preset
-from drake_navbench.nav2.check import CheckRow, Status
 from drake_navbench.nav2.controllers import (
     NoCounterpart,
     listed_plugins,

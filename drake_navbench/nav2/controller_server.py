@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import Any
 
+from drake_navbench.inputs.check import Status
 from drake_navbench.inputs.navigation_settings import ControllerServerSettings
-from drake_navbench.nav2.check import Status
 from drake_navbench.nav2.node_reader import NodeReader
 from drake_navbench.navigation.goal_checkers import GOAL_CHECKERS, SimpleGoalChecker
 from drake_navbench.navigation.path_handler import PathHandlerParameters

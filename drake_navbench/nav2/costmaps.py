@@ -25,7 +25,7 @@ from drake_navbench.costmaps.costmap_settings import (
 )
 from drake_navbench.costmaps.layer_plugin import COSTMAP_LAYERS
 from drake_navbench.costmaps.range_sensor_layer import RangeSensorLayerParameters
-from drake_navbench.nav2.check import Status
+from drake_navbench.inputs.check import Status
 from drake_navbench.nav2.node_reader import NodeReader
 from drake_navbench.nav2.sensing import SPATIO_TEMPORAL, SensingLayers
 from drake_navbench.nav2.sensors import Nav2Sensors, range_sensor_of

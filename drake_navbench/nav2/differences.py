@@ -12,7 +12,7 @@ from itertools import combinations
 from typing import Any, NamedTuple
 
 from drake_navbench.errors import InputError, printable
-from drake_navbench.nav2.check import WIDTH, CheckRow, Status
+from drake_navbench.inputs.check import WIDTH, CheckRow, Status
 from drake_navbench.nav2.controllers import SERVER
 from drake_navbench.nav2.whole_files import FileColumns
 from drake_navbench.plugins.names import flattened

@@ -5,8 +5,8 @@ from __future__ import annotations
 import shapely
 
 from drake_navbench.costmaps.observation_source import ObservationSourceSettings
+from drake_navbench.inputs.check import CheckRow, Status
 from drake_navbench.inputs.described_robot import DescribedRobot
-from drake_navbench.nav2.check import CheckRow, Status
 from drake_navbench.nav2.robot import Nav2Setup
 
 # What an outline may leave out of the body, and how much larger it may be, m.

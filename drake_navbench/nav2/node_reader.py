@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from drake_navbench.errors import InputError, printable
-from drake_navbench.nav2.check import CheckRow, Status
+from drake_navbench.inputs.check import CheckRow, Status
 from drake_navbench.nav2.parameters import Node
 from drake_navbench.nav2.read_by import read_by
 from drake_navbench.nav2.substitutions import missing_value

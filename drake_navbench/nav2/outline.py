@@ -10,7 +10,7 @@ import re
 from typing import Any, NamedTuple
 
 from drake_navbench.costmaps.costmap_settings import CostmapSettings
-from drake_navbench.nav2.check import Status
+from drake_navbench.inputs.check import Status
 from drake_navbench.nav2.node_reader import NodeReader
 
 

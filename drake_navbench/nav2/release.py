@@ -10,8 +10,8 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
+from drake_navbench.inputs.check import CheckRow, Status
 from drake_navbench.kernels.grid import INSCRIBED
-from drake_navbench.nav2.check import CheckRow, Status
 from drake_navbench.nav2.parameters import Section
 from drake_navbench.releases import NEWEST_RELEASE, Release
 

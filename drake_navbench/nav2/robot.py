@@ -17,10 +17,10 @@ import yaml
 
 from drake_navbench.controller import AskedSpeeds
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.check import Check, CheckRow, Status
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot, check_wheels, merged
 from drake_navbench.nav2.body import costmap_body, note_body, with_body
-from drake_navbench.nav2.check import Check, CheckRow, Status
 from drake_navbench.nav2.collision_monitor import read_collision_monitor
 from drake_navbench.nav2.columns import read_columns
 from drake_navbench.nav2.controller_server import read_controller_server

@@ -21,8 +21,8 @@ from drake_navbench.costmaps.spatio_temporal_layer import (
     SpatioTemporalSourceSettings,
     SpatioTemporalVoxelLayerParameters,
 )
+from drake_navbench.inputs.check import Status
 from drake_navbench.kernels.voxel_layer import MAX_VOXELS
-from drake_navbench.nav2.check import Status
 from drake_navbench.nav2.node_reader import NodeReader
 from drake_navbench.nav2.sensors import Nav2Sensors, Sight
 from drake_navbench.releases import Release

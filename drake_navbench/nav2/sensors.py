@@ -12,10 +12,10 @@ import re
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any, NamedTuple
 
+from drake_navbench.inputs.check import Status
 from drake_navbench.inputs.depth_sensor import STEEPEST_RAD, DepthSensorSettings
 from drake_navbench.inputs.lidar import LidarSettings
 from drake_navbench.inputs.robot import Robot
-from drake_navbench.nav2.check import Status
 from drake_navbench.nav2.node_reader import NodeReader
 
 # Names of what sends points all around.

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from drake_navbench.inputs.behavior_tree_file import MissingTree, read_tree_file
-from drake_navbench.nav2.check import Status
+from drake_navbench.inputs.check import Status
 from drake_navbench.nav2.controller_server import plugin_block
 from drake_navbench.nav2.node_reader import NodeReader
 from drake_navbench.nav2.read_by import read_by

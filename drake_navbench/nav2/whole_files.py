@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.check import Check, CheckRow
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot, load_robot
-from drake_navbench.nav2.check import Check, CheckRow
 from drake_navbench.nav2.robot import Nav2Setup, read_sections, setup_of
 from drake_navbench.nav2.substitutions import Substitutions
 

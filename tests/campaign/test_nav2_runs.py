@@ -12,8 +12,8 @@ import pytest
 from drake_navbench.campaign.asked import request_from_arguments
 from drake_navbench.campaign.request import Request
 from drake_navbench.commands.run import build_parser, main
+from drake_navbench.inputs.check import Status
 from drake_navbench.logs.log import Outcome
-from drake_navbench.nav2.check import Status
 from drake_navbench.trial.trial import simulate
 
 REPOSITORY = Path(__file__).parents[2]

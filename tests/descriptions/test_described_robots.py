@@ -12,9 +12,9 @@ from descriptions_scenes import XACRO, write_repository
 
 from drake_navbench.descriptions.xacro_file import expand_xacro
 from drake_navbench.errors import InputError, InputWarning
+from drake_navbench.inputs.check import Status
 from drake_navbench.inputs.described_robot import describe_robot
 from drake_navbench.inputs.robot import load_robot
-from drake_navbench.nav2.check import Status
 from drake_navbench.processes.limited_call import call_limited
 
 

@@ -8,8 +8,8 @@ import pytest
 
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.behavior_tree_file import read_tree_file
+from drake_navbench.inputs.check import Status
 from drake_navbench.inputs.robot import load_robot
-from drake_navbench.nav2.check import Status
 from drake_navbench.nav2.robot import Nav2Setup, read_nav2_files
 from drake_navbench.navigation.behavior_tree.builder import faults_of
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from drake_navbench.nav2.check import CheckRow
+from drake_navbench.inputs.check import CheckRow
 from drake_navbench.nav2.robot import Nav2Setup
 
 DWB = "dwb_core::DWBLocalPlanner"

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from drake_navbench.inputs.check import Status
 from drake_navbench.inputs.robot import load_robot
-from drake_navbench.nav2.check import Status
 from drake_navbench.nav2.robot import read_nav2_files
 
 FILE = """

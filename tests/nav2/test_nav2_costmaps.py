@@ -3,7 +3,7 @@
 import pytest
 from nav2_texts import COLUMN, LOCAL, SEEING, row_of
 
-from drake_navbench.nav2.check import Status
+from drake_navbench.inputs.check import Status
 
 
 def test_a_source_that_no_layer_listens_to_is_told(setup_of):

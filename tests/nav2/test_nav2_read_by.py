@@ -7,8 +7,8 @@ import json
 import pytest
 from nav2_texts import RPP, row_of
 
+from drake_navbench.inputs.check import Status
 from drake_navbench.inputs.robot import load_robot
-from drake_navbench.nav2.check import Status
 from drake_navbench.nav2.read_by import READ_BY, read_by
 from drake_navbench.nav2.robot import Nav2Setup, read_nav2_files
 from drake_navbench.navigation.smoother_settings import SimpleSmoothing

@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.check import Status
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.robot import load_robot
 from drake_navbench.inputs.speed_check import asks_for_more
-from drake_navbench.nav2.check import Status
 from drake_navbench.nav2.robot import Nav2Setup, read_nav2_files
 
 HYBRID = """

@@ -14,11 +14,11 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from drake_navbench import run_trial
 from drake_navbench.campaign.campaign import plan_campaign
 from drake_navbench.errors import InputError
+from drake_navbench.inputs.check import Status
 from drake_navbench.inputs.presets import load_preset
 from drake_navbench.inputs.robot import Robot, load_robot
 from drake_navbench.inputs.scenario import Scenario
 from drake_navbench.logs.log import Outcome, TrialLog
-from drake_navbench.nav2.check import Status
 from drake_navbench.nav2.robot import read_nav2_files
 from drake_navbench.navigation.behaviors import make_behaviors
 from drake_navbench.navigation.task import TaskState
