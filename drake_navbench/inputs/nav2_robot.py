@@ -35,7 +35,9 @@ from drake_navbench.inputs.nav2_parameters import (
 )
 from drake_navbench.inputs.nav2_release import (
     OLD_NODE,
+    PORTED,
     Found,
+    Release,
     has_node,
     navigation_of,
     release_of,
@@ -91,13 +93,16 @@ OPTIONAL = ("velocity_smoother", "collision_monitor")
 class Nav2Setup:
     """What Nav2 files make: columns, the robot that they drive, and what became of the files.
 
-    places: node and block of each column's controller, by the column's name.
+    places: node and block of each column's controller, by the column's name. sections: all that the
+    files give, in the order of reading. release: of Nav2.
     """
 
     presets: tuple[Preset, ...]
     robot: Robot
     check: Check
     places: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+    sections: tuple[Section, ...] = ()
+    release: Release = PORTED
 
     def stand_ins_of(self, column: str) -> list[str]:
         """Returns a line for all that stands in within a column's controller."""
@@ -205,7 +210,14 @@ class _Files:
             note_body(self._outlines, robot, self._base_name)
         if robot.is_circle:
             self._note_outlines_of_a_radius(presets)
-        return Nav2Setup(presets, robot, Check(tuple(self._rows.values())), self._places)
+        return Nav2Setup(
+            presets,
+            robot,
+            Check(tuple(self._rows.values())),
+            self._places,
+            tuple(self._sections),
+            self._release.release,
+        )
 
     def _columns(self, node: Node) -> list[Preset]:
         presets, rows = read_columns(node, self._release.release)
