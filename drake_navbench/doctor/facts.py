@@ -11,8 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from drake_navbench.inputs.nav2_controllers import DEFAULT_PLUGINS, PLUGINS, SERVER
-from drake_navbench.inputs.nav2_parameters import Node, nodes_called
+from drake_navbench.inputs.nav2_controllers import SERVER
 from drake_navbench.inputs.nav2_release import PORTED, Release
 from drake_navbench.inputs.nav2_robot import GLOBAL_COSTMAP, LOCAL_COSTMAP, Nav2Setup
 from drake_navbench.inputs.presets import Preset
@@ -125,21 +124,23 @@ def kinds_of(preset: Preset) -> tuple[str, ...]:
 def facts_of(setup: Nav2Setup, preset: Preset) -> Facts:
     """Returns the facts of a column of a Nav2 file."""
     values = dict(_navigation_values(setup.robot)) | dict(controller_values(preset))
-    nodes = {section.name.rpartition("/")[2]: section for section in setup.sections}
     given: set[str] = set()
-    plugin = preset.name.rpartition("/")[2]
-    for name in nodes:
-        for node in nodes_called(name, setup.sections)[:1]:
-            for place, value in _given(node, name, plugin):
-                given.add(place)
-                if place not in values or place.partition(".")[0] in COSTMAPS:
-                    values[place] = value
+    node, plugin = setup.places[preset.name]
+    names = Names(plugin, _blocks_of_checkers(setup))
+    nodes = {name.rpartition("/")[2] for name, _ in setup.given}
+    for (owner, parameter), value in setup.given.items():
+        place = names.place_of(owner.rpartition("/")[2], parameter, setup)
+        if place is None:
+            continue
+        given.add(place)
+        if place not in values or place.partition(".")[0] in COSTMAPS:
+            values[place] = value
     unread = {
         row.place: row.remark for row in setup.check.rows if row.status.startswith("not read")
     }
     return Facts(
         kinds_of(preset),
-        setup.release,
+        release_in(setup),
         values,
         frozenset(given),
         defaults_of(preset),
@@ -192,38 +193,51 @@ def shortened(place: str) -> str:
     return place
 
 
-def _given(node: Node, name: str, plugin: str) -> Iterator[tuple[str, Any]]:
-    """Yields the places that a node's parameters in the file stand for, with their values."""
-    checkers = _checkers(node) if name == SERVER else {}
-    listed = node.get("polygons", [])
-    layers = {*node.get("plugins", ()), *node.get("filters", ())}
-    for parameter, entry in node.parameters.items():
+@dataclass(frozen=True)
+class Names:
+    """How a file calls its controller, and its checkers by place."""
+
+    plugin: str
+    checkers: Mapping[str, str]
+
+    def place_of(self, node: str, parameter: str, setup: Nav2Setup) -> str | None:
+        """Returns the place of a node's parameter; None of a layer that is not listed."""
         block, _, rest = parameter.partition(".")
-        place = f"{name}.{parameter}"
-        if name == SERVER and block == plugin and rest:
+        place = f"{node}.{parameter}"
+        if node == SERVER and block == self.plugin and rest:
             bare = rest.removeprefix("primary_controller.")
-            place = f"{CONTROLLER}.{ALIASES.get(bare, bare)}"
-        elif block in checkers and rest:
-            place = f"{checkers[block]}.{rest}"
-        elif name == "collision_monitor" and rest and block in listed:
-            place = f"{name}.polygons.{parameter}"
-        elif name == "planner_server":
-            place = f"planner.{rest or parameter}"
-        elif name in COSTMAPS and rest and block not in layers:
-            continue
-        yield shortened(place), entry.value
+            return f"{CONTROLLER}.{ALIASES.get(bare, bare)}"
+        if node == SERVER and block in self.checkers and rest:
+            return f"{self.checkers[block]}.{rest}"
+        if node == "collision_monitor" and rest and block in _listed(setup, node, "polygons"):
+            return f"{node}.polygons.{parameter}"
+        if node == "planner_server":
+            return f"planner.{rest or parameter}"
+        if node in COSTMAPS and rest:
+            listed = (*_listed(setup, node, "plugins"), *_listed(setup, node, "filters"))
+            return shortened(place) if block in listed else None
+        return shortened(place)
 
 
-def _checkers(server: Node) -> dict[str, str]:
-    """Returns the place of each checker of a controller server, by the name of its block."""
+def release_in(setup: Nav2Setup) -> Release:
+    """Returns the release of Nav2 that a file was read for."""
+    found = (row.parameter for row in setup.check.rows if row.node == "nav2_release")
+    return Release(next(found, PORTED))
+
+
+def _listed(setup: Nav2Setup, node: str, parameter: str) -> Sequence[Any]:
+    for (owner, name), value in setup.given.items():
+        if owner.rpartition("/")[2] == node and name == parameter:
+            return value if isinstance(value, list) else [value]
+    return ()
+
+
+def _blocks_of_checkers(setup: Nav2Setup) -> dict[str, str]:
+    """Returns the place of each checker of the controller server, by the name of its block."""
     found = {}
     for kind in ("goal_checker", "progress_checker"):
-        listed = server.get(f"{kind}_plugins", server.get(f"{kind}_plugin", kind))
-        names: Sequence[Any] = listed if isinstance(listed, list) else [listed]
-        found |= {str(name): kind for name in names[:1]}
+        listed = _listed(setup, SERVER, f"{kind}_plugins") or _listed(
+            setup, SERVER, f"{kind}_plugin"
+        )
+        found |= {str(name): kind for name in listed[:1] or [kind]}
     return found
-
-
-def listed_controllers(node: Node) -> list[str]:
-    """Returns the names of a server's controllers."""
-    return list(node.get(PLUGINS, DEFAULT_PLUGINS))
