@@ -20,6 +20,10 @@ COMMANDS = {
     "compare": ("drake_navbench.compare", "say what became better or worse between two folders"),
     "replay": ("drake_navbench.commands.replay", "render the replay of one trial from its log"),
     "tune": ("drake_navbench.commands.tune", "search parameters that beat a preset"),
+    "doctor": (
+        "drake_navbench.commands.doctor",
+        "find what in a Nav2 file causes a symptom",
+    ),
     "train": ("drake_navbench.commands.train", "train a policy in the Gymnasium environment"),
     "leaderboard": (
         "drake_navbench.commands.leaderboard",

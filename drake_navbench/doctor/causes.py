@@ -80,4 +80,5 @@ class Cause(NamedTuple):
     @property
     def _set_told(self) -> str:
         value = str(self.to).lower() if isinstance(self.to, bool) else self.to
-        return f"{self.place.removeprefix('controller.')}: {value}"
+        place = self.place.removeprefix("controller.")
+        return f"{place}: {'add ' if place == 'critics' else ''}{value}"

@@ -40,7 +40,7 @@ def favours_of(words: str) -> list[Mapping[str, float]]:
 
 
 def factor_for(cause: Cause, favours: list[Mapping[str, float]]) -> float:
-    """Returns by how much words make a cause likelier: the product over clues of their best match."""
+    """Returns by how much words make a cause likelier, a product over clues."""
     factor = 1.0
     for clue in favours:
         found = [value for glob, value in clue.items() if _matches(cause, glob)]

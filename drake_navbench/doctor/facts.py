@@ -26,7 +26,11 @@ KINDS = {SHIM: "shim", "teb_upstream": "teb", "external": "external"}
 # Older names of parameters.
 ALIASES = {"desired_linear_vel": "max_linear_vel"}
 # Blocks of the settings whose names are not those of their nodes.
-NODES = {"planner": "planner_server", "smoother": "smoother_server", "behavior_tree": "bt_navigator"}
+NODES = {
+    "planner": "planner_server",
+    "smoother": "smoother_server",
+    "behavior_tree": "bt_navigator",
+}
 
 
 @dataclass(frozen=True)
@@ -34,11 +38,12 @@ class Facts:
     """What is known of a file, a controller in it, and the robot.
 
     kinds: of the controller: 'mppi', or 'shim' and 'rpp' of a shim before RPP. values: by place.
-    given: places whose values are in the file. defaults: of the controller's and the servers' models,
-    by place. unread: names in the file that the release does not read, with the remark of the check.
-    nodes: base names of all nodes in the file. raw: parameters of nodes that nothing here simulates,
-    such as 'amcl.alpha1'. told: places that a user calls 'low' or 'high' without a number. is_whole:
-    whether the file is a whole one, so that what is missing in it is missing on the robot.
+    given: places whose values are in the file. defaults: of the controller's model, by place.
+    unread: names in the file that the release does not read, with the remark of the check. nodes:
+    base names of all nodes in the file. told: places that a user calls 'low' or 'high' without a
+    number. plugin: the controller's name in the file. is_whole: whether the
+    file is a whole one, so that what is missing in it is missing on the robot.
+    unreadable: places that the release does not read.
     """
 
     kinds: tuple[str, ...]
@@ -52,6 +57,7 @@ class Facts:
     robot: Robot | None = None
     plugin: str = ""
     is_whole: bool = False
+    unreadable: frozenset[str] = frozenset()
 
     def __getitem__(self, place: str) -> Any:
         """Returns the value of a place; None where the file and its models have none."""
@@ -125,7 +131,7 @@ def facts_of(setup: Nav2Setup, preset: Preset) -> Facts:
     """Returns the facts of a column of a Nav2 file."""
     values = dict(_navigation_values(setup.robot)) | dict(controller_values(preset))
     given: set[str] = set()
-    node, plugin = setup.places[preset.name]
+    plugin = setup.places[preset.name][1]
     names = Names(plugin, _blocks_of_checkers(setup))
     nodes = {name.rpartition("/")[2] for name, _ in setup.given}
     for (owner, parameter), value in setup.given.items():
@@ -150,6 +156,7 @@ def facts_of(setup: Nav2Setup, preset: Preset) -> Facts:
         setup.robot,
         plugin,
         SERVER in nodes and "local_costmap" in nodes,
+        unreadable_by(preset),
     )
 
 
@@ -159,6 +166,20 @@ def controller_values(preset: Preset) -> Iterator[tuple[str, Any]]:
         bare = name.removeprefix("primary_controller.")
         if name != "primary_controller.plugin":
             yield f"{CONTROLLER}.{bare}", value
+
+
+def unreadable_by(preset: Preset) -> frozenset[str]:
+    """Returns the places of a controller's parameters that its release does not read."""
+    parameters = preset.parameters
+    release = getattr(parameters, "nav2_release", PORTED)
+    models = [type(parameters)]
+    if preset.controller == SHIM:
+        models.append(type(parameters.primary_controller.parameters))  # type: ignore[attr-defined]
+    return frozenset(
+        place
+        for place, _ in controller_values(preset)
+        if not all(model.is_read(place.partition(".")[2], release) for model in models)
+    )
 
 
 def defaults_of(preset: Preset) -> dict[str, Any]:
@@ -183,7 +204,7 @@ def _navigation_values(robot: Robot) -> Iterator[tuple[str, Any]]:
 
 
 def shortened(place: str) -> str:
-    """Returns the place of a costmap's parameter without its layer: one inflation, one obstacle layer.
+    """Returns the place of a costmap's parameter without its layer.
 
     `local_costmap.inflation_layer.inflation_radius` is `local_costmap.inflation_radius`.
     """
@@ -234,7 +255,7 @@ def _listed(setup: Nav2Setup, node: str, parameter: str) -> Sequence[Any]:
 
 def _blocks_of_checkers(setup: Nav2Setup) -> dict[str, str]:
     """Returns the place of each checker of the controller server, by the name of its block."""
-    found = {}
+    found: dict[str, str] = {}
     for kind in ("goal_checker", "progress_checker"):
         listed = _listed(setup, SERVER, f"{kind}_plugins") or _listed(
             setup, SERVER, f"{kind}_plugin"

@@ -1,25 +1,25 @@
 """Known cases: complaints of users whose cure is known, given to the doctor, and its score.
 
-A case gives a symptom, a release, a controller, what is told of the robot, and a whole file or named
-values. The doctor sees these alone. The cure that the case tells is read for the score only.
+A case gives a symptom, a release, a controller, what is told of the robot, and a whole file or
+named values. The doctor sees these alone. The cure that the case tells is read for the score only.
 """
 
 from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from pydantic import BaseModel, ConfigDict
 
 from drake_navbench.doctor.causes import OUTSIDE, RELEASE, Cause, Direction
-from drake_navbench.doctor.facts import CONTROLLER, COSTMAPS, Facts, facts_of
+from drake_navbench.doctor.facts import CONTROLLER, Facts, facts_of
 from drake_navbench.doctor.partial_files import OTHER_NAMES, facts_of_values
 from drake_navbench.doctor.reading import Suspicion, suspicions_of
-from drake_navbench.doctor.suspects import all_suspects
-from drake_navbench.doctor.symptoms import Symptom, symptom_called
+from drake_navbench.doctor.suspects import suspects_of
+from drake_navbench.doctor.symptoms import symptom_called
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.nav2_release import Release
 from drake_navbench.inputs.nav2_robot import read_nav2_files
@@ -92,7 +92,9 @@ def read_cases(path: Path) -> list[Case]:
     entries = data.get("known") or data.get("cases") if isinstance(data, dict) else data
     if not isinstance(entries, list):
         raise InputError(f"{path}: expected a list of cases below `known`")
-    return [validate(Case, entry, f"{path}, case {number}") for number, entry in enumerate(entries, 1)]
+    return [
+        validate(Case, entry, f"{path}, case {number}") for number, entry in enumerate(entries, 1)
+    ]
 
 
 def files_of(case: Case, folder: Path | None) -> list[Path]:
@@ -157,7 +159,7 @@ def _same_place(place: str, name: str, facts: Facts) -> bool:
         return False
     qualifier = theirs[-2] if len(theirs) > 1 else ""
     known = {*own[:-1], "followpath", "controller", "polygon"}
-    is_costmap = own[0] in COSTMAPS and qualifier in ("inflationlayer", "obstaclelayer", "voxellayer")
+    is_costmap = own[0] in ("localcostmap", "globalcostmap") and qualifier.endswith("layer")
     is_monitor = own[0] == "collisionmonitor"
     if not qualifier:
         # Of a bare name the costmaps and checkers are meant as well as the controller.
@@ -206,7 +208,8 @@ class Score(NamedTuple):
         """The score as one line of a table."""
         if not self.cases:
             return f"{self.name}: no case"
-        shares = f"{100 * self.first / self.cases:.0f}% | {100 * self.among_three / self.cases:.0f}%"
+        first, three = (100 * count / self.cases for count in (self.first, self.among_three))
+        shares = f"{first:.0f}% | {three:.0f}%"
         return f"| {self.name} | {self.cases} | {self.first} | {self.among_three} | {shares} |"
 
 
@@ -217,39 +220,49 @@ def score_of(name: str, scored: Sequence[Scored]) -> Score:
     return Score(name, len(ranks), first, sum(rank is not None and rank <= TOP for rank in ranks))
 
 
-def scores_without_skill(cases: Sequence[Case], folder: Path | None) -> list[Score]:
-    """Returns what methods without skill score on the same cases.
+def scores_without_skill(cases: Sequence[Case]) -> list[Score]:
+    """Returns what methods score on the same cases that do not look at the file.
 
-    The most frequent suspects of a symptom, whatever the file says, are the first; the values that
-    a case names, each with the direction that is right half of the time, are the second.
+    Three: the culprits that most other cases of the symptom have; a value that the case names,
+    with a coin for its direction; and the doctor's table of suspects, by its weights alone.
     """
-    ranked, named = [], []
-    for case in cases:
-        try:
-            symptom = symptom_called(case.symptom_class)
-            facts = facts_of_values(case.controller, case.release, {})
-        except InputError:
-            ranked.append(Scored(case, (), None, False))
-            continue
-        hits = (
-            rank
-            for rank, place in enumerate(_most_frequent(symptom), 1)
-            if is_hit(place, case, facts)
-        )
-        ranked.append(Scored(case, (), next(hits, None), False))
-    chance = sum(_share_named(case) for case in cases)
-    chance_of_three = sum(_share_named(case, TOP) for case in cases)
-    named.append(Score("a named value, coin for its direction", len(cases), round(chance), round(chance_of_three)))
-    return [score_of("the most frequent culprit, whatever the file says", ranked), *named]
+    frequent = [Scored(case, (), _rank_of_frequent(case, cases), False) for case in cases]
+    of_one, of_three = (round(sum(_share_named(c, count) for c in cases)) for count in (1, TOP))
+    table = [Scored(case, (), _rank_in_table(case), False) for case in cases]
+    return [
+        score_of("no skill: the most frequent culprit of the other cases", frequent),
+        Score("no skill: a named value, a coin for its direction", len(cases), of_one, of_three),
+        score_of("the doctor's table alone, without file and words", table),
+    ]
 
 
-def _most_frequent(symptom: Symptom) -> list[Cause]:
-    """Returns the parameters that most symptoms of all controllers have as a suspect."""
-    counts: Counter[tuple[str, Direction]] = Counter()
-    for suspect in all_suspects():
-        counts[suspect.cause.key] += 1
-    own = {s.cause.key for s in all_suspects() if s.symptom is symptom}
-    return [Cause(*key) for key, _ in counts.most_common() if key in own]
+def _rank_of_frequent(case: Case, cases: Sequence[Case]) -> int | None:
+    """Returns where the first of a case's culprits stands among those of the others."""
+    counts: Counter[tuple[str, str]] = Counter()
+    for other in cases:
+        if other.id != case.id and other.symptom_class == case.symptom_class:
+            counts.update(_plain_culprits(other))
+    own = set(_plain_culprits(case))
+    ranked = [culprit for culprit, _ in counts.most_common()]
+    return next((rank for rank, culprit in enumerate(ranked, 1) if culprit in own), None)
+
+
+def _plain_culprits(case: Case) -> list[tuple[str, str]]:
+    return [
+        (_plain(name.split(".")[-1]), str(cure).split(" ")[0])
+        for name, cure in case.culprits.items()
+    ]
+
+
+def _rank_in_table(case: Case) -> int | None:
+    try:
+        symptom = symptom_called(case.symptom_class)
+        facts = facts_of_values(case.controller, case.release, {})
+    except InputError:
+        return None
+    own = sorted(suspects_of(symptom, facts.kinds), key=lambda suspect: -suspect.weight)
+    hits = (rank for rank, suspect in enumerate(own, 1) if is_hit(suspect.cause, case, facts))
+    return next(hits, None)
 
 
 def _share_named(case: Case, count: int = 1) -> float:
@@ -276,11 +289,3 @@ def most_frequent_owner(cases: Sequence[Case]) -> str:
     owners = Counter(case.link.partition("/")[0] for case in cases)
     owners.pop("ros-navigation", None)
     return owners.most_common(1)[0][0] if owners else ""
-
-
-def by_symptom(scored: Sequence[Scored]) -> Mapping[str, list[Scored]]:
-    """Returns the scored cases by class of symptom."""
-    found: dict[str, list[Scored]] = {}
-    for entry in scored:
-        found.setdefault(entry.case.symptom_class, []).append(entry)
-    return found

@@ -92,7 +92,9 @@ def facts_of_values(controller: str, release: str, values: Mapping[str, Any]) ->
             found[place] = value
     # A speed smoother or monitor that is named is there.
     nodes = frozenset(place.partition(".")[0] for place in given)
-    kinds = kinds_of(preset) if re.search("|".join(p for p, _ in PRESETS), controller.lower()) else ()
+    kinds = (
+        kinds_of(preset) if re.search("|".join(p for p, _ in PRESETS), controller.lower()) else ()
+    )
     return Facts(
         kinds,
         known or (Release.HUMBLE if is_old else PORTED),

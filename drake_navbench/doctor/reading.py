@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 from drake_navbench.doctor.causes import RELEASE, Cause, Direction
@@ -24,8 +23,6 @@ NEXT_CURE = 0.85
 # Of a suspect whose value lies beyond the usual range on the side of the fault, within, and on the
 # other side; and of a parameter that the controller has not.
 BEYOND, WITHIN, OPPOSITE, ABSENT = 1.7, 1.0, 0.35, 0.45
-# Of a switch that already has the value of the cure.
-ALREADY = 0.0
 # A parameter that somebody changed away from its default on the side of the fault.
 CHANGED = 1.25
 # Of what a user names in a file that is not a whole one.
@@ -98,6 +95,8 @@ def _is_there(facts: Facts, cause: Cause) -> bool:
         return is_missing if first != CONTROLLER else not facts.is_kind("shim")
     if first in ("velocity_smoother", "collision_monitor", "amcl") and is_missing:
         return False
+    if cause.place in facts.unreadable:
+        return False
     if "*" in cause.place and facts.is_whole and not facts.matching(cause.place):
         return False
     return not (cause.direction is Direction.SET and cause.to is not None and _has(facts, cause))
@@ -151,8 +150,3 @@ def _named_factor(facts: Facts, cause: Cause) -> float:
     if facts.is_whole or cause.place == RELEASE:
         return 1.0
     return NAMED if any(place in facts.given for place in facts.matching(cause.place)) else 1.0
-
-
-def told(suspicions: Sequence[Suspicion], count: int) -> list[Cause]:
-    """Returns the causes of the first suspicions."""
-    return [suspicion.cause for suspicion in suspicions[:count]]

@@ -70,7 +70,10 @@ SYNONYMS: tuple[tuple[str, Symptom], ...] = (
     (r"corner|cuts|leaves the path|path_deviation|off.?path", Symptom.CORNER_CUTTING),
     (r"wobb|weav|zig.?zag|swing|oscillat|snak|shak|s.curve", Symptom.WOBBLE_STRAIGHT),
     (r"late.?cycle|miss(es|ed)? (its |the )?rate|loop rate|cpu|overrun", Symptom.LATE_CYCLES),
-    (r"jerk|stutter|stop.?(and|&)?.?(start|go)|jump(s|y) command|not smooth", Symptom.STOP_START_JERK),
+    (
+        r"jerk|stutter|stop.?(and|&)?.?(start|go)|jump(s|y) command|not smooth",
+        Symptom.STOP_START_JERK,
+    ),
     (r"door|narrow|passage|gap|corridor", Symptom.DOOR_STOP),
     (r"near.?miss|too close|hug|clearance", Symptom.NEAR_MISS),
     (r"ghost|phantom|not clear|stale|never clears", Symptom.GHOST_OBSTACLES),
@@ -86,9 +89,12 @@ SYNONYMS: tuple[tuple[str, Symptom], ...] = (
     (r"locali[sz]|amcl|pose jump|lost", Symptom.LOCALIZATION_JUMPS),
     (r"spin|circl|twirl|rotates? (endless|in place)", Symptom.SPINS),
     (r"not turn|no.?turn|no_rotation|turns? wide", Symptom.NO_TURNING),
-    (r"not (start|move)|no.?start|no.?motion|stands still|never leaves|stationary", Symptom.NO_START),
+    (
+        r"not (start|move)|no.?start|no.?motion|stands still|never leaves|stationary",
+        Symptom.NO_START,
+    ),
     (r"slow", Symptom.TOO_SLOW),
-)  # fmt: skip
+)
 
 
 def symptom_called(text: str) -> Symptom:

@@ -7,11 +7,23 @@ from typing import Any
 from drake_navbench.doctor.facts import Facts
 from drake_navbench.doctor.rules.mppi import half_window_m
 from drake_navbench.doctor.rules.rule import Rule, down, outside, put, up, upgrade
-from drake_navbench.doctor.symptoms import Symptom as S
+from drake_navbench.doctor.symptoms import Symptom
 from drake_navbench.inputs.nav2_release import Release
 
+S = Symptom
+
 CODE = "nav2_costmap_2d"
-OBSTACLES = ("obstacle", "voxel", "stvl", "range", "nonpersistent", "spatio", "kinect", "scan", "lidar")
+OBSTACLES = (
+    "obstacle",
+    "voxel",
+    "stvl",
+    "range",
+    "nonpersistent",
+    "spatio",
+    "kinect",
+    "scan",
+    "lidar",
+)
 SMAC = ("SmacPlannerHybrid", "SmacPlannerLattice")
 
 
@@ -40,19 +52,25 @@ RULES = (
     Rule(
         "inflation-below-inscribed-radius",
         lambda f: 0.0 < f.number("local_costmap.inflation_radius", 1.0) < f.inscribed_radius_m,
-        lambda f: f"inflation_radius {f['local_costmap.inflation_radius']} m is less than the "
-        f"robot's inscribed radius, {f.inscribed_radius_m:.2f} m",
+        lambda f: (
+            f"inflation_radius {f['local_costmap.inflation_radius']} m is less than the "
+            f"robot's inscribed radius, {f.inscribed_radius_m:.2f} m"
+        ),
         {S.COLLISION: 1.0, S.NEAR_MISS: 0.9},
         (up("local_costmap.inflation_radius"),),
         f"{CODE}: inflation_layer.cpp",
     ),
     Rule(
         "plans-inflate-little",
-        lambda f: 0.0
-        < f.number("global_costmap.inflation_radius", 1.0)
-        < max(f.inscribed_radius_m + 0.05, 0.0),
-        lambda f: f"global inflation_radius {f['global_costmap.inflation_radius']} m reaches hardly "
-        f"beyond the inscribed radius, {f.inscribed_radius_m:.2f} m: plans touch walls",
+        lambda f: (
+            0.0
+            < f.number("global_costmap.inflation_radius", 1.0)
+            < max(f.inscribed_radius_m + 0.05, 0.0)
+        ),
+        lambda f: (
+            f"global inflation_radius {f['global_costmap.inflation_radius']} m reaches hardly "
+            f"beyond the inscribed radius, {f.inscribed_radius_m:.2f} m: plans touch walls"
+        ),
         {S.COLLISION: 0.6, S.NEAR_MISS: 0.8, S.CORNER_CUTTING: 0.6, S.DOOR_STOP: 0.4},
         (up("global_costmap.inflation_radius"),),
         f"{CODE}: inflation_layer.cpp; docs.nav2.org, tuning guide: inflation potential fields",
@@ -60,8 +78,11 @@ RULES = (
     Rule(
         "wide-inflation",
         lambda f: f.number("local_costmap.inflation_radius", 0.55) > 1.0,
-        lambda f: f"inflation_radius {f['local_costmap.inflation_radius']} m with "
-        f"cost_scaling_factor {f['local_costmap.cost_scaling_factor']}: a door has cost all over",
+        lambda f: (
+            f"inflation_radius {f['local_costmap.inflation_radius']} m with "
+            f"cost_scaling_factor {f['local_costmap.cost_scaling_factor']}: a door has cost all "
+            "over"
+        ),
         {S.DOOR_STOP: 0.9, S.TOO_SLOW: 0.4, S.WOBBLE_STRAIGHT: 0.2, S.STALL_BEFORE_GOAL: 0.3},
         (down("local_costmap.inflation_radius", 0.55), up("local_costmap.cost_scaling_factor")),
         f"{CODE}: inflation_layer.cpp",
@@ -69,15 +90,19 @@ RULES = (
     ),
     Rule(
         "plans-inflate-much",
-        lambda f: f.number("global_costmap.inflation_radius", 0.55)
-        > max(0.8, 2.0 * f.circumscribed_radius_m)
-        or (
-            f["global_costmap.robot_radius"] is None
-            and f["global_costmap.footprint"] is not None
-            and f.number("global_costmap.inflation_radius", 0.55) > 0.35
+        lambda f: (
+            f.number("global_costmap.inflation_radius", 0.55)
+            > max(0.8, 2.0 * f.circumscribed_radius_m)
+            or (
+                f["global_costmap.robot_radius"] is None
+                and f["global_costmap.footprint"] is not None
+                and f.number("global_costmap.inflation_radius", 0.55) > 0.35
+            )
         ),
-        lambda f: f"global inflation_radius {f['global_costmap.inflation_radius']} m: start, goal "
-        "or a passage may lie in it with a corner of the outline",
+        lambda f: (
+            f"global inflation_radius {f['global_costmap.inflation_radius']} m: start, goal "
+            "or a passage may lie in it with a corner of the outline"
+        ),
         {S.PLANNER_FAILS: 0.8, S.DOOR_STOP: 0.4},
         (down("global_costmap.inflation_radius"),),
         f"{CODE}; nav2_smac_planner: start occupied",
@@ -86,8 +111,10 @@ RULES = (
     Rule(
         "steep-costs",
         lambda f: f.number("local_costmap.cost_scaling_factor", 3.0) > 8.0,
-        lambda f: f"cost_scaling_factor {f['local_costmap.cost_scaling_factor']}: a hand's breadth "
-        "beside the outline costs nothing any more",
+        lambda f: (
+            f"cost_scaling_factor {f['local_costmap.cost_scaling_factor']}: a hand's breadth "
+            "beside the outline costs nothing any more"
+        ),
         {S.NEAR_MISS: 1.0, S.COLLISION: 0.4, S.CORNER_CUTTING: 0.3},
         (down("local_costmap.cost_scaling_factor", 3.0),),
         f"{CODE}: inflation_layer.cpp",
@@ -96,16 +123,19 @@ RULES = (
     Rule(
         "flat-costs",
         lambda f: 0.0 < f.number("local_costmap.cost_scaling_factor", 3.0) < 1.5,
-        lambda f: f"cost_scaling_factor {f['local_costmap.cost_scaling_factor']}: the middle of a "
-        "door costs nearly as much as its jambs",
+        lambda f: (
+            f"cost_scaling_factor {f['local_costmap.cost_scaling_factor']}: the middle of a "
+            "door costs nearly as much as its jambs"
+        ),
         {S.DOOR_STOP: 0.9, S.TOO_SLOW: 0.4},
         (up("local_costmap.cost_scaling_factor", 3.0),),
         f"{CODE}: inflation_layer.cpp",
     ),
     Rule(
         "outline-not-given",
-        lambda f: f.is_whole
-        and not ({"local_costmap.robot_radius", "local_costmap.footprint"} & f.given),
+        lambda f: (
+            f.is_whole and not ({"local_costmap.robot_radius", "local_costmap.footprint"} & f.given)
+        ),
         lambda f: "the local costmap is given neither robot_radius nor footprint: Nav2 takes 0.1 m",
         {S.COLLISION: 1.0, S.NEAR_MISS: 0.8},
         (put("local_costmap.footprint"), up("local_costmap.robot_radius")),
@@ -114,32 +144,43 @@ RULES = (
     Rule(
         "outline-of-another-robot",
         lambda f: 0.0 < f.number("local_costmap.robot_radius", 1.0) < 0.11,
-        lambda f: f"robot_radius {f['local_costmap.robot_radius']} m is smaller than nearly every "
-        "robot with a lidar",
+        lambda f: (
+            f"robot_radius {f['local_costmap.robot_radius']} m is smaller than nearly every "
+            "robot with a lidar"
+        ),
         {S.COLLISION: 1.0, S.NEAR_MISS: 0.8},
         (up("local_costmap.robot_radius"),),
         f"{CODE}; navigation2#669",
     ),
     Rule(
         "marks-farther-than-it-clears",
-        lambda f: f["local_costmap.raytrace_max_range"] is not None
-        and f.number("local_costmap.obstacle_max_range", 2.5)
-        > f.number("local_costmap.raytrace_max_range", 3.0),
-        lambda f: f"obstacle_max_range {f['local_costmap.obstacle_max_range']} m is more than "
-        f"raytrace_max_range {f['local_costmap.raytrace_max_range']} m: far marks are never cleared",
+        lambda f: (
+            f["local_costmap.raytrace_max_range"] is not None
+            and f.number("local_costmap.obstacle_max_range", 2.5)
+            > f.number("local_costmap.raytrace_max_range", 3.0)
+        ),
+        lambda f: (
+            f"obstacle_max_range {f['local_costmap.obstacle_max_range']} m is more than "
+            f"raytrace_max_range {f['local_costmap.raytrace_max_range']} m: far marks are never "
+            "cleared"
+        ),
         {S.GHOST_OBSTACLES: 1.0, S.NO_RECOVERY: 0.4, S.DOOR_STOP: 0.4, S.PLANNER_FAILS: 0.4},
         (up("local_costmap.raytrace_max_range"),),
         f"{CODE}: obstacle_layer.cpp",
     ),
     Rule(
         "clears-farther-than-it-marks",
-        lambda f: f["local_costmap.raytrace_max_range"] is not None
-        and f.number("local_costmap.raytrace_max_range", 3.0)
-        > f.number("local_costmap.obstacle_max_range", 2.5)
-        and f.release.age < Release.LYRICAL.age,
-        lambda f: f"obstacle_max_range {f['local_costmap.obstacle_max_range']} m is less than "
-        f"raytrace_max_range {f['local_costmap.raytrace_max_range']} m: a hit between the two "
-        "clears its own cell in this release",
+        lambda f: (
+            f["local_costmap.raytrace_max_range"] is not None
+            and f.number("local_costmap.raytrace_max_range", 3.0)
+            > f.number("local_costmap.obstacle_max_range", 2.5)
+            and f.release.age < Release.LYRICAL.age
+        ),
+        lambda f: (
+            f"obstacle_max_range {f['local_costmap.obstacle_max_range']} m is less than "
+            f"raytrace_max_range {f['local_costmap.raytrace_max_range']} m: a hit between the two "
+            "clears its own cell in this release"
+        ),
         {S.COLLISION: 0.45, S.IGNORES_OBSTACLES: 0.9},
         (
             put("local_costmap.raytrace_max_range"),
@@ -151,8 +192,10 @@ RULES = (
     Rule(
         "seldom-updated",
         lambda f: 0.0 < f.number("local_costmap.update_frequency", 5.0) < 3.0,
-        lambda f: f"the local costmap is updated at {f['local_costmap.update_frequency']} Hz: what "
-        "moves is seen late",
+        lambda f: (
+            f"the local costmap is updated at {f['local_costmap.update_frequency']} Hz: what "
+            "moves is seen late"
+        ),
         {S.COLLISION: 0.7, S.IGNORES_OBSTACLES: 0.6, S.GHOST_OBSTACLES: 0.4, S.FALSE_ABORT: 0.3},
         (up("local_costmap.update_frequency", 5.0),),
         CODE,
@@ -187,17 +230,16 @@ RULES = (
     Rule(
         "window-ends-before-the-stop",
         lambda f: half_window_m(f) < max(1.0, 1.5 * f.speed_mps + f.circumscribed_radius_m),
-        lambda f: f"the local costmap reaches {half_window_m(f):.1f} m, little at {f.speed_mps:g} "
-        "m/s",
+        lambda f: (
+            f"the local costmap reaches {half_window_m(f):.1f} m, little at {f.speed_mps:g} m/s"
+        ),
         {S.COLLISION: 0.7, S.TOO_SLOW: 0.6, S.STOP_START_JERK: 0.3},
         (up("local_costmap.width"),),
         CODE,
     ),
     Rule(
         "no-obstacle-layer",
-        lambda f: f.is_whole
-        and bool(f["local_costmap.plugins"])
-        and not _has_obstacle_layer(f),
+        lambda f: f.is_whole and bool(f["local_costmap.plugins"]) and not _has_obstacle_layer(f),
         lambda f: f"local_costmap.plugins {f['local_costmap.plugins']} has no layer of obstacles",
         {S.COLLISION: 1.0, S.IGNORES_OBSTACLES: 1.0},
         (put("local_costmap.plugins"),),
@@ -206,8 +248,10 @@ RULES = (
     Rule(
         "inflation-before-obstacles",
         lambda f: not _inflation_is_last(f),
-        lambda f: f"local_costmap.plugins {f['local_costmap.plugins']}: what comes after the "
-        "inflation layer is not inflated",
+        lambda f: (
+            f"local_costmap.plugins {f['local_costmap.plugins']}: what comes after the "
+            "inflation layer is not inflated"
+        ),
         {S.COLLISION: 0.9, S.NEAR_MISS: 0.9, S.IGNORES_OBSTACLES: 0.3},
         (put("local_costmap.plugins"),),
         f"{CODE}: layered_costmap.cpp",
@@ -222,10 +266,14 @@ RULES = (
     ),
     Rule(
         "band-of-heights-misses",
-        lambda f: f["local_costmap.max_obstacle_height"] is not None
-        and f.number("local_costmap.max_obstacle_height", 2.0) < 0.3,
-        lambda f: f"max_obstacle_height {f['local_costmap.max_obstacle_height']} m: what the sensor "
-        "sees above is left out",
+        lambda f: (
+            f["local_costmap.max_obstacle_height"] is not None
+            and f.number("local_costmap.max_obstacle_height", 2.0) < 0.3
+        ),
+        lambda f: (
+            f"max_obstacle_height {f['local_costmap.max_obstacle_height']} m: what the sensor "
+            "sees above is left out"
+        ),
         {S.IGNORES_OBSTACLES: 1.0, S.COLLISION: 0.8},
         (up("local_costmap.max_obstacle_height", 2.0),),
         f"{CODE}: observation_buffer.cpp",
@@ -233,8 +281,10 @@ RULES = (
     Rule(
         "floor-is-marked",
         lambda f: f.number("local_costmap.min_obstacle_height") < -0.05,
-        lambda f: f"min_obstacle_height {f['local_costmap.min_obstacle_height']} m: points of the "
-        "floor are obstacles",
+        lambda f: (
+            f"min_obstacle_height {f['local_costmap.min_obstacle_height']} m: points of the "
+            "floor are obstacles"
+        ),
         {S.GHOST_OBSTACLES: 0.9, S.DOOR_STOP: 0.2, S.STOP_START_JERK: 0.2},
         (up("local_costmap.min_obstacle_height", 0.05),),
         f"{CODE}: observation_buffer.cpp",
@@ -242,11 +292,15 @@ RULES = (
     ),
     Rule(
         "voxels-below-the-band",
-        lambda f: f.number("local_costmap.z_voxels", 10) * f.number("local_costmap.z_resolution", 0.2)
-        < 0.9 * f.number("local_costmap.max_obstacle_height", 0.0)
-        and "local_costmap.z_voxels" in f.given,
-        lambda f: "z_voxels times z_resolution ends below max_obstacle_height: what is higher is "
-        "not marked",
+        lambda f: (
+            f.number("local_costmap.z_voxels", 10) * f.number("local_costmap.z_resolution", 0.2)
+            < 0.9 * f.number("local_costmap.max_obstacle_height", 0.0)
+            and "local_costmap.z_voxels" in f.given
+        ),
+        lambda f: (
+            "z_voxels times z_resolution ends below max_obstacle_height: what is higher is "
+            "not marked"
+        ),
         {S.IGNORES_OBSTACLES: 0.7, S.COLLISION: 0.4},
         (up("local_costmap.z_voxels", 16), up("local_costmap.z_resolution")),
         f"{CODE}: voxel_layer.cpp",
@@ -255,16 +309,19 @@ RULES = (
     Rule(
         "old-marks-kept",
         lambda f: f.number("local_costmap.observation_persistence") > 1.0,
-        lambda f: f"observation_persistence {f['local_costmap.observation_persistence']} s: where "
-        "somebody was stays occupied",
+        lambda f: (
+            f"observation_persistence {f['local_costmap.observation_persistence']} s: where "
+            "somebody was stays occupied"
+        ),
         {S.GHOST_OBSTACLES: 1.0, S.DOOR_STOP: 0.5, S.NO_RECOVERY: 0.3},
         (down("local_costmap.observation_persistence", 0.0),),
         f"{CODE}: observation_buffer.cpp",
     ),
     Rule(
         "beams-to-nothing-do-not-clear",
-        lambda f: f["local_costmap.inf_is_valid"] is False
-        and "local_costmap.inf_is_valid" in f.given,
+        lambda f: (
+            f["local_costmap.inf_is_valid"] is False and "local_costmap.inf_is_valid" in f.given
+        ),
         lambda f: "inf_is_valid is off: beams that meet nothing do not clear",
         {S.GHOST_OBSTACLES: 0.5},
         (put("local_costmap.inf_is_valid", True),),
@@ -300,7 +357,9 @@ RULES = (
     Rule(
         "planner-has-no-time",
         lambda f: 0.0 < f.number("planner.max_planning_time", 5.0) < 1.0,
-        lambda f: f"max_planning_time {f['planner.max_planning_time']} s: large maps are not searched",
+        lambda f: (
+            f"max_planning_time {f['planner.max_planning_time']} s: large maps are not searched"
+        ),
         {S.PLANNER_FAILS: 0.9},
         (up("planner.max_planning_time", 5.0),),
         "nav2_smac_planner",
@@ -309,8 +368,10 @@ RULES = (
     Rule(
         "planner-turns-wide",
         lambda f: _is_smac(f) and f.number("planner.minimum_turning_radius", 0.4) > 0.8,
-        lambda f: f"minimum_turning_radius {f['planner.minimum_turning_radius']} m: no curve fits "
-        "into a house",
+        lambda f: (
+            f"minimum_turning_radius {f['planner.minimum_turning_radius']} m: no curve fits "
+            "into a house"
+        ),
         {S.PLANNER_FAILS: 0.8, S.REVERSE_FAILURE: 0.3},
         (down("planner.minimum_turning_radius", 0.4),),
         "nav2_smac_planner",
@@ -319,8 +380,10 @@ RULES = (
     Rule(
         "amcl-looks-seldom",
         lambda f: f.number("amcl.update_min_d") > 0.4 or f.number("amcl.update_min_a") > 0.5,
-        lambda f: f"amcl.update_min_d {f['amcl.update_min_d']} m, update_min_a "
-        f"{f['amcl.update_min_a']} rad: the pose is corrected seldom, and jumps",
+        lambda f: (
+            f"amcl.update_min_d {f['amcl.update_min_d']} m, update_min_a "
+            f"{f['amcl.update_min_a']} rad: the pose is corrected seldom, and jumps"
+        ),
         {S.LOCALIZATION_JUMPS: 0.9, S.SPINS: 0.4, S.GOAL_OSCILLATION: 0.4, S.GOAL_NOT_REACHED: 0.3},
         (down("amcl.update_min_d", 0.2), down("amcl.update_min_a", 0.2)),
         "nav2_amcl",
@@ -344,29 +407,35 @@ RULES = (
     Rule(
         "amcl-stale-transform",
         lambda f: 0.0 < f.number("amcl.transform_tolerance", 1.0) < 0.2,
-        lambda f: f"amcl.transform_tolerance {f['amcl.transform_tolerance']} s: map to odom ends "
-        "before the next update",
+        lambda f: (
+            f"amcl.transform_tolerance {f['amcl.transform_tolerance']} s: map to odom ends "
+            "before the next update"
+        ),
         {S.FALSE_ABORT: 0.6, S.PLANNER_FAILS: 0.4, S.LOCALIZATION_JUMPS: 0.4},
         (up("amcl.transform_tolerance", 1.0),),
         "nav2_amcl",
     ),
     Rule(
         "frames-differ",
-        lambda f: len(
-            {
-                str(value)
-                for place, value in f.values.items()
-                if place.endswith(".robot_base_frame")
-            }
-        )
-        > 1,
-        lambda f: "robot_base_frame differs between nodes: "
-        + ", ".join(
-            sorted({str(v) for p, v in f.values.items() if p.endswith(".robot_base_frame")})
+        lambda f: (
+            len(
+                {
+                    str(value)
+                    for place, value in f.values.items()
+                    if place.endswith(".robot_base_frame")
+                }
+            )
+            > 1
+        ),
+        lambda f: (
+            "robot_base_frame differs between nodes: "
+            + ", ".join(
+                sorted({str(v) for p, v in f.values.items() if p.endswith(".robot_base_frame")})
+            )
         ),
         {S.GOAL_NOT_REACHED: 0.3, S.NO_START: 0.3, S.GOAL_OSCILLATION: 0.2},
         (outside("frames"),),
         CODE,
         is_certain=False,
     ),
-)  # fmt: skip
+)

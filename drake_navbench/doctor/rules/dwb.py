@@ -5,7 +5,9 @@ from __future__ import annotations
 from drake_navbench.doctor.facts import Facts
 from drake_navbench.doctor.rules.mppi import braking_m, half_window_m, has_critic, is_not_round
 from drake_navbench.doctor.rules.rule import Rule, add, down, put, up
-from drake_navbench.doctor.symptoms import Symptom as S
+from drake_navbench.doctor.symptoms import Symptom
+
+S = Symptom
 
 DWB = ("dwb",)
 CODE = "dwb_core, dwb_plugins, dwb_critics"
@@ -27,11 +29,15 @@ def _deceleration(f: Facts) -> float:
 RULES = (
     Rule(
         "dwb-centre-alone",
-        lambda f: is_not_round(f)
-        and bool(f.controller("critics"))
-        and not has_critic(f, "ObstacleFootprint"),
-        lambda f: "BaseObstacle looks at the cost under the centre, but the outline reaches from "
-        f"{f.inscribed_radius_m:.2f} to {f.circumscribed_radius_m:.2f} m",
+        lambda f: (
+            is_not_round(f)
+            and bool(f.controller("critics"))
+            and not has_critic(f, "ObstacleFootprint")
+        ),
+        lambda f: (
+            "BaseObstacle looks at the cost under the centre, but the outline reaches from "
+            f"{f.inscribed_radius_m:.2f} to {f.circumscribed_radius_m:.2f} m"
+        ),
         {S.COLLISION: 1.0, S.NEAR_MISS: 0.6, S.CORNER_CUTTING: 0.4},
         (put("critics", "ObstacleFootprint"),),
         f"{CODE}: base_obstacle.cpp, obstacle_footprint.cpp",
@@ -48,11 +54,15 @@ RULES = (
     ),
     Rule(
         "dwb-weak-obstacles",
-        lambda f: has_critic(f, "BaseObstacle")
-        and f.number("controller.BaseObstacle.scale", 1.0) * 254.0
-        < 0.5 * f.number("controller.PathDist.scale", 1.0),
-        lambda f: f"BaseObstacle.scale {f.controller('BaseObstacle.scale')} beside PathDist.scale "
-        f"{f.controller('PathDist.scale')}: half a cell off the path outweighs the worst cost",
+        lambda f: (
+            has_critic(f, "BaseObstacle")
+            and f.number("controller.BaseObstacle.scale", 1.0) * 254.0
+            < 0.5 * f.number("controller.PathDist.scale", 1.0)
+        ),
+        lambda f: (
+            f"BaseObstacle.scale {f.controller('BaseObstacle.scale')} beside PathDist.scale "
+            f"{f.controller('PathDist.scale')}: half a cell off the path outweighs the worst cost"
+        ),
         {S.NEAR_MISS: 1.0, S.COLLISION: 0.5},
         (up("BaseObstacle.scale"), down("PathDist.scale")),
         f"{CODE}: base_obstacle.cpp",
@@ -61,9 +71,13 @@ RULES = (
     ),
     Rule(
         "dwb-looks-less-than-it-brakes",
-        lambda f: f.speed_mps * f.number("controller.sim_time", 1.7) < braking_m(f, _deceleration(f)),
-        lambda f: f"sim_time {f.controller('sim_time')} s at {f.speed_mps:g} m/s is shorter than "
-        "the way to stop",
+        lambda f: (
+            f.speed_mps * f.number("controller.sim_time", 1.7) < braking_m(f, _deceleration(f))
+        ),
+        lambda f: (
+            f"sim_time {f.controller('sim_time')} s at {f.speed_mps:g} m/s is shorter than "
+            "the way to stop"
+        ),
         {S.COLLISION: 0.9, S.GOAL_OVERSHOOT: 0.6},
         (up("sim_time"), down("max_vel_x")),
         CODE,
@@ -72,8 +86,10 @@ RULES = (
     Rule(
         "dwb-looks-a-short-way",
         lambda f: f.number("controller.sim_time", 1.7) < 1.0,
-        lambda f: f"sim_time {f.controller('sim_time')} s: arcs so short hardly differ, so that it "
-        "steers hard",
+        lambda f: (
+            f"sim_time {f.controller('sim_time')} s: arcs so short hardly differ, so that it "
+            "steers hard"
+        ),
         {S.WOBBLE_STRAIGHT: 1.0, S.COLLISION: 0.5, S.STOP_START_JERK: 0.3},
         (up("sim_time", 1.7),),
         "docs.nav2.org, tuning guide",
@@ -82,8 +98,10 @@ RULES = (
     Rule(
         "dwb-looks-a-long-way",
         lambda f: f.number("controller.sim_time", 1.7) > 2.5,
-        lambda f: f"sim_time {f.controller('sim_time')} s: long arcs all leave a curved path or "
-        "touch something",
+        lambda f: (
+            f"sim_time {f.controller('sim_time')} s: long arcs all leave a curved path or "
+            "touch something"
+        ),
         {S.DOOR_STOP: 0.8, S.CORNER_CUTTING: 0.9, S.TOO_SLOW: 0.4, S.STALL_BEFORE_GOAL: 0.4},
         (down("sim_time", 1.7),),
         "docs.nav2.org, tuning guide",
@@ -92,8 +110,10 @@ RULES = (
     Rule(
         "dwb-beyond-window",
         lambda f: f.speed_mps * f.number("controller.sim_time", 1.7) > half_window_m(f),
-        lambda f: f"fast samples reach {f.speed_mps * f.number('controller.sim_time', 1.7):.1f} m, "
-        f"the local costmap only {half_window_m(f):.1f} m: they are rejected",
+        lambda f: (
+            f"fast samples reach {f.speed_mps * f.number('controller.sim_time', 1.7):.1f} m, "
+            f"the local costmap only {half_window_m(f):.1f} m: they are rejected"
+        ),
         {S.TOO_SLOW: 0.9, S.STOP_START_JERK: 0.3},
         (up("local_costmap.width"), down("sim_time")),
         f"{CODE}: off the grid is illegal",
@@ -119,11 +139,16 @@ RULES = (
     ),
     Rule(
         "dwb-sideways-for-nothing",
-        lambda f: f.number("controller.max_vel_y") == 0.0
-        and f.number("controller.vy_samples", 5) > 1
-        and f.number("controller.vx_samples", 20) * f.number("controller.vtheta_samples", 20) > 600,
-        lambda f: f"{f.controller('vx_samples')} x {f.controller('vtheta_samples')} samples, and "
-        "sideways ones for a base that has none",
+        lambda f: (
+            f.number("controller.max_vel_y") == 0.0
+            and f.number("controller.vy_samples", 5) > 1
+            and f.number("controller.vx_samples", 20) * f.number("controller.vtheta_samples", 20)
+            > 600
+        ),
+        lambda f: (
+            f"{f.controller('vx_samples')} x {f.controller('vtheta_samples')} samples, and "
+            "sideways ones for a base that has none"
+        ),
         {S.LATE_CYCLES: 0.6},
         (down("vx_samples"), down("vtheta_samples"), down("vy_samples")),
         f"{CODE}: xy_theta_iterator.cpp",
@@ -132,9 +157,11 @@ RULES = (
     ),
     Rule(
         "dwb-never-turns-to-the-goal",
-        lambda f: bool(f.controller("critics"))
-        and not has_critic(f, "RotateToGoal")
-        and not f.is_kind("shim"),
+        lambda f: (
+            bool(f.controller("critics"))
+            and not has_critic(f, "RotateToGoal")
+            and not f.is_kind("shim")
+        ),
         lambda f: "critics lists no RotateToGoal: nothing turns to the goal's heading",
         {S.GOAL_NOT_REACHED: 1.0, S.GOAL_OSCILLATION: 0.6},
         (put("critics", "RotateToGoal"),),
@@ -143,8 +170,10 @@ RULES = (
     ),
     Rule(
         "dwb-no-pull",
-        lambda f: bool(f.controller("critics"))
-        and not has_critic(f, "GoalDist", "PathDist", "PathProgress"),
+        lambda f: (
+            bool(f.controller("critics"))
+            and not has_critic(f, "GoalDist", "PathDist", "PathProgress")
+        ),
         lambda f: "critics lists neither PathDist nor GoalDist: nothing pulls along the plan",
         {S.NO_START: 1.0, S.STALL_BEFORE_GOAL: 1.0, S.SPINS: 0.5},
         (put("critics", "PathDist"),),
@@ -162,11 +191,15 @@ RULES = (
     ),
     Rule(
         "dwb-two-tolerances",
-        lambda f: f.number("goal_checker.xy_goal_tolerance") > 0.0
-        and f.number("controller.xy_goal_tolerance")
-        > 1.2 * f.number("goal_checker.xy_goal_tolerance"),
-        lambda f: f"the controller turns at the goal from {f.controller('xy_goal_tolerance')} m on, "
-        f"the goal checker wants {f['goal_checker.xy_goal_tolerance']} m",
+        lambda f: (
+            f.number("goal_checker.xy_goal_tolerance") > 0.0
+            and f.number("controller.xy_goal_tolerance")
+            > 1.2 * f.number("goal_checker.xy_goal_tolerance")
+        ),
+        lambda f: (
+            f"the controller turns at the goal from {f.controller('xy_goal_tolerance')} m on, "
+            f"the goal checker wants {f['goal_checker.xy_goal_tolerance']} m"
+        ),
         {S.GOAL_NOT_REACHED: 1.0, S.STALL_BEFORE_GOAL: 0.9, S.GOAL_OSCILLATION: 0.5},
         (down("xy_goal_tolerance"), up("goal_checker.xy_goal_tolerance")),
         f"{CODE}: rotate_to_goal.cpp",
@@ -175,8 +208,10 @@ RULES = (
     Rule(
         "dwb-turns-while-rolling",
         lambda f: f.number("controller.trans_stopped_velocity", 0.25) > 0.6 * f.speed_mps > 0.0,
-        lambda f: f"trans_stopped_velocity {f.controller('trans_stopped_velocity')} m/s of "
-        f"{f.speed_mps:g}: it counts as stopped while it drives",
+        lambda f: (
+            f"trans_stopped_velocity {f.controller('trans_stopped_velocity')} m/s of "
+            f"{f.speed_mps:g}: it counts as stopped while it drives"
+        ),
         {S.GOAL_OVERSHOOT: 0.7, S.GOAL_OSCILLATION: 0.4},
         (down("trans_stopped_velocity"),),
         f"{CODE}: rotate_to_goal.cpp",
@@ -185,8 +220,10 @@ RULES = (
     Rule(
         "dwb-never-counts-as-stopped",
         lambda f: f.number("controller.trans_stopped_velocity", 0.25) < 0.02,
-        lambda f: f"trans_stopped_velocity {f.controller('trans_stopped_velocity')} m/s is below "
-        "the noise of odometry: it never begins to turn at the goal",
+        lambda f: (
+            f"trans_stopped_velocity {f.controller('trans_stopped_velocity')} m/s is below "
+            "the noise of odometry: it never begins to turn at the goal"
+        ),
         {S.GOAL_NOT_REACHED: 0.9, S.STALL_BEFORE_GOAL: 0.8},
         (up("trans_stopped_velocity", 0.25),),
         f"{CODE}: rotate_to_goal.cpp",
@@ -204,10 +241,14 @@ RULES = (
     ),
     Rule(
         "dwb-least-speed",
-        lambda f: f.number("controller.min_speed_xy") > 0.15
-        or f.number("controller.min_vel_x") > 0.05,
-        lambda f: f"min_speed_xy {f.controller('min_speed_xy')}, min_vel_x "
-        f"{f.controller('min_vel_x')} m/s: it cannot drive slowly, nor stop in front of the goal",
+        lambda f: (
+            f.number("controller.min_speed_xy") > 0.15 or f.number("controller.min_vel_x") > 0.05
+        ),
+        lambda f: (
+            f"min_speed_xy {f.controller('min_speed_xy')}, min_vel_x "
+            f"{f.controller('min_vel_x')} m/s: it cannot drive slowly, nor stop in front of the "
+            "goal"
+        ),
         {S.GOAL_OVERSHOOT: 0.9, S.STOP_START_JERK: 0.6, S.DOOR_STOP: 0.4},
         (down("min_speed_xy"), down("min_vel_x", 0.0)),
         CODE,
@@ -215,10 +256,14 @@ RULES = (
     ),
     Rule(
         "dwb-steep-ramps",
-        lambda f: f.number("controller.acc_lim_x", 2.5)
-        > 1.5 * (f.axis("velocity_smoother.max_accel", 0) or 1e9),
-        lambda f: f"samples accelerate by {f.controller('acc_lim_x')} m/s^2, the velocity smoother "
-        f"lets through {f.axis('velocity_smoother.max_accel', 0):g}",
+        lambda f: (
+            f.number("controller.acc_lim_x", 2.5)
+            > 1.5 * (f.axis("velocity_smoother.max_accel", 0) or 1e9)
+        ),
+        lambda f: (
+            f"samples accelerate by {f.controller('acc_lim_x')} m/s^2, the velocity smoother "
+            f"lets through {f.axis('velocity_smoother.max_accel', 0):g}"
+        ),
         {S.WOBBLE_STRAIGHT: 0.3, S.GOAL_OVERSHOOT: 0.5, S.STOP_START_JERK: 0.4},
         (down("acc_lim_x"), up("velocity_smoother.max_accel")),
         CODE,
@@ -226,8 +271,10 @@ RULES = (
     ),
     Rule(
         "dwb-no-acceleration",
-        lambda f: f.number("controller.acc_lim_x", 2.5) == 0.0
-        or f.number("controller.acc_lim_theta", 3.2) == 0.0,
+        lambda f: (
+            f.number("controller.acc_lim_x", 2.5) == 0.0
+            or f.number("controller.acc_lim_theta", 3.2) == 0.0
+        ),
         lambda f: "acc_lim_x or acc_lim_theta is 0: the window of speeds is empty",
         {S.NO_START: 1.0, S.TOO_SLOW: 0.8, S.NO_TURNING: 0.8},
         (up("acc_lim_x", 2.5), up("acc_lim_theta", 3.2)),
@@ -237,8 +284,9 @@ RULES = (
     Rule(
         "dwb-two-speed-limits",
         lambda f: 0.0 < f.number("controller.max_speed_xy", 1e9) < f.speed_mps,
-        lambda f: f"max_speed_xy {f.controller('max_speed_xy')} m/s is below max_vel_x "
-        f"{f.speed_mps:g}",
+        lambda f: (
+            f"max_speed_xy {f.controller('max_speed_xy')} m/s is below max_vel_x {f.speed_mps:g}"
+        ),
         {S.TOO_SLOW: 1.0},
         (up("max_speed_xy"),),
         f"{CODE}: kinematic_parameters.cpp",
@@ -246,10 +294,15 @@ RULES = (
     ),
     Rule(
         "dwb-heavy-weights-in-doors",
-        lambda f: f.number("controller.PathDist.scale") > 20.0
-        and f.number("controller.GoalDist.scale") > 16.0,
-        lambda f: f"PathDist {f.controller('PathDist.scale')} and GoalDist "
-        f"{f.controller('GoalDist.scale')} outweigh everything that speaks for waiting or turning",
+        lambda f: (
+            f.number("controller.PathDist.scale") > 20.0
+            and f.number("controller.GoalDist.scale") > 16.0
+        ),
+        lambda f: (
+            f"PathDist {f.controller('PathDist.scale')} and GoalDist "
+            f"{f.controller('GoalDist.scale')} outweigh everything that speaks for waiting or "
+            "turning"
+        ),
         {S.DOOR_STOP: 0.8},
         (down("PathDist.scale"), down("GoalDist.scale")),
         "ROBOTIS-GIT/turtlebot3#178",
@@ -258,10 +311,14 @@ RULES = (
     ),
     Rule(
         "dwb-writes-details",
-        lambda f: f.controller("debug_trajectory_details") is True
-        or f.controller("publish_cost_grid_pc") is True,
-        lambda f: "debug_trajectory_details or publish_cost_grid_pc is on, which takes time in "
-        "every cycle",
+        lambda f: (
+            f.controller("debug_trajectory_details") is True
+            or f.controller("publish_cost_grid_pc") is True
+        ),
+        lambda f: (
+            "debug_trajectory_details or publish_cost_grid_pc is on, which takes time in "
+            "every cycle"
+        ),
         {S.LATE_CYCLES: 0.8},
         (put("debug_trajectory_details", False), put("publish_cost_grid_pc", False)),
         CODE,
@@ -278,4 +335,4 @@ RULES = (
         DWB,
         is_certain=False,
     ),
-)  # fmt: skip
+)

@@ -6,8 +6,10 @@ import re
 
 from drake_navbench.doctor.facts import Facts
 from drake_navbench.doctor.rules.rule import Rule, down, outside, put, up, upgrade
-from drake_navbench.doctor.symptoms import Symptom as S
+from drake_navbench.doctor.symptoms import Symptom
 from drake_navbench.inputs.nav2_release import OLD_NODE, Release
+
+S = Symptom
 
 # What the check says of a parameter that nobody reads.
 UNREAD = re.compile(r"does not read it|unknown|no such|another name")
@@ -40,8 +42,10 @@ RULES = (
     Rule(
         "controller-parameters-not-read",
         lambda f: bool(_unread(f, "controller_server")),
-        lambda f: f"{f.release} reads no {_first(_unread(f, 'controller_server'))}: another release "
-        "does, or nobody",
+        lambda f: (
+            f"{f.release} reads no {_first(_unread(f, 'controller_server'))}: another release "
+            "does, or nobody"
+        ),
         MANY | {S.NO_TURNING: 0.5},
         (put("critics"), upgrade("one that reads them")),
         "the parameters that each release of Nav2 declares",
@@ -49,7 +53,9 @@ RULES = (
     Rule(
         "costmap-parameters-not-read",
         lambda f: bool(_unread(f, "local_costmap")),
-        lambda f: f"{f.release} reads no {_first(_unread(f, 'local_costmap'))} of the local costmap",
+        lambda f: (
+            f"{f.release} reads no {_first(_unread(f, 'local_costmap'))} of the local costmap"
+        ),
         {S.IGNORES_OBSTACLES: 0.4, S.GHOST_OBSTACLES: 0.3},
         (put("local_costmap.observation_sources"),),
         "the parameters that each release of Nav2 declares",
@@ -87,8 +93,10 @@ RULES = (
     Rule(
         "graceful-of-iron-and-jazzy",
         lambda f: f.is_kind("graceful") and f.release in (Release.IRON, Release.JAZZY),
-        lambda f: "gains and targets of this release come from docking; newer ones choose among "
-        "several targets",
+        lambda f: (
+            "gains and targets of this release come from docking; newer ones choose among "
+            "several targets"
+        ),
         {S.WOBBLE_STRAIGHT: 0.7, S.CORNER_CUTTING: 0.3},
         (down("k_phi", 2.0), down("k_delta", 1.0), upgrade("kilted or newer")),
         "navigation2#4795",
@@ -108,7 +116,10 @@ RULES = (
         lambda f: f.is_kind("shim") and f.release in (Release.HUMBLE, Release.IRON),
         lambda f: "this release's shim does not turn to the goal's heading; Jazzy's does",
         {S.GOAL_NOT_REACHED: 0.6, S.STALL_BEFORE_GOAL: 0.4},
-        (upgrade("jazzy or newer, for rotate_to_goal_heading"), up("goal_checker.yaw_goal_tolerance")),
+        (
+            upgrade("jazzy or newer, for rotate_to_goal_heading"),
+            up("goal_checker.yaw_goal_tolerance"),
+        ),
         "docs.nav2.org, migration to jazzy",
         is_certain=False,
     ),
@@ -132,4 +143,4 @@ RULES = (
         (upgrade("one that reads them"), outside("lag")),
         "the parameters that each release of Nav2 declares",
     ),
-)  # fmt: skip
+)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from drake_navbench.doctor.facts import Facts
 from drake_navbench.doctor.rules.rule import Rule, down, put, up, upgrade
-from drake_navbench.doctor.symptoms import Symptom as S
+from drake_navbench.doctor.symptoms import Symptom
 from drake_navbench.inputs.nav2_release import Release
+
+S = Symptom
 
 SHIM = ("shim",)
 CODE = "nav2_rotation_shim_controller"
@@ -27,12 +29,18 @@ def _topics_differ(f: Facts) -> bool:
 RULES = (
     Rule(
         "shim-gap-of-two-thresholds",
-        lambda f: f.controller("rotate_to_goal_heading") is not True
-        and f.number("goal_checker.yaw_goal_tolerance", 0.25)
-        < f.number("controller.angular_dist_threshold", 0.785),
-        lambda f: f"between the goal's tolerance, {f['goal_checker.yaw_goal_tolerance']} rad, and "
-        f"angular_dist_threshold, {f.controller('angular_dist_threshold')} rad, the shim does not "
-        "turn: rotate_to_goal_heading is off",
+        lambda f: (
+            f.release.age >= Release.JAZZY.age
+            and f.controller("rotate_to_goal_heading") is not True
+            and f.number("goal_checker.yaw_goal_tolerance", 0.25)
+            < f.number("controller.angular_dist_threshold", 0.785)
+        ),
+        lambda f: (
+            f"between the goal's tolerance, {f['goal_checker.yaw_goal_tolerance']} rad, and "
+            f"angular_dist_threshold, {f.controller('angular_dist_threshold')} rad, the shim does "
+            "not "
+            "turn: rotate_to_goal_heading is off"
+        ),
         {S.GOAL_NOT_REACHED: 1.0, S.STALL_BEFORE_GOAL: 0.8, S.GOAL_OSCILLATION: 0.5},
         (put("rotate_to_goal_heading", True), down("angular_dist_threshold")),
         f"{CODE}: rotate_to_goal_heading",
@@ -41,18 +49,25 @@ RULES = (
     Rule(
         "shim-slow-ramp",
         lambda f: _first_step_radps(f) < SMALL_RADPS,
-        lambda f: f"max_angular_accel {f.controller('max_angular_accel')} rad/s^2: the first cycle "
-        f"of a turn commands {_first_step_radps(f):.2f} rad/s, which many drives do not follow",
+        lambda f: (
+            f"max_angular_accel {f.controller('max_angular_accel')} rad/s^2: the first cycle "
+            f"of a turn commands {_first_step_radps(f):.2f} rad/s, which many drives do not follow"
+        ),
         {S.STOP_START_JERK: 1.0, S.NO_TURNING: 0.9, S.NO_START: 0.7, S.TOO_SLOW: 0.5},
-        (up("max_angular_accel", 3.2), up("rotate_to_heading_angular_vel"), put("closed_loop", False)),
+        (
+            up("max_angular_accel", 3.2),
+            up("rotate_to_heading_angular_vel"),
+            put("closed_loop", False),
+        ),
         f"{CODE}: the ramp starts from the measured rate",
         SHIM,
     ),
     Rule(
         "shim-slow-turn",
         lambda f: f.number("controller.rotate_to_heading_angular_vel", 1.8) < 0.5,
-        lambda f: "rotate_to_heading_angular_vel "
-        f"{f.controller('rotate_to_heading_angular_vel')} rad/s",
+        lambda f: (
+            f"rotate_to_heading_angular_vel {f.controller('rotate_to_heading_angular_vel')} rad/s"
+        ),
         {S.TOO_SLOW: 0.8, S.NO_TURNING: 0.6, S.STOP_START_JERK: 0.4},
         (up("rotate_to_heading_angular_vel", 1.8),),
         CODE,
@@ -62,8 +77,10 @@ RULES = (
     Rule(
         "shim-turns-for-little",
         lambda f: f.number("controller.angular_dist_threshold", 0.785) < 0.4,
-        lambda f: f"angular_dist_threshold {f.controller('angular_dist_threshold')} rad: it stops "
-        "to turn for small errors",
+        lambda f: (
+            f"angular_dist_threshold {f.controller('angular_dist_threshold')} rad: it stops "
+            "to turn for small errors"
+        ),
         {S.STOP_START_JERK: 1.0, S.WOBBLE_STRAIGHT: 0.8, S.SPINS: 0.7, S.TOO_SLOW: 0.5},
         (up("angular_dist_threshold", 0.785),),
         CODE,
@@ -72,8 +89,10 @@ RULES = (
     Rule(
         "shim-samples-noise",
         lambda f: f.number("controller.forward_sampling_distance", 0.5) < 0.25,
-        lambda f: f"forward_sampling_distance {f.controller('forward_sampling_distance')} m: the "
-        "heading of so short a piece of the plan is noise",
+        lambda f: (
+            f"forward_sampling_distance {f.controller('forward_sampling_distance')} m: the "
+            "heading of so short a piece of the plan is noise"
+        ),
         {S.WOBBLE_STRAIGHT: 0.7, S.STOP_START_JERK: 0.7, S.SPINS: 0.7},
         (up("forward_sampling_distance", 0.5),),
         CODE,
@@ -82,8 +101,10 @@ RULES = (
     Rule(
         "shim-checks-a-long-turn",
         lambda f: f.number("controller.simulate_ahead_time", 1.0) > 1.8,
-        lambda f: f"simulate_ahead_time {f.controller('simulate_ahead_time')} s: a turn that "
-        "touches something far round is not begun",
+        lambda f: (
+            f"simulate_ahead_time {f.controller('simulate_ahead_time')} s: a turn that "
+            "touches something far round is not begun"
+        ),
         {S.NO_TURNING: 0.8, S.NO_START: 0.6, S.NO_RECOVERY: 0.6},
         (down("simulate_ahead_time", 1.0),),
         CODE,
@@ -91,10 +112,15 @@ RULES = (
     ),
     Rule(
         "shim-never-brakes",
-        lambda f: f.release.age <= Release.JAZZY.age
-        and f.number("controller.rotate_to_heading_angular_vel", 1.8) > 0.8,
-        lambda f: "up to Jazzy of 2024 the shim turns at "
-        f"{f.controller('rotate_to_heading_angular_vel')} rad/s up to the heading, without braking",
+        lambda f: (
+            f.release.age <= Release.JAZZY.age
+            and f.number("controller.rotate_to_heading_angular_vel", 1.8) > 0.8
+        ),
+        lambda f: (
+            "up to Jazzy of 2024 the shim turns at "
+            f"{f.controller('rotate_to_heading_angular_vel')} rad/s up to the heading, without "
+            "braking"
+        ),
         {S.GOAL_OVERSHOOT: 1.0, S.GOAL_OSCILLATION: 0.6, S.SPINS: 0.4},
         (
             down("rotate_to_heading_angular_vel"),
@@ -107,9 +133,11 @@ RULES = (
     Rule(
         "odometry-of-another-topic",
         _topics_differ,
-        lambda f: "controller_server.odom_topic is "
-        f"{f['controller_server.odom_topic'] or 'not given, so odom'}, but others in the file "
-        f"listen to {f['bt_navigator.odom_topic'] or f['velocity_smoother.odom_topic']}",
+        lambda f: (
+            "controller_server.odom_topic is "
+            f"{f['controller_server.odom_topic'] or 'not given, so odom'}, but others in the file "
+            f"listen to {f['bt_navigator.odom_topic'] or f['velocity_smoother.odom_topic']}"
+        ),
         {
             S.TOO_SLOW: 1.0,
             S.NO_START: 0.9,
@@ -121,4 +149,4 @@ RULES = (
         (put("controller_server.odom_topic"),),
         "nav2_controller: OdomSmoother subscribes odom_topic; roasinc/former_robot#19",
     ),
-)  # fmt: skip
+)
