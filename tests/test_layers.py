@@ -55,8 +55,11 @@ MAY_IMPORT: dict[str, set[str]] = {
     | {"controllers", "navigation", "inputs", "systems", "trial"},
     "side_by_side": BELOW_ALL
     | {"controllers", "native", "navigation", "inputs", "trial", "analysis", "campaign"},
+    "doctor": BELOW_ALL
+    | {"costmaps", "navigation", "inputs", "trial", "analysis", "campaign", "tuning"},
     "commands": BELOW_ALL
     | {
+        "doctor",
         "inputs",
         "trial",
         "analysis",

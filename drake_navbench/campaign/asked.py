@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import re
 from collections.abc import Sequence
+from pathlib import Path
 
 from drake_navbench.campaign.request import Request
 from drake_navbench.errors import InputError, printable
@@ -13,8 +14,12 @@ from drake_navbench.inputs.presets import preset_files
 from drake_navbench.inputs.scenario import SCENARIO_FILES
 from drake_navbench.inputs.task_check import warn_of_rotation
 from drake_navbench.nav2.check import WIDTH
-from drake_navbench.nav2.robot import Nav2Setup
+from drake_navbench.nav2.controllers import SERVER
+from drake_navbench.nav2.differences import difference_lines, differences
+from drake_navbench.nav2.parameters import read_parameter_file
+from drake_navbench.nav2.robot import READ
 from drake_navbench.nav2.substitutions import read_assignments
+from drake_navbench.nav2.whole_files import FileColumns
 from drake_navbench.trial.column_controller import check_controller
 from drake_navbench.typed_files.typed_yaml import validate
 
@@ -38,6 +43,8 @@ def request_from_arguments(arguments: argparse.Namespace) -> Request:
         "controllers": controllers,
         "parameter_files": [str(path) for path in arguments.params],
         "nav2_files": [str(path) for path in arguments.nav2],
+        "against": [str(path) for path in arguments.against],
+        "names": _aliases(arguments.name),
         "nav2_release": arguments.nav2_release,
         "original": arguments.original,
         "substitutions": read_assignments(arguments.set),
@@ -53,6 +60,22 @@ def request_from_arguments(arguments: argparse.Namespace) -> Request:
         "samples": arguments.samples,
     }
     return validate(Request, asked, "command line")
+
+
+def _aliases(texts: Sequence[str]) -> dict[str, str]:
+    """Returns the aliases of `--name ALIAS=FILE` by file; raises InputError where one is twice."""
+    aliases: dict[str, str] = {}
+    for text in texts:
+        alias, equals, file = text.partition("=")
+        if not alias or not equals or not file:
+            raise InputError(f"--name {text!r}: expected ALIAS=FILE")
+        file = str(Path(file))
+        if alias in aliases.values():
+            raise InputError(f"--name {text}: the alias {alias!r} is given twice")
+        if file in aliases:
+            raise InputError(f"--name {text}: the file has the alias {aliases[file]!r} already")
+        aliases[file] = alias
+    return aliases
 
 
 def _require_no_controllers_among(scenarios: Sequence[str], controllers: str) -> None:
@@ -125,19 +148,46 @@ def print_check(arguments: argparse.Namespace) -> None:
     """Prints what becomes of each parameter of the Nav2 files; raises InputError without any."""
     if not arguments.nav2:
         raise InputError("--check: expected a Nav2 file by --nav2")
-    setup = request_from_arguments(arguments).nav2_setup()
-    assert setup is not None
-    for preset in setup.presets:
-        # Some parameters are wrong only for this robot.
-        check_controller(preset, setup.robot)
-        warn_of_rotation(preset, setup.robot)
-    columns = ", ".join(preset.name for preset in setup.presets) or "none"
-    print(printable(f"Columns: {columns}"))
-    print("\n".join(map(printable, setup.check.as_text(WIDTH).split("\n"))))
+    columns = request_from_arguments(arguments).nav2_columns()
+    for line in difference_lines(columns, differences(columns)) if len(columns) > 1 else ():
+        print(line)
+    for entry in columns:
+        setup = entry.setup
+        for preset in setup.presets:
+            # Some parameters are wrong only for this robot.
+            check_controller(preset, setup.robot)
+            warn_of_rotation(preset, setup.robot)
+        names = ", ".join(preset.name for preset in setup.presets) or "none"
+        print(printable(f"Columns: {names}"))
+        print("\n".join(map(printable, setup.check.as_text(WIDTH).split("\n"))))
 
 
-def short_form(setup: Nav2Setup) -> list[str]:
-    """Returns the lines that a run prints of its Nav2 files."""
-    told = [f"Nav2 file: {setup.check.summary()} (--check tells all)"]
-    told += [f"  stands in: {row.text}" for row in setup.check.stand_ins]
+def told_of_files(request: Request, nav2: Sequence[FileColumns]) -> list[str]:
+    """Returns the lines that a run prints of its Nav2 files, their differences first."""
+    told = []
+    if len(nav2) > 1:
+        told += difference_lines(nav2, differences(nav2))
+    if len(request.nav2_files) > 1:
+        told.append(
+            f"--nav2 {' + '.join(request.nav2_files)}: merged into one, later values override; "
+            "--against FILE drives a file beside it"
+        )
+    for columns in nav2:
+        name = f"Nav2 file {columns.name}" if len(nav2) > 1 else "Nav2 file"
+        told.append(f"{name}: {columns.setup.check.summary()} (--check tells all)")
+        told += [f"  stands in: {row.text}" for row in columns.setup.check.stand_ins]
+    told += [line for path in request.parameter_files if (line := _not_taken(Path(path)))]
     return [printable(line) for line in told]
+
+
+def _not_taken(path: Path) -> str:
+    """Returns a line on the nodes of a Nav2 file of which --params takes nothing, '' for none."""
+    names = dict.fromkeys(s.name.lstrip("/") for s in read_parameter_file(path).sections)
+    others = [n for n in names if (n in READ and n != SERVER) or n.partition("/")[2] in READ]
+    if not others:
+        return ""
+    shown = ", ".join(name.partition("/")[0] for name in others)
+    return (
+        f"--params {path}: takes the controllers only; {shown} are not used "
+        "(--nav2 takes the whole file, --against a second one)"
+    )

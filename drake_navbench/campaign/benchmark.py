@@ -17,7 +17,7 @@ from drake_navbench.analysis.rank_changes import rank_changes
 from drake_navbench.analysis.sweeps import SUCCEEDED, long_table, response_table, swept_fields
 from drake_navbench.analysis.tables import scenario_table
 from drake_navbench.analysis.totals import told_by_totals, totals
-from drake_navbench.campaign.asked import listed_controllers, request_from_arguments, short_form
+from drake_navbench.campaign.asked import listed_controllers, request_from_arguments, told_of_files
 from drake_navbench.campaign.campaign import DEFAULT_TRIALS, Campaign, plan_campaign
 from drake_navbench.campaign.cluster_connection import (
     ClusterPlace,
@@ -141,6 +141,8 @@ def run_from_command_line(arguments: argparse.Namespace, *, began_s: float) -> b
         from drake_navbench.campaign.live import show_live
 
         return show_live(campaign, console)
+    for line in told_of_files(request, campaign.nav2):
+        console.print(line, soft_wrap=True)
     for preset in campaign.presets:
         if preset.read_as:
             told = f"{preset.source}: drives as in Nav2 {preset.read_as}"
@@ -152,9 +154,6 @@ def run_from_command_line(arguments: argparse.Namespace, *, began_s: float) -> b
     columns = {spec.preset.name: (spec.preset, spec.robot) for spec in campaign.specs}
     for told in lines_of(columns.values()):
         console.print(printable(told), soft_wrap=True)
-    if campaign.nav2 is not None:
-        for line in short_form(campaign.nav2):
-            console.print(line, soft_wrap=True)
     jobs = arguments.jobs or available_cores()
     cluster = cluster_place(arguments)
     if cluster is not None:

@@ -16,7 +16,7 @@ from drake_navbench.inputs.presets import Preset, default_presets, load_preset
 from drake_navbench.inputs.robot import Robot
 from drake_navbench.inputs.scenario import PUBLISHED_SCENARIOS, Scenario, load_scenario
 from drake_navbench.inputs.task_check import check_task, warn_of_rotation
-from drake_navbench.nav2.robot import Nav2Setup
+from drake_navbench.nav2.whole_files import FileColumns
 from drake_navbench.trial.column_controller import check_controller
 from drake_navbench.trial.plugin_check import check_plugins
 from drake_navbench.trial.spec import TrialSpec
@@ -30,13 +30,13 @@ DEFAULT_TRIALS = 4
 class Campaign:
     """Every trial of a benchmark, in the order of its table, all input checked.
 
-    nav2: what whole Nav2 files made of it, where there were any.
+    nav2: what each whole Nav2 file made of it, where there were any.
     sweep: what was swept, empty where nothing was: under `scenarios` and `controllers`, by the name
     of each scenario and column, the name `of` which it is made and its `values` by field.
     """
 
     specs: tuple[TrialSpec, ...]
-    nav2: Nav2Setup | None = None
+    nav2: tuple[FileColumns, ...] = ()
     sweep: dict[str, dict[str, Any]] = field(default_factory=dict)
 
     @property
@@ -129,12 +129,14 @@ def plan_campaign(
     checked: list[tuple[Preset, Robot]] = []
     for entry in swept:
         scenario = entry.scenario
-        loaded_robot = scenario.load_robot(robot)
-        check_task(scenario, loaded_robot)
-        check_cost(scenario, loaded_robot)
-        check_plugins(scenario, loaded_robot)
-        fitted = [preset.for_robot(loaded_robot) for preset, _, _ in entry.columns]
-        for preset in fitted:
+        robots = _robots_of(scenario, [preset for preset, _, _ in entry.columns], robot)
+        for loaded_robot in {id(found): found for found in robots.values()}.values():
+            check_task(scenario, loaded_robot)
+            check_cost(scenario, loaded_robot)
+            check_plugins(scenario, loaded_robot)
+        fitted = [preset.for_robot(robots[preset]) for preset, _, _ in entry.columns]
+        drivers = list(zip(fitted, robots.values(), strict=True))
+        for preset, loaded_robot in drivers:
             # Some parameters are wrong only for this robot or its control period. One of another
             # process is started for it, so that a robot of many scenarios is asked about once.
             if (preset, loaded_robot) not in checked:
@@ -151,13 +153,22 @@ def plan_campaign(
                 wants_diagnostics=wants_diagnostics,
                 keeps_costmaps=keeps_costmaps,
             )
-            for preset in fitted
+            for preset, loaded_robot in drivers
         ]
         specs += firsts
         for trial in range(1, trials):
             trials_own_seed = trial_seed(seed, paired_with, trial)
             specs += [first.numbered(trial, trials_own_seed) for first in firsts]
     return Campaign(tuple(specs), sweep=_origins(swept) if sweeps else {})
+
+
+def _robots_of(
+    scenario: Scenario, presets: Sequence[Preset], robot: str | Robot
+) -> dict[Preset, Robot]:
+    """Returns the robot that each column drives in a scenario: that of its file, or the run's."""
+    own = {id(preset.stack): preset.stack for preset in presets}
+    loaded = {key: scenario.load_robot(stack or robot) for key, stack in own.items()}
+    return {preset: loaded[id(preset.stack)] for preset in presets}
 
 
 def _origins(swept: Sequence[SweptScenario]) -> dict[str, dict[str, Any]]:

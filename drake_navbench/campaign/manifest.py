@@ -18,6 +18,7 @@ from drake_navbench.campaign.request import Request
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import as_yaml
 from drake_navbench.logs.results import ResultsFolder, file_name, remove_unfinished, write_text
+from drake_navbench.nav2.differences import difference_lines, differences
 from drake_navbench.processes.fingerprint import Fingerprint
 from drake_navbench.processes.machine import circumstances
 from drake_navbench.typed_files.typed_yaml import FrozenModel
@@ -106,10 +107,17 @@ def _write_inputs(folder: ResultsFolder, inputs: dict[str, str]) -> None:
 
 
 def _manifest(campaign: Campaign, inputs: dict[str, str]) -> dict[str, Any]:
-    nav2 = campaign.nav2
-    own = {} if nav2 is None else {name: nav2.stand_ins_of(name) for name in campaign.columns}
+    setups = [columns.setup for columns in campaign.nav2]
+    own = {
+        name: [line for setup in setups for line in setup.stand_ins_of(name)]
+        for name in campaign.columns
+    }
     return {
-        "stand_ins": [] if nav2 is None else nav2.stand_ins_of_all(),
+        "stand_ins": [
+            f"{columns.name}: {line}" if len(setups) > 1 else line
+            for columns in campaign.nav2
+            for line in columns.setup.stand_ins_of_all()
+        ],
         "stand_ins_of_columns": {name: lines for name, lines in own.items() if lines},
         "scenarios": campaign.scenarios,
         "suites": campaign.suites,
@@ -141,13 +149,22 @@ def _inputs(campaign: Campaign) -> dict[str, str]:
         if scenario.files:
             texts[f"scenarios/{name}.maps.yaml"] = _dump(scenario.file_hashes)
         texts[f"robots/{name}.yaml"] = _dump(spec.robot.model_dump(mode="json"))
+    beside = {id(columns.setup.robot): columns.name for columns in campaign.nav2[1:]}
+    for spec in campaign.specs:
+        if spec.trial == 0 and (alias := beside.get(id(spec.preset.stack))):
+            name = f"robots/{file_name(spec.scenario.name)}.{file_name(alias)}.yaml"
+            texts.setdefault(name, _dump(spec.robot.model_dump(mode="json")))
     for preset in campaign.presets:
         texts[f"controllers/{file_name(preset.name)}.yaml"] = as_yaml(preset)
         if hashes := preset.file_hashes:
             texts[f"controllers/{file_name(preset.name)}.files.yaml"] = _dump(hashes)
-    if campaign.nav2 is not None:
-        texts["nav2_robot.yaml"] = campaign.nav2.robot_file()
-        texts["nav2_check.txt"] = campaign.nav2.check.as_text() + "\n"
+    for columns in campaign.nav2:
+        suffix = f"_{file_name(columns.name)}" if len(campaign.nav2) > 1 else ""
+        texts[f"nav2_robot{suffix}.yaml"] = columns.setup.robot_file()
+        texts[f"nav2_check{suffix}.txt"] = columns.setup.check.as_text() + "\n"
+    if len(campaign.nav2) > 1:
+        lines = difference_lines(campaign.nav2, differences(campaign.nav2))
+        texts["nav2_differences.txt"] = "\n".join(lines) + "\n"
     return texts
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
@@ -16,10 +17,16 @@ from drake_navbench.inputs.originals_beside import with_originals
 from drake_navbench.inputs.presets import Preset, default_presets
 from drake_navbench.inputs.robot import Robot, load_robot
 from drake_navbench.inputs.scenario import Pose, Scenario, scenario_on_map
-from drake_navbench.nav2.check import Check, CheckRow, Status
+from drake_navbench.nav2.check import CheckRow, Status
+from drake_navbench.nav2.differences import differences, require_different
 from drake_navbench.nav2.parameter_files import load_parameter_file
 from drake_navbench.nav2.release import Release
-from drake_navbench.nav2.robot import Nav2Setup, read_nav2_files
+from drake_navbench.nav2.whole_files import (
+    FileColumns,
+    WholeFile,
+    columns_of_files,
+    names_of,
+)
 from drake_navbench.plugins.names import flattened
 from drake_navbench.trial.goal_sampling import sample_tasks
 from drake_navbench.typed_files.typed_yaml import FrozenModel
@@ -53,7 +60,9 @@ class Request(FrozenModel):
     """What was asked for; it is kept in the manifest, so that a run can be resumed.
 
     controllers: presets and variants by name. parameter_files: more columns, from files.
-    nav2_files: whole Nav2 files, which give columns and the robot. substitutions: their values.
+    nav2_files: whole Nav2 files, merged, which give columns and the robot. against: more whole
+    files, whose columns drive their own. names: of the columns, by file. substitutions: their
+    values.
     nav2_release: what these, and Nav2 files among parameter_files, are written for; None where
     their own marks are to tell it.
     original: the build of Nav2 whose controllers drive beside those of the columns.
@@ -65,6 +74,8 @@ class Request(FrozenModel):
     controllers: tuple[str, ...]
     parameter_files: tuple[str, ...]
     nav2_files: tuple[str, ...] = ()
+    against: tuple[str, ...] = ()
+    names: dict[str, str] = Field(default_factory=dict)
     substitutions: dict[str, str] = Field(default_factory=dict)
     nav2_release: Release | None = None
     original: str | None = None
@@ -79,15 +90,26 @@ class Request(FrozenModel):
     samples: int | None = Field(None, ge=1, le=MAX_POINTS)
     keeps_costmaps: bool = True
 
-    def nav2_setup(self) -> Nav2Setup | None:
-        """Returns what the Nav2 files make, None without any; raises InputError."""
+    def nav2_columns(self) -> tuple[FileColumns, ...]:
+        """Returns what each whole Nav2 file makes, none without any; raises InputError."""
         if not self.nav2_files:
-            return None
-        paths = list(map(Path, self.nav2_files))
-        base = load_robot(self.robot)
-        return read_nav2_files(
-            paths, base, self.robot, self.substitutions, release=self.nav2_release
-        )
+            if self.against:
+                raise InputError(f"--against {self.against[0]}: expected --nav2 FILE beside it")
+            return ()
+        merged = tuple(map(Path, self.nav2_files))
+        files = [merged, *((Path(path),) for path in self.against)]
+        names = [""] if not self.against else names_of([paths[-1] for paths in files])
+        named = [
+            WholeFile(self.names.get(str(paths[-1]), name), paths)
+            for paths, name in zip(files, names, strict=True)
+        ]
+        unknown = [path for path in self.names if path not in (*self.nav2_files, *self.against)]
+        if unknown:
+            raise InputError(
+                f"--name {self.names[unknown[0]]}={unknown[0]}: expected a file of --nav2 or "
+                "--against"
+            )
+        return columns_of_files(named, self.robot, self.substitutions, release=self.nav2_release)
 
     def campaign(self) -> Campaign:
         """Returns the trials of this request, all input checked; raises InputError."""
@@ -99,47 +121,53 @@ class Request(FrozenModel):
         if self.nav2_release and not (self.nav2_files or any(p.nav2_plugin for p in from_files)):
             raise InputError("--nav2-release: expected a Nav2 file by --nav2 or --params as well")
         presets: list[str | Preset] = [*self.controllers, *from_files]
-        nav2 = self.nav2_setup()
-        if nav2 is not None:
-            presets += nav2.presets
-            if not presets:
-                raise InputError(
-                    f"--nav2 {', '.join(self.nav2_files)}: no controller_server with "
-                    "controller_plugins; expected one, or --controllers"
-                )
+        nav2 = self.nav2_columns()
+        require_different(nav2, differences(nav2) if len(nav2) > 1 else ())
+        for columns in nav2:
+            presets += columns.presets
+        if nav2 and not presets:
+            raise InputError(
+                f"--nav2 {', '.join(self.nav2_files)}: no controller_server with "
+                "controller_plugins; expected one, or --controllers"
+            )
         if self.original is not None:
             presets = with_originals(presets or default_presets(), self.original)
-        robot = load_robot(self.robot) if nav2 is None else nav2.robot
+        robot = nav2[0].setup.robot if nav2 else load_robot(self.robot)
+        further = [columns.setup.robot for columns in nav2[1:]]
         campaign = plan_campaign(
-            self._scenarios(robot),
+            self._scenarios(robot, further),
             presets,
             trials=self.trials,
             seed=self.seed,
-            robot=self.robot if nav2 is None else nav2.robot,
+            robot=robot if nav2 else self.robot,
             wants_diagnostics=self.replay == "each",
             sweeps=self.sweeps,
             samples=self.samples,
             keeps_costmaps=self.keeps_costmaps,
         )
-        if nav2 is None:
+        if not nav2:
             return campaign
         scenarios = {spec.scenario.name: spec.scenario for spec in campaign.specs}
         rows = [row for scenario in scenarios.values() for row in _overrides(scenario)]
-        return replace(campaign, nav2=replace(nav2, check=Check((*nav2.check.rows, *rows))))
+        return replace(campaign, nav2=tuple(columns.with_rows(rows) for columns in nav2))
 
-    def _scenarios(self, robot: Robot) -> list[str | Scenario]:
+    def _scenarios(self, robot: Robot, further: Sequence[Robot]) -> list[str | Scenario]:
         scenarios: list[str | Scenario] = list(self.scenarios)
         if self.map_task is not None:
-            scenarios += self._tasks_on_map(self.map_task, robot)
+            scenarios += self._tasks_on_map(self.map_task, robot, further)
         if self.barn is not None:
             scenarios += barn_scenarios(Path(self.barn.folder), self.barn.worlds)
         return scenarios
 
-    def _tasks_on_map(self, task: MapTask, robot: Robot) -> list[Scenario]:
+    def _tasks_on_map(
+        self, task: MapTask, robot: Robot, further: Sequence[Robot]
+    ) -> list[Scenario]:
         path = Path(task.map)
         if task.start is not None and task.goal is not None:
             return [scenario_on_map(path, task.start, task.goal)]
-        return sample_tasks(path, robot, task.goals or 1, seed=self.seed, start=task.start)
+        return sample_tasks(
+            path, robot, task.goals or 1, seed=self.seed, start=task.start, beside=further
+        )
 
 
 def _overrides(scenario: Scenario) -> list[CheckRow]:

@@ -34,6 +34,7 @@ examples (drake-navbench run is the same as python -m drake_navbench.run):
   drake-navbench run mine.yaml --controllers rpp,rpp:lookahead_dist=0.9
   drake-navbench run --params nav2_params.yaml  the controllers of a Nav2 file
   drake-navbench run --nav2 nav2_params.yaml    the whole of a Nav2 file
+  drake-navbench run --nav2 old.yaml --against new.yaml --map map.yaml --goals 20
   drake-navbench run doorway --controllers rpp \\
       --sweep rpp.lookahead_dist=0.3:0.9:4      one parameter, four values
   drake-navbench run --map map.yaml --goals 10 --controllers rpp,dwb
@@ -78,6 +79,21 @@ def _add_what_drives(parser: argparse.ArgumentParser) -> None:
     add("--robot", default="wheelchair", metavar="NAME|FILE", help="robot (wheelchair)")
 
 
+class _Once(argparse.Action):
+    """Refuses an option that is given again: the later value would replace the first silently."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: Any,
+        option_string: str | None = None,
+    ) -> None:
+        if getattr(namespace, self.dest) != self.default:
+            parser.error(f"{option_string} is given twice; expected one")
+        setattr(namespace, self.dest, values)
+
+
 def _add_where(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument_group("where").add_argument
     add(
@@ -90,6 +106,7 @@ def _add_where(parser: argparse.ArgumentParser) -> None:
     add(
         "--map",
         type=Path,
+        action=_Once,
         metavar="FILE",
         help="a map to navigate on, of Nav2's map server or MovingAI's, with --start and --goal, "
         "or with --goals",
@@ -130,8 +147,24 @@ def _add_nav2_files(parser: argparse.ArgumentParser) -> None:
         default=[],
         type=Path,
         metavar="FILE",
-        help="a whole Nav2 parameter file: columns, costmaps, planner, checkers and so on; of "
-        "several files later ones count more",
+        help="a whole Nav2 parameter file: columns, costmaps, planner, checkers and so on; several "
+        "are merged into one, later values override",
+    )
+    add(
+        "--against",
+        action="append",
+        default=[],
+        type=Path,
+        metavar="FILE",
+        help="another whole Nav2 file, beside that of --nav2: its columns drive with its own "
+        "costmaps, planner and so on",
+    )
+    add(
+        "--name",
+        action="append",
+        default=[],
+        metavar="ALIAS=FILE",
+        help="name the columns of a Nav2 file (what differs of the files' paths)",
     )
     add(
         "--set",

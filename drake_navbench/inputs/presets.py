@@ -74,6 +74,8 @@ class Preset:
     path_handler: fields that replace those of the robot's path handler.
     file: where the controller's class is, where it is in a file of its own.
     nav2_plugin: the controller as the Nav2 file has it that the column is from.
+    stack: the robot of a whole Nav2 file, with its costmaps, planner and all other servers, that
+    this column drives in place of the run's robot; None for the run's.
     read_as: the release of Nav2 that it follows, and by what that was told; empty where nobody
     needs to be told.
     """
@@ -89,6 +91,7 @@ class Preset:
     file: ControllerFile | None = None
     nav2_plugin: Nav2Plugin | None = None
     read_as: str = ""
+    stack: Robot | None = None
 
     @property
     def controller_class(self) -> type[Controller]:

@@ -132,8 +132,14 @@ def read_parameter_file(path: Path, prepare: Callable[[str], str] | None = None)
             "nav2_params.yaml"
         )
     text = read_text(path)
-    if prepare is not None:
-        text = prepare(text)
+    return read_parameter_text(text if prepare is None else prepare(text), path)
+
+
+def read_parameter_text(text: str, path: Path) -> ParameterFile:
+    """Returns the sections of a file's text; raises InputError where it is no YAML.
+
+    path: what errors and parameters name as their file.
+    """
     try:
         require_limits(text)
         reader = _Reader(path, text)
@@ -163,7 +169,7 @@ def _node(name: str, sections: list[Section]) -> Node:
     return Node(name, sections[-1].file, parameters)
 
 
-class _RosLoader(yaml.SafeLoader):
+class RosLoader(yaml.SafeLoader):
     """PyYAML's loader with the scalars of rcl_yaml_param_parser.
 
     So `y` is true and `1e-3` a number; `1:30`, `2024-01-01` and `null` are text.
@@ -185,7 +191,7 @@ for _tag, _pattern in {
     "int": "[-+]?(0|[1-9][0-9]*|0[0-7]+|0x[0-9a-fA-F]+)",
     "float": _FLOAT,
 }.items():
-    _RosLoader.add_implicit_resolver(
+    RosLoader.add_implicit_resolver(
         f"tag:yaml.org,2002:{_tag}", re.compile(f"(?:{_pattern})$"), [None]
     )
 
@@ -195,7 +201,7 @@ class _Reader:
 
     def __init__(self, path: Path, text: str) -> None:
         self._path = path
-        self._loader = _RosLoader(text)
+        self._loader = RosLoader(text)
         self._entries_of: dict[int, list[tuple[str, yaml.Node]]] = {}
         self.remarks: list[str] = []
 

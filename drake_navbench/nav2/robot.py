@@ -11,10 +11,11 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import yaml
 
+from drake_navbench.controller import AskedSpeeds
 from drake_navbench.errors import InputError
 from drake_navbench.inputs.presets import Preset
 from drake_navbench.inputs.robot import Robot, check_wheels, merged
@@ -34,6 +35,7 @@ from drake_navbench.nav2.parameters import (
     Section,
     nodes_called,
     read_parameter_file,
+    read_parameter_text,
 )
 from drake_navbench.nav2.release import (
     OLD_NODE,
@@ -91,13 +93,19 @@ OPTIONAL = ("velocity_smoother", "collision_monitor")
 class Nav2Setup:
     """What Nav2 files make: columns, the robot that they drive, and what became of the files.
 
-    places: node and block of each column's controller, by the column's name.
+    places: node and block of each column's controller, by the column's name. given: the values of
+    all parameters, by node without the namespace and by name. asked, spin_radps: the speeds that
+    the controllers and the spin ask of the base. namespace: of the nodes that are read, 'robot1'.
     """
 
     presets: tuple[Preset, ...]
     robot: Robot
     check: Check
     places: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+    given: Mapping[tuple[str, str], Any] = field(default_factory=dict)
+    asked: tuple[AskedSpeeds, ...] = ()
+    spin_radps: float = 0.0
+    namespace: str = ""
 
     def stand_ins_of(self, column: str) -> list[str]:
         """Returns a line for all that stands in within a column's controller."""
@@ -137,20 +145,56 @@ def read_nav2_files(
     line and parameter, where something is wrong.
     """
     substitutions = Substitutions(values or {})
+    read = read_sections(paths, substitutions)
+    substitutions.require_all_used()
+    return setup_of(read, base, base_name, release=release)
+
+
+class ReadFiles(NamedTuple):
+    """The sections of files that are merged, and the remarks on them."""
+
+    paths: tuple[Path, ...]
+    sections: tuple[Section, ...]
+    remarks: Rows
+
+
+def read_sections(
+    paths: Sequence[Path], substitutions: Substitutions, texts: Mapping[Path, str] | None = None
+) -> ReadFiles:
+    """Returns the sections of files; texts: taken for the content of a path. Raises InputError."""
     sections: list[Section] = []
     rows: Rows = {}
     for path in paths:
         prepare = partial(substitutions.applied_to, path=path)
-        file = read_parameter_file(path, prepare)
+        if texts and path in texts:
+            file = read_parameter_text(prepare(texts[path]), path)
+        else:
+            file = read_parameter_file(path, prepare)
         if not file.sections:
             raise InputError(f"{path}: no node with {PARAMETERS_KEY}; expected a Nav2 file")
         sections += file.sections
         for number, remark in enumerate(file.remarks):
             row = CheckRow(Status.OTHER_FORM, path.name, "", remark.removeprefix(f"{path}, "))
             rows[path.name, str(number)] = row
-    substitutions.require_all_used()
-    found = release_of(sections, release)
-    return _Files(sections, rows, base, base_name, found).setup(paths)
+    return ReadFiles(tuple(paths), tuple(sections), rows)
+
+
+def setup_of(
+    read: ReadFiles,
+    base: Robot,
+    base_name: str,
+    *,
+    release: str | None = None,
+    beside: Sequence[Nav2Setup] = (),
+) -> Nav2Setup:
+    """Returns what files make.
+
+    beside: setups whose controllers drive the same base, which then has speed for all of them.
+    Raises InputError.
+    """
+    found = release_of(read.sections, release)
+    files = _Files(list(read.sections), dict(read.remarks), base, base_name, found)
+    return files.setup(read.paths, beside)
 
 
 class _Files:
@@ -169,7 +213,7 @@ class _Files:
         self._servers = servers
         self._namespace = servers[0].name.removesuffix(f"/{SERVER}") if servers else ""
 
-    def setup(self, paths: Sequence[Path]) -> Nav2Setup:
+    def setup(self, paths: Sequence[Path], beside: Sequence[Nav2Setup]) -> Nav2Setup:
         """Returns the columns and the robot that the files describe."""
         presets = tuple(preset for node in self._servers for preset in self._columns(node))
         row = release_row(self._release)
@@ -185,10 +229,14 @@ class _Files:
         data["navigation"] = {**data.get("navigation", {}), **dict.fromkeys(OPTIONAL), **navigation}
         if self._added_sensors:
             data["depth_sensors"] = {**data.get("depth_sensors", {}), **self._added_sensors}
-        asked = [preset.parameters.asked_speeds() for preset in presets]
-        spin = navigation.get("behavior_server", {}).get("max_rotational_vel")
+        asked = tuple(preset.parameters.asked_speeds() for preset in presets)
+        spin = navigation.get("behavior_server", {}).get("max_rotational_vel") or 0.0
         data["drive"], remarks = drive_for(
-            data.get("drive", {}), asked, self._base, self._base_name, spin_radps=spin or 0.0
+            data.get("drive", {}),
+            [*asked, *(speeds for other in beside for speeds in other.asked)],
+            self._base,
+            self._base_name,
+            spin_radps=max([spin, *(other.spin_radps for other in beside)]),
         )
         for name, remark in remarks.items():
             self._note(Status.OTHER_FORM, "robot", f"drive.{name}", remark)
@@ -205,7 +253,29 @@ class _Files:
             note_body(self._outlines, robot, self._base_name)
         if robot.is_circle:
             self._note_outlines_of_a_radius(presets)
-        return Nav2Setup(presets, robot, Check(tuple(self._rows.values())), self._places)
+        check = Check(tuple(self._rows.values()))
+        return Nav2Setup(
+            presets,
+            robot,
+            check,
+            self._places,
+            given=self._given(),
+            asked=asked,
+            spin_radps=spin,
+            namespace=self._namespace.lstrip("/"),
+        )
+
+    def _given(self) -> dict[tuple[str, str], Any]:
+        """Returns the values of all nodes of the namespace that is read, and of no others."""
+        named = {s.name for s in self._sections if not s.has_wildcards}
+        bases = {*READ, *(name.removeprefix(f"{self._namespace}/").lstrip("/") for name in named)}
+        return {
+            (base, name): parameter.value
+            for base in sorted(bases)
+            for node in nodes_called(base, self._sections)
+            if node.name == f"{self._namespace}/{base}"
+            for name, parameter in node.parameters.items()
+        }
 
     def _columns(self, node: Node) -> list[Preset]:
         presets, rows = read_columns(node, self._release.release)

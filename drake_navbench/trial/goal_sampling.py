@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import zlib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -48,14 +49,20 @@ class _Places(NamedTuple):
 
 
 def sample_tasks(
-    map_file: Path, robot: Robot, count: int, *, seed: int, start: Pose | None = None
+    map_file: Path,
+    robot: Robot,
+    count: int,
+    *,
+    seed: int,
+    start: Pose | None = None,
+    beside: Sequence[Robot] = (),
 ) -> list[Scenario]:
-    """Returns tasks on a map, the same for the same map, outline, count and seed.
+    """Returns tasks on a map, the same for the same map, outlines, count and seed.
 
-    start: of all tasks; drawn for each where not given. Raises InputError where the map has no room
-    for so many.
+    start: of all tasks; drawn for each where not given. beside: robots that drive the same tasks,
+    with outlines of their own. Raises InputError where the map has no room for so many.
     """
-    places = _places(load_map(map_file), robot)
+    places = _places(load_map(map_file), [robot, *beside])
     entropy = [seed, zlib.crc32(map_file.name.encode())]
     generator = np.random.default_rng(np.random.SeedSequence(entropy))
     suite = Suite(name=map_file.stem)
@@ -75,8 +82,10 @@ def sample_tasks(
     return tasks
 
 
-def _places(grid: OccupancyMap, robot: Robot) -> _Places:
-    inscribed, circumscribed = robot.radii
+def _places(grid: OccupancyMap, robots: Sequence[Robot]) -> _Places:
+    inscribed, circumscribed = (
+        max(radii) for radii in zip(*(r.radii for r in robots), strict=True)
+    )
     # What lies beyond the map is not known: its border counts as blocked.
     blocked = np.pad(grid.occupancy != 0, 1, constant_values=True)
     clearance = ndimage.distance_transform_edt(~blocked)[1:-1, 1:-1] * grid.resolution

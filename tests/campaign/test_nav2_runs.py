@@ -60,8 +60,8 @@ def test_what_is_asked_survives_the_manifest():
 
 
 def test_what_a_scenario_replaces_of_the_file_is_told():
-    nav2 = request_of("one_obstacle", "--nav2", file_of("humble")).campaign().nav2
-    rows = [row for row in nav2.check.rows if row.node == "scenario one_obstacle"]
+    (nav2,) = request_of("one_obstacle", "--nav2", file_of("humble")).campaign().nav2
+    rows = [row for row in nav2.setup.check.rows if row.node == "scenario one_obstacle"]
     assert "navigation.local_costmap.plugins" in [row.parameter for row in rows]
     assert {row.status for row in rows} == {Status.OTHER_FORM}
 
@@ -73,7 +73,7 @@ def test_check_prints_the_same_table_in_every_process_and_writes_nothing(tmp_pat
     done = subprocess.run(
         command, capture_output=True, text=True, check=True, cwd=tmp_path, env=environment
     )
-    table = request_of("--nav2", file_of("jazzy")).nav2_setup().check.as_text()
+    table = request_of("--nav2", file_of("jazzy")).nav2_columns()[0].setup.check.as_text()
     assert done.stdout == f"Columns: jazzy/FollowPath\n{table}\n"
     assert list(tmp_path.iterdir()) == []
 

@@ -1,0 +1,168 @@
+"""Whole Nav2 files beside each other: each makes columns that drive all that its file says.
+
+A column of `--params` takes a controller and drives the run's robot. A column from here carries its
+file's own costmaps, planner, smoother, monitor and checkers in `Preset.stack`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from drake_navbench.errors import InputError
+from drake_navbench.inputs.presets import Preset
+from drake_navbench.inputs.robot import load_robot
+from drake_navbench.nav2.check import Check, CheckRow
+from drake_navbench.nav2.robot import Nav2Setup, read_sections, setup_of
+from drake_navbench.nav2.substitutions import Substitutions
+
+
+class WholeFile(NamedTuple):
+    """A Nav2 file, or several that are merged, later ones overriding.
+
+    name: of its columns; '' for names as of a file alone, `nav2_params/FollowPath`. text: taken for
+    the content of the last path, such as a patched one; None for what stands in the file.
+    """
+
+    name: str
+    paths: tuple[Path, ...]
+    text: str | None = None
+
+    @property
+    def told(self) -> str:
+        """The file for a message: 'a.yaml', or 'a.yaml + b.yaml' for merged ones."""
+        return " + ".join(map(str, self.paths))
+
+
+@dataclass(frozen=True)
+class FileColumns:
+    """What a whole file makes.
+
+    setup: its columns, by their final names, its robot and the check of every parameter.
+    """
+
+    file: WholeFile
+    setup: Nav2Setup
+
+    @property
+    def name(self) -> str:
+        """The alias of the file."""
+        return self.file.name or self.file.paths[-1].stem
+
+    @property
+    def presets(self) -> tuple[Preset, ...]:
+        """The columns."""
+        return self.setup.presets
+
+    @property
+    def plugins(self) -> dict[str, Preset]:
+        """The columns by the name of their plugin in the file, 'FollowPath'."""
+        return {self.setup.places[preset.name][1]: preset for preset in self.presets}
+
+    @property
+    def drives_as(self) -> dict[str, Any]:
+        """All that its trials depend on; files with equal ones drive alike to the last bit."""
+        controllers = {
+            plugin: [
+                preset.controller,
+                preset.parameters.model_dump(mode="json"),
+                dict(preset.path_handler),
+            ]
+            for plugin, preset in self.plugins.items()
+        }
+        robot = self.setup.robot.model_dump(mode="json", exclude={"description"})
+        return {"robot": robot, "controllers": controllers}
+
+    def with_rows(self, rows: Sequence[CheckRow]) -> FileColumns:
+        """Returns these columns with more rows in the check."""
+        check = Check((*self.setup.check.rows, *rows))
+        return replace(self, setup=replace(self.setup, check=check))
+
+
+def columns_of_files(
+    files: Sequence[WholeFile],
+    robot: str,
+    values: Mapping[str, str] | None = None,
+    *,
+    release: str | None = None,
+) -> tuple[FileColumns, ...]:
+    """Returns the columns of whole Nav2 files, to drive beside each other.
+
+    robot: name or file of the robot for what no Nav2 file tells. values: for the files'
+    substitutions. release: of Nav2, told by each file's own marks where not given.
+
+    All drive the same base, whose speeds are those that the controllers of all files ask for. One
+    file alone drives as by `--nav2`. To drive a patched file against the original:
+
+        text = patched(path.read_text(), {"local_costmap.inflation_layer.inflation_radius": 0.7},
+                       path)
+        files = [WholeFile("before", (path,)), WholeFile("after", (path,), text)]
+        columns = columns_of_files(files, "turtlebot4")
+        presets = [preset for column in columns for preset in column.presets]
+        campaign = plan_campaign(scenarios, presets, trials=8)
+
+    Raises InputError where a file is wrong, or two have one name.
+    """
+    base = load_robot(robot)
+    _require_different_names(files)
+    substitutions = Substitutions(values or {})
+
+    read = [
+        read_sections(
+            file.paths, substitutions, {} if file.text is None else {file.paths[-1]: file.text}
+        )
+        for file in files
+    ]
+    substitutions.require_all_used()
+    alone = [setup_of(entry, base, robot, release=release) for entry in read]
+    columns = []
+    for file, entry, setup in zip(files, read, alone, strict=True):
+        others = [other for other in alone if other is not setup]
+        if any(other.robot.drive != setup.robot.drive for other in others):
+            setup = setup_of(entry, base, robot, release=release, beside=others)
+        columns.append(FileColumns(file, _named(setup, file)))
+    return tuple(columns)
+
+
+def _require_different_names(files: Sequence[WholeFile]) -> None:
+    names = [file.name for file in files]
+    for file in files:
+        if names.count(file.name) > 1:
+            twice = " and ".join(other.told for other in files if other.name == file.name)
+            raise InputError(f"--name {file.name}: given to {twice}; expected a name for each file")
+
+
+def _named(setup: Nav2Setup, file: WholeFile) -> Nav2Setup:
+    """Returns a setup whose columns have the file's name and drive its robot.
+
+    A file with one controller makes the column 'name', one with several 'name/FollowPath'.
+    """
+    if not file.name:
+        return setup
+    is_alone = len(setup.presets) == 1
+    names = {
+        preset.name: file.name if is_alone else f"{file.name}/{preset.name.partition('/')[2]}"
+        for preset in setup.presets
+    }
+    return replace(
+        setup,
+        presets=tuple(
+            replace(preset, name=names[preset.name], stack=setup.robot) for preset in setup.presets
+        ),
+        places={names[name]: place for name, place in setup.places.items()},
+    )
+
+
+def names_of(paths: Sequence[Path]) -> list[str]:
+    """Returns a short name for each file: what differs of their paths, nearest to the end.
+
+    'a.yaml' and 'b.yaml' are a and b; 'old/nav2.yaml' and 'new/nav2.yaml' are old and new.
+    """
+    whole = [path.absolute() for path in paths]
+    for level in range(min(len(path.parts) for path in whole)):
+        names = [path.stem if not level else path.parts[-1 - level] for path in whole]
+        if len(set(names)) == len(names):
+            return names
+    return [f"{path.stem}_{number}" for number, path in enumerate(paths, start=1)]
